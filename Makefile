@@ -1,0 +1,58 @@
+# make demo: set up, draw the chart, run the main job.  make test, slow, check: what CI runs.
+PYTHON ?= $(or $(shell for p in python3 python3.13 python3.12 python3.11; do \
+  $$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done),python3)
+BIN := .venv/bin
+
+.PHONY: demo test slow check format schema bench clean
+
+demo: .venv/installed
+	@$(BIN)/cobodeck render cobodeck -o out/cobodeck.svg
+	@$(BIN)/cobodeck simulate cobodeck --scene lab_a --user demo --requests 5
+
+test: .venv/installed-dev
+	@$(BIN)/python -m pytest -q -m "not slow" $(PYTEST)
+
+slow: .venv/installed-dev
+	@$(BIN)/python -m pytest -q -m slow $(PYTEST)
+
+check: .venv/installed-dev
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check --quiet .
+	@$(BIN)/mypy
+	@$(BIN)/lint-imports --no-logo
+	@$(BIN)/cobodeck validate --strict
+
+format: .venv/installed-dev
+	@$(BIN)/ruff check --fix --quiet .
+	@$(BIN)/ruff format .
+
+schema: .venv/installed
+	@$(BIN)/cobodeck schema -o charts/chart.schema.json
+
+bench: .venv/installed-dev
+	@mkdir -p out
+	@$(BIN)/cobodeck bench engine --json > out/engine.json && mv out/engine.json cobodeck/bench/
+	@$(BIN)/python -m cobodeck.bench.table
+
+clean:
+	rm -rf .venv out build *.egg-info
+
+.venv/bin/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "$(PYTHON) is too old: 3.11 or newer is needed; try make PYTHON=python3.12"; exit 1; }
+	@$(PYTHON) -m venv .venv >/dev/null 2>&1 || \
+	  { rm -rf .venv; $(PYTHON) -m venv --without-pip .venv && $(PYTHON) -m pip --version >/dev/null; } || \
+	  { rm -rf .venv; echo "cannot make .venv: install pip or venv for $(PYTHON), on Debian: apt install python3-venv"; exit 1; }
+
+# the pip of the environment where it has one, else the system's for it
+INSTALL = @echo "installing into .venv, some minutes the first time"; \
+  if test -x $(BIN)/pip; then pip="$(BIN)/python -m pip"; else pip="$(PYTHON) -m pip --python $(BIN)/python"; fi; \
+  $$pip install -qq --disable-pip-version-check
+
+.venv/installed: .venv/bin/python pyproject.toml
+	$(INSTALL) -e .
+	@touch $@
+
+.venv/installed-dev: .venv/bin/python pyproject.toml
+	$(INSTALL) -e ".[dev,peers]"
+	@touch $@ .venv/installed

@@ -1,0 +1,1 @@
+"""CoboDeck's own decisions and the states that take them."""

@@ -1,0 +1,289 @@
+"""Chase: where to wait near the user, and keeping out of their way (paper 4.4.2)."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import random
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from behaviors.settings import Settings
+from behaviors.situation import AGE_S, READS, Situation, situation
+from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
+from engine.types import Duration, Length, Speed
+from hw.geometry import Pose2, Pose3, wrap
+from hw.room import Point
+from hw.samples import UserPose
+from states.navigation.states import user_disc
+from states.signals.prediction import PREDICTORS
+from states.site import Site
+
+TRIES = 30
+"""So many of the best free cells are asked for a way before there is none."""
+THINK_S = 0.2
+"""How often a place is chosen anew while making room, s."""
+SLACK = 0.2
+"""Room is made until the user is farther than asked for by this, m."""
+
+Cell = tuple[float, float, float]
+Cells = Callable[[], Sequence[Sequence[float]]]
+
+
+@dataclass(frozen=True)
+class ChaseSpace:
+    """The cells about the user at one instant; `centre` is the body with the direction chosen."""
+
+    centre: Pose2
+    cells: Cells = field(repr=False)
+    is_free: Callable[[Point], bool] = field(repr=False)
+
+    def free(self) -> Iterator[Cell]:
+        """x, y in the map and weight of the free cells, best first (R100)."""
+        for x, y, weight in self.cells():
+            place = self.centre.transform(x, y)
+            if self.is_free(place):
+                yield (*place, weight)
+
+
+def space(site: Site, settings: Settings, cells: Cells, user: UserPose) -> ChaseSpace:
+    """The Chase space moves and turns with the user (R93)."""
+    yaw = user.head_yaw if settings.chase.view == "head" else user.body.yaw
+    centre = Pose2(user.body.x, user.body.y, yaw)
+    return ChaseSpace(centre, cells, site.planner("chase").is_free)
+
+
+def tangent_yaw(centre: Pose2, place: Point, now: float) -> float:
+    """The yaw with a long side to the user that is the smaller turn from `now` (R99)."""
+    radial = math.atan2(place[1] - centre.y, place[0] - centre.x)
+    options = (wrap(radial + 0.5 * math.pi), wrap(radial - 0.5 * math.pi))
+    return min(options, key=lambda yaw: abs(wrap(yaw - now)))
+
+
+def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
+    """The free cell with the largest weight that can be reached (R96); None if there is none.
+
+    Weights within the profile's `tie` count as equal, and the shortest way decides.
+    """
+    planner, chase = now.site.planner("chase"), now.settings.chase
+    disc, here = user_disc(now.user, now.site.navigation.chase), (now.pose.x, now.pose.y)
+    cells: Iterator[Cell] = space.free()
+    if chase.pick == "sample":
+        cells = iter(_sampled(list(cells), chase.seed, now.user))
+    best, shortest, least = None, math.inf, -math.inf
+    for tries, (x, y, weight) in enumerate(cells):
+        if weight < least or (best is None and tries >= TRIES):
+            break
+        if math.dist((x, y), here) >= shortest:
+            continue
+        path = planner.plan(here, (x, y), disc)
+        if path is None or path.length >= shortest:
+            continue
+        if best is None:
+            least = weight - chase.tie if chase.pick == "largest" else math.inf
+        best, shortest = (x, y), path.length
+    return best
+
+
+def _sampled(cells: list[Cell], seed: int, user: UserPose) -> list[Cell]:
+    """Cells in random order, heavier ones sooner (R96); the same for the same user pose."""
+    chance = random.Random(repr((seed, user.body)))
+    return sorted(cells, key=lambda cell: -(chance.random() ** (1.0 / max(cell[2], 1e-9))))
+
+
+def place_at(path: Sequence[Point], user: Point, near: float) -> Point:
+    """The first place on a path that is no farther than `near` from the user, or its end."""
+    for start, end in itertools.pairwise(path):
+        if math.dist(end, user) > near:
+            continue
+        dx, dy = end[0] - start[0], end[1] - start[1]
+        fx, fy = start[0] - user[0], start[1] - user[1]
+        square, along = dx * dx + dy * dy, fx * dx + fy * dy
+        outside = fx * fx + fy * fy - near * near
+        root = math.sqrt(max(0.0, along * along - square * outside))
+        share = min(1.0, max(0.0, (-along - root) / square)) if square > 0.0 else 0.0
+        return start[0] + share * dx, start[1] + share * dy
+    return path[-1]
+
+
+class HapticRequest(Monitor):
+    """`requested` while the user asks for a touch, except for the request `refused` before.
+
+    A request is a level: one that comes during an Escape is served afterwards (R60, R73).
+    """
+
+    outcomes = ("requested",)
+    outputs = {"requested": {"deep": Pose3, "since": int}}
+    reads = {"vr.haptic_request": None}
+
+    def run(self, ctx: Context, refused: int | None = None) -> Run:
+        while True:
+            sample = ctx.sample("vr.haptic_request")
+            asked = sample is not None and sample.value is not None
+            if sample is not None and asked and sample.stamp != refused:
+                return "requested", {"deep": sample.value, "since": sample.stamp}
+            yield On("vr.haptic_request")
+
+
+class ChooseChasePose(Action):
+    """The best free cell of the Chase space, and a yaw with a long side to the user (R96, R99)."""
+
+    outcomes = ("chosen", "none")
+    outputs = {"chosen": {"pose": Pose2, "user": UserPose}, "none": {"user": UserPose}}
+    reads = {**READS, "chase.space": AGE_S}
+
+    def run(self, ctx: Context) -> Run:
+        while (now := situation(ctx)) is None:
+            yield On("base.pose", "user.pose")
+        space = ctx.value("chase.space")
+        found = best_cell(now, space)
+        if found is None:
+            return "none", {"user": now.user}
+        goal = Pose2(*found, tangent_yaw(space.centre, found, now.pose.yaw))
+        return "chosen", {"pose": goal, "user": now.user}
+
+
+def user_soon(now: Situation, ahead: float) -> Pose2:
+    """Where the likeliest predictor sees the user after `ahead` seconds."""
+    predictor = PREDICTORS[now.settings.user.likely[0]]
+    return predictor.at(now.user.body, now.velocity, ahead, now.pose)
+
+
+def distance_soon(now: Situation, ahead: float) -> float:
+    """The distance of the user, now or `ahead` seconds later, whichever is greater, m."""
+    return max(now.distance, now.pose.distance_to(user_soon(now, ahead)))
+
+
+class UserFar(Monitor):
+    """`far` once the user is farther than `beyond`, or will be in `ahead` seconds.
+
+    Paper 4.4.2, second criterion (R90).
+    """
+
+    outcomes = ("far",)
+    reads = READS
+
+    def __init__(self, beyond: Length = 4.0, ahead: Duration = 0.0) -> None:
+        self.beyond, self.ahead = beyond, ahead
+
+    def run(self, ctx: Context) -> Run:
+        while True:
+            now = situation(ctx)
+            if now is not None and distance_soon(now, self.ahead) > self.beyond:
+                return "far"
+            yield On("user.pose")
+
+
+class Approach(Action):
+    """Follow a user who has gone far, until the robot is `near` metres away (R90, R91).
+
+    Where they will be in `ahead` seconds counts, so that a walker is followed in step.
+    """
+
+    outcomes = ("near", "no_path", "lost")
+    reads = READS
+    commands = ("base",)
+
+    def __init__(self, near: Length = 3.0, ahead: Duration = 0.0) -> None:
+        self.near, self.ahead = near, ahead
+
+    def run(self, ctx: Context) -> Run:
+        base, driver = ctx.part("base"), ctx.value("site").driver("chase")
+        try:
+            while (now := situation(ctx)) is not None:
+                if distance_soon(now, self.ahead) <= self.near:
+                    return "near"
+                goal = self._goal(now)
+                if goal is None:
+                    return "no_path"
+                driver.go_to(goal)
+                base.drive(driver.command(now.pose, now.twist, None, now.site.period))
+                yield None
+        finally:
+            base.stop()
+        return "lost"
+
+    def _goal(self, now: Situation) -> Pose2 | None:
+        """The place on the way to the user that is near enough."""
+        planner, soon = now.site.planner("chase"), user_soon(now, self.ahead)
+        user = (soon.x, soon.y)
+        end = user if planner.is_free(user) else planner.nearest_free(user)
+        path = None if end is None else planner.plan((now.pose.x, now.pose.y), end)
+        if path is None:
+            return None
+        return Pose2(*place_at(path.points, user, self.near), now.pose.yaw)
+
+
+def is_crowded(now: Situation, room: float, ahead: float, walking: float) -> bool:
+    """Does the user walk and, now or `ahead` seconds later, come nearer than `room`?
+
+    The robot counts as where it would come to rest.
+    """
+    if now.velocity.speed <= walking:
+        return False
+    rest, body = now.rest, now.user.body
+    likely = now.settings.user.likely
+    soon = (PREDICTORS[name].at(body, now.velocity, ahead, rest) for name in likely)
+    return any(rest.distance_to(place) < room for place in (body, *soon))
+
+
+class UserCrowds(Monitor):
+    """`crowded` when the user walks and is, or will be in a moment, nearer than `room`; 0 m: never.
+
+    While the user walks the robot stays 3 to 4 m away (R91).
+    """
+
+    outcomes = ("crowded",)
+    reads = READS
+
+    def __init__(self, room: Length = 0.0, ahead: Duration = 1.0, walking: Speed = 0.3) -> None:
+        self.room, self.ahead, self.walking = room, ahead, walking
+
+    def run(self, ctx: Context) -> Run:
+        if self.room <= 0.0:
+            yield Until(NEVER_NS)
+        while True:
+            now = situation(ctx)
+            if now is not None and is_crowded(now, self.room, self.ahead, self.walking):
+                return "crowded"
+            yield On("user.pose")
+
+
+class MakeRoom(Action):
+    """Keep out of a walking user's way, until they have stopped or are far enough.
+
+    Of places all around the robot it goes for the one from which the predicted walk stays between
+    `room` and `far` best (R91).
+    """
+
+    outcomes = ("clear", "lost")
+    reads = READS
+    commands = ("base",)
+
+    def __init__(
+        self,
+        room: Length = 3.0,
+        far: Length = 4.0,
+        ahead: Duration = 1.0,
+        walking: Speed = 0.2,
+    ) -> None:
+        self.room, self.far, self.ahead, self.walking = room, far, ahead, walking
+
+    def run(self, ctx: Context) -> Run:
+        from behaviors.dodge import place_with_room
+        from behaviors.forecast import towards
+
+        base, band = ctx.part("base"), (self.room, self.far)
+        again, goal = 0, None
+        try:
+            while (now := situation(ctx)) is not None:
+                if not is_crowded(now, self.room + SLACK, self.ahead, self.walking):
+                    return "clear"
+                if goal is None or ctx.now >= again:
+                    again = ctx.after(THINK_S)
+                    goal = place_with_room(now, band, goal)
+                base.drive(towards(now, goal, "chase"))
+                yield None
+        finally:
+            base.stop()
+        return "lost"

@@ -1,0 +1,101 @@
+"""The Chase space: cells about the user where the robot may wait, and what each is worth (R93-R98).
+
+Arrays are in the user's frame: x ahead, y left, m.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from behaviors.settings import ChaseSettings, Settings
+from states.site import Site
+
+Array = NDArray[np.float64]
+
+
+def grid(site: Site, settings: Settings) -> Array:
+    """All cells, (n, 3) x, y, weight, best first; centres lie at (i + 1/2) times the cell."""
+    chase = settings.chase
+    cells = ring(chase)
+    if chase.margin is not None and chase.margin_angle is not None:
+        escape = settings.escape
+        radius, bearing = np.hypot(*cells.T), np.abs(np.arctan2(cells[:, 1], cells[:, 0]))
+        ahead = bearing <= escape.half_view + chase.margin_angle
+        near = radius < np.where(ahead, escape.ahead, escape.around) + chase.margin
+        cells = cells[~near]
+    weigh = WEIGHTS[chase.weight]
+    weights = weigh(site, settings, cells)
+    order = np.argsort(-weights, kind="stable")
+    return np.column_stack((cells, weights))[order]
+
+
+def ring(chase: ChaseSettings) -> Array:
+    """The two arcs: between the radii, without what is cut out in front and behind, (n, 2)."""
+    reach = math.ceil(chase.outer / chase.cell)
+    centres = (np.arange(-reach, reach) + 0.5) * chase.cell
+    x, y = (axis.ravel() for axis in np.meshgrid(centres, centres, indexing="ij"))
+    radius, bearing = np.hypot(x, y), np.abs(np.arctan2(y, x))
+    kept = (radius >= chase.inner) & (radius <= chase.outer)
+    kept &= (bearing >= 0.5 * chase.front) & (bearing <= math.pi - 0.5 * chase.rear)
+    return np.column_stack((x[kept], y[kept]))
+
+
+def angle_radius(_site: Site, settings: Settings, cells: Array) -> Array:
+    """An angle term times a radius term, each 1 at its best value and falling off linearly."""
+    chase = settings.chase
+    radius, bearing = np.hypot(*cells.T), np.abs(np.arctan2(cells[:, 1], cells[:, 0]))
+    by_angle = 1.0 - np.abs(bearing - chase.best_angle) / math.pi
+    by_radius = 1.0 - np.abs(radius - chase.best_radius) / (chase.outer - chase.inner)
+    found: Array = np.clip(by_angle, 0.0, 1.0) * np.clip(by_radius, 0.0, 1.0)
+    return found
+
+
+def time_to_haptic(site: Site, settings: Settings, cells: Array) -> Array:
+    """One over one plus the time, s, to the nearest Haptic pose if the user reached out now.
+
+    Less for cells nearer to the user than `best_radius`: the robot has less time to get away.
+    """
+    subsystem, limits = site.navigation.haptic, site.limits
+    haptic = settings.haptic
+    best = np.full(len(cells), math.inf)
+    for angle in haptic.angles:
+        x = haptic.deep_ahead + haptic.radius * math.cos(angle)
+        y = haptic.radius * math.sin(angle)
+        length = length_around(cells, (x, y), subsystem.user_radius)
+        drive = rest_to_rest(length, subsystem.max_speed, limits.base_acceleration)
+        # the long side faces the user, either way round: the nearer one counts
+        tangent = np.arctan2(cells[:, 1], cells[:, 0]) + 0.5 * math.pi
+        turn = np.abs((angle + math.pi - tangent + 0.5 * math.pi) % math.pi - 0.5 * math.pi)
+        rotate = rest_to_rest(turn, limits.base_yaw_rate, limits.base_yaw_acceleration)
+        best = np.minimum(best, np.maximum(drive, rotate))
+    room = np.minimum(1.0, np.hypot(*cells.T) / settings.chase.best_radius)
+    found: Array = room**2 / (1.0 + best)
+    return found
+
+
+def rest_to_rest(length: Array, speed: float, acceleration: float) -> Array:
+    """Time for a way from standstill to standstill, s."""
+    short = 2.0 * np.sqrt(length / acceleration)
+    found: Array = np.where(
+        length < speed * speed / acceleration, short, length / speed + speed / acceleration
+    )
+    return found
+
+
+def length_around(starts: Array, goal: tuple[float, float], radius: float) -> Array:
+    """Length of the shortest ways from `starts` to `goal` round a disc about the origin, m."""
+    start_radius = np.maximum(np.hypot(*starts.T), radius)
+    goal_radius = max(math.hypot(*goal), radius)
+    apart = np.abs(np.arctan2(starts[:, 1], starts[:, 0]) - math.atan2(goal[1], goal[0]))
+    apart = np.minimum(apart, 2.0 * math.pi - apart)
+    straight = np.hypot(starts[:, 0] - goal[0], starts[:, 1] - goal[1])
+    arc = apart - np.arccos(radius / start_radius) - math.acos(radius / goal_radius)
+    legs = np.sqrt(start_radius**2 - radius**2) + math.sqrt(goal_radius**2 - radius**2)
+    found: Array = np.where(arc > 0.0, legs + radius * arc, straight)
+    return found
+
+
+WEIGHTS = {"angle_radius": angle_radius, "time_to_haptic": time_to_haptic}

@@ -1,0 +1,162 @@
+"""Escape: when the robot is in the user's way, where it could go, and going there (paper 4.4.3)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from behaviors.settings import EscapeSettings, Settings
+from behaviors.situation import AGE_S, READS, Situation, situation
+from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
+from hw.geometry import Pose2, Twist2, wrap
+from hw.samples import UserPose
+from states.navigation.states import is_there, user_disc
+from states.signals.prediction import time_to_contact
+from states.site import Site
+
+LOOKAHEAD_S = 3.0
+"""Contacts later than this are nobody's business yet, s."""
+
+
+def in_zone(escape: EscapeSettings, user: UserPose, base: Pose2, margin: float = 0.0) -> bool:
+    """Is the robot's centre in one of the two zones about the user (R104), grown by `margin`?"""
+    view = user.head_yaw if escape.view == "head" else user.body.yaw
+    dx, dy = base.x - user.body.x, base.y - user.body.y
+    bearing = wrap(math.atan2(dy, dx) - view)
+    reach = escape.ahead if abs(bearing) <= escape.half_view else escape.around
+    return math.hypot(dx, dy) < reach + margin
+
+
+def is_required(
+    site: Site, settings: Settings, user: UserPose, base: Pose2, velocity: Twist2
+) -> bool:
+    """Escape Required: in a zone while the user moves, or about to be walked into."""
+    escape = settings.escape
+    if velocity.speed < escape.moving:
+        return False
+    if in_zone(escape, user, base):
+        return True
+    return escape.predict and will_be_reached(site, escape, user.body, base, velocity)
+
+
+def is_safe(site: Site, settings: Settings, user: UserPose, base: Pose2, velocity: Twist2) -> bool:
+    """Both zones clear, with hysteresis, and nothing predicted (R112)."""
+    escape = settings.escape
+    if in_zone(escape, user, base, escape.hysteresis):
+        return False
+    return not (escape.predict and will_be_reached(site, escape, user.body, base, velocity))
+
+
+def will_be_reached(
+    site: Site, escape: EscapeSettings, user: Pose2, base: Pose2, velocity: Twist2
+) -> bool:
+    """Would the user walk into the robot before it could have moved aside?"""
+    relative = (user.x - base.x, user.y - base.y)
+    until = time_to_contact(relative, (velocity.vx, velocity.vy), escape.contact)
+    if not until < LOOKAHEAD_S or velocity.speed < escape.moving:
+        return False
+    offset = abs(relative[0] * velocity.vy - relative[1] * velocity.vx) / velocity.speed
+    aside = max(0.0, escape.contact - offset)
+    return until < escape.reaction + math.sqrt(2.0 * aside / site.limits.base_acceleration)
+
+
+def all_poses(escape: EscapeSettings, user: UserPose, base: Pose2) -> Iterator[Pose2]:
+    """The Escape poses in order, free or not: away from the user, yaw kept (R106, R107, R110)."""
+    away = math.atan2(base.y - user.body.y, base.x - user.body.x)
+    for distance in escape.distances:
+        for angle in escape.angles:
+            x = base.x + distance * math.cos(away + angle)
+            y = base.y + distance * math.sin(away + angle)
+            yield Pose2(x, y, base.yaw)
+
+
+def poses(site: Site, settings: Settings, user: UserPose, base: Pose2) -> tuple[Pose2, ...]:
+    """The Escape poses that are free at Escape's own inflation (R105, R108)."""
+    planner = site.planner("escape")
+    found = all_poses(settings.escape, user, base)
+    return tuple(pose for pose in found if planner.is_free((pose.x, pose.y)))
+
+
+class EscapeRequired(Monitor):
+    """`required` when the user could walk into the robot: it has to go (R62, R104)."""
+
+    outcomes = ("required",)
+    reads = {"escape.required": AGE_S}
+
+    def run(self, ctx: Context) -> Run:
+        while not ctx.value("escape.required"):
+            yield On("escape.required")
+        return "required"
+
+
+class SafeOnTheWay(Monitor):
+    """`safe` once both zones are clear, before an Escape pose is reached.
+
+    Only in profiles that allow it, and only if there was danger at the start: an Escape because
+    Chase has failed has to reach its pose (R112).
+    """
+
+    outcomes = ("safe",)
+    reads = {**READS, "escape.safe": AGE_S}
+
+    def run(self, ctx: Context) -> Run:
+        if not ctx.value("settings").escape.safe_on_the_way or ctx.value("escape.safe"):
+            yield Until(NEVER_NS)
+        while not (ctx.value("escape.safe") and self._can_stop(ctx)):
+            yield On("escape.safe")
+        return "safe"
+
+    def _can_stop(self, ctx: Context) -> bool:
+        """Would the robot, braking from now on, keep off the walls?"""
+        now = situation(ctx)
+        return now is not None and now.site.planner("escape").is_free((now.rest.x, now.rest.y))
+
+
+class Flee(Action):
+    """Drive to an Escape pose, as fast as can be and without turning (R109-R111).
+
+    `safe`: there, and both zones are clear. `no_pose`: no Escape pose is free. `no_way`: none can
+    be reached, or none without touching the user.
+    """
+
+    outcomes = ("safe", "no_pose", "no_way")
+    reads = {**READS, "escape.poses": AGE_S, "escape.safe": AGE_S}
+    commands = ("base",)
+
+    def run(self, ctx: Context) -> Run:
+        from behaviors.forecast import towards
+
+        base, goal = ctx.part("base"), None
+        try:
+            while (now := situation(ctx)) is not None:
+                subsystem = now.site.navigation.escape
+                if goal is not None and is_there(now.pose, now.twist, goal, subsystem):
+                    if ctx.value("escape.safe"):
+                        return "safe"
+                    goal = None
+                free = ctx.value("escape.poses")
+                goal = self._choose(now, free, goal)
+                if goal is None:
+                    return "no_way" if free else "no_pose"
+                base.drive(towards(now, (goal.x, goal.y), "escape"))
+                yield None
+        finally:
+            base.stop()
+        return "no_way"
+
+    def _choose(self, now: Situation, free: Sequence[Pose2], goal: Pose2 | None) -> Pose2 | None:
+        """The goal to go for, in the order of the profile; None if nothing leads out."""
+        if now.settings.escape.order == "given":
+            return goal or _first_in_reach(now, free)
+        from behaviors.dodge import way_out
+
+        return way_out(now, (*(() if goal is None else (goal,)), *free), goal)
+
+
+def _first_in_reach(now: Situation, free: Sequence[Pose2]) -> Pose2 | None:
+    planner = now.site.planner("escape")
+    disc = user_disc(now.user, now.site.navigation.escape)
+    for goal in free:
+        if planner.plan((now.pose.x, now.pose.y), (goal.x, goal.y), disc) is not None:
+            return goal
+    return None

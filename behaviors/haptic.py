@@ -1,0 +1,109 @@
+"""Haptic: where to stand for a touch, and when it is over (paper 4.4.1)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from behaviors.settings import HapticSettings, Settings
+from behaviors.situation import READS, Situation, situation
+from engine.state import Action, Context, Monitor, On, Run
+from hw.geometry import Pose2, Pose3, wrap
+from states.navigation.states import user_disc
+from states.site import Site
+
+
+def all_poses(haptic: HapticSettings, deep: Pose3) -> Iterator[Pose2]:
+    """The Haptic rover poses in order, free or not: a half circle in front of the DEEP (R75).
+
+    0 is on the line from the user through the DEEP; the robot faces the DEEP (R76, R85).
+    """
+    for angle in haptic.angles:
+        direction = deep.yaw + angle
+        x = deep.x + haptic.radius * math.cos(direction)
+        y = deep.y + haptic.radius * math.sin(direction)
+        yield Pose2(x, y, wrap(direction + math.pi))
+
+
+def poses(site: Site, settings: Settings, deep: Pose3) -> tuple[Pose2, ...]:
+    """The Haptic rover poses that are free at Haptic's inflation, in order (R77)."""
+    planner = site.planner("haptic")
+    return tuple(p for p in all_poses(settings.haptic, deep) if planner.is_free((p.x, p.y)))
+
+
+def reachable(now: Situation, free: tuple[Pose2, ...]) -> dict[Pose2, float]:
+    """The poses that the robot can drive to, in order, with the time that the drive takes, s."""
+    planner, subsystem = now.site.planner("haptic"), now.site.navigation.haptic
+    here, disc = (now.pose.x, now.pose.y), user_disc(now.user, subsystem)
+    found = {}
+    for goal in free:
+        path = planner.plan(here, (goal.x, goal.y), disc)
+        if path is not None:
+            found[goal] = drive_time(now, path.length, abs(wrap(goal.yaw - now.pose.yaw)))
+    return found
+
+
+def best_pose(now: Situation, times: dict[Pose2, float], deep: Pose3) -> Pose2 | None:
+    """Of poses with their drive times the first, or the one with the prop soonest at the DEEP.
+
+    None: by the profile's order "time", the DEEP is out of the arm's reach from all of them.
+    """
+    goals = tuple(times)
+    if now.settings.haptic.order == "given":
+        return goals[0] if goals else None
+    drive = now.site.navigation.haptic
+    tolerance = (drive.tolerance, drive.yaw_tolerance)
+    drives = tuple(times.values())
+    best = now.site.workspace.best(goals, drives, deep, now.user.body, tolerance)
+    return None if best is None else goals[best]
+
+
+def drive_time(now: Situation, length: float, turn: float) -> float:
+    """From standstill to standstill, turning on the way, s."""
+    limits, fastest = now.site.limits, now.site.navigation.haptic.max_speed
+    drive = _rest_to_rest(length, fastest, limits.base_acceleration)
+    return max(drive, _rest_to_rest(turn, limits.base_yaw_rate, limits.base_yaw_acceleration))
+
+
+def _rest_to_rest(way: float, speed: float, acceleration: float) -> float:
+    if way < speed * speed / acceleration:
+        return 2.0 * math.sqrt(way / acceleration)
+    return way / speed + speed / acceleration
+
+
+class Released(Monitor):
+    """`released` when the user lets go, whatever the robot is doing for them (R61, R83)."""
+
+    outcomes = ("released",)
+    reads = {"vr.release": None, "vr.haptic_request": None}
+
+    def run(self, ctx: Context, since: int) -> Run:
+        while not ctx.events("vr.release") and self._is_asked(ctx, since):
+            yield On("vr.release", "vr.haptic_request")
+        return "released"
+
+    def _is_asked(self, ctx: Context, since: int) -> bool:
+        sample = ctx.sample("vr.haptic_request")
+        return sample is not None and sample.value is not None and sample.stamp == since
+
+
+class ChooseHapticPose(Action):
+    """The Haptic rover pose to go to, of those that are free and can be reached.
+
+    In the order of the profile: as given, or by the time until the prop is at the DEEP, by the true
+    reach of the arm. `none`: the user stands too near to a wall, or in the only way.
+    `out_of_reach`: the DEEP is too high, too low or behind something for the arm.
+    """
+
+    outcomes = ("chosen", "none", "out_of_reach")
+    outputs = {"chosen": {"pose": Pose2}}
+    reads = {**READS, "haptic.poses": None}
+
+    def run(self, ctx: Context, deep: Pose3) -> Run:
+        while (now := situation(ctx)) is None:
+            yield On("base.pose", "user.pose")
+        times = reachable(now, ctx.value("haptic.poses") or ())
+        if not times:
+            return "none"
+        best = best_pose(now, times, deep)
+        return "out_of_reach" if best is None else ("chosen", {"pose": best})

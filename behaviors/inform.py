@@ -1,0 +1,33 @@
+"""Inform: show the robot to the user until both can go on (paper 4.4.4)."""
+
+from __future__ import annotations
+
+from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
+
+
+class WarnUser(Action):
+    """Show the user the robot and the stop sign, for as long as this lasts (R18, R114)."""
+
+    outcomes = ()
+    commands = ("vr",)
+
+    def run(self, ctx: Context) -> Run:
+        vr = ctx.part("vr")
+        vr.inform(True)
+        try:
+            while True:
+                yield Until(NEVER_NS)
+        finally:
+            vr.inform(False)
+
+
+class Restarted(Monitor):
+    """`restarted` on the restart signal of the user, who has stopped and is ready (R65, R115)."""
+
+    outcomes = ("restarted",)
+    reads = {"vr.restart": None}
+
+    def run(self, ctx: Context) -> Run:
+        while not ctx.events("vr.restart"):
+            yield On("vr.restart")
+        return "restarted"

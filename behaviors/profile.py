@@ -1,0 +1,182 @@
+"""Profiles: YAML files that give every settled reading a value.
+
+    profile: tuned
+    about: what it is good for
+    robot: …            # behaviors.settings.RobotSettings
+    safety: …           # SafetySettings
+    navigation: …       # states.site.Navigation
+    user: …  escape: …  chase: …  haptic: …      # behaviors.settings.Settings
+    charts: {chase: {patience: 20 s}}            # parameters of charts, in place of their defaults
+
+Values may carry units, as in charts. All sections but `charts` are complete.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import typing
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from behaviors.settings import (
+    ChaseSettings,
+    EscapeSettings,
+    HapticSettings,
+    RobotSettings,
+    SafetySettings,
+    Settings,
+    UserSettings,
+)
+from engine.chart import Chart
+from engine.finding import did_you_mean
+from engine.source import Map, Mark, Source, read
+from engine.types import Mismatch, convert, from_annotation
+from hw.robot import RobotModel
+from hw.room import Room
+from states.site import Navigation, Site
+
+FOLDER = Path(__file__).parent.parent / "charts" / "profiles"
+T = TypeVar("T")
+
+
+class ProfileError(ValueError):
+    """A profile is wrong or missing; the text starts with `file:line:column:`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """A checked profile."""
+
+    name: str
+    about: str
+    robot: RobotSettings
+    safety: SafetySettings
+    navigation: Navigation
+    settings: Settings
+    charts: Mapping[str, Mapping[str, Any]]
+    sha256: str
+
+    def site(self, room: Room, robot: RobotModel) -> Site:
+        """What the states need of a place, with the values of this profile."""
+        if self.robot.arm_parked is not None:
+            arm = dataclasses.replace(robot.arm, parked=self.robot.arm_parked)
+            robot = dataclasses.replace(robot, arm=arm)
+        return Site(room, robot, self.robot.limits, self.navigation)
+
+    def apply(self, library: Mapping[str, Chart]) -> dict[str, Chart]:
+        """The charts with this profile's values as defaults of their parameters.
+
+        Charts that the profile does not know, and parameters that a chart of one's own has not,
+        stay as they are.
+        """
+        return {name: self._applied(chart) for name, chart in library.items()}
+
+    def _applied(self, chart: Chart) -> Chart:
+        values = self.charts.get(chart.name, {})
+        parameters = {
+            name: dataclasses.replace(parameter, default=values[name], required=False)
+            if name in values
+            else parameter
+            for name, parameter in chart.parameters.items()
+        }
+        return dataclasses.replace(chart, parameters=parameters)
+
+
+def profile_names() -> tuple[str, ...]:
+    """The profiles that come with the project."""
+    return tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
+
+
+def load_profile(name_or_path: str | Path) -> Profile:
+    """A profile by name or by file.
+
+    Raises:
+        ProfileError: with file, line, key and what would be right.
+    """
+    name = str(name_or_path)
+    path = (
+        Path(name) if name.endswith((".yaml", ".yml")) or "/" in name else FOLDER / f"{name}.yaml"
+    )
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        hint = did_you_mean(name, profile_names())
+        raise ProfileError(f"{name}: no such profile ({error.strerror}); {hint}") from None
+    source = read(data, str(path))
+    if source.findings:
+        first = source.findings[0]
+        raise ProfileError(f"{first.place}: {first.message}")
+    return _Reader(source).profile(hashlib.sha256(data).hexdigest())
+
+
+class _Reader:
+    """Turns one file into a `Profile`."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+
+    def profile(self, sha256: str) -> Profile:
+        raw = self.source.value
+        if not isinstance(raw, Map):
+            raise self.fail((1, 1, 2), "a profile is a mapping; begin with `profile: NAME`")
+        sections = ("robot", "safety", "navigation", "user", "escape", "chase", "haptic")
+        self.keys(raw, ("profile", "about", *sections), ("charts",), "a profile")
+        return Profile(
+            name=str(raw["profile"]),
+            about=str(raw["about"]),
+            robot=self.section(raw, "robot", RobotSettings),
+            safety=self.section(raw, "safety", SafetySettings),
+            navigation=self.section(raw, "navigation", Navigation),
+            settings=Settings(
+                user=self.section(raw, "user", UserSettings),
+                escape=self.section(raw, "escape", EscapeSettings),
+                chase=self.section(raw, "chase", ChaseSettings),
+                haptic=self.section(raw, "haptic", HapticSettings),
+            ),
+            charts=self.charts(raw),
+            sha256=sha256,
+        )
+
+    def section(self, raw: Map, key: str, kind: type[T]) -> T:
+        inside = self.mapping(raw, key)
+        hints = typing.get_type_hints(kind, include_extras=True)
+        self.keys(inside, tuple(hints), (), repr(key))
+        found: dict[str, Any] = {}
+        for name, hint in hints.items():
+            if dataclasses.is_dataclass(hint):
+                found[name] = self.section(inside, name, typing.cast("type[Any]", hint))
+                continue
+            try:
+                found[name] = convert(inside[name], from_annotation(hint))
+            except Mismatch as mismatch:
+                raise self.fail(inside.values_at[name], f"{key}.{name}: {mismatch}") from None
+        return kind(**found)
+
+    def charts(self, raw: Map) -> Mapping[str, Mapping[str, Any]]:
+        if "charts" not in raw:
+            return {}
+        inside = self.mapping(raw, "charts")
+        return {chart: dict(self.mapping(inside, chart)) for chart in inside}
+
+    def mapping(self, raw: Map, key: str) -> Map:
+        value = raw[key]
+        if not isinstance(value, Map):
+            raise self.fail(raw.values_at.get(key, raw.at), f"{key!r} is a mapping of values")
+        return value
+
+    def keys(
+        self, raw: Map, required: tuple[str, ...], optional: tuple[str, ...], where: str
+    ) -> None:
+        for key in raw:
+            if key not in required and key not in optional:
+                hint = did_you_mean(key, (*required, *optional))
+                raise self.fail(raw.keys_at[key], f"unknown key {key!r} in {where}; {hint}")
+        missing = [key for key in required if key not in raw]
+        if missing:
+            raise self.fail(raw.at, f"{where} has no value for {', '.join(missing)}")
+
+    def fail(self, mark: Mark, message: str) -> ProfileError:
+        return ProfileError(f"{self.source.place(mark)}: {message}")

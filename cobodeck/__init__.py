@@ -1,0 +1,1 @@
+"""The program: catalogue, wiring and command line."""

@@ -1,0 +1,98 @@
+"""The command line: `cobodeck COMMAND …`.
+
+A command is a module of `cobodeck.commands` with `arguments(parser)` and `run(args)`; only the one
+that is asked for is imported, so that `validate` starts fast.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+
+from cobodeck.console import FAILED, OK, USAGE, Problem, complain, show
+
+COMMANDS = {
+    "validate": "check charts, scenes, robots and profiles",
+    "schema": "write the JSON Schema with which editors complete charts",
+    "list": "list states, signals, charts, scenes, users, profiles or robots",
+    "render": "draw a chart",
+    "simulate": "run a chart on the simulated robot",
+    "run": "run a chart on a robot",
+    "space": "measure how much of a room or map the robot can use",
+    "reach": "tell how high the arm reaches",
+    "new": "begin a project of your own",
+    "bench": "measure run time against error",
+    "doctor": "tell whether this machine is fit",
+}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command; the exit code."""
+    given = list(sys.argv[1:] if argv is None else argv)
+    try:
+        return _dispatch(given)
+    except Problem as problem:
+        complain(str(problem))
+        return problem.code
+    except KeyboardInterrupt:
+        complain("stopped")
+        return 130
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return OK
+    except OSError as error:
+        complain(f"{error.filename or 'file'}: {error.strerror or error}")
+        return FAILED
+    except ValueError as error:
+        if not _is_mistake_in_a_file(error):
+            raise
+        complain(str(error))
+        return FAILED
+
+
+def _is_mistake_in_a_file(error: ValueError) -> bool:
+    from behaviors.profile import ProfileError
+    from hw.document import FileError
+
+    return isinstance(error, FileError | ProfileError)
+
+
+def _dispatch(given: list[str]) -> int:
+    if not given or given[0] in ("-h", "--help"):
+        show(_overview())
+        return OK if given else USAGE
+    if given[0] == "--version":
+        from importlib.metadata import version
+
+        show(f"cobodeck {version('cobodeck')}")
+        return OK
+    name, *rest = given
+    if name not in COMMANDS:
+        from engine.finding import did_you_mean
+
+        raise Problem(f"no command {name!r}; {did_you_mean(name, COMMANDS)}")
+    module = importlib.import_module(f"cobodeck.commands.{name}")
+    parser = argparse.ArgumentParser(f"cobodeck {name}", description=module.__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    module.arguments(parser)
+    try:
+        args = parser.parse_args(rest)
+    except SystemExit as end:  # argparse has said what is wrong
+        return int(end.code or OK)
+    code = module.run(args)
+    return FAILED if code is None else int(code)
+
+
+def _overview() -> str:
+    width = max(map(len, COMMANDS))
+    lines = [f"  {name:{width}}  {about}" for name, about in COMMANDS.items()]
+    return "\n".join(
+        ["usage: cobodeck COMMAND …", "", *lines, "", "cobodeck COMMAND --help tells more."]
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

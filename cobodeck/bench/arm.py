@@ -1,0 +1,276 @@
+"""The arm: inverse kinematics, plans and moves on seeded problems, beside other packages.
+
+Times of the inverse kinematics are divided by those of forward kinematics of as many poses; plans
+are asked for 500 DEEPs 0.5 to 1.6 m high and 0.8 to 1.2 m before the rover, with a person behind
+each and a pillar. Peers (`arm_peers`) take part where they are installed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+from time import perf_counter
+
+import numpy as np
+
+from behaviors.profile import load_profile
+from cobodeck.bench.arm_peers import IK_PEERS, found, ompl_plan
+from cobodeck.bench.engine import times
+from cobodeck.bench.harness import ROUNDS, Case, Row, Work, measure, seconds_of
+from states.arm.collision import Checker, CollisionModel, Surroundings
+from states.arm.inverse import inverse
+from states.arm.kernels import Array
+from states.arm.kinematics import Chain, deviation, forward, inverted
+from states.arm.model import Manipulator, load_manipulator
+from states.arm.planning import NoPlan, Plan, Query, goals_at, plan, warm_up
+from states.arm.reach import ANGLES
+from states.arm.trajectory import ArmLimits
+
+NAME = "arm"
+POSES, PROBLEMS = 10_000, 500
+PEER_POSES = 50
+"""Poses for packages that need milliseconds for each."""
+OMPL_PROBLEMS = 40
+SEED = 42
+SETS = ("anywhere", "wrist", "elbow", "shoulder")
+EXACT = 1e-9
+STEP = 0.01
+"""Plans are looked at again every so many rad."""
+
+
+def rows(rounds: int = ROUNDS) -> Iterator[Row]:
+    """Everything, row by row."""
+    arm = load_manipulator()
+    warm_up(arm)
+    yield from ik_rows(arm, rounds)
+    asked = problems(PROBLEMS)
+    for profile in ("tuned", "paper"):
+        yield from plan_rows(arm, profile, asked)
+
+
+# inverse kinematics
+
+
+def ik_rows(arm: Manipulator, rounds: int = ROUNDS, poses: int = POSES) -> Iterator[Row]:
+    """Batch and single times with the worst position error, and what is not solved."""
+    chain = Chain.of(arm)
+    sets = {name: joint_sets(chain, name, poses) for name in SETS}
+    for name, joints in sets.items():
+        targets = forward(chain, joints)
+        missed, error = ik_errors(chain, targets)
+        case = Case(
+            f"ik {name}",
+            Work(times(partial(forward, chain, joints))),
+            "forward kinematics",
+            {"cobodeck": Work(times(partial(inverse, chain, targets)))},
+        )
+        (timed,) = measure(NAME, case, rounds)
+        assert timed.time_us is not None
+        yield Row(
+            NAME, case.name, "cobodeck", "poses", poses,
+            time_us=timed.time_us / poses, ratio=timed.ratio, ratio_to=timed.ratio_to,
+            error=float(f"{error:.2g}"), error_unit="m, worst", reference="forward kinematics",
+            goal=EXACT,
+        )  # fmt: skip
+        yield Row(
+            NAME, f"ik {name} unsolved", "cobodeck", "poses", poses,
+            error=100.0 * missed, error_unit="%", reference="the joints asked from", goal=0.0,
+        )  # fmt: skip
+    yield from _single_rows(chain, sets["anywhere"], rounds)
+
+
+def _single_rows(chain: Chain, joints: Array, rounds: int) -> Iterator[Row]:
+    targets = forward(chain, joints)
+    flanges = inverted(chain.base) @ targets @ inverted(chain.tip)
+    solvers = {"cobodeck": (lambda pose: inverse(chain, pose), targets)}
+    for name in found(IK_PEERS):
+        solvers[name] = (IK_PEERS[name](chain), flanges)
+    for name, (solve, poses) in solvers.items():
+        taken = sorted(
+            min(seconds_of(Work(times(partial(solve, pose))), 1) for _ in range(min(rounds, 3)))
+            for pose in poses[: 1000 if name in ("cobodeck", "ur-analytic-ik") else PEER_POSES]
+        )
+        for quantile in (0.5, 0.99):
+            took = float(np.quantile(taken, quantile)) * 1e6
+            yield Row(NAME, "ik single", name, "quantile", quantile, time_us=took)
+
+
+def ik_errors(chain: Chain, targets: Array) -> tuple[float, float]:
+    """The share of poses without a solution, and the largest position error of any solution, m."""
+    solved = inverse(chain, targets)
+    reached = forward(chain, solved.joints[solved.valid])
+    asked = np.broadcast_to(targets[:, None], (*solved.valid.shape, 4, 4))[solved.valid]
+    distance, _ = deviation(reached, asked)
+    return float((~solved.valid.any(axis=1)).mean()), float(distance.max())
+
+
+def joint_sets(chain: Chain, kind: str, count: int) -> Array:
+    """Joints (count, 6): anywhere, or at (a tenth) and near a singular wrist, elbow or shoulder."""
+    rng = np.random.default_rng(SETS.index(kind))
+    q = rng.uniform(-np.pi, np.pi, (count, 6))
+    off = 10.0 ** rng.uniform(-12, -2, count) * rng.choice([-1.0, 1.0], count)
+    off[: count // 10] = 0.0
+    if kind == "wrist":
+        q[:, 4] = rng.choice([0.0, np.pi], count) + off
+    elif kind == "elbow":
+        q[:, 2] = np.clip(rng.choice([0.0, -np.pi, np.pi], count) + off, -np.pi, np.pi)
+    elif kind == "shoulder":  # the wrist straight above or below the shoulder's axis
+        _, a2, a3, _, d5, _ = chain.dh
+        along = a2 + a3 * np.cos(q[:, 2]) + d5 * np.sin(q[:, 2] + q[:, 3])
+        across = -a3 * np.sin(q[:, 2]) + d5 * np.cos(q[:, 2] + q[:, 3])
+        q[:, 1] = np.arctan2(-along, across) + rng.choice([0.0, np.pi], count) + off
+    return q
+
+
+# plans
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Problem:
+    """rover_from_deep (4, 4) and what stands around."""
+
+    deep: Array
+    around: Surroundings
+
+
+def problems(count: int) -> list[Problem]:
+    """DEEPs before the rover, seen from the paper's seven directions; the same every time."""
+    rng = np.random.default_rng(SEED)
+    return [_problem(rng) for _ in range(count)]
+
+
+def _problem(rng: np.random.Generator) -> Problem:
+    height, distance = rng.uniform(0.5, 1.6), rng.uniform(0.8, 1.2)
+    yaw, pitch = np.pi - rng.choice(ANGLES), rng.uniform(-np.radians(20), np.radians(20))
+    (cy, sy), (cp, sp) = (np.cos(yaw), np.sin(yaw)), (np.cos(pitch), np.sin(pitch))
+    deep = np.eye(4)
+    deep[:3, :3] = [[cy * cp, -sy, cy * sp], [sy * cp, cy, sy * sp], [-sp, 0.0, cp]]
+    deep[:3, 3] = distance, 0.0, height
+    person = deep[:2, 3] - 0.85 * np.array([cy, sy])
+    while True:
+        radius, angle, away = rng.uniform(0.05, 0.15), rng.uniform(-1.7, 1.7), rng.uniform(0.7, 1.2)
+        pillar = away * np.array([np.cos(angle), np.sin(angle)])
+        outside = np.maximum(np.abs(pillar) - [0.565, 0.455], 0.0)
+        if np.hypot(*outside) > radius + 0.02 and np.hypot(*(pillar - deep[:2, 3])) > radius + 0.2:
+            break
+    cylinders = np.array([[*person, 0.5, 0.0, 1.8], [*pillar, radius, 0.0, 2.5]])
+    return Problem(deep, Surroundings(np.zeros((0, 6)), cylinders))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
+    """What came of one problem, and how long inverse kinematics and planning took, s."""
+
+    query: Query
+    answer: Plan | NoPlan
+    seconds: float
+
+    @property
+    def reachable(self) -> bool:
+        """Is there a goal that touches nothing?"""
+        goals = self.query.goals
+        return bool(len(goals) and self.query.checker.free(goals).any())
+
+
+def plan_rows(arm: Manipulator, profile: str, asked: list[Problem]) -> Iterator[Row]:
+    """Planning and moving times, what is not solved, what touches and what comes out otherwise."""
+    outcomes = [_solved(arm, profile, problem) for problem in asked]
+    taken = [outcome.seconds for outcome in outcomes if outcome.reachable]
+    for quantile in (0.5, 0.99):
+        took = float(np.quantile(taken, quantile)) * 1e6
+        yield Row(NAME, f"plan {profile}", "cobodeck", "quantile", quantile, time_us=took)
+    yield from _figures(profile, outcomes)
+    moves = durations(outcomes)
+    yield Row(NAME, f"move {profile} mean", "cobodeck", time_us=float(np.mean(moves)) * 1e6)
+    for quantile in (0.5, 0.95):
+        took = float(np.quantile(moves, quantile)) * 1e6
+        yield Row(NAME, f"move {profile}", "cobodeck", "quantile", quantile, time_us=took)
+    if found({"ompl": None}):
+        yield from _ompl_rows(
+            profile, [each for each in outcomes if each.reachable][:OMPL_PROBLEMS]
+        )
+
+
+def _figures(profile: str, outcomes: list[Outcome]) -> Iterator[Row]:
+    figures: Mapping[str, tuple[float, str, str, float]] = {
+        "unsolved": (100.0 * unsolved(outcomes), "% of reachable", "goals that touch nothing", 2.0),
+        "touching": (touching(outcomes), "plans", f"looked at every {STEP} rad", 0.0),
+        "differing": (differing(outcomes[:100]), "plans of 100", "planned again", 0.0),
+    }
+    for name, (error, unit, reference, goal) in figures.items():
+        yield Row(
+            NAME, f"plan {profile} {name}", "cobodeck", "problems", len(outcomes),
+            error=round(error, 3), error_unit=unit, reference=reference, goal=goal,
+        )  # fmt: skip
+
+
+def _solved(arm: Manipulator, profile: str, problem: Problem) -> Outcome:
+    limits, start = _limits(arm, profile), _parked(arm, profile)
+    chain, checker = Chain.of(arm), Checker.of(CollisionModel.of(arm), problem.around)
+    begin = perf_counter()
+    query = Query(chain, checker, limits, start, goals_at(chain, problem.deep, start))
+    answer = plan(query)
+    return Outcome(query, answer, perf_counter() - begin)
+
+
+def _limits(arm: Manipulator, profile: str) -> ArmLimits:
+    robot = load_profile(profile).robot
+    tool = np.inf if robot.tool_speed is None else robot.tool_speed
+    return ArmLimits.even(arm.max_speed, robot.arm_acceleration, tool_speed=tool)
+
+
+def _parked(arm: Manipulator, profile: str) -> Array:
+    return np.array(arm.tool.parked_paper if profile == "paper" else arm.tool.parked)
+
+
+def durations(outcomes: list[Outcome]) -> list[float]:
+    """How long the moves take, s."""
+    return [o.answer.trajectory.duration for o in outcomes if isinstance(o.answer, Plan)]
+
+
+def unsolved(outcomes: list[Outcome]) -> float:
+    """The share of reachable problems without a plan."""
+    reachable = [outcome for outcome in outcomes if outcome.reachable]
+    return sum(isinstance(o.answer, NoPlan) for o in reachable) / len(reachable)
+
+
+def touching(outcomes: list[Outcome]) -> int:
+    """Plans with a contact at one of the looks along them."""
+    count = 0
+    for outcome in outcomes:
+        if isinstance(outcome.answer, Plan):
+            path = outcome.answer.trajectory.path
+            joints, _, _ = path.at(np.append(np.arange(0.0, path.length, STEP), path.length))
+            count += bool(outcome.query.checker.clearance(joints).min() <= 0.0)
+    return count
+
+
+def differing(outcomes: list[Outcome]) -> int:
+    """Plans that come out otherwise when asked for again, by a single bit."""
+    count = 0
+    for outcome in outcomes:
+        again, before = plan(outcome.query), outcome.answer
+        if isinstance(again, Plan) and isinstance(before, Plan):
+            one, other = again.trajectory, before.trajectory
+            same = np.array_equal(one.path.pieces, other.path.pieces)
+            count += not (same and np.array_equal(one.times, other.times))
+        else:
+            count += again != before
+    return count
+
+
+def _ompl_rows(profile: str, outcomes: list[Outcome]) -> Iterator[Row]:
+    """RRTConnect of OMPL over the same checks, to all goals at once, shortened."""
+    taken, failed = [], 0
+    for outcome in outcomes:
+        begin = perf_counter()
+        failed += not ompl_plan(outcome.query)
+        taken.append(perf_counter() - begin)
+    for quantile in (0.5, 0.99):
+        took = float(np.quantile(taken, quantile)) * 1e6
+        yield Row(NAME, f"plan {profile}", "ompl", "quantile", quantile, time_us=took)
+    yield Row(
+        NAME, f"plan {profile} unsolved", "ompl", "problems", len(outcomes),
+        error=round(100.0 * failed / len(outcomes), 3), error_unit="% of reachable",
+    )  # fmt: skip

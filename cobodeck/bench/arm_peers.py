@@ -1,0 +1,127 @@
+"""The arm in other packages, where they are installed: inverse kinematics and OMPL's planner."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+
+from states.arm.kernels import Array
+from states.arm.kinematics import Chain
+from states.arm.planning import Query
+
+MODULES = {
+    "ompl": "ompl",
+    "ur-analytic-ik": "ur_analytic_ik",
+    "roboticstoolbox-python": "roboticstoolbox",
+    "ikpy": "ikpy",
+}
+OMPL_TIME = 1.0
+OMPL_STEP = 0.02
+"""Longest step between two looks of OMPL, rad."""
+
+
+def found(names: Iterable[str]) -> list[str]:
+    """Those of the packages that can be imported."""
+    return [name for name in names if _imports(MODULES[name])]
+
+
+def _imports(module: str) -> bool:
+    if find_spec(module) is None:
+        return False
+    try:
+        import_module(module)
+    except ImportError:  # installed without what it needs
+        return False
+    return True
+
+
+def _analytic(_: Chain) -> Callable[[Array], Any]:
+    solve: Callable[[Array], Any] = import_module("ur_analytic_ik").ur10.inverse_kinematics
+    return solve
+
+
+def _toolbox(chain: Chain) -> Callable[[Array], Any]:
+    toolbox = import_module("roboticstoolbox")
+    links = [toolbox.RevoluteDH(d=d, a=a, alpha=alpha) for d, a, alpha in _dh(chain)]
+    ets = toolbox.DHRobot(links).ets()
+
+    def solve(pose: Array) -> Any:
+        return ets.ik_LM(pose, tol=1e-12)
+
+    return solve
+
+
+def _ikpy(chain: Chain) -> Callable[[Array], Any]:
+    links = [import_module("ikpy.link").DHLink(d=d, a=a, alpha=alpha) for d, a, alpha in _dh(chain)]
+    arm = import_module("ikpy.chain").Chain(links, active_links_mask=[True] * len(links))
+
+    def solve(pose: Array) -> Any:
+        return arm.inverse_kinematics_frame(pose, orientation_mode="all")
+
+    return solve
+
+
+def _dh(chain: Chain) -> list[tuple[float, float, float]]:
+    """d, a, alpha of the nominal chain."""
+    d1, a2, a3, d4, d5, d6 = (float(value) for value in chain.dh)
+    half = 0.5 * np.pi
+    return [
+        (d1, 0.0, half),
+        (0.0, a2, 0.0),
+        (0.0, a3, 0.0),
+        (d4, 0.0, half),
+        (d5, 0.0, -half),
+        (d6, 0.0, 0.0),
+    ]
+
+
+IK_PEERS: dict[str, Callable[[Chain], Callable[[Array], Any]]] = {
+    "ur-analytic-ik": _analytic,
+    "roboticstoolbox-python": _toolbox,
+    "ikpy": _ikpy,
+}
+"""Makers of functions of base_from_flange (4, 4), for the arm of a chain."""
+
+
+def ompl_plan(query: Query) -> bool:
+    """Does OMPL's RRTConnect find a way within `OMPL_TIME`, shortened as it does by default?
+
+    It looks every `OMPL_STEP` through a Python callback, which is most of its time.
+    """
+    base, geometric = import_module("ompl.base"), import_module("ompl.geometric")
+    log = import_module("ompl.util")
+    log.setLogLevel(log.LOG_NONE)
+    space = base.RealVectorStateSpace(6)
+    bounds = base.RealVectorBounds(6)
+    for joint in range(6):
+        bounds.setLow(joint, float(query.chain.lower[joint]))
+        bounds.setHigh(joint, float(query.chain.upper[joint]))
+    space.setBounds(bounds)
+    setup = geometric.SimpleSetup(space)
+    setup.setStateValidityChecker(
+        lambda state: bool(query.checker.free(np.array([state[i] for i in range(6)]))[0])
+    )
+    setup.getSpaceInformation().setStateValidityCheckingResolution(
+        OMPL_STEP / space.getMaximumExtent()
+    )
+    setup.setStartState(_state(space, query.start))
+    goals = base.GoalStates(setup.getSpaceInformation())
+    for goal in query.goals[query.checker.free(query.goals)]:
+        goals.addState(_state(space, goal))
+    setup.setGoal(goals)
+    setup.setPlanner(geometric.RRTConnect(setup.getSpaceInformation()))
+    solved = bool(setup.solve(OMPL_TIME)) and bool(setup.haveExactSolutionPath())
+    if solved:
+        setup.simplifySolution()
+    return solved
+
+
+def _state(space: Any, joints: Array) -> Any:
+    state = space.allocState()
+    for i, value in enumerate(joints):
+        state[i] = float(value)
+    return state

@@ -1,0 +1,155 @@
+"""Measures alternatives side by side: in one process, taking turns, as medians and ratios.
+
+Absolute times differ by a factor of two between runs of the same machine; a ratio to work that
+was timed in the same round does not. Garbage collection is off while a clock runs.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import platform
+import statistics
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+ROUNDS = 9
+ROUND_S = 0.03
+"""How long one alternative runs in one round, about."""
+
+
+def nothing() -> None:
+    """For work that leaves nothing to clear away."""
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """Something to be timed: `run(n)` does it n times, `reset` clears up outside of the timing."""
+
+    run: Callable[[int], None]
+    reset: Callable[[], None] = nothing
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """Alternatives that do the same. `limit` is what their times are divided by."""
+
+    name: str
+    limit: Work
+    limit_name: str
+    variants: Mapping[str, Work]
+    knob: str | None = None
+    value: float | None = None
+    goal: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One line of a result: time in µs, ratio to `ratio_to`, error if there is one."""
+
+    bench: str
+    name: str
+    variant: str
+    knob: str | None = None
+    value: float | None = None
+    time_us: float | None = None
+    ratio: float | None = None
+    ratio_to: str | None = None
+    error: float | None = None
+    error_unit: str | None = None
+    reference: str | None = None
+    goal: float | None = None
+
+    def plain(self) -> dict[str, Any]:
+        """The row as JSON writes it."""
+        return asdict(self)
+
+
+@dataclass(slots=True)
+class _Times:
+    work: Work
+    count: int
+    seconds: list[float] = field(default_factory=list)
+
+    def take(self) -> None:
+        self.seconds.append(seconds_of(self.work, self.count) / self.count)
+
+
+def measure(bench: str, case: Case, rounds: int = ROUNDS, round_s: float = ROUND_S) -> list[Row]:
+    """Time all alternatives of a case; one row each."""
+    limit = _prepare(case.limit, round_s)
+    taken = {name: _prepare(work, round_s) for name, work in case.variants.items()}
+    for _ in range(rounds):
+        limit.take()
+        for times in taken.values():
+            times.take()
+    return [
+        Row(
+            bench,
+            case.name,
+            variant,
+            case.knob,
+            case.value,
+            time_us=statistics.median(times.seconds) * 1e6,
+            ratio=statistics.median(
+                own / bare for own, bare in zip(times.seconds, limit.seconds, strict=True)
+            ),
+            ratio_to=case.limit_name,
+            goal=case.goal if variant == "cobodeck" else None,
+        )
+        for variant, times in taken.items()
+    ]
+
+
+def _prepare(work: Work, round_s: float) -> _Times:
+    """Find out how often to repeat: the first, cold turns are not counted."""
+    count = 1
+    while True:
+        seconds = seconds_of(work, count)
+        if seconds > 0.1 * round_s:
+            return _Times(work, max(1, round(count * round_s / seconds)))
+        count *= 4
+
+
+def seconds_of(work: Work, count: int) -> float:
+    """How long it takes to do something `count` times."""
+    with _no_collector():
+        begin = time.perf_counter()
+        work.run(count)
+        seconds = time.perf_counter() - begin
+    work.reset()
+    return seconds
+
+
+@contextmanager
+def _no_collector() -> Iterator[None]:
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
+
+
+def machine() -> dict[str, Any]:
+    """What the figures were measured on."""
+    return {
+        "name": _processor(),
+        "cores": os.cpu_count(),
+        "system": f"{platform.system()} {platform.machine()}",
+        "python": f"{platform.python_implementation()} {platform.python_version()}",
+    }
+
+
+def _processor() -> str:
+    try:
+        text = Path("/proc/cpuinfo").read_text()
+    except OSError:
+        return platform.processor() or platform.machine()
+    named = (line.partition(":")[2].strip() for line in text.splitlines() if "model name" in line)
+    return next(named, platform.machine())

@@ -1,0 +1,298 @@
+"""Ways and drives: run time against error, for every global and local planner.
+
+Ways are compared with the shortest ones. Those of `exact` are themselves measured against a
+visibility graph over inflated outlines, which shares nothing with the planner and comes out
+shorter by up to 0.01 %, its round corners being polygons. Drives are compared with the least time
+that the limits allow. Maps are taken as polygons, so that all planners get the same places.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from time import perf_counter_ns
+from typing import Any
+
+import numpy as np
+import shapely
+from scipy import ndimage, sparse
+
+from cobodeck.bench.engine import times
+from cobodeck.bench.harness import ROUNDS, Row, Work, seconds_of
+from cobodeck.console import complain
+from hw.geometry import Pose2
+from hw.room import Point
+from hw.scene import load_scene
+from states.navigation import profile, teb_planner
+from states.navigation.cells import Grid
+from states.navigation.costmap import Costmap
+from states.navigation.distance import Costs, Inflation
+from states.navigation.grid_planners import NavfnPlanner, ThetaStarPlanner
+from states.navigation.local_planner import Limits, Tolerance
+from states.navigation.maps import FREE, OCCUPIED, OccupancyMap, load_map
+from states.navigation.planners import GLOBAL_PLANNERS, LOCAL_PLANNERS
+from states.navigation.trials import OPEN_ROOM, TRIALS, Trial, drive
+from states.navigation.visibility import ExactPlanner
+
+NAME = "navigation"
+ROOMS = ("lab_a", "lab_b", "hall")
+MAPS = {"ipa-kitchen": 0.35, "lse_arena": 0.3}
+"""Real maps, and what is kept from walls there, m."""
+MAP_FOLDER = Path(__file__).resolve().parents[3] / "shared" / "data" / "maps"
+INFLATION = 0.77
+RESOLUTIONS = (0.1, 0.05, 0.025)
+CELL_PLANNERS = {"theta_star": ThetaStarPlanner, "navfn": NavfnPlanner}
+QUERIES = 40
+SHORTEST = 1.0
+"""Ways shorter than this are not asked for, m: their error in per cent says little."""
+SEED = 3
+
+Ring = Sequence[Point]
+
+
+@dataclass(frozen=True, slots=True)
+class Floor:
+    """Where ways are looked for: an outer ring, rings to keep off by `inflation`, m.
+
+    `map` is the same as cells where there is a map.
+    """
+
+    name: str
+    outer: Ring
+    obstacles: tuple[Ring, ...]
+    inflation: float
+    map: OccupancyMap | None = None
+
+    def planner(self, name: str, resolution: float | None = None) -> Any:
+        """A global planner for this floor; cells only where it has any."""
+        make = GLOBAL_PLANNERS[name]
+        if resolution is None:
+            return make(self.outer, self.obstacles, inflation_radius=self.inflation)
+        if self.map is not None:
+            return CELL_PLANNERS[name](*_cells(self, resolution), allow_unknown=False)
+        kept = {"inflation_radius": self.inflation, "resolution": resolution}
+        return make(self.outer, self.obstacles, **kept)
+
+
+def rows(rounds: int = ROUNDS) -> Iterator[Row]:
+    """Everything, row by row."""
+    for floor in floors():
+        yield from way_rows(floor, rounds=rounds)
+    profile.warm_up()
+    teb_planner.warm_up()
+    for trial in TRIALS:
+        yield from drive_rows(trial, rounds)
+
+
+def floors() -> Iterator[Floor]:
+    """The rooms, and those maps that are there."""
+    for name in ROOMS:
+        room = load_scene(name).room
+        yield Floor(name, room.outer, room.obstacles, INFLATION)
+    for name, inflation in MAPS.items():
+        file = MAP_FOLDER / f"{name}.yaml"
+        if file.exists():
+            yield map_floor(name, load_map(file), inflation)
+        else:
+            complain(f"bench {NAME}: no map {file}; left out")
+
+
+def map_floor(name: str, map_: OccupancyMap, inflation: float) -> Floor:
+    """The largest free piece of a map, its cells merged to polygons; all else is occupied."""
+    pieces, _ = ndimage.label(map_.values == FREE)
+    sizes = np.bincount(pieces.ravel())
+    sizes[0] = 0
+    free = np.pad(pieces == sizes.argmax(), 2)
+    row, column = np.nonzero(free)
+    size = map_.resolution
+    cells = shapely.box(column * size, row * size, (column + 1) * size, (row + 1) * size)
+    outline = shapely.simplify(shapely.unary_union(cells), 0.0)
+    outer, *holes = (list(ring.coords)[:-1] for ring in (outline.exterior, *outline.interiors))
+    return Floor(name, outer, tuple(holes), inflation, _as_map(free, size))
+
+
+def _as_map(free: Any, resolution: float) -> OccupancyMap:
+    values = np.where(free, FREE, OCCUPIED).astype(np.int16)
+    return OccupancyMap(values, resolution, Pose2(0.0, 0.0))
+
+
+def _cells(floor: Floor, resolution: float) -> tuple[Grid, Costs]:
+    """The map's cells joined or split; a joined one is free if all of it is."""
+    assert floor.map is not None
+    free = floor.map.values == FREE
+    join = max(1, round(resolution / floor.map.resolution))
+    split = max(1, round(floor.map.resolution / resolution))
+    free = np.pad(free, [(0, -length % join) for length in free.shape])
+    free = free.reshape(len(free) // join, join, -1, join).all(axis=(1, 3))
+    free = free.repeat(split, axis=0).repeat(split, axis=1)
+    grid = Grid(resolution, *free.shape)
+    inflation = Inflation(floor.inflation, floor.inflation)
+    return grid, Costmap(grid, inflation, static=_as_map(free, resolution)).costs
+
+
+# ways
+
+
+def way_rows(
+    floor: Floor,
+    resolutions: Iterable[float] = RESOLUTIONS,
+    queries: int = QUERIES,
+    rounds: int = ROUNDS,
+) -> Iterator[Row]:
+    """For every planner the median time of a query, the mean and the largest error."""
+    exact = floor.planner("exact")
+    on_cells = [
+        (name, resolution, floor.planner(name, resolution))
+        for name in GLOBAL_PLANNERS
+        if name != "exact"
+        for resolution in resolutions
+    ]
+    asked = answered([exact, *(planner for _, _, planner in on_cells)], floor, queries)
+    shortest = [exact.plan(*query).length for query in asked]
+    taken = query_times(exact, asked, rounds)
+    if floor.map is None:  # outlines of cells have too many corners for the reference
+        reference = outline_lengths(floor, asked)
+        over = [abs(own / least - 1.0) for own, least in zip(shortest, reference, strict=True)]
+        yield from _way_rows(floor, "exact", None, taken, taken, over, "outlines, within 0.01 %")
+    else:
+        yield from _way_rows(floor, "exact", None, taken, taken, None, None)
+    for name, resolution, planner in on_cells:
+        lengths = [planner.plan(*query).length for query in asked]
+        over = [own / least - 1.0 for own, least in zip(lengths, shortest, strict=True)]
+        own = query_times(planner, asked, rounds)
+        yield from _way_rows(floor, name, resolution, own, taken, over, "exact")
+
+
+def _way_rows(
+    floor: Floor,
+    name: str,
+    resolution: float | None,
+    taken: Sequence[float],
+    exact: Sequence[float],
+    over: Sequence[float] | None,
+    reference: str | None,
+) -> Iterator[Row]:
+    knob = None if resolution is None else "resolution"
+    yield Row(
+        NAME,
+        floor.name,
+        name,
+        knob,
+        resolution,
+        time_us=statistics.median(taken) * 1e6,
+        ratio=statistics.median(a / b for a, b in zip(taken, exact, strict=True)),
+        ratio_to="exact",
+        error=None if over is None else round(100.0 * statistics.fmean(over), 3),
+        error_unit=None if over is None else "% longer, mean",
+        reference=reference,
+        goal=None if over is None else _goal(name, resolution),
+    )
+    if over is not None:
+        worst, unit = round(100.0 * max(over), 3), "% longer, worst"
+        yield Row(
+            NAME, f"{floor.name} worst", name, knob, resolution,
+            error=worst, error_unit=unit, reference=reference,
+        )  # fmt: skip
+
+
+def _goal(name: str, resolution: float | None) -> float | None:
+    if name == "exact":
+        return 0.01
+    return 1.0 if (name, resolution) == ("theta_star", 0.05) else None
+
+
+def answered(planners: Sequence[Any], floor: Floor, count: int) -> list[tuple[Point, Point]]:
+    """Random starts and goals between which every planner finds a way; the same every time."""
+    rng = np.random.default_rng(SEED)
+    low, high = np.min(floor.outer, axis=0), np.max(floor.outer, axis=0)
+    found: list[tuple[Point, Point]] = []
+    for _ in range(1000 * count):
+        start, goal = ((float(x), float(y)) for x, y in rng.uniform(low, high, (2, 2)))
+        free = (planner.is_free(place) for planner in planners for place in (start, goal))
+        if math.dist(start, goal) < SHORTEST or not all(free):
+            continue
+        if all(planner.plan(start, goal) is not None for planner in planners):
+            found.append((start, goal))
+        if len(found) == count:
+            break
+    return found
+
+
+def query_times(planner: Any, queries: Sequence[tuple[Point, Point]], rounds: int) -> list[float]:
+    """The least time of each query of a few turns, s."""
+    works = (Work(times(partial(planner.plan, *query))) for query in queries)
+    return [min(seconds_of(work, 1) for _ in range(min(rounds, 3))) for work in works]
+
+
+def outline_lengths(floor: Floor, queries: Sequence[tuple[Point, Point]]) -> list[float]:
+    """Lengths of the shortest ways by a visibility graph over inflated outlines, m."""
+    walls = shapely.union_all([shapely.Polygon(ring) for ring in floor.obstacles])
+    free = shapely.Polygon(floor.outer).difference(walls).buffer(-floor.inflation, quad_segs=32)
+    corners = np.concatenate(
+        [
+            bends
+            for part in shapely.get_parts(free)
+            for bends in (_bends(part.exterior, -1.0), *(_bends(r, 1.0) for r in part.interiors))
+        ]
+    )
+    nodes = np.concatenate([corners, *np.array(queries)])
+    first, last = np.triu_indices(len(nodes), 1)
+    lines = shapely.linestrings(np.stack([nodes[first], nodes[last]], axis=1))
+    room = free.buffer(1e-6)
+    shapely.prepare(room)
+    seen = shapely.covers(room, lines)
+    edges = shapely.length(lines[seen]), (first[seen], last[seen])
+    graph = sparse.coo_array(edges, shape=(len(nodes), len(nodes))).tocsr()
+    starts = len(corners) + 2 * np.arange(len(queries))
+    found = sparse.csgraph.dijkstra(graph, directed=False, indices=starts)
+    return [float(found[i, start + 1]) for i, start in enumerate(starts)]
+
+
+def _bends(ring: Any, sense: float) -> Any:
+    """The corners of a ring, taken counter-clockwise, that turn left (sense 1) or right (-1)."""
+    points = np.array(ring.coords)[:-1]
+    if not ring.is_ccw:
+        points = points[::-1]
+    before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
+    turn = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    return points[sense * turn > 0.0]
+
+
+# drives
+
+
+PERIOD = 0.05
+DRIVE_GOALS = {"profile": 7.0, "teb": 5.0}
+"""At most so much over the least time, %."""
+
+
+def drive_rows(trial: Trial, rounds: int = ROUNDS) -> Iterator[Row]:
+    """For both local planners: the median cycle, time over the least one, and intrusion."""
+    for name, make in LOCAL_PLANNERS.items():
+        drives = []
+        for _ in range(min(rounds, 3)):
+            driver = make(ExactPlanner(OPEN_ROOM, inflation_radius=0.5), Limits(), Tolerance())
+            drives.append(drive(driver, trial, PERIOD, clock=perf_counter_ns))
+        cycles = [min(same) / 1e9 for same in zip(*(d.cycles_ns for d in drives), strict=True)]
+        time = drives[0].time if drives[0].arrived else math.inf
+        yield Row(
+            NAME, f"drive {trial.name}", name, "period", PERIOD,
+            time_us=statistics.median(cycles) * 1e6,
+            ratio=statistics.median(cycles) / PERIOD,
+            ratio_to="period",
+            error=round(100.0 * (time / trial.least_time - 1.0), 3),
+            error_unit="% over the least time",
+            reference="direct transcription, 120 intervals",
+            goal=DRIVE_GOALS[name],
+        )  # fmt: skip
+        if trial.user is not None:
+            deepest = max(0.0, drives[0].intrusion)
+            yield Row(
+                NAME, f"drive {trial.name} intrusion", name, "period", PERIOD,
+                error=round(100.0 * deepest, 3), error_unit="cm",
+                reference="the user's disc", goal=0.0 if name == "profile" else 3.0,
+            )  # fmt: skip

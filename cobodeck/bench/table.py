@@ -1,0 +1,51 @@
+"""The README's table, made from the committed JSON of a benchmark run."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+RESULT = Path(__file__).with_name("engine.json")
+BEGIN, END = "<!-- bench engine -->\n", "<!-- bench engine end -->"
+ROWS = {
+    "tick_pair": "tick, an action and a monitor",
+    "tick_pair_traced": "… every tick recorded",
+    "parallel_100": "tick, 100 in parallel",
+    "transition": "transition",
+    "guard_exit": "a guard leaves, another `any` is entered",
+    "load_1000": "load and check 1000 leaves (to a C-YAML parse)",
+    "read_10000": "read an input of 10 000 numbers (to a float)",
+}
+VARIANTS = ("cobodeck", "py_trees", "transitions", "python-statemachine", "sismic")
+
+
+def table(result: Mapping[str, Any]) -> str:
+    """The rows of an engine benchmark as a Markdown table, with the machine's name."""
+    ratios = {(row["name"], row["variant"]): row["ratio"] for row in result["rows"]}
+    lines = [f"| | {' | '.join(VARIANTS)} |", "|---|" + "---|" * len(VARIANTS)]
+    for name, about in ROWS.items():
+        cells = [_shown(ratios.get((name, variant))) for variant in VARIANTS]
+        lines.append(f"| {about} | {' | '.join(cells)} |")
+    machine = result["machine"]
+    named = f"{machine['name']}, {machine['cores']} cores, {machine['system']}, {machine['python']}"
+    return "\n".join([*lines, "", f"Machine: {named}."]) + "\n"
+
+
+def _shown(ratio: float | None) -> str:
+    if ratio is None:
+        return "–"
+    return f"{float(f'{ratio:.2g}'):.0f}" if ratio >= 10 else f"{ratio:.2f}"
+
+
+def with_table(readme: str) -> str:
+    """The README's text with the table of the committed run in its place."""
+    before, rest = readme.split(BEGIN)
+    after = rest[rest.index(END) :]
+    return before + BEGIN + table(json.loads(RESULT.read_text())) + after
+
+
+if __name__ == "__main__":
+    page = Path("README.md")
+    page.write_text(with_table(page.read_text()))

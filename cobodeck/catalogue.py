@@ -1,0 +1,159 @@
+"""What charts can name: state classes, types and signals, shipped and of one's own.
+
+Modules are listed as text and imported when the catalogue is made, so that importing this one
+costs nothing. A module gives all subclasses of `Action` and `Monitor` defined in it; a user's
+module may also have `SIGNALS` (a tuple of signals) and `TYPES` (names of types for charts).
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from cobodeck.console import Problem
+from cobodeck.project import Project, projects
+from engine.state import Action, Interface, Monitor, State, StateError, interface
+from engine.types import Type, from_annotation
+
+MODULES = (
+    "states.navigation.states",
+    "states.arm.states",
+    "states.signals.states",
+    "behaviors.chase",
+    "behaviors.haptic",
+    "behaviors.escape",
+    "behaviors.inform",
+)
+CHARTS = Path(__file__).parent.parent / "charts"
+PARTS = ("base", "arm", "gripper", "vr", "stop_line", "operator")
+"""The parts that states may command."""
+
+
+@dataclass(frozen=True, slots=True)
+class Catalogue:
+    """State classes by name, what charts must know of them, and the types charts may pass on."""
+
+    classes: Mapping[str, type[State]]
+    interfaces: Mapping[str, Interface]
+    types: Mapping[str, Type]
+    own_signals: tuple[Any, ...]
+    projects: tuple[Project, ...] = ()
+
+    @property
+    def signal_names(self) -> set[str]:
+        """The signals there are in any place and with any profile."""
+        from behaviors.profile import load_profile
+        from behaviors.signals import signals
+        from hw.robot import load_robot
+        from hw.scene import load_scene
+
+        # names depend on neither; it only takes some to ask
+        profile, scene = load_profile("tuned"), load_scene("lab_a")
+        site = profile.site(scene.room, load_robot(scene.robot))
+        own = {signal.name for signal in self.own_signals}
+        return own | {signal.name for signal in signals(site, profile.settings)}
+
+    def module_of(self, name: str) -> str:
+        """The module in which a class stands."""
+        return self.classes[name].__module__
+
+
+def catalogue(start: Path | None = None) -> Catalogue:
+    """Everything shipped, and what the projects around `start` add.
+
+    Raises:
+        Problem: a module cannot be imported, a class is no usable state, or a name stands twice.
+    """
+    own = projects(start)
+    modules = [_imported(name) for name in MODULES]
+    for project in own:
+        project.make_importable()
+        modules += [_imported(name) for name in project.modules]
+    classes: dict[str, type[State]] = {}
+    for module in modules:
+        _add(classes, module)
+    return Catalogue(
+        classes=classes,
+        interfaces={name: _checked(cls) for name, cls in classes.items()},
+        types=_types(modules),
+        own_signals=tuple(
+            signal for module in modules for signal in getattr(module, "SIGNALS", ())
+        ),
+        projects=tuple(own),
+    )
+
+
+def shipped_charts() -> list[Path]:
+    """The chart files that come with the project."""
+    return sorted(CHARTS.glob("*.yaml"))
+
+
+def _add(classes: dict[str, type[State]], module: ModuleType) -> None:
+    for cls in state_classes(module):
+        other = classes.get(cls.__name__)
+        if other is not None:
+            message = f"{module.__name__}.{cls.__name__}: a state of this name is also in"
+            raise Problem(f"{message} {other.__module__}; name it otherwise")
+        classes[cls.__name__] = cls
+
+
+def state_classes(module: ModuleType) -> Iterator[type[State]]:
+    """The state classes defined in a module."""
+    for value in vars(module).values():
+        if not isinstance(value, type) or value.__module__ != module.__name__:
+            continue
+        if issubclass(value, Action | Monitor) and not value.__name__.startswith("_"):
+            yield value
+
+
+def _checked(cls: type[State]) -> Interface:
+    try:
+        return interface(cls)  # type: ignore[arg-type]  # classes can be hashed
+    except (StateError, TypeError, NameError) as error:
+        import inspect
+
+        line = inspect.getsourcelines(cls)[1]
+        raise Problem(f"{inspect.getsourcefile(cls)}:{line}: {error}") from None
+
+
+def _types(modules: Iterable[ModuleType]) -> dict[str, Type]:
+    found: dict[str, Type] = {}
+    for module in (_imported("behaviors.signals"), *modules):
+        for name, annotation in getattr(module, "TYPES", {}).items():
+            is_type = isinstance(annotation, Type)
+            found[name] = annotation if is_type else from_annotation(annotation)
+    return found
+
+
+def _imported(name: str) -> ModuleType:
+    """Import a module; whatever goes wrong in it is the user's to mend, with its place."""
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        if error.name is not None and name.startswith(error.name):
+            raise Problem(f"no module {name!r}, named under {_POINTS}") from None
+        raise Problem(_where(error, f"importing {name}")) from None
+    except (Exception, SystemExit) as error:  # noqa: BLE001  a user's module may raise anything
+        raise Problem(_where(error, f"importing {name}")) from None
+
+
+_POINTS = '[project.entry-points."cobodeck.states"] of a pyproject.toml'
+
+
+def _where(error: BaseException, doing: str) -> str:
+    """`file:line: what`, of the place farthest inside that is no part of Python's own import."""
+    import traceback
+
+    if isinstance(error, SyntaxError) and error.filename:
+        return f"{error.filename}:{error.lineno}: {error.msg} (while {doing})"
+    frames = [
+        frame
+        for frame in traceback.extract_tb(error.__traceback__)
+        if not frame.filename.startswith("<frozen") and frame.filename != importlib.__file__
+    ]
+    last = frames[-1]
+    return f"{last.filename}:{last.lineno}: {type(error).__name__}: {error} (while {doing})"

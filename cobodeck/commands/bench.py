@@ -1,0 +1,133 @@
+"""Measure run time against error, side by side with other engines where they are installed.
+
+Ratios are to work that was timed in the same round; absolute times only tell about one machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Iterable, Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from cobodeck.console import FAILED, OK, Problem, Progress, show, show_json, table
+
+BENCHES = {
+    "engine": "cobodeck.bench.engine",
+    "navigation": "cobodeck.bench.navigation",
+    "arm": "cobodeck.bench.arm",
+    "simulation": "cobodeck.bench.simulation",
+}
+WORSE = 1.25
+"""A ratio that has grown by more than this is called slower."""
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(BENCHES)}")
+    parser.add_argument(
+        "--compare", type=Path, metavar="FILE", help="an earlier --json; 1 if worse"
+    )
+    parser.add_argument("--rounds", type=int, default=9, help="medians of so many; default 9")
+    parser.add_argument("--show", type=Path, metavar="FILE", help="measure nothing, show a --json")
+    parser.add_argument("--json", action="store_true", help="for programs")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Measure, print, compare."""
+    result = _read(args.show) if args.show else _measure(args.names or list(BENCHES), args.rounds)
+    if args.json:
+        show_json(result)
+    else:
+        show(text(result))
+    if args.compare is None:
+        return OK
+    worse = list(slower(result["rows"], _read(args.compare)["rows"]))
+    for line in worse:
+        show(line)
+    return FAILED if worse else OK
+
+
+def _measure(names: Iterable[str], rounds: int) -> dict[str, Any]:
+    from cobodeck.bench.harness import machine
+
+    rows = []
+    progress = Progress("bench", 0.0)
+    for name in names:
+        if name not in BENCHES:
+            from engine.finding import did_you_mean
+
+            raise Problem(f"no bench {name!r}; {did_you_mean(name, BENCHES)}")
+        for row in import_module(BENCHES[name]).rows(rounds):
+            progress.at(f"{row.name} {row.variant}")
+            rows.append(row.plain())
+    progress.done()
+    return {"machine": machine(), "rows": rows}
+
+
+def _read(file: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(file.read_text(encoding="utf-8"))
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise Problem(f"{file}: not the output of `cobodeck bench --json`: {error}") from None
+    if not isinstance(found, dict) or not {"machine", "rows"} <= found.keys():
+        raise Problem(f"{file}: not the output of `cobodeck bench --json`")
+    return found
+
+
+HEAD = ("what", "variant", "knob", "time", "ratio", "to", "error", "of", "goal")
+
+
+def text(result: Mapping[str, Any]) -> str:
+    """The rows in columns."""
+    rows = [HEAD, *(_cells(row) for row in result["rows"])]
+    return f"{_machine(result)}\n\n{table(rows, frozenset((3, 4, 6, 8)))}"
+
+
+def _machine(result: Mapping[str, Any]) -> str:
+    machine = result["machine"]
+    return f"{machine['name']}, {machine['cores']} cores, {machine['system']}, {machine['python']}"
+
+
+def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
+    time = row["time_us"]
+    knob = "" if row["knob"] is None else f"{row['knob']} {_number(row['value'])}"
+    return (
+        f"{row['bench']} {row['name']}",
+        row["variant"],
+        knob,
+        "" if time is None else _time(time),
+        "" if row["ratio"] is None else _number(row["ratio"]),
+        row["ratio_to"] or "",
+        "" if row["error"] is None else _number(row["error"]),
+        row["error_unit"] or "",
+        "" if row["goal"] is None else f"{row['goal']:g}",
+    )
+
+
+def _time(microseconds: float) -> str:
+    if microseconds < 1e3:
+        return f"{microseconds:.2f} µs"
+    return f"{microseconds / 1e3:.1f} ms" if microseconds < 1e6 else f"{microseconds / 1e6:.2f} s"
+
+
+def _number(value: float | None) -> str:
+    if value is None:
+        return ""
+    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
+
+
+def slower(rows: Iterable[Mapping[str, Any]], before: Iterable[Mapping[str, Any]]) -> Iterable[str]:
+    """A line for each row of ours whose ratio or error has grown; peers have no goal."""
+    keys = ("bench", "name", "variant", "knob", "value")
+    known = {tuple(row[key] for key in keys): row for row in before}
+    for row in rows:
+        old = known.get(tuple(row[key] for key in keys))
+        if old is None or (row["variant"] != "cobodeck" and row["goal"] is None):
+            continue
+        for figure in ("ratio", "error"):
+            now, then = row[figure], old[figure]
+            if now is not None and then is not None and now > WORSE * then:
+                yield f"worse: {row['bench']} {row['name']}: {figure} {now:.3g}, was {then:.3g}"

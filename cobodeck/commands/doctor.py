@@ -1,0 +1,87 @@
+"""Tell whether this machine is fit: versions, libraries, names that hide ours, Graphviz."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import platform
+import shutil
+import sys
+from collections.abc import Iterator
+from importlib.metadata import PackageNotFoundError, requires, version
+from pathlib import Path
+
+from cobodeck.console import FAILED, OK, show, show_json, table
+
+PACKAGES = ("engine", "states", "behaviors", "hw", "cobodeck", "charts")
+ROOT = Path(__file__).parent.parent.parent
+FIT, MISSING, BAD = "ok", "missing", "bad"
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("--json", action="store_true", help="for programs")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Look at everything, advise on what is not fit."""
+    found = list(checks())
+    if args.json:
+        keys = ("what", "state", "about")
+        show_json([dict(zip(keys, check, strict=True)) for check in found])
+    else:
+        show(table([("what", "is", ""), *found]))
+    return FAILED if any(state == BAD for _, state, _ in found) else OK
+
+
+def checks() -> Iterator[tuple[str, str, str]]:
+    """What was looked at, how it is, and what to do."""
+    fit = sys.version_info >= (3, 11)
+    yield "python", FIT if fit else BAD, f"{platform.python_version()}, 3.11 or newer is needed"
+    yield "system", FIT, f"{platform.system()} {platform.machine()}"
+    yield from _shadowed()
+    yield from _libraries()
+    yield _graphviz()
+
+
+def _shadowed() -> Iterator[tuple[str, str, str]]:
+    for name in PACKAGES:
+        spec = importlib.util.find_spec(name)
+        places = [Path(place) for place in (spec.submodule_search_locations or ())] if spec else []
+        if ROOT / name not in [place.resolve() for place in places]:
+            where = ", ".join(map(str, places)) or "nowhere"
+            advice = (
+                f"found at {where}; ours is {ROOT / name}: use a virtual environment of its own"
+            )
+            yield f"package {name}", BAD, advice
+
+
+def _libraries() -> Iterator[tuple[str, str, str]]:
+    try:
+        needed = requires("cobodeck") or []
+    except PackageNotFoundError:
+        yield "cobodeck", MISSING, "not installed; `make demo` does it, or `pip install -e .`"
+        return
+    yield "cobodeck", FIT, version("cobodeck")
+    for line in needed:
+        requirement, _, marker = line.partition(";")
+        name = requirement.split(">")[0].split("=")[0].split("<")[0].strip()
+        try:
+            yield name, FIT, version(name)
+        except PackageNotFoundError:
+            if "extra" not in marker:
+                yield name, MISSING, _advice(requirement.strip(), marker.strip())
+
+
+def _advice(requirement: str, marker: str) -> str:
+    if marker:
+        return f"there may be none for this machine ({marker}); the rest works without it"
+    return f"pip install {requirement!r}"
+
+
+def _graphviz() -> tuple[str, str, str]:
+    if importlib.util.find_spec("pygraphviz") is not None:
+        return "graphviz", FIT, "comes with pygraphviz"
+    if shutil.which("dot") is not None:
+        return "graphviz", FIT, "the program dot"
+    return "graphviz", MISSING, "render makes only .dot and .mmd; pip install pygraphviz"

@@ -1,0 +1,126 @@
+"""List what there is: states, signals, charts, scenes, users, profiles or robots."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import Any
+
+from cobodeck.console import OK, show, show_json, table
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("kind", choices=tuple(_LISTS), metavar="KIND", help=", ".join(_LISTS))
+    parser.add_argument("--json", action="store_true", help="for programs")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the list."""
+    found = _LISTS[args.kind]()
+    if args.json:
+        show_json(found)
+    elif found:
+        heads = [key for key in found[0] if key != "about"]
+        show(table([[*heads, "about"], *([*_shown(item, heads), item["about"]] for item in found)]))
+    return OK
+
+
+def _shown(item: dict[str, Any], heads: list[str]) -> list[str]:
+    return [
+        ", ".join(map(str, value)) if isinstance(value := item[key], list) else str(value)
+        for key in heads
+    ]
+
+
+def _first_line(text: str) -> str:
+    return text.strip().partition("\n")[0]
+
+
+def _states() -> list[dict[str, Any]]:
+    from cobodeck.catalogue import catalogue
+
+    known = catalogue()
+    return [
+        {
+            "state": name,
+            "kind": "monitor" if state.monitor else "action",
+            "outcomes": list(state.outcomes),
+            "parameters": [f"{key}: {value.type}" for key, value in state.parameters.items()],
+            "inputs": [f"{key}: {value.type}" for key, value in state.inputs.items()],
+            "reads": list(state.reads),
+            "commands": list(state.commands),
+            "module": known.module_of(name),
+            "about": _first_line(state.about),
+        }
+        for name, state in sorted(known.interfaces.items())
+    ]
+
+
+def _signals() -> list[dict[str, Any]]:
+    from cobodeck.wiring import open_setup
+
+    declared = open_setup().signals
+    return [
+        {
+            "signal": signal.name,
+            "kind": type(signal).__name__.lower(),
+            "type": getattr(signal.type, "__name__", str(signal.type)),
+            "of": list(getattr(signal, "of", ())),
+            "about": _first_line(signal.about),
+        }
+        for signal in declared.values()
+    ]
+
+
+def _charts() -> list[dict[str, Any]]:
+    from cobodeck.catalogue import catalogue
+    from cobodeck.library import chart_names
+    from engine.load import load_files
+
+    library = load_files(chart_names(catalogue()).values())
+    return [
+        {"chart": name, "outcomes": list(chart.outcomes), "file": chart.file, "about": chart.about}
+        for name, chart in library.items()
+    ]
+
+
+def _scenes() -> list[dict[str, Any]]:
+    from hw.scene import load_scene, scene_names
+
+    scenes = [load_scene(name) for name in scene_names()]
+    return [{"scene": s.name, "robot": s.robot, "user": s.user, "about": s.about} for s in scenes]
+
+
+def _users() -> list[dict[str, Any]]:
+    from hw import wanderer
+    from hw.script import load_script, script_names
+
+    scripts = [{"user": name, "about": load_script(name).about} for name in script_names()]
+    return [*scripts, {"user": wanderer.NAME, "about": wanderer.ABOUT}]
+
+
+def _profiles() -> list[dict[str, Any]]:
+    from behaviors.profile import load_profile, profile_names
+
+    return [{"profile": name, "about": load_profile(name).about} for name in profile_names()]
+
+
+def _robots() -> list[dict[str, Any]]:
+    from hw.robot import load_robot, robot_names
+
+    found: list[dict[str, Any]] = [
+        {"robot": name, "about": load_robot(name).about} for name in robot_names()
+    ]
+    return [*found, {"robot": "mock", "about": "Does exactly as told, at the next tick."}]
+
+
+_LISTS: dict[str, Callable[[], list[dict[str, Any]]]] = {
+    "states": _states,
+    "signals": _signals,
+    "charts": _charts,
+    "scenes": _scenes,
+    "users": _users,
+    "profiles": _profiles,
+    "robots": _robots,
+}

@@ -1,0 +1,224 @@
+"""Tell from how many of the rover's directions the arm reaches a level DEEP, by its height.
+
+Seven directions stand on a half circle behind the DEEP, as the paper's. Everything is by true
+reach: every branch of the inverse kinematics, free of contact with itself, rover and floor. Exit
+code 1: nothing that was asked for is reached.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cobodeck.console import FAILED, OK, Problem, show, show_json, table
+
+if TYPE_CHECKING:
+    from states.arm.model import Manipulator
+    from states.arm.reach import ReachTable
+
+HEIGHTS = (0.3, 1.9, 0.1)
+DISTANCES = (0.8, 0.9, 1.0, 1.1, 1.2)
+MOST = 1000
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument(
+        "--height", type=_lengths, metavar="M[:M[:STEP]]", default=_range(*HEIGHTS),
+        help="of the DEEP above the floor, one or from:to:step; default 0.3:1.9:0.1",
+    )  # fmt: skip
+    parser.add_argument(
+        "--distance", type=_lengths, metavar="M[:M[:STEP]]", default=DISTANCES,
+        help="of the rover's centre from the DEEP; default 0.8:1.2:0.1",
+    )  # fmt: skip
+    parser.add_argument(
+        "--tool", metavar="M|FILE",
+        help="length of the prop from the flange, or a file with `tool` as in an arm's file",
+    )  # fmt: skip
+    parser.add_argument(
+        "--tolerance", type=_tolerance, metavar="M", default=0.0,
+        help="count only what is reached from this far around the rover's pose, too; default 0",
+    )  # fmt: skip
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="X.svg, .png or .pdf")
+    parser.add_argument("--json", action="store_true", help="for programs")
+
+
+def _lengths(text: str) -> tuple[float, ...]:
+    """`1.2`, `0.5:1.6` (every 0.1) or `0.5:1.6:0.05`, m."""
+    try:
+        parts = [float(part) for part in text.split(":")]
+    except ValueError:
+        parts = []
+    if not 1 <= len(parts) <= 3 or not all(map(math.isfinite, parts)):
+        raise argparse.ArgumentTypeError(f"{text} is no length in m, nor from:to:step")
+    low, high = parts[0], parts[min(1, len(parts) - 1)]
+    step = parts[2] if len(parts) == 3 else 0.1
+    if not (0.0 < low <= high and step > 0.0):
+        raise argparse.ArgumentTypeError(f"{text} does not go upwards from above 0 m")
+    if (high - low) / step > MOST:
+        raise argparse.ArgumentTypeError(f"{text} gives more than {MOST} values")
+    return _range(low, high, step)
+
+
+def _tolerance(text: str) -> float:
+    value = float(text)
+    if not 0.0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text} is no length of 0 m or more")
+    return value
+
+
+def _range(low: float, high: float, step: float) -> tuple[float, ...]:
+    count = math.floor((high - low) / step + 1e-9) + 1
+    return tuple(round(low + i * step, 9) for i in range(count))
+
+
+@dataclass(frozen=True)
+class Report:
+    """What was found out: the table, of which prop, within which tolerance of the rover's pose."""
+
+    table: ReachTable
+    tool: str
+    length: float
+    tolerance: float
+
+    def heights_within(self, column: int) -> tuple[float, float] | None:
+        """The lowest and highest height that is reached at all from a distance; None: none."""
+        pairs = zip(self.table.heights, self.table.share[:, column], strict=True)
+        found = [height for height, share in pairs if share > 0.0]
+        return (found[0], found[-1]) if found else None
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compute, report, draw."""
+    if args.output is not None:
+        from cobodeck.pictures.canvas import form_of
+
+        form_of(args.output)
+    found = reach_report(args.height, args.distance, args.tool, args.tolerance)
+    if args.json:
+        show_json(figures(found))
+    else:
+        show(summary(found))
+    if args.output is not None:
+        from cobodeck.pictures.canvas import save
+        from cobodeck.pictures.reach import reach_picture
+
+        save(reach_picture(found.table, *_head(found).split(", ", 1)), args.output)
+        if not args.json:
+            show(str(args.output))
+    return OK if found.table.share.any() else FAILED
+
+
+def reach_report(
+    heights: Sequence[float], distances: Sequence[float], tool: str | None, tolerance: float
+) -> Report:
+    """Reach by height and distance, m.
+
+    Raises:
+        Problem: there is no such tool.
+    """
+    from states.arm.collision import CollisionModel
+    from states.arm.kinematics import Chain
+    from states.arm.model import load_manipulator
+    from states.arm.reach import ANGLES, Reach
+
+    arm = with_tool(load_manipulator(), tool)
+    reach = Reach(Chain.of(arm), CollisionModel.of(arm))
+    found = reach.table(heights, distances, ANGLES, (tolerance, 0.1 if tolerance else 0.0))
+    return Report(found, arm.tool.name, _length(arm), tolerance)
+
+
+def with_tool(arm: Manipulator, tool: str | None) -> Manipulator:
+    """The arm with a prop of this length in m, or with the one of a file.
+
+    Raises:
+        Problem: it is neither; FileError: the file is wrong.
+    """
+    if tool is None:
+        return arm
+    try:
+        length = float(tool)
+    except ValueError:
+        return _with_tool_of(arm, Path(tool))
+    if not 0.0 < length < 2.0:
+        raise Problem(f"--tool {tool}: a prop is longer than 0 m and shorter than 2 m")
+    return _lengthened(arm, length)
+
+
+def _with_tool_of(arm: Manipulator, path: Path) -> Manipulator:
+    from hw.document import FileError, read_document
+    from states.arm.model import tool_from
+
+    if not path.is_file():
+        raise Problem(f"--tool {path}: neither a length in m nor a file")
+    content = read_document(path, FileError)
+    return arm.with_tool(tool_from(content.mapping().get("tool", content)))
+
+
+def _lengthened(arm: Manipulator, length: float) -> Manipulator:
+    """The shipped prop with its point elsewhere; its capsules end as far before the point."""
+    from dataclasses import replace
+
+    tool, longer = arm.tool, length - _length(arm)
+    x, y, _ = tool.tcp.xyz
+    capsules = tuple(
+        replace(c, end=(c.end[0], c.end[1], max(c.start[2], c.end[2] + longer)))
+        for c in tool.capsules
+    )
+    tcp = replace(tool.tcp, xyz=(x, y, length))
+    return arm.with_tool(replace(tool, tcp=tcp, capsules=capsules))
+
+
+def _length(arm: Manipulator) -> float:
+    return float(arm.tool.tcp.xyz[2])
+
+
+def figures(found: Report) -> dict[str, Any]:
+    """The figures for programs; m, shares of the directions."""
+    return {
+        "tool": found.tool,
+        "tool_length_m": found.length,
+        "tolerance_m": found.tolerance,
+        "angles_deg": [round(math.degrees(angle), 6) for angle in found.table.angles],
+        "rows": [
+            {"height_m": height, "distance_m": distance, "share": float(share)}
+            for height, shares in zip(found.table.heights, found.table.share, strict=True)
+            for distance, share in zip(found.table.distances, shares, strict=True)
+        ],
+        "reached_m": {
+            f"{distance:g}": found.heights_within(column)
+            for column, distance in enumerate(found.table.distances)
+        },
+    }
+
+
+def summary(found: Report) -> str:
+    """The figures for people: directions out of all of them, the highest DEEP first."""
+    reach, count = found.table, len(found.table.angles)
+    shown = [
+        (f"{height:.2f} m", *(f"{share * count:.0f}/{count}" for share in shares))
+        for height, shares in reversed(list(zip(reach.heights, reach.share, strict=True)))
+    ]
+    head = ("height", *(f"{distance:g} m" for distance in reach.distances))
+    right = frozenset(range(len(head)))
+    return f"{_head(found)}\n\n{table([head, *shown], right)}\n\n{_band(found)}"
+
+
+def _head(found: Report) -> str:
+    around = f", from {found.tolerance:g} m around each pose" if found.tolerance else ""
+    return (
+        f"directions from which a level DEEP is reached, {found.tool} of {found.length:g} m{around}"
+    )
+
+
+def _band(found: Report) -> str:
+    lines = []
+    for column, distance in enumerate(found.table.distances):
+        band = found.heights_within(column)
+        told = "nothing" if band is None else f"{band[0]:g} to {band[1]:g} m high"
+        lines.append((f"from {distance:g} m", told))
+    return table(lines)

@@ -1,0 +1,80 @@
+"""Draw a chart, as SVG, PNG, PDF, DOT or Mermaid text, or a room; the file's ending decides."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from cobodeck.catalogue import catalogue
+from cobodeck.console import FAILED, OK, Problem, show
+from cobodeck.library import chart_file, load_beside
+from cobodeck.pictures import command as room
+from engine.draw import FILE_FORMS, CannotRender, dot, render
+from engine.finding import did_you_mean
+from engine.load import Library
+from engine.report import text
+
+TEXT_FORMS = ("dot", "mmd")
+LARGEST = 10_000
+LEVELS = 64
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("chart", nargs="?", metavar="CHART", help="name or file")
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="X.svg, .png, .pdf, .dot or .mmd"
+    )
+    parser.add_argument(
+        "--depth", type=int, default=0, metavar="N", help="levels of used charts; -1: all"
+    )
+    room.arguments(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Draw."""
+    if args.scene is not None:
+        return room.draw_scene(args)
+    if args.chart is None:
+        raise Problem("name a CHART, or a room with --scene")
+    known = catalogue()
+    file = chart_file(args.chart, known)
+    output = args.output or Path(f"{file.stem}.svg")
+    form = output.suffix.removeprefix(".")
+    if form not in (*FILE_FORMS, *TEXT_FORMS):
+        raise Problem(f"{output}: unknown form; {did_you_mean(form, (*FILE_FORMS, *TEXT_FORMS))}")
+    library = load_beside([file], known)
+    chart = next((c for c in library.values() if c.file == str(file)), None)
+    if chart is None:
+        sources = {str(file): library.sources[str(file)]}
+        raise Problem(f"{file} is no chart\n{text(library.findings, sources)}".rstrip(), FAILED)
+    depth = None if args.depth < 0 else args.depth
+    shown = nodes_shown(chart.name, library, LEVELS if depth is None else depth, {})
+    if shown > LARGEST:
+        raise Problem(f"a picture of {shown} nodes; at most {LARGEST}, choose a smaller --depth")
+    if form == "mmd":
+        from engine.mermaid import mermaid
+
+        data = mermaid(chart, library, depth).encode()
+    elif form == "dot":
+        data = dot(chart, library, depth).encode()
+    else:
+        try:
+            data = render(dot(chart, library, depth), form)  # type: ignore[arg-type]
+        except CannotRender as error:
+            raise Problem(str(error), FAILED) from None
+    output.parent.mkdir(parents=True, exist_ok=True)
+    output.write_bytes(data)
+    show(str(output))
+    return OK
+
+
+def nodes_shown(name: str, library: Library, depth: int, known: dict[tuple[str, int], int]) -> int:
+    """How many nodes a picture of a chart has, with so many levels of used charts in it."""
+    if (name, depth) not in known:
+        known[name, depth] = 0  # a chart inside itself is not drawn again
+        for node in library[name].root.walk():
+            known[name, depth] += 1
+            if node.form == "use" and depth > 0 and node.target in library:
+                known[name, depth] += nodes_shown(node.target, library, depth - 1, known)
+    return known[name, depth]

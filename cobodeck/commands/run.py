@@ -1,0 +1,60 @@
+"""Run a chart on a robot, in real time.
+
+There are no drivers for real robots yet; `mock` does exactly as told, at the next tick.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+
+from cobodeck.commands import simulate
+from cobodeck.console import REFUSED, Problem
+from cobodeck.wiring import PROFILE, SCENE, TICK_HZ
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("chart", metavar="CHART", help="name or file")
+    parser.add_argument("--robot", required=True, help="mock")
+    parser.add_argument("--scene", default=SCENE, help=f"name or file; default {SCENE}")
+    parser.add_argument("--user", metavar="NAME|FILE", help="default: the one of the scene")
+    parser.add_argument("--requests", type=int, metavar="N", help="end after so many")
+    parser.add_argument("--profile", default=PROFILE, help=f"name or file; default {PROFILE}")
+    parser.add_argument("--duration", type=float, default=3600.0, metavar="S", help="end by then")
+    parser.add_argument(
+        "--tick-hz", type=int, default=TICK_HZ, metavar="HZ", help=f"default {TICK_HZ}"
+    )
+    parser.add_argument("--fast", action="store_true", help="as fast as it goes")
+    parser.add_argument("--json", action="store_true", help="for programs")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run on the mock."""
+    if args.robot != "mock":
+        raise Problem(
+            f"--robot {args.robot}: nothing drives a real robot yet, and a chart has to have "
+            "passed a simulation before; use --robot mock, or cobodeck simulate",
+            REFUSED,
+        )
+    from cobodeck.simulate import Options
+
+    options = Options(user=args.user, requests=args.requests, duration_s=args.duration, mock=True)
+    wait = None if args.fast else real_time()
+    return simulate.report_on(args, options, wait)
+
+
+def real_time() -> Callable[[int], None]:
+    """Waits until an instant, ns since the first one asked for."""
+    start: list[int] = []
+
+    def wait(now_ns: int) -> None:
+        clock = time.perf_counter_ns()
+        if not start:
+            start.append(clock - now_ns)
+        left = now_ns - (clock - start[0])
+        if left > 0:
+            time.sleep(left * 1e-9)
+
+    return wait

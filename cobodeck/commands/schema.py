@@ -1,0 +1,36 @@
+"""Write the JSON Schema with which editors complete and check charts."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from cobodeck.catalogue import catalogue
+from cobodeck.console import OK, show
+from cobodeck.library import chart_names
+from engine.load import load_files
+from engine.schema import schema_text
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="default: print it")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print or write the schema."""
+    text = schema_of(None)
+    if args.output is None:
+        show(text.rstrip("\n"))
+        return OK
+    args.output.parent.mkdir(parents=True, exist_ok=True)
+    args.output.write_text(text, encoding="utf-8")
+    show(str(args.output))
+    return OK
+
+
+def schema_of(start: Path | None) -> str:
+    """The schema for charts of the project around `start`, or of the shipped ones."""
+    known = catalogue(start)
+    charts = load_files(chart_names(known).values())
+    return schema_text(known.interfaces, charts, known.types)

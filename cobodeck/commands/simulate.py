@@ -1,0 +1,162 @@
+"""Run a chart on the simulated robot, beside a scripted or recorded user."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cobodeck.console import FAILED, OK, Progress, complain, show, show_json, table
+from cobodeck.wiring import CHART, PROFILE, SCENE, TICK_HZ
+
+if TYPE_CHECKING:
+    from cobodeck.simulate import Options
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("chart", nargs="?", default=CHART, help=f"name or file; default {CHART}")
+    parser.add_argument("--scene", default=SCENE, help=f"name or file; default {SCENE}")
+    parser.add_argument(
+        "--user", metavar="NAME|random|FILE[#id][@x,y,yaw]", help="default: the scene's"
+    )
+    parser.add_argument("--requests", type=_positive, metavar="N", help="end after so many")
+    parser.add_argument("--profile", default=PROFILE, help=f"name or file; default {PROFILE}")
+    parser.add_argument(
+        "--tier",
+        type=int,
+        default=1,
+        choices=(0, 1),
+        help="0: logic alone, leaves end by chance; 1: reduced; default 1",
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of everything random; default 0")
+    parser.add_argument(
+        "--tick-hz", type=_positive, default=TICK_HZ, metavar="HZ", help=f"default {TICK_HZ}"
+    )
+    about = "end by then; an hour, or three minutes a request, by default"
+    parser.add_argument("--duration", type=float, metavar="S", help=about)
+    parser.add_argument(
+        "--stretch", type=float, metavar="M", help="make the longer side of a recording so long"
+    )
+    parser.add_argument("--record", type=Path, metavar="FILE", help="trace file; default in out/")
+    parser.add_argument("--explain", action="store_true", help="what was built and computed")
+    parser.add_argument("--no-skip", action="store_true", help="compute every signal, always")
+    parser.add_argument("--frozen-base", action="store_true", help="the base stands, to try tests")
+    parser.add_argument("--json", action="store_true", help="for programs")
+
+
+def _positive(text: str) -> int:
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not above 0")
+    return value
+
+
+def run(args: argparse.Namespace) -> int:
+    """Simulate, record, report."""
+    from cobodeck.simulate import LONGEST_S, Options
+
+    options = Options(
+        user=args.user,
+        requests=args.requests,
+        stretch_m=args.stretch,
+        tier=args.tier,
+        seed=args.seed,
+        duration_s=args.duration or max(LONGEST_S, 180.0 * (args.requests or 0)),
+        eager=args.no_skip,
+        frozen_base=args.frozen_base,
+    )
+    return report_on(args, options)
+
+
+def report_on(
+    args: argparse.Namespace, options: Options, wait: Callable[[int], None] | None = None
+) -> int:
+    """Run, write the trace file, print the figures."""
+    from cobodeck.warmup import keep_compiled_code
+
+    problem = keep_compiled_code()
+    if problem:
+        complain(problem)
+    from cobodeck import record
+    from cobodeck.explain import explain
+    from cobodeck.simulate import simulate
+    from cobodeck.wiring import open_setup
+
+    setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz)
+    progress = Progress("simulate")
+    try:
+        result = simulate(setup, options, progress.at, wait)
+    finally:
+        progress.done()
+    path: Path | None = getattr(args, "record", None)
+    path = path or record.default_path(setup, result.figures)
+    try:
+        record.write(path, setup, result)
+    except OSError as error:
+        complain(f"no trace file: {path}: {error.strerror}")
+        path = None
+    if args.json:
+        show_json({**result.figures, "trace_file": str(path) if path else None})
+    else:
+        show(summary(result.figures, str(path or "-")))
+    if getattr(args, "explain", False):
+        (complain if args.json else show)(explain(setup, result))
+    return FAILED if result.figures["outcome"] == "error" else OK
+
+
+def summary(figures: Mapping[str, Any], trace: str) -> str:
+    """The figures for people."""
+    f = figures
+    where = f"{f['chart']} in {f['scene']} with {f['user']}" if f["tier"] else f["chart"]
+    governor = "governor on" if f["governor"] else "governor off"
+    title = f"{where}: {f['profile']} ({governor}), tier {f['tier']}, {f['tick_hz']} Hz"
+    speed = f"{f['realtime_factor']:.0f} times real time" if f["realtime_factor"] else "-"
+    rows = [
+        ("simulated", f"{f['sim_s']:.1f} s in {f['wall_s']:.2f} s, {speed}"),
+        *(_world_rows(f) if f["tier"] else ()),
+        ("escapes", f"{f['escapes']}, of which {f['escape_failures']} failed"),
+        ("transitions", f"{f['transitions']} in {f['ticks']} ticks, {f['overruns']} overruns"),
+        ("outcome", f["outcome"] or "still running"),
+        ("trace", f"{f['trace_sha256'][:16]} in {trace}"),
+    ]
+    return f"{title}\n\n{table(rows)}"
+
+
+def _world_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
+    return [
+        ("requests served", f"{f['served']} of {f['requests']}, {f['refused']} refused"),
+        ("response", _spread(f["response_s"], "s")),
+        ("beside the user", _share(f["beside_share"], f["walking_s"])),
+        ("travelled", f"{f['distance_m']:.1f} m, {f['energy_j'] / 1000:.1f} kJ"),
+        ("escape situations", f"{f['situations']}"),
+        ("time to safety", _spread(f["time_to_safety_s"], "s")),
+        ("contacts", f"{f['contacts']}, least gap {f['min_gap_m']:.2f} m"),
+        ("tracking lost", _dropouts(f["dropouts"])),
+        ("faults", _faults(f["fault_names"])),
+    ]
+
+
+def _spread(values: Mapping[str, float | None], unit: str) -> str:
+    if values["mean"] is None:
+        return "-"
+    return f"{values['mean']:.2f} {unit} ({values['min']:.2f} to {values['max']:.2f})"
+
+
+def _share(share: float | None, walking_s: float) -> str:
+    if share is None:
+        return "-"
+    return f"1.5 to 4 m away for {share:.0%} of {walking_s:.0f} s of walking"
+
+
+def _dropouts(found: list[dict[str, float]]) -> str:
+    if not found:
+        return "never"
+    shown = ", ".join(f"{d['from_s']:.1f} to {d['to_s']:.1f} s" for d in found[:3])
+    more = f" and {len(found) - 3} more" if len(found) > 3 else ""
+    return f"{len(found)} times: {shown}{more}"
+
+
+def _faults(names: Mapping[str, int]) -> str:
+    return ", ".join(f"{name} ({count})" for name, count in names.items()) or "none"

@@ -1,0 +1,226 @@
+"""Measure how much of a room or map is left for the robot, and whether that is enough.
+
+Takes a scene, by name or file, or the YAML file of a map. Exit code 1: too small for all
+behaviours.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cobodeck.console import FAILED, OK, Problem, show, show_json, table
+from cobodeck.wiring import PROFILE
+
+if TYPE_CHECKING:
+    from behaviors.profile import Profile
+    from states.navigation.floor_cells import MapFloor
+    from states.navigation.floor_plan import RoomFloor
+    from states.navigation.space import Space, Untouchable
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("place", metavar="SCENE|MAP", help="name or file")
+    parser.add_argument(
+        "--inflation", type=_length, metavar="M", help="kept from walls; default: Haptic's own"
+    )
+    parser.add_argument(
+        "--corners", choices=("round", "square"), default="round",
+        help="how rooms are inflated about corners; default round, as the robot drives",
+    )  # fmt: skip
+    parser.add_argument("--profile", default=PROFILE, help=f"name or file; default {PROFILE}")
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="X.svg, .png or .pdf")
+    parser.add_argument("--json", action="store_true", help="for programs")
+
+
+def _length(text: str) -> float:
+    value = float(text)
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text} is no length above 0 m")
+    return value
+
+
+@dataclass(frozen=True)
+class Report:
+    """What was found out about a place."""
+
+    name: str
+    floor: RoomFloor | MapFloor
+    corners: str
+    space: Space
+    untouchable: Untouchable
+    room_ahead: Mapping[int, float]
+    shortcoming: str | None
+    remarks: tuple[str, ...] = ()
+
+
+def run(args: argparse.Namespace) -> int:
+    """Measure, report, draw."""
+    if args.output is not None:
+        from cobodeck.pictures.canvas import form_of
+
+        form_of(args.output)
+    found = measure_place(args.place, args.inflation, args.corners, args.profile)
+    if args.json:
+        show_json(figures(found))
+    else:
+        show(summary(found))
+    if args.output is not None:
+        _draw(found, args.output)
+        if not args.json:
+            show(str(args.output))
+    return OK if found.shortcoming is None else FAILED
+
+
+def measure_place(place: str, inflation: float | None, corners: str, profile_name: str) -> Report:
+    """Everything that is to be known of a scene or map.
+
+    Raises:
+        Problem: the place cannot be measured so; ValueError of `hw` and `behaviors`: a file is
+            wrong.
+    """
+    from behaviors.haptic import all_poses
+    from behaviors.profile import load_profile
+    from hw.geometry import Pose3
+    from states.navigation.space import measure, room_ahead, shortcoming, without_haptic_pose
+
+    profile = load_profile(profile_name)
+    name, floor, remarks = _floor(place, corners)
+    haptic = profile.settings.haptic
+    deep = Pose3.from_yaw(haptic.deep_ahead, 0.0, haptic.deep_height, 0.0)
+    poses = [(pose.x, pose.y) for pose in all_poses(haptic, deep)]
+    kept = inflation if inflation is not None else profile.navigation.haptic.inflation
+    return Report(
+        name,
+        floor,
+        corners,
+        measure(floor, kept),
+        without_haptic_pose(floor, poses, kept),
+        {
+            round(math.degrees(abs(angle))): room_ahead(pose, kept, _tolerance(profile))
+            for angle, pose in zip(haptic.angles, poses, strict=True)
+        },
+        shortcoming(floor, kept),
+        remarks,
+    )
+
+
+def _tolerance(profile: Profile) -> float:
+    return profile.navigation.haptic.tolerance
+
+
+def _floor(place: str, corners: str) -> tuple[str, RoomFloor | MapFloor, tuple[str, ...]]:
+    from hw.scene import load_scene
+    from states.navigation.floor_plan import RoomFloor
+
+    if not _is_map(place):
+        scene = load_scene(place)
+        return scene.name, RoomFloor(scene.room, "square" if corners == "square" else "round"), ()
+    if corners == "square":
+        raise Problem(f"{place}: a map is inflated cell by cell, with round corners only")
+    from states.navigation.floor_cells import MapFloor
+    from states.navigation.maps import load_map
+
+    map_ = load_map(place)
+    return Path(place).stem, MapFloor(map_), map_.remarks
+
+
+def _is_map(place: str) -> bool:
+    """A file that says `image:` is a map; one that cannot be read is left to the scene reader."""
+    from hw.document import FileError, read_document
+
+    if not Path(place).is_file():
+        return False
+    try:
+        return "image" in read_document(Path(place), FileError).mapping()
+    except FileError:
+        return False
+
+
+def figures(found: Report) -> dict[str, Any]:
+    """The figures for programs; m, m2."""
+    from states.navigation.space import smallest_square
+
+    space = found.space
+    return {
+        "place": found.name,
+        "inflation_m": space.inflation,
+        "corners": found.corners,
+        "free_m2": space.free_m2,
+        "usable_m2": space.usable_m2,
+        "usable_share": space.share,
+        "pieces_m2": list(space.pieces),
+        "closed_passages": [
+            {"x": passage.middle[0], "y": passage.middle[1], "width_m": passage.width}
+            for passage in space.closed
+        ],
+        "smallest_square_room_m": smallest_square(space.inflation),
+        "fits_all_behaviours": found.shortcoming is None,
+        "shortcoming": found.shortcoming,
+        "no_haptic_pose_share": found.untouchable.overall,
+        "wall_ahead_m": {str(angle): ahead for angle, ahead in found.room_ahead.items()},
+        "remarks": list(found.remarks),
+    }
+
+
+def summary(found: Report) -> str:
+    """The figures for people."""
+    from states.navigation.space import smallest_square
+
+    space, side = found.space, smallest_square(found.space.inflation)
+    head = f"{found.name}: kept {space.inflation:g} m from walls, {found.corners} corners"
+    rows = [
+        ("free", f"{space.free_m2:.2f} m2"),
+        ("left for the robot", f"{space.usable_m2:.2f} m2{_percent(space.share, ', {}')}"),
+        ("in pieces of", _listed(space.pieces)),
+        ("closed passages", _passages(found)),
+        ("user poses without a Haptic pose", _percent(found.untouchable.overall) or "-"),
+        ("nearest wall ahead for Haptic", _ahead(found.room_ahead)),
+        ("smallest square room", f"{side:.4g} x {side:.4g} m"),
+        ("for all behaviours", found.shortcoming or "large enough"),
+        *(("look at", remark) for remark in found.remarks),
+    ]
+    return f"{head}\n\n{table(rows)}"
+
+
+def _percent(share: float | None, form: str = "{}") -> str:
+    return "" if share is None else form.format(f"{share:.1%}")
+
+
+def _listed(pieces: tuple[float, ...]) -> str:
+    shown = ", ".join(f"{area:.2f}" for area in pieces[:6]) or "none"
+    more = f" and {len(pieces) - 6} more" if len(pieces) > 6 else ""
+    return f"{shown} m2{more}" if pieces else "nothing"
+
+
+def _passages(found: Report) -> str:
+    places = [
+        f"{passage.width:.2f} m at ({passage.middle[0]:.2f}, {passage.middle[1]:.2f})"
+        for passage in found.space.closed
+    ]
+    more = f" and {len(places) - 6} more" if len(places) > 6 else ""
+    return ", ".join(places[:6]) + more if places else "none"
+
+
+def _ahead(distances: Mapping[int, float]) -> str:
+    shown = ", ".join(f"{ahead:.2f} m ({angle} deg)" for angle, ahead in distances.items())
+    return f"{shown}, by pose"
+
+
+def _draw(found: Report, output: Path) -> None:
+    from cobodeck.pictures.canvas import save
+    from cobodeck.pictures.space import space_picture
+
+    space = found.space
+    line = (
+        f"{space.free_m2:.1f} m² free, {space.usable_m2:.1f} m²{_percent(space.share, ' ({})')} "
+        f"left at {space.inflation:g} m, {found.corners} corners"
+    )
+    none = _percent(found.untouchable.overall, "no Haptic pose for {} of user poses")
+    text = "\n".join(part for part in (line, none) if part)
+    save(space_picture(found.floor, space, found.untouchable, found.name, text), output)

@@ -1,0 +1,50 @@
+"""What a run needed: signals built, evaluated and skipped, and where the time went."""
+
+from __future__ import annotations
+
+from cobodeck.console import table
+from cobodeck.simulate import Loop, Result
+from cobodeck.wiring import Setup, reachable
+
+
+def explain(setup: Setup, result: Result) -> str:
+    """A table of signals and a list of what nobody asked for."""
+    usage, run = result.usage, result.wired.run
+    leaves = reachable(run.machine)
+    readers: dict[str, set[str]] = {}
+    for leaf in leaves:
+        for name in leaf.interface.reads:
+            readers.setdefault(name, set()).add(leaf.interface.name)
+    rows = [("signal", "kind", "evaluated", "skipped", "time ms", "read by")]
+    for name, used in usage.items():
+        if used.built:
+            kind = type(setup.signals[name]).__name__.lower()
+            shown = ", ".join(sorted(readers.get(name, ()))) or "other signals"
+            time = f"{used.time_ns / 1e6:.1f}"
+            rows.append((name, kind, str(used.evaluated), str(used.skipped), time, shown))
+    missing = [name for name, used in usage.items() if not used.built]
+    parts = [type(part).__name__ for part in result.wired.sources]
+    loop = result.loop
+    present = loop.world.parts.all() if isinstance(loop, Loop) else ()
+    idle = sorted({type(part).__name__ for part in present}.difference(parts))
+    lines = [
+        "",
+        table(rows, frozenset((2, 3, 4))),
+        "",
+        f"not built           {', '.join(missing) or '-'}",
+        f"parts sampled       {', '.join(parts) or '-'}",
+        f"parts not sampled   {', '.join(idle) or '-'}",
+        f"states              {len(leaves)} of {len(run.machine.leaves)} can be reached",
+        f"time per tick       {_times(result)}",
+    ]
+    return "\n".join(lines)
+
+
+def _times(result: Result) -> str:
+    loop = result.loop
+    wall_us = result.figures["wall_s"] * 1e6 / loop.ticks
+    if not isinstance(loop, Loop):
+        return f"{wall_us:.1f} µs"
+    names = ("world", "samples", "evaluator", "chart and states")
+    parts = [f"{n} {ns / 1e3 / loop.ticks:.1f}" for n, ns in zip(names, loop.spent_ns, strict=True)]
+    return f"{wall_us:.1f} µs: {', '.join(parts)}"

@@ -1,0 +1,210 @@
+"""Charts from files: those that are asked for, and those that they may use.
+
+Charts name each other by `use`. What is not among the given files is looked for beside them, then
+in the projects, then among the shipped charts; the first of a name counts.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from cobodeck.catalogue import PARTS, Catalogue, shipped_charts
+from cobodeck.console import FAILED, Problem
+from engine.chart import Chart
+from engine.check import check
+from engine.finding import Finding, did_you_mean
+from engine.load import Library, load_files
+from engine.report import text
+from engine.source import Source
+
+KINDS = ("chart", "scene", "robot", "profile", "user", "prop")
+SKIPPED = frozenset((".git", ".venv", "venv", "node_modules", "build", "dist", "__pycache__"))
+_HEAD_BYTES = 4096
+
+
+def head_of(file: Path) -> tuple[str, str] | None:
+    """What a YAML file is, and its name: the first line that begins with one of the `KINDS`."""
+    try:
+        if not file.is_file():  # a pipe would have to be waited for
+            return None
+        with file.open("rb") as stream:
+            head = stream.read(_HEAD_BYTES)
+    except OSError:
+        return None
+    for line in head.decode("utf-8", "replace").lstrip("\ufeff").splitlines():
+        key, colon, name = line.partition(":")
+        if colon and key.rstrip() in KINDS:
+            return key.rstrip(), name.partition("#")[0].strip().strip("'\"")
+    return None
+
+
+def kind_of(file: Path) -> str | None:
+    """What a YAML file is."""
+    head = head_of(file)
+    return None if head is None else head[0]
+
+
+def files_in(paths: Iterable[Path]) -> list[tuple[Path, str]]:
+    """Files with what they are; of folders only YAML files that are something.
+
+    A file that is nothing known counts as a chart, so that it is told what it lacks.
+
+    Raises:
+        Problem: a path does not exist, or is no file that can be read to its end.
+    """
+    found: dict[Path, str] = {}
+    for path in paths:
+        if path.is_dir():
+            kinds = {file: kind_of(file) for file in yaml_files(path)}
+            found |= {file: kind for file, kind in kinds.items() if kind is not None}
+        elif path.is_file():
+            found[path] = kind_of(path) or "chart"
+        else:
+            lack = "is no regular file" if path.exists() else "no such file or folder"
+            raise Problem(f"{path}: {lack}", FAILED)
+    return list(found.items())
+
+
+def yaml_files(folder: Path) -> Iterator[Path]:
+    """The YAML files in a folder and below, but for hidden and foreign folders."""
+    for place, folders, files in os.walk(folder):
+        folders[:] = sorted(f for f in folders if not f.startswith(".") and f not in SKIPPED)
+        yield from (Path(place, f) for f in sorted(files) if f.endswith((".yaml", ".yml")))
+
+
+def load_beside(files: Sequence[Path], catalogue: Catalogue) -> Library:
+    """The charts of `files`, first, and all that they may use; findings are those of `files`."""
+    library = load_files(files)
+    beside = _Beside(files)
+    while names := used_charts(library.values(), library) & beside.files.keys():
+        for name in sorted(names):
+            _add(library, beside.files.pop(name))
+    for file in (*_own_charts(catalogue), *shipped_charts()):
+        _add(library, file)
+    if used_charts(library.values(), library):  # a slip of the pen: what could be meant?
+        for file in beside.files.values():
+            _add(library, file)
+    return library
+
+
+class _Beside:
+    """The charts in the folders of some files, by the name that their heads give."""
+
+    def __init__(self, files: Sequence[Path]) -> None:
+        self.files: dict[str, Path] = {}
+        for folder in dict.fromkeys(file.parent for file in files):
+            for file in sorted({*folder.glob("*.yaml"), *folder.glob("*.yml")}.difference(files)):
+                head = head_of(file)
+                if head is not None and head[0] == "chart":
+                    self.files.setdefault(head[1], file)
+
+
+def _add(library: Library, file: Path) -> None:
+    """Add the chart in a file, unless there is one of its name; its mistakes are not asked for."""
+    for name, chart in load_files([file]).items():
+        if name not in library:
+            library[name] = chart
+            library.sources[chart.file] = chart.source
+
+
+def _own_charts(catalogue: Catalogue) -> list[Path]:
+    files = [file for project in catalogue.projects for file in project.chart_files()]
+    return [file for file in files if kind_of(file) == "chart"]
+
+
+def used_charts(charts: Iterable[Chart], known: Container[str]) -> set[str]:
+    """The names under `use` in some charts that are not among the `known`."""
+    named = {node.target for c in charts for node in c.root.walk() if node.form == "use"}
+    return {name for name in named if name not in known}
+
+
+def findings_of(library: Library, catalogue: Catalogue, files: Iterable[Path]) -> list[Finding]:
+    """All that is wrong with the charts in `files`, in order."""
+    named = {str(file) for file in files}
+    found = check(
+        library,
+        catalogue.interfaces,
+        types=catalogue.types,
+        signals=catalogue.signal_names,
+        parts=PARTS,
+    )
+    return [finding for finding in found if finding.place.file in named]
+
+
+def strictly(findings: Iterable[Finding]) -> list[Finding]:
+    """The findings, warnings as errors."""
+    return [replace(finding, severity="error") for finding in findings]
+
+
+def chart_file(name_or_path: str, catalogue: Catalogue) -> Path:
+    """The file of a chart given by name or by path.
+
+    Raises:
+        Problem: there is no such chart.
+    """
+    path = Path(name_or_path)
+    if path.suffix in (".yaml", ".yml") or path.is_file():
+        if path.is_file():
+            return path
+        raise Problem(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}")
+    names = chart_names(catalogue)
+    if name_or_path in names:
+        return names[name_or_path]
+    raise Problem(f"no chart {name_or_path!r}; {did_you_mean(name_or_path, names)}")
+
+
+def chart_names(catalogue: Catalogue) -> dict[str, Path]:
+    """All charts by name: those of projects, and the shipped ones."""
+    found: dict[str, Path] = {}
+    for file in (*_own_charts(catalogue), *shipped_charts()):
+        head = head_of(file)
+        if head is not None:
+            found.setdefault(head[1], file)
+    return found
+
+
+def open_chart(name_or_path: str, catalogue: Catalogue) -> tuple[Chart, Library]:
+    """A chart that can run, and what it uses.
+
+    Raises:
+        Problem: it cannot run; the text shows every error.
+    """
+    file = chart_file(name_or_path, catalogue)
+    library = load_beside([file], catalogue)
+    findings = findings_of(library, catalogue, [file])
+    errors = [finding for finding in findings if finding.severity == "error"]
+    errors += errors_in_used(library, catalogue, [file])
+    if errors:
+        sources = {f.place.file: library.sources[f.place.file] for f in errors}
+        raise Problem(f"{file} cannot run\n{text(errors, sources)}".rstrip(), FAILED)
+    return next(chart for chart in library.values() if chart.file == str(file)), library
+
+
+def errors_in_used(library: Library, catalogue: Catalogue, files: Iterable[Path]) -> list[Finding]:
+    """Errors that keep the charts in `files` from running, in the other charts they use."""
+    named = {str(file) for file in files}
+    own = {name for name, chart in library.items() if chart.file in named}
+    used = {library[name].file for name in reached(own, library)} - named
+    if not used:
+        return []
+    found = findings_of(library, catalogue, map(Path, sorted(used)))
+    return [finding for finding in found if finding.severity == "error"]
+
+
+def reached(names: Iterable[str], library: Mapping[str, Chart]) -> set[str]:
+    """Some charts and all that they use, directly or not, by name."""
+    found = set(names)
+    while more := used_charts([library[name] for name in found], found) & library.keys():
+        found |= more
+    return found
+
+
+def read_source(file: Path) -> Source:
+    """The text of any file, for showing findings in it."""
+    try:
+        return Source(str(file), file.read_text(encoding="utf-8-sig"))
+    except (OSError, UnicodeDecodeError):
+        return Source(str(file), "")

@@ -1,0 +1,87 @@
+"""Tier 0: the logic of a chart alone, without robot, room, user or signals.
+
+Every leaf ends after a time and with an outcome drawn by chance from its own stream of the seed, so
+that a run takes many ways through a chart, fast, and the same ways for the same seed.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from cobodeck.metrics import NOTHING
+from cobodeck.wiring import Setup, Wired
+from engine.machine import Leaf
+from engine.run import Run
+from engine.signals import Board
+from engine.state import NEVER_NS, Context, State, Until
+from engine.state import Run as Steps
+
+DWELL_S = 5.0
+"""How long a leaf stays busy, on average, s."""
+
+
+@dataclass(slots=True)
+class LogicLoop:
+    """A run without a world, tick by tick."""
+
+    wired: Wired
+    tick_hz: int
+    ticks: int = 0
+    overruns: int = 0
+    finished: bool = False
+
+    @property
+    def next_ns(self) -> int:
+        """The instant of the next tick."""
+        return self.ticks * 10**9 // self.tick_hz
+
+    def tick(self) -> str | None:
+        """One tick; the chart's outcome once there is one."""
+        now = self.ticks * 10**9 // self.tick_hz
+        self.ticks += 1
+        return self.wired.run.tick(now)
+
+    def report(self) -> Mapping[str, Any]:
+        """Nothing was there to be judged."""
+        return NOTHING
+
+
+class Wandering(State):
+    """Stands in for a leaf's state."""
+
+    def __init__(self, leaf: Leaf, chance: random.Random, **_parameters: Any) -> None:
+        self.leaf = leaf
+        self.chance = chance
+
+    def run(self, ctx: Context, **_inputs: Any) -> Steps:
+        """Wait, then end with any outcome; without outcomes, wait for ever."""
+        interface = self.leaf.interface
+        if not interface.outcomes:
+            yield Until(NEVER_NS)
+        yield Until(ctx.after(self.chance.expovariate(1.0 / DWELL_S)))
+        outcome = self.chance.choice(interface.outcomes)
+        outputs = dict.fromkeys(interface.outputs.get(outcome, ()))
+        return (outcome, outputs) if outputs else outcome
+
+
+class _Idle:
+    """A part that does nothing."""
+
+    def stop(self) -> None:
+        """It never moves."""
+
+
+def wander(setup: Setup, seed: int) -> Wired:
+    """A run of the setup's chart in which every leaf wanders."""
+    machine = setup.machine()
+    for leaf in machine.leaves:
+        chance = random.Random(f"{seed}/{leaf.path}")
+        leaf.make = partial(Wandering, leaf, chance)
+        leaf.instant = False
+    parts = {name: _Idle() for leaf in machine.leaves for name in leaf.interface.commands}
+    board = Board(setup.signals, ())
+    return Wired(Run(machine, board, parts), board, ())

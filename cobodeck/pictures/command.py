@@ -1,0 +1,91 @@
+"""`cobodeck render --scene …`: a picture of a room, at the start or in the middle of a run."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cobodeck.console import OK, Problem, Progress, show
+from cobodeck.wiring import CHART, PROFILE
+from engine.finding import did_you_mean
+
+if TYPE_CHECKING:
+    from cobodeck.pictures.moment import Moment
+
+SPACES = ("chase", "escape", "haptic")
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments that only pictures of rooms have."""
+    parser.add_argument("--scene", metavar="S", help="draw this room, name or file, not a chart")
+    parser.add_argument(
+        "--at", type=_time, metavar="T", help="… after T s of a run of CHART; default: its start"
+    )
+    parser.add_argument("--user", metavar="NAME|FILE[#id][@x,y,yaw]", help="… with this user")
+    parser.add_argument("--requests", type=int, metavar="N", help="… who asks so many times")
+    parser.add_argument("--profile", default=PROFILE, help=f"name or file; default {PROFILE}")
+    parser.add_argument(
+        "--show",
+        metavar="SPACES",
+        help=f"of {','.join(SPACES)}; default: what the user makes of it",
+    )
+
+
+def _time(text: str) -> float:
+    value = float(text)
+    if not 0.0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text} is no time, s")
+    return value
+
+
+def draw_scene(args: argparse.Namespace) -> int:
+    """Draw the room to a file.
+
+    Raises:
+        Problem: an argument is wrong; ValueError of `hw` and `behaviors`: a file is wrong.
+    """
+    from behaviors.profile import load_profile
+    from cobodeck.pictures.canvas import form_of, save
+    from cobodeck.pictures.moment import at_start, with_next_drive
+    from cobodeck.pictures.scene import scene_picture
+    from hw.robot import load_robot
+    from hw.scene import load_scene
+
+    scene = load_scene(args.scene)
+    output: Path = args.output or Path(f"{scene.name}.svg")
+    form_of(output)
+    spaces = _spaces(args.show)
+    profile = load_profile(args.profile)
+    site = profile.site(scene.room, load_robot(scene.robot))
+    if args.at is None and args.user is None:
+        moment = with_next_drive(at_start(scene), site, profile.settings)
+    else:
+        moment = _simulated(args)
+    save(scene_picture(scene, site, profile.settings, moment, spaces), output)
+    show(str(output))
+    return OK
+
+
+def _spaces(text: str | None) -> tuple[str, ...] | None:
+    if text is None:
+        return None
+    names = tuple(name for name in text.split(",") if name)
+    for name in names:
+        if name not in SPACES:
+            raise Problem(f"--show: no space {name!r}; {did_you_mean(name, SPACES)}")
+    return names
+
+
+def _simulated(args: argparse.Namespace) -> Moment:
+    from cobodeck.pictures.moment import after
+    from cobodeck.simulate import Options
+    from cobodeck.wiring import open_setup
+
+    setup = open_setup(args.chart or CHART, args.scene, args.profile)
+    progress = Progress("render")
+    try:
+        return after(setup, Options(args.user, args.requests), args.at or 0.0, progress.at)
+    finally:
+        progress.done()

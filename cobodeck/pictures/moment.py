@@ -1,0 +1,132 @@
+"""What a picture shows of robot and user at one instant: at the start of a scene, or in a run."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from itertools import islice
+from typing import cast, get_args
+
+from behaviors.chase import best_cell, space, tangent_yaw
+from behaviors.chase_space import grid
+from behaviors.haptic import best_pose, poses, reachable
+from behaviors.settings import Settings
+from behaviors.situation import Situation
+from cobodeck.simulate import Options, stage
+from cobodeck.wiring import Setup
+from engine.machine import RUNNING, Leaf
+from hw.geometry import STILL, Pose2, Pose3
+from hw.room import Point
+from hw.samples import UserPose
+from hw.scene import Scene
+from states.navigation.states import user_disc
+from states.site import Site, SubsystemName
+
+TRAIL_S = 3.0
+"""For so long the ways that robot and user have come are drawn, s."""
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """Poses are map_from_base and the user's in the map; `path` leads the robot to its goal, m.
+
+    `deep` is where the user reaches, while they ask for a touch. Trails begin at the oldest place.
+    """
+
+    robot: Pose2
+    user: UserPose | None = None
+    deep: Pose3 | None = None
+    path: tuple[Point, ...] = ()
+    robot_trail: tuple[Point, ...] = ()
+    user_trail: tuple[Point, ...] = ()
+    caption: str = ""
+
+
+def at_start(scene: Scene) -> Moment:
+    """The poses of the scene's file; a scene without a user's start shows no user."""
+    start = scene.user_start
+    return Moment(scene.robot_start, None if start is None else UserPose(start, start.yaw))
+
+
+def with_next_drive(moment: Moment, site: Site, settings: Settings) -> Moment:
+    """The moment with the way to where Haptic, or else Chase, would send the robot now."""
+    if moment.user is None:
+        return moment
+    now = Situation(site, settings, moment.robot, STILL, moment.user, STILL)
+    goal: Pose2 | None
+    if moment.deep is not None:
+        free = poses(site, settings, moment.deep)
+        goal = best_pose(now, reachable(now, free), moment.deep)
+        return replace(moment, path=_path(site, "haptic", moment, goal))
+    cells = grid(site, settings).tolist()
+    around = space(site, settings, lambda: cells, moment.user)
+    place = best_cell(now, around)
+    goal = None if place is None else Pose2(*place, tangent_yaw(around.centre, place, 0.0))
+    return replace(moment, path=_path(site, "chase", moment, goal))
+
+
+def after(
+    setup: Setup, options: Options, seconds: float, progress: Callable[[str], None] | None = None
+) -> Moment:
+    """The moment after simulating so long, or at the end of a run that ends before."""
+    loop = stage(setup, options)
+    world = loop.world
+    ticks = round(seconds * loop.tick_hz)
+    trail: deque[tuple[Point, Point]] = deque(maxlen=round(TRAIL_S * loop.tick_hz) + 1)
+    outcome = None
+    while loop.ticks <= ticks and outcome is None and not world.person.finished:
+        outcome = loop.tick()
+        robot, body = world.base.pose, world.person.body
+        trail.append(((robot.x, robot.y), (body.x, body.y)))
+        if progress is not None and not loop.ticks % 256:
+            progress(f"{world.now_ns * 1e-9:.0f} s simulated")
+    measured = world.person.measured
+    seen = measured.value if measured is not None else None
+    body = world.person.body
+    user = seen if isinstance(seen, UserPose) else UserPose(body, body.yaw)
+    running = [leaf for leaf in loop.wired.run.machine.leaves if leaf.status == RUNNING]
+    moment = Moment(
+        robot=world.base.pose,
+        user=user,
+        deep=world.person.request,
+        robot_trail=tuple(robot for robot, _ in trail),
+        user_trail=tuple(person for _, person in trail),
+        caption=f"{world.now_ns * 1e-9:.1f} s, {_doing(running, outcome)}",
+    )
+    for subsystem, goal in islice(_drives(running), 1):
+        moment = replace(moment, path=_path(setup.site, subsystem, moment, goal))
+    return moment
+
+
+def _drives(leaves: Iterable[Leaf]) -> Iterable[tuple[SubsystemName, Pose2]]:
+    """Goals under way, and which subsystem drives there."""
+    for leaf in leaves:
+        inputs = {name: cell.value for name, cell in leaf.inputs}
+        subsystem = leaf.parameters.get("subsystem")
+        if isinstance(inputs.get("goal"), Pose2) and subsystem in get_args(SubsystemName):
+            yield cast("SubsystemName", subsystem), inputs["goal"]
+
+
+def _path(
+    site: Site, subsystem: SubsystemName, moment: Moment, goal: Pose2 | None
+) -> tuple[Point, ...]:
+    if goal is None:
+        return ()
+    here, there = (moment.robot.x, moment.robot.y), (goal.x, goal.y)
+    disc = user_disc(moment.user, site.navigation.named(subsystem))
+    path = site.planner(subsystem).plan(here, there, disc)
+    return () if path is None else path.points
+
+
+def _doing(leaves: Iterable[Leaf], outcome: str | None) -> str:
+    """The actions under way, or how the run has ended; where it only waits, in which node."""
+    if outcome is not None:
+        return f"ended: {outcome}"
+    leaves = list(leaves)
+    acting = [leaf.path for leaf in leaves if not leaf.monitor]
+    waiting = sorted(
+        (leaf.parent.path for leaf in leaves if leaf.parent is not None),
+        key=lambda path: -path.count("/"),
+    )
+    return ", ".join(acting or waiting[:1]) or "nothing under way"

@@ -1,0 +1,73 @@
+"""The room itself: floor, walls, what inflations leave, where tracking works."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import shapely
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path
+
+from cobodeck.pictures.canvas import Sheet
+from engine.draw import INK
+from hw.room import Point, Room
+
+FLOOR = "#ffffff"
+INFLATIONS = ("#e6e9ed", "#cdd3da", "#b4bcc6")
+"""From the widest inflation, beside the free floor, to the narrowest, beside the walls."""
+TRACKED = "#8a94a0"
+
+
+def draw_room(on: Sheet, room: Room) -> None:
+    """The floor, and black walls, columns and outer ring."""
+    add_area(on, room.free_space, facecolor=FLOOR, linewidth=0, zorder=1.0)
+    ground = shapely.Polygon(room.outer)
+    for ring in room.obstacles:
+        obstacle = shapely.Polygon(ring).intersection(ground)
+        add_area(on, obstacle, facecolor=INK, edgecolor=INK, linewidth=0.8, zorder=5.0)
+    add_area(on, ground, fill=False, edgecolor=INK, linewidth=3.0, zorder=5.0)
+    on.explain("wall, column", Patch(facecolor=INK))
+
+
+def draw_inflations(on: Sheet, room: Room, levels: Sequence[tuple[float, str]]) -> None:
+    """What the robot's centre keeps off: m and for whom, the widest first; round corners."""
+    floor = room.free_space
+    for number, (inflation, name) in enumerate(levels):
+        left = floor.buffer(-inflation, quad_segs=32)
+        colour = INFLATIONS[min(number, len(INFLATIONS) - 1)]
+        # narrower ones lie over the wider ones
+        add_area(on, floor.difference(left), facecolor=colour, linewidth=0, zorder=1.1 + number / 9)
+        on.explain(f"{inflation:g} m from walls: {name}", Patch(facecolor=colour))
+
+
+def draw_tracked_area(on: Sheet, room: Room) -> None:
+    """The outline of where the person's tracking works, where that is not everywhere."""
+    if room.tracked_area is None:
+        return
+    xs, ys = zip(*room.tracked_area, room.tracked_area[0], strict=True)
+    style: dict[str, Any] = {"color": TRACKED, "linewidth": 0.8, "linestyle": (0, (1, 2))}
+    on.axes.plot(xs, ys, zorder=1.9, **style)
+    on.explain("area of tracking", Line2D([], [], **style))
+
+
+def add_area(on: Sheet, area: Any, **style: Any) -> None:
+    """A shapely Polygon or MultiPolygon with its holes."""
+    parts = [part for part in shapely.get_parts(area) if part.geom_type == "Polygon"]
+    if parts:
+        on.axes.add_patch(PathPatch(_outline(parts), **style))
+
+
+def _outline(polygons: Sequence[Any]) -> Path:
+    rings = [ring for part in polygons for ring in (part.exterior, *part.interiors)]
+    corners = [np.asarray(ring.coords) for ring in rings]
+    codes = [[Path.MOVETO, *[Path.LINETO] * (len(ring) - 2), Path.CLOSEPOLY] for ring in corners]
+    return Path(np.concatenate(corners), np.concatenate(codes))
+
+
+def ring_of(points: Sequence[Point]) -> Path:
+    """A closed outline through points."""
+    codes = [Path.MOVETO, *[Path.LINETO] * (len(points) - 1), Path.CLOSEPOLY]
+    return Path(np.asarray([*points, points[0]]), codes)

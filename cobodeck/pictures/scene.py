@@ -1,0 +1,78 @@
+"""A scene with robot and user in it and the spaces that their behaviours look at."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from behaviors.settings import Settings
+from cobodeck.pictures.actors import (
+    ROBOT_TRAIL,
+    USER,
+    draw_robot,
+    draw_trail,
+    draw_user,
+    draw_zones,
+)
+from cobodeck.pictures.canvas import Sheet, sheet
+from cobodeck.pictures.moment import Moment
+from cobodeck.pictures.room import draw_inflations, draw_room, draw_tracked_area
+from cobodeck.pictures.spaces import draw_chase, draw_escape, draw_haptic, draw_path
+from hw.geometry import Pose3
+from hw.scene import Scene
+from states.site import Navigation, Site
+
+
+def scene_picture(
+    scene: Scene,
+    site: Site,
+    settings: Settings,
+    moment: Moment,
+    spaces: Collection[str] | None = None,
+) -> Sheet:
+    """The room with all that is in it at one moment.
+
+    `spaces` are of `command.SPACES`; by default Haptic's while the user asks for a touch, else the
+    others. Haptic's are those for the touch asked for, or for the one that could come next.
+    """
+    shown = spaces if spaces is not None else _present(moment)
+    lines = [line for line in (scene.about, moment.caption) if line]
+    on = sheet(scene.room.bounds, scene.name, lines)
+    draw_room(on, scene.room)
+    draw_inflations(on, scene.room, levels(site.navigation))
+    draw_tracked_area(on, scene.room)
+    user, robot = moment.user, moment.robot
+    if user is not None:
+        keep_off = site.navigation.named("haptic" if moment.deep else "chase").user_radius
+        draw_user(on, user, keep_off)
+        draw_trail(on, moment.user_trail, USER)
+        if "chase" in shown:
+            draw_chase(on, site, settings, user)
+        if "escape" in shown:
+            draw_zones(on, user, settings.escape)
+            draw_escape(on, site, settings, user, robot)
+        if "haptic" in shown:
+            deep = moment.deep or next_deep(settings, moment)
+            draw_haptic(on, site, settings, deep)
+    draw_trail(on, moment.robot_trail, ROBOT_TRAIL)
+    draw_path(on, moment.path)
+    draw_robot(on, robot, site.robot.footprint)
+    return on
+
+
+def levels(navigation: Navigation) -> list[tuple[float, str]]:
+    """Inflations and the subsystems that have them, the widest first."""
+    found: dict[float, list[str]] = {}
+    for name in ("haptic", "chase", "escape"):
+        found.setdefault(navigation.named(name).inflation, []).append(name.capitalize())
+    return [(inflation, ", ".join(found[inflation])) for inflation in sorted(found, reverse=True)]
+
+
+def next_deep(settings: Settings, moment: Moment) -> Pose3:
+    """Where the user would reach if they asked for a touch now (R132)."""
+    assert moment.user is not None, "nobody reaches"
+    x, y = moment.user.body.transform(settings.haptic.deep_ahead, 0.0)
+    return Pose3.from_yaw(x, y, settings.haptic.deep_height, moment.user.body.yaw)
+
+
+def _present(moment: Moment) -> tuple[str, ...]:
+    return ("haptic",) if moment.deep is not None else ("chase", "escape")

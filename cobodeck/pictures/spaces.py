@@ -1,0 +1,182 @@
+"""The spaces of the behaviours: Chase cells, Escape poses, Haptic rover poses, and the path."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.legend_handler import HandlerBase
+from matplotlib.lines import Line2D
+from matplotlib.patches import Arc, Circle, FancyArrowPatch, Patch, Rectangle
+from matplotlib.patheffects import withStroke
+from matplotlib.transforms import Affine2D
+
+from behaviors import escape, haptic
+from behaviors.chase_space import grid
+from behaviors.settings import Settings
+from cobodeck.pictures.actors import view_yaw
+from cobodeck.pictures.canvas import Sheet
+from engine.draw import INK, RED
+from hw.geometry import Pose2, Pose3
+from hw.room import Point, contains
+from hw.samples import UserPose
+from states.navigation.clearance import Array
+from states.site import Site
+
+DEEP = "#1e66ff"
+HAPTIC = "#2e7d32"
+PATH = "#00838f"
+DROPPED = "#7f8b98"
+BEST_FIRST = mpl.colormaps["rainbow_r"]
+"""Purple for the highest weight, red for the lowest (R95)."""
+
+
+def colours(weights: Array) -> Array:
+    """RGBA of weights, from red for the least to purple for the greatest, (n, 4)."""
+    span = float(np.ptp(weights)) if len(weights) else 0.0
+    found: Array = BEST_FIRST((weights - weights.min()) / span if span > 0.0 else weights * 0.0 + 1)
+    return found
+
+
+def draw_chase(on: Sheet, site: Site, settings: Settings, user: UserPose) -> None:
+    """The free cells by their weight (R93-R100); small arrows: the yaw that a robot has there."""
+    chase = settings.chase
+    yaw = view_yaw(user, chase.view)
+    centre = Pose2(user.body.x, user.body.y, yaw)
+    cells = grid(site, settings)
+    if not len(cells):
+        return
+    planner = site.planner("chase")
+    free = np.array([planner.is_free(centre.transform(x, y)) for x, y, _ in cells.tolist()])
+    reach = math.ceil(chase.outer / chase.cell)
+    image = np.zeros((2 * reach, 2 * reach, 4))
+    column, row = np.floor(cells[:, :2] / chase.cell).astype(int).T + reach
+    image[row[free], column[free]] = colours(cells[:, 2])[free]
+    turned = Affine2D().rotate(yaw).translate(centre.x, centre.y) + on.axes.transData
+    side = reach * chase.cell
+    on.axes.imshow(
+        image, extent=(-side, side, -side, side), origin="lower", interpolation="none",
+        transform=turned, zorder=2.5, aspect=on.axes.get_aspect(), clip_on=True,
+    )  # fmt: skip
+    _draw_tangents(on, centre, cells[free, :2], 0.5 * (chase.inner + chase.outer), chase.cell)
+    on.explain("Chase cell: weight low to high", Rainbow(), RainbowHandler())
+
+
+class Rainbow(Patch):
+    """Stands for all colours of the cells in a legend."""
+
+
+class RainbowHandler(HandlerBase):
+    """Draws them there."""
+
+    def create_artists(  # noqa: PLR0913
+        self,
+        legend: Any,  # noqa: ARG002  matplotlib calls it so
+        orig_handle: Any,  # noqa: ARG002
+        xdescent: float,
+        ydescent: float,
+        width: float,
+        height: float,
+        fontsize: float,  # noqa: ARG002
+        trans: Any,
+    ) -> list[Artist]:
+        """So many strips beside each other."""
+        count = 24
+        strip = width / count
+        return [
+            Rectangle(
+                (i * strip - xdescent, -ydescent), 1.05 * strip, height,
+                facecolor=BEST_FIRST(i / (count - 1)), lw=0, transform=trans,
+            )
+            for i in range(count)
+        ]  # fmt: skip
+
+
+def _draw_tangents(on: Sheet, centre: Pose2, free: Array, radius: float, cell: float) -> None:
+    """Arrows on a circle in the middle of the space, where it is free (R99)."""
+    for step in range(-12, 12):
+        bearing = math.radians(15.0 * step)
+        x, y = radius * math.cos(bearing), radius * math.sin(bearing)
+        if not len(free) or np.hypot(free[:, 0] - x, free[:, 1] - y).min() > cell:
+            continue
+        start = centre @ Pose2(x, y, bearing + 0.5 * math.pi)
+        on.axes.add_patch(_arrow(start, 0.3, INK, 0.9, zorder=2.7))
+
+
+def draw_escape(on: Sheet, site: Site, settings: Settings, user: UserPose, robot: Pose2) -> None:
+    """The Escape poses in the room, as arrows along the robot's yaw, in order (R106-R110)."""
+    free = set(escape.poses(site, settings, user, robot))
+    everywhere = enumerate(escape.all_poses(settings.escape, user, robot), 1)
+    shown = [(n, pose) for n, pose in everywhere if contains(site.room.outer, pose.x, pose.y)]
+    for number, pose in shown:
+        colour = RED if pose in free else DROPPED
+        on.axes.add_patch(_arrow(pose, 0.42, colour, 2.0, zorder=6.6))
+        if pose not in free:
+            _cross(on, pose, 0.1, DROPPED)
+        _number(on, pose.transform(0.0, 0.17), number, colour)
+    on.explain("Escape pose, in order", Line2D([], [], color=RED, lw=2.0, marker=">", ms=6))
+    if len(free) < len(shown):
+        on.explain("… not free", Line2D([], [], color=DROPPED, lw=2.0, marker="x", ms=6))
+
+
+def draw_haptic(on: Sheet, site: Site, settings: Settings, deep: Pose3) -> None:
+    """The rover poses on their half circle, numbered in order, and the DEEP (R75-R77)."""
+    shape, free = settings.haptic, set(haptic.poses(site, settings, deep))
+    half = math.degrees(max((abs(angle) for angle in shape.angles), default=0.0))
+    yaw, place = math.degrees(deep.yaw), (deep.x, deep.y)
+    size = 2.0 * shape.radius
+    dashed: dict[str, Any] = {"color": HAPTIC, "lw": 1.0, "ls": (0, (4, 2.5))}
+    ring = Arc(place, size, size, theta1=yaw - half, theta2=yaw + half, zorder=5.2, **dashed)
+    on.axes.add_patch(ring)
+    for number, pose in enumerate(haptic.all_poses(shape, deep), 1):
+        colour = HAPTIC if pose in free else DROPPED
+        on.axes.add_patch(_arrow(pose @ Pose2(0.17, 0.0), 0.34, colour, 1.6, zorder=8.0))
+        on.axes.add_patch(Circle((pose.x, pose.y), 0.09, fc=colour, lw=0, zorder=8.1))
+        _number(on, pose.transform(-0.23, 0.0), number, colour)
+        if pose not in free:
+            _cross(on, pose, 0.15, RED)
+    on.axes.add_patch(Circle(place, 0.1, fc=DEEP, ec="white", lw=0.8, zorder=8.2))
+    dot: dict[str, Any] = {"lw": 0, "marker": "o", "mec": "white"}
+    on.explain("where the user reaches (DEEP)", Line2D([], [], color=DEEP, ms=7, **dot))
+    sign = Line2D([], [], color=HAPTIC, lw=1.6, marker="o", markevery=[0], ms=6)
+    on.explain("Haptic pose, in order", sign)
+    if len(free) < number:
+        on.explain("… not free", Line2D([], [], lw=0, marker="x", mec=RED, mew=1.8, ms=7))
+
+
+def draw_path(on: Sheet, points: Sequence[Point]) -> None:
+    """The way to the goal, and the goal."""
+    if len(points) < 2:
+        return
+    xs, ys = zip(*points, strict=True)
+    on.axes.plot(xs, ys, color="white", lw=4.0, alpha=0.8, zorder=5.0)
+    on.axes.plot(xs, ys, color=PATH, lw=2.0, zorder=5.1)
+    on.axes.add_patch(Circle(points[-1], 0.2, fill=False, ec=PATH, lw=2.0, zorder=8.5))
+    on.explain("way and goal", Line2D([], [], color=PATH, lw=2.0, marker="o", mfc="none", ms=7))
+
+
+def _arrow(pose: Pose2, length: float, colour: str, width: float, zorder: float) -> FancyArrowPatch:
+    ends = pose.transform(-0.5 * length, 0.0), pose.transform(0.5 * length, 0.0)
+    return FancyArrowPatch(
+        *ends, color=colour, lw=width, arrowstyle="-|>", mutation_scale=5.0 + 4.0 * width,
+        shrinkA=0, shrinkB=0, zorder=zorder,
+    )  # fmt: skip
+
+
+def _cross(on: Sheet, pose: Pose2, size: float, colour: str) -> None:
+    x, y = pose.x, pose.y
+    for sign in (-1, 1):
+        ends = (x - size, x + size), (y - sign * size, y + sign * size)
+        on.axes.plot(*ends, color=colour, lw=1.8, solid_capstyle="round", zorder=8.4)
+
+
+def _number(on: Sheet, place: Point, number: int, colour: str) -> None:
+    text = on.axes.text(
+        *place, str(number), color=colour, fontsize=7, ha="center", va="center",
+        fontweight="bold", zorder=8.6, clip_on=True,
+    )  # fmt: skip
+    text.set_path_effects([withStroke(linewidth=1.6, foreground="white")])

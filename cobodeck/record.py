@@ -1,0 +1,58 @@
+"""The trace file of a run: one line that says what was run, then one line per record.
+
+The first line carries the hashes of chart, profile and scene and the versions, so that a run can
+be told from any other; the records are the engine's own, in its canonical encoding.
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from cobodeck.simulate import Result
+from cobodeck.wiring import Setup
+
+FORMAT = "cobodeck trace 1"
+FOLDER = Path("out")
+_RUN = ("user", "tier", "seed", "tick_hz", "sim_s", "outcome", "trace_sha256")
+
+
+def header(setup: Setup, figures: Mapping[str, Any]) -> dict[str, Any]:
+    """What was run, and with which versions."""
+    return {
+        "format": FORMAT,
+        "cobodeck": own_version(),
+        "python": platform.python_version(),
+        "chart": {"name": setup.chart.name, "sha256": setup.chart_sha256},
+        "profile": {"name": setup.profile.name, "sha256": setup.profile.sha256},
+        "scene": {"name": setup.scene.name, "sha256": setup.scene.sha256},
+        "robot": setup.robot.name,
+    } | {name: figures.get(name) for name in _RUN}
+
+
+def own_version() -> str:
+    """The installed version; `0` where the project runs from its folder only."""
+    try:
+        return version("cobodeck")
+    except PackageNotFoundError:
+        return "0"
+
+
+def default_path(setup: Setup, figures: Mapping[str, Any]) -> Path:
+    """`out/CHART-SCENE-USER-PROFILE-SEED.trace.jsonl`."""
+    user = Path(str(figures["user"]).partition("@")[0]).name.replace("#", "_")
+    parts = (setup.chart.name, setup.scene.name, user, setup.profile.name, str(figures["seed"]))
+    return FOLDER / ("-".join(parts) + ".trace.jsonl")
+
+
+def write(path: Path, setup: Setup, result: Result) -> None:
+    """Write the trace file; its folder is made."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w", encoding="utf-8") as stream:
+        stream.write(json.dumps(header(setup, result.figures), ensure_ascii=False) + "\n")
+        for line in result.wired.run.trace.lines():
+            stream.write(line + "\n")

@@ -1,0 +1,350 @@
+"""A chart run in virtual time for tests, with or without the robot.
+
+    def test_a_blocked_drive_is_tried_again(sim):
+        sim.start("mine.yaml", script={"drive": ["blocked", "arrived"]})
+        sim.until("rest", timeout=5)
+        sim.assert_path("drive", "drive", "rest")
+
+Without a scene every leaf does as the script says, and stays busy where it says nothing; leaves
+named in `real` are the real states, with stand-ins for their parts and with signals from the test.
+With a scene everything is real but what the script names, on the simulated robot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from cobodeck.catalogue import Catalogue, catalogue
+from cobodeck.library import findings_of, load_beside, open_chart
+from cobodeck.standin import Parts
+from engine.chart import Chart
+from engine.finding import did_you_mean
+from engine.load import load_text
+from engine.machine import IDLE, RUNNING, Leaf, Machine
+from engine.operator import Operator
+from engine.report import text as report_text
+from engine.run import Run
+from engine.scripted import Script
+from engine.signals import Board, Measured, Signal
+
+Outcome = str | tuple[str, Mapping[str, Any]] | Exception
+Outcomes = Outcome | Sequence[Outcome]
+
+HZ = 30
+
+
+class Rehearsal:
+    """Starts charts, lets time pass, and looks at what they did."""
+
+    def __init__(self, folder: Path, parts: Parts | None = None) -> None:
+        self.folder = folder
+        self.parts = parts if parts is not None else Parts()
+        self.metrics: Callable[[], Mapping[str, Any]] | None = None
+        self._known: Catalogue | None = None
+        self._run: Run | None = None
+        self._script: Script | None = None
+        self._step: Callable[[int], Any] = _nothing
+        self._tick = 0
+
+    # -- starting --------------------------------------------------------------------------------
+
+    def start(  # noqa: PLR0913  one call says all there is to say about a run
+        self,
+        chart: str,
+        script: Mapping[str, Outcomes] | None = None,
+        *,
+        real: Iterable[str] = (),
+        signals: Mapping[str, Any] | None = None,
+        parameters: Mapping[str, Any] | None = None,
+        scene: str | None = None,
+        user: str | None = None,
+        requests: int | None = None,
+        profile: str | None = None,
+    ) -> Rehearsal:
+        """Begin with a chart: a file beside the test, a name, or the YAML text itself.
+
+        Args:
+            chart: what to run; it is checked first.
+            script: outcomes of leaves, by path, by the end of a path, or by class; one after the
+                other. An outcome may come with outputs, `("found", {"goal": pose})`, or be an
+                exception that is raised.
+            real: leaves, named likewise, that are not scripted although there is no scene.
+            signals: values at the start; these signals are then the test's, whatever they were.
+            parameters: of the chart.
+            scene: run on the simulated robot in this scene.
+            user: who walks about in it; by default the scene's user.
+            requests: how many touches the user asks for.
+            profile: by default `tuned`.
+        """
+        if scene is not None:
+            self._start_simulated(chart, scene, user, requests, profile, parameters)
+        else:
+            self._start_alone(chart, signals or {}, parameters)
+        scripted = self._script_for(script or {}, real, everything=scene is None)
+        for path, outcomes in scripted.items():
+            for outcome in outcomes:
+                self._end(path, outcome)
+        self._tick = 0
+        return self
+
+    def _start_alone(
+        self, chart: str, signals: Mapping[str, Any], parameters: Mapping[str, Any] | None
+    ) -> None:
+        opened, library = self._open(chart)
+        known = self._catalogue()
+        machine = Machine(opened, library, known.interfaces, parameters, known.types)
+        declared = _declared(machine, known, signals)
+        board = Board(declared)
+        for name, value in signals.items():
+            board.put(name, value, 0)
+        commands = {name for leaf in machine.leaves for name in leaf.interface.commands}
+        self._run = Run(machine, board, {name: self.parts[name] for name in sorted(commands)})
+        self._step = _nothing
+
+    def _start_simulated(
+        self,
+        chart: str,
+        scene: str,
+        user: str | None,
+        requests: int | None,
+        profile: str | None,
+        parameters: Mapping[str, Any] | None,
+    ) -> None:
+        from cobodeck.simulate import Options, stage
+        from cobodeck.wiring import open_setup
+
+        beside = self.folder / chart
+        name = str(beside) if beside.is_file() else chart
+        loop = stage(open_setup(name, scene, profile), Options(user, requests), parameters)
+        self._run = loop.wired.run
+        self._step = loop.prepare
+        self.metrics = loop.evaluator.report
+
+    def _open(self, chart: str) -> tuple[Chart, Mapping[str, Chart]]:
+        known = self._catalogue()
+        beside = self.folder / chart if "\n" not in chart else None
+        if beside is not None:
+            return open_chart(str(beside) if beside.is_file() else chart, known)
+        library = load_text(chart, "<test>")
+        for name, other in load_beside([], known).items():
+            library.setdefault(name, other)
+        errors = [
+            finding
+            for finding in findings_of(library, known, [Path("<test>")])
+            if finding.severity == "error"
+        ]
+        assert not errors, f"the chart cannot run\n{report_text(errors, library.sources)}"
+        return next(iter(library.values())), library
+
+    def _catalogue(self) -> Catalogue:
+        if self._known is None:
+            self._known = catalogue(self.folder)
+        return self._known
+
+    def _script_for(
+        self, script: Mapping[str, Outcomes], real: Iterable[str], *, everything: bool
+    ) -> dict[str, list[Outcome]]:
+        machine = self.run.machine
+        played = {
+            leaf.path: [outcomes] if isinstance(outcomes, str | tuple | Exception) else outcomes
+            for name, outcomes in script.items()
+            for leaf in self._leaves(name)
+        }
+        kept = {leaf.path for name in real for leaf in self._leaves(name)}
+        self._script = Script(machine)
+        for leaf in machine.leaves:
+            if leaf.path in kept or not (everything or leaf.path in played):
+                leaf.make, leaf.instant = leaf.interface.make, leaf.interface.instant
+        return {path: list(outcomes) for path, outcomes in played.items()}
+
+    # -- while it runs ---------------------------------------------------------------------------
+
+    @property
+    def run(self) -> Run:
+        """The engine's run."""
+        assert self._run is not None, "start a chart first: sim.start(…)"
+        return self._run
+
+    @property
+    def now(self) -> float:
+        """Virtual time since the start, s."""
+        return self.run.board.now / 1e9
+
+    @property
+    def outcome(self) -> str | None:
+        """The outcome of the chart, once it has ended."""
+        return self.run.outcome
+
+    @property
+    def results(self) -> Mapping[str, Any]:
+        """The outputs of the chart."""
+        return self.run.results
+
+    @property
+    def active(self) -> list[str]:
+        """The paths of the leaves that are going on."""
+        return [v.path for v in self._leaves_of_run() if v.status == RUNNING]
+
+    @property
+    def operator(self) -> Operator:
+        """The operator's commands."""
+        return Operator(self.run)
+
+    def tick(self, count: int = 1) -> None:
+        """Let so many ticks pass."""
+        for _ in range(count):
+            now = self._tick * 10**9 // HZ
+            self._step(now)
+            self.run.tick(now)
+            self._tick += 1
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass."""
+        self.tick(round(seconds * HZ))
+
+    def until(self, where: str | Callable[[], object], timeout: float = 10.0) -> None:
+        """Let time pass until a node is entered, the chart ends so, or a condition holds.
+
+        `where` is a node's path, its name, or an outcome of the chart, or a function. Each call
+        looks at what happens from now on, the present tick included.
+        """
+        end = self._tick + max(1, round(timeout * HZ))
+        reached = where if callable(where) else self._reaching(where)
+        while not reached():
+            assert self._tick < end, (
+                f"{where!r} was not reached within {timeout:g} s; {self._story()}"
+            )
+            self.tick()
+
+    def signal(self, name: str, value: Any) -> None:
+        """Deliver a sample of a measured signal, for the next tick.
+
+        Others can be scripted too if `start(signals={name: value})` takes them over.
+        """
+        declared = self.run.board.declared
+        hint = did_you_mean(name, declared)
+        assert name in declared, f"no signal {name!r} is read by this chart; {hint}"
+        kind = type(declared[name]).__name__.lower()
+        assert isinstance(declared[name], Measured), (
+            f"{name!r} is {kind}; take it over with start(signals={{{name!r}: …}})"
+        )
+        self.run.board.put(name, value, self._tick * 10**9 // HZ)
+
+    def end(self, name: str, outcome: str | Exception, **outputs: Any) -> None:
+        """Let a scripted leaf end with an outcome at its next step."""
+        for leaf in self._leaves(name):
+            self._end(leaf.path, outcome if isinstance(outcome, Exception) else (outcome, outputs))
+
+    def _end(self, path: str, outcome: Outcome) -> None:
+        assert self._script is not None
+        if isinstance(outcome, Exception):
+            self._script.end(path, outcome)
+            return
+        name, outputs = (outcome, {}) if isinstance(outcome, str) else outcome
+        known = self.run.machine.vertices[path]
+        assert isinstance(known, Leaf)
+        declared = known.interface.outcomes
+        assert name in declared, f"{path} has no outcome {name!r}; {did_you_mean(name, declared)}"
+        self._script.end(path, name, **outputs)
+
+    # -- what happened ---------------------------------------------------------------------------
+
+    def path(self, *names: str) -> list[str]:
+        """The nodes entered, in order: all leaves, or only the nodes named."""
+        if not names:
+            return self.run.trace.path()
+        entered = [record.subject for record in self.run.trace if record.kind == "enter"]
+        matched = [next((n for n in names if _is_named(path, n)), None) for path in entered]
+        return [name for name in matched if name is not None]
+
+    def assert_path(self, *names: str) -> None:
+        """Of the nodes named, exactly these were entered, in this order; others do not count."""
+        for name in names:
+            self._require(name)
+        found = self.path(*dict.fromkeys(names))
+        assert found == list(names), (
+            f"expected {' -> '.join(names)}\n"
+            f"     got {' -> '.join(found) or 'nothing'}\n{self._story()}"
+        )
+
+    def finish(self) -> None:
+        """Stop the run, if one goes on."""
+        if self._run is not None and self._run.outcome is None:
+            self.operator.stop()
+            self.tick()
+
+    def _reaching(self, where: str) -> Callable[[], bool]:
+        outcomes = {*self.run.machine.chart.outcomes, "error"}
+        if where not in outcomes or any(_is_named(p, where) for p in self.run.machine.vertices):
+            self._require(where, outcomes)
+        seen = len(self.run.trace.raw)
+
+        def reached() -> bool:
+            if self.run.outcome == where:
+                return True
+            records = list(self.run.trace)[seen:]
+            entered = (r.subject for r in records if r.kind == "enter")
+            return self._is_active(where) or any(_is_named(path, where) for path in entered)
+
+        return reached
+
+    def _is_active(self, where: str) -> bool:
+        vertices = self.run.machine.vertices.values()
+        return any(v.status not in (IDLE,) and _is_named(v.path, where) for v in vertices)
+
+    def _require(self, name: str, also: Iterable[str] = ()) -> None:
+        vertices = self.run.machine.vertices
+        known = {path.rpartition("/")[2] for path in vertices} | set(vertices) | set(also)
+        found = any(_is_named(path, name) for path in vertices)
+        assert found, f"no node {name!r} in the chart; {did_you_mean(name, known - {''})}"
+
+    def _leaves(self, name: str) -> list[Leaf]:
+        leaves = self._leaves_of_run()
+        found = [v for v in leaves if _is_named(v.path, name) or v.interface.name == name]
+        known = {v.path for v in leaves} | {v.interface.name for v in leaves}
+        assert found, f"no leaf {name!r} in the chart; {did_you_mean(name, known)}"
+        return found
+
+    def _leaves_of_run(self) -> list[Leaf]:
+        return self.run.machine.leaves
+
+    def _story(self) -> str:
+        shown = self.path()[-12:]
+        active = ", ".join(self.active) or f"nothing, outcome {self.outcome}"
+        return f"at {self.now:.2f} s; active: {active}; last entered: {' -> '.join(shown)}"
+
+
+def _is_named(path: str, name: str) -> bool:
+    return path == name or path.endswith("/" + name)
+
+
+def _nothing(now_ns: int) -> None:
+    """There is no world to move on."""
+
+
+def _declared(
+    machine: Machine, known: Catalogue, taken_over: Mapping[str, Any]
+) -> dict[str, Signal]:
+    """The signals that the chart reads: those of one's own as they are, all others measured."""
+    from behaviors.signals import MEASURED
+
+    own = {signal.name: signal for signal in known.own_signals if signal.name not in taken_over}
+    events = {signal.name for signal in MEASURED if signal.event}
+    found: dict[str, Signal] = {}
+
+    def add(name: str) -> None:
+        if name in found:
+            return
+        signal = own.get(name) or Measured(name, event=name in events)
+        for source in getattr(signal, "of", ()):
+            add(source)
+        found[name] = signal
+
+    for name in taken_over:
+        add(name)
+    for leaf in machine.leaves:
+        for name in leaf.interface.reads:
+            add(name)
+    return found

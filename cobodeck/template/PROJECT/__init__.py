@@ -1,0 +1,1 @@
+"""Charts and states of one's own."""

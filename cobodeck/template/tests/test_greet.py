@@ -1,0 +1,15 @@
+"""The chart in virtual time; the arm does as the script says, the monitor is the real one."""
+
+
+def test_it_waits_until_somebody_comes_near(sim):
+    sim.start("greet", script={"park": "parked"}, real=["PersonNear"])
+    sim.signal("user.distance", 3.0)
+    sim.until("stay", timeout=1)
+    sim.signal("user.distance", 2.0)
+    sim.until("met", timeout=1)
+    sim.assert_path("park", "stay")
+
+
+def test_an_arm_that_cannot_be_parked_is_a_failure(sim):
+    sim.start("greet", script={"park": "failed"})
+    sim.until("failed", timeout=1)

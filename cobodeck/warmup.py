@@ -1,0 +1,77 @@
+"""Does before the first tick what must not happen in one: imports, compiling, plans of the room.
+
+Only what the chart can come to: a chart that never drives loads no planner.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import pkgutil
+import tempfile
+from collections.abc import MutableMapping, Sequence
+from pathlib import Path
+
+from cobodeck.wiring import Setup, reachable
+from engine.machine import Machine
+from hw.geometry import Pose2, Twist2
+from states.site import SubsystemName
+
+SUBSYSTEMS: tuple[SubsystemName, ...] = ("chase", "haptic", "escape")
+
+
+ROOT = Path(__file__).parent.parent
+
+
+def keep_compiled_code(
+    environment: MutableMapping[str, str] = os.environ,
+    folders: Sequence[Path] = (ROOT / "states", Path.home() / ".cache"),
+) -> str | None:
+    """See to it that numba finds a place for its compiled code; what to tell if there is none.
+
+    To be called before numba is imported: without any place it would refuse to work.
+    """
+    if "NUMBA_CACHE_DIR" in environment or any(map(_is_writable, folders)):
+        return None
+    environment["NUMBA_CACHE_DIR"] = tempfile.mkdtemp(prefix="cobodeck-")
+    shown = " nor ".join(map(str, folders))
+    return f"neither {shown} can be written: compiled code is not kept, each start takes longer"
+
+
+def _is_writable(folder: Path) -> bool:
+    there = next(place for place in (folder, *folder.parents) if place.exists())
+    return os.access(there, os.W_OK)
+
+
+def warm_up(setup: Setup, machine: Machine) -> None:
+    """Get everything ready that the reachable states may call."""
+    commanded = {part for leaf in reachable(machine) for part in leaf.interface.commands}
+    if "base" in commanded:
+        _driving(setup)
+    if "arm" in commanded:
+        _reaching(setup)
+
+
+def _driving(setup: Setup) -> None:
+    import behaviors
+    from states.navigation import profile
+
+    profile.warm_up()
+    for module in pkgutil.iter_modules(behaviors.__path__, "behaviors."):
+        loaded = importlib.import_module(module.name)
+        getattr(loaded, "warm_up", _nothing)()
+    for name in SUBSYSTEMS:
+        setup.site.planner(name)
+    start, driver = setup.scene.robot_start, setup.site.driver("chase")
+    driver.go_to(start @ Pose2(0.5, 0.0))  # straight ahead, for the ways without a bend
+    driver.command(start, Twist2(0.1, 0.1), None, setup.site.period)
+
+
+def _reaching(setup: Setup) -> None:
+    from states.arm.model import load_manipulator
+
+    setup.site.workspace.warm_up(load_manipulator())
+
+
+def _nothing() -> None:
+    """Nothing in this module is compiled."""

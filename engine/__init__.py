@@ -1,0 +1,1 @@
+"""Reads, checks, draws and runs state charts; knows no robot."""

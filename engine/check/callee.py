@@ -1,0 +1,133 @@
+"""What a leaf or a `use` node names, seen from outside: a state class or a chart."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import PurePath
+
+from engine.chart import Chart, Parameter
+from engine.load import Library
+from engine.state import Argument, Interface
+from engine.types import ANY, Type
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """What is known about all that can happen inside.
+
+    Attributes:
+        commands: the parts that something in it commands.
+        unmapped: whether an error of something that commands a part can come out of it.
+        instant: the outcomes it can end with in the tick in which it was entered.
+        vertices: how many vertices a machine has for it.
+        depth: how many of them stand inside each other.
+        deadlines: its parameters that are durations of the chart's own: `True` for a timeout,
+            which must be positive, `False` for a wait.
+    """
+
+    commands: frozenset[str] = frozenset()
+    unmapped: bool = False
+    instant: frozenset[str] = frozenset()
+    vertices: int = 1
+    depth: int = 1
+    deadlines: Mapping[str, bool] = field(default_factory=dict)
+
+
+@dataclass(slots=True, eq=False)
+class Callee:
+    """A state class or chart with what it takes and gives.
+
+    `outputs` has the type of each output for each outcome it comes with. The `facts` of a chart
+    are filled in once that chart is checked.
+    """
+
+    name: str
+    outcomes: tuple[str, ...]
+    parameters: Mapping[str, Argument]
+    inputs: Mapping[str, Argument]
+    outputs: Mapping[str, Mapping[str, Type]]
+    facts: Facts = field(default_factory=Facts)
+    monitor: bool = False
+    ends: dict[str, tuple[()]] = field(init=False)
+    required_parameters: frozenset[str] = field(init=False)
+    required_inputs: frozenset[str] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.ends = dict.fromkeys(self.outcomes, ())
+        self.required_parameters = _required(self.parameters)
+        self.required_inputs = _required(self.inputs)
+
+
+def _required(arguments: Mapping[str, Argument]) -> frozenset[str]:
+    return frozenset(name for name, argument in arguments.items() if argument.required)
+
+
+@dataclass(slots=True, eq=False)
+class World:
+    """All that the names in charts can stand for; `None` where that is not known.
+
+    `classes` and `charts` hold what has been asked for, `looked_at` the classes whose signals and
+    parts have, and `unread` the names of files in which no chart was found.
+    """
+
+    library: Library
+    interfaces: Mapping[str, Interface]
+    types: Mapping[str, Type]
+    signals: Collection[str] | None = None
+    parts: Collection[str] | None = None
+    classes: dict[str, Callee] = field(default_factory=dict)
+    charts: dict[str, Callee] = field(default_factory=dict)
+    looked_at: set[str] = field(default_factory=set)
+    unread: frozenset[str] = field(init=False)
+
+    def __post_init__(self) -> None:
+        read = {chart.file for chart in self.library.values()}
+        self.unread = frozenset(PurePath(f).stem for f in self.library.sources if f not in read)
+
+    def state_class(self, name: str) -> Callee | None:
+        """The state class of this name."""
+        if name not in self.classes and name in self.interfaces:
+            self.classes[name] = _of_interface(self.interfaces[name])
+        return self.classes.get(name)
+
+    def chart(self, name: str) -> Callee | None:
+        """The chart of this name."""
+        if name not in self.charts and name in self.library:
+            self.charts[name] = _of_chart(self.library[name], self.types)
+        return self.charts.get(name)
+
+
+def _of_interface(interface: Interface) -> Callee:
+    commands = frozenset(interface.commands)
+    instant = frozenset(interface.outcomes if interface.instant else ())
+    return Callee(
+        interface.name,
+        interface.outcomes,
+        interface.parameters,
+        interface.inputs,
+        interface.outputs,
+        Facts(commands, bool(commands), instant),
+        interface.monitor,
+    )
+
+
+def _of_chart(chart: Chart, types: Mapping[str, Type]) -> Callee:
+    parameters = {}
+    for name, parameter in chart.parameters.items():
+        kind = parameter_type(parameter, types)
+        parameters[name] = Argument(kind) if parameter.required else Argument(kind, None)
+    inputs = {name: Argument(types.get(key.type, ANY)) for name, key in chart.inputs.items()}
+    outputs = {
+        outcome: {name: types.get(kind, ANY) for name, kind in named.items()}
+        for outcome, named in chart.outputs.items()
+    }
+    return Callee(chart.name, chart.outcomes, parameters, inputs, outputs)
+
+
+def parameter_type(parameter: Parameter, types: Mapping[str, Type]) -> Type:
+    """The type of a chart's parameter; a default of nothing makes it optional."""
+    kind = types.get(parameter.type, ANY)
+    if parameter.required or parameter.default is not None:
+        return kind
+    return replace(kind, optional=True)

@@ -1,0 +1,92 @@
+"""What a chart declares at its top: parameters, data, outputs (N05, N09, N11, F02)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from engine.chart import key_mark_of, mark_of
+from engine.check.subject import Subject
+from engine.source import Map, Mark
+from engine.types import ANY, Mismatch, Type, convert, fits
+
+
+def check_declarations(subject: Subject) -> None:
+    """Types exist, values have them, nothing is declared twice."""
+    _check_parameters(subject)
+    _check_keys(subject)
+    _check_outputs(subject)
+
+
+def _check_parameters(subject: Subject) -> None:
+    raw = subject.chart.root.raw
+    for name, parameter in subject.chart.parameters.items():
+        kind = _type(subject, parameter.type, _mark(raw, "parameters", name, "type"))
+        at = _mark(raw, "parameters", name, "default")
+        if not _can_be_written(kind):
+            hint = "pass it on as data, by `inputs`"
+            subject.error("N09", f"a {kind} cannot be written in a chart", parameter.at, hint)
+        elif not parameter.required and parameter.default is not None:
+            _check_value(subject, name, parameter.default, kind, at)
+
+
+def _check_keys(subject: Subject) -> None:
+    raw = subject.chart.root.raw
+    for name, key in subject.chart.keys.items():
+        section = "inputs" if key.is_input else "data"
+        if not _declares(raw, section, name):
+            continue  # an output, see there
+        kind = _type(subject, key.type, _mark(raw, section, name, "type"))
+        if key.has_initial:
+            _check_value(subject, name, key.initial, kind, _mark(raw, section, name, "initial"))
+        if _declares(raw, "inputs", name) and _declares(raw, "data", name):
+            first = (key_mark_of(raw, "inputs", name), "first here")
+            at = key_mark_of(raw, "data", name)
+            subject.error("N11", f"{name!r} is an input already", at, "keep one of them", first)
+
+
+def _check_outputs(subject: Subject) -> None:
+    chart = subject.chart
+    for outcome, named in chart.outputs.items():
+        if outcome not in chart.outcomes:
+            at = key_mark_of(chart.root.raw, "outputs", outcome)
+            hint = subject.near(outcome, chart.outcomes)
+            subject.error("N05", f"the chart has no outcome {outcome!r}", at, hint)
+        for name, type_name in named.items():
+            at = mark_of(chart.root.raw["outputs"], outcome, name)
+            kind = _type(subject, type_name, at)
+            key = chart.keys[name]
+            held = subject.data.kinds[name]
+            if not fits(held, kind):
+                first = (key.at, f"{name!r} is a {held} here")
+                subject.error("F02", f"{name!r} holds a {held}, not a {kind}", at, "", first)
+
+
+def _type(subject: Subject, name: str, at: Mark) -> Type:
+    types = subject.world.types
+    if name not in types:
+        subject.error("N11", f"no type {name!r}", at, subject.near(name, types))
+    return types.get(name, ANY)
+
+
+def _check_value(subject: Subject, name: str, value: Any, kind: Type, at: Mark) -> None:
+    try:
+        convert(value, kind)
+    except Mismatch as mismatch:
+        subject.error("N09", f"{name}: {mismatch}", at)
+
+
+def _can_be_written(kind: Type) -> bool:
+    return kind.python is None and (kind.item is None or _can_be_written(kind.item))
+
+
+def _declares(raw: Map, section: str, name: str) -> bool:
+    inside = raw.get(section)
+    return isinstance(inside, Map) and name in inside
+
+
+def _mark(raw: Map, section: str, name: str, entry: str) -> Mark:
+    """Where `entry` of a declaration stands, or the declaration where it is a single word."""
+    item = raw[section][name]
+    if isinstance(item, Map) and entry in item:
+        return mark_of(item, entry)
+    return mark_of(raw, section, name) if isinstance(item, str) else key_mark_of(raw, section, name)

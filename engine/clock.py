@@ -1,0 +1,25 @@
+"""The grid of ticks (rules 1 and 13)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+SECOND_NS = 10**9
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Tick n is at `n * 10**9 // hz` ns since the start of the run.
+
+    Instants are found from n, never by adding up periods, so no error gathers.
+    """
+
+    hz: int = 30
+
+    def instant(self, number: int) -> int:
+        """The instant of a tick, ns."""
+        return number * SECOND_NS // self.hz
+
+    def first(self, at: int) -> int:
+        """The number of the first tick that is not before `at`, ns."""
+        return max(0, -(-at * self.hz // SECOND_NS))

@@ -1,0 +1,97 @@
+"""What a running state sees of its run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, Protocol
+
+from engine.signals import Board
+from engine.slots import MeasuredSlot
+from engine.state import NEVER_NS, Sample
+
+if TYPE_CHECKING:
+    from engine.machine import Leaf
+
+
+class Part(Protocol):
+    """All that the engine asks of a part of the robot."""
+
+    def stop(self) -> None:
+        """Stop moving. Returns at once."""
+        ...
+
+
+class LeafContext:
+    """The `Context` of one leaf, bound when the machine is."""
+
+    __slots__ = ("_ages", "_board", "_cursors", "_parts", "_path")
+
+    def __init__(self, leaf: Leaf, board: Board, parts: Mapping[str, Part]) -> None:
+        self._path = leaf.path
+        self._board = board
+        self._parts = {name: parts[name] for name in leaf.interface.commands if name in parts}
+        self._ages = {
+            name: NEVER_NS if age is None else round(age * 1e9)
+            for name, age in leaf.interface.reads.items()
+        }
+        self._cursors: dict[str, tuple[int, int, int]] = {}
+
+    def begin(self) -> None:
+        """Forget what an earlier entry has read."""
+        if self._cursors:
+            self._cursors.clear()
+
+    @property
+    def now(self) -> int:
+        """Chart time in ns."""
+        return self._board.now - self._board.paused_ns
+
+    def after(self, seconds: float) -> int:
+        """The instant `seconds` from now, in ns of chart time."""
+        return self.now + round(seconds * 1e9)
+
+    def value(self, signal: str) -> Any:
+        """The newest value that is not older than the class accepts, else `None`."""
+        age = self._age(signal)
+        newest = self._board.slots[signal].read()
+        if newest is None or self._board.now - newest.stamp > age:
+            return None
+        return newest.value
+
+    def sample(self, signal: str) -> Sample | None:
+        """The newest value with its stamp, whatever its age."""
+        self._age(signal)
+        return self._board.slots[signal].read()
+
+    def events(self, signal: str) -> tuple[Sample, ...]:
+        """What arrived since this state last asked; at first, what arrived in this tick."""
+        self._age(signal)
+        slot = self._board.slots[signal]
+        assert isinstance(slot, MeasuredSlot), f"{signal} is no event signal"
+        tick, start, end = self._cursors.get(signal, (-1, -1, -1))
+        if tick != self._board.ticks:
+            fresh = self._board.fresh & slot.roots
+            first = slot.log_before_tick if fresh else len(slot.log)
+            start, end = (first if end < 0 else end), len(slot.log)
+            self._cursors[signal] = (self._board.ticks, start, end)
+        return tuple(slot.log[start:end])
+
+    def part(self, name: str) -> Any:
+        """A part that the class lists in `commands`."""
+        if name not in self._parts:
+            known = ", ".join(self._parts) or "none"
+            raise LookupError(f"{self._path}: no part {name!r} among its `commands`: {known}")
+        return self._parts[name]
+
+    def bits(self, names: Iterable[str]) -> int:
+        """The measured signals to wait for, as bits."""
+        for name in names:
+            self._age(name)
+        return self._board.bits(names)
+
+    def _age(self, signal: str) -> int:
+        age = self._ages.get(signal)
+        if age is None:
+            known = ", ".join(self._ages) or "none"
+            raise LookupError(f"{self._path}: {signal!r} is not among its `reads`: {known}")
+        return age

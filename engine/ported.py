@@ -1,0 +1,64 @@
+"""A base class for states written for FlexBE: their three hooks on top of `run`.
+
+What changes in porting: outcomes and keys become class attributes, `userdata` holds this state's
+keys only, and `on_exit` is called exactly once for each `on_enter` that succeeded, whatever ends
+the state.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from engine.state import Action, Context, Run
+
+
+class UserData:
+    """The inputs of a state, as attributes, and what it gives back."""
+
+    def __init__(self, inputs: dict[str, Any]) -> None:
+        self.__dict__.update(inputs)
+
+    def outputs(self, names: tuple[str, ...]) -> dict[str, Any]:
+        """The values of the outputs `names`.
+
+        Raises:
+            LookupError: for one that was never set.
+        """
+        missing = [name for name in names if name not in self.__dict__]
+        if missing:
+            raise LookupError(f"userdata.{missing[0]} was never set")
+        return {name: self.__dict__[name] for name in names}
+
+
+class EventState(Action):
+    """Derive from this class and give `execute`; `on_enter` and `on_exit` may stay away.
+
+    Attributes:
+        ctx: time, signals and parts while the state runs.
+    """
+
+    outcomes: ClassVar[tuple[str, ...]] = ()
+    ctx: Context
+
+    def on_enter(self, userdata: UserData) -> None:
+        """Called once, before the first `execute`."""
+
+    def execute(self, userdata: UserData) -> str | None:
+        """Called every tick; `None` goes on, anything else is the outcome."""
+        raise NotImplementedError(f"{type(self).__name__}.execute")
+
+    def on_exit(self, userdata: UserData) -> None:
+        """Called once when the state ends or is ended; stop what was started."""
+
+    def run(self, ctx: Context, **inputs: Any) -> Run:
+        """The three hooks, in order."""
+        self.ctx = ctx
+        userdata = UserData(inputs)
+        self.on_enter(userdata)
+        try:
+            while (outcome := self.execute(userdata)) is None:
+                yield None
+        finally:
+            self.on_exit(userdata)
+        names = tuple(self.outputs.get(outcome, ()))
+        return (outcome, userdata.outputs(names)) if names else outcome

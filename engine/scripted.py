@@ -1,0 +1,81 @@
+"""States that do as a script says: any chart can be run without its robot.
+
+`Script.end(path, outcome)` makes the leaf at `path` end at its next step; until told otherwise
+leaves stay busy. Everything else, order of stepping included, is the engine's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+from engine.machine import Leaf, Machine
+from engine.state import Context, Outcome, Run, State
+
+
+class Script:
+    """What the leaves of one machine are to do, and what they did.
+
+    Attributes:
+        log: what happened: ("start" | "step" | "stop", path).
+        inputs: the inputs with which a path was last entered.
+    """
+
+    def __init__(self, machine: Machine) -> None:
+        self.log: list[tuple[str, str]] = []
+        self.inputs: dict[str, dict[str, Any]] = {}
+        self._ends: dict[str, list[Any]] = {}
+        self._leaves = {leaf.path: leaf for leaf in machine.leaves}
+        for leaf in machine.leaves:
+            leaf.make = partial(_Scripted, leaf, self)
+            leaf.instant = False
+
+    def end(self, path: str, outcome: str | Exception, **outputs: Any) -> None:
+        """Have the leaf at `path` return `outcome`, or raise it; outputs not given are `None`.
+
+        Several calls for one path are used up one after the other.
+        """
+        leaf = self._leaves[path]
+        if isinstance(outcome, Exception):
+            self._ends.setdefault(path, []).append(outcome)
+            return
+        declared = leaf.interface.outputs.get(outcome, {})
+        given: dict[str, Any] = dict.fromkeys(declared) | outputs
+        self._ends.setdefault(path, []).append((outcome, given) if given else outcome)
+
+    def play(self, script: Mapping[str, list[str]]) -> None:
+        """Give several paths their outcomes at once."""
+        for path, outcomes in script.items():
+            for outcome in outcomes:
+                self.end(path, outcome)
+
+    def next_end(self, path: str) -> Any:
+        """What the leaf at `path` ends with now, if it does."""
+        ends = self._ends.get(path)
+        return ends.pop(0) if ends else None
+
+
+class _Scripted(State):
+    """Stands in for a leaf's state."""
+
+    def __init__(self, leaf: Leaf, script: Script, **_parameters: Any) -> None:
+        self.path = leaf.path
+        self.script = script
+
+    def run(self, ctx: Context, **inputs: Any) -> Run:  # noqa: ARG002
+        script, path = self.script, self.path
+        script.inputs[path] = inputs
+        script.log.append(("start", path))
+        try:
+            while True:
+                script.log.append(("step", path))
+                end = script.next_end(path)
+                if isinstance(end, Exception):
+                    raise end
+                if end is not None:
+                    outcome: Outcome = end
+                    return outcome
+                yield None
+        finally:
+            script.log.append(("stop", path))

@@ -1,0 +1,242 @@
+"""Named, stamped values: measured by parts, derived by pure functions, estimated with memory.
+
+Only what somebody can ask for is built (`closure`), and a derived value is computed when a state
+asks, at most once per tick, and again only if an input changed.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from engine.finding import did_you_mean
+from engine.slots import DerivedSlot, EstimatedSlot, MeasuredSlot, Slot, compute, union
+from engine.state import Sample
+
+CATCH_UP = 256  # samples that may wait for an estimator
+_EAGER = 1 << 4000  # in `fresh` of an eager board; no signal has this bit
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """A signal that a part delivers. `event`: each reader gets every sample once."""
+
+    name: str
+    type: Any = object
+    event: bool = False
+    about: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Derived:
+    """A signal that is a pure function of others; `None` while one of them has no value."""
+
+    name: str
+    of: tuple[str, ...]
+    function: Callable[..., Any]
+    type: Any = object
+    about: str = ""
+
+
+class Estimator(Protocol):
+    """Something with memory that takes every sample once, in order."""
+
+    def update(self, signal: str, sample: Sample) -> None:
+        """Take one sample of one of the inputs."""
+        ...
+
+    def value(self) -> Any:
+        """The present estimate; reading changes nothing. `None` while there is none."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Estimated:
+    """A signal with memory: `make` gives a new estimator for each run."""
+
+    name: str
+    of: tuple[str, ...]
+    make: Callable[[], Estimator]
+    type: Any = object
+    about: str = ""
+
+
+Signal = Measured | Derived | Estimated
+
+
+def declare(signals: Iterable[Signal]) -> dict[str, Signal]:
+    """Signals by name.
+
+    Raises:
+        ValueError: for a name given twice, an unknown input, a circle, or a function of events.
+    """
+    named: dict[str, Signal] = {}
+    for signal in signals:
+        if signal.name in named:
+            raise ValueError(f"signal {signal.name!r} is declared twice")
+        named[signal.name] = signal
+    for signal in named.values():
+        for source in _inputs(signal):
+            if source not in named:
+                raise ValueError(f"signal {signal.name!r} rests on unknown {source!r}")
+            of = named[source]
+            if isinstance(signal, Derived) and isinstance(of, Measured) and of.event:
+                raise ValueError(f"derived {signal.name!r} cannot rest on event {source!r}")
+            if isinstance(signal, Estimated) and isinstance(of, Derived):
+                raise ValueError(f"estimated {signal.name!r} cannot rest on derived {source!r}")
+    closure(named, named)
+    return named
+
+
+def _inputs(signal: Signal) -> tuple[str, ...]:
+    return () if isinstance(signal, Measured) else signal.of
+
+
+def closure(declared: Mapping[str, Signal], wanted: Iterable[str]) -> list[str]:
+    """The wanted signals and all they rest on, inputs first, in a fixed order.
+
+    Raises:
+        ValueError: for signals that rest on themselves.
+    """
+    order: dict[str, bool] = {}
+
+    def visit(name: str, path: tuple[str, ...]) -> None:
+        if name in path:
+            raise ValueError(f"signals in a circle: {' -> '.join((*path, name))}")
+        if name not in order:
+            for source in _inputs(declared[name]):
+                visit(source, (*path, name))
+            order[name] = True
+
+    for name in sorted(wanted):
+        visit(name, ())
+    return list(order)
+
+
+@dataclass(frozen=True, slots=True)
+class Usage:
+    """How often a signal was computed, in how many ticks it was not, and the time it took."""
+
+    built: bool
+    evaluated: int
+    skipped: int
+    time_ns: int
+
+
+def _no_clock() -> int:
+    return 0
+
+
+@dataclass(slots=True)
+class Board:
+    """The signals of one run.
+
+    `wanted` names what states, safety chain and recorder may ask for; without it, or with
+    `eager`, everything declared is built, and `eager` computes all of it in every tick.
+    `clock` (ns) only serves to report where the time goes.
+    """
+
+    declared: Mapping[str, Signal] = field(default_factory=dict)
+    wanted: Iterable[str] | None = None
+    eager: bool = False
+    clock: Callable[[], int] = _no_clock
+    now: int = 0
+    paused_ns: int = 0
+    fresh: int = 0
+    version: int = 0
+    ticks: int = 0
+    slots: dict[str, Slot] = field(init=False)
+    inbox: deque[tuple[str, Any, int]] = field(default_factory=deque)
+    _measured: list[MeasuredSlot] = field(init=False)
+    _estimated: list[EstimatedSlot] = field(init=False)
+
+    def __post_init__(self) -> None:
+        everything = self.eager or self.wanted is None
+        names = closure(self.declared, self.declared if everything else self.wanted or ())
+        self.slots = {}
+        bit = 1
+        for name in names:
+            signal = self.declared[name]
+            if isinstance(signal, Measured):
+                self.slots[name] = MeasuredSlot(name, bit, signal.event)
+                bit <<= 1
+                continue
+            sources = [self.slots[source] for source in signal.of]
+            kind = DerivedSlot if isinstance(signal, Derived) else EstimatedSlot
+            self.slots[name] = kind(signal, sources, self)  # type: ignore[arg-type]
+        self.fresh = _EAGER if self.eager else 0
+        self._measured = [s for s in self.slots.values() if isinstance(s, MeasuredSlot)]
+        self._estimated = [s for s in self.slots.values() if isinstance(s, EstimatedSlot)]
+
+    def needs(self, name: str) -> bool:
+        """Whether anybody can ask for this signal; a part need not measure it otherwise."""
+        return name in self.slots
+
+    def put(self, name: str, value: Any, stamp: int) -> None:
+        """Deliver a sample for the next tick; safe to call from other threads.
+
+        Raises:
+            LookupError: nothing measured has this name.
+        """
+        if not isinstance(self.declared.get(name), Measured):
+            measured = [n for n, signal in self.declared.items() if isinstance(signal, Measured)]
+            raise LookupError(f"no measured signal {name!r}; {did_you_mean(name, measured)}")
+        if name in self.slots:
+            self.inbox.append((name, value, stamp))
+
+    @property
+    def chart_now(self) -> int:
+        """Chart time: run time less all pauses."""
+        return self.now - self.paused_ns
+
+    def begin(self, now: int) -> None:
+        """Start a tick: take what has arrived, and hold it still until the next one."""
+        self.now = now
+        self.ticks += 1
+        if self.inbox or self.fresh:
+            self.refresh()
+
+    def refresh(self) -> None:
+        """The part of `begin` that is due after news."""
+        self.fresh = _EAGER if self.eager else 0
+        if self.inbox:
+            self._take(self.inbox)
+        if self.eager:
+            for slot in self.slots.values():
+                compute(slot)
+
+    def _take(self, inbox: deque[tuple[str, Any, int]]) -> None:
+        self.version += 1
+        for _ in range(len(inbox)):
+            name, value, stamp = inbox.popleft()
+            slot = self.slots[name]
+            assert isinstance(slot, MeasuredSlot)
+            if slot.event and not self.fresh & slot.roots:
+                slot.log_before_tick = len(slot.log)
+            self.fresh |= slot.roots
+            slot.take(Sample(value, stamp), self.ticks)
+        for estimated in self._estimated:
+            if len(estimated.pending) >= CATCH_UP:
+                compute(estimated)
+
+    def news(self, mask: int, since: int) -> bool:
+        """Whether a sample of one of the signals in `mask` has arrived after tick `since`."""
+        return any(slot.roots & mask and slot.tick > since for slot in self._measured)
+
+    def bits(self, names: Iterable[str]) -> int:
+        """The measured signals that these rest on, as bits of `fresh`."""
+        return union(self.slots[name] for name in names)
+
+    def usage(self) -> dict[str, Usage]:
+        """What was built, computed and skipped."""
+        found = {}
+        for name in self.declared:
+            slot = self.slots.get(name)
+            if slot is None:
+                found[name] = Usage(False, 0, self.ticks, 0)
+            else:
+                skipped = max(0, self.ticks - slot.evaluated)
+                found[name] = Usage(True, slot.evaluated, skipped, slot.time_ns)
+        return found

@@ -1,0 +1,173 @@
+"""The signals of one run: what each holds, and how it comes to a value."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from engine.state import Sample
+
+if TYPE_CHECKING:
+    from engine.signals import Board, Derived, Estimated
+
+
+class Slot:
+    """One signal of one run: `newest`, a `version` that grows with it, and its roots as bits."""
+
+    __slots__ = ("evaluated", "name", "newest", "roots", "time_ns", "version")
+
+    def __init__(self, name: str, roots: int) -> None:
+        self.name = name
+        self.newest: Sample | None = None
+        self.version = 0
+        self.roots = roots
+        self.evaluated = 0
+        self.time_ns = 0
+
+    def read(self) -> Sample | None:
+        """The newest value."""
+        return self.newest
+
+
+class MeasuredSlot(Slot):
+    """Holds what a part delivered."""
+
+    __slots__ = ("event", "followers", "log", "log_before_tick", "tick")
+
+    def __init__(self, name: str, roots: int, event: bool) -> None:
+        super().__init__(name, roots)
+        self.event = event
+        self.log: list[Sample] = []
+        self.log_before_tick = 0
+        self.tick = -1  # of the last arrival
+        self.followers: list[tuple[EstimatedSlot, int]] = []
+
+    def take(self, sample: Sample, tick: int) -> None:
+        """Accept a sample; a late one does not replace a newer one."""
+        self.evaluated += 1
+        self.tick = tick
+        if self.event:
+            self.log.append(sample)
+        if self.newest is None or sample.stamp >= self.newest.stamp:
+            self.newest = sample
+            self.version += 1
+        for follower, index in self.followers:
+            follower.pending.append((tick, sample.stamp, index, sample))
+
+
+class DerivedSlot(Slot):
+    """Computes its value when asked."""
+
+    __slots__ = ("board", "checked", "function", "seen", "sources")
+
+    def __init__(self, signal: Derived, sources: list[Slot], board: Board) -> None:
+        super().__init__(signal.name, union(sources))
+        self.function = signal.function
+        self.sources = sources
+        self.seen: list[int] = [-1] * len(sources)
+        self.checked = -1
+        self.board = board
+
+    def read(self) -> Sample | None:
+        """The value for the present inputs; what `function` raises, every reader gets."""
+        if self.checked == self.board.version:
+            return self.newest
+        inputs = [source.read() for source in self.sources]
+        versions = [source.version for source in self.sources]
+        if versions != self.seen:
+            self._evaluate(inputs)
+            self.seen = versions
+        self.checked = self.board.version
+        return self.newest
+
+    def _evaluate(self, inputs: list[Sample | None]) -> None:
+        self.version += 1
+        given = [sample for sample in inputs if sample is not None]
+        if len(given) < len(inputs) or any(sample.value is None for sample in given):
+            self.newest = None
+            return
+        self.evaluated += 1
+        before = self.board.clock()
+        value = self.function(*[sample.value for sample in given])
+        self.time_ns += self.board.clock() - before
+        self.newest = Sample(value, min(sample.stamp for sample in given))
+
+
+class EstimatedSlot(Slot):
+    """Feeds its estimator every sample once: by tick of arrival, stamp, order of declaration.
+
+    An estimator that has raised has lost count: from then on every reader gets what it raised.
+    """
+
+    __slots__ = (
+        "board", "estimator", "failure", "followers", "names", "pending", "sources", "stamps",
+    )  # fmt: skip
+
+    def __init__(self, signal: Estimated, sources: list[Slot], board: Board) -> None:
+        super().__init__(signal.name, union(sources))
+        self.estimator = signal.make()
+        self.names = signal.of
+        self.sources = sources
+        self.pending: list[tuple[int, int, int, Sample]] = []
+        self.stamps: dict[str, int] = {}
+        self.failure: Exception | None = None
+        self.followers: list[tuple[EstimatedSlot, int]] = []
+        self.board = board
+        for index, source in enumerate(sources):
+            assert isinstance(source, MeasuredSlot | EstimatedSlot)
+            source.followers.append((self, index))
+
+    def read(self) -> Sample | None:
+        """The estimate after all samples that have arrived."""
+        try:
+            if self.failure is not None:
+                raise self.failure.with_traceback(None)
+            for source in self.sources:
+                if isinstance(source, EstimatedSlot):
+                    source.read()
+            if self.pending:
+                self._catch_up()
+        except Exception as error:
+            self.failure = error
+            self.pending.clear()
+            raise
+        return self.newest
+
+    def _catch_up(self) -> None:
+        pending, self.pending = sorted(self.pending, key=_arrival), []
+        before = self.board.clock()
+        for tick, _, index, sample in pending:
+            self._take(tick, self.names[index], sample)
+        self.time_ns += self.board.clock() - before
+
+    def _take(self, tick: int, name: str, sample: Sample) -> None:
+        self.evaluated += 1
+        self.version += 1
+        self.estimator.update(name, sample)
+        self.stamps[name] = max(sample.stamp, self.stamps.get(name, sample.stamp))
+        value = self.estimator.value()
+        if value is None or len(self.stamps) < len(self.names):
+            self.newest = None
+            return
+        self.newest = Sample(value, min(self.stamps.values()))
+        for follower, index in self.followers:
+            follower.pending.append((tick, sample.stamp, index, self.newest))
+
+
+def _arrival(waiting: tuple[int, int, int, Sample]) -> tuple[int, int, int]:
+    return waiting[:3]
+
+
+def union(slots: Iterable[Slot]) -> int:
+    """The roots of all of these."""
+    roots = 0
+    for slot in slots:
+        roots |= slot.roots
+    return roots
+
+
+def compute(slot: Slot) -> None:
+    """Bring a slot up to date though nobody has asked; what it raises, its readers will get."""
+    with suppress(Exception):
+        slot.read()

@@ -1,0 +1,256 @@
+"""YAML text to plain values with a side table of places.
+
+One pass over libyaml's events, on a stack of our own: the composer of libyaml calls itself for
+each level and crashes on deep nesting, and it expands aliases before anyone can refuse them.
+Only `true`, `false`, `null`, numbers and text exist here; `on`, `yes`, `12:30` and dates are text.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import Any
+
+import yaml
+
+from engine.finding import Finding, Place
+
+MAX_DEPTH = 64
+MAX_BYTES = 1_000_000
+
+_NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?\Z")
+_INTEGER = re.compile(r"[-+]?(?:0|[1-9]\d*)\Z")
+_WORDS: dict[str, Any] = {"": None, "~": None, "null": None, "true": True, "false": False}
+_NUMERIC_START = frozenset("-+.0123456789")
+
+Mark = tuple[int, int, int]  # line and column from 1, end column
+
+
+class Map(dict[str, Any]):
+    """A mapping that knows where it, its keys and its values stand."""
+
+    __slots__ = ("at", "keys_at", "values_at")
+
+    def __init__(self, at: Mark) -> None:
+        super().__init__()
+        self.at = at
+        self.keys_at: dict[str, Mark] = {}
+        self.values_at: dict[str, Mark] = {}
+
+
+class Seq(list[Any]):
+    """A list that knows where it and its items stand."""
+
+    __slots__ = ("at", "values_at")
+
+    def __init__(self, at: Mark) -> None:
+        super().__init__()
+        self.at = at
+        self.values_at: list[Mark] = []
+
+
+@dataclass(slots=True)
+class Source:
+    """One file as read: `value` is `None` where nothing usable was found."""
+
+    file: str
+    text: str
+    value: Any = None
+    findings: list[Finding] = field(default_factory=list)
+
+    def place(self, mark: Mark) -> Place:
+        """The place of a mark in this file."""
+        return Place(self.file, *mark)
+
+    def report(self, code: str, message: str, mark: Mark, hint: str = "") -> None:
+        """Note a mistake at `mark`."""
+        self.findings.append(Finding(code, message, self.place(mark), hint))
+
+
+def read(data: bytes, file: str) -> Source:
+    """Read YAML bytes; every mistake becomes a finding, nothing is raised."""
+    if len(data) > MAX_BYTES:
+        source = Source(file, "")
+        source.report("Y06", f"the file has {len(data)} bytes", (1, 1, 2), f"at most {MAX_BYTES}")
+        return source
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        good = data[: error.start].decode("utf-8", "replace")
+        line, column = good.count("\n") + 1, len(good) - good.rfind("\n")
+        source = Source(file, data.decode("utf-8", "replace"))
+        byte = data[error.start]
+        source.report("Y01", f"byte 0x{byte:02x} is not UTF-8", (line, column, column + 1))
+        return source
+    source = Source(file, text)
+    _compose(source)
+    return source
+
+
+class _GiveUp(Exception):
+    """Nothing after this mistake can be read."""
+
+
+def _compose(source: Source) -> None:
+    loader = yaml.CSafeLoader(source.text)
+    try:
+        _Builder(source).build(loader)
+    except _GiveUp:
+        source.value = None
+    except yaml.MarkedYAMLError as error:
+        source.value = None
+        mark = error.problem_mark or error.context_mark
+        at = (mark.line + 1, mark.column + 1, mark.column + 2) if mark else (1, 1, 2)
+        source.report("Y01", f"not YAML: {error.problem or error.context}", at)
+    except yaml.reader.ReaderError as error:
+        source.value = None
+        good = source.text[: error.position]
+        at = (good.count("\n") + 1, len(good) - good.rfind("\n"), len(good) - good.rfind("\n") + 1)
+        source.report("Y01", f"a character that YAML forbids: {error.character!r}", at)
+    finally:
+        loader.dispose()
+
+
+class _Builder:
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.stack: list[Map | Seq | None] = []
+        self.into: Map | Seq | None = None
+        self.key: str | None = None
+        self.roots: list[Any] = []
+
+    def build(self, loader: Any) -> None:
+        next_event = loader.get_event
+        handlers: dict[type, Any] = {
+            yaml.MappingStartEvent: self._open_map,
+            yaml.SequenceStartEvent: self._open_seq,
+            yaml.MappingEndEvent: self._close,
+            yaml.SequenceEndEvent: self._close,
+            yaml.AliasEvent: self._alias,
+            yaml.DocumentStartEvent: self._document,
+        }
+        scalar, end = yaml.ScalarEvent, yaml.StreamEndEvent
+        while True:
+            event = next_event()
+            kind = type(event)
+            if kind is scalar:
+                self._scalar(event)
+            elif kind is end:
+                break
+            elif kind in handlers:
+                handlers[kind](event)
+        if self.roots:
+            self.source.value = self.roots[0]
+
+    def _document(self, event: Any) -> None:
+        if self.roots:
+            self.source.report("Y01", "a second document starts here", _mark(event), "one per file")
+            raise _GiveUp
+
+    def _scalar(self, event: Any) -> None:
+        start, end = event.start_mark, event.end_mark
+        column = start.column + 1
+        if end.line == start.line and end.column > start.column:
+            at = (start.line + 1, column, end.column + 1)
+        else:
+            at = (start.line + 1, column, column + 1)
+        if event.anchor is not None or event.tag is not None:
+            self._no_anchor(event, at)
+        text = event.value
+        if type(self.into) is Map and self.key is None:
+            self._begin_pair(text, at)
+            return
+        value: Any = text
+        if event.implicit[0]:
+            if text in _WORDS:
+                value = _WORDS[text]
+            elif text[0] in _NUMERIC_START:
+                value = self._number(text, at)
+        self._put(value, at)
+
+    def _number(self, text: str, at: Mark) -> Any:
+        if not _NUMBER.match(text):
+            return text
+        digits = text.lstrip("+-")
+        if len(digits) > 1 and digits[0] == "0" and digits.isdigit():
+            hint = f"write {digits.lstrip('0') or '0'}, or '{text}' in quotes for text"
+            self.source.report("Y05", f"{text} has a leading zero", at, hint)
+        if _INTEGER.match(text) and len(digits) < 20:
+            return int(text)
+        number = float(text)
+        if number in (float("inf"), float("-inf")):
+            self.source.report("Y05", f"{text} is too large for a number", at)
+            return 0.0
+        return number
+
+    def _begin_pair(self, key: str, at: Mark) -> None:
+        into = self.into
+        assert type(into) is Map
+        if key in into.keys_at:
+            first = into.keys_at[key]
+            self.source.findings.append(
+                Finding(
+                    "Y02",
+                    f"key {key!r} stands here again",
+                    self.source.place(at),
+                    "keep one of them",
+                    related=((self.source.place(first), "first here"),),
+                )
+            )
+        self.key = key
+        into.keys_at[key] = at
+
+    def _put(self, value: Any, at: Mark) -> None:
+        into = self.into
+        if type(into) is Map:
+            key = self.key
+            assert key is not None
+            into[key] = value
+            into.values_at[key] = at
+            self.key = None
+        elif type(into) is Seq:
+            into.append(value)
+            into.values_at.append(at)
+        else:
+            self.roots.append(value)
+
+    def _open_map(self, event: Any) -> None:
+        self._open(event, Map(_mark(event)))
+
+    def _open_seq(self, event: Any) -> None:
+        self._open(event, Seq(_mark(event)))
+
+    def _open(self, event: Any, made: Map | Seq) -> None:
+        at = made.at
+        if event.anchor is not None or event.tag is not None:
+            self._no_anchor(event, at)
+        if type(self.into) is Map and self.key is None:
+            self.source.report("Y04", "a key must be a word", at)
+            raise _GiveUp
+        if len(self.stack) >= MAX_DEPTH:
+            self.source.report("Y06", f"nested deeper than {MAX_DEPTH} levels", at)
+            raise _GiveUp
+        self._put(made, at)
+        self.stack.append(self.into)
+        self.into = made
+
+    def _close(self, _event: Any) -> None:
+        self.into = self.stack.pop()
+
+    def _alias(self, event: Any) -> None:
+        at = _mark(event)
+        self.source.report("Y03", f"alias *{event.anchor}", at, "write the value out, or `use:`")
+        if type(self.into) is Map and self.key is None:
+            raise _GiveUp
+        self._put(None, at)
+
+    def _no_anchor(self, event: Any, at: Mark) -> None:
+        if event.anchor is not None:
+            self.source.report("Y03", f"anchor &{event.anchor}", at, "charts have no anchors")
+        else:
+            self.source.report("Y03", f"tag {event.tag}", at, "charts have no tags")
+
+
+def _mark(event: Any) -> Mark:
+    start = event.start_mark
+    return (start.line + 1, start.column + 1, start.column + 2)

@@ -1,0 +1,224 @@
+"""What a chart names: actions that command the robot, monitors that only watch.
+
+A state is one generator method. `yield` means "still busy, step me next tick"; `return` gives the
+outcome; `finally` stops what was started. A new instance is made for each entry.
+
+    class PersonNear(Monitor):
+        \"\"\"`seen` once somebody is within `distance`.\"\"\"
+        outcomes = ("seen",)
+        reads = {"user.distance": 0.2}
+
+        def __init__(self, distance: Length) -> None:
+            self.distance = distance
+
+        def run(self, ctx: Context) -> Run:
+            while not within(ctx.value("user.distance"), self.distance):
+                yield On("user.distance")
+            return "seen"
+
+Parameters are the annotated arguments of `__init__`, inputs those of `run`; nothing is said twice.
+"""
+
+from __future__ import annotations
+
+import inspect
+import typing
+from collections.abc import Callable, Generator, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any, ClassVar, Protocol
+
+from engine.types import Type, from_annotation
+
+NEVER_NS = 1 << 62  # later than any run lasts
+
+
+class Until:
+    """Yielded by a state: not before this instant of chart time, rounded to ns."""
+
+    __slots__ = ("ns",)
+
+    def __init__(self, ns: float) -> None:
+        self.ns = round(ns)
+
+
+class On:
+    """Yielded by a state: not before a new sample, whatever its value, or the instant `until`.
+
+    A derived or estimated signal counts as new when a measured one it rests on is.
+    """
+
+    __slots__ = ("signals", "until")
+
+    def __init__(self, *signals: str, until: float = NEVER_NS) -> None:
+        self.signals = signals
+        self.until = round(until)
+
+
+Yielded = Until | On | str | None  # text is a note for whoever looks on
+Outcome = str | tuple[str, Mapping[str, Any]]  # with the outputs of this outcome
+Run = Generator[Yielded, None, Outcome]
+
+
+class Sample(typing.NamedTuple):
+    """One value of a signal and the instant it was true, in ns."""
+
+    value: Any
+    stamp: int
+
+
+class Context(Protocol):
+    """What a running state sees: the time, the signals and the parts it has declared."""
+
+    @property
+    def now(self) -> int:
+        """Chart time in ns, the same for all states of a tick; stands still in a pause."""
+        ...
+
+    def after(self, seconds: float) -> int:
+        """The instant `seconds` from now, rounded to ns."""
+        ...
+
+    def value(self, signal: str) -> Any:
+        """The newest value; `None` if there is none or it is older than `reads` accepts."""
+        ...
+
+    def sample(self, signal: str) -> Sample | None:
+        """The newest value with its stamp, whatever its age."""
+        ...
+
+    def events(self, signal: str) -> tuple[Sample, ...]:
+        """What arrived on an event signal since this state's previous step."""
+        ...
+
+    def part(self, name: str) -> Any:
+        """A part of the robot that the class lists in `commands`."""
+        ...
+
+
+class State:
+    """What `Action` and `Monitor` share; charts name only subclasses of those two."""
+
+    outcomes: ClassVar[tuple[str, ...]] = ()
+    inputs: ClassVar[Mapping[str, Any]] = {}  # only where `run` takes them as **inputs
+    outputs: ClassVar[Mapping[str, Mapping[str, Any]]] = {}  # outcome -> name -> type
+    reads: ClassVar[Mapping[str, float | None]] = {}  # signal -> greatest accepted age in s
+    commands: ClassVar[tuple[str, ...]] = ()  # parts
+
+    def run(self, ctx: Context) -> Run:
+        """Do the work; the outcome is the return value."""
+        raise NotImplementedError(f"{type(self).__name__}.run")
+
+
+class Action(State):
+    """A state that may command parts."""
+
+
+class Monitor(State):
+    """A state that only watches; it is stepped before every action."""
+
+
+class StateError(TypeError):
+    """A state class that no chart could use; the message says what to mend."""
+
+
+_REQUIRED: Any = inspect.Parameter.empty
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """A parameter or input: its type, and its default if it need not be given."""
+
+    type: Type
+    default: Any = _REQUIRED
+
+    @property
+    def required(self) -> bool:
+        """Whether a chart must give it."""
+        return self.default is _REQUIRED
+
+
+@dataclass(frozen=True, slots=True)
+class Interface:
+    """What a chart must know of a state class."""
+
+    name: str
+    monitor: bool
+    outcomes: tuple[str, ...]
+    parameters: Mapping[str, Argument]
+    inputs: Mapping[str, Argument]
+    outputs: Mapping[str, Mapping[str, Type]]
+    reads: Mapping[str, float | None]
+    commands: tuple[str, ...]
+    instant: bool
+    about: str
+    make: Callable[..., State] = field(compare=False)
+
+
+RESERVED_OUTCOMES = ("error", "timeout", "stopped", "preempted")
+
+
+@cache
+def interface(cls: type[State]) -> Interface:
+    """Read a state class.
+
+    Raises:
+        StateError: for a class without docstring, outcomes or usable annotations.
+    """
+    name = cls.__name__
+    if not issubclass(cls, Action | Monitor):
+        raise StateError(f"{name}: derive from Action or Monitor")
+    if not cls.__doc__:
+        raise StateError(f"{name}: give it a docstring; it is shown in editors and lists")
+    _check_outcomes(cls)
+    monitor = issubclass(cls, Monitor)
+    if monitor and cls.commands:
+        raise StateError(f"{name}: a Monitor commands no part, but lists {cls.commands!r}")
+    outputs = {
+        outcome: {key: from_annotation(kind) for key, kind in named.items()}
+        for outcome, named in cls.outputs.items()
+    }
+    has_init = cls.__init__ is not object.__init__
+    return Interface(
+        name=name,
+        monitor=monitor,
+        outcomes=cls.outcomes,
+        parameters=_arguments(cls, cls.__init__, skip=1) if has_init else {},
+        inputs=_inputs(cls),
+        outputs=outputs,
+        reads=dict(cls.reads),
+        commands=tuple(cls.commands),
+        instant=not inspect.isgeneratorfunction(cls.run),
+        about=inspect.cleandoc(cls.__doc__),
+        make=cls,
+    )
+
+
+def _check_outcomes(cls: type[State]) -> None:
+    name = cls.__name__
+    if not isinstance(cls.outcomes, tuple) or not all(isinstance(o, str) for o in cls.outcomes):
+        raise StateError(f"{name}.outcomes: a tuple of names, not {cls.outcomes!r}")
+    for outcome in cls.outcomes:
+        if outcome in RESERVED_OUTCOMES or not outcome.isidentifier():
+            raise StateError(f"{name}.outcomes: {outcome!r} is reserved or not a name")
+    unknown = set(cls.outputs) - set(cls.outcomes)
+    if unknown:
+        raise StateError(f"{name}.outputs: {sorted(unknown)} are not among its outcomes")
+
+
+def _inputs(cls: type[State]) -> dict[str, Argument]:
+    if not cls.inputs:
+        return _arguments(cls, cls.run, skip=2)
+    return {name: Argument(from_annotation(kind)) for name, kind in cls.inputs.items()}
+
+
+def _arguments(cls: type[State], function: Callable[..., Any], skip: int) -> dict[str, Argument]:
+    hints = typing.get_type_hints(function, include_extras=True)
+    found = {}
+    for parameter in list(inspect.signature(function).parameters.values())[skip:]:
+        if parameter.kind not in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY):
+            raise StateError(f"{cls.__name__}: argument {parameter} cannot be given by name")
+        if parameter.name not in hints:
+            raise StateError(f"{cls.__name__}: annotate {parameter.name!r}")
+        found[parameter.name] = Argument(from_annotation(hints[parameter.name]), parameter.default)
+    return found

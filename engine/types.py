@@ -1,0 +1,287 @@
+"""The types of parameters and data keys, and how a value in a chart becomes one.
+
+Numbers are SI and radians; text with a unit (`5 s`, `30 deg`, `20 cm`) is converted once, at load.
+"""
+
+from __future__ import annotations
+
+import operator
+import re
+import types as python_types
+import typing
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, is_dataclass, replace
+from enum import Enum
+from typing import Annotated, Any, Literal
+
+# unit: (dimension, numerator, denominator); a quotient rounds once, so `20 cm` is exactly 0.2
+UNITS: dict[str, tuple[str, float, float]] = {
+    "ns": ("duration", 1, 1e9), "us": ("duration", 1, 1e6), "ms": ("duration", 1, 1e3),
+    "s": ("duration", 1, 1), "min": ("duration", 60, 1), "h": ("duration", 3600, 1),
+    "mm": ("length", 1, 1e3), "cm": ("length", 1, 1e2), "m": ("length", 1, 1),
+    "km": ("length", 1e3, 1),
+    "rad": ("angle", 1, 1), "deg": ("angle", 3.141592653589793, 180),
+    "°": ("angle", 3.141592653589793, 180),
+    "m/s": ("speed", 1, 1), "cm/s": ("speed", 1, 1e2), "mm/s": ("speed", 1, 1e3),
+    "km/h": ("speed", 1, 3.6),
+    "rad/s": ("angular_speed", 1, 1), "deg/s": ("angular_speed", 3.141592653589793, 180),
+    "m/s2": ("acceleration", 1, 1), "m/s²": ("acceleration", 1, 1),
+    "rad/s2": ("angular_acceleration", 1, 1), "rad/s²": ("angular_acceleration", 1, 1),
+    "deg/s2": ("angular_acceleration", 3.141592653589793, 180),
+    "kg": ("mass", 1, 1), "g": ("mass", 1, 1e3), "N": ("force", 1, 1), "Hz": ("frequency", 1, 1),
+    "%": ("ratio", 1, 100),
+}  # fmt: skip
+_QUANTITY = re.compile(r"([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\s\d].*)\Z")
+
+
+@dataclass(frozen=True, slots=True)
+class Dimension:
+    """Marks a float as a physical quantity: `Annotated[float, Dimension("length")]`."""
+
+    name: str
+
+
+Duration = Annotated[float, Dimension("duration")]
+Length = Annotated[float, Dimension("length")]
+Angle = Annotated[float, Dimension("angle")]
+Speed = Annotated[float, Dimension("speed")]
+AngularSpeed = Annotated[float, Dimension("angular_speed")]
+Acceleration = Annotated[float, Dimension("acceleration")]
+AngularAcceleration = Annotated[float, Dimension("angular_acceleration")]
+Ratio = Annotated[float, Dimension("ratio")]
+
+DIMENSIONS = tuple(dict.fromkeys(dimension for dimension, _, _ in UNITS.values()))
+
+
+@dataclass(frozen=True, slots=True)
+class Type:
+    """What a parameter or key holds.
+
+    `name` is a dimension, `number`, `integer`, `boolean`, `text`, `choice`, `list`, `any`, or the
+    name of a Python class, which charts can pass on but not write down.
+    """
+
+    name: str
+    choices: tuple[Any, ...] = ()
+    item: Type | None = None
+    optional: bool = False
+    python: type | None = None
+
+    def __str__(self) -> str:
+        shown = self.name
+        if self.choices:
+            shown = " | ".join(str(choice) for choice in self.choices)
+        if self.item is not None:
+            shown = f"list of {self.item}"
+        return f"{shown} | none" if self.optional else shown
+
+    @property
+    def is_number(self) -> bool:
+        """Whether values are numbers, with or without a dimension."""
+        return self.name in _NUMBERS
+
+
+_NUMBERS = frozenset((*DIMENSIONS, "number", "integer"))
+ANY = Type("any", optional=True)
+_SCALARS = {bool: Type("boolean"), int: Type("integer"), float: Type("number"), str: Type("text")}
+
+
+def from_annotation(annotation: Any) -> Type:
+    """The type a Python annotation stands for.
+
+    Raises:
+        TypeError: for annotations that no chart value could meet.
+    """
+    if annotation in _SCALARS:
+        return _SCALARS[annotation]
+    if annotation is Any or annotation is object:
+        return ANY
+    origin, arguments = typing.get_origin(annotation), typing.get_args(annotation)
+    if origin is Annotated:
+        marks = [mark for mark in arguments[1:] if isinstance(mark, Dimension)]
+        return Type(marks[0].name) if marks else from_annotation(arguments[0])
+    if origin is Literal:
+        return Type("choice", choices=arguments)
+    if origin in (typing.Union, python_types.UnionType):
+        return _from_union(arguments)
+    if origin is tuple and len(arguments) == 2 and arguments[1] is Ellipsis:
+        return Type("list", item=from_annotation(arguments[0]))
+    if isinstance(annotation, type):
+        return Type(annotation.__name__, python=annotation)
+    raise TypeError(
+        f"{annotation!r} cannot be a chart type; use a class, X | None or tuple[X, ...]"
+    )
+
+
+def _from_union(arguments: tuple[Any, ...]) -> Type:
+    others = [a for a in arguments if a is not type(None)]
+    if len(others) != 1 or len(others) == len(arguments):
+        raise TypeError(f"a union of {arguments!r} cannot be a chart type; only X | None can")
+    inner = from_annotation(others[0])
+    return Type(inner.name, inner.choices, inner.item, True, inner.python)
+
+
+def fits(source: Type, target: Type) -> bool:
+    """Whether a value of type `source` may be given where `target` is wanted."""
+    if "any" in (source.name, target.name):
+        return True
+    if source.optional and not target.optional:
+        return False
+    if source.name == target.name:
+        if source.item and target.item:
+            return fits(source.item, target.item)
+        return _kinds(source.choices) <= _kinds(target.choices)
+    if source.is_number and target.is_number:
+        if target.name in ("number", "integer"):
+            return target.name == "number"
+        return source.name in ("number", "integer")
+    if source.name == "choice" and target.name == "text":
+        return all(isinstance(choice, str) for choice in source.choices)
+    if source.python and target.python:
+        return issubclass(source.python, target.python)
+    return False
+
+
+def _kinds(choices: tuple[Any, ...]) -> set[tuple[type, Any]]:
+    return {(type(choice), choice) for choice in choices}
+
+
+class Mismatch(ValueError):
+    """A value in a chart that its type does not allow; the message says what would be right."""
+
+
+def convert(value: Any, wanted: Type) -> Any:
+    """A value as written in a chart, as `wanted`.
+
+    Raises:
+        Mismatch: when it is not one.
+    """
+    if value is None:
+        if wanted.optional:
+            return None
+        raise Mismatch(f"nothing given; wanted: {wanted}")
+    if wanted.choices:
+        if value in wanted.choices and type(value) in {type(c) for c in wanted.choices}:
+            return value
+        raise Mismatch(f"{value!r} is not one of {', '.join(map(str, wanted.choices))}")
+    reader = _READERS.get(wanted.name)
+    if reader is not None:
+        return reader(value, wanted)
+    if wanted.is_number:
+        return _number(value, wanted)
+    raise Mismatch(f"a {wanted} cannot be written in a chart, only passed on by `in:`")
+
+
+def quantity(text: str) -> tuple[float, str] | None:
+    """`"20 cm"` as (0.2, "length"); `None` if it is no number with a known unit."""
+    match = _QUANTITY.match(text.strip())
+    if match is None or match[2].strip() not in UNITS:
+        return None
+    dimension, numerator, denominator = UNITS[match[2].strip()]
+    value = float(match[1]) * numerator / denominator
+    return (value, dimension) if abs(value) != float("inf") else None
+
+
+def _number(value: Any, wanted: Type) -> float | int:
+    if isinstance(value, str):
+        return _with_unit(value, wanted)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise Mismatch(f"{_shown(value)} is not a number; wanted: {_example(wanted)}")
+    if wanted.name == "integer":
+        if value != int(value):
+            raise Mismatch(f"{value!r} is not a whole number")
+        return int(value)
+    return float(value)
+
+
+def _with_unit(text: str, wanted: Type) -> float:
+    found = quantity(text)
+    if found is None or wanted.name == "integer":
+        raise Mismatch(f"{text!r} is not a {wanted}; wanted: {_example(wanted)}")
+    value, dimension = found
+    if dimension != wanted.name and wanted.name != "number":
+        raise Mismatch(f"{text!r} is a {dimension}; wanted: {_example(wanted)}")
+    return value
+
+
+def _example(wanted: Type) -> str:
+    units = [unit for unit, (dimension, _, _) in UNITS.items() if dimension == wanted.name]
+    return f"a {wanted.name}, in {', '.join(units)}" if units else f"a {wanted.name}"
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "a mapping"
+    return "a list" if isinstance(value, list) else repr(value)
+
+
+def _text(value: Any, _wanted: Type) -> str:
+    if isinstance(value, str):
+        return value
+    raise Mismatch(f"{_shown(value)} is not text; put it in quotes")
+
+
+def _boolean(value: Any, _wanted: Type) -> bool:
+    if isinstance(value, bool):
+        return value
+    raise Mismatch(f"{_shown(value)} is not true or false")
+
+
+def _list(value: Any, wanted: Type) -> tuple[Any, ...]:
+    if not isinstance(value, list | tuple):
+        raise Mismatch(f"{_shown(value)} is not a list")
+    assert wanted.item is not None
+    return tuple(convert(item, wanted.item) for item in value)
+
+
+def _any(value: Any, _wanted: Type) -> Any:
+    if isinstance(value, list | tuple):
+        return tuple(_any(item, _wanted) for item in value)
+    if isinstance(value, Mapping):
+        raise Mismatch("a mapping is not a value")
+    return value
+
+
+_READERS: dict[str, Callable[[Any, Type], Any]] = {
+    "text": _text,
+    "boolean": _boolean,
+    "list": _list,
+    "any": _any,
+}
+
+
+def builtin_types() -> dict[str, Type]:
+    """The type names every chart knows."""
+    named = {name: Type(name) for name in (*DIMENSIONS, "number", "integer", "boolean", "text")}
+    return named | {"any": ANY}
+
+
+def known_types(more: Mapping[str, Type]) -> dict[str, Type]:
+    """The built-in types and `more` by name, each also as `list of NAME` and `NAME | none`."""
+    named = builtin_types() | dict(more)
+    named |= {f"list of {name}": Type("list", item=kind) for name, kind in named.items()}
+    return named | {f"{name} | none": replace(kind, optional=True) for name, kind in named.items()}
+
+
+_IMMUTABLE = (int, float, str, bytes, frozenset, Enum, type(None))
+
+
+def freeze(value: Any, freezers: Mapping[type, Callable[[Any], Any]]) -> Any:
+    """`value`, made immutable where a freezer is registered for its class.
+
+    Raises:
+        TypeError: for values that somebody else could change later.
+    """
+    kind = type(value)
+    if kind in freezers:
+        return freezers[kind](value)
+    if isinstance(value, _IMMUTABLE):
+        return value
+    if isinstance(value, tuple):
+        frozen = [freeze(item, freezers) for item in value]
+        if all(map(operator.is_, frozen, value)):
+            return value
+        return kind(*frozen) if hasattr(kind, "_fields") else tuple(frozen)
+    if is_dataclass(kind) and kind.__dataclass_params__.frozen:  # type: ignore[attr-defined]
+        return value
+    raise TypeError(f"a {kind.__name__} can be changed by others; use tuples or frozen dataclasses")

@@ -1,0 +1,1 @@
+"""The robot, the room and the people in it."""

@@ -1,0 +1,196 @@
+"""Poses and velocities in the plane and in space.
+
+Metres, radians, seconds; right-handed frames, x ahead, y left, z up; yaw counts from x towards y.
+A pose named `map_from_base` turns coordinates of the base frame into coordinates of the map.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+_TURN = 2.0 * math.pi
+
+
+def wrap(angle: float) -> float:
+    """The same direction in (-pi, pi]."""
+    if -math.pi < angle <= math.pi:
+        return angle
+    wrapped = math.fmod(angle, _TURN)
+    if wrapped > math.pi:
+        return wrapped - _TURN
+    if wrapped <= -math.pi:
+        return wrapped + _TURN
+    return wrapped
+
+
+def _require_finite(what: str, names: str, *values: float) -> None:
+    for name, value in zip(names.split(), values, strict=True):
+        if not math.isfinite(value):
+            raise ValueError(f"{what}: {name} is {value}; a finite number is needed")
+
+
+@dataclass(frozen=True, slots=True)
+class Pose2:
+    """A pose in the plane: x, y in m and yaw in rad."""
+
+    x: float
+    y: float
+    yaw: float = 0.0
+
+    @classmethod
+    def checked(cls, x: float, y: float, yaw: float = 0.0) -> Pose2:
+        """A pose from outside data, its yaw wrapped.
+
+        Raises:
+            ValueError: a value is NaN or infinite.
+        """
+        _require_finite("pose", "x y yaw", x, y, yaw)
+        return cls(float(x), float(y), wrap(float(yaw)))
+
+    def __matmul__(self, other: Pose2) -> Pose2:
+        """The chain of both: `map_from_base @ base_from_tool` is map_from_tool."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        return Pose2(
+            self.x + c * other.x - s * other.y,
+            self.y + s * other.x + c * other.y,
+            wrap(self.yaw + other.yaw),
+        )
+
+    def inverse(self) -> Pose2:
+        """The same relation read the other way round."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        return Pose2(-c * self.x - s * self.y, s * self.x - c * self.y, wrap(-self.yaw))
+
+    def transform(self, x: float, y: float) -> tuple[float, float]:
+        """A point of this frame in the frame the pose is given in, m."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        return self.x + c * x - s * y, self.y + s * x + c * y
+
+    def distance_to(self, other: Pose2) -> float:
+        """Distance between the two origins, m; yaw does not count."""
+        return math.hypot(other.x - self.x, other.y - self.y)
+
+    def bearing_to(self, other: Pose2) -> float:
+        """Direction of the other origin seen from this pose, rad, 0 is straight ahead."""
+        return wrap(math.atan2(other.y - self.y, other.x - self.x) - self.yaw)
+
+
+@dataclass(frozen=True, slots=True)
+class Pose3:
+    """A pose in space: position in m and a unit quaternion (qx, qy, qz, qw)."""
+
+    x: float
+    y: float
+    z: float
+    qx: float = 0.0
+    qy: float = 0.0
+    qz: float = 0.0
+    qw: float = 1.0
+
+    @classmethod
+    def checked(
+        cls, position: tuple[float, float, float], quaternion: tuple[float, float, float, float]
+    ) -> Pose3:
+        """A pose from outside data; quaternion is (qx, qy, qz, qw) and is normalised.
+
+        Raises:
+            ValueError: a value is NaN or infinite, or the quaternion is not a unit within 1 %.
+        """
+        _require_finite("pose", "x y z qx qy qz qw", *position, *quaternion)
+        length = math.hypot(*quaternion)
+        if abs(length - 1.0) > 0.01:
+            raise ValueError(f"pose: the quaternion has length {length:.3g}; it must be 1")
+        x, y, z = (float(p) for p in position)
+        qx, qy, qz, qw = (q / length for q in quaternion)
+        return cls(x, y, z, qx, qy, qz, qw)
+
+    @classmethod
+    def from_yaw(cls, x: float, y: float, z: float, yaw: float) -> Pose3:
+        """An upright pose."""
+        return cls(x, y, z, 0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw))
+
+    @property
+    def yaw(self) -> float:
+        """Direction of the x axis projected to the floor, rad."""
+        return math.atan2(
+            2.0 * (self.qw * self.qz + self.qx * self.qy),
+            1.0 - 2.0 * (self.qy * self.qy + self.qz * self.qz),
+        )
+
+    def flat(self) -> Pose2:
+        """The pose seen from above."""
+        return Pose2(self.x, self.y, self.yaw)
+
+    def __matmul__(self, other: Pose3) -> Pose3:
+        """The chain of both: `map_from_base @ base_from_tool` is map_from_tool."""
+        ax, ay, az, aw = self.qx, self.qy, self.qz, self.qw
+        bx, by, bz, bw = other.qx, other.qy, other.qz, other.qw
+        x, y, z = self.transform(other.x, other.y, other.z)
+        qx = aw * bx + ax * bw + ay * bz - az * by
+        qy = aw * by - ax * bz + ay * bw + az * bx
+        qz = aw * bz + ax * by - ay * bx + az * bw
+        qw = aw * bw - ax * bx - ay * by - az * bz
+        # products of many unit quaternions drift by rounding: bring the length back each time
+        scale = 1.0 / math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
+        return Pose3(x, y, z, qx * scale, qy * scale, qz * scale, qw * scale)
+
+    def inverse(self) -> Pose3:
+        """The same relation read the other way round."""
+        turned = Pose3(0.0, 0.0, 0.0, -self.qx, -self.qy, -self.qz, self.qw)
+        x, y, z = turned.transform(-self.x, -self.y, -self.z)
+        return Pose3(x, y, z, turned.qx, turned.qy, turned.qz, turned.qw)
+
+    def transform(self, x: float, y: float, z: float) -> tuple[float, float, float]:
+        """A point of this frame in the frame the pose is given in, m."""
+        qx, qy, qz, qw = self.qx, self.qy, self.qz, self.qw
+        tx = 2.0 * (qy * z - qz * y)
+        ty = 2.0 * (qz * x - qx * z)
+        tz = 2.0 * (qx * y - qy * x)
+        return (
+            self.x + x + qw * tx + qy * tz - qz * ty,
+            self.y + y + qw * ty + qz * tx - qx * tz,
+            self.z + z + qw * tz + qx * ty - qy * tx,
+        )
+
+    def distance_to(self, other: Pose3) -> float:
+        """Distance between the two origins, m."""
+        return math.dist((self.x, self.y, self.z), (other.x, other.y, other.z))
+
+    def angle_to(self, other: Pose3) -> float:
+        """Angle of the one turn that makes the orientations equal, rad, in [0, pi]."""
+        relative = self.inverse() @ other
+        sine = math.hypot(relative.qx, relative.qy, relative.qz)
+        return 2.0 * math.atan2(sine, abs(relative.qw))
+
+
+@dataclass(frozen=True, slots=True)
+class Twist2:
+    """A velocity in the plane: vx, vy in m/s and wz in rad/s; which frame, the user of it says."""
+
+    vx: float
+    vy: float = 0.0
+    wz: float = 0.0
+
+    @classmethod
+    def checked(cls, vx: float, vy: float, wz: float) -> Twist2:
+        """A velocity from outside data.
+
+        Raises:
+            ValueError: a value is NaN or infinite.
+        """
+        _require_finite("velocity", "vx vy wz", vx, vy, wz)
+        return cls(float(vx), float(vy), float(wz))
+
+    @property
+    def speed(self) -> float:
+        """Length of the translation, m/s."""
+        return math.hypot(self.vx, self.vy)
+
+    def rotated(self, yaw: float) -> Twist2:
+        """The same velocity in a frame in which this one is turned by yaw."""
+        c, s = math.cos(yaw), math.sin(yaw)
+        return Twist2(c * self.vx - s * self.vy, s * self.vx + c * self.vy, self.wz)
+
+
+STILL = Twist2(0.0, 0.0, 0.0)

@@ -1,0 +1,194 @@
+"""The parts of a robot and of its surroundings, as small interfaces.
+
+Parts take commands through methods and report through samples only (`hw.samples` has the list), so
+that simulation, mock and real drivers look alike. Every command returns at once; none waits for
+the device, and none raises because the device failed: a lost device shows as samples that stop
+coming, and a driver that cannot move any more stops its part and pulls the stop line. A command
+that no device could follow (NaN, wrong number of joints) is a bug of the caller: ValueError.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+from hw.geometry import Pose2, Twist2
+from hw.samples import Joints, Sample, TimedJoints
+
+DriveMode = Literal["omni", "differential"]
+
+
+class Part(Protocol):
+    """Anything that measures."""
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """Names of the samples this part can give."""
+        ...
+
+    def samples(self, now_ns: int) -> Iterable[Sample]:
+        """Samples that arrived since the last call, oldest first; stamps are at most now_ns."""
+        ...
+
+
+class Base(Part, Protocol):
+    """Wheels. Gives `base.twist`; `base.pose` where the part knows it."""
+
+    @property
+    def mode(self) -> DriveMode:
+        """How the wheels are driven; in `differential` the sideways velocity is always 0 (R2)."""
+        ...
+
+    def use(self, mode: DriveMode) -> None:
+        """Change the way of driving; takes effect with the next command."""
+        ...
+
+    def drive(self, command: Twist2) -> None:
+        """Go at this velocity (base frame, m/s and rad/s) as far as the limits allow.
+
+        Holds until the next command, at most for the part's own command time-out: repeat it. In
+        `differential` mode vy is ignored. While the stop line is pulled nothing moves, and the
+        command is forgotten.
+
+        Raises:
+            ValueError: a value is NaN or infinite.
+        """
+        ...
+
+    def stop(self) -> None:
+        """Slow down to standstill within the limits; holds until the next command."""
+        ...
+
+    def grant(self, pose: Pose2 | None) -> None:
+        """The request of the user is served from this pose, map_from_base; None: it is not.
+
+        Only the safety chain of a base looks at it: it lets the base come slowly as near to the
+        user as that pose is, while they ask for it. The end of the request ends the grant.
+        """
+        ...
+
+
+class Arm(Part, Protocol):
+    """A jointed arm. Gives `arm.joints`."""
+
+    def move_to(self, joints: Joints, duration_s: float | None = None) -> None:
+        """Go to these angles (rad) in a straight joint line, all joints arriving together.
+
+        Takes the shortest time the limits allow, or duration_s if that is longer. A move under way
+        is braked first. Whether it arrived is read from `arm.joints`.
+
+        Raises:
+            ValueError: wrong number of joints, not finite, outside the joints' limits, or
+                duration_s not finite or negative.
+        """
+        ...
+
+    def follow(self, points: Sequence[TimedJoints]) -> None:
+        """Be at these angles (rad) at these times, s from now, in straight joint lines between.
+
+        The first point is at time 0, where the arm stands. An arm that moves, or that stands more
+        than 0.01 rad from there, does not follow; it brakes. Whether it arrived is read from
+        `arm.joints`. A driver streams the points as they are, so they are to lie close together.
+
+        Raises:
+            ValueError: no points; times that do not start at 0 and rise; wrong number of joints,
+                not finite, outside the joints' limits, or faster than their speed.
+        """
+        ...
+
+    def stop(self) -> None:
+        """Brake to standstill within 0.2 s (R45), on the way that was commanded."""
+        ...
+
+
+class Gripper(Part, Protocol):
+    """Holds the prop. Gives `gripper.state`."""
+
+    def open_to(self, opening: float) -> None:
+        """Move the fingers to this opening, m; stops by itself where something is held."""
+        ...
+
+    def stop(self) -> None:
+        """Keep the fingers where they are."""
+        ...
+
+
+class Wrench(Part, Protocol):
+    """Force and torque at the flange. Gives `wrench.reading`."""
+
+    def zero(self) -> None:
+        """Take the present reading as no load."""
+        ...
+
+
+class Lidar(Part, Protocol):
+    """One or more laser scanners. Gives `base.scan`, stamped at the first beam."""
+
+
+class Imu(Part, Protocol):
+    """Rates and accelerations. Gives `base.imu`."""
+
+
+class Trackers(Part, Protocol):
+    """Tracking of the person (R7, R13, R14). Gives `user.pose`; nothing while tracking is lost."""
+
+
+class Vr(Part, Protocol):
+    """The virtual world. Gives `vr.haptic_request`, `vr.release`, `vr.restart`."""
+
+    def inform(self, show: bool) -> None:
+        """Show the robot and the stop sign to the user, or hide them again (R18, R114)."""
+        ...
+
+
+class Bumper(Part, Protocol):
+    """Foam with switches (R4). Gives `bumper.hit`; a touch also pulls the stop line (R5)."""
+
+
+class StopLine(Part, Protocol):
+    """The latched software stop in front of all motion (R48, R49). Gives `stop.engaged`.
+
+    It is no safety device: the hardware's own emergency stop is another line (R54).
+    """
+
+    def pull(self, reason: str) -> None:
+        """Stop base and arm at once and stay so; the first reason is kept."""
+        ...
+
+    def reset(self) -> bool:
+        """Let the robot move again; False while the cause holds. Only an operator calls it."""
+        ...
+
+
+class Operator(Part, Protocol):
+    """The person with the remote stop (R48). Gives `operator.acknowledge`."""
+
+    def report(self, fault: str) -> None:
+        """Tell the operator of a fault that has to be acknowledged."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """Everything a run is wired to; None where a robot has no such part."""
+
+    base: Base
+    arm: Arm
+    trackers: Trackers
+    vr: Vr
+    bumper: Bumper
+    stop_line: StopLine
+    operator: Operator
+    gripper: Gripper | None = None
+    wrench: Wrench | None = None
+    lidar: Lidar | None = None
+    imu: Imu | None = None
+
+    def all(self) -> tuple[Part, ...]:
+        """The parts there are, in the order of declaration."""
+        parts: tuple[Part | None, ...] = (
+            self.base, self.arm, self.trackers, self.vr, self.bumper, self.stop_line,
+            self.operator, self.gripper, self.wrench, self.lidar, self.imu,
+        )  # fmt: skip
+        return tuple(part for part in parts if part is not None)

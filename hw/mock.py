@@ -1,0 +1,178 @@
+"""Mock parts: they do exactly as told, at the next tick, and remember what they were told."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+
+from hw.geometry import STILL, Pose2, Twist2, wrap
+from hw.interfaces import DriveMode
+from hw.person import Person
+from hw.robot import ArmModel, RobotModel
+from hw.safety import SafetyChain, SafetyRecord
+from hw.samples import ArmState, Joints, Sample, TimedJoints
+from hw.scene import Scene
+from hw.sim.arm import JointCourse, begins_at
+from hw.sim.world import World
+
+
+class MockBase:
+    """Has the commanded velocity from the next instant on; the pose goes along exact arcs.
+
+    It does as told: no safety chain stands in front of its wheels.
+    """
+
+    signals: tuple[str, ...] = ("base.pose", "base.twist")
+    chain: SafetyChain | None = None
+
+    def __init__(self, robot: RobotModel, start: Pose2) -> None:
+        self.pose = start
+        self.mode: DriveMode = robot.base.modes[0]
+        self.twist = STILL
+        self.distance_m = 0.0
+        self.energy_j = 0.0
+        self.braked = False
+        self.commands: list[Twist2] = []
+        self._model = robot.base
+        self._timeout_ns = round(robot.base.command_timeout * 1e9)
+        self._now = 0
+        self._expires = 0
+        self._reported = -1
+
+    def use(self, mode: DriveMode) -> None:
+        """Change the way of driving; see `Base`."""
+        if mode not in self._model.modes:
+            raise ValueError(f"base: mode '{mode}' is not one of {', '.join(self._model.modes)}")
+        self.mode = mode
+
+    def drive(self, command: Twist2) -> None:
+        """Go at this velocity; see `Base`."""
+        Twist2.checked(command.vx, command.vy, command.wz)
+        self.commands.append(command)
+        sideways = command.vy if self.mode == "omni" else 0.0
+        self.twist = Twist2(command.vx, sideways, command.wz)
+        self._expires = self._now + self._timeout_ns
+
+    def stop(self) -> None:
+        """Stand at once; see `Base`."""
+        self.commands.append(STILL)
+        self.twist = STILL
+
+    def grant(self, pose: Pose2 | None) -> None:
+        """The mock keeps no distance; see `Base`."""
+
+    @property
+    def safety(self) -> deque[SafetyRecord]:
+        """No cycles of a safety chain."""
+        return deque()
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """Pose and twist of this instant."""
+        if self._reported == now_ns:
+            return []
+        self._reported = now_ns
+        return [Sample("base.pose", now_ns, self.pose), Sample("base.twist", now_ns, self.twist)]
+
+    def block(self, pose: Pose2) -> None:
+        """Something solid holds the base: it stands at once, at this pose."""
+        self.pose, self.twist = pose, STILL
+
+    def advance(self, until_ns: int) -> None:
+        """Move on to until_ns."""
+        end = min(until_ns, self._expires)
+        if self.twist != STILL and not self.braked and end > self._now:
+            self._move((end - self._now) * 1e-9)
+        if self.braked or self._expires < until_ns:
+            self.twist = STILL
+        self._now = until_ns
+
+    def _move(self, span: float) -> None:
+        twist, turn = self.twist, self.twist.wz * span
+        # chord of the arc: the straight way, shortened and turned by half the turn
+        chord = span if turn == 0.0 else span * math.sin(0.5 * turn) / (0.5 * turn)
+        way = twist.rotated(self.pose.yaw + 0.5 * turn)
+        self.pose = Pose2(
+            self.pose.x + way.vx * chord, self.pose.y + way.vy * chord, wrap(self.pose.yaw + turn)
+        )
+        self.distance_m += twist.speed * span
+
+
+class MockArm:
+    """Is at its goal at the next instant, or after the duration it was given; follows exactly."""
+
+    signals: tuple[str, ...] = ("arm.joints",)
+
+    def __init__(self, model: ArmModel) -> None:
+        self.state = ArmState(model.parked, (0.0,) * len(model.parked))
+        self.braked = False
+        self.commands: list[Joints] = []
+        self._model = model
+        self._goal: Joints | None = None
+        self._course: JointCourse | None = None
+        self._since = 0
+        self._due = 0
+        self._now = 0
+        self._reported = -1
+
+    def move_to(self, joints: Joints, duration_s: float | None = None) -> None:
+        """Go to these angles; see `Arm`."""
+        self._model.check(joints)
+        duration = 0.0 if duration_s is None else duration_s
+        if not 0.0 <= duration < math.inf:
+            raise ValueError(
+                f"arm: a duration of {duration_s} s; it must be finite and not below 0"
+            )
+        if self.braked:
+            return
+        self.commands.append(joints)
+        self._course = None
+        self._goal, self._due = joints, self._now + round(duration * 1e9)
+
+    def follow(self, points: Sequence[TimedJoints]) -> None:
+        """Be at these angles at these times; see `Arm`."""
+        self._model.check_course(points)
+        if self.braked or self.state.moving or not begins_at(points, self.state.joints):
+            self.stop()
+            return
+        self.commands.append(points[-1][1])
+        self._course, self._since = JointCourse.of(points), self._now
+
+    def stop(self) -> None:
+        """Stay where it is; see `Arm`."""
+        self._goal = self._course = None
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """The joints of this instant."""
+        if self._reported == now_ns:
+            return []
+        self._reported = now_ns
+        return [Sample("arm.joints", now_ns, self.state)]
+
+    def advance(self, until_ns: int) -> None:
+        """Move on to until_ns."""
+        self._now = until_ns
+        if self.braked:
+            self.stop()
+        if self._course is not None:
+            self._advance_course(self._course)
+            return
+        arrived = self._goal is not None and until_ns >= self._due
+        joints = self._goal if arrived and self._goal is not None else self.state.joints
+        self._goal = None if arrived else self._goal
+        moving = self._goal is not None
+        if joints is not self.state.joints or moving != self.state.moving:
+            self.state = ArmState(joints, (0.0,) * len(joints), moving)
+
+    def _advance_course(self, course: JointCourse) -> None:
+        share, rate = course.at((self._now - self._since) * 1e-9)
+        self.state = ArmState(course.joints(share), (0.0,) * len(self.state.joints), rate > 0.0)
+        if not self.state.moving:
+            self._course = None
+
+
+def mock_world(scene: Scene, robot: RobotModel, person: Person) -> World:
+    """A world whose robot is the mock."""
+    return World(
+        scene, robot, person, base=MockBase(robot, scene.robot_start), arm=MockArm(robot.arm)
+    )

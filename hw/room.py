@@ -1,0 +1,193 @@
+"""A room as polygons: an outer ring, walls and columns in it, and the tracked area.
+
+Checks and distances are plain Python; shapely is loaded only for areas and for the largest disc.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+Point = tuple[float, float]
+Ring = tuple[Point, ...]
+Segment = tuple[float, float, float, float]
+
+MIN_WIDTH = 1e-3
+MAX_CORNERS = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class Disc:
+    """A circle in the map, m."""
+
+    x: float
+    y: float
+    radius: float
+
+
+@dataclass(frozen=True)
+class Room:
+    """Rings are closed, counted without repeating the first corner, m; either sense of turn.
+
+    `tracked_area` is where the person's tracking works (R6); None: everywhere.
+    """
+
+    outer: Ring
+    walls: tuple[Ring, ...] = ()
+    columns: tuple[Ring, ...] = ()
+    tracked_area: Ring | None = None
+
+    @property
+    def obstacles(self) -> tuple[Ring, ...]:
+        """Walls and columns."""
+        return self.walls + self.columns
+
+    @cached_property
+    def segments(self) -> tuple[Segment, ...]:
+        """Every edge of every ring: x1, y1, x2, y2."""
+        return tuple(edge for ring in (self.outer, *self.obstacles) for edge in edges(ring))
+
+    @cached_property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """x_min, y_min, x_max, y_max of the outer ring."""
+        xs, ys = zip(*self.outer, strict=True)
+        return min(xs), min(ys), max(xs), max(ys)
+
+    @cached_property
+    def free_space(self) -> BaseGeometry:
+        """The floor that nothing stands on, as a shapely geometry (Polygon or MultiPolygon)."""
+        from shapely.geometry import Polygon
+        from shapely.ops import unary_union
+
+        return Polygon(self.outer).difference(unary_union([Polygon(r) for r in self.obstacles]))
+
+    @cached_property
+    def largest_free_disc(self) -> Disc:
+        """The largest circle without a wall in it, to 1 mm; recordings are put into its centre."""
+        import shapely
+
+        radius_line = shapely.maximum_inscribed_circle(self.free_space, tolerance=1e-3)
+        (x, y), _ = radius_line.coords
+        return Disc(x, y, radius_line.length)
+
+    def is_free(self, x: float, y: float) -> bool:
+        """Is this point on the floor, and neither in a wall nor in a column?"""
+        if not contains(self.outer, x, y):
+            return False
+        return not any(contains(ring, x, y) for ring in self.obstacles)
+
+    def is_tracked(self, x: float, y: float) -> bool:
+        """Does the person's tracking work here?"""
+        return self.tracked_area is None or contains(self.tracked_area, x, y)
+
+    def sees(self, x1: float, y1: float, x2: float, y2: float) -> bool:
+        """Is the straight way between two points free of walls?"""
+        way = (x1, y1, x2, y2)
+        if not (self.is_free(x1, y1) and self.is_free(x2, y2)):
+            return False
+        return not any(_cross(way, edge, adjacent=False) for edge in self.segments)
+
+    def clearance(self, x: float, y: float) -> float:
+        """Distance to the nearest wall, m; 0 for a point that is not free."""
+        if not self.is_free(x, y):
+            return 0.0
+        return min(distance_to_segment(x, y, edge) for edge in self.segments)
+
+    def way_clearance(self, x1: float, y1: float, x2: float, y2: float) -> float:
+        """Least distance of a straight way to the walls, m; 0 where it leaves the free floor."""
+        if not self.sees(x1, y1, x2, y2):
+            return 0.0
+        way = (x1, y1, x2, y2)
+        # two segments that do not cross are nearest at an end of one of them
+        ends = (
+            min(distance_to_segment(*e[:2], way), distance_to_segment(*e[2:], way))
+            for e in self.segments
+        )
+        return min(self.clearance(x1, y1), self.clearance(x2, y2), *ends)
+
+
+def edges(ring: Ring) -> list[Segment]:
+    """The sides of a ring, the closing one last."""
+    return [(*a, *b) for a, b in zip(ring, ring[1:] + ring[:1], strict=True)]
+
+
+def contains(ring: Ring, x: float, y: float) -> bool:
+    """Even-odd rule; for points on an edge either answer."""
+    inside = False
+    for x1, y1, x2, y2 in edges(ring):
+        if (y1 > y) != (y2 > y) and x < x1 + (y - y1) * (x2 - x1) / (y2 - y1):
+            inside = not inside
+    return inside
+
+
+def distance_to_segment(x: float, y: float, segment: Segment) -> float:
+    """Distance of a point to a segment, m."""
+    x1, y1, x2, y2 = segment
+    dx, dy = x2 - x1, y2 - y1
+    square = dx * dx + dy * dy
+    if square == 0.0:
+        return math.hypot(x - x1, y - y1)
+    along = min(1.0, max(0.0, ((x - x1) * dx + (y - y1) * dy) / square))
+    return math.hypot(x - x1 - along * dx, y - y1 - along * dy)
+
+
+def _on_one_line(ring: Ring) -> bool:
+    far = max(ring, key=lambda corner: math.dist(ring[0], corner))
+    line = (*ring[0], *far)
+    return max(distance_to_segment(x, y, line) for x, y in ring) < MIN_WIDTH
+
+
+def ring_fault(ring: Ring) -> str | None:
+    """What is wrong with a ring given by a person, or None."""
+    if len(ring) < 3:
+        return f"has {len(ring)} corners; a polygon needs at least 3"
+    if len(ring) > MAX_CORNERS:
+        return f"has {len(ring)} corners; at most {MAX_CORNERS} are allowed"
+    if len(set(ring)) < len(ring):
+        return "has the same corner twice; list each corner once, the ring closes by itself"
+    if _on_one_line(ring):
+        return "has no area; its corners must not lie on one line"
+    sides = edges(ring)
+    for i, side in enumerate(sides):
+        for j in range(i + 1, len(sides)):
+            adjacent = j == i + 1 or (i == 0 and j == len(sides) - 1)
+            if _cross(side, sides[j], adjacent):
+                j_end = (j + 1) % len(sides)
+                return f"crosses itself: side {i}-{i + 1} meets side {j}-{j_end}"
+    return None
+
+
+def _cross(a: Segment, b: Segment, adjacent: bool) -> bool:
+    ax, ay, bx, by = a
+    cx, cy, dx, dy = b
+    if adjacent:
+        # neighbours share a corner: they overlap only when one folds back onto the other
+        (sx, sy), (px, py), (qx, qy) = _fork((ax, ay), (bx, by), (cx, cy), (dx, dy))
+        cross = (px - sx) * (qy - sy) - (py - sy) * (qx - sx)
+        return cross == 0.0 and (px - sx) * (qx - sx) + (py - sy) * (qy - sy) > 0.0
+    side_c, side_d = _side(a, cx, cy), _side(a, dx, dy)
+    side_a, side_b = _side(b, ax, ay), _side(b, bx, by)
+    if side_c * side_d < 0 and side_a * side_b < 0:
+        return True
+    touching = ((side_c, cx, cy, a), (side_d, dx, dy, a), (side_a, ax, ay, b), (side_b, bx, by, b))
+    return any(side == 0 and _within(line, x, y) for side, x, y, line in touching)
+
+
+def _fork(a: Point, b: Point, c: Point, d: Point) -> tuple[Point, Point, Point]:
+    return (b, a, d) if b == c else (a, b, c)
+
+
+def _side(line: Segment, x: float, y: float) -> int:
+    x1, y1, x2, y2 = line
+    cross = (x2 - x1) * (y - y1) - (y2 - y1) * (x - x1)
+    return (cross > 0.0) - (cross < 0.0)
+
+
+def _within(line: Segment, x: float, y: float) -> bool:
+    x1, y1, x2, y2 = line
+    return min(x1, x2) <= x <= max(x1, x2) and min(y1, y2) <= y <= max(y1, y2)

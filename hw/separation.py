@@ -1,0 +1,123 @@
+"""How near robot and user are, how fast a velocity brings them together, and where the user was.
+
+Gaps are from outline to cylinder; m, s, m/s.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from hw.geometry import Twist2
+
+_WINDOW_NS = 50_000_000
+"""A speed is taken over at least this time, so that the noise of single poses does not show."""
+_GONE_NS = 150_000_000
+"""After a longer silence the speed begins anew: nobody knows what happened in between."""
+_CLOCKS_NS = 20_000_000
+"""A stamp may be this far ahead of our clock; farther, it is refused."""
+_FAR = 1e4
+"""Nobody is tracked farther than this from the origin of the map, m."""
+_TOUCH = 1e-9
+"""Nearer than this, m, the direction to the user is that of the side they are at."""
+
+
+class Nearness(NamedTuple):
+    """How the user lies to the outline, in the base frame.
+
+    `gap`: free space, m, below 0 in a touch. `nx`, `ny`: unit vector from the nearest point of
+    the outline to the user. `lever`: m; a turn of w rad/s closes the gap by w * lever m/s.
+    """
+
+    gap: float
+    nx: float
+    ny: float
+    lever: float
+
+    def closing(self, twist: Twist2) -> float:
+        """How fast this velocity (base frame) closes the gap, m/s; what opens it does not count."""
+        toward = self.nx * twist.vx + self.ny * twist.vy
+        turning = self.lever * twist.wz
+        return (toward if toward > 0.0 else 0.0) + (turning if turning > 0.0 else 0.0)
+
+    def held_back(self, twist: Twist2, allowed: float, holonomic: bool = True) -> Twist2:
+        """The velocity with its closing parts shortened to this closing speed, m/s.
+
+        The same twist if it closes no faster. Velocity towards the user and closing turn are
+        shortened by the same share; a base that is not holonomic goes slower along its heading.
+        """
+        closing = self.closing(twist)
+        if closing <= allowed:
+            return twist
+        left = allowed / closing
+        vx, vy, wz = twist.vx, twist.vy, twist.wz
+        if self.lever * wz > 0.0:
+            wz *= left
+        toward = self.nx * vx + self.ny * vy
+        if toward <= 0.0:
+            return Twist2(vx, vy, wz)
+        if not holonomic:
+            return Twist2(left * vx, left * vy, wz)
+        taken = (1.0 - left) * toward
+        return Twist2(vx - taken * self.nx, vy - taken * self.ny, wz)
+
+
+def nearness(half_length: float, half_width: float, x: float, y: float, radius: float) -> Nearness:
+    """The nearness of a cylinder about (x, y), base frame, to the rectangle about the origin.
+
+    The rate at which the gap shrinks as the base moves by (vx, vy, wz) is exactly
+    nx vx + ny vy + lever wz. With the centre inside the rectangle the way out is the shortest one.
+    """
+    qx = x if abs(x) < half_length else math.copysign(half_length, x)
+    qy = y if abs(y) < half_width else math.copysign(half_width, y)
+    dx, dy = x - qx, y - qy
+    distance = math.hypot(dx, dy)
+    if distance > _TOUCH:
+        nx, ny = dx / distance, dy / distance
+    elif half_width - abs(y) <= half_length - abs(x):
+        nx, ny = 0.0, math.copysign(1.0, y)
+        qy, distance = ny * half_width, abs(y) - half_width
+    else:
+        nx, ny = math.copysign(1.0, x), 0.0
+        qx, distance = nx * half_length, abs(x) - half_length
+    return Nearness(distance - radius, nx, ny, qx * ny - qy * nx)
+
+
+class UserTrack:
+    """Where the user was last seen, and how fast they were: newest wins, nothing is queued.
+
+    `x`, `y` in the map and `stamp_ns` are those of the newest pose (None before the first), `speed`
+    is that over the last 50 to 130 ms in m/s, or None while that is unknown.
+    """
+
+    __slots__ = ("_early", "_late", "speed", "stamp_ns", "x", "y")
+
+    def __init__(self) -> None:
+        self.x = self.y = 0.0
+        self.stamp_ns: int | None = None
+        self.speed: float | None = None
+        self._early = self._late = (0, 0.0, 0.0)
+
+    def age_s(self, now_ns: int) -> float:
+        """Age of the newest pose, s; infinite before the first."""
+        return math.inf if self.stamp_ns is None else (now_ns - self.stamp_ns) / 1e9
+
+    def see(self, now_ns: int, stamp_ns: int, x: float, y: float) -> bool:
+        """Take a pose that arrived now; False: it is nowhere, not newer, or from the future."""
+        newest = self.stamp_ns
+        if not (abs(x) < _FAR and abs(y) < _FAR) or stamp_ns > now_ns + _CLOCKS_NS:
+            return False
+        stamp_ns = min(stamp_ns, now_ns)
+        if newest is not None and stamp_ns <= newest:
+            return False
+        self.x, self.y, self.stamp_ns = x, y, stamp_ns
+        if newest is None or stamp_ns - newest > _GONE_NS:
+            self.speed = None
+            self._early = self._late = (stamp_ns, x, y)
+            return True
+        if stamp_ns - self._late[0] >= _WINDOW_NS:
+            self._early, self._late = self._late, (stamp_ns, x, y)
+        since, from_x, from_y = self._early
+        if stamp_ns - since >= _WINDOW_NS:
+            self.speed = math.hypot(x - from_x, y - from_y) / ((stamp_ns - since) / 1e9)
+        return True

@@ -1,0 +1,253 @@
+"""The wheels in the reduced simulation: ideal pose, and limits on speed and acceleration.
+
+Speed and acceleration are limited as lengths of the vector over the floor (R50), so that no
+direction is favoured; a command beyond a limit is scaled as a whole and keeps its direction. Wheel
+rates are limited too: a Mecanum base that goes sideways or turns spends more of them.
+
+With a safety chain the base has its own loop at 100 Hz or more, and the chain is asked in each
+cycle, after the ramps and last before the wheels; what it takes away is braked away.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+from hw.geometry import STILL, Pose2, Twist2, wrap
+from hw.interfaces import DriveMode
+from hw.robot import MotionLimits, RobotModel
+from hw.safety import SafetyChain, SafetyRecord
+from hw.samples import Sample
+
+_GRAVITY = 9.81
+_TURN_STEP = 0.01
+"""Pieces of a turn, rad, in which the direction of the wanted velocity stays as it is."""
+CYCLE_S = 0.01
+"""Longest cycle of a base with a safety chain, s."""
+_TURN_SHARE = math.sqrt(0.5)
+"""Of the acceleration, the share a differential base may spend on curves."""
+
+Motion = tuple[float, float, float, tuple[float, float, float]]
+"""Way dx, dy in the map (m), turn (rad), and the velocity after it: vx, vy in the map, wz."""
+
+
+class SimBase:
+    """A base that reaches the commanded velocity as fast as its limits allow.
+
+    The time step is exact for straight drives; turns are cut into pieces of 0.01 rad. In
+    `differential` mode the base goes along its heading only, and the curve is widened where speed
+    times yaw rate would exceed the acceleration. A change of mode waits for standstill.
+
+    `chain` is the safety chain in front of the wheels; None: there is none.
+    """
+
+    signals: tuple[str, ...] = ("base.pose", "base.twist")
+
+    def __init__(self, model: RobotModel, limits: MotionLimits, start: Pose2) -> None:
+        base = model.base
+        self.pose = start
+        self.mode: DriveMode = base.modes[0]
+        self.twist = STILL
+        self.distance_m = 0.0
+        self.energy_j = 0.0
+        self.braked = False
+        self.chain: SafetyChain | None = None
+        self._model = base
+        self._mass = model.mass
+        outline = model.footprint
+        self._inertia = model.mass * (outline.length**2 + outline.width**2) / 12.0
+        self._max_speed = min(base.max_speed, limits.base_speed)
+        self._max_rate = min(base.max_yaw_rate, limits.base_yaw_rate)
+        self._wheel_speed = base.max_wheel_rate * base.wheel_radius
+        self._lever = base.half_wheelbase + base.half_track
+        self._acceleration = limits.base_acceleration
+        self._yaw_acceleration = limits.base_yaw_acceleration
+        self._timeout_ns = round(base.command_timeout * 1e9)
+        self._target = STILL
+        self._wanted_mode = self.mode
+        self._now = 0
+        self._commanded = 0
+        self._told_to_stop = True
+        self._expires = 0
+        self._x, self._y, self._yaw = start.x, start.y, start.yaw
+        self._vx = self._vy = self._wz = 0.0
+        self._reported = -1
+
+    def use(self, mode: DriveMode) -> None:
+        """Change the way of driving; see `Base`.
+
+        Raises:
+            ValueError: the robot cannot drive so.
+        """
+        if mode not in self._model.modes:
+            raise ValueError(f"base: mode '{mode}' is not one of {', '.join(self._model.modes)}")
+        self._wanted_mode = mode
+
+    def drive(self, command: Twist2) -> None:
+        """Go at this velocity; see `Base`."""
+        Twist2.checked(command.vx, command.vy, command.wz)
+        self._target = self._limited(command)
+        self._commanded, self._told_to_stop = self._now, False
+        self._expires = self._now + self._timeout_ns
+
+    def grant(self, pose: Pose2 | None) -> None:
+        """A request is served from this pose; see `Base`."""
+        if self.chain is not None:
+            self.chain.grant(pose)
+
+    @property
+    def safety(self) -> deque[SafetyRecord]:
+        """The newest cycles of the safety chain, oldest first; empty without one."""
+        return deque() if self.chain is None else self.chain.records
+
+    def stop(self) -> None:
+        """Slow down to standstill; see `Base`."""
+        self._target, self._told_to_stop = STILL, True
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """Pose and twist of this instant."""
+        if self._reported == now_ns:
+            return []
+        self._reported = now_ns
+        return [Sample("base.pose", now_ns, self.pose), Sample("base.twist", now_ns, self.twist)]
+
+    def block(self, pose: Pose2) -> None:
+        """Something solid holds the base: it stands at once, at this pose."""
+        self.pose, self.twist, self._target = pose, STILL, STILL
+        self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
+        self._vx = self._vy = self._wz = 0.0
+
+    def advance(self, until_ns: int) -> None:
+        """Move on to until_ns."""
+        if self.braked:
+            self._target = STILL
+        if self._expires < until_ns and self._target is not STILL:
+            self._move(max(self._now, self._expires))
+            self._target = STILL
+        self._move(until_ns)
+
+    def _limited(self, command: Twist2) -> Twist2:
+        vx, wz = command.vx, command.wz
+        vy = command.vy if self._wanted_mode == "omni" else 0.0
+        speed, wheels = math.hypot(vx, vy), abs(vx) + abs(vy) + self._lever * abs(wz)
+        scale = 1.0
+        if speed > self._max_speed:
+            scale = self._max_speed / speed
+        if abs(wz) * scale > self._max_rate:
+            scale = self._max_rate / abs(wz)
+        if wheels * scale > self._wheel_speed:
+            scale = self._wheel_speed / wheels
+        return Twist2(scale * vx, scale * vy, scale * wz)
+
+    def _move(self, until_ns: int) -> None:
+        since, self._now = self._now, until_ns
+        span = (until_ns - since) * 1e-9
+        target, moving = self._target, self._vx or self._vy or self._wz
+        if not moving:
+            self.mode = self._wanted_mode
+            if target.vx == 0.0 and target.vy == 0.0 and target.wz == 0.0:
+                self.twist = STILL
+                if self.chain is not None:
+                    self.chain.rest(since)
+                return
+        elif self.mode != self._wanted_mode:
+            target = STILL
+        turning = max(abs(self._wz), abs(target.wz)) * span
+        pieces = max(1, math.ceil(turning / _TURN_STEP))
+        if self.chain is not None and span > 0.0:
+            self._go_guarded(self.chain, target, since, max(pieces, math.ceil(span / CYCLE_S)))
+            return
+        for _ in range(pieces):
+            self._step(self._toward(target, span / pieces, self.braked))
+        self.pose = Pose2(self._x, self._y, self._yaw)
+        self.twist = self._twist((0.0, 0.0, 0.0, (self._vx, self._vy, self._wz)))
+
+    def _go_guarded(self, chain: SafetyChain, target: Twist2, since: int, cycles: int) -> None:
+        span = self._now - since
+        h = span * 1e-9 / cycles
+        chain.holonomic = self.mode == "omni"
+        for cycle in range(cycles):
+            now = since + span * cycle // cycles
+            motion = self._toward(target, h, self.braked)
+            command = self._twist(motion)
+            stamp = now if self._told_to_stop else self._commanded  # a stop does not get old
+            admitted = chain.admit(now, command, stamp, self.pose, self.twist).admitted
+            if admitted is not command:
+                motion = self._toward(self._limited(admitted), h, braked=True)
+                command = self._twist(motion)
+            self._step(motion)
+            self.pose, self.twist = Pose2(self._x, self._y, self._yaw), command
+
+    def _twist(self, motion: Motion) -> Twist2:
+        """The velocity at the end of a motion, in the base frame."""
+        _, _, turn, (vx, vy, wz) = motion
+        c, s = math.cos(self._yaw + turn), math.sin(self._yaw + turn)
+        return Twist2(c * vx + s * vy, c * vy - s * vx if self.mode == "omni" else 0.0, wz)
+
+    def _toward(self, target: Twist2, h: float, braked: bool) -> Motion:
+        """The motion of h s towards a velocity, as fast as ramps or brakes allow."""
+        acceleration, yaw_acceleration = self._acceleration, self._yaw_acceleration
+        if braked:
+            acceleration = max(acceleration, self._model.brake_deceleration)
+            yaw_acceleration = max(yaw_acceleration, self._model.brake_deceleration / self._lever)
+        if self.mode == "omni":
+            return self._slide(target, h, acceleration, yaw_acceleration)
+        return self._roll(target, h, acceleration, yaw_acceleration)
+
+    def _slide(self, target: Twist2, h: float, a: float, b: float) -> Motion:
+        turn, wz = _ramp(self._wz, target.wz, b, h)
+        middle = self._yaw + 0.5 * turn
+        c, s = math.cos(middle), math.sin(middle)
+        vx, vy = self._vx, self._vy
+        dx = c * target.vx - s * target.vy - vx
+        dy = s * target.vx + c * target.vy - vy
+        missing = math.hypot(dx, dy)
+        ramp = h
+        if missing > a * h:
+            dx, dy = dx * a * h / missing, dy * a * h / missing
+        else:
+            ramp = missing / a
+        rest = h - 0.5 * ramp
+        return vx * h + dx * rest, vy * h + dy * rest, turn, (vx + dx, vy + dy, wz)
+
+    def _roll(self, target: Twist2, h: float, a: float, b: float) -> Motion:
+        c, s = math.cos(self._yaw), math.sin(self._yaw)
+        speed = c * self._vx + s * self._vy
+        bound = _TURN_SHARE * a
+        rate = min(abs(target.wz), bound / max(abs(speed), 1e-9))
+        turn, wz = _ramp(self._wz, math.copysign(rate, target.wz), b, h)
+        curve = (abs(speed) + a * h) * max(abs(self._wz), abs(wz))
+        along = math.sqrt(max(0.0, a * a - curve * curve))
+        way, speed = _ramp(speed, target.vx, along, h)
+        yaw = self._yaw + turn
+        middle = self._yaw + 0.5 * turn
+        velocity = (speed * math.cos(yaw), speed * math.sin(yaw), wz)
+        return way * math.cos(middle), way * math.sin(middle), turn, velocity
+
+    def _step(self, motion: Motion) -> None:
+        dx, dy, turn, velocity = motion
+        before = self._kinetic()
+        self._x += dx
+        self._y += dy
+        self._yaw = wrap(self._yaw + turn)
+        self._vx, self._vy, self._wz = velocity
+        way = math.hypot(dx, dy)
+        self.distance_m += way
+        rolling = self._model.rolling_resistance * self._mass * _GRAVITY * way
+        self.energy_j += abs(self._kinetic() - before) + rolling
+
+    def _kinetic(self) -> float:
+        square = self._vx * self._vx + self._vy * self._vy
+        return 0.5 * (self._mass * square + self._inertia * self._wz * self._wz)
+
+
+def _ramp(value: float, target: float, slope: float, h: float) -> tuple[float, float]:
+    """Way covered and value reached while value goes to target at this slope within h."""
+    missing = target - value
+    if abs(missing) > slope * h:
+        reached = value + math.copysign(slope * h, missing)
+        return 0.5 * (value + reached) * h, reached
+    if missing == 0.0:
+        return value * h, value
+    ramp = abs(missing) / slope
+    return 0.5 * (value + target) * ramp + target * (h - ramp), target

@@ -1,0 +1,187 @@
+"""What is around the simulated robot: tracking, virtual reality, bumper, stop line, operator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from hw.geometry import Pose3
+from hw.person import Person
+from hw.room import Room
+from hw.samples import BumperHit, Sample
+
+STILL_SPEED = 0.1
+"""Below this speed, m/s, a person counts as standing still."""
+STILL_NS = 500_000_000
+"""After standing so long, shown the robot, the person is ready again (R115)."""
+
+
+class SimTrackers:
+    """Hands on what tracking saw of the person, and nothing during drop-outs.
+
+    With a room, nothing either while the person is outside its tracked area (R6).
+    """
+
+    signals: tuple[str, ...] = ("user.pose",)
+
+    def __init__(self, person: Person, room: Room | None = None) -> None:
+        self._person, self._room = person, room
+        self._given: Sample | None = None
+
+    @property
+    def newest(self) -> Sample | None:
+        """What tracking sees at this instant."""
+        body = self._person.body
+        if self._room is not None and not self._room.is_tracked(body.x, body.y):
+            return None
+        return self._person.measured
+
+    def samples(self, now_ns: int) -> list[Sample]:  # noqa: ARG002
+        """The newest pose, once."""
+        newest = self.newest
+        if newest is None or newest is self._given:
+            return []
+        self._given = newest
+        return [newest]
+
+
+class SimVr:
+    """The virtual world around the person: passes requests on and shows them the robot."""
+
+    signals: tuple[str, ...] = ("vr.haptic_request", "vr.release", "vr.restart")
+
+    def __init__(self, person: Person) -> None:
+        self.shown = False
+        self._person = person
+        self._request: Pose3 | None = None
+        self._still_since: int | None = None
+        self._restarted = False
+        self._pending = [Sample("vr.haptic_request", 0, None)]
+
+    @property
+    def requesting(self) -> bool:
+        """Does the user ask for a touch?"""
+        return self._request is not None
+
+    def inform(self, show: bool) -> None:
+        """Show the robot, or hide it; see `Vr`."""
+        if show != self.shown:
+            self.shown, self._still_since, self._restarted = show, None, False
+
+    def step(self, now_ns: int) -> None:
+        """Look at the person."""
+        request = self._person.request
+        if request is not self._request:
+            if request is None:
+                self._pending.append(Sample("vr.release", now_ns, True))
+            self._pending.append(Sample("vr.haptic_request", now_ns, request))
+            self._request = request
+        if self.shown and not self._restarted:
+            self._watch_standing(now_ns)
+
+    def samples(self, now_ns: int) -> list[Sample]:  # noqa: ARG002
+        """What happened since the last call."""
+        pending, self._pending = self._pending, []
+        return pending
+
+    def _watch_standing(self, now_ns: int) -> None:
+        if self._person.speed >= STILL_SPEED:
+            self._still_since = None
+        elif self._still_since is None:
+            self._still_since = now_ns
+        elif now_ns - self._still_since >= STILL_NS:
+            self._restarted = True
+            self._pending.append(Sample("vr.restart", now_ns, True))
+
+
+class SimStopLine:
+    """A latch: pulled by anyone, reset by the operator once its cause is gone (R49).
+
+    `release` is asked at a reset; it says whether no cause holds any more.
+    """
+
+    signals: tuple[str, ...] = ("stop.engaged",)
+
+    def __init__(self, release: Callable[[], bool]) -> None:
+        self.reason: str | None = None
+        self._release = release
+        self._reported: str | None = "nothing yet"
+
+    def pull(self, reason: str) -> None:
+        """Stop base and arm and stay so; see `StopLine`."""
+        if self.reason is None:
+            self.reason = reason
+
+    def reset(self) -> bool:
+        """Let the robot move again, unless the cause still holds; see `StopLine`."""
+        if not self._release():
+            return False
+        self.reason = None
+        return True
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """The reason, when it changed."""
+        if self.reason == self._reported:
+            return []
+        self._reported = self.reason
+        return [Sample("stop.engaged", now_ns, self.reason)]
+
+
+class SimBumper:
+    """The foam: each new touch is one event, and pulls the stop line (R4, R5)."""
+
+    signals: tuple[str, ...] = ("bumper.hit",)
+
+    def __init__(self, stop_line: SimStopLine) -> None:
+        self._stop_line = stop_line
+        self._pending: list[Sample] = []
+
+    def touch(self, now_ns: int, bearing: float, what: str) -> None:
+        """The foam was touched from this side (rad, base frame)."""
+        self._stop_line.pull(f"bumper: {what}")
+        self._pending.append(Sample("bumper.hit", now_ns, BumperHit(bearing)))
+
+    def samples(self, now_ns: int) -> list[Sample]:  # noqa: ARG002
+        """Touches since the last call."""
+        pending, self._pending = self._pending, []
+        return pending
+
+
+class ScriptedOperator:
+    """Acknowledges every fault a while after it began, and the stop line as soon as it can be.
+
+    A reported fault and a pulled stop line are acknowledged alike; where the cause still holds the
+    operator tries again after the same while.
+    """
+
+    signals: tuple[str, ...] = ("operator.acknowledge",)
+
+    def __init__(self, stop_line: SimStopLine, delay_ns: int = 1_000_000_000) -> None:
+        self.faults: list[str] = []
+        self._stop_line = stop_line
+        self._delay_ns = delay_ns
+        self._reported = False
+        self._due: int | None = None
+        self._pending: list[Sample] = []
+
+    def report(self, fault: str) -> None:
+        """A fault that has to be acknowledged; see `Operator`."""
+        self.faults.append(fault)
+        self._reported = True
+
+    def step(self, now_ns: int) -> None:
+        """Look after the robot."""
+        if self._stop_line.reason is None and not self._reported:
+            return
+        if self._due is None:
+            self._due = now_ns + self._delay_ns
+        if now_ns < self._due:
+            return
+        self._due = None
+        if self._stop_line.reset():
+            self._reported = False
+            self._pending.append(Sample("operator.acknowledge", now_ns, True))
+
+    def samples(self, now_ns: int) -> list[Sample]:  # noqa: ARG002
+        """Acknowledgements since the last call."""
+        pending, self._pending = self._pending, []
+        return pending

@@ -1,0 +1,151 @@
+"""People who walk straight and turn on the spot, and the one of them who follows a script."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from hw.geometry import Pose2, wrap
+from hw.person import RADIUS, Actor, Touch
+from hw.room import Room
+from hw.script import Approach, Look, LoseTracking, Request, Script, ScriptError, Stand, Turn, Walk
+
+_NEAR = 1e-6
+
+
+class Pedestrian(Actor):
+    """Walks in straight lines; turns at turn_rate, rad/s.
+
+    Speed and turns set in and end at once, as those of the paper's simulated cylinder.
+    """
+
+    def __init__(self, room: Room, start: Pose2, turn_rate: float) -> None:
+        self._room, self._turn_rate = room, turn_rate
+        super().__init__(start)
+
+    def _turn(self, yaw: float) -> Iterator[bool]:
+        left = wrap(yaw - self._yaw)
+        rate = math.copysign(self._turn_rate, left)
+        while abs(left) > abs(rate) * self._budget * 1e-9:
+            part = rate * self._budget * 1e-9
+            self._yaw = wrap(self._yaw + part)
+            left -= part
+            self._budget = 0
+            yield True
+        self._budget -= round(left / rate * 1e9)
+        self._yaw = yaw
+
+    def _walk(self, step: Walk) -> Iterator[bool]:
+        x, y = self._x, self._y
+        dx, dy = step.x - x, step.y - y
+        length = math.hypot(dx, dy)
+        if not self._room.sees(x, y, step.x, step.y):
+            return  # led behind a wall by the robot, the person stays
+        if length > _NEAR:
+            yield from self._turn(math.atan2(dy, dx))
+            span = round(length / step.speed * 1e9)
+            gone = 0
+            while span - gone > self._budget:
+                gone += self._budget
+                self._budget = 0
+                share = gone / span
+                self._x, self._y = x + share * dx, y + share * dy
+                self._tempo = step.speed
+                yield True
+            self._budget -= span - gone
+            self._x, self._y = step.x, step.y
+        if step.yaw is not None:
+            yield from self._turn(step.yaw)
+
+
+class Walker(Pedestrian):
+    """Follows a script; ends after its rounds, or after so many requests and the stand after them.
+
+    Raises:
+        ScriptError: a walk leaves the free floor, or nothing says where to start.
+    """
+
+    def __init__(
+        self, script: Script, room: Room, start: Pose2 | None = None, requests: int | None = None
+    ) -> None:
+        begin = script.start or start
+        if begin is None:
+            raise ScriptError(
+                script.path, 0, "no start, neither here nor as user.start in the scene"
+            )
+        _check_walks(script, room, begin)
+        self._script, self._left = script, requests
+        super().__init__(room, begin, script.turn_rate)
+
+    def _run(self) -> Iterator[bool]:
+        if not any(isinstance(step, Request) for step in self._script.steps):
+            self._left = None
+        rounds = 0
+        while self._script.rounds is None or rounds < self._script.rounds or self._left:
+            rounds += 1
+            started = self._now, self._budget
+            for step in self._script.steps:
+                if self._left == 0 and not isinstance(step, Stand):
+                    return
+                yield from self._take(step)
+            if (self._now, self._budget) == started:
+                yield True  # a round that takes no time must not hold up the world
+
+    def _take(self, step: object) -> Iterator[bool]:
+        if isinstance(step, Walk):
+            yield from self._walk(step)
+        elif isinstance(step, Stand):
+            yield from self._stand(step.span_ns)
+        elif isinstance(step, Turn):
+            yield from self._turn(step.yaw)
+        elif isinstance(step, Request):
+            touch = Touch(0, step.hold_ns, 0, step.ahead, step.height)
+            yield from self._ask(touch)
+            self._left = None if self._left is None else self._left - 1
+        elif isinstance(step, Approach):
+            yield from self._approach(step)
+        elif isinstance(step, Look):
+            self._head_turn = step.turn
+        elif isinstance(step, LoseTracking):
+            self._blind_until = self._now - self._budget + step.span_ns
+
+    def _approach(self, step: Approach) -> Iterator[bool]:
+        left = step.span_ns
+        while not self._informed:
+            target = self._robot
+            distance = math.hypot(target.x - self._x, target.y - self._y)
+            span = min(left, self._budget)
+            pace = min(step.speed * span * 1e-9, distance - step.stop_at)
+            if pace <= 0.0 and (span > 0 or left == 0 or distance <= step.stop_at):
+                return
+            if pace > 0.0:
+                self._yaw = math.atan2(target.y - self._y, target.x - self._x)
+                x = self._x + pace * math.cos(self._yaw)
+                y = self._y + pace * math.sin(self._yaw)
+                if self._room.clearance(x, y) < RADIUS:
+                    return
+                self._x, self._y, self._tempo = x, y, step.speed
+            left -= span
+            self._budget -= span
+            if left == 0:
+                return
+            yield True
+
+
+def _check_walks(script: Script, room: Room, start: Pose2) -> None:
+    x, y = start.x, start.y
+    if not room.is_free(x, y):
+        raise ScriptError(script.path, 0, f"the start ({x:g}, {y:g}) is not on the free floor")
+    for step, line in zip(script.steps, script.lines, strict=True):
+        if isinstance(step, Approach):
+            return  # where the person is from here on depends on the robot
+        if not isinstance(step, Walk):
+            continue
+        if not room.sees(x, y, step.x, step.y):
+            raise ScriptError(
+                script.path,
+                line,
+                f"the way from ({x:g}, {y:g}) to ({step.x:g}, {step.y:g}) leaves the free floor; "
+                "go round the wall in several walks",
+            )
+        x, y = step.x, step.y

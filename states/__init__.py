@@ -1,0 +1,1 @@
+"""Abilities: plain algorithms, and one states.py in each folder."""

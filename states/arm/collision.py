@@ -1,0 +1,230 @@
+"""Does the arm touch anything: itself, the rover, the floor, walls, a person (R43, R46).
+
+Capsules enclose the maker's meshes, so that what is called free is free; about one free pose in
+six is called a collision for it. Distances are never overestimated.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hw.geometry import Pose2
+from states.arm.kernels import Around, Array, Body, Integers, gaps, place_capsules, sweep
+from states.arm.kinematics import Chain
+from states.arm.model import LINKS, Capsule, Manipulator
+
+MARGIN = 0.005
+"""Gap kept to everything, m; half of it is kept between the looks, too."""
+
+UPPER_ARM = LINKS.index("upper_arm")
+_ROOM_HEIGHT = 3.0
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """An upright cylinder, such as a person (R23), standing on the floor; m."""
+
+    x: float
+    y: float
+    radius: float
+    height: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surroundings:
+    """What stands around the rover, in the rover frame.
+
+    `walls` (w, 6) are upright rectangles x1, y1, x2, y2, z_low, z_high: the edges of room and
+    columns suffice, since an arm that starts outside of them cannot get in without crossing one.
+    `cylinders` (c, 5) are x, y, radius, z_low, z_high.
+    """
+
+    walls: Array
+    cylinders: Array
+
+    @classmethod
+    def empty(cls) -> Surroundings:
+        """Nothing but the floor."""
+        return cls(np.zeros((0, 6)), np.zeros((0, 5)))
+
+    @classmethod
+    def seen_from(
+        cls,
+        map_from_rover: Pose2,
+        walls: Iterable[tuple[float, float, float, float]] = (),
+        cylinders: Iterable[Cylinder] = (),
+        within: float = 2.0,
+        height: float = _ROOM_HEIGHT,
+    ) -> Surroundings:
+        """Map edges (x1, y1, x2, y2) as walls of this height, and cylinders of the map.
+
+        What is farther than `within` from the rover's centre is left out, m.
+        """
+        seen = map_from_rover.inverse()
+        edges = [(*seen.transform(*edge[:2]), *seen.transform(*edge[2:])) for edge in walls]
+        upright = [(*edge, 0.0, height) for edge in edges if _distance(edge) <= within]
+        round_ = [
+            (*seen.transform(c.x, c.y), c.radius, 0.0, c.height)
+            for c in cylinders
+            if map_from_rover.distance_to(Pose2(c.x, c.y)) - c.radius <= within
+        ]
+        return cls(np.array(upright).reshape(-1, 6), np.array(round_).reshape(-1, 5))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CollisionModel:
+    """The arm's capsules with names for what they belong to."""
+
+    body: Body
+    links: tuple[str, ...]
+
+    @classmethod
+    def of(cls, model: Manipulator) -> CollisionModel:
+        """Capsules of arm and tool; pairs on one link, neighbours and `apart` ones left out."""
+        chain = Chain.of(model)
+        capsules = sorted((*model.capsules, *model.tool.capsules), key=lambda c: c.link)
+        ends = np.array([[c.start, c.end] for c in capsules], dtype=np.float64)
+        body = Body(
+            base=chain.base,
+            origins=chain.origins,
+            links=np.array([c.link for c in capsules], dtype=np.int64),
+            ends=ends,
+            radii=np.array([c.radius for c in capsules], dtype=np.float64),
+            pairs=_pairs(capsules, model),
+            reach=_reach(chain, capsules),
+            boxes=np.array([[b.low, b.high] for b in model.body], np.float64).reshape(-1, 2, 3),
+            first=sum(c.link < UPPER_ARM for c in capsules),
+        )
+        return cls(body, tuple(_name(model, c) for c in capsules))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Checker:
+    """Answers for one arm in one place. Joints are (6,) or (n, 6) in rad, gaps in m."""
+
+    model: CollisionModel
+    around: Around
+    margin: float = MARGIN
+
+    @classmethod
+    def of(
+        cls, model: CollisionModel, surroundings: Surroundings, margin: float = MARGIN
+    ) -> Checker:
+        """The floor is at height 0 of the rover frame."""
+        walls, cylinders = (
+            np.ascontiguousarray(a, dtype=np.float64)
+            for a in (surroundings.walls, surroundings.cylinders)
+        )
+        return cls(model, Around(0.0, walls, cylinders), margin)
+
+    def clearance(self, joints: ArrayLike) -> Array:
+        """The least gap anywhere, negative where something overlaps: (n,)."""
+        return self._gaps(joints)[0]
+
+    def free(self, joints: ArrayLike) -> NDArray[np.bool_]:
+        """Is the margin kept everywhere: (n,)."""
+        return np.asarray(self.clearance(joints) >= self.margin)
+
+    def tightest(self, joints: ArrayLike) -> tuple[float, str, str]:
+        """The least gap of one set of joints and the two things it is between."""
+        gap, where = self._gaps(joints)
+        pairs = self.model.body.pairs
+        if where[0] < len(pairs):
+            first, second = (self.model.links[i] for i in pairs[where[0]])
+            return float(gap[0]), first, second
+        return float(gap[0]), self.model.links[where[0] - len(pairs)], "surroundings"
+
+    def way(self, piece: Array, length: float, budget: int = 1_000_000) -> tuple[float, int]:
+        """How far along q(x) = piece[0] + piece[1] x + piece[2] x^2 the arm is free, x <= length.
+
+        Exact between samples, too: nowhere is less than half the margin left. Returns the x at
+        which it ends (`length` if all is free) and the number of joint sets examined.
+        """
+        return sweep(self.model.body, self.around, piece, length, self.margin, budget)
+
+    def line_free(self, start: Array, goal: Array) -> bool:
+        """Is the straight joint line free."""
+        piece = np.array([start, goal - start, np.zeros(6)])
+        return self.way(piece, 1.0)[0] >= 1.0
+
+    def _gaps(self, joints: ArrayLike) -> tuple[Array, Integers]:
+        q = np.ascontiguousarray(joints, dtype=np.float64).reshape(-1, 6)
+        found, where = np.empty(len(q)), np.empty(len(q), dtype=np.int64)
+        gaps(self.model.body, self.around, q, found, where)
+        return found, where
+
+
+def outline(model: CollisionModel, joints: ArrayLike) -> tuple[Array, Array]:
+    """The capsules as they stand: ends (m, 2, 3) of their axes in the rover frame, radii (m,)."""
+    q = np.ascontiguousarray(joints, dtype=np.float64).reshape(6)
+    ends = np.empty((len(model.links), 2, 3))
+    body = model.body
+    place_capsules(body.base, body.origins, body.links, body.ends, q, np.empty((7, 4, 4)), ends)
+    return ends, model.body.radii
+
+
+def inside_frame(model: CollisionModel, joints: ArrayLike, length: float, width: float) -> float:
+    """How far the whole arm stays inside a rectangle centred on the rover, m (R46).
+
+    Negative where something stands out.
+    """
+    ends, radii = outline(model, joints)
+    half = 0.5 * np.array([length, width])
+    room = half - np.abs(ends[:, :, :2]).max(axis=1) - radii[:, None]
+    return float(room.min())
+
+
+def warm_up(model: CollisionModel) -> None:
+    """Compiles what this module needs, so that no control tick does."""
+    checker = Checker.of(model, Surroundings.empty())
+    checker.clearance(np.zeros(6))
+    checker.line_free(np.zeros(6), np.zeros(6))
+    outline(model, np.zeros(6))
+
+
+def _pairs(capsules: list[Capsule], model: Manipulator) -> Integers:
+    found = [
+        (i, j)
+        for j, second in enumerate(capsules)
+        for i, first in enumerate(capsules[:j])
+        if second.link - first.link > 1 and not _apart(model, first, second)
+    ]
+    return np.array(found, dtype=np.int64).reshape(-1, 2)
+
+
+def _apart(model: Manipulator, first: Capsule, second: Capsule) -> bool:
+    names = {first.part, LINKS[first.link]}, {second.part, LINKS[second.link]}
+    if second in model.tool.capsules:  # shown for the links alone: a tool may be larger
+        return False
+    return any(a in names[0] and b in names[1] for a, b in model.apart)
+
+
+def _reach(chain: Chain, capsules: list[Capsule]) -> Array:
+    steps = np.linalg.norm(chain.origins[:, :3, 3], axis=1)
+    reach = np.zeros((len(capsules), 6))
+    for i, capsule in enumerate(capsules):
+        tip = max(math.dist((0.0, 0.0, 0.0), end) for end in (capsule.start, capsule.end))
+        for joint in range(capsule.link):
+            reach[i, joint] = tip + steps[joint + 1 : capsule.link].sum()
+        if capsule.link:  # its own joint: only the distance from the axis counts
+            reach[i, capsule.link - 1] = max(
+                math.hypot(*end[:2]) for end in (capsule.start, capsule.end)
+            )
+    return reach
+
+
+def _name(model: Manipulator, capsule: Capsule) -> str:
+    return model.tool.name if capsule in model.tool.capsules else LINKS[capsule.link]
+
+
+def _distance(edge: tuple[float, float, float, float]) -> float:
+    x1, y1, x2, y2 = edge
+    square = (x2 - x1) ** 2 + (y2 - y1) ** 2
+    t = 0.0 if square == 0.0 else -(x1 * (x2 - x1) + y1 * (y2 - y1)) / square
+    t = min(max(t, 0.0), 1.0)
+    return math.hypot(x1 + t * (x2 - x1), y1 + t * (y2 - y1))

@@ -1,0 +1,103 @@
+"""XML elements that know their line, so that an error says where it is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from xml.parsers import expat
+
+from hw.document import FileError
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """An element with its place in the file."""
+
+    tag: str
+    attributes: Mapping[str, str]
+    path: str
+    line: int
+    children: list[Element] = field(default_factory=list)
+
+    def fail(self, message: str) -> FileError:
+        """The error to raise for this element."""
+        name = f" '{self.attributes['name']}'" if "name" in self.attributes else ""
+        return FileError(self.path, self.line, f"<{self.tag}>{name} {message}")
+
+    def all(self, tag: str) -> Iterator[Element]:
+        """Children of this kind."""
+        return (child for child in self.children if child.tag == tag)
+
+    def first(self, tag: str) -> Element | None:
+        """The first child of this kind, None without one."""
+        return next(self.all(tag), None)
+
+    def need(self, tag: str) -> Element:
+        """The first child of this kind; an error without one."""
+        found = self.first(tag)
+        if found is None:
+            raise self.fail(f"has no <{tag}>")
+        return found
+
+    def named(self, tag: str) -> dict[str, Element]:
+        """Children of this kind by their names, none of which may stand twice."""
+        found: dict[str, Element] = {}
+        for child in self.all(tag):
+            name = child.text("name")
+            if name in found:
+                raise child.fail(f"stands twice, first in line {found[name].line}")
+            found[name] = child
+        return found
+
+    def text(self, attribute: str) -> str:
+        """An attribute that must be there."""
+        if attribute not in self.attributes:
+            raise self.fail(f"has no attribute '{attribute}'")
+        return self.attributes[attribute]
+
+    def number(self, attribute: str, default: float) -> float:
+        """An attribute as one finite number."""
+        return self.numbers(attribute, (default,))[0]
+
+    def numbers(self, attribute: str, default: tuple[float, ...]) -> tuple[float, ...]:
+        """An attribute as as many finite numbers as the default has."""
+        if attribute not in self.attributes:
+            return default
+        written = self.attributes[attribute]
+        try:
+            found = tuple(float(word) for word in written.split())
+        except ValueError:
+            found = ()
+        if len(found) != len(default) or not all(map(math.isfinite, found)):
+            raise self.fail(f'has {attribute}="{written}"; needs {len(default)} finite numbers')
+        return found
+
+
+def elements(text: str, path: str) -> Element:
+    """The outermost element of a file, the others in it.
+
+    Raises:
+        FileError: with file and line.
+    """
+    top = Element("", {}, path, 0)
+    stack = [top]
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        element = Element(tag, attributes, path, parser.CurrentLineNumber)
+        stack[-1].children.append(element)
+        stack.append(element)
+
+    def refuse(*_: object) -> None:
+        raise FileError(path, parser.CurrentLineNumber, "has entities of its own; none are allowed")
+
+    parser = expat.ParserCreate()
+    parser.StartElementHandler = start
+    parser.EndElementHandler = lambda _: stack.pop() and None
+    parser.EntityDeclHandler = refuse
+    try:
+        parser.Parse(text, True)
+    except expat.ExpatError as failure:
+        reason = expat.errors.messages[failure.code]
+        raise FileError(path, failure.lineno, f"is not XML: {reason}") from None
+    return top.children[0]

@@ -1,0 +1,250 @@
+"""Which joints bring the tcp to a pose: closed form, every branch, exact at singularities (R43).
+
+A UR arm has up to eight branches (shoulder left or right, wrist up or down, elbow up or down). The
+closed form stays exact because nothing divides by a sine: angles come from atan2 of products, the
+elbow's radicand is factorised, and where the wrist is singular (one angle is free) that angle is
+moved just as far as the elbow needs to reach. A calibrated chain is solved by Newton steps from
+the nominal one's branches.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from states.arm.kernels import Array
+from states.arm.kinematics import Chain, deviation, forward, inverted, jacobian, link_frames
+from states.arm.newton import polish
+
+BRANCHES = 8
+SEED_REACH = 0.05
+"""A nominal branch that misses by no more, m, may still lead to one of a calibrated chain."""
+
+_EXACT = 1e-9
+_SLACK = 5e-10
+_TURN = 2.0 * math.pi
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solutions:
+    """Branches of n poses: joints (n, 8, 6) in rad and which of them are there, (n, 8)."""
+
+    joints: Array
+    valid: NDArray[np.bool_]
+
+    def of(self, pose: int = 0) -> Array:
+        """The branches of one pose: (k, 6), k from 0 to 8."""
+        return np.asarray(self.joints[pose][self.valid[pose]])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NearSolutions:
+    """The nearest each branch can get: joints (n, 8, 6), errors (n, 8) in m and rad."""
+
+    joints: Array
+    position_error: Array
+    rotation_error: Array
+
+    def within(self, position: float, rotation: float) -> Solutions:
+        """The branches whose error stays within a tolerance in m and rad (R44)."""
+        valid = (self.position_error <= position) & (self.rotation_error <= rotation)
+        return Solutions(self.joints, valid)
+
+
+def inverse(chain: Chain, targets: ArrayLike) -> Solutions:
+    """All joints that bring the tcp to the targets, rover_from_tcp (4, 4) or (n, 4, 4).
+
+    Angles lie in (-pi, pi]; branches outside the joints' limits in every turn are left out. At a
+    singular wrist, where joint 6 is free, two of its solutions stand for all of them.
+    """
+    poses = _poses(targets)
+    joints, valid = _closed_form(chain, poses, 0.0 if chain.nominal else SEED_REACH)
+    if not chain.nominal:
+        joints = polish(chain, joints, poses)
+        distance, angle = deviation(forward_all(chain, joints), poses[:, None])
+        exact = (distance <= _EXACT) & (angle <= _EXACT)
+        seeded = exact & valid
+        # near a singular wrist a seed far off may be the only one that leads there
+        valid = np.where(seeded.any(axis=1, keepdims=True), seeded, exact)
+    return Solutions(joints, valid & _has_copy(chain, joints))
+
+
+def inverse_near(chain: Chain, targets: ArrayLike) -> NearSolutions:
+    """Like `inverse`, but a pose out of reach gives the nearest joints and what they miss.
+
+    The orientation is kept exactly (nominal chain), the position gives way. A branch that cannot
+    be had within the joints' limits misses by infinity.
+    """
+    poses = _poses(targets)
+    joints, _ = _closed_form(chain, poses, math.inf)
+    if not chain.nominal:
+        joints = polish(chain, joints, poses)
+    distance, angle = deviation(forward_all(chain, joints), poses[:, None])
+    free = _has_copy(chain, joints)
+    return NearSolutions(joints, np.where(free, distance, np.inf), np.where(free, angle, np.inf))
+
+
+def nearest_copies(chain: Chain, joints: Array, near: ArrayLike) -> Array:
+    """Each joint shifted by whole turns to be as near as its limits allow to `near` (6,) rad.
+
+    Joints are (..., 6) with at least one copy inside the limits, as `inverse` gives them.
+    """
+    turns = np.round((np.asarray(near) - joints) / _TURN)
+    low = np.ceil((chain.lower - joints) / _TURN - 1e-12)
+    high = np.floor((chain.upper - joints) / _TURN + 1e-12)
+    shifted = joints + _TURN * np.clip(turns, low, high)
+    return np.asarray(np.clip(shifted, chain.lower, chain.upper))
+
+
+def forward_all(chain: Chain, joints: Array) -> Array:
+    """`forward` for joints of any leading shape: (..., 6) to (..., 4, 4)."""
+    poses = forward(chain, joints.reshape(-1, 6))
+    return np.asarray(poses.reshape(*joints.shape[:-1], 4, 4))
+
+
+def warm_up(chain: Chain) -> None:
+    """Compiles what this module and the kinematics need, so that no control tick does."""
+    inverse(chain, forward(chain, np.zeros(6)))
+    jacobian(chain, np.zeros(6))
+    link_frames(chain, np.zeros(6))
+
+
+def _poses(targets: ArrayLike) -> Array:
+    poses = np.ascontiguousarray(targets, dtype=np.float64)
+    if poses.shape[-2:] != (4, 4) or poses.ndim > 3:
+        raise ValueError(f"targets have shape {poses.shape}; (4, 4) or (n, 4, 4) is needed")
+    return poses.reshape(-1, 4, 4)
+
+
+def _closed_form(chain: Chain, poses: Array, reach: float) -> tuple[Array, NDArray[np.bool_]]:
+    flange = np.ascontiguousarray(inverted(chain.base) @ poses @ inverted(chain.tip))
+    joints = np.zeros((len(poses), BRANCHES, 6))
+    valid = np.zeros((len(poses), BRANCHES), dtype=np.bool_)
+    _solve(chain.dh, flange, max(reach, _SLACK), joints, valid)
+    return joints, valid
+
+
+def _has_copy(chain: Chain, joints: Array) -> NDArray[np.bool_]:
+    low = np.ceil((chain.lower - joints) / _TURN - 1e-12)
+    high = np.floor((chain.upper - joints) / _TURN + 1e-12)
+    return np.asarray(np.all(low <= high, axis=-1))
+
+
+@njit(cache=True)
+def _solve(dh: Array, flange: Array, reach: float, joints: Array, valid: NDArray[np.bool_]) -> None:
+    turn = np.empty((3, 3))
+    for n in range(len(flange)):
+        _orthonormal(flange[n], turn)
+        _solve_one(dh, turn, flange[n, :3, 3], reach, joints[n], valid[n])
+
+
+@njit(cache=True)
+def _orthonormal(pose: Array, turn: Array) -> None:
+    """One Newton step to the nearest rotation: undoes rounding to float32, keeps float64."""
+    for i in range(3):
+        for j in range(3):
+            turn[i, j] = 1.5 * pose[i, j]
+            for k in range(3):
+                dot = pose[0, j] * pose[0, k] + pose[1, j] * pose[1, k] + pose[2, j] * pose[2, k]
+                turn[i, j] -= 0.5 * pose[i, k] * dot
+
+
+@njit(cache=True)
+def _solve_one(
+    dh: Array,
+    turn: Array,
+    p: Array,
+    reach: float,
+    joints: Array,
+    valid: NDArray[np.bool_],
+) -> None:
+    """Writes the 8 branches of one pose; those that miss by more than `reach` stay invalid."""
+    d1, d4, d6 = dh[0], dh[3], dh[5]
+    wx, wy = p[0] - d6 * turn[0, 2], p[1] - d6 * turn[1, 2]
+    wz = p[2] - d6 * turn[2, 2] - d1
+    r = math.hypot(wx, wy)
+    side = math.sqrt(max((r - d4) * (r + d4), 0.0))
+    shoulder_miss = max(d4 - r, 0.0)
+    for branch in range(8):
+        q1 = math.atan2(wy, wx) + math.atan2(d4, side if branch < 4 else -side)
+        c1, s1 = math.cos(q1), math.sin(q1)
+        # the axis of joints 2 to 4, seen from the flange
+        mx = s1 * turn[0, 0] - c1 * turn[1, 0]
+        my = s1 * turn[0, 1] - c1 * turn[1, 1]
+        mz = s1 * turn[0, 2] - c1 * turn[1, 2]
+        up = 1.0 if branch % 4 < 2 else -1.0
+        s5 = math.hypot(mx, my)
+        q5 = up * math.atan2(s5, mz)
+        q6 = math.atan2(-up * my, up * mx)
+        c5, c6, s6 = math.cos(q5), math.cos(q6), math.sin(q6)
+        nx, ny, nz = c5 * c6, -c5 * s6, -math.sin(q5)
+        ex = turn[0, 0] * nx + turn[0, 1] * ny + turn[0, 2] * nz
+        ey = turn[1, 0] * nx + turn[1, 1] * ny + turn[1, 2] * nz
+        ez = turn[2, 0] * nx + turn[2, 1] * ny + turn[2, 2] * nz
+        q234 = math.atan2(ez, c1 * ex + s1 * ey)
+        wrist_x = c1 * wx + s1 * wy
+        shift = _self_motion(dh, wrist_x, wz, q234, s5)
+        q234 += shift
+        q6 -= shift if c5 > 0.0 else -shift
+        joints[branch, 0] = _wrap(q1)
+        joints[branch, 4] = q5
+        joints[branch, 5] = _wrap(q6)
+        elbow = 1.0 if branch % 2 == 0 else -1.0
+        miss = _elbow(dh, wrist_x, wz, q234, elbow, joints[branch])
+        valid[branch] = math.hypot(miss, shoulder_miss) <= reach
+
+
+@njit(cache=True)
+def _elbow(dh: Array, wx: float, wz: float, q234: float, up: float, q: Array) -> float:
+    """Writes q2, q3, q4 of the planar arm and returns how far out of its reach the wrist is, m."""
+    a2, a3, d5 = dh[1], dh[2], dh[4]
+    x, y = wx - d5 * math.sin(q234), wz + d5 * math.cos(q234)
+    distance = math.hypot(x, y)
+    far, near = abs(a2 + a3), abs(a2 - a3)
+    beyond, inside = far - distance, distance - near
+    square = beyond * (far + distance) * inside * (distance + near)
+    q3 = math.atan2(up * math.sqrt(max(square, 0.0)), distance * distance - a2 * a2 - a3 * a3)
+    if beyond < 0.0:
+        q3 = 0.0
+    elif inside < 0.0:
+        q3 = up * math.pi
+    q2 = math.atan2(y, x) - math.atan2(a3 * math.sin(q3), a2 + a3 * math.cos(q3))
+    q[1], q[2], q[3] = _wrap(q2), q3, _wrap(q234 - q2 - q3)
+    miss: float = max(-beyond, -inside, 0.0)
+    return miss
+
+
+@njit(cache=True)
+def _self_motion(dh: Array, wx: float, wz: float, q234: float, s5: float) -> float:
+    """The least change of q2+q3+q4 that brings the elbow into reach where the wrist allows it.
+
+    With sin q5 near 0 joints 4 and 6 turn about one axis, and a change of one against the other
+    turns the tool by sin q5 of it only; it is made where that stays below the slack.
+    """
+    far, near, d5 = abs(dh[1] + dh[2]), abs(dh[1] - dh[2]), dh[4]
+    x, y = wx - d5 * math.sin(q234), wz + d5 * math.cos(q234)
+    distance = math.hypot(x, y)
+    if near <= distance <= far or s5 * math.pi > 1e-6:
+        return 0.0
+    bound = far if distance > far else near
+    centre = math.hypot(wx, wz)
+    scale = 2.0 * d5 * centre
+    if scale <= 0.0:
+        return 0.0
+    k = (centre * centre + d5 * d5 - bound * bound) / scale
+    if abs(k) > 1.0:
+        k = math.copysign(1.0, k)
+    heading = math.atan2(wz, wx)
+    first = _wrap(heading + math.asin(k) - q234)
+    second = _wrap(heading + math.pi - math.asin(k) - q234)
+    shift = first if abs(first) <= abs(second) else second
+    return shift if s5 * abs(shift) <= _SLACK else 0.0
+
+
+@njit(cache=True)
+def _wrap(angle: float) -> float:
+    return angle - _TURN * round(angle / _TURN)

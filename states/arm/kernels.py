@@ -1,0 +1,302 @@
+"""The arm's compiled inner loops: frames, distances, sweeps along a path.
+
+All in one file because numba's cache watches only the file a function stands in: a kernel cached
+with an older version of another file's kernel would go unnoticed. Everything is in the rover frame.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+class Body(NamedTuple):
+    """The arm for collision checks: m capsules, p pairs of them that may meet.
+
+    `base` (4, 4) and `origins` (6, 4, 4) as in the chain; `links` (m,), `ends` (m, 2, 3) in the
+    link's frame, `radii` (m,); `pairs` (p, 2); `reach` (m, 6): no point of a capsule's axis is ever
+    farther than this from the axis of a joint; `boxes` (k, 2, 3) stand on the rover; capsules below
+    `first` belong to what is fixed to it and are not checked against anything but the arm.
+    """
+
+    base: Array
+    origins: Array
+    links: Integers
+    ends: Array
+    radii: Array
+    pairs: Integers
+    reach: Array
+    boxes: Array
+    first: int
+
+
+class Around(NamedTuple):
+    """What stands around the rover: floor height, walls (w, 6) and cylinders (c, 5).
+
+    A wall is an upright rectangle: x1, y1, x2, y2, z_low, z_high; a cylinder x, y, radius, z_low,
+    z_high.
+    """
+
+    floor: float
+    walls: Array
+    cylinders: Array
+
+
+@njit(cache=True)
+def place_links(base: Array, origins: Array, q: Array, frames: Array) -> None:
+    """Writes rover_from_link of base and links 1 to 6 into frames (7, 4, 4), upper rows only."""
+    for i in range(3):
+        for j in range(4):
+            frames[0, i, j] = base[i, j]
+    for k in range(6):
+        before, here, origin = frames[k], frames[k + 1], origins[k]
+        c, s = math.cos(q[k]), math.sin(q[k])
+        for i in range(3):
+            a, b, d = before[i, 0], before[i, 1], before[i, 2]
+            x = a * origin[0, 0] + b * origin[1, 0] + d * origin[2, 0]
+            y = a * origin[0, 1] + b * origin[1, 1] + d * origin[2, 1]
+            here[i, 0] = c * x + s * y
+            here[i, 1] = c * y - s * x
+            here[i, 2] = a * origin[0, 2] + b * origin[1, 2] + d * origin[2, 2]
+            here[i, 3] = before[i, 3] + a * origin[0, 3] + b * origin[1, 3] + d * origin[2, 3]
+
+
+@njit(cache=True)
+def place_tcp(base: Array, origins: Array, tip: Array, q: Array, poses: Array) -> None:
+    """Writes rover_from_tcp of joints (n, 6) into poses (n, 4, 4), which must be zero."""
+    frames = np.empty((7, 4, 4))
+    for n in range(len(q)):
+        place_links(base, origins, q[n], frames)
+        for i in range(3):
+            row = frames[6, i]
+            for j in range(4):
+                poses[n, i, j] = row[0] * tip[0, j] + row[1] * tip[1, j] + row[2] * tip[2, j]
+            poses[n, i, 3] += row[3]
+        poses[n, 3, 3] = 1.0
+
+
+@njit(cache=True)
+def slopes(base: Array, origins: Array, tip: Array, q: Array, found: Array) -> None:
+    """Writes the geometric Jacobian of joints (n, 6) into found (n, 6, 6)."""
+    frames = np.empty((7, 4, 4))
+    for n in range(len(q)):
+        place_links(base, origins, q[n], frames)
+        flange = frames[6]
+        tcp = flange[:3, 3] + flange[:3, 0] * tip[0, 3] + flange[:3, 1] * tip[1, 3]
+        tcp += flange[:3, 2] * tip[2, 3]
+        for k in range(6):
+            frame = frames[k + 1]
+            zx, zy, zz = frame[0, 2], frame[1, 2], frame[2, 2]
+            x, y, z = tcp[0] - frame[0, 3], tcp[1] - frame[1, 3], tcp[2] - frame[2, 3]
+            found[n, 0, k] = zy * z - zz * y
+            found[n, 1, k] = zz * x - zx * z
+            found[n, 2, k] = zx * y - zy * x
+            found[n, 3, k], found[n, 4, k], found[n, 5, k] = zx, zy, zz
+
+
+@njit(cache=True)
+def place_capsules(
+    base: Array, origins: Array, links: Integers, local: Array, q: Array, frames: Array, ends: Array
+) -> None:
+    """Writes both ends of every capsule's axis into ends (m, 2, 3)."""
+    place_links(base, origins, q, frames)
+    for i in range(len(links)):
+        frame = frames[links[i]]
+        for e in range(2):
+            x, y, z = local[i, e, 0], local[i, e, 1], local[i, e, 2]
+            for k in range(3):
+                ends[i, e, k] = frame[k, 0] * x + frame[k, 1] * y + frame[k, 2] * z + frame[k, 3]
+
+
+@njit(cache=True)
+def pair_gap(pairs: Integers, radii: Array, ends: Array, pair: int) -> float:
+    """Distance between the surfaces of two capsules, negative where they overlap, m."""
+    i, j = pairs[pair, 0], pairs[pair, 1]
+    return float(segment_distance(ends, i, j) - radii[i] - radii[j])
+
+
+@njit(cache=True)
+def outer_gap(
+    radii: Array, boxes: Array, floor: float, walls: Array, cylinders: Array, ends: Array, i: int
+) -> float:
+    """Distance of a capsule's surface to rover, floor, walls and cylinders; never too large, m."""
+    ax, ay, az = ends[i, 0, 0], ends[i, 0, 1], ends[i, 0, 2]
+    bx, by, bz = ends[i, 1, 0], ends[i, 1, 1], ends[i, 1, 2]
+    low, high = min(az, bz), max(az, bz)
+    gap = low - floor
+    for k in range(len(boxes)):
+        gap = min(gap, box_distance(ends, i, boxes, k, gap))
+    for k in range(len(walls)):
+        upright = max(walls[k, 4] - high, low - walls[k, 5], 0.0)
+        gap = min(gap, math.hypot(wall_distance(ax, ay, bx, by, walls, k), upright))
+    for k in range(len(cylinders)):
+        upright = max(cylinders[k, 3] - high, low - cylinders[k, 4], 0.0)
+        across = point_distance(cylinders[k, 0], cylinders[k, 1], ax, ay, bx, by)
+        gap = min(gap, math.hypot(max(across - cylinders[k, 2], 0.0), upright))
+    return float(gap - radii[i])
+
+
+@njit(cache=True)
+def gaps(body: Body, around: Around, q: Array, found: Array, which: Integers) -> None:
+    """Writes the least gap of each of n joint sets and where it is: a pair, or p + a capsule."""
+    # taken out of the tuples once: handing a tuple on costs more than a distance
+    base, origins, links, local, radii, pairs, _, boxes, first = body
+    floor, walls, cylinders = around
+    frames, ends = np.empty((7, 4, 4)), np.empty((len(links), 2, 3))
+    for n in range(len(q)):
+        place_capsules(base, origins, links, local, q[n], frames, ends)
+        least, where = np.inf, 0
+        for k in range(len(pairs)):
+            gap = pair_gap(pairs, radii, ends, k)
+            if gap < least:
+                least, where = gap, k
+        for i in range(first, len(links)):
+            gap = outer_gap(radii, boxes, floor, walls, cylinders, ends, i)
+            if gap < least:
+                least, where = gap, len(pairs) + i
+        found[n], which[n] = least, where
+
+
+@njit(cache=True)
+def sweep(
+    body: Body, around: Around, piece: Array, length: float, margin: float, budget: int
+) -> tuple[float, int]:
+    """How far along q = piece[0] + piece[1] x + piece[2] x^2, 0 <= x <= length, the arm is free.
+
+    Free: nowhere nearer than half of `margin` to anything, at every x and not only at samples. Each
+    gap tells for how long it must last (a capsule's speed is bounded by its reach) and is measured
+    again only then; one below `margin` ends the way. Returns that x, `length`, or less where the
+    budget of joint sets to examine ran out; and how many were examined.
+    """
+    base, origins, links, local, radii, pairs, reach, boxes, first = body
+    floor, walls, cylinders = around
+    count, capsules = len(pairs), len(links)
+    frames, ends = np.empty((7, 4, 4)), np.empty((capsules, 2, 3))
+    rates = gap_rates(links, pairs, reach, piece, length)
+    due = np.zeros(count + capsules)
+    due[count : count + first] = np.inf
+    x, looks, q = 0.0, 0, np.empty(6)
+    while looks < budget:
+        for i in range(6):
+            q[i] = piece[0, i] + x * (piece[1, i] + x * piece[2, i])
+        place_capsules(base, origins, links, local, q, frames, ends)
+        looks += 1
+        soonest = np.inf
+        for k in range(count + capsules):
+            if due[k] <= x:
+                if k < count:
+                    gap = pair_gap(pairs, radii, ends, k)
+                else:
+                    gap = outer_gap(radii, boxes, floor, walls, cylinders, ends, k - count)
+                if gap < margin:
+                    return x, looks
+                due[k] = x + (gap - 0.5 * margin) / rates[k] if rates[k] > 0.0 else np.inf
+            soonest = min(soonest, due[k])
+        if x >= length:
+            return length, looks
+        x = min(soonest, length)
+    return min(x, length * (1.0 - 1e-12)), looks
+
+
+@njit(cache=True)
+def gap_rates(links: Integers, pairs: Integers, reach: Array, piece: Array, length: float) -> Array:
+    """How fast each gap can shrink at most along a piece, m per unit of x: pairs, then capsules."""
+    count = len(pairs)
+    rates = np.zeros(count + len(links))
+    for k in range(len(rates)):
+        last = k - count if k >= count else pairs[k, 1]
+        first = 0 if k >= count else links[pairs[k, 0]]
+        for i in range(first, links[last]):
+            slope = max(abs(piece[1, i]), abs(piece[1, i] + 2.0 * length * piece[2, i]))
+            rates[k] += slope * reach[last, i]
+    return rates
+
+
+@njit(cache=True)
+def segment_distance(ends: Array, i: int, j: int) -> float:
+    """Distance between the axes of capsules i and j of ends (m, 2, 3); an axis may be a point."""
+    ax, ay, az = ends[i, 0, 0], ends[i, 0, 1], ends[i, 0, 2]
+    cx, cy, cz = ends[j, 0, 0], ends[j, 0, 1], ends[j, 0, 2]
+    ux, uy, uz = ends[i, 1, 0] - ax, ends[i, 1, 1] - ay, ends[i, 1, 2] - az
+    vx, vy, vz = ends[j, 1, 0] - cx, ends[j, 1, 1] - cy, ends[j, 1, 2] - cz
+    wx, wy, wz = ax - cx, ay - cy, az - cz
+    uu, vv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz
+    uv, uw = ux * vx + uy * vy + uz * vz, ux * wx + uy * wy + uz * wz
+    vw = vx * wx + vy * wy + vz * wz
+    s = t = 0.0
+    if uu > 0.0 and vv > 0.0:
+        square = uu * vv - uv * uv
+        if square > 1e-12 * uu * vv:
+            s = clamp((uv * vw - vv * uw) / square)
+        t = (uv * s + vw) / vv
+        if t < 0.0 or t > 1.0:
+            t = clamp(t)
+            s = clamp((uv * t - uw) / uu)
+    elif vv > 0.0:
+        t = clamp(vw / vv)
+    elif uu > 0.0:
+        s = clamp(-uw / uu)
+    x, y, z = wx + s * ux - t * vx, wy + s * uy - t * vy, wz + s * uz - t * vz
+    return math.sqrt(x * x + y * y + z * z)
+
+
+@njit(cache=True)
+def wall_distance(ax: float, ay: float, bx: float, by: float, walls: Array, k: int) -> float:
+    """Distance between the segment a-b and a wall seen from above, 0 where they cross."""
+    cx, cy, dx, dy = walls[k, 0], walls[k, 1], walls[k, 2], walls[k, 3]
+    ux, uy, vx, vy = bx - ax, by - ay, dx - cx, dy - cy
+    c_side, d_side = ux * (cy - ay) - uy * (cx - ax), ux * (dy - ay) - uy * (dx - ax)
+    a_side, b_side = vx * (ay - cy) - vy * (ax - cx), vx * (by - cy) - vy * (bx - cx)
+    if c_side * d_side < 0.0 and a_side * b_side < 0.0:
+        return 0.0
+    from_arm = min(point_distance(ax, ay, cx, cy, dx, dy), point_distance(bx, by, cx, cy, dx, dy))
+    from_wall = min(point_distance(cx, cy, ax, ay, bx, by), point_distance(dx, dy, ax, ay, bx, by))
+    return float(min(from_arm, from_wall))
+
+
+@njit(cache=True)
+def point_distance(px: float, py: float, ax: float, ay: float, bx: float, by: float) -> float:
+    """Distance of a point from the segment a-b in the plane."""
+    ux, uy = bx - ax, by - ay
+    square = ux * ux + uy * uy
+    t = clamp(((px - ax) * ux + (py - ay) * uy) / square) if square > 0.0 else 0.0
+    return math.hypot(px - ax - t * ux, py - ay - t * uy)
+
+
+@njit(cache=True)
+def box_distance(ends: Array, i: int, boxes: Array, k: int, enough: float) -> float:
+    """Distance between a capsule's axis and a box, to a micrometre; beyond `enough` a bound."""
+    square = 0.0
+    for e in range(3):
+        low, high = min(ends[i, 0, e], ends[i, 1, e]), max(ends[i, 0, e], ends[i, 1, e])
+        square += max(boxes[k, 0, e] - high, low - boxes[k, 1, e], 0.0) ** 2
+    if math.sqrt(square) >= enough:
+        return math.sqrt(square)
+    near, far = 0.0, 1.0
+    for _ in range(20):  # the squared distance is convex along the axis: halve on its slope
+        t, slope = 0.5 * (near + far), 0.0
+        for e in range(3):
+            along = ends[i, 1, e] - ends[i, 0, e]
+            p = ends[i, 0, e] + t * along
+            slope += along * (p - min(max(p, boxes[k, 0, e]), boxes[k, 1, e]))
+        near, far = (near, t) if slope > 0.0 else (t, far)
+    square = length = 0.0
+    for e in range(3):
+        along = ends[i, 1, e] - ends[i, 0, e]
+        p = ends[i, 0, e] + 0.5 * (near + far) * along
+        square += (p - min(max(p, boxes[k, 0, e]), boxes[k, 1, e])) ** 2
+        length += along * along
+    return max(math.sqrt(square) - 1e-6 * math.sqrt(length), 0.0)
+
+
+@njit(cache=True)
+def clamp(t: float) -> float:
+    """The value moved into [0, 1]."""
+    return min(max(t, 0.0), 1.0)

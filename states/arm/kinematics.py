@@ -1,0 +1,141 @@
+"""Where the links are: forward kinematics, Jacobian, deviations between poses (R26).
+
+Poses are 4x4 matrices, joints are (6,) or (n, 6) arrays in rad. Everything is given in the rover
+frame of `states.arm.model`. The same compiled code serves one pose and many, so that the same
+joints give the same bits whichever way they are asked for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from states.arm.kernels import Array, place_links, place_tcp, slopes
+from states.arm.model import Manipulator, Placement
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chain:
+    """An arm as arrays, all read-only.
+
+    `base` is rover_from_base and `tip` flange_from_tcp, both (4, 4); `origins` (6, 4, 4) place
+    each joint in the link before it; `dh` holds d1, a2, a3, d4, d5, d6 of the nominal chain;
+    `lower`, `upper` and `max_speed` are (6,). `nominal` tells whether `origins` follow `dh`.
+    """
+
+    base: Array
+    origins: Array
+    tip: Array
+    dh: Array
+    lower: Array
+    upper: Array
+    max_speed: Array
+    nominal: bool
+
+    @classmethod
+    def of(cls, model: Manipulator) -> Chain:
+        """The chain of a model, calibrated if the model is."""
+        dh = model.dh
+        return cls(
+            base=_fixed(matrix(model.mount)),
+            origins=_fixed([matrix(p) for p in model.placements or dh.placements()]),
+            tip=_fixed(matrix(model.tool.tcp)),
+            dh=_fixed([dh.d1, dh.a2, dh.a3, dh.d4, dh.d5, dh.d6]),
+            lower=_fixed(model.lower),
+            upper=_fixed(model.upper),
+            max_speed=_fixed(model.max_speed),
+            nominal=model.placements is None,
+        )
+
+
+def forward(chain: Chain, joints: ArrayLike) -> Array:
+    """rover_from_tcp at these joints: (4, 4) for (6,), (n, 4, 4) for (n, 6)."""
+    q, single = _rows(joints)
+    poses = np.zeros((len(q), 4, 4))
+    place_tcp(chain.base, chain.origins, chain.tip, q, poses)
+    return poses[0] if single else poses
+
+
+def link_frames(chain: Chain, joints: ArrayLike) -> Array:
+    """rover_from_link of base and links 1 to 6 at one set of joints: (7, 4, 4)."""
+    q, _ = _rows(joints)
+    frames = np.zeros((7, 4, 4))
+    place_links(chain.base, chain.origins, q[0], frames)
+    frames[:, 3, 3] = 1.0
+    return frames
+
+
+def jacobian(chain: Chain, joints: ArrayLike) -> Array:
+    """Velocity of the tcp per joint velocity, in the rover frame: (6, 6) or (n, 6, 6).
+
+    Rows 0 to 2 are the velocity of the tcp's origin in m/s, rows 3 to 5 the turning in rad/s.
+    """
+    q, single = _rows(joints)
+    found = np.empty((len(q), 6, 6))
+    slopes(chain.base, chain.origins, chain.tip, q, found)
+    return found[0] if single else found
+
+
+def deviation(a: Array, b: Array) -> tuple[Array, Array]:
+    """Distance in m and angle in rad between poses (..., 4, 4), element by element."""
+    distance = np.linalg.norm(a[..., :3, 3] - b[..., :3, 3], axis=-1)
+    return distance, np.linalg.norm(rotation_vector(a, b), axis=-1)
+
+
+def rotation_vector(a: Array, b: Array) -> Array:
+    """The turn that leads from orientation a to b, in the frame both are given in: (..., 3).
+
+    Exact for small angles; at half a turn the axis is undetermined and the length still right.
+    """
+    turn = b[..., :3, :3] @ np.swapaxes(a[..., :3, :3], -1, -2)
+    sine = 0.5 * np.stack(
+        [
+            turn[..., 2, 1] - turn[..., 1, 2],
+            turn[..., 0, 2] - turn[..., 2, 0],
+            turn[..., 1, 0] - turn[..., 0, 1],
+        ],
+        axis=-1,
+    )
+    length = np.linalg.norm(sine, axis=-1)
+    angle = np.arctan2(length, 0.5 * (np.trace(turn, axis1=-2, axis2=-1) - 1.0))
+    axis = np.divide(sine, length[..., None], out=np.zeros_like(sine), where=length[..., None] > 0)
+    axis[..., 0] = np.where(length > 0.0, axis[..., 0], 1.0)
+    return np.asarray(axis * angle[..., None])
+
+
+def matrix(placement: Placement) -> Array:
+    """A placement as a 4x4 matrix."""
+    (sr, sp, sy), (cr, cp, cy) = np.sin(placement.rpy), np.cos(placement.rpy)
+    pose = np.eye(4)
+    pose[:3, :3] = [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ]
+    pose[:3, 3] = placement.xyz
+    return pose
+
+
+def inverted(pose: Array) -> Array:
+    """The inverse of rigid poses (..., 4, 4)."""
+    found = np.zeros_like(pose)
+    turn = np.swapaxes(pose[..., :3, :3], -1, -2)
+    found[..., :3, :3] = turn
+    found[..., :3, 3] = -(turn @ pose[..., :3, 3, None])[..., 0]
+    found[..., 3, 3] = 1.0
+    return found
+
+
+def _fixed(values: ArrayLike) -> Array:
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+def _rows(joints: ArrayLike) -> tuple[Array, bool]:
+    q = np.ascontiguousarray(joints, dtype=np.float64)
+    if q.shape[-1:] != (6,) or q.ndim > 2:
+        raise ValueError(f"joints have shape {q.shape}; (6,) or (n, 6) is needed")
+    return q.reshape(-1, 6), q.ndim == 1

@@ -1,0 +1,197 @@
+"""The arm in its room: what its states ask the planners for, and whether a way is still free.
+
+The user is the cylinder of R23, as slim as the granted touch needs: whoever asks for a touch nearer
+than half a metre wants the prop in there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hw.geometry import Pose2, Pose3, wrap
+from hw.person import RADIUS
+from hw.robot import ArmModel, MotionLimits
+from hw.samples import Joints, TimedJoints
+from states.arm.collision import Checker, CollisionModel, Cylinder, Surroundings
+from states.arm.kernels import Array
+from states.arm.kinematics import Chain
+from states.arm.model import Manipulator
+from states.arm.path import first_contact
+from states.arm.planning import Plan, Query, goals_at, warm_up
+from states.arm.reach import Place, Reach, disc
+from states.arm.timing import line_durations
+from states.arm.trajectory import ArmLimits, Trajectory
+
+ACCEPTED = (0.02, 0.1)
+"""A DEEP out of reach by less, m and rad, is met as near as it goes (R44)."""
+
+USER_HEIGHT = 2.0
+TOUCH_GAP = 0.15
+"""Kept free between the granted cylinder and the DEEP, m: the arm comes from the other side."""
+SLIMMEST = 0.25
+"""A person's body, m; no touch is granted inside."""
+
+PERIOD = 0.008
+"""Between the points of a course, s: the cycle of a UR controller (CB3)."""
+
+Wall = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """Where everything is: map_from_base, the user's body (None: unknown), the joints at rest."""
+
+    base: Pose2
+    user: Pose2 | None
+    joints: Joints
+
+    def is_like(self, other: Look, distance: float, turn: float) -> bool:
+        """Have base and user moved less than this, m and rad, whatever the joints did?"""
+        if (self.user is None) != (other.user is None):
+            return False
+        near = self.base.distance_to(other.base) < distance
+        if self.user is not None and other.user is not None:
+            near = near and self.user.distance_to(other.user) < distance
+        return near and abs(wrap(self.base.yaw - other.base.yaw)) < turn
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Workspace:
+    """One arm on its rover among these walls, within these limits."""
+
+    chain: Chain
+    solid: CollisionModel
+    limits: ArmLimits
+    walls: Sequence[Wall]
+    parked: Joints
+
+    @classmethod
+    def of(
+        cls, model: Manipulator, arm: ArmModel, limits: MotionLimits, walls: Sequence[Wall]
+    ) -> Workspace:
+        """The exact arm with the speeds and the parked pose of a robot file."""
+        even = ArmLimits.even(_six(arm.max_speed), limits.arm_acceleration, limits.tool_speed)
+        return cls(Chain.of(model), CollisionModel.of(model), even, walls, arm.parked)
+
+    def reaching(self, look: Look, deep: Pose3) -> Query:
+        """The way to map_from_deep; without goals if it is out of reach."""
+        goals = goals_at(self.chain, rover_from_deep(look.base, deep), look.joints, ACCEPTED)
+        return self._query(self.checker(look, deep), look, goals)
+
+    def parking(self, look: Look) -> Query:
+        """The way to the parked joints."""
+        return self._query(self.checker(look), look, np.array([self.parked]))
+
+    def checker(self, look: Look, deep: Pose3 | None = None) -> Checker:
+        """What the arm must not touch on the way to a DEEP, or, without one, on the way back.
+
+        On the way back the user, then the walls, do not count where the arm already touches them:
+        it has to get away from there.
+        """
+        people = [] if look.user is None else [_person(look.user, deep)]
+        checker = self._among(look, self.walls, people)
+        if deep is None and people and self._gap(checker, look) <= 0.0:
+            checker = self._among(look, self.walls, [])
+        if deep is None and self._gap(checker, look) <= 0.0:
+            checker = self._among(look, (), [])
+        gap = self._gap(checker, look)
+        return replace(checker, margin=0.9 * gap) if 0.0 < gap < checker.margin else checker
+
+    def is_free(self, trajectory: Trajectory, since: float, look: Look, deep: Pose3 | None) -> bool:
+        """May a trajectory still be followed from `since` s on, as things are now?"""
+        place = float(trajectory.along(np.array([since]))[0][0])
+        return first_contact(self.checker(look, deep), trajectory.path, place) is None
+
+    def best(
+        self,
+        poses: Sequence[Pose2],
+        drive_times: Sequence[float],
+        deep: Pose3,
+        user: Pose2 | None,
+        tolerance: tuple[float, float],
+    ) -> int | None:
+        """The pose from which the prop is soonest at the DEEP, as its number; None: out of reach.
+
+        Of those that reach it from everywhere within the drive's tolerance (m, rad), if there are
+        any, else the one that does so from the largest part of it (R78, R79).
+        """
+        reach, target = Reach(self.chain, self.solid), matrix(deep)
+        place = Place(self.walls, [] if user is None else [_person(user, deep)])
+        times = [
+            drive + self._arm_time(Look(pose, user, self.parked), deep)
+            for pose, drive in zip(poses, drive_times, strict=True)
+        ]
+        best, most = None, 0.0
+        for i in sorted(range(len(poses)), key=times.__getitem__):
+            if times[i] == math.inf:
+                break
+            share = float(reach.reached(disc(poses[i], *tolerance), target, place).mean())
+            if share == 1.0:
+                return i
+            if best is None or share > most:
+                best, most = i, share
+        return best
+
+    def _arm_time(self, look: Look, deep: Pose3) -> float:
+        query = self.reaching(look, deep)
+        goals = query.goals[query.checker.free(query.goals)] if len(query.goals) else query.goals
+        if not len(goals):
+            return math.inf
+        return float(line_durations(self.chain, query.start, goals, self.limits).min())
+
+    def _query(self, checker: Checker, look: Look, goals: Array) -> Query:
+        return Query(self.chain, checker, self.limits, np.array(look.joints), goals)
+
+    def _among(self, look: Look, walls: Sequence[Wall], people: Sequence[Cylinder]) -> Checker:
+        return Checker.of(self.solid, Surroundings.seen_from(look.base, walls, people))
+
+    def _gap(self, checker: Checker, look: Look) -> float:
+        return checker.tightest(np.array(look.joints))[0]
+
+    def warm_up(self, model: Manipulator) -> None:
+        """Compiles what moving the arm needs, so that no control tick does."""
+        warm_up(model)
+        look = Look(Pose2(0.0, 0.0), Pose2(1.85, 0.0), self.parked)
+        deep = Pose3.from_yaw(1.0, 0.0, 1.2, math.pi)
+        self.best([look.base], [0.0], deep, look.user, (0.1, 0.1))
+
+
+def course(plan: Plan) -> tuple[TimedJoints, ...]:
+    """The points of a plan for `Arm.follow`; the last is the goal to the last bit."""
+    trajectory = plan.trajectory
+    count = math.ceil(trajectory.duration / PERIOD)
+    times = np.linspace(0.0, trajectory.duration, count + 1)
+    joints = trajectory.at(times + trajectory.times[0])[0].tolist()
+    return tuple((t, tuple(q)) for t, q in zip(times.tolist(), joints, strict=True))
+
+
+def rover_from_deep(map_from_rover: Pose2, map_from_deep: Pose3) -> Array:
+    """The DEEP as the robot sees it, (4, 4) (R84)."""
+    base = map_from_rover
+    return matrix(Pose3.from_yaw(base.x, base.y, 0.0, base.yaw).inverse() @ map_from_deep)
+
+
+def matrix(pose: Pose3) -> Array:
+    """A pose as a homogeneous matrix (4, 4)."""
+    found = np.eye(4)
+    origin = found[:3, 3] = pose.x, pose.y, pose.z
+    for i, axis in enumerate(((1, 0, 0), (0, 1, 0), (0, 0, 1))):
+        found[:3, i] = np.subtract(pose.transform(*axis), origin)
+    return found
+
+
+def _person(user: Pose2, deep: Pose3 | None) -> Cylinder:
+    radius = RADIUS
+    if deep is not None:
+        granted = user.distance_to(deep.flat()) - TOUCH_GAP
+        radius = min(RADIUS, max(SLIMMEST, granted))
+    return Cylinder(user.x, user.y, radius, USER_HEIGHT)
+
+
+def _six(values: Joints) -> tuple[float, float, float, float, float, float]:
+    a, b, c, d, e, f = values
+    return a, b, c, d, e, f

@@ -1,0 +1,194 @@
+"""A free way for the arm to any of several joint goals, fast and the same every time (R43).
+
+`lines_first` tries the straight joint lines to all goals, quickest first: nine in ten moves between
+parked and presented need no more. What is left goes to `rrt_connect`. Planners are generators: they
+yield after every slice of work, so that a control loop keeps its period, and return a `Plan` or a
+`NoPlan` that says why. Work is counted in joint sets examined for collision, never in time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from states.arm.collision import Checker, CollisionModel, Surroundings
+from states.arm.collision import warm_up as collision_warm_up
+from states.arm.inverse import inverse, inverse_near, nearest_copies
+from states.arm.inverse import warm_up as inverse_warm_up
+from states.arm.kernels import Array, Integers
+from states.arm.kinematics import Chain
+from states.arm.model import Manipulator
+from states.arm.path import Path, rounded
+from states.arm.rrt import connect, shortened
+from states.arm.timing import line_durations, time_path
+from states.arm.timing import warm_up as timing_warm_up
+from states.arm.trajectory import ArmLimits, Trajectory
+
+BUDGET = 100_000
+"""Joint sets examined before a planner gives up; about a tenth of a second of work."""
+
+SLICE = 2_000
+"""Joint sets examined between two yields; about two milliseconds of work."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Query:
+    """What is asked: from `start` (6,) to any of `goals` (k, 6), rad, within limits, freely.
+
+    The same query gives the same answer, bit for bit.
+    """
+
+    chain: Chain
+    checker: Checker
+    limits: ArmLimits
+    start: Array
+    goals: Array
+    seed: int = 0
+    budget: int = BUDGET
+    slice: int = SLICE
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """A free trajectory to goals[goal]; `looks` joint sets were examined."""
+
+    trajectory: Trajectory
+    goal: int
+    looks: int
+
+
+@dataclass(frozen=True, slots=True)
+class NoPlan:
+    """There is no way, or none was found; `reason` is for people."""
+
+    reason: str
+    looks: int = 0
+
+
+Planning = Generator[None, None, Plan | NoPlan]
+Planner = Callable[[Query], Planning]
+
+
+def lines_first(query: Query) -> Planning:
+    """Straight joint lines in order of their time, then RRT-Connect where none is free."""
+    checked = _checked(query)
+    if isinstance(checked, NoPlan):
+        return checked
+    query, order, looks = checked
+    for goal in order:
+        yield
+        step = query.goals[goal] - query.start
+        piece = np.array([query.start, step, np.zeros(6)])
+        free, used = query.checker.way(piece, 1.0, query.budget - looks)
+        looks += used
+        if free >= 1.0:
+            path = Path.through([query.start, query.goals[goal]])
+            return Plan(time_path(query.chain, path, query.limits), int(goal), looks)
+        if looks >= query.budget:
+            return _given_up(query, looks)
+    return (yield from _grown(query, order, looks))
+
+
+def rrt_connect(query: Query) -> Planning:
+    """RRT-Connect (Kuffner and LaValle, ICRA 2000) to all goals at once, shortened and rounded."""
+    checked = _checked(query)
+    if isinstance(checked, NoPlan):
+        return checked
+    query, order, looks = checked
+    return (yield from _grown(query, order, looks))
+
+
+PLANNERS: Mapping[str, Planner] = {"lines_first": lines_first, "rrt_connect": rrt_connect}
+
+
+def planner(name: str) -> Planner:
+    """A planner by name.
+
+    Raises:
+        ValueError: naming those there are.
+    """
+    if name not in PLANNERS:
+        raise ValueError(f"no arm planner '{name}'; known: {', '.join(PLANNERS)}")
+    return PLANNERS[name]
+
+
+def plan(query: Query, solver: Planner = lines_first) -> Plan | NoPlan:
+    """The answer, worked out in one go."""
+    work = solver(query)
+    while True:
+        try:
+            next(work)
+        except StopIteration as done:
+            answer: Plan | NoPlan = done.value
+            return answer
+
+
+def goals_at(
+    chain: Chain, target: ArrayLike, near: ArrayLike, tolerance: tuple[float, float] = (0.0, 0.0)
+) -> Array:
+    """Joint goals (k, 6) with the prop at rover_from_tcp (4, 4), in the turn nearest to `near`.
+
+    Exact ones where there are any; else the nearest within the tolerance in m and rad (R44).
+    """
+    found = inverse(chain, target).of()
+    if not len(found) and tolerance[0] > 0.0:
+        found = inverse_near(chain, target).within(*tolerance).of()
+    return nearest_copies(chain, found, near)
+
+
+def _checked(query: Query) -> tuple[Query, Integers, int] | NoPlan:
+    """The query with its free goals only in mind: margin, their order by time, looks so far."""
+    goals = query.goals.reshape(-1, 6)
+    if not len(goals):
+        return NoPlan("out of reach: no joint angles lead there")
+    gap, first, second = query.checker.tightest(query.start)
+    if gap <= 0.0:
+        return NoPlan(f"the arm starts in contact: {first} with {second}, {-gap:.3f} m deep", 1)
+    if gap < query.checker.margin:  # whoever stands close may still leave
+        query = replace(query, checker=replace(query.checker, margin=0.9 * gap))
+    free = np.flatnonzero(query.checker.free(goals))
+    if not len(free):
+        return NoPlan(f"in contact: {_contact(query, goals)} at the goal", 1 + len(goals))
+    times = line_durations(query.chain, query.start, goals[free], query.limits)
+    return query, free[np.argsort(times, kind="stable")], 1 + len(goals)
+
+
+def _contact(query: Query, goals: Array) -> str:
+    _, first, second = max(query.checker.tightest(goal) for goal in goals)
+    return f"{first} with {second}"
+
+
+def _grown(query: Query, order: Integers, looks: int) -> Planning:
+    rng = np.random.default_rng(query.seed)
+    found, used = yield from connect(
+        query.checker, query.chain, query.start, query.goals[order], rng, query.budget - looks,
+        query.slice,
+    )  # fmt: skip
+    looks += used
+    if found is None:
+        return _given_up(query, looks)
+    corners, used = yield from shortened(query.checker, found, rng, query.slice)
+    looks += used
+    path, used = rounded(query.checker, corners)
+    goal = np.abs(query.goals - corners[-1]).max(axis=1).argmin()
+    trajectory = time_path(query.chain, path, query.limits)
+    return Plan(trajectory, int(goal), looks + used)
+
+
+def _given_up(query: Query, looks: int) -> NoPlan:
+    return NoPlan(f"no free way found in {query.budget} looks", looks)
+
+
+def warm_up(model: Manipulator) -> None:
+    """Compiles all that planning needs, so that no control tick does."""
+    chain, solid = Chain.of(model), CollisionModel.of(model)
+    inverse_warm_up(chain)
+    collision_warm_up(solid)
+    timing_warm_up()
+    checker = Checker.of(solid, Surroundings.empty())
+    limits = ArmLimits.even(model.max_speed, 1.0, tool_speed=1.0)
+    start = np.array(model.tool.parked)
+    plan(Query(chain, checker, limits, start, start[None] + 0.01))

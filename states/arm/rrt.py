@@ -1,0 +1,158 @@
+"""RRT-Connect between one start and several goals, and the shortening of what it finds."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+
+import numpy as np
+
+from states.arm.collision import Checker
+from states.arm.kernels import Array
+from states.arm.kinematics import Chain
+
+STEP = 1.0
+"""Longest branch of a tree, rad."""
+
+SURROUND = 1.5
+"""Joint angles are drawn this far around the box of start and goals, rad."""
+
+SHORTCUTS = 80
+"""Shortcuts tried on a path found."""
+
+_NEVER_SHORTER = 0.1
+
+
+class Tree:
+    """Joint sets that are free and joined by free lines to their parents; roots have none."""
+
+    def __init__(self, roots: Array) -> None:
+        self._nodes = np.zeros((max(256, 2 * len(roots)), 6))
+        self._nodes[: len(roots)] = roots
+        self._parents = [-1] * len(roots)
+
+    def add(self, joints: Array, parent: int) -> int:
+        """The index of the new node."""
+        count = len(self._parents)
+        if count == len(self._nodes):
+            self._nodes = np.concatenate([self._nodes, np.zeros_like(self._nodes)])
+        self._nodes[count] = joints
+        self._parents.append(parent)
+        return count
+
+    def at(self, node: int) -> Array:
+        """Its joints (6,)."""
+        return np.asarray(self._nodes[node])
+
+    def nearest(self, joints: Array) -> int:
+        """The node nearest to these joints."""
+        gaps = self._nodes[: len(self._parents)] - joints
+        return int(np.argmin(np.einsum("ij,ij->i", gaps, gaps)))
+
+    def way(self, node: int) -> Array:
+        """From a node to its root: (k, 6)."""
+        chain = []
+        while node >= 0:
+            chain.append(self._nodes[node])
+            node = self._parents[node]
+        return np.array(chain)
+
+
+def connect(
+    checker: Checker,
+    chain: Chain,
+    start: Array,
+    goals: Array,
+    rng: np.random.Generator,
+    budget: int,
+    portion: int,
+) -> Generator[None, None, tuple[Array | None, int]]:
+    """Corners (k, 6) of a free way from start to one of the goals, None if the budget ran out.
+
+    Yields about every `portion` joint sets examined; their number comes second.
+    """
+    trees = Tree(start[None]), Tree(goals)
+    every = np.concatenate([start[None], goals])
+    low = np.maximum(every.min(axis=0) - SURROUND, chain.lower)
+    high = np.minimum(every.max(axis=0) + SURROUND, chain.upper)
+    looks, due, forward = 0, portion, True
+    while looks < budget:
+        one, other = trees if forward else trees[::-1]
+        drawn = rng.uniform(low, high)
+        grown, used = _extend(checker, one, drawn, STEP)
+        looks += used
+        if grown is not None:
+            met, used = _extend(checker, other, one.at(grown), np.inf)
+            looks += used
+            if met is not None and np.array_equal(other.at(met), one.at(grown)):
+                here, there = (grown, met) if forward else (met, grown)
+                return _joined(trees[0].way(here), trees[1].way(there)), looks
+        forward = not forward
+        if looks >= due:
+            due = looks + portion
+            yield
+    return None, looks
+
+
+def shortened(
+    checker: Checker, corners: Array, rng: np.random.Generator, portion: int
+) -> Generator[None, None, tuple[Array, int]]:
+    """The same way with free straight lines across its corners; looks examined come second."""
+    looks, due = 0, portion
+    for _ in range(SHORTCUTS):
+        if len(corners) < 3:
+            break
+        candidate = _cut(corners, rng)
+        if candidate is None:
+            continue
+        begin, end, shorter = candidate
+        piece = np.array([begin, end - begin, np.zeros(6)])
+        free, used = checker.way(piece, 1.0)
+        looks += used
+        if free >= 1.0:
+            corners = shorter
+        if looks >= due:
+            due = looks + portion
+            yield
+    return corners, looks
+
+
+def _extend(checker: Checker, tree: Tree, towards: Array, step: float) -> tuple[int | None, int]:
+    """Grows the tree towards joints, by one step at most or as far as is free."""
+    parent = tree.nearest(towards)
+    begin = tree.at(parent)
+    way = towards - begin
+    length = float(np.linalg.norm(way))
+    if length == 0.0:
+        return parent, 0
+    share = min(1.0, step / length)
+    free, looks = checker.way(np.array([begin, share * way, np.zeros(6)]), 1.0)
+    if free >= 1.0:
+        end = towards if share == 1.0 else begin + share * way
+        return tree.add(end, parent), looks
+    short = begin + 0.8 * free * share * way
+    if 0.8 * free * share * length < _NEVER_SHORTER or not checker.free(short)[0]:
+        return None, looks + 1
+    return tree.add(short, parent), looks + 1
+
+
+def _joined(from_start: Array, to_goal: Array) -> Array:
+    return np.concatenate([from_start[::-1], to_goal[1:]])
+
+
+def _cut(corners: Array, rng: np.random.Generator) -> tuple[Array, Array, Array] | None:
+    """Two random places on different lines of the way, and the way straight across."""
+    knots = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
+    # corners themselves are tried as often as places between them
+    places = np.sort(
+        [rng.choice(knots) if rng.uniform() < 0.5 else rng.uniform(0.0, knots[-1]) for _ in "ab"]
+    )
+    i, j = np.clip(np.searchsorted(knots, places, side="right") - 1, 0, len(corners) - 2)
+    if i == j:
+        return None
+    share = (places - knots[[i, j]]) / (knots[[i + 1, j + 1]] - knots[[i, j]])
+    begin, end = (
+        corners[k] + s * (corners[k + 1] - corners[k]) for k, s in zip((i, j), share, strict=True)
+    )
+    kept = np.concatenate([corners[: i + 1], [begin, end], corners[j + 1 :]])
+    moved = np.linalg.norm(np.diff(kept, axis=0), axis=1) > 1e-9
+    return begin, end, kept[np.concatenate([[True], moved])]

@@ -1,0 +1,194 @@
+"""States that move the arm: planned, checked and followed in the room as it is (R43-R47)."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from typing import TYPE_CHECKING, Literal
+
+from engine.state import NEVER_NS, Action, Context, On, Run, Until, Yielded
+from engine.types import Angle
+from hw.geometry import Pose2, Pose3, wrap
+from hw.interfaces import Arm
+from hw.samples import ArmState, Joints
+
+if TYPE_CHECKING:
+    from states.arm.motion import Look
+    from states.arm.planning import NoPlan, Plan, Query
+
+AGE_S = 0.2
+READS: dict[str, float | None] = {
+    "site": None,
+    "base.pose": AGE_S,
+    "arm.joints": AGE_S,
+    "user.pose": None,
+    "stop.engaged": None,
+}
+"""Who is not tracked is taken to stand where they were seen last."""
+
+SLICES = 4
+"""Slices of planning per tick, some 2 ms each."""
+MOVED, TURNED = 0.01, 0.01
+"""Base or user have moved by so much, m and rad: the way is checked again."""
+CORRECTIONS, DRIFTED = 3, 0.001
+"""A base that stands so much elsewhere than planned with, m or rad, is made up for so often."""
+LATE_S = 0.5
+"""An arm that is not there so long after it should be does not get there."""
+
+Moving = Generator[Yielded, None, Literal["there", "no_solution", "blocked", "failed"]]
+
+
+class ParkArm(Action):
+    """Fold the arm within the bumper's outline, so that the base may drive (R46, R87).
+
+    `failed`: there is no free way, or the arm did not get there.
+    """
+
+    outcomes = ("parked", "failed")
+    reads = READS
+    commands = ("arm",)
+
+    def __init__(self, tolerance: Angle = 0.01) -> None:
+        self.tolerance = tolerance
+
+    def run(self, ctx: Context) -> Run:
+        if _is_at(ctx.value("arm.joints"), ctx.value("site").robot.arm.parked, self.tolerance):
+            return "parked"
+        end = yield from _move(ctx, None, self.tolerance)
+        return "parked" if end == "there" else "failed"
+
+
+class ReachDeep(Action):
+    """Bring the prop to the DEEP from where the base stands, whatever its error (R47, R80, R84).
+
+    `no_solution`: the DEEP is out of the arm's reach. `blocked`: something stands in every way
+    there. `failed`: the arm did not get there.
+    """
+
+    outcomes = ("reached", "no_solution", "blocked", "failed")
+    reads = READS
+    commands = ("arm",)
+
+    def __init__(self, tolerance: Angle = 0.002) -> None:
+        self.tolerance = tolerance
+
+    def run(self, ctx: Context, deep: Pose3) -> Run:
+        end = yield from _move(ctx, deep, self.tolerance)
+        return "reached" if end == "there" else end
+
+
+class HoldProp(Action):
+    """Keep the prop where it is, until something else ends this."""
+
+    outcomes = ()
+    commands = ("arm",)
+
+    def run(self, ctx: Context) -> Run:
+        while True:
+            yield Until(NEVER_NS)
+
+
+def _move(ctx: Context, deep: Pose3 | None, tolerance: float) -> Moving:
+    """Move to a DEEP, or fold; planned anew each time somebody steps into the way."""
+    from states.arm.planning import NoPlan
+
+    workspace, corrections = ctx.value("site").workspace, 0
+    while True:
+        look = yield from _at_rest(ctx)
+        if look is None:
+            return "failed"
+        query = workspace.parking(look) if deep is None else workspace.reaching(look, deep)
+        if not len(query.goals):
+            return "no_solution"
+        plan = yield from _planned(query)
+        if isinstance(plan, NoPlan):
+            yield plan.reason
+            return "blocked"
+        there = yield from _follow(ctx, plan, look, deep, tolerance)
+        if there and corrections < CORRECTIONS and deep is not None and _drifted(ctx, look):
+            corrections += 1  # the base was still coming to rest
+        elif there is not None:
+            return "there" if there else "failed"
+
+
+def _drifted(ctx: Context, planned: Look) -> bool:
+    """Does the base stand elsewhere than planned with?"""
+    base: Pose2 | None = ctx.value("base.pose")
+    return base is not None and (
+        base.distance_to(planned.base) > DRIFTED or abs(wrap(base.yaw - planned.base.yaw)) > DRIFTED
+    )
+
+
+def _at_rest(ctx: Context) -> Generator[Yielded, None, Look | None]:
+    """Everything's place once the arm stands; None while nothing may move."""
+    while ctx.value("stop.engaged") is None:
+        look = _look(ctx)
+        if look is not None and not ctx.value("arm.joints").moving:
+            return look
+        yield On("arm.joints", "base.pose", "stop.engaged")
+    return None
+
+
+def _look(ctx: Context) -> Look | None:
+    from states.arm.motion import Look
+
+    base, arm, user = ctx.value("base.pose"), ctx.value("arm.joints"), ctx.value("user.pose")
+    if base is None or arm is None:
+        return None
+    return Look(base, None if user is None else user.body, arm.joints)
+
+
+def _planned(query: Query) -> Generator[Yielded, None, Plan | NoPlan]:
+    """The answer to a query, worked out in slices."""
+    from states.arm.planning import lines_first
+
+    work, slices = lines_first(query), 0
+    while True:
+        try:
+            next(work)
+        except StopIteration as done:
+            answer: Plan | NoPlan = done.value
+            return answer
+        slices += 1
+        if slices % SLICES == 0:
+            yield None
+
+
+def _follow(
+    ctx: Context, plan: Plan, planned: Look, deep: Pose3 | None, tolerance: float
+) -> Generator[Yielded, None, bool | None]:
+    """Follow a plan; whether the arm got there, None: something has come into the way."""
+    from states.arm.motion import course
+
+    arm: Arm = ctx.part("arm")
+    points, checked, begun = course(plan), planned, ctx.now
+    late = ctx.after(points[-1][0] + LATE_S)
+    if len(points) > 1:
+        arm.follow(points)
+    try:
+        while ctx.now < late and ctx.value("stop.engaged") is None:
+            if _is_at(ctx.value("arm.joints"), points[-1][1], tolerance):
+                return True
+            look = _look(ctx)
+            if look is not None and not look.is_like(checked, MOVED, TURNED):
+                checked, since = look, (ctx.now - begun) * 1e-9
+                workspace = ctx.value("site").workspace
+                if not workspace.is_free(plan.trajectory, since, look, deep):
+                    return None
+            yield On("arm.joints", "stop.engaged", until=late)
+        return False
+    finally:
+        arm.stop()
+
+
+def _is_at(state: ArmState | None, joints: Joints, tolerance: float) -> bool:
+    """Does the arm stand still at these angles?"""
+    if state is None or state.moving:
+        return False
+    pairs = zip(state.joints, joints, strict=True)
+    return all(abs(angle - wanted) <= tolerance for angle, wanted in pairs)
+
+
+def rover_from(map_from_rover: Pose2, map_from_deep: Pose3) -> Pose3:
+    """The DEEP as the robot sees it: rover_from_deep (R84)."""
+    base = map_from_rover
+    return Pose3.from_yaw(base.x, base.y, 0.0, base.yaw).inverse() @ map_from_deep

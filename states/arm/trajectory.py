@@ -1,0 +1,102 @@
+"""A path with its course in time, and the limits it keeps (R45)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from states.arm.kernels import Array
+from states.arm.path import Path
+
+STOP_TIME = 0.2
+"""A cancelled motion stands still after this, s (R45)."""
+
+
+@dataclass(frozen=True, slots=True)
+class ArmLimits:
+    """Per joint rad/s, rad/s2 and rad/s3, and m/s of the tcp; inf: no limit."""
+
+    speed: tuple[float, ...]
+    acceleration: tuple[float, ...]
+    tool_speed: float = math.inf
+    jerk: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("speed", "acceleration", "jerk"):
+            values = getattr(self, name)
+            if values is not None and not (len(values) == 6 and min(values) > 0.0):
+                raise ValueError(f"arm limits: {name} is {values}; six values above 0 are needed")
+        if not self.tool_speed > 0.0:
+            raise ValueError(f"arm limits: tool_speed is {self.tool_speed}; it must be above 0")
+
+    @classmethod
+    def even(
+        cls,
+        speed: tuple[float, ...],
+        acceleration: float,
+        tool_speed: float = math.inf,
+        jerk: float | None = None,
+    ) -> ArmLimits:
+        """The same acceleration and jerk for every joint."""
+        return cls(speed, (acceleration,) * 6, tool_speed, None if jerk is None else (jerk,) * 6)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """A path with its course: at times[k] (s) the place s, its rate and its acceleration.
+
+    All are (n,); in between the jerk (n - 1,) is constant.
+    """
+
+    path: Path
+    times: Array
+    places: Array
+    rates: Array
+    accelerations: Array
+    jerks: Array
+
+    @property
+    def duration(self) -> float:
+        """From the first knot to the last, s."""
+        return float(self.times[-1] - self.times[0])
+
+    def along(self, t: Array) -> tuple[Array, Array, Array]:
+        """s, its rate and its acceleration at times t (n,); before and after, it stands still."""
+        last = max(len(self.times) - 2, 0)
+        k = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, last)
+        tau = np.clip(t, self.times[0], self.times[-1]) - self.times[k]
+        jerk = self.jerks[k] if len(self.jerks) else np.zeros(len(t))
+        a0, v0 = self.accelerations[k], self.rates[k]
+        s = self.places[k] + tau * (v0 + tau * (a0 / 2.0 + tau * jerk / 6.0))
+        v = np.maximum(v0 + tau * (a0 + tau * jerk / 2.0), 0.0)
+        moving = (t > self.times[0]) & (t < self.times[-1])
+        return s, np.where(moving, v, 0.0), np.where(moving, a0 + tau * jerk, 0.0)
+
+    def at(self, t: Array) -> tuple[Array, Array, Array]:
+        """Joints, velocities and accelerations (n, 6) each at times t (n,)."""
+        s, v, a = self.along(np.asarray(t, dtype=np.float64))
+        q, slope, bend = self.path.at(s)
+        return q, slope * v[:, None], slope * a[:, None] + bend * (v * v)[:, None]
+
+    def stopped(self, t: float, within: float = STOP_TIME) -> Trajectory:
+        """The trajectory that from time t on brakes on the same path to standstill.
+
+        It takes `within` seconds, less where the goal is nearer; nothing new can be met.
+        """
+        s, v, _ = (float(values[0]) for values in self.along(np.array([t])))
+        left = float(self.places[-1]) - s
+        if v <= 0.0 or left <= 0.0:
+            return course(self.path, np.array([t]), np.array([s]), np.zeros(1))
+        took = min(within, 2.0 * left / v)
+        return course(
+            self.path, np.array([t, t + took]), np.array([s, s + 0.5 * v * took]), np.array([v, 0])
+        )
+
+
+def course(path: Path, times: Array, places: Array, rates: Array) -> Trajectory:
+    """A trajectory with constant acceleration along the path between knots."""
+    gains = np.diff(rates) / np.diff(times)
+    accelerations = np.concatenate([gains, [0.0]])
+    return Trajectory(path, times, places, rates, accelerations, np.zeros(len(gains)))

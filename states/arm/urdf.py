@@ -1,0 +1,266 @@
+"""Robot descriptions in URDF: links, joints, named meshes, and where every link is (R17).
+
+Reads what robots are described with: fixed, revolute, continuous, prismatic and mimic joints.
+Meshes are named, not loaded. xacro must have been expanded before.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from hw.document import read_text, suggestion
+from states.arm.elements import Element, elements
+from states.arm.kernels import Array
+from states.arm.kinematics import matrix
+from states.arm.model import Placement, Point
+
+JointKind = Literal["fixed", "revolute", "continuous", "prismatic"]
+
+_KINDS: tuple[JointKind, ...] = ("fixed", "revolute", "continuous", "prismatic")
+_LARGEST = 20_000_000
+_HERE = Placement()
+
+
+@dataclass(frozen=True, slots=True)
+class Mimic:
+    """A joint that follows another: value = multiplier * other + offset."""
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """The child's frame is the parent's, moved by `origin`, then turned about or moved along axis.
+
+    Limits in rad or m (infinite where there are none), `speed` in rad/s or m/s.
+    """
+
+    name: str
+    kind: JointKind
+    parent: str
+    child: str
+    origin: Placement = _HERE
+    axis: Point = (1.0, 0.0, 0.0)
+    lower: float = -math.inf
+    upper: float = math.inf
+    speed: float = math.inf
+    mimic: Mimic | None = None
+
+    @property
+    def moves(self) -> bool:
+        """Does it take a value of its own."""
+        return self.kind != "fixed" and self.mimic is None
+
+
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """A mesh by its file name as written, where it sits in its link, and its scale."""
+
+    file: str
+    origin: Placement
+    scale: Point = (1.0, 1.0, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """A rigid part; mass in kg."""
+
+    name: str
+    visuals: tuple[Mesh, ...] = ()
+    collisions: tuple[Mesh, ...] = ()
+    mass: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Urdf:
+    """A tree of links; `joints` are ordered so that parents come before their children."""
+
+    name: str
+    root: str
+    links: Mapping[str, Link]
+    joints: tuple[Joint, ...]
+
+    def value(self, joint: Joint, values: Mapping[str, float]) -> float:
+        """What a joint stands at, given those that move (missing ones are 0), rad or m."""
+        if joint.mimic is None:
+            return values.get(joint.name, 0.0)
+        followed = next(j for j in self.joints if j.name == joint.mimic.joint)
+        return joint.mimic.multiplier * self.value(followed, values) + joint.mimic.offset
+
+    def poses(self, values: Mapping[str, float]) -> dict[str, Array]:
+        """root_from_link (4, 4) of every link."""
+        found = {self.root: np.eye(4)}
+        for joint in self.joints:
+            moved = _motion(joint, self.value(joint, values))
+            found[joint.child] = found[joint.parent] @ matrix(joint.origin) @ moved
+        return found
+
+    def chain(self, base: str, tip: str) -> tuple[Joint, ...]:
+        """The joints from one link down to another.
+
+        Raises:
+            ValueError: a link is unknown, or the tip does not hang on the base.
+        """
+        for link in (base, tip):
+            if link not in self.links:
+                known = suggestion(link, tuple(self.links))
+                raise ValueError(f"{self.name}: no link '{link}'{known}")
+        above = {joint.child: joint for joint in self.joints}
+        found: list[Joint] = []
+        link = tip
+        while link != base:
+            if link not in above:
+                raise ValueError(f"{self.name}: '{tip}' does not hang on '{base}'")
+            found.append(above[link])
+            link = above[link].parent
+        return tuple(reversed(found))
+
+
+def read_urdf(path: Path) -> Urdf:
+    """A description from a file.
+
+    Raises:
+        FileError: with file, line, element and what would be right.
+    """
+    return parse_urdf(read_text(path, limit=_LARGEST), str(path))
+
+
+def parse_urdf(text: str, path: str = "robot.urdf") -> Urdf:
+    """Like `read_urdf`, for text that is already there."""
+    root = elements(text, path)
+    if root.tag != "robot":
+        raise root.fail("is the outermost element; a URDF has <robot>")
+    links = {name: _link(element) for name, element in root.named("link").items()}
+    joints = [_joint(element, tuple(links)) for element in root.named("joint").values()]
+    if not links:
+        raise root.fail("has no link")
+    return _tree(root, links, joints)
+
+
+def _link(element: Element) -> Link:
+    inertial = element.first("inertial")
+    mass = inertial.first("mass") if inertial else None
+    return Link(
+        name=element.text("name"),
+        visuals=tuple(_meshes(element, "visual")),
+        collisions=tuple(_meshes(element, "collision")),
+        mass=mass.number("value", 0.0) if mass else 0.0,
+    )
+
+
+def _meshes(link: Element, tag: str) -> Iterator[Mesh]:
+    for shape in link.all(tag):
+        mesh = shape.need("geometry").first("mesh")
+        if mesh is not None:
+            scale = _point(mesh.numbers("scale", (1.0, 1.0, 1.0)))
+            yield Mesh(mesh.text("filename"), _placement(shape), scale)
+
+
+def _joint(element: Element, links: tuple[str, ...]) -> Joint:
+    kind = next((k for k in _KINDS if k == element.text("type")), None)
+    if kind is None:
+        raise element.fail(f"has the type '{element.text('type')}'; known: {', '.join(_KINDS)}")
+    ends = [element.need(end).text("link") for end in ("parent", "child")]
+    for link in ends:
+        if link not in links:
+            raise element.fail(f"names a link '{link}' that is not there{suggestion(link, links)}")
+    axis, limit, mimic = (element.first(tag) for tag in ("axis", "limit", "mimic"))
+    along = axis.numbers("xyz", (1.0, 0.0, 0.0)) if axis else (1.0, 0.0, 0.0)
+    if kind != "fixed" and math.hypot(*along) < 1e-9:
+        raise element.fail("has an axis of no length")
+    bounded = limit is not None and kind in ("revolute", "prismatic")
+    return Joint(
+        name=element.text("name"),
+        kind=kind,
+        parent=ends[0],
+        child=ends[1],
+        origin=_placement(element),
+        axis=_point(along),
+        lower=limit.number("lower", 0.0) if limit and bounded else -math.inf,
+        upper=limit.number("upper", 0.0) if limit and bounded else math.inf,
+        speed=limit.number("velocity", math.inf)
+        if limit and "velocity" in limit.attributes
+        else math.inf,
+        mimic=_mimic(mimic) if mimic else None,
+    )
+
+
+def _mimic(element: Element) -> Mimic:
+    multiplier, offset = element.number("multiplier", 1.0), element.number("offset", 0.0)
+    return Mimic(element.text("joint"), multiplier, offset)
+
+
+def _placement(element: Element) -> Placement:
+    origin = element.first("origin")
+    if origin is None:
+        return Placement()
+    zero = (0.0, 0.0, 0.0)
+    return Placement(_point(origin.numbers("xyz", zero)), _point(origin.numbers("rpy", zero)))
+
+
+def _point(values: tuple[float, ...]) -> Point:
+    x, y, z = values
+    return x, y, z
+
+
+def _tree(root: Element, links: dict[str, Link], joints: list[Joint]) -> Urdf:
+    """Joints in an order in which every parent's place is known before its child's."""
+    children = [joint.child for joint in joints]
+    for child in children:
+        if children.count(child) > 1:
+            raise root.fail(f"has more than one joint above link '{child}'")
+    tops = [name for name in links if name not in children]
+    if len(tops) != 1:
+        raise root.fail(f"needs one link above all others, has {', '.join(tops) or 'a ring'}")
+    _check_mimics(root, joints)
+    below: dict[str, list[Joint]] = {}
+    for joint in joints:
+        below.setdefault(joint.parent, []).append(joint)
+    ordered: list[Joint] = []
+    ready = [tops[0]]
+    while ready:
+        found = below.get(ready.pop(), [])
+        ordered += found
+        ready += [joint.child for joint in found]
+    if len(ordered) < len(joints):
+        loose = next(joint.child for joint in joints if joint not in ordered)
+        raise root.fail(f"has links in a ring, '{loose}' among them")
+    return Urdf(root.attributes.get("name", ""), tops[0], links, tuple(ordered))
+
+
+def _check_mimics(root: Element, joints: list[Joint]) -> None:
+    names = {joint.name: joint for joint in joints}
+    for joint in joints:
+        seen, followed = {joint.name}, joint.mimic
+        while followed is not None:
+            if followed.joint not in names:
+                known = suggestion(followed.joint, tuple(names))
+                raise root.fail(
+                    f"'{joint.name}' mimics '{followed.joint}', which is not there{known}"
+                )
+            if followed.joint in seen:
+                raise root.fail(f"'{joint.name}' mimics itself in the end")
+            seen.add(followed.joint)
+            followed = names[followed.joint].mimic
+
+
+def _motion(joint: Joint, value: float) -> Array:
+    """The 4x4 of a joint's own movement (Rodrigues' formula)."""
+    moved = np.eye(4)
+    if joint.kind == "fixed":
+        return moved
+    x, y, z = np.array(joint.axis) / math.hypot(*joint.axis)
+    if joint.kind == "prismatic":
+        moved[:3, 3] = value * np.array([x, y, z])
+        return moved
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    moved[:3, :3] += math.sin(value) * cross + (1.0 - math.cos(value)) * (cross @ cross)
+    return moved

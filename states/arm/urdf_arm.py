@@ -1,0 +1,228 @@
+"""An arm out of a URDF, and our arm as a URDF (R17).
+
+Descriptions place their link frames as they like; only the axes of the joints count. The frames of
+`states.arm.model` are laid onto those axes, so that forward kinematics stay exactly those of the
+description, and what differs from the ideal lengths goes into the calibrated chain.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from states.arm.kernels import Array
+from states.arm.kinematics import inverted, matrix
+from states.arm.model import LINKS, Box, Capsule, Dh, Manipulator, Placement, Six
+from states.arm.urdf import Joint, Urdf
+
+_ALIKE = 0.1
+"""How far, rad, an axis may point from where a UR arm has it."""
+
+# axes of a UR arm stretched out at zero angles, in its base frame
+_DIRECTIONS = ((0, 0, 1), (0, -1, 0), (0, -1, 0), (0, -1, 0), (0, 0, -1), (0, -1, 0))
+
+
+def manipulator_from_urdf(urdf: Urdf, base: str, tip: str, like: Manipulator) -> Manipulator:
+    """The six-joint arm from link `base` to link `tip`, with all else taken from `like`.
+
+    `base` becomes the rover frame and `tip` the tcp: forward kinematics give base_from_tip.
+
+    Raises:
+        ValueError: not six turning joints, or not laid out like those of a UR arm.
+    """
+    joints = _turning(urdf, base, tip)
+    root_from = urdf.poses({})
+    base_from = inverted(root_from[base])
+    frames = [base_from @ root_from[joint.child] for joint in joints]
+    axes = np.array([f[:3, :3] @ _unit(j) for f, j in zip(frames, joints, strict=True)])
+    points = np.array([frame[:3, 3] for frame in frames])
+    mount = _mount(axes, points)
+    axes, points = axes @ mount[:3, :3], (points - mount[:3, 3]) @ mount[:3, :3]
+    _require_alike(urdf, joints, axes)
+    dh = _lengths(axes, points, like.dh.d6)
+    # how much of the shoulder's height is the mount's nobody can tell: the rest is as in `like`
+    raised = dh.d1 - like.dh.d1
+    mount[:3, 3] += raised * mount[:3, 2]
+    points[:, 2] -= raised
+    dh = replace(dh, d1=like.dh.d1)
+    chain = _laid(dh, axes, points)
+    steps = [inverted(a) @ b for a, b in zip([np.eye(4), *chain], chain, strict=False)]
+    tcp = inverted(mount @ chain[-1]) @ base_from @ root_from[tip]
+    return replace(
+        like,
+        name=urdf.name or like.name,
+        joints=tuple(joint.name for joint in joints),
+        dh=dh,
+        lower=_six(_bound(joint.lower, -2.0 * math.pi) for joint in joints),
+        upper=_six(_bound(joint.upper, 2.0 * math.pi) for joint in joints),
+        max_speed=_six(
+            joint.speed if math.isfinite(joint.speed) else speed
+            for joint, speed in zip(joints, like.max_speed, strict=True)
+        ),
+        mount=placement(mount),
+        tool=replace(like.tool, tcp=placement(tcp)),
+        placements=tuple(placement(step) for step in steps),
+    )
+
+
+def urdf_of(model: Manipulator) -> str:
+    """The arm with its capsules as collision shapes, from the floor under the rover to the tcp."""
+    names = ("arm_base", *LINKS[1:])
+    origins = model.placements or model.dh.placements()
+    parts = [f"<robot name={quoteattr(model.name)}>", '  <link name="base_footprint">']
+    parts += [_box_shape(box) for box in model.body]
+    parts += ["  </link>", _fixed("mount", "base_footprint", names[0], model.mount)]
+    capsules = (*model.capsules, *model.tool.capsules)
+    for k, name in enumerate(names):
+        shapes = [s for c in capsules if c.link == k for s in _capsule_shapes(c)]
+        parts += [f'  <link name="{name}">', *shapes, "  </link>"]
+        if k:
+            limits = model.lower[k - 1], model.upper[k - 1], model.max_speed[k - 1]
+            parts.append(
+                _turning_joint(model.joints[k - 1], names[k - 1], name, origins[k - 1], limits)
+            )
+    parts += ['  <link name="tool0"/>', '  <link name="tcp"/>']
+    parts.append(_fixed("flange", names[-1], "tool0", Placement()))
+    parts.append(_fixed("prop", "tool0", "tcp", model.tool.tcp))
+    return "\n".join([*parts, "</robot>", ""])
+
+
+def placement(pose: Array) -> Placement:
+    """A 4x4 pose as xyz and rpy."""
+    (x, y, z), r = pose[:3, 3], pose[:3, :3]
+    level = math.hypot(r[0, 0], r[1, 0])
+    pitch = math.atan2(-r[2, 0], level)
+    if level > 1e-9:
+        roll, yaw = math.atan2(r[2, 1], r[2, 2]), math.atan2(r[1, 0], r[0, 0])
+    else:  # looking straight up or down: roll and yaw turn about one axis
+        roll, yaw = math.atan2(-r[1, 2], r[1, 1]), 0.0
+    return Placement((float(x), float(y), float(z)), (roll, pitch, yaw))
+
+
+def _turning(urdf: Urdf, base: str, tip: str) -> list[Joint]:
+    chain = urdf.chain(base, tip)
+    joints = [joint for joint in chain if joint.kind != "fixed"]
+    for joint in joints:
+        if joint.kind == "prismatic" or joint.mimic is not None:
+            what = "slides" if joint.kind == "prismatic" else "mimics another"
+            raise ValueError(f"{urdf.name}: joint '{joint.name}' {what}; all six must turn freely")
+    if len(joints) != 6:
+        raise ValueError(f"{urdf.name}: {len(joints)} joints from '{base}' to '{tip}'; needs 6")
+    return joints
+
+
+def _unit(joint: Joint) -> Array:
+    return np.array(joint.axis) / math.hypot(*joint.axis)
+
+
+def _mount(axes: Array, points: Array) -> Array:
+    """base_from_arm: z on the first axis, at the height of the base link, y against the second."""
+    z = axes[0]
+    y = -(axes[1] - (axes[1] @ z) * z)
+    mount = np.eye(4)
+    mount[:3, 1] = y / np.linalg.norm(y)
+    mount[:3, 2] = z
+    mount[:3, 0] = np.cross(mount[:3, 1], z)
+    mount[:3, 3] = points[0] - (points[0] @ z) * z
+    return mount
+
+
+def _require_alike(urdf: Urdf, joints: list[Joint], axes: Array) -> None:
+    for joint, axis, wanted in zip(joints, axes, _DIRECTIONS, strict=True):
+        if math.acos(min(max(float(axis @ wanted), -1.0), 1.0)) > _ALIKE:
+            found = ", ".join(f"{value:.2f}" for value in axis)
+            raise ValueError(
+                f"{urdf.name}: the axis of '{joint.name}' is ({found}) at zero angles, seen from"
+                f" the arm's base; that of a UR arm is {wanted}"
+            )
+
+
+def _lengths(axes: Array, points: Array, d6: float) -> Dh:
+    """The nominal lengths that come nearest to the axes; d6 has no trace in them."""
+    side = -float(_at(axes[4], points[4], 2, points[3][2])[1])
+    across = [_at(axes[i], points[i], 1, 0.0 if i < 3 else -side) for i in (1, 2, 3, 5)]
+    (x2, z2), (x3, _), (x4, _), (_, z6) = ((float(p[0]), float(p[2])) for p in across)
+    return Dh(d1=z2, a2=x3 - x2, a3=x4 - x3, d4=side, d5=z2 - z6, d6=d6)
+
+
+def _at(axis: Array, point: Array, coordinate: int, value: float) -> Array:
+    """The point of a line at which one coordinate has a value."""
+    return np.asarray(point + (value - point[coordinate]) / axis[coordinate] * axis)
+
+
+def _laid(dh: Dh, axes: Array, points: Array) -> list[Array]:
+    """base_from_link of the nominal arm at zero angles, each moved onto the real joint's axis."""
+    frame, found = np.eye(4), []
+    for origin, axis, point in zip(dh.placements(), axes, points, strict=True):
+        frame = frame @ matrix(origin)
+        laid = np.eye(4)
+        laid[:3, 2] = axis
+        ahead = frame[:3, 0] - (frame[:3, 0] @ axis) * axis
+        laid[:3, 0] = ahead / np.linalg.norm(ahead)
+        laid[:3, 1] = np.cross(axis, laid[:3, 0])
+        laid[:3, 3] = point + ((frame[:3, 3] - point) @ axis) * axis
+        found.append(laid)
+    return found
+
+
+def _bound(value: float, otherwise: float) -> float:
+    return value if math.isfinite(value) else otherwise
+
+
+def _six(values: Iterator[float]) -> Six:
+    a, b, c, d, e, f = values
+    return a, b, c, d, e, f
+
+
+def _turning_joint(
+    name: str, parent: str, child: str, origin: Placement, limits: tuple[float, float, float]
+) -> str:
+    lower, upper, speed = limits
+    return (
+        f'  <joint name={quoteattr(name)} type="revolute">{_ends(parent, child)}{_origin(origin)}'
+        f'<axis xyz="0 0 1"/><limit lower="{lower!r}" upper="{upper!r}" velocity="{speed!r}"'
+        ' effort="0"/></joint>'
+    )
+
+
+def _fixed(name: str, parent: str, child: str, origin: Placement) -> str:
+    return f'  <joint name="{name}" type="fixed">{_ends(parent, child)}{_origin(origin)}</joint>'
+
+
+def _ends(parent: str, child: str) -> str:
+    return f'<parent link="{parent}"/><child link="{child}"/>'
+
+
+def _origin(origin: Placement) -> str:
+    xyz, rpy = (" ".join(repr(float(v)) for v in values) for values in (origin.xyz, origin.rpy))
+    return f'<origin xyz="{xyz}" rpy="{rpy}"/>'
+
+
+def _box_shape(box: Box) -> str:
+    size = tuple(b - a for a, b in zip(box.low, box.high, strict=True))
+    x, y, z = ((a + b) / 2.0 for a, b in zip(box.low, box.high, strict=True))
+    extent = " ".join(repr(value) for value in size)
+    return _shape(Placement((x, y, z)), f'<box size="{extent}"/>')
+
+
+def _capsule_shapes(capsule: Capsule) -> Iterator[str]:
+    """URDF has no capsules: a cylinder between two spheres."""
+    start, end = np.array(capsule.start), np.array(capsule.end)
+    for centre in (capsule.start, capsule.end)[: 1 if np.array_equal(start, end) else 2]:
+        yield _shape(Placement(centre), f'<sphere radius="{capsule.radius!r}"/>')
+    length = float(np.linalg.norm(end - start))
+    if length == 0.0:
+        return
+    x, y, z = (end - start) / length
+    x0, y0, z0 = (float(value) for value in 0.5 * (start + end))
+    tilted = (0.0, math.acos(z), math.atan2(y, x))
+    cylinder = f'<cylinder radius="{capsule.radius!r}" length="{length!r}"/>'
+    yield _shape(Placement((x0, y0, z0), tilted), cylinder)
+
+
+def _shape(origin: Placement, geometry: str) -> str:
+    return f"    <collision>{_origin(origin)}<geometry>{geometry}</geometry></collision>"

@@ -1,0 +1,1 @@
+"""Where to drive and how to get there."""

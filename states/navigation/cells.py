@@ -1,0 +1,138 @@
+"""Grids of square cells in the map, and what is drawn on them: polygons, lines, other grids."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from hw.geometry import Pose2
+from hw.room import Point
+from states.navigation.clearance import Array, is_inside_rings
+from states.navigation.distance import NO_INFORMATION, Costs
+from states.navigation.maps import FREE, OCCUPIED, OccupancyMap
+
+Ring = Sequence[Point]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Cells along the axes of the map: side of a cell, counts, and the lower left corner, m."""
+
+    resolution: float
+    rows: int
+    columns: int
+    x: float = 0.0
+    y: float = 0.0
+
+    def cell(self, x: float, y: float) -> tuple[int, int] | None:
+        """Row and column of a place, or None outside and for NaN."""
+        if not (math.isfinite(x) and math.isfinite(y)):
+            return None
+        row = math.floor((y - self.y) / self.resolution)
+        column = math.floor((x - self.x) / self.resolution)
+        return (row, column) if 0 <= row < self.rows and 0 <= column < self.columns else None
+
+    def center(self, row: int, column: int) -> Point:
+        """The middle of a cell, m."""
+        return self.x + (column + 0.5) * self.resolution, self.y + (row + 0.5) * self.resolution
+
+    def about(self, x: float, y: float) -> Grid:
+        """A grid of this size with the place in its middle, moved by whole cells."""
+        half_x, half_y = 0.5 * self.columns * self.resolution, 0.5 * self.rows * self.resolution
+        by_x = round((x - half_x - self.x) / self.resolution)
+        by_y = round((y - half_y - self.y) / self.resolution)
+        corner = self.x + by_x * self.resolution, self.y + by_y * self.resolution
+        return Grid(self.resolution, self.rows, self.columns, *corner)
+
+    def centers(self) -> tuple[Array, Array]:
+        """The x of every column and the y of every row, m."""
+        xs = self.x + (np.arange(self.columns, dtype=np.float64) + 0.5) * self.resolution
+        ys = self.y + (np.arange(self.rows, dtype=np.float64) + 0.5) * self.resolution
+        return xs, ys
+
+
+def grid_over(rings: Iterable[Ring], resolution: float, margin: float = 0.0) -> Grid:
+    """The grid that covers all rings and `margin` m more on every side."""
+    xs, ys = zip(*(point for ring in rings for point in ring), strict=True)
+    x, y = min(xs) - margin, min(ys) - margin
+    columns = math.ceil((max(xs) + margin - x) / resolution - 1e-9)
+    rows = math.ceil((max(ys) + margin - y) / resolution - 1e-9)
+    return Grid(resolution, rows, columns, x, y)
+
+
+def fill_rings(grid: Grid, rings: Sequence[Ring]) -> Mask:
+    """Cells whose centre lies inside the first ring and outside all others."""
+    rows = []
+    for number, ring in enumerate(rings):
+        for i, corner in enumerate(ring):
+            rows.append((*ring[i - 1], *corner, 0.0, float(number)))
+    return _fill(*grid.centers(), np.array(rows, dtype=np.float64))
+
+
+def room_map(
+    outer: Ring, obstacles: Sequence[Ring], resolution: float, margin: float = 0.3
+) -> OccupancyMap:
+    """The occupancy map of a known room: cells whose centre is not on the floor are occupied.
+
+    Obstacles thinner than a cell and a half also take the cells that their sides pass through.
+    """
+    grid = grid_over([outer], resolution, margin)
+    occupied = ~fill_rings(grid, [outer, *obstacles])
+    for ring in obstacles:
+        if _mean_width(ring) < 1.5 * resolution:
+            for i, (x, y) in enumerate(ring):
+                _mark_line(occupied, grid, ring[i - 1], (x, y))
+    values = np.where(occupied, OCCUPIED, FREE).astype(np.int16)
+    values.setflags(write=False)
+    return OccupancyMap(values, resolution, Pose2(grid.x, grid.y))
+
+
+def sample(costs: Costs, resolution: float, map_from_corner: Pose2, grid: Grid) -> Costs:
+    """The costs of another grid at the cell centres of this one; unknown outside of it."""
+    xs, ys = grid.centers()
+    corner_from_map = map_from_corner.inverse()
+    c, s = math.cos(corner_from_map.yaw), math.sin(corner_from_map.yaw)
+    along = corner_from_map.x + c * xs[None, :] - s * ys[:, None]
+    across = corner_from_map.y + s * xs[None, :] + c * ys[:, None]
+    # a centre on the border of two cells, up to rounding, belongs to the upper one
+    column = np.floor(along / resolution + 1e-9).astype(np.int64)
+    row = np.floor(across / resolution + 1e-9).astype(np.int64)
+    inside = (row >= 0) & (row < costs.shape[0]) & (column >= 0) & (column < costs.shape[1])
+    found = np.full((grid.rows, grid.columns), NO_INFORMATION, np.uint8)
+    found[inside] = costs[row[inside], column[inside]]
+    return found
+
+
+@njit(cache=True)
+def _fill(xs: Array, ys: Array, sides: Array) -> Mask:
+    mask = np.zeros((len(ys), len(xs)), np.bool_)
+    for row in range(len(ys)):
+        for column in range(len(xs)):
+            mask[row, column] = is_inside_rings(xs[column], ys[row], sides)
+    return mask
+
+
+def _mean_width(ring: Ring) -> float:
+    twice_area = around = 0.0
+    for i, (x, y) in enumerate(ring):
+        before_x, before_y = ring[i - 1]
+        twice_area += before_x * y - x * before_y
+        around += math.hypot(x - before_x, y - before_y)
+    return abs(twice_area) / around if around > 0.0 else 0.0
+
+
+def _mark_line(mask: Mask, grid: Grid, start: Point, end: Point) -> None:
+    steps = max(1, math.ceil(2.0 * math.dist(start, end) / grid.resolution))
+    for i in range(steps + 1):
+        part = i / steps
+        cell = grid.cell(
+            start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1])
+        )
+        if cell is not None:
+            mask[cell] = True

@@ -1,0 +1,273 @@
+"""What is free for the robot's centre among inflated polygons: points, lines, arcs.
+
+The inflated outline of a polygon is kept as it is: a disc about each corner and a band along each
+side, no matter how the polygons touch or overlap. Nothing is merged or sampled, so there are no
+degenerate cases to get wrong: a place is free when it is at least the radius, less TOLERANCE, away
+from every corner and side, and on the right side of every ring. Passages of exactly twice the
+radius are open.
+
+Arrays: `discs` (n, 3) x, y, radius; `sides` (m, 6) x1, y1, x2, y2, radius, ring number; ring 0 is
+the outer one, the others are kept out of; sides of one ring stand together. m, rad.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 1e-6
+"""How far a place may lie inside an inflation and still be free, m."""
+
+TURN = 2.0 * math.pi
+_THIN = 1e-5  # an arc blocked over less than this, rad, is 1e-10 m deep: touched, not entered
+_ANGLE_TOLERANCE = 1e-9
+
+
+@njit(cache=True)
+def distance_to_side(x: float, y: float, side: Array) -> float:
+    """Distance of a point to a side, m."""
+    dx, dy = side[2] - side[0], side[3] - side[1]
+    square = dx * dx + dy * dy
+    along = 0.0
+    if square > 0.0:
+        along = min(1.0, max(0.0, ((x - side[0]) * dx + (y - side[1]) * dy) / square))
+    return math.hypot(x - side[0] - along * dx, y - side[1] - along * dy)
+
+
+@njit(cache=True)
+def distance_to_nearest(x: float, y: float, sides: Array) -> float:
+    """Distance of a point to the nearest side, m."""
+    nearest = math.inf
+    for i in range(len(sides)):
+        nearest = min(nearest, distance_to_side(x, y, sides[i]))
+    return nearest
+
+
+@njit(cache=True)
+def is_inside_rings(x: float, y: float, sides: Array) -> bool:
+    """Inside the outer ring and outside all others, by the even-odd rule per ring."""
+    ring, odd = 0.0, False
+    for i in range(len(sides)):
+        if sides[i, 5] != ring:
+            if odd != (ring == 0.0):
+                return False
+            ring, odd = sides[i, 5], False
+        y1, y2 = sides[i, 1], sides[i, 3]
+        if (y1 > y) != (y2 > y):
+            x1, x2 = sides[i, 0], sides[i, 2]
+            if x < x1 + (y - y1) * (x2 - x1) / (y2 - y1):
+                odd = not odd
+    return odd == (ring == 0.0)
+
+
+@njit(cache=True)
+def is_clear(x: float, y: float, discs: Array, sides: Array) -> bool:
+    """Far enough from every corner and side; says nothing about which side of them."""
+    for i in range(len(discs)):
+        dx, dy = x - discs[i, 0], y - discs[i, 1]
+        reach = discs[i, 2] - TOLERANCE
+        if dx * dx + dy * dy < reach * reach:
+            return False
+    for i in range(len(sides)):
+        reach = sides[i, 4] - TOLERANCE
+        x1, y1, x2, y2 = sides[i, 0], sides[i, 1], sides[i, 2], sides[i, 3]
+        if x < min(x1, x2) - reach or x > max(x1, x2) + reach:
+            continue
+        if y < min(y1, y2) - reach or y > max(y1, y2) + reach:
+            continue
+        if distance_to_side(x, y, sides[i]) < reach:
+            return False
+    return True
+
+
+@njit(cache=True)
+def passes_disc(
+    px: float, py: float, qx: float, qy: float, x: float, y: float, reach: float
+) -> bool:
+    """Does the line p-q stay at least `reach` away from the point (x, y)?"""
+    if reach <= 0.0:
+        return True
+    dx, dy = qx - px, qy - py
+    fx, fy = x - px, y - py
+    square = dx * dx + dy * dy
+    along = fx * dx + fy * dy
+    if along > 0.0 and square > 0.0:
+        along = min(1.0, along / square)
+        fx -= along * dx
+        fy -= along * dy
+    return fx * fx + fy * fy >= reach * reach
+
+
+@njit(cache=True)
+def sees(
+    px: float, py: float, qx: float, qy: float, discs: Array, sides: Array, limit: float
+) -> bool:
+    """May the robot go straight from p to q, both free themselves?
+
+    With free ends the line can come too near to a side only at the side's corners, or by crossing
+    it. `limit` caps the radii, for leaving an inflation; math.inf otherwise.
+    """
+    x_low, x_high = min(px, qx), max(px, qx)
+    y_low, y_high = min(py, qy), max(py, qy)
+    for i in range(len(discs)):
+        x, y = discs[i, 0], discs[i, 1]
+        reach = min(discs[i, 2], limit) - TOLERANCE
+        if x < x_low - reach or x > x_high + reach or y < y_low - reach or y > y_high + reach:
+            continue
+        if not passes_disc(px, py, qx, qy, x, y, reach):
+            return False
+    for i in range(len(sides)):
+        x1, y1, x2, y2 = sides[i, 0], sides[i, 1], sides[i, 2], sides[i, 3]
+        if max(x1, x2) < x_low or min(x1, x2) > x_high:
+            continue
+        if max(y1, y2) < y_low or min(y1, y2) > y_high:
+            continue
+        if lines_cross(px, py, qx, qy, sides[i]):
+            return False
+    return True
+
+
+@njit(cache=True)
+def comes_no_nearer(px: float, py: float, qx: float, qy: float, sides: Array, slack: float) -> bool:
+    """Does p-q keep every side's radius less slack, or the present distance where that is less?"""
+    line = np.array((px, py, qx, qy))
+    for i in range(len(sides)):
+        side = sides[i]
+        reach = side[4] - slack
+        if (
+            max(px, qx) < min(side[0], side[2]) - reach
+            or min(px, qx) > max(side[0], side[2]) + reach
+        ):
+            continue
+        if (
+            max(py, qy) < min(side[1], side[3]) - reach
+            or min(py, qy) > max(side[1], side[3]) + reach
+        ):
+            continue
+        reach = min(reach, distance_to_side(px, py, side)) - TOLERANCE
+        if distance_to_side(qx, qy, side) < reach:
+            return False
+        if distance_to_side(side[0], side[1], line) < reach:
+            return False
+        if distance_to_side(side[2], side[3], line) < reach:
+            return False
+        if lines_cross(px, py, qx, qy, side):
+            return False
+    return True
+
+
+@njit(cache=True)
+def lines_cross(px: float, py: float, qx: float, qy: float, side: Array) -> bool:
+    """Does the line p-q cross a side, its ends being clearly to one hand or the other?"""
+    dx, dy = qx - px, qy - py
+    one = dx * (side[1] - py) - dy * (side[0] - px)
+    two = dx * (side[3] - py) - dy * (side[2] - px)
+    if (one > 0.0) == (two > 0.0):
+        return False
+    ex, ey = side[2] - side[0], side[3] - side[1]
+    start = ex * (py - side[1]) - ey * (px - side[0])
+    end = ex * (qy - side[1]) - ey * (qx - side[0])
+    return bool((start > 0.0) != (end > 0.0))
+
+
+@njit(cache=True)
+def near(x: float, y: float, reach: float, discs: Array, sides: Array) -> tuple[Array, Array]:
+    """The corners and sides whose inflation comes within `reach` of a point."""
+    near_discs = np.empty((len(discs), 3))
+    count = 0
+    for i in range(len(discs)):
+        if math.hypot(x - discs[i, 0], y - discs[i, 1]) < reach + discs[i, 2]:
+            near_discs[count] = discs[i]
+            count += 1
+    near_sides = np.empty((len(sides), 6))
+    side_count = 0
+    for i in range(len(sides)):
+        if distance_to_side(x, y, sides[i]) < reach + sides[i, 4]:
+            near_sides[side_count] = sides[i]
+            side_count += 1
+    return near_discs[:count], near_sides[:side_count]
+
+
+@njit(cache=True)
+def circle_crossings(
+    x: float, y: float, radius: float, discs: Array, sides: Array, slack: float
+) -> Array:
+    """Angles at which a circle crosses the inflations, each made smaller by `slack`; sorted."""
+    angles = np.empty(2 * len(discs) + 4 * len(sides))
+    count = 0
+    for i in range(len(discs)):
+        dx, dy, reach = discs[i, 0] - x, discs[i, 1] - y, discs[i, 2] - slack
+        apart = math.hypot(dx, dy)
+        if apart == 0.0:
+            continue
+        cosine = (radius * radius + apart * apart - reach * reach) / (2.0 * radius * apart)
+        if abs(cosine) < 1.0:
+            middle, half = math.atan2(dy, dx), math.acos(cosine)
+            angles[count], angles[count + 1] = middle - half, middle + half
+            count += 2
+    for i in range(len(sides)):
+        ex, ey = sides[i, 2] - sides[i, 0], sides[i, 3] - sides[i, 1]
+        normal = math.atan2(ex, -ey)
+        apart = (x - sides[i, 0]) * math.cos(normal) + (y - sides[i, 1]) * math.sin(normal)
+        for sign in (-1.0, 1.0):
+            cosine = (sign * (sides[i, 4] - slack) - apart) / radius
+            if abs(cosine) < 1.0:
+                half = math.acos(cosine)
+                angles[count], angles[count + 1] = normal - half, normal + half
+                count += 2
+    for i in range(count):
+        angles[i] %= TURN
+    return np.sort(angles[:count])
+
+
+@njit(cache=True)
+def blocked_arcs(
+    x: float, y: float, radius: float, discs: Array, sides: Array
+) -> tuple[Array, bool]:
+    """The parts of a circle that are not free, (k, 2) first angle and width.
+
+    Returns:
+        The arcs, and whether any part of the circle is free.
+    """
+    near_discs, near_sides = near(x, y, radius, discs, sides)
+    angles = circle_crossings(x, y, radius, near_discs, near_sides, TOLERANCE)
+    if len(angles) == 0:
+        angles = np.zeros(1)
+    arcs = np.empty((len(angles), 2))
+    count = 0
+    some_free = False
+    for i in range(len(angles)):
+        following = angles[i + 1] if i + 1 < len(angles) else angles[0] + TURN
+        width = following - angles[i]
+        middle = angles[i] + 0.5 * width
+        mx, my = x + radius * math.cos(middle), y + radius * math.sin(middle)
+        if width < _THIN:
+            continue
+        if is_clear(mx, my, near_discs, near_sides) and is_inside_rings(mx, my, sides):
+            some_free = True
+            continue
+        if count > 0 and abs(arcs[count - 1, 0] + arcs[count - 1, 1] - angles[i]) < _THIN:
+            arcs[count - 1, 1] = following - arcs[count - 1, 0]
+            continue
+        arcs[count, 0], arcs[count, 1] = angles[i], width
+        count += 1
+    return arcs[:count], some_free
+
+
+@njit(cache=True)
+def arc_is_free(start: float, sweep: float, arcs: Array) -> bool:
+    """Is the arc from the angle `start` counter-clockwise over `sweep` free of blocked arcs?"""
+    for i in range(len(arcs)):
+        ahead = (arcs[i, 0] - start) % TURN
+        if TURN - ahead < _ANGLE_TOLERANCE:
+            ahead = 0.0
+        if ahead < sweep - _ANGLE_TOLERANCE:
+            return False
+        if ahead + arcs[i, 1] > TURN + _ANGLE_TOLERANCE:
+            return False
+    return True

@@ -1,0 +1,144 @@
+"""Costmaps in layers, with costmap_2d's values and names.
+
+Static layer from a map, obstacle layer from laser scans, inflation over both; then keepouts, which
+are not inflated. Known rooms and the user need no cells (see `visibility`): this is for scanned
+clutter, and for the rule that poses of non-zero cost are dropped (R77, R100).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hw.geometry import Pose2
+from hw.room import Disc, Point, contains
+from states.navigation.cells import Grid, fill_rings, sample
+from states.navigation.distance import (
+    FREE,
+    LETHAL,
+    NO_INFORMATION,
+    Costs,
+    Inflation,
+    inflate,
+    squared_distances,
+)
+from states.navigation.maps import UNKNOWN, OccupancyMap
+from states.navigation.obstacles import ObstacleLayer
+
+Ring = Sequence[Point]
+
+
+@dataclass(frozen=True, slots=True)
+class StaticValues:
+    """How a map's values become costs (costmap_2d's static layer)."""
+
+    track_unknown_space: bool = True
+    lethal_cost_threshold: int = 100
+    unknown_cost_value: int = UNKNOWN
+    trinary_costmap: bool = True
+
+    def costs(self, map_: OccupancyMap) -> Costs:
+        """Cost of every cell of a map, (rows, columns)."""
+        # a map's unknown is 255 as a byte, above every threshold unless it is named as unknown
+        values = map_.values.astype(np.int64) % 256
+        costs = np.zeros(values.shape)
+        if not self.trinary_costmap:
+            costs = np.trunc(values / self.lethal_cost_threshold * LETHAL)
+        costs = np.where(values >= self.lethal_cost_threshold, LETHAL, costs)
+        unknown = NO_INFORMATION if self.track_unknown_space else FREE
+        costs = np.where(values == self.unknown_cost_value % 256, unknown, costs)
+        return costs.astype(np.uint8)
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedZone:
+    """An area in which the robot goes no faster than `speed`, m/s."""
+
+    ring: tuple[Point, ...]
+    speed: float
+
+
+class Costmap:
+    """The costs of one navigation subsystem's global or local map.
+
+    Without `obstacles` it is computed once (R36). With them, `update` gathers what they have seen
+    since; a layer that rolls with the robot takes the costmap along (R37).
+    """
+
+    def __init__(
+        self,
+        grid: Grid,
+        inflation: Inflation,
+        *,
+        static: OccupancyMap | None = None,
+        values: StaticValues | None = None,
+        obstacles: ObstacleLayer | None = None,
+        keepouts: Sequence[Ring] = (),
+        speed_zones: Sequence[SpeedZone] = (),
+    ) -> None:
+        self.inflation = inflation
+        self.grid = obstacles.grid if obstacles else grid
+        self.speed_zones = tuple(speed_zones)
+        self._static = static
+        self._static_costs = None if static is None else (values or StaticValues()).costs(static)
+        self._obstacles = obstacles
+        self._keepouts = tuple(keepouts)
+        self._table = inflation.table(self.grid.resolution)
+        self._base = self._base_costs()
+        self.costs = self._raise()
+
+    def update(self) -> None:
+        """Take over what the obstacle layer knows now."""
+        if self._obstacles is None:
+            return
+        if self._obstacles.grid != self.grid:
+            self.grid = self._obstacles.grid
+            self._base = self._base_costs()
+        self.costs = self._raise()
+
+    def cost(self, x: float, y: float, user: Disc | None = None) -> int:
+        """Cost of a place, with the user's inflated body; unknown outside the map."""
+        cell = self.grid.cell(x, y)
+        cost = NO_INFORMATION if cell is None else int(self.costs[cell])
+        if user is None:
+            return cost
+        distance = math.hypot(x - user.x, y - user.y) - user.radius
+        return max(cost, self.inflation.cost(distance))
+
+    def speed_limit(self, x: float, y: float) -> float:
+        """The lowest limit of the zones a place lies in, m/s; inf outside of all."""
+        inside = (zone.speed for zone in self.speed_zones if contains(zone.ring, x, y))
+        return min(inside, default=math.inf)
+
+    def _base_costs(self) -> Costs:
+        if self._static is None or self._static_costs is None:
+            return np.full((self.grid.rows, self.grid.columns), FREE, np.uint8)
+        static = self._static
+        return sample(self._static_costs, static.resolution, static.map_from_corner, self.grid)
+
+    def _raise(self) -> Costs:
+        costs = self._base.copy()
+        if self._obstacles is not None:
+            costs = with_maximum(costs, self._obstacles.costs)
+        squared = squared_distances(costs == LETHAL)
+        costs = inflate(costs, squared, self._table, self.inflation.inflate_unknown)
+        for ring in self._keepouts:
+            costs[fill_rings(self.grid, [ring])] = LETHAL
+        return costs
+
+
+def with_maximum(master: Costs, layer: Costs) -> Costs:
+    """The higher cost of both, where the layer knows one (`combination_method` 1)."""
+    above = (layer != NO_INFORMATION) & ((master == NO_INFORMATION) | (layer > master))
+    combined: Costs = np.where(above, layer, master)
+    return combined
+
+
+def both(whole: Costmap, local: Costmap) -> Costs:
+    """The costs of the whole map, raised where the local one is higher (R38)."""
+    corner = Pose2(local.grid.x, local.grid.y)
+    layer = sample(local.costs, local.grid.resolution, corner, whole.grid)
+    return with_maximum(whole.costs, layer)

@@ -1,0 +1,199 @@
+"""Global planners on costmaps, for what is known as cells only: `theta_star` and `navfn`.
+
+Both are asked like `visibility.ExactPlanner` and can take its place.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hw.room import Disc, Point
+from states.navigation.cells import Grid, room_map
+from states.navigation.clearance import TOLERANCE, Array, passes_disc
+from states.navigation.costmap import Costmap
+from states.navigation.distance import INSCRIBED, LETHAL, NO_INFORMATION, Costs, Inflation
+from states.navigation.path import Path
+from states.navigation.potential import crossing_costs, descend, potential_from
+from states.navigation.tangents import User
+from states.navigation.theta_star import line_is_free, pulled, theta_star
+from states.navigation.visibility import as_disc, as_floats, separating_ray
+
+Ring = Sequence[Point]
+
+RESOLUTION = 0.05
+"""Cells of rooms that are given as polygons, m."""
+
+
+class GridPlanner(ABC):
+    """Ways for the robot's centre through the cells of a costmap.
+
+    Cells from `lethal_cost` on are blocked; unknown ones only if `allow_unknown` is false.
+    """
+
+    def __init__(
+        self,
+        grid: Grid,
+        costs: Costs,
+        *,
+        lethal_cost: int = INSCRIBED,
+        allow_unknown: bool = True,
+    ) -> None:
+        self.lethal_cost = lethal_cost
+        self.allow_unknown = allow_unknown
+        self.use(grid, costs)
+
+    @classmethod
+    def in_room(
+        cls,
+        outer: Ring,
+        obstacles: Iterable[Ring] = (),
+        keepouts: Iterable[Ring] = (),
+        *,
+        inflation_radius: float,
+        resolution: float = RESOLUTION,
+    ) -> GridPlanner:
+        """A planner for a known room; the inflation is blocked up to its radius."""
+        map_ = room_map(outer, tuple(obstacles), resolution)
+        corner = map_.map_from_corner
+        rows, columns = map_.values.shape
+        grid = Grid(resolution, rows, columns, corner.x, corner.y)
+        inflation = Inflation(inflation_radius, inflation_radius)
+        costmap = Costmap(grid, inflation, static=map_, keepouts=tuple(keepouts))
+        return cls(grid, costmap.costs, allow_unknown=False)
+
+    def use(self, grid: Grid, costs: Costs) -> None:
+        """Plan on these costs from now on."""
+        self.grid, self.costs = grid, costs
+        blocked = costs >= self.lethal_cost
+        if self.allow_unknown:
+            blocked &= costs != NO_INFORMATION
+        self._free = np.ascontiguousarray(~blocked)
+
+    def plan(
+        self, start: Point, goal: Point, user: Disc | None = None, side: int = 0
+    ) -> Path | None:
+        """A way from start to goal, or None; like `ExactPlanner.plan`."""
+        start, goal, disc = as_floats(start), as_floats(goal), as_disc(user)
+        begin = start if self.is_free(start, user) else self.nearest_free(start, user)
+        if begin is None or not self.is_free(goal, user):
+            return None
+        ray = separating_ray(begin, goal, disc, side)
+        x, y = self._in_cells((disc.x, disc.y))
+        around = User(x, y, disc.radius / self.grid.resolution, *ray)
+        way = self._search(np.array([self._in_cells(begin), self._in_cells(goal)]), around)
+        if len(way) == 0:
+            return None
+        points = [self._in_map(place) for place in way[1:-1].tolist()]
+        leaving = [] if begin == start else [start]
+        return Path.of_points((*leaving, begin, *points, goal))
+
+    def is_free(self, place: Point, user: Disc | None = None) -> bool:
+        """May the robot's centre be here? False outside the map and for NaN."""
+        cell = self.grid.cell(*place)
+        if cell is None or not self._free[cell]:
+            return False
+        return user is None or math.dist(place, (user.x, user.y)) >= user.radius - TOLERANCE
+
+    def allows(
+        self, start: Point, end: Point, user: Disc | None = None, slack: float = 0.0
+    ) -> bool:
+        """Does going straight lead through free cells, or none worse than where the robot is?
+
+        `slack` is not used: a cell is blocked or not.
+        """
+        start, end, disc = as_floats(start), as_floats(end), as_disc(user)
+        cell = self.grid.cell(*start)
+        if cell is None:
+            return False
+        reach = min(disc.radius, math.dist(start, (disc.x, disc.y))) - TOLERANCE
+        if not passes_disc(*start, *end, disc.x, disc.y, reach):
+            return False
+        free = self._free if self._free[cell] else self.costs <= self.costs[cell]
+        return bool(line_is_free(free, *self._in_cells(start), *self._in_cells(end)))
+
+    def nearest_free(self, place: Point, user: Disc | None = None) -> Point | None:
+        """The middle of the nearest free cell that is reached straight without a lethal cell."""
+        place, disc = as_floats(place), as_disc(user)
+        at = self.grid.cell(*place)
+        if at is None:
+            return None
+        rows, columns = np.nonzero(self._free)
+        xs = self.grid.x + (columns + 0.5) * self.grid.resolution
+        ys = self.grid.y + (rows + 0.5) * self.grid.resolution
+        outside = np.hypot(xs - disc.x, ys - disc.y) >= disc.radius
+        xs, ys = xs[outside], ys[outside]
+        passable = self.costs < LETHAL if self.costs[at] < LETHAL else np.ones_like(self._free)
+        reach = min(disc.radius, math.dist(place, (disc.x, disc.y))) - TOLERANCE
+        for i in np.argsort(np.hypot(xs - place[0], ys - place[1]), kind="stable"):
+            found = float(xs[i]), float(ys[i])
+            clear = line_is_free(passable, *self._in_cells(place), *self._in_cells(found))
+            if clear and passes_disc(*place, *found, disc.x, disc.y, reach):
+                return found
+        return None
+
+    def _in_cells(self, place: Point) -> Point:
+        return (
+            (place[0] - self.grid.x) / self.grid.resolution,
+            (place[1] - self.grid.y) / self.grid.resolution,
+        )
+
+    def _in_map(self, place: Sequence[float]) -> Point:
+        return (
+            self.grid.x + place[0] * self.grid.resolution,
+            self.grid.y + place[1] * self.grid.resolution,
+        )
+
+    @abstractmethod
+    def _search(self, ends: Array, user: User) -> Array:
+        """The way between two places, (k, 2) in cells; empty if there is none."""
+
+
+class ThetaStarPlanner(GridPlanner):
+    """Any-angle ways, nearly the shortest; costs below the blocked ones do not matter."""
+
+    def _search(self, ends: Array, user: User) -> Array:
+        way = theta_star(self._free, ends, user)
+        return way if len(way) == 0 else pulled(self._free, way, user)
+
+
+class NavfnPlanner(GridPlanner):
+    """Potential and gradient as in ROS's global_planner: keeps away from what costs."""
+
+    def use(self, grid: Grid, costs: Costs) -> None:
+        super().use(grid, costs)
+        self._crossing = crossing_costs(costs, self.lethal_cost, self.allow_unknown)
+
+    def _search(self, ends: Array, user: User) -> Array:
+        (start_x, start_y), (goal_x, goal_y) = ends.tolist()
+        start, goal = (int(start_y), int(start_x)), (int(goal_y), int(goal_x))
+        crossing = self._crossing.copy()
+        if user.radius > 0.0:
+            crossing[self._user_cells(user)] = math.inf
+        crossing[start] = 50.0
+        return descend(potential_from(crossing, start, goal), ends)
+
+    def _user_cells(self, user: User) -> NDArray[np.bool_]:
+        rows, columns = self._free.shape
+        xs, ys = np.arange(columns) + 0.5 - user.x, np.arange(rows)[:, None] + 0.5 - user.y
+        inside: NDArray[np.bool_] = np.hypot(xs, ys) < user.radius
+        # a wall of cells along the ray keeps the way on its side of the user
+        along, across = xs * user.ray_x + ys * user.ray_y, ys * user.ray_x - xs * user.ray_y
+        return (
+            inside | ((along > 0.0) & (np.abs(across) < 0.75))
+            if user.ray_x or user.ray_y
+            else inside
+        )
+
+
+def warm_up() -> None:
+    """Compile, or load from the cache, everything that a query may need."""
+    room = ((0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (0.0, 3.0))
+    for planner in (ThetaStarPlanner, NavfnPlanner):
+        built = planner.in_room(room, inflation_radius=0.3, resolution=0.1)
+        built.plan((0.1, 0.1), (2.5, 2.5), Disc(1.5, 1.5, 0.4), side=1)
+        built.allows((1.0, 1.0), (1.2, 1.0), Disc(2.5, 2.5, 0.2))

@@ -1,0 +1,300 @@
+"""What local planners have in common: goal, side of the user, limits, and the last check.
+
+A local planner turns goal, pose and velocity into the velocity to send, once per control cycle.
+How it chooses is its own; that the choice is within the limits, and that braking from it ends
+before anything is hit, is the same for all and decided here.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+from hw.geometry import Pose2, Twist2, wrap
+from hw.interfaces import DriveMode
+from hw.room import Disc, Point
+from states.navigation.path import Path
+from states.navigation.racing import time_from
+from states.navigation.speed import Pace, as_line
+
+Status = Literal["driving", "arrived", "blocked"]
+
+USER_MARGIN = 0.01
+"""Ways are planned this much further from the user than demanded, so that no ripple of the control
+loop comes inside, m."""
+BEND_SHARE = 0.9
+"""Bends are planned with this share of the acceleration; the rest is for corrections."""
+CORNER_ERROR = 0.03
+"""Corners of ways found on grids are rounded within this, m."""
+SWITCH_GAIN = 0.10
+"""The other way round the user is taken when it is faster by this share."""
+SLACK = 0.02
+"""A robot no deeper than this inside an inflation goes on along its way, m."""
+LEAVING_MARGIN = 0.5
+"""A robot that the user came too near to goes so much further than it must, m: in time to have some
+speed where the disc ends."""
+STEERING_SLACK = 0.01
+"""A base that steers cannot follow an inflation's edge more exactly than this, m."""
+CRAWL = 0.05
+"""Slower than this a steering base may turn without leaving its place, m/s."""
+LOST_TRACK = 0.3
+"""Measured and commanded velocity differ by more: somebody else slowed the base, m/s."""
+
+
+class GlobalPlanner(Protocol):
+    """Finds ways for the robot's centre; see `visibility.ExactPlanner`."""
+
+    def plan(
+        self, start: Point, goal: Point, user: Disc | None = None, side: int = 0
+    ) -> Path | None:
+        """The way, on one side of the user if side is +1 (ccw) or -1; None: there is none."""
+        ...
+
+    def is_free(self, place: Point, user: Disc | None = None) -> bool:
+        """May the centre be here?"""
+        ...
+
+    def nearest_free(self, place: Point, user: Disc | None = None) -> Point | None:
+        """The nearest free place that can be reached straight and without harm."""
+        ...
+
+    def allows(
+        self, start: Point, end: Point, user: Disc | None = None, slack: float = 0.0
+    ) -> bool:
+        """Does going straight bring the robot too near to nothing, or no nearer than it is?
+
+        Walls may come nearer by `slack`, m, than demanded.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Norms: m/s, m/s2; rad/s, rad/s2 (R50). Speeding up and braking alike."""
+
+    speed: float = 1.5
+    acceleration: float = 1.0
+    turn_rate: float = 1.0
+    turn_acceleration: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """Arrived is: within `position` (m) and `yaw` (rad) of the goal, and slower than `speed`."""
+
+    position: float = 0.05
+    yaw: float = 0.1
+    speed: float = 0.1
+
+
+class LocalPlanner(ABC):
+    """Drives to one goal after another; `command` once per control cycle.
+
+    `status` says what the last command was for: `driving`, `arrived` (the goal latched: the robot
+    stays where it stopped, unless it is pushed out of twice the tolerance) or `blocked` (there is
+    no way; the robot brakes, or leaves the user's disc if it is inside). `path` is the way that
+    the global planner found, None if there is none. `mode` may be changed at any time (R2).
+    `latency` is how long the base takes to have a velocity that was sent, s: a base that follows
+    with this time constant, looked at that much ahead, moves exactly as commanded.
+    """
+
+    def __init__(
+        self,
+        planner: GlobalPlanner,
+        limits: Limits,
+        tolerance: Tolerance,
+        mode: DriveMode = "omni",
+        *,
+        latency: float = 0.0,
+    ) -> None:
+        self.mode = mode
+        self.latency = latency
+        self.status: Status = "driving"
+        self.path: Path | None = None
+        self.goal: Pose2 | None = None
+        self._planner = planner
+        self._limits = limits
+        self._tolerance = tolerance
+        self._pace = Pace(float(limits.speed), float(limits.acceleration), BEND_SHARE, CORNER_ERROR)
+        self._side = 0
+        self._sent: Twist2 | None = None  # in the map
+        self._user_velocity = (0.0, 0.0)
+
+    def go_to(self, goal: Pose2) -> None:
+        """Take a goal, map_from_base; a goal under way is replaced without stopping.
+
+        Raises:
+            ValueError: the goal is not finite.
+        """
+        if goal == self.goal:
+            return
+        self.goal = Pose2.checked(goal.x, goal.y, goal.yaw)
+        self.status, self._side = "driving", 0
+        self._begin()
+
+    def release(self) -> None:
+        """Forget goal and velocity: somebody else drives from now on."""
+        self.goal, self._sent, self.path, self.status = None, None, None, "driving"
+
+    def command(
+        self,
+        pose: Pose2,
+        twist: Twist2,
+        user: Disc | None,
+        dt: float,
+        user_velocity: Point = (0.0, 0.0),
+    ) -> Twist2:
+        """The velocity (base frame) to send for the coming period of dt seconds.
+
+        Args:
+            pose: map_from_base.
+            twist: measured velocity in the base frame.
+            user: disc in the map to keep out of, or None.
+            dt: period of the control loop, s.
+            user_velocity: of the disc in the map, m/s; a planner that looks ahead waits for or
+                avoids who would come too near.
+
+        Raises:
+            ValueError: there is no goal, or pose or twist is not finite.
+        """
+        if self.goal is None:
+            raise ValueError("no goal: call go_to first")
+        pose = Pose2.checked(pose.x, pose.y, pose.yaw)
+        now = self._velocity(pose, twist)
+        pose = self._ahead(pose, twist)
+        self._user_velocity = (float(user_velocity[0]), float(user_velocity[1]))
+        if self._has_arrived(pose, now):
+            wanted = self._braked(now, dt)
+        else:
+            wanted = self._wanted(pose, now, user, dt)
+        safe = self._clear(pose, now, wanted, user, dt)
+        self._sent = safe
+        if self.mode == "differential":
+            ahead = safe.rotated(-(pose.yaw + safe.wz * dt)).vx
+            return Twist2(math.copysign(safe.speed, ahead), 0.0, safe.wz)
+        return safe.rotated(-(pose.yaw + 0.5 * safe.wz * dt))
+
+    def _ahead(self, pose: Pose2, twist: Twist2) -> Pose2:
+        moved = twist.rotated(pose.yaw)
+        x, y = pose.x + self.latency * moved.vx, pose.y + self.latency * moved.vy
+        return Pose2(x, y, wrap(pose.yaw + self.latency * moved.wz))
+
+    @abstractmethod
+    def _begin(self) -> None:
+        """A new goal was set: forget what belonged to the last one."""
+
+    @abstractmethod
+    def _wanted(self, pose: Pose2, now: Twist2, user: Disc | None, dt: float) -> Twist2:
+        """The velocity in the map that would be best, within the limits."""
+
+    def _braked(self, now: Twist2, dt: float) -> Twist2:
+        """The velocity in the map after braking for one period."""
+        scale = max(0.0, 1.0 - self._limits.acceleration * dt / now.speed) if now.speed else 0.0
+        slower = self._limits.turn_acceleration * dt
+        return Twist2(scale * now.vx, scale * now.vy, now.wz - max(-slower, min(slower, now.wz)))
+
+    def _velocity(self, pose: Pose2, twist: Twist2) -> Twist2:
+        """What to go on from, in the map: the velocity sent, unless the base does not follow."""
+        measured = Twist2.checked(twist.vx, twist.vy, twist.wz).rotated(pose.yaw)
+        sent = self._sent
+        if (
+            sent is None
+            or math.dist((sent.vx, sent.vy, sent.wz), (measured.vx, measured.vy, measured.wz))
+            > LOST_TRACK
+        ):
+            return measured
+        return sent
+
+    def _has_arrived(self, pose: Pose2, now: Twist2) -> bool:
+        assert self.goal is not None
+        tolerance = self._tolerance
+        away, turned = pose.distance_to(self.goal), abs(wrap(self.goal.yaw - pose.yaw))
+        if self.status == "arrived":
+            if away <= 2.0 * tolerance.position and turned <= 2.0 * tolerance.yaw:
+                return True
+            self.status = "driving"
+        near = away <= tolerance.position and turned <= tolerance.yaw
+        if near and now.speed <= tolerance.speed and abs(now.wz) <= tolerance.speed:
+            self.status = "arrived"
+            return True
+        return False
+
+    def _way(self, start: Point, goal: Point, user: Disc | None, now: Twist2) -> Path | None:
+        shortest = self._planner.plan(start, goal, user)
+        if user is None or shortest is None or len(shortest.points) == 2:
+            return shortest
+        ways = {side: self._planner.plan(start, goal, user, side) for side in (1, -1)}
+        times = {
+            side: time_from(as_line(way), now.vx, now.vy, self._pace)
+            for side, way in ways.items()
+            if way is not None
+        }
+        if not times:
+            return shortest
+        best = min(times, key=lambda side: times[side])
+        if self._side in times and times[self._side] * (1.0 - SWITCH_GAIN) <= times[best]:
+            best = self._side
+        self._side = best
+        return ways[best]
+
+    def _way_out(self, start: Point, user: Disc | None) -> Path | None:
+        """Straight away from a user who came too near, and a little further; None: nobody did."""
+        if user is None or math.dist(start, (user.x, user.y)) >= user.radius - SLACK:
+            return None
+        for margin in (LEAVING_MARGIN, 0.0):
+            wider = Disc(user.x, user.y, user.radius + margin)
+            place = self._planner.nearest_free(start, wider)
+            if place is not None:
+                return Path.of_points((start, place))
+        return None
+
+    def _turn(self, pose: Pose2, now: Twist2, dt: float, yaw: float | None = None) -> float:
+        """The rate of turn that ends at the goal's yaw, or at another one, rad/s."""
+        assert self.goal is not None
+        limits = self._limits
+        error = wrap((self.goal.yaw if yaw is None else yaw) - pose.yaw)
+        if self.status != "driving":
+            error = 0.0
+        half = 0.5 * limits.turn_acceleration * dt
+        rest = max(0.0, abs(error) - 0.5 * math.copysign(1.0, error) * now.wz * dt)
+        rate = math.sqrt(half * half + 2.0 * limits.turn_acceleration * rest) - half
+        wanted = math.copysign(min(limits.turn_rate, rate), error)
+        return max(now.wz - 2.0 * half, min(now.wz + 2.0 * half, wanted))
+
+    def _clear(
+        self, pose: Pose2, now: Twist2, wanted: Twist2, user: Disc | None, dt: float
+    ) -> Twist2:
+        """The wanted velocity, or as much of it as braking from it hits nothing."""
+        braked = self._braked(now, dt)
+        if self.mode == "omni" or now.speed <= CRAWL:
+            braked = Twist2(braked.vx, braked.vy, wanted.wz)
+        for part in (1.0, 0.75, 0.5, 0.25):
+            vx = braked.vx + part * (wanted.vx - braked.vx)
+            vy = braked.vy + part * (wanted.vy - braked.vy)
+            if self._can_brake(pose, now, (vx, vy), user, dt):
+                return Twist2(vx, vy, wanted.wz)
+        return braked
+
+    def _can_brake(
+        self, pose: Pose2, now: Twist2, velocity: Point, user: Disc | None, dt: float
+    ) -> bool:
+        vx, vy = velocity
+        start = (pose.x, pose.y)
+        then = (pose.x + 0.5 * (now.vx + vx) * dt, pose.y + 0.5 * (now.vy + vy) * dt)
+        time = 0.5 * math.hypot(vx, vy) / self._limits.acceleration
+        end = (then[0] + vx * time, then[1] + vy * time)
+        slack = STEERING_SLACK if self.mode == "differential" else 0.0
+        return self._planner.allows(start, then, user, slack) and self._planner.allows(
+            then, end, user, slack
+        )
+
+
+def with_margin(user: Disc | None, start: Point, goal: Point) -> Disc | None:
+    """The user's disc for planning: larger, but not so that start or goal come to lie in it."""
+    if user is None:
+        return None
+    nearest = min(math.dist(start, (user.x, user.y)), math.dist(goal, (user.x, user.y)))
+    radius = max(user.radius, min(user.radius + USER_MARGIN, nearest))
+    return Disc(user.x, user.y, radius)

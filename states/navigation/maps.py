@@ -1,0 +1,224 @@
+"""Occupancy maps, read and written as map_server does: a YAML file beside an image.
+
+    image: lab.pgm                # relative to the YAML file
+    resolution: 0.05              # m per pixel
+    origin: [-5.0, -5.0, 0.0]     # pose of the image's lower left corner in the map: x, y, yaw
+    negate: 0                     # 1: dark is free
+    occupied_thresh: 0.65
+    free_thresh: 0.196
+    mode: trinary                 # or scale, raw; may be left out
+
+The top row of the image is the last row of the map. Two conventions decide what a pixel on a
+threshold is: `ros1` compares with > and <, `nav2` with >= and <=; map_saver's grey for unknown,
+205, is 0.19608, just above 0.196 and below a careless 0.25.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hw.document import FileError, Item, read_document
+from hw.geometry import Pose2
+from hw.room import Point
+from states.navigation.images import Pixels, read_image, write_image
+
+Convention = Literal["ros1", "nav2"]
+Mode = Literal["trinary", "scale", "raw"]
+
+UNKNOWN = -1
+FREE = 0
+OCCUPIED = 100
+
+Values = NDArray[np.int16]
+
+_MODES = ("trinary", "scale", "raw")
+_GREYS = {"free": 254, "unknown": 205, "occupied": 0}
+
+
+class MapError(FileError):
+    """A map file is wrong; the text names the file, the line and what would be right."""
+
+
+@dataclass(frozen=True, slots=True)
+class OccupancyMap:
+    """A map of cells.
+
+    `values` is (rows, columns) int16, read-only, row 0 at the bottom: -1 unknown, 0 free to 100
+    occupied (in `raw` maps up to 254). `map_from_corner` is the pose of the lower left corner,
+    `resolution` the length of a cell's side, m. `remarks` are what a person should look at.
+    """
+
+    values: Values
+    resolution: float
+    map_from_corner: Pose2
+    remarks: tuple[str, ...] = ()
+
+    def cell(self, x: float, y: float) -> tuple[int, int] | None:
+        """Row and column of a place in the map, or None outside."""
+        column_m, row_m = self.map_from_corner.inverse().transform(x, y)
+        if not (math.isfinite(column_m) and math.isfinite(row_m)):
+            return None
+        row, column = math.floor(row_m / self.resolution), math.floor(column_m / self.resolution)
+        rows, columns = self.values.shape
+        return (row, column) if 0 <= row < rows and 0 <= column < columns else None
+
+    def center(self, row: int, column: int) -> Point:
+        """The middle of a cell in the map, m."""
+        return self.map_from_corner.transform(
+            (column + 0.5) * self.resolution, (row + 0.5) * self.resolution
+        )
+
+    def area(self, value: int = FREE) -> float:
+        """Area of all cells of a value, m2."""
+        return float(np.count_nonzero(self.values == value)) * self.resolution**2
+
+
+def load_map(path: Path | str, convention: Convention = "ros1") -> OccupancyMap:
+    """Read a map_server YAML file and its image.
+
+    Raises:
+        MapError: the YAML is wrong.
+        ImageError: the image is missing, cut off or no image.
+    """
+    path = Path(path)
+    content = read_document(path, MapError).mapping()
+    for key in ("image", "resolution", "origin", "occupied_thresh", "free_thresh", "negate"):
+        if key not in content:
+            raise MapError(path, 0, f"the key '{key}' is missing")
+    resolution = content["resolution"].number()
+    if resolution <= 0.0:
+        raise content["resolution"].fail(f"{resolution:g} m per pixel; more than 0 is needed")
+    pixels = read_image(path.parent / content["image"].text())
+    thresholds = _thresholds(content)
+    mode: Mode = content["mode"].text(_MODES) if "mode" in content else "trinary"  # type: ignore[assignment]
+    negate = _flag(content["negate"])
+    values = pixel_values(pixels, mode, thresholds, negate, convention)
+    origin = Pose2.checked(*content["origin"].numbers(3))
+    remarks = _remarks(pixels, values, thresholds, mode, negate)
+    return OccupancyMap(_frozen(values[::-1]), resolution, origin, remarks)
+
+
+def pixel_values(
+    pixels: Pixels,
+    mode: Mode,
+    thresholds: tuple[float, float],
+    negate: bool,
+    convention: Convention,
+) -> Values:
+    """What pixels mean, (rows, columns), top row first; thresholds are occupied, free."""
+    grey, alpha = _grey_and_alpha(pixels, mode, convention)
+    shade = 255.0 - grey if negate else grey
+    if mode == "raw":
+        whole = np.rint(shade).astype(np.int16)
+        if convention == "nav2":
+            return np.where(whole <= OCCUPIED, whole, UNKNOWN).astype(np.int16)
+        return np.where(whole == 255, UNKNOWN, whole).astype(np.int16)
+    occupied_from, free_to = thresholds
+    share = (255.0 - shade) / 255.0
+    if convention == "nav2":
+        occupied, free = share >= occupied_from, share <= free_to
+    else:
+        occupied, free = share > occupied_from, share < free_to
+    between = np.full(grey.shape, float(UNKNOWN))
+    if mode == "scale":
+        part = (share - free_to) / (occupied_from - free_to)
+        between = np.rint(100.0 * part) if convention == "nav2" else np.trunc(99.0 * part)
+        between[alpha < 1.0] = UNKNOWN
+    values = np.where(occupied, OCCUPIED, np.where(free, FREE, between))
+    if convention == "nav2":
+        values[alpha < 255.0] = UNKNOWN
+    return values.astype(np.int16)
+
+
+def save_map(map_: OccupancyMap, path: Path | str, mode: Mode = "trinary") -> None:
+    """Write a YAML file and, beside it, an image of the same name.
+
+    `trinary` and `raw` write PGM; trinary keeps free (up to 25), occupied (from 65) and unknown,
+    as map_saver does. `scale` writes a PNG whose transparent pixels are unknown, to be read by the
+    `nav2` convention.
+    """
+    path = Path(path)
+    values = map_.values[::-1]
+    occupied_from, free_to, suffix = 0.65, 0.196, ".pgm"
+    if mode == "raw":
+        pixels = np.where(values == UNKNOWN, 255, values)[..., None]
+    elif mode == "scale":
+        occupied_from, free_to, suffix = 1.0, 0.0, ".png"
+        known = values != UNKNOWN
+        grey = np.rint(255.0 - 2.55 * np.clip(values, 0, 100))
+        pixels = np.stack([grey, np.where(known, 255, 0)], axis=-1)
+    else:
+        free, occupied = (values >= 0) & (values <= 25), values >= 65
+        pixels = np.where(occupied, _GREYS["occupied"], _GREYS["unknown"])
+        pixels = np.where(free, _GREYS["free"], pixels)[..., None]
+    image = path.with_suffix(suffix)
+    write_image(image, np.ascontiguousarray(pixels, dtype=np.uint8))
+    x, y, yaw = map_.map_from_corner.x, map_.map_from_corner.y, map_.map_from_corner.yaw
+    path.write_text(
+        f"image: {image.name}\nmode: {mode}\nresolution: {map_.resolution!r}\n"
+        f"origin: [{x!r}, {y!r}, {yaw!r}]\nnegate: 0\n"
+        f"occupied_thresh: {occupied_from}\nfree_thresh: {free_to}\n"
+    )
+
+
+def _grey_and_alpha(
+    pixels: Pixels, mode: Mode, convention: Convention
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    channels = pixels.shape[2]
+    has_alpha = channels in (2, 4)
+    alpha = pixels[..., -1].astype(np.float64) if has_alpha else np.full(pixels.shape[:2], 255.0)
+    # map_server of ROS 1 averages alpha into the grey in trinary mode
+    averaged = (
+        pixels if not has_alpha or (mode, convention) == ("trinary", "ros1") else pixels[..., :-1]
+    )
+    return averaged.mean(axis=2), alpha
+
+
+def _thresholds(content: dict[str, Item]) -> tuple[float, float]:
+    occupied, free = (content[key].number(0.0, 1.0) for key in ("occupied_thresh", "free_thresh"))
+    if free >= occupied:
+        raise content["free_thresh"].fail(f"{free:g} must be below occupied_thresh, {occupied:g}")
+    return occupied, free
+
+
+def _flag(item: Item) -> bool:
+    if item.value in (0, 1, True, False):
+        return bool(item.value)
+    raise item.fail("needs 0 or 1")
+
+
+def _frozen(values: Values) -> Values:
+    own = np.ascontiguousarray(values)
+    own.setflags(write=False)
+    return own
+
+
+def _remarks(
+    pixels: Pixels,
+    values: Values,
+    thresholds: tuple[float, float],
+    mode: Mode,
+    negate: bool,
+) -> tuple[str, ...]:
+    if mode != "trinary":
+        return ()
+    found = []
+    unknown_grey = 50 if negate else _GREYS["unknown"]
+    at_unknown = pixels[..., 0] == unknown_grey
+    if at_unknown.any() and (values[at_unknown] == FREE).all():
+        found.append(
+            f"free_thresh {thresholds[1]:g} reads map_saver's grey for unknown as free "
+            f"({np.count_nonzero(at_unknown)} cells); 0.196 keeps it unknown"
+        )
+    if not (values == OCCUPIED).any():
+        found.append("no cell is occupied: the walls may have been lost by scaling the image")
+    between = np.count_nonzero(values == UNKNOWN) - np.count_nonzero(at_unknown)
+    if between > 0.05 * values.size:
+        found.append(f"{between} cells are neither free nor occupied nor map_saver's unknown")
+    return tuple(found)

@@ -1,0 +1,139 @@
+"""Who drives: of all sources of velocities one at a time, by priority (R41, R71).
+
+Names and comparisons as in twist_mux, with three differences. A source can say that it is done
+(`release`), so that the next one need not wait for a time-out (R42). Nothing to send is a zero,
+not silence, because whoever listens may repeat the last velocity. And a source must time out: one
+that never does would keep all others off after its first word.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hw.geometry import STILL, Twist2
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Somebody who sends velocities; holds for `timeout` s after each; higher priority wins."""
+
+    name: str
+    priority: int
+    timeout: float = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Lock:
+    """Keeps off all sources of lower priority while it is on.
+
+    With a `timeout` above 0, s, it is on until it is first heard of, and again when it is not
+    heard of for so long; with 0 it is off until it is switched on.
+    """
+
+    name: str
+    priority: int
+    timeout: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Selected:
+    """What to send now: a velocity (base frame), whose it is, and the lock that keeps others off.
+
+    `source` is None and the velocity zero if nobody may send.
+    """
+
+    twist: Twist2
+    source: str | None
+    lock: str | None
+
+
+SOURCES = (Source("escape", 90), Source("haptic", 80), Source("chase", 70))
+LOCKS = (Lock("stop", 255),)
+
+
+class Multiplexer:
+    """Takes velocities and locks as they come, and says which velocity counts at a time.
+
+    Times are integer nanoseconds and do not go back. Of equal priorities the source named first
+    wins.
+
+    Raises:
+        ValueError: a name stands twice, a source never times out, or a priority is not 1 to 255.
+        KeyError: a name is used that was not declared.
+    """
+
+    def __init__(self, sources: Sequence[Source] = SOURCES, locks: Sequence[Lock] = LOCKS) -> None:
+        _check(sources, locks)
+        self._sources = {source.name: source for source in sources}
+        self._locks = {lock.name: lock for lock in locks}
+        self._offers: dict[str, tuple[Twist2, int]] = {}
+        self._switches: dict[str, tuple[bool, int]] = {}
+
+    def offer(self, name: str, twist: Twist2, now_ns: int) -> None:
+        """A source would like to drive at this velocity, from now until its time-out.
+
+        Raises:
+            ValueError: the velocity is not finite; what the source offered before still holds.
+        """
+        source = self._sources[name]
+        self._offers[source.name] = (Twist2.checked(twist.vx, twist.vy, twist.wz), now_ns)
+
+    def release(self, name: str) -> None:
+        """A source is done: the others take over at once."""
+        self._offers.pop(self._sources[name].name, None)
+
+    def switch(self, name: str, on: bool, now_ns: int) -> None:
+        """Switch a lock on or off, or say that it still is."""
+        self._switches[self._locks[name].name] = (on, now_ns)
+
+    def select(self, now_ns: int) -> Selected:
+        """The velocity that counts now."""
+        lock = self._strongest_lock(now_ns)
+        floor = 0 if lock is None else lock.priority
+        live = [
+            source
+            for source in self._sources.values()
+            if source.priority >= floor and self._is_live(source, now_ns)
+        ]
+        blocked_by = None if lock is None else lock.name
+        if not live:
+            return Selected(STILL, None, blocked_by)
+        best = max(live, key=lambda source: source.priority)
+        return Selected(self._offers[best.name][0], best.name, blocked_by)
+
+    def _is_live(self, source: Source, now_ns: int) -> bool:
+        offer = self._offers.get(source.name)
+        return offer is not None and now_ns - offer[1] <= _nanoseconds(source.timeout)
+
+    def _strongest_lock(self, now_ns: int) -> Lock | None:
+        on = [lock for lock in self._locks.values() if self._is_on(lock, now_ns)]
+        return max(on, key=lambda lock: lock.priority, default=None)
+
+    def _is_on(self, lock: Lock, now_ns: int) -> bool:
+        switch = self._switches.get(lock.name)
+        if lock.timeout == 0.0:
+            return switch is not None and switch[0]
+        if switch is None or now_ns - switch[1] > _nanoseconds(lock.timeout):
+            return True
+        return switch[0]
+
+
+def _nanoseconds(seconds: float) -> int:
+    return round(seconds * 1e9)
+
+
+def _check(sources: Sequence[Source], locks: Sequence[Lock]) -> None:
+    for kind, entries in (("source", sources), ("lock", locks)):
+        names = [entry.name for entry in entries]
+        for entry in entries:
+            if names.count(entry.name) > 1:
+                raise ValueError(f"{kind} '{entry.name}' stands twice; each name once")
+            if not 1 <= entry.priority <= 255:
+                raise ValueError(f"{kind} '{entry.name}': priority {entry.priority}; 1 to 255")
+            if not (math.isfinite(entry.timeout) and entry.timeout >= 0.0):
+                raise ValueError(f"{kind} '{entry.name}': time-out {entry.timeout} s; 0 or more")
+    for source in sources:
+        if source.timeout == 0.0:
+            raise ValueError(f"source '{source.name}' never times out; give more than 0 s")

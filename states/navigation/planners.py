@@ -1,0 +1,33 @@
+"""Planners by the names that profiles and benchmarks use."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from states.navigation import grid_planners, obstacles, profile, teb_planner
+from states.navigation.grid_planners import GridPlanner, NavfnPlanner, ThetaStarPlanner
+from states.navigation.local_planner import LocalPlanner
+from states.navigation.profile import ProfilePlanner
+from states.navigation.teb_planner import TebPlanner
+from states.navigation.visibility import ExactPlanner
+
+GLOBAL_PLANNERS: Mapping[str, Callable[..., ExactPlanner | GridPlanner]] = {
+    "exact": ExactPlanner,
+    "theta_star": ThetaStarPlanner.in_room,
+    "navfn": NavfnPlanner.in_room,
+}
+"""For a known room: all take outer, obstacles, keepouts and, by name, inflation_radius."""
+
+LOCAL_PLANNERS: Mapping[str, Callable[..., LocalPlanner]] = {
+    "profile": ProfilePlanner,
+    "teb": TebPlanner,
+}
+"""All take a global planner, limits, tolerance and mode; `teb` needs the `walls` as well."""
+
+
+def warm_up() -> None:
+    """Compile, or load from the cache, all kernels: before the first tick, never in one."""
+    profile.warm_up()
+    teb_planner.warm_up()
+    grid_planners.warm_up()
+    obstacles.warm_up()

@@ -1,0 +1,92 @@
+"""States that drive the base."""
+
+from __future__ import annotations
+
+import math
+
+from engine.state import Action, Context, Run
+from engine.types import Duration
+from hw.geometry import Pose2, Twist2, wrap
+from hw.room import Disc
+from hw.samples import UserPose
+from states.site import Site, Subsystem, SubsystemName
+
+POSE_AGE_S = 0.2
+USER_AGE_S = 0.15
+SLOW = 0.1
+"""Slower than this the robot has arrived, m/s."""
+
+
+class DriveTo(Action):
+    """Drive to a goal by the fastest way round walls and user, with the values of a subsystem.
+
+    The way is planned anew in every tick. `no_path`: the goal is not free, or nothing leads there;
+    `stuck`: no nearer to it for `patience`; `lost`: the base does not know where it is.
+    """
+
+    outcomes = ("arrived", "no_path", "stuck", "lost")
+    reads = {
+        "site": None, "base.pose": POSE_AGE_S, "base.twist": POSE_AGE_S, "user.pose": USER_AGE_S,
+    }  # fmt: skip
+    commands = ("base",)
+
+    def __init__(self, subsystem: SubsystemName = "chase", patience: Duration = 3.0) -> None:
+        self.subsystem: SubsystemName = subsystem
+        self.patience = patience
+
+    def run(self, ctx: Context, goal: Pose2) -> Run:
+        site: Site = ctx.value("site")
+        driver, subsystem = site.driver(self.subsystem), site.navigation.named(self.subsystem)
+        driver.go_to(goal)
+        progress = Progress(self.patience)
+        base = ctx.part("base")
+        try:
+            while True:
+                pose, twist = ctx.value("base.pose"), ctx.value("base.twist")
+                if pose is None or twist is None:
+                    return "lost"
+                user = user_disc(ctx.value("user.pose"), subsystem)
+                command = driver.command(pose, twist, user, site.period)
+                if driver.status == "arrived":
+                    return "arrived"
+                if driver.path is None:
+                    return "no_path"
+                if not progress.made(ctx, driver.path.length, abs(wrap(goal.yaw - pose.yaw))):
+                    return "stuck"
+                base.drive(command)
+                yield None
+        finally:
+            base.stop()
+
+
+class Progress:
+    """Does the robot come nearer to its goal?"""
+
+    STEP = 0.05
+    LONGER = 0.3
+
+    def __init__(self, patience: Duration) -> None:
+        self._patience = patience
+        self._least = math.inf
+        self._until = 0
+
+    def made(self, ctx: Context, length: float, turn: float) -> bool:
+        """False once way (m) and turn (rad) have not become less for as long as the patience."""
+        left = length + turn
+        nearer = left < self._least - self.STEP
+        detour = left > self._least + self.LONGER  # the user has moved, and the way with them
+        if nearer or detour:
+            self._least, self._until = left, ctx.after(self._patience)
+        return ctx.now <= self._until
+
+
+def is_there(pose: Pose2, twist: Twist2, goal: Pose2, subsystem: Subsystem) -> bool:
+    """Within the tolerance of the goal's place, and slow?"""
+    return pose.distance_to(goal) <= subsystem.tolerance and twist.speed < SLOW
+
+
+def user_disc(user: UserPose | None, subsystem: Subsystem) -> Disc | None:
+    """What to keep out of on the way: the user with the robot's radius about them."""
+    if user is None:
+        return None
+    return Disc(user.body.x, user.body.y, subsystem.user_radius)

@@ -1,0 +1,219 @@
+"""The global planner `exact`: the shortest way among polygons and round the user.
+
+Walls and columns are inflated with round corners, as costmap_2d inflates, but as geometry instead
+of cells; the user is a disc that may be elsewhere in every query (R34, R51, R120). The answer is
+the shortest way there is, not an approximation on a grid.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from hw.room import Disc, Point
+from states.navigation.clearance import (
+    TOLERANCE,
+    TURN,
+    Array,
+    blocked_arcs,
+    comes_no_nearer,
+    distance_to_nearest,
+    is_clear,
+    is_inside_rings,
+    passes_disc,
+    sees,
+)
+from states.navigation.drawing import draw
+from states.navigation.nearest import nearest_free, notches
+from states.navigation.path import Path
+from states.navigation.shortest import make_scene, shortest
+from states.navigation.tangents import User, World, line_crosses_ray, link_world
+
+Ring = Sequence[Point]
+
+LEAST_RADIUS = 1e-3
+"""Inflations are at least this, m: a way keeps off whatever it passes, and touching polygons have
+no gap between them."""
+
+NOBODY = Disc(0.0, 0.0, 0.0)
+
+
+class ExactPlanner:
+    """Shortest ways for the robot's centre in a known room.
+
+    `outer` is the ring to stay in, `obstacles` (walls, columns) are kept away from by
+    `inflation_radius` as the outer ring is, `keepouts` by `keepout_margin`; m, in the map. Rings
+    may touch and overlap.
+
+    Raises:
+        ValueError: a coordinate or radius is not finite, or a ring has fewer than three corners.
+    """
+
+    def __init__(
+        self,
+        outer: Ring,
+        obstacles: Iterable[Ring] = (),
+        keepouts: Iterable[Ring] = (),
+        *,
+        inflation_radius: float,
+        keepout_margin: float = 0.05,
+    ) -> None:
+        rings = [(ring, inflation_radius) for ring in (outer, *obstacles)]
+        rings += [(ring, keepout_margin) for ring in keepouts]
+        self.inflation_radius = inflation_radius
+        self._sides = _sides(rings)
+        self._discs = np.unique(self._sides[:, [0, 1, 4]], axis=0)
+        self._world = _world(self._discs, self._sides)
+        self._notches = notches(self._discs, self._sides)
+
+    def plan(
+        self, start: Point, goal: Point, user: Disc | None = None, side: int = 0
+    ) -> Path | None:
+        """The shortest way from start to goal, or None if there is none.
+
+        A start inside an inflation is left first, straight to the nearest free place. `side` +1
+        asks for the shortest way that goes counter-clockwise round the user (who is then on the
+        left), -1 for clockwise, 0 for the shorter one.
+        """
+        start, goal = as_floats(start), as_floats(goal)
+        disc = as_disc(user)
+        begin = start if self.is_free(start, user) else self.nearest_free(start, user)
+        if begin is None or not self.is_free(goal, user):
+            return None
+        walls = User(disc.x, disc.y, disc.radius, *separating_ray(begin, goal, disc, side))
+        path = self._straight(begin, goal, walls) or self._around(begin, goal, walls)
+        if path is None or begin == start:
+            return path
+        return Path(
+            (start, *path.points),
+            (math.inf, *path.radii),
+            path.length + math.dist(start, begin),
+        )
+
+    def is_free(self, place: Point, user: Disc | None = None) -> bool:
+        """May the robot's centre be here? False for NaN."""
+        x, y = as_floats(place)
+        if user is not None and math.dist((x, y), (user.x, user.y)) < user.radius - TOLERANCE:
+            return False
+        if not (math.isfinite(x) and math.isfinite(y)):
+            return False
+        return bool(is_inside_rings(x, y, self._sides) and is_clear(x, y, self._discs, self._sides))
+
+    def sees(self, start: Point, end: Point, user: Disc | None = None) -> bool:
+        """May the robot go straight from one free place to another?"""
+        start, end, disc = as_floats(start), as_floats(end), as_disc(user)
+        return bool(
+            passes_disc(*start, *end, disc.x, disc.y, disc.radius - TOLERANCE)
+            and sees(*start, *end, self._discs, self._sides, math.inf)
+        )
+
+    def allows(
+        self, start: Point, end: Point, user: Disc | None = None, slack: float = 0.0
+    ) -> bool:
+        """Does going straight from start to end harm nothing, wherever the start is?
+
+        What the robot is already too near to, it may go along or away from, but not nearer to.
+        Walls may come nearer than demanded by `slack`, m.
+        """
+        start, end, disc = as_floats(start), as_floats(end), as_disc(user)
+        reach = min(disc.radius, math.dist(start, (disc.x, disc.y))) - TOLERANCE
+        return bool(
+            passes_disc(*start, *end, disc.x, disc.y, reach)
+            and comes_no_nearer(*start, *end, self._sides, float(slack))
+        )
+
+    def nearest_free(self, place: Point, user: Disc | None = None) -> Point | None:
+        """The nearest free place that can be reached in a straight line without harm, or None."""
+        place, disc = as_floats(place), as_disc(user)
+        if not (math.isfinite(place[0]) and math.isfinite(place[1])):
+            return None
+        around = np.array((disc.x, disc.y, disc.radius))
+        found = nearest_free(*place, self._discs, self._sides, self._notches, around)
+        return (float(found[0]), float(found[1])) if len(found) else None
+
+    def clearance(self, place: Point) -> float:
+        """Distance to the nearest side of any ring, not inflated, m."""
+        return float(distance_to_nearest(*as_floats(place), self._sides))
+
+    def _straight(self, start: Point, goal: Point, user: User) -> Path | None:
+        reach = user.radius - TOLERANCE
+        if not passes_disc(*start, *goal, user.x, user.y, reach):
+            return None
+        if line_crosses_ray(*start, *goal, user):
+            return None
+        if not sees(*start, *goal, self._discs, self._sides, math.inf):
+            return None
+        return Path.of_points((start, goal))
+
+    def _around(self, start: Point, goal: Point, user: User) -> Path | None:
+        scene = make_scene(self._world, user, start, goal)
+        length, lines, states = shortest(scene)
+        if not math.isfinite(length):
+            return None
+        x, y, radii = draw(lines, states, scene).T.tolist()
+        return Path(tuple(zip(x, y, strict=True)), tuple(radii[:-1]), float(length))
+
+
+def as_floats(place: Point) -> Point:
+    """A place in floats: integers would make numba compile another version during a run."""
+    return float(place[0]), float(place[1])
+
+
+def as_disc(user: Disc | None) -> Disc:
+    """The user's disc in floats, of radius 0 if there is nobody."""
+    if user is None:
+        return NOBODY
+    return Disc(float(user.x), float(user.y), float(user.radius))
+
+
+def _sides(rings: list[tuple[Ring, float]]) -> Array:
+    rows = []
+    for number, (ring, radius) in enumerate(rings):
+        corners = [corner for i, corner in enumerate(ring) if tuple(corner) != tuple(ring[i - 1])]
+        if len(corners) < 3:
+            raise ValueError(f"ring {number}: {len(corners)} different corners; at least 3 needed")
+        if not (math.isfinite(radius) and np.isfinite(corners).all()):
+            raise ValueError(f"ring {number}: a corner or its radius {radius} is not finite")
+        grown = max(LEAST_RADIUS, float(radius))
+        for i, (x, y) in enumerate(corners):
+            rows.append((*corners[i - 1], x, y, grown, float(number)))
+    return np.array(rows, dtype=np.float64)
+
+
+def _world(discs: Array, sides: Array) -> World:
+    kept, arcs, arc_at = [], [], [0]
+    for x, y, radius in discs:
+        blocked, some_free = blocked_arcs(x, y, radius, discs, sides)
+        if not some_free:
+            continue
+        kept.append((x, y, radius))
+        arcs.append(blocked)
+        arc_at.append(arc_at[-1] + len(blocked))
+    corners = np.array(kept, dtype=np.float64).reshape(-1, 3)
+    flat = np.concatenate([*arcs, np.empty((0, 2))])
+    return link_world(corners, discs, sides, np.array(arc_at), flat)
+
+
+def separating_ray(start: Point, goal: Point, user: Disc, side: int) -> Point:
+    """Where from the user a way on the other side would pass; (0, 0): both sides are allowed."""
+    if side == 0 or user.radius == 0.0:
+        return 0.0, 0.0
+    first = math.atan2(start[1] - user.y, start[0] - user.x)
+    last = math.atan2(goal[1] - user.y, goal[0] - user.x)
+    other = (TURN - (side * (last - first)) % TURN) / 2.0
+    return math.cos(first - side * other), math.sin(first - side * other)
+
+
+def warm_up() -> None:
+    """Compile, or load from the cache, everything that a query may need."""
+    room = ((0.0, 0.0), (8.0, 0.0), (8.0, 8.0), (0.0, 8.0))
+    column = ((3.8, 3.8), (4.2, 3.8), (4.2, 4.2), (3.8, 4.2))
+    planner = ExactPlanner(room, (column,), inflation_radius=0.5)
+    user = Disc(6.0, 6.0, 1.0)
+    planner.plan((0.1, 0.1), (7.2, 7.4), user, side=1)
+    planner.plan((1.0, 1.0), (2.0, 2.0))
+    planner.sees((1.0, 1.0), (2.0, 2.0))
+    planner.allows((1.0, 1.0), (2.0, 2.0))
+    planner.clearance((1.0, 1.0))

@@ -1,0 +1,122 @@
+"""How a person moves, estimated from tracked poses that are noisy and sometimes missing."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Protocol
+
+from hw.geometry import Twist2, wrap
+from hw.samples import UserPose
+
+LEAST_SHARE = 0.3
+"""Share of the window that must be filled before there is a velocity."""
+
+JUMP = 0.3
+FASTEST = 4.0
+"""A step of more than JUMP m and FASTEST m/s is the tracking's, not the person's."""
+
+
+class Stamped(Protocol):
+    """A value and the instant it was true, ns."""
+
+    @property
+    def value(self) -> object: ...
+
+    @property
+    def stamp(self) -> int: ...
+
+
+class VelocityEstimator:
+    """Velocity of the body in the map, m/s, and its rate of turn, rad/s, as a `Twist2`.
+
+    A straight line is laid through the poses of the last `window` seconds by least squares: the
+    noise of motion capture (1 mm at 120 Hz would be 0.1 m/s between samples) averages out, at the
+    price of half a window of delay. After a gap or a jump it begins anew; it is None until a part
+    of the window is filled.
+    """
+
+    def __init__(self, window: float) -> None:
+        self._window_ns = round(window * 1e9)
+        self._least_ns = round(LEAST_SHARE * window * 1e9)
+        self._poses: deque[tuple[int, float, float, float]] = deque()
+        self._velocity: Twist2 | None = None
+
+    def update(self, _signal: str, sample: Stamped) -> None:
+        """Take one `UserPose`; late ones are left out."""
+        pose = sample.value
+        assert isinstance(pose, UserPose)
+        stamp, body = sample.stamp, pose.body
+        poses, yaw = self._poses, body.yaw
+        if poses:
+            last = poses[-1]
+            if stamp <= last[0]:
+                return
+            if self._broken(last, stamp, body.x, body.y):
+                poses.clear()
+            else:
+                yaw = last[3] + wrap(body.yaw - last[3])
+        poses.append((stamp, body.x, body.y, yaw))
+        while stamp - poses[0][0] > self._window_ns:
+            poses.popleft()
+        self._velocity = None
+        if len(poses) > 1 and stamp - poses[0][0] >= self._least_ns:
+            self._velocity = _slope(poses)
+
+    def value(self) -> Twist2 | None:
+        """The present estimate."""
+        return self._velocity
+
+    def _broken(
+        self, last: tuple[int, float, float, float], stamp: int, x: float, y: float
+    ) -> bool:
+        elapsed = (stamp - last[0]) * 1e-9
+        step = math.hypot(x - last[1], y - last[2])
+        return stamp - last[0] > self._window_ns or step > JUMP + FASTEST * elapsed
+
+
+def _slope(poses: deque[tuple[int, float, float, float]]) -> Twist2:
+    origin, x0, y0, yaw0 = poses[0]
+    count = len(poses)
+    st = stt = sx = sy = sw = stx = sty = stw = 0.0
+    for stamp, x, y, yaw in poses:
+        t = (stamp - origin) * 1e-9
+        dx, dy, dw = x - x0, y - y0, yaw - yaw0
+        st += t
+        stt += t * t
+        sx += dx
+        sy += dy
+        sw += dw
+        stx += t * dx
+        sty += t * dy
+        stw += t * dw
+    spread = count * stt - st * st
+    return Twist2(
+        (count * stx - st * sx) / spread,
+        (count * sty - st * sy) / spread,
+        (count * stw - st * sw) / spread,
+    )
+
+
+class StillnessEstimator:
+    """For how long a person has been slower than both limits, s; 0 while they move (R89)."""
+
+    def __init__(self, speed: float, turn: float) -> None:
+        self._speed, self._turn = speed, turn
+        self._since: int | None = None
+        self._still: float | None = None
+
+    def update(self, _signal: str, sample: Stamped) -> None:
+        """Take one velocity."""
+        velocity = sample.value
+        assert isinstance(velocity, Twist2)
+        if velocity.speed >= self._speed or abs(velocity.wz) >= self._turn:
+            self._since, self._still = None, 0.0
+            return
+        if self._since is None:
+            self._since = sample.stamp
+        self._still = max(0.0, (sample.stamp - self._since) * 1e-9)
+
+    def value(self) -> float | None:
+        """Seconds of standing still."""
+        return self._still

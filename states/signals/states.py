@@ -1,0 +1,102 @@
+"""States that only look at signals: the user's doings, lost tracking, faults."""
+
+from __future__ import annotations
+
+from engine.state import Action, Context, Monitor, On, Run
+from engine.types import Angle, Duration, Length
+from hw.geometry import wrap
+from hw.samples import UserPose
+
+STALE_S = 0.15
+"""Poses of the user are used up to this age (R149); 0.5 s without any are a latched fault."""
+
+USER_LOST = "tracking of the user is lost"
+
+
+class UserSettled(Monitor):
+    """`settled` once the user stands still after having moved or turned since `since`.
+
+    Without a `since` standing still is enough. Paper 4.4.2, first criterion (R89).
+    """
+
+    outcomes = ("settled",)
+    reads = {"user.still": STALE_S, "user.pose": STALE_S}
+
+    def __init__(
+        self,
+        still_for: Duration = 0.5,
+        moved: Length = 0.3,
+        turned: Angle = 0.5235987755982988,
+    ) -> None:
+        self.still_for, self.moved, self.turned = still_for, moved, turned
+
+    def run(self, ctx: Context, since: UserPose | None = None) -> Run:
+        while True:
+            still, user = ctx.value("user.still"), ctx.value("user.pose")
+            stands = still is not None and still > self.still_for
+            if stands and user is not None and self._has_moved(since, user):
+                return "settled"
+            yield On("user.still")
+
+    def _has_moved(self, since: UserPose | None, user: UserPose) -> bool:
+        if since is None or since.body.distance_to(user.body) > self.moved:
+            return True
+        return abs(wrap(user.body.yaw - since.body.yaw)) > self.turned
+
+
+class UserLost(Monitor):
+    """`lost` once the newest pose of the user is older than 150 ms."""
+
+    outcomes = ("lost",)
+    reads = {"user.pose": STALE_S}
+
+    def run(self, ctx: Context) -> Run:
+        first = ctx.after(STALE_S)  # at the start of a run there may be no pose yet
+        while True:
+            if ctx.value("user.pose") is None and ctx.now >= first:
+                return "lost"
+            yield On("user.pose", until=ctx.after(STALE_S))
+
+
+class FaultRaised(Monitor):
+    """`raised` while the stop line is pulled: the bumper, a driver, or the operator did it."""
+
+    outcomes = ("raised",)
+    reads = {"stop.engaged": None}
+
+    def run(self, ctx: Context) -> Run:
+        while ctx.value("stop.engaged") is None:
+            yield On("stop.engaged")
+        return "raised"
+
+
+class ClearFaults(Action):
+    """`clear` once no fault is left and the user is tracked.
+
+    A pulled stop line is reported to the operator, and reset after they have acknowledged it. A
+    user who stays lost for `latch` is such a fault, too: the line is pulled for it.
+    """
+
+    outcomes = ("clear",)
+    reads = {"stop.engaged": None, "user.pose": STALE_S, "operator.acknowledge": None}
+    commands = ("operator", "stop_line")
+
+    def __init__(self, latch: Duration = 0.5) -> None:
+        self.latch = latch
+
+    def run(self, ctx: Context) -> Run:
+        operator, stop_line = ctx.part("operator"), ctx.part("stop_line")
+        latch_at = ctx.after(self.latch - STALE_S)
+        reported = None
+        while True:
+            reason, user = ctx.value("stop.engaged"), ctx.value("user.pose")
+            if reason is None and user is not None:
+                return "clear"
+            if reason is None and ctx.now >= latch_at:
+                stop_line.pull(USER_LOST)
+            if reason is not None and reported is None:
+                operator.report(reason)
+                reported = reason
+            elif reason is not None and ctx.events("operator.acknowledge") and stop_line.reset():
+                reported, latch_at = None, ctx.after(self.latch)
+            yield None

@@ -1,0 +1,96 @@
+"""A room, a robot and the shipped profiles for tests of behaviours."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from behaviors.profile import Profile, load_profile
+from behaviors.situation import Situation
+from engine.state import Sample
+from hw.geometry import Pose2, Twist2
+from hw.robot import RobotModel, load_robot
+from hw.room import Room
+from hw.samples import UserPose
+from states.site import Site
+
+HALL = Room(outer=((0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0)))
+
+
+@pytest.fixture(scope="session")
+def robot() -> RobotModel:
+    return load_robot("rbkairos_ur10")
+
+
+@pytest.fixture(scope="session", params=["paper", "tuned"])
+def profile(request: pytest.FixtureRequest) -> Profile:
+    return load_profile(request.param)
+
+
+@pytest.fixture(scope="session")
+def paper() -> Profile:
+    return load_profile("paper")
+
+
+@pytest.fixture(scope="session")
+def tuned() -> Profile:
+    return load_profile("tuned")
+
+
+@pytest.fixture(scope="session")
+def site_of(robot: RobotModel) -> Callable[..., Site]:
+    def make(profile: Profile, room: Room = HALL) -> Site:
+        return profile.site(room, robot)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def situation_of(site_of: Callable[..., Site]) -> Callable[..., Situation]:
+    def make(
+        profile: Profile,
+        pose: Pose2,
+        user: UserPose,
+        velocity: Twist2 | None = None,
+        twist: Twist2 | None = None,
+        room: Room = HALL,
+    ) -> Situation:
+        still = Twist2(0.0)
+        site = site_of(profile, room)
+        return Situation(site, profile.settings, pose, twist or still, user, velocity or still)
+
+    return make
+
+
+class FakeContext:
+    """What a state sees, from plain dicts; `events` are handed out once."""
+
+    def __init__(self, values: dict[str, Any], parts: dict[str, Any] | None = None) -> None:
+        self.values, self.parts = values, parts or {}
+        self.stamps: dict[str, int] = {}
+        self.pending: dict[str, list[Sample]] = {}
+        self.now = 0
+
+    def after(self, seconds: float) -> int:
+        return self.now + round(seconds * 1e9)
+
+    def value(self, signal: str) -> Any:
+        return self.values.get(signal)
+
+    def sample(self, signal: str) -> Sample | None:
+        if signal not in self.values:
+            return None
+        return Sample(self.values[signal], self.stamps.get(signal, 0))
+
+    def events(self, signal: str) -> tuple[Sample, ...]:
+        return tuple(self.pending.pop(signal, ()))
+
+    def part(self, name: str) -> Any:
+        return self.parts[name]
+
+
+@pytest.fixture
+def context() -> type[FakeContext]:
+    return FakeContext

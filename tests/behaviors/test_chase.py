@@ -1,0 +1,300 @@
+"""The Chase space, the choice of a Chase pose, both triggers, and making room."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from behaviors import chase, escape
+from behaviors.chase_space import grid, length_around, rest_to_rest, ring
+from behaviors.profile import Profile
+from behaviors.situation import Situation
+from hw.geometry import Pose2, Pose3, Twist2, wrap
+from hw.room import Room
+from hw.samples import UserPose
+from states.site import Site
+
+USER = UserPose(Pose2(10.0, 10.0, 0.0), 0.0)
+
+
+def cells_of(site: Site, profile: Profile) -> Callable[[], Any]:
+    return lambda: grid(site, profile.settings).tolist()
+
+
+def space_of(site: Site, profile: Profile, user: UserPose = USER) -> chase.ChaseSpace:
+    return chase.space(site, profile.settings, cells_of(site, profile), user)
+
+
+@pytest.mark.requirement(94)
+def test_the_space_has_5998_cells_at_the_defaults(profile: Profile) -> None:
+    assert len(ring(profile.settings.chase)) == 5998
+
+
+@pytest.mark.requirement(94, 125)
+@pytest.mark.parametrize("cell", [0.025, 0.1])
+def test_the_resolution_can_be_chosen(paper: Profile, cell: float) -> None:
+    chosen = replace(paper.settings.chase, cell=cell)
+
+    assert len(ring(chosen)) * cell * cell == pytest.approx(5998 * 0.05**2, rel=0.01)
+
+
+@pytest.mark.requirement(93, 97, 98)
+def test_the_space_is_two_equal_arcs_within_the_bounds(profile: Profile) -> None:
+    x, y = ring(profile.settings.chase).T
+
+    radius, bearing = np.hypot(x, y), np.degrees(np.abs(np.arctan2(y, x)))
+    assert radius.min() >= 1.5
+    assert radius.max() <= 3.0
+    assert bearing.min() >= 30.0
+    assert bearing.max() <= 180.0 - 22.5
+    assert np.count_nonzero(y > 0.0) == np.count_nonzero(y < 0.0)
+
+
+@pytest.mark.requirement(95)
+def test_weights_lie_between_0_and_1_and_are_highest_at_the_sides(
+    paper: Profile, site_of: Callable[..., Site]
+) -> None:
+    cells = grid(site_of(paper), paper.settings)
+
+    weights = cells[:, 2]
+    assert weights.min() >= 0.0
+    assert weights.max() <= 1.0
+    assert list(weights) == sorted(weights, reverse=True)
+    assert np.abs(np.degrees(np.arctan2(cells[:4, 1], cells[:4, 0]))) == pytest.approx(90.0, abs=1)
+
+
+@pytest.mark.requirement(103)
+def test_from_no_tuned_cell_does_the_user_raise_escape_by_beginning_to_walk(
+    tuned: Profile, site_of: Callable[..., Site]
+) -> None:
+    margin = 0.3 - 1e-9
+    for x, y, _ in grid(site_of(tuned), tuned.settings):
+        for turn in (-math.radians(6), 0.0, math.radians(6)):
+            user = UserPose(Pose2(0.0, 0.0, 0.0), turn)
+            assert not escape.in_zone(tuned.settings.escape, user, Pose2(x, y), margin)
+
+
+@pytest.mark.requirement(103)
+def test_as_printed_3_percent_of_the_cells_lie_in_the_escape_zone(
+    paper: Profile, site_of: Callable[..., Site]
+) -> None:
+    user = UserPose(Pose2(0.0, 0.0), 0.0)
+    cells = grid(site_of(paper), paper.settings)
+
+    inside = [escape.in_zone(paper.settings.escape, user, Pose2(x, y)) for x, y, _ in cells]
+
+    assert len(cells) == 5998
+    assert sum(inside) / len(cells) == pytest.approx(0.03, abs=0.005)
+
+
+@pytest.mark.requirement(93)
+@given(
+    x=st.floats(5.0, 15.0), y=st.floats(5.0, 15.0), yaw=st.floats(-3.1, 3.1),
+    head=st.floats(-3.1, 3.1),
+)  # fmt: skip
+@settings(deadline=None, max_examples=20)
+def test_the_space_moves_and_turns_with_the_body_whatever_the_head_does(
+    paper: Profile, site_of: Callable[..., Site], x: float, y: float, yaw: float, head: float
+) -> None:
+    site, body = site_of(paper), Pose2(x, y, yaw)
+    found = space_of(site, paper, UserPose(body, head))
+
+    for place_x, place_y, _ in list(found.free())[::500]:
+        inside = body.inverse()
+        ahead, left = inside.transform(place_x, place_y)
+        bearing = math.degrees(abs(math.atan2(left, ahead)))
+        assert 1.5 - 1e-9 <= math.hypot(ahead, left) <= 3.0 + 1e-9
+        assert 30.0 - 1e-6 <= bearing <= 157.5 + 1e-6
+
+
+@pytest.mark.requirement(99)
+@given(bearing=st.floats(-math.pi, math.pi), now=st.floats(-math.pi, math.pi))
+@settings(deadline=None, max_examples=200)
+def test_a_long_side_faces_the_user_with_the_smaller_turn(bearing: float, now: float) -> None:
+    place = (2.0 * math.cos(bearing), 2.0 * math.sin(bearing))
+
+    yaw = chase.tangent_yaw(Pose2(0.0, 0.0), place, now)
+
+    assert math.cos(yaw) * place[0] + math.sin(yaw) * place[1] == pytest.approx(0.0, abs=1e-9)
+    assert abs(wrap(yaw - now)) <= math.pi / 2 + 1e-9
+
+
+@pytest.mark.requirement(100, 120)
+def test_cells_nearer_than_a_metre_to_a_wall_are_dropped(
+    profile: Profile, site_of: Callable[..., Site]
+) -> None:
+    site, user = site_of(profile), UserPose(Pose2(2.0, 10.0, 0.0), 0.0)
+
+    found = list(space_of(site, profile, user).free())
+
+    assert 0 < len(found) < len(grid(site, profile.settings))
+    assert min(x for x, *_ in found) >= 1.0 - 1e-5
+
+
+@pytest.mark.requirement(96)
+def test_the_largest_weight_is_chosen_and_the_nearer_of_two_equals(
+    paper: Profile, situation_of: Callable[..., Situation]
+) -> None:
+    for side in (1.0, -1.0):
+        now = situation_of(paper, Pose2(10.0, 10.0 + 3.5 * side), USER)
+        found = chase.best_cell(now, space_of(now.site, paper))
+
+        assert found is not None
+        best = grid(now.site, paper.settings)[0, 2]
+        x, y = found[0] - 10.0, found[1] - 10.0
+        cells = grid(now.site, paper.settings)
+        chosen = cells[np.hypot(cells[:, 0] - x, cells[:, 1] - y).argmin()]
+        assert chosen[2] == pytest.approx(best, abs=1e-12)
+        assert y * side > 0.0
+
+
+@pytest.mark.requirement(96)
+def test_cells_can_be_sampled_by_weight_and_the_same_seed_gives_the_same(
+    paper: Profile, situation_of: Callable[..., Situation]
+) -> None:
+    drawn = []
+    for seed in (0, 0, 1, 2, 3):
+        chosen = replace(paper.settings.chase, pick="sample", seed=seed)
+        sampled = replace(paper, settings=replace(paper.settings, chase=chosen))
+        now = situation_of(sampled, Pose2(10.0, 13.5), USER)
+        drawn.append(chase.best_cell(now, space_of(now.site, sampled)))
+
+    assert drawn[0] == drawn[1]
+    assert len(set(drawn)) > 2
+
+
+@pytest.mark.requirement(101)
+def test_without_a_free_cell_there_is_no_chase_pose(
+    profile: Profile, situation_of: Callable[..., Situation]
+) -> None:
+    closet = Room(outer=((0.0, 0.0), (2.5, 0.0), (2.5, 2.5), (0.0, 2.5)))
+    user = UserPose(Pose2(0.6, 0.6, 0.0), 0.0)
+    now = situation_of(profile, Pose2(1.5, 1.5), user, room=closet)
+
+    assert chase.best_cell(now, space_of(now.site, profile, user)) is None
+
+
+@pytest.mark.requirement(124)
+def test_in_six_by_six_metres_a_user_in_the_middle_can_be_chased_and_served(
+    profile: Profile, situation_of: Callable[..., Situation]
+) -> None:
+    room = Room(outer=((0.0, 0.0), (6.0, 0.0), (6.0, 6.0), (0.0, 6.0)))
+    for yaw in np.linspace(-3.0, 3.0, 7):
+        user = UserPose(Pose2(3.0, 3.0, yaw), yaw)
+        now = situation_of(profile, Pose2(1.1, 1.1), user, room=room)
+
+        assert chase.best_cell(now, space_of(now.site, profile, user)) is not None
+
+
+@given(start=st.tuples(st.floats(-9, 9), st.floats(-9, 9)), near=st.floats(0.5, 4.0))
+@settings(deadline=None, max_examples=100)
+def test_the_place_on_a_straight_way_is_as_near_as_asked_for(
+    start: tuple[float, float], near: float
+) -> None:
+    found = chase.place_at([start, (0.0, 0.0)], (0.0, 0.0), near)
+
+    expected = min(near, math.hypot(*start))
+    assert math.hypot(*found) == pytest.approx(expected, abs=1e-6)
+
+
+def test_ways_around_the_user_are_no_shorter_than_straight_ones_and_clear_of_them() -> None:
+    starts = np.array([(-3.0, 0.0), (0.0, 3.0), (3.0, 0.5)])
+    lengths = length_around(starts, (3.0, 0.0), 1.27)
+
+    straight = np.hypot(starts[:, 0] - 3.0, starts[:, 1])
+    tangents = 2.0 * math.sqrt(9.0 - 1.27**2) + 1.27 * (math.pi - 2.0 * math.acos(1.27 / 3.0))
+    assert lengths[0] == pytest.approx(tangents)
+    assert lengths[1:] == pytest.approx(straight[1:])
+
+
+def test_a_drive_from_rest_to_rest_takes_the_time_of_its_speed_profile() -> None:
+    assert rest_to_rest(np.array(1.0), 1.5, 1.0) == pytest.approx(2.0)
+    assert rest_to_rest(np.array(3.0), 1.5, 1.0) == pytest.approx(3.5)
+
+
+@pytest.mark.requirement(60, 73)
+def test_a_request_is_heard_as_a_level_and_tells_when_it_came(context: Any) -> None:
+    deep = Pose3(1.0, 2.0, 1.5)
+    ctx = context({"vr.haptic_request": deep})
+    ctx.stamps["vr.haptic_request"] = 42
+
+    with pytest.raises(StopIteration) as ended:
+        next(chase.HapticRequest().run(ctx))
+
+    assert ended.value.value == ("requested", {"deep": deep, "since": 42})
+
+
+@pytest.mark.requirement(82)
+def test_a_refused_request_is_not_tried_again_but_the_next_one_is(context: Any) -> None:
+    ctx = context({"vr.haptic_request": Pose3(1.0, 2.0, 1.5)})
+    ctx.stamps["vr.haptic_request"] = 42
+    run = chase.HapticRequest().run(ctx, refused=42)
+    next(run)
+
+    ctx.stamps["vr.haptic_request"] = 43
+
+    with pytest.raises(StopIteration):
+        next(run)
+
+
+@pytest.mark.requirement(91)
+@pytest.mark.parametrize(
+    ("distance", "velocity", "crowded"),
+    [
+        (3.1, Twist2(-1.0), True),  # will be nearer in a moment
+        (3.1, Twist2(1.0), False),
+        (2.9, Twist2(1.0), True),
+        (2.9, Twist2(0.1), False),  # stands
+        (4.5, Twist2(-1.0), False),
+    ],
+)
+def test_a_walking_user_crowds_the_robot_before_they_are_near(
+    tuned: Profile,
+    situation_of: Callable[..., Situation],
+    distance: float,
+    velocity: Twist2,
+    crowded: bool,
+) -> None:
+    now = situation_of(tuned, Pose2(10.0 - distance, 10.0), USER, velocity)
+
+    assert chase.is_crowded(now, room=3.0, ahead=1.0, walking=0.3) is crowded
+
+
+@pytest.mark.requirement(91)
+def test_a_robot_that_rolls_towards_a_walker_counts_as_where_it_would_stop(
+    tuned: Profile, situation_of: Callable[..., Situation]
+) -> None:
+    walking, pose = Twist2(0.0, 0.5), Pose2(6.5, 10.0)
+    assert not chase.is_crowded(situation_of(tuned, pose, USER, walking), 3.3, 0.0, 0.3)
+
+    rolling = situation_of(tuned, pose, USER, walking, twist=Twist2(1.0))
+
+    assert chase.is_crowded(rolling, 3.3, 0.0, 0.3)
+
+
+@pytest.mark.requirement(90)
+@pytest.mark.parametrize(("distance", "far"), [(3.99, False), (4.01, True)])
+def test_a_standing_user_farther_than_4_m_is_far(
+    profile: Profile, situation_of: Callable[..., Situation], distance: float, far: bool
+) -> None:
+    now = situation_of(profile, Pose2(10.0 - distance, 10.0), USER)
+
+    assert (chase.distance_soon(now, 0.9) > 4.0) is far
+
+
+@pytest.mark.requirement(90, 91)
+def test_tuned_follows_a_walker_before_they_are_far(
+    paper: Profile, tuned: Profile, situation_of: Callable[..., Situation]
+) -> None:
+    pose, leaving, coming = Pose2(6.5, 10.0), Twist2(1.0), Twist2(-1.0)
+
+    assert chase.distance_soon(situation_of(tuned, pose, USER, leaving), 0.9) > 4.0
+    assert chase.distance_soon(situation_of(tuned, pose, USER, coming), 0.9) == 3.5
+    assert chase.distance_soon(situation_of(paper, pose, USER, leaving), 0.9) == 3.5

@@ -1,0 +1,161 @@
+"""Forecasts of drives beside a walking user, and the places chosen by them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from behaviors import escape
+from behaviors.dodge import place_with_room, way_out
+from behaviors.forecast import HORIZON_S, STEP_S, crowding, forecasts, towards, tracks
+from behaviors.profile import Profile
+from behaviors.situation import Situation
+from hw.geometry import Pose2, Twist2
+from hw.room import Room
+from hw.samples import UserPose
+from hw.sim.contact import gap
+from states.signals.prediction import PREDICTORS
+
+
+def facing(x: float, y: float, yaw: float) -> UserPose:
+    return UserPose(Pose2(x, y, yaw), yaw)
+
+
+def test_tracks_are_the_predictors_step_by_step(
+    tuned: Profile, situation_of: Callable[..., Situation]
+) -> None:
+    now = situation_of(tuned, Pose2(5.0, 5.0), facing(10.0, 10.0, 0.3), Twist2(1.0, 0.2, 0.5))
+
+    names = sorted(PREDICTORS)
+    found = tracks(now, names)
+
+    assert found.shape == (len(names), round(HORIZON_S / STEP_S), 3)
+    for row, name in zip(found, names, strict=True):
+        last = PREDICTORS[name].at(now.user.body, now.velocity, HORIZON_S, now.pose)
+        assert row[-1] == pytest.approx((last.x, last.y, last.yaw))
+
+
+@pytest.mark.requirement(50)
+@given(
+    x=st.floats(-3.0, 3.0), y=st.floats(-3.0, 3.0),
+    vx=st.floats(-1.5, 1.5), vy=st.floats(-1.5, 1.5),
+)  # fmt: skip
+@settings(deadline=None, max_examples=60)
+def test_a_forecast_keeps_the_limits_and_ends_at_its_place(
+    tuned: Profile,
+    situation_of: Callable[..., Situation],
+    x: float,
+    y: float,
+    vx: float,
+    vy: float,
+) -> None:
+    now = situation_of(tuned, Pose2(10, 10), facing(1, 1, 0), twist=Twist2(vx, vy))
+    place = (10.0 + x, 10.0 + y)
+
+    way = forecasts(now, [place], tracks(now, ("stays",)), 2.5).ways[0]
+
+    steps = np.diff(np.vstack(([10.0, 10.0], way)), axis=0) / STEP_S
+    assert np.hypot(*steps.T).max() <= 2.5 + 1e-9
+    assert np.hypot(*np.diff(steps, axis=0).T).max() <= 1.0 * STEP_S + 1e-9
+
+
+def test_a_forecast_from_standstill_arrives(
+    tuned: Profile, situation_of: Callable[..., Situation]
+) -> None:
+    now = situation_of(tuned, Pose2(10, 10), facing(1, 1, 0))
+
+    found = forecasts(now, [(11.0, 10.5)], tracks(now, ("stays",)), 2.5)
+
+    assert found.ways[0, -1] == pytest.approx((11.0, 10.5), abs=0.05)
+
+
+@given(x=st.floats(-3.0, 3.0), y=st.floats(-3.0, 3.0), yaw=st.floats(-3.1, 3.1))
+@settings(deadline=None, max_examples=100)
+def test_the_gap_of_a_forecast_is_that_of_the_outline(
+    tuned: Profile, situation_of: Callable[..., Situation], x: float, y: float, yaw: float
+) -> None:
+    pose = Pose2(10.0 + x, 10.0 + y, yaw)
+    now = situation_of(tuned, pose, facing(10.0, 10.0, 0.0))
+
+    found = forecasts(now, [(pose.x, pose.y)], tracks(now, ("stays",)), 2.5)
+
+    expected = gap(now.site.robot.footprint, pose, 10.0, 10.0)
+    assert found.gap[0] == pytest.approx(max(expected, -0.5), abs=1e-9)
+
+
+def test_safe_after_is_when_the_zones_stay_clear(
+    tuned: Profile, situation_of: Callable[..., Situation]
+) -> None:
+    """1.5 m aside of a user who looks elsewhere: clear at 1.7 m, 0.2 m away from rest."""
+    now = situation_of(tuned, Pose2(10.0, 11.5), facing(10.0, 10.0, math.pi))
+
+    places = [(10.0, 12.5), (10.0, 11.5)]
+    found = forecasts(now, places, tracks(now, ("stays",)), 2.5)
+
+    needed = math.sqrt(2.0 * 0.2 / 1.0)
+    assert found.safe_after[0] == pytest.approx(needed, abs=STEP_S + 1e-9)
+    assert found.safe_after[1] == math.inf
+
+
+def test_crowding_counts_what_is_missing_on_either_side_of_the_band() -> None:
+    apart = np.array([[[3.5, 3.5]], [[2.5, 3.5]], [[3.5, 5.0]], [[1.0, 3.5]]])
+
+    found = crowding(apart, 3.0, 4.0, 1.5, 10.0)
+
+    assert found == pytest.approx([0.0, 0.25, 1.0, 4.0 + 10.0 * 0.25])
+
+
+@pytest.mark.requirement(109)
+def test_the_way_out_of_a_walker_s_path_is_sideways_and_touches_nobody(
+    tuned: Profile, situation_of: Callable[..., Situation]
+) -> None:
+    now = situation_of(tuned, Pose2(10, 10, math.pi / 2), facing(13.0, 10.2, math.pi), Twist2(-1.3))
+    goals = escape.poses(now.site, now.settings, now.user, now.pose)
+
+    goal = way_out(now, goals, None)
+
+    assert goal is not None
+    assert goal.y < 10.0
+    likely = tracks(now, now.settings.user.likely)
+    assert forecasts(now, [(goal.x, goal.y)], likely, 2.5).gap[0] > 0.0
+
+
+@pytest.mark.requirement(91)
+def test_room_is_made_away_from_the_walk(
+    tuned: Profile, situation_of: Callable[..., Situation]
+) -> None:
+    now = situation_of(tuned, Pose2(10, 10), facing(13.0, 10.0, math.pi), Twist2(-1.0))
+
+    place = place_with_room(now, (3.4, 4.0), None)
+
+    assert math.dist(place, (13.0, 10.0)) > 3.4
+
+
+@pytest.mark.requirement(52)
+def test_room_is_not_made_through_a_wall_even_with_momentum(
+    tuned: Profile, situation_of: Callable[..., Situation]
+) -> None:
+    room = Room(outer=((0.0, 0.0), (12.0, 0.0), (12.0, 12.0), (0.0, 12.0)))
+    now = situation_of(
+        tuned, Pose2(1.6, 6.0), facing(4.5, 6.0, math.pi), Twist2(-1.0), Twist2(-0.9), room
+    )
+
+    place = place_with_room(now, (3.4, 4.0), None)
+    found = forecasts(now, [place], tracks(now, ("stays",)), 1.5)
+
+    assert min(x for x, _ in found.ways[0]) >= 0.99
+
+
+@pytest.mark.requirement(50, 52)
+def test_a_command_from_which_braking_would_end_in_a_wall_is_not_given(
+    tuned: Profile, situation_of: Callable[..., Situation]
+) -> None:
+    rolling = situation_of(tuned, Pose2(1.9, 10.0), facing(6.0, 10.0, 0.0), twist=Twist2(-1.4))
+
+    assert towards(rolling, (1.0, 13.0), "chase") == Twist2(0.0)
+    assert towards(rolling, (1.0, 13.0), "escape").speed > 0.0

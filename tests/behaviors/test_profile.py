@@ -1,0 +1,136 @@
+"""Profiles: complete, with units, and mistakes in them have a place."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from behaviors.profile import FOLDER, Profile, ProfileError, load_profile, profile_names
+from behaviors.signals import signals
+from engine.load import load_files
+from engine.signals import declare
+from hw.room import Room
+from states.signals.prediction import PREDICTORS
+
+CHARTS = FOLDER.parent
+PAPER = (FOLDER / "paper.yaml").read_text()
+
+
+def written(folder: Path, text: str) -> Path:
+    file = folder / "mine.yaml"
+    file.write_text(text)
+    return file
+
+
+def flat(value: Any, path: str = "") -> dict[str, Any]:
+    if not is_dataclass(value):
+        return {path: value}
+    found: dict[str, Any] = {}
+    for field in fields(value):
+        found |= flat(getattr(value, field.name), f"{path}.{field.name}".lstrip("."))
+    return found
+
+
+def test_both_profiles_are_there() -> None:
+    assert profile_names() == ("paper", "tuned")
+
+
+@pytest.mark.requirement(34, 50, 75, 79, 97, 98, 104, 111, 120, 129)
+def test_paper_keeps_the_printed_numbers(paper: Profile) -> None:
+    found = flat(paper.settings) | flat(paper.navigation, "navigation")
+
+    printed = {
+        "navigation.chase.max_speed": 1.5, "navigation.haptic.max_speed": 1.5,
+        "navigation.escape.max_speed": 2.5, "navigation.chase.inflation": 1.0,
+        "navigation.haptic.inflation": 1.0, "navigation.escape.inflation": 0.77,
+        "navigation.haptic.tolerance": 0.2, "escape.ahead": 2.5, "escape.around": 1.5,
+        "chase.inner": 1.5, "chase.outer": 3.0, "chase.cell": 0.05, "haptic.radius": 1.0,
+        "user.still_for": 0.5,
+    }  # fmt: skip
+    assert {name: found[name] for name in printed} == printed
+    assert found["escape.half_view"] == pytest.approx(0.6283185307)
+    assert found["chase.front"] == pytest.approx(1.0471975512)
+    assert found["chase.rear"] == pytest.approx(0.7853981634)
+
+
+@pytest.mark.requirement(50)
+def test_the_settled_differences_of_tuned(paper: Profile, tuned: Profile) -> None:
+    assert (paper.robot.base_acceleration, tuned.robot.base_acceleration) == (0.5, 1.0)
+    assert (paper.robot.arm_acceleration, tuned.robot.arm_acceleration) == (1.0, 5.0)
+    assert (paper.robot.tool_speed, tuned.robot.tool_speed) == (None, 1.0)
+    assert (paper.safety.governor, tuned.safety.governor) == (False, True)
+    assert tuned.settings.chase.margin == 0.3
+    assert tuned.navigation.haptic.tolerance == 0.05
+
+
+def test_predictors_are_known_ones(profile: Profile) -> None:
+    user = profile.settings.user
+
+    assert {*user.likely, *user.possible} <= set(PREDICTORS)
+
+
+def test_chart_parameters_of_a_profile_exist(profile: Profile) -> None:
+    library = load_files(sorted(CHARTS.glob("*.yaml")))
+
+    applied = profile.apply(library)
+
+    for chart, values in profile.charts.items():
+        assert set(values) <= set(library[chart].parameters)
+        for name, value in values.items():
+            assert applied[chart].parameters[name].default == value
+    assert library["chase"].parameters["room"].default == "0 m"
+
+
+def test_a_site_has_the_room_the_robot_and_the_limits(profile: Profile, robot: Any) -> None:
+    room = Room(outer=((0.0, 0.0), (5.0, 0.0), (5.0, 5.0), (0.0, 5.0)))
+
+    site = profile.site(room, robot)
+
+    assert site.limits.base_acceleration == profile.robot.base_acceleration
+    assert site.planner("escape").inflation_radius == 0.77
+    assert site.planner("chase") is site.planner("haptic")
+    declare(signals(site, profile.settings))
+
+
+BROKEN = [
+    ("base_acceleration: 0.5 m/s2", "base_acceleration: 0.5 m", "base_acceleration.*length"),
+    ("inner: 1.5 m", "iner: 1.5 m", "did you mean 'inner'"),
+    ("  cell: 5 cm\n", "", "no value for cell"),
+    ("view: head", "view: feet", "head, body"),
+    ("safety:", "safty:", "did you mean 'safety'"),
+    ("charts: {}", "charts: 3", "mapping"),
+    ("moving: 0.2 m/s", "moving: [1]", "moving"),
+    ("about: The", "about: [The", "mine.yaml:"),
+]
+
+
+@pytest.mark.parametrize(("right", "wrong", "message"), BROKEN)
+def test_a_mistake_is_told_with_its_place(
+    tmp_path: Path, right: str, wrong: str, message: str
+) -> None:
+    assert right in PAPER
+    file = written(tmp_path, PAPER.replace(right, wrong, 1))
+
+    with pytest.raises(ProfileError) as failure:
+        load_profile(file)
+
+    text = str(failure.value)
+    assert re.match(rf"{re.escape(str(file))}:\d+:\d+: ", text)
+    assert re.search(message, text)
+
+
+def test_an_unknown_profile_names_the_known_ones() -> None:
+    with pytest.raises(ProfileError, match="did you mean 'tuned'"):
+        load_profile("tunde")
+
+
+def test_the_hash_is_that_of_the_file(tmp_path: Path, paper: Profile) -> None:
+    other = load_profile(written(tmp_path, PAPER.replace("cell: 5 cm", "cell: 10 cm")))
+
+    assert load_profile("paper").sha256 == paper.sha256
+    assert other.sha256 != paper.sha256
+    assert other.settings.chase.cell == 0.1

@@ -1,0 +1,74 @@
+"""Every transition of the shipped charts is walked, by scripts that exploration finds."""
+
+from __future__ import annotations
+
+import pytest
+
+from cobodeck.wiring import open_setup
+from engine.explore import Ended, active, after, explore, initial
+from engine.machine import Machine
+from engine.run import Run
+from engine.scripted import Script
+from engine.signals import Board
+
+CHARTS = ("cobodeck", "chase", "haptic", "escape", "inform")
+TICK_NS = 10**8
+
+
+class Still:
+    """A part that does nothing."""
+
+    def stop(self) -> None:
+        """Stand."""
+
+
+def machine_of(name: str) -> Machine:
+    """A shipped chart whose timeouts only fire when they are told to."""
+    machine = open_setup(name).machine()
+    for vertex in machine.vertices.values():
+        if vertex.timeout_ns is not None:
+            vertex.timeout_ns = 10**15
+    return machine
+
+
+def walk(name: str, script) -> None:
+    """Play the steps of a script; runner and exploration agree after each of them."""
+    machine = machine_of(name)
+    setup = open_setup(name)
+    parts = {part: Still() for leaf in machine.leaves for part in leaf.interface.commands}
+    told = Script(machine)
+    run = Run(machine, Board(setup.signals), parts)
+    run.tick(0)
+    here = initial(machine.root)
+    for number, step in enumerate(script, start=1):
+        for path, outcome in step:
+            if outcome == "timeout":
+                machine.vertices[path].deadline = number * TICK_NS
+                run.watch_deadline(machine.vertices[path])
+            else:
+                told.end(path, outcome)
+        here = after(machine.root, here, step, [])
+        run.tick(number * TICK_NS)
+        if isinstance(here, Ended):
+            assert run.outcome == here.outcome
+            return
+        assert sorted(run.active) == sorted(leaf.path for leaf in active(machine.root, here))
+
+
+@pytest.mark.parametrize("name", CHARTS)
+def test_a_shipped_chart_is_explored_completely_and_nothing_in_it_is_out_of_reach(name):
+    machine = open_setup(name).machine()
+    found = explore(machine)
+    assert found.complete
+    assert found.stuck == []
+    assert {leaf.path for leaf in machine.leaves} == found.entered
+    assert set(found.outcomes) == set(machine.chart.outcomes)
+
+
+@pytest.mark.requirement(57, 58, 60, 61, 62, 63, 64, 65, 66)
+@pytest.mark.parametrize("name", CHARTS)
+def test_every_transition_of_a_shipped_chart_is_walked(name):
+    scripts = set(explore(open_setup(name).machine()).moves.values())
+    assert scripts
+    for script in sorted(scripts):
+        walk(name, script)

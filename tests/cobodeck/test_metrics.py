@@ -1,0 +1,204 @@
+"""The evaluator's figures, for courses of events that are worked out by hand."""
+
+import math
+from dataclasses import dataclass, field
+
+import pytest
+
+from cobodeck.metrics import Evaluator, spread
+from hw.geometry import Pose2, Pose3
+from hw.samples import ArmState, Sample, UserPose
+
+SECOND = 10**9
+ORIGIN, FAR = Pose2(0.0, 0.0), Pose2(9.0, 0.0)
+STILL = ArmState((0.0,) * 6, (0.0,) * 6)
+
+
+@dataclass
+class Person:
+    body: Pose2 = ORIGIN
+    speed: float = 0.0
+    request: Pose3 | None = None
+    measured: Sample | None = None
+
+
+@dataclass
+class Base:
+    pose: Pose2 = FAR
+    distance_m: float = 0.0
+    energy_j: float = 0.0
+
+
+@dataclass
+class Arm:
+    state: ArmState = STILL
+
+
+@dataclass
+class World:
+    person: Person = field(default_factory=Person)
+    base: Base = field(default_factory=Base)
+    arm: Arm = field(default_factory=Arm)
+    contacts: int = 0
+    wall_hits: int = 0
+    min_gap: float = 3.0
+
+
+class Course:
+    """A world that is told what to look like, one second after the other."""
+
+    def __init__(self) -> None:
+        self.world = World()
+        self.prop = Pose3(100.0, 0.0, 0.0)
+        self.seen = Evaluator(self.world, lambda base, joints: self.prop)  # type: ignore[arg-type]
+        self.now = 0
+
+    def see(self, at: float, robot: Pose2, speed: float = 1.0, turn: float = 0.0) -> None:
+        self.now = round(at * SECOND)
+        person = self.world.person
+        person.speed = speed
+        pose = UserPose(person.body, person.body.yaw + turn)
+        person.measured = Sample("user.pose", self.now, pose)
+        self.world.base.pose = robot
+        self.seen.watch(self.now)
+
+
+@pytest.fixture
+def course() -> Course:
+    return Course()
+
+
+@pytest.mark.requirement(104)
+@pytest.mark.parametrize(
+    ("distance", "bearing", "turn", "speed", "counted"),
+    [
+        (2.49, 0.0, 0.0, 0.21, 1),
+        (2.51, 0.0, 0.0, 0.21, 0),
+        (2.49, math.radians(35.9), 0.0, 0.21, 1),
+        (2.49, math.radians(36.1), 0.0, 0.21, 0),
+        (2.49, math.radians(-35.9), 0.0, 0.21, 1),
+        (1.49, math.pi, 0.0, 0.21, 1),
+        (1.51, math.pi, 0.0, 0.21, 0),
+        (2.0, math.pi / 2, math.pi / 2, 0.21, 1),  # the head looks at the robot
+        (2.0, 0.0, math.pi / 2, 0.21, 0),  # the head looks away
+        (1.0, 0.0, 0.0, 0.19, 0),  # a user who stands is in no danger
+    ],
+)
+def test_an_escape_situation_is_a_moving_user_with_the_robot_in_a_zone(
+    course: Course, distance: float, bearing: float, turn: float, speed: float, counted: int
+) -> None:
+    robot = Pose2(distance * math.cos(bearing), distance * math.sin(bearing))
+
+    course.see(0.1, robot, speed, turn)
+
+    assert course.seen.situations == counted
+
+
+def test_time_to_safety_runs_until_neither_zone_holds(course: Course) -> None:
+    for at, x, speed in [(0, 5, 1), (1, 2.4, 1), (2, 2.4, 0), (3, 1.2, 1), (4, 2.6, 1), (5, 2, 1)]:
+        course.see(at, Pose2(x, 0.0), speed)
+
+    assert course.seen.situations == 2
+    assert course.seen.time_to_safety_s == [3.0]
+
+
+@pytest.mark.requirement(44, 135)
+@pytest.mark.parametrize(
+    ("off", "yaw", "served"),
+    [(0.019, 0.0, 1), (0.021, 0.0, 0), (0.0, 0.099, 1), (0.0, 0.101, 0)],
+)
+def test_served_is_the_prop_within_2_cm_and_a_tenth_rad(
+    course: Course, off: float, yaw: float, served: int
+) -> None:
+    deep = Pose3.from_yaw(1.0, 0.0, 1.5, 0.0)
+    course.see(1, Pose2(1.5, 0.0), 0.0)
+    course.world.person.request = deep
+    course.see(2, Pose2(1.5, 0.0), 0.0)
+    course.prop = Pose3.from_yaw(1.0 + off, 0.0, 1.5, yaw)
+    course.see(5, Pose2(1.5, 0.0), 0.0)
+    course.see(6, Pose2(1.5, 0.0), 0.0)
+
+    figures = course.seen.report()
+    assert (figures["requests"], figures["served"]) == (1, served)
+    assert figures["response_s"]["mean"] == (3.0 if served else None)
+
+
+def test_a_prop_that_comes_after_the_release_serves_nobody(course: Course) -> None:
+    course.world.person.request = Pose3(1.0, 0.0, 1.5)
+    course.see(1, Pose2(1.5, 0.0), 0.0)
+    course.world.person.request = None
+    course.prop = Pose3(1.0, 0.0, 1.5)
+    course.see(2, Pose2(1.5, 0.0), 0.0)
+    course.see(3, Pose2(1.5, 0.0), 0.0)
+
+    assert course.seen.report()["served"] == 0
+
+
+@pytest.mark.requirement(44)
+def test_the_error_of_a_served_request_is_that_of_the_prop_at_its_nearest(course: Course) -> None:
+    course.world.person.request = Pose3(1.0, 0.0, 1.2)
+    for at, off, turned in [(1, 0.5, 0.0), (2, 0.015, 0.05), (3, 0.002, 0.01), (4, 0.3, 0.0)]:
+        course.prop = Pose3.from_yaw(1.0 + off, 0.0, 1.2, turned)
+        course.see(at, Pose2(1.5, 0.01 * at), 0.0)
+
+    figures = course.seen.report()
+
+    assert figures["prop_error_m"]["max"] == pytest.approx(0.002)
+    assert figures["prop_error_rad"]["max"] == pytest.approx(0.01)
+
+
+def test_a_request_is_served_once(course: Course) -> None:
+    deep = Pose3(1.0, 0.0, 1.5)
+    for begin in (1, 11):
+        course.prop = deep
+        course.world.person.request = Pose3(1.0, 0.0, 1.5)
+        for second in range(5):
+            course.see(begin + second, Pose2(1.5, 0.0), 0.0)
+        course.world.person.request = None
+        course.see(begin + 6, Pose2(1.5, 0.0), 0.0)
+
+    figures = course.seen.report()
+    assert (figures["requests"], figures["served"]) == (2, 2)
+
+
+@pytest.mark.requirement(91)
+def test_the_share_beside_the_user_is_of_walking_time_only(course: Course) -> None:
+    for at, x, speed in [(1, 3, 1), (2, 1.4, 1), (3, 4.1, 1), (4, 3.9, 1), (5, 9, 0)]:
+        course.see(at, Pose2(x, 0.0), speed)
+
+    figures = course.seen.report()
+    assert figures["walking_s"] == 4.0
+    assert figures["beside_share"] == 0.5
+
+
+def test_silence_of_tracking_is_noticed_with_its_time(course: Course) -> None:
+    course.see(0.1, Pose2(9.0, 0.0))
+    course.world.person.measured = None
+    course.seen.watch(SECOND)
+    course.see(2.0, Pose2(9.0, 0.0))
+    course.world.person.measured = None
+    course.seen.watch(4 * SECOND)
+    course.seen.finish()
+
+    found = course.seen.report()["dropouts"]
+    assert found == [{"from_s": 0.1, "to_s": 2.0}, {"from_s": 2.0, "to_s": 4.0}]
+
+
+def test_what_did_not_occur_is_null(course: Course) -> None:
+    course.see(0.1, Pose2(9.0, 0.0), 0.0)
+
+    figures = course.seen.report()
+
+    assert figures["response_s"] == {"mean": None, "sd": None, "min": None, "max": None}
+    assert figures["prop_error_m"] == {"mean": None, "max": None}
+    assert figures["time_to_safety_s"] == {"mean": None, "min": None, "max": None}
+    assert figures["beside_share"] is None
+
+
+def test_the_spread_is_that_of_a_sample() -> None:
+    found = spread([1.0, 2.0, 4.0], ("mean", "sd", "min", "max"))
+
+    assert found["mean"] == pytest.approx(7 / 3)
+    assert found["sd"] == pytest.approx(math.sqrt(7 / 3))
+    assert (found["min"], found["max"]) == (1.0, 4.0)
+    assert spread([2.0], ("mean", "sd")) == {"mean": 2.0, "sd": None}

@@ -1,0 +1,35 @@
+"""What the README says is so: its table, its commands, its links."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from cobodeck.__main__ import COMMANDS
+from cobodeck.bench.table import RESULT, with_table
+
+ROOT = Path(__file__).resolve().parents[2]
+README = (ROOT / "README.md").read_text()
+
+
+def test_the_table_is_that_of_the_committed_run():
+    assert RESULT.exists(), "make bench writes it"
+    assert with_table(README) == README, "python -m cobodeck.bench.table writes it"
+
+
+def test_every_command_of_the_readme_exists():
+    named = set(re.findall(r"`cobodeck (\w+)", README))
+    assert named <= set(COMMANDS)
+
+
+def test_every_make_target_of_the_readme_exists():
+    targets = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(), flags=re.M)
+    assert set(re.findall(r"^ {4}make (\w+)", README, flags=re.M)) <= set(targets)
+
+
+@pytest.mark.parametrize("page", [*sorted(ROOT.glob("*/README.md")), ROOT / "README.md"], ids=str)
+def test_links_lead_somewhere(page):
+    for target in re.findall(r"\]\((?!http)([^)#]+)\)", page.read_text()):
+        assert (page.parent / target).exists(), target

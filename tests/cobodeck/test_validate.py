@@ -1,0 +1,146 @@
+"""Charts, scenes, robots and profiles are checked together, without loading what runs them."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cobodeck.__main__ import main
+from cobodeck.console import FAILED, OK
+
+ROOT = Path(__file__).resolve().parents[2]
+HEAVY = ("numpy", "numba", "scipy", "networkx", "shapely", "jsonschema", "pygraphviz", "email")
+PARK = "  park: {do: ParkArm, next: {parked: .done, failed: .done%s}}\n"
+GOOD = "chart: NAME\noutcomes: [done]\nstates:\n" + PARK % ", error: .done"
+WARNED = "chart: warned\noutcomes: [done]\nstates:\n" + PARK % ""
+
+
+def test_everything_shipped_is_right(capsys: pytest.CaptureFixture[str]) -> None:
+    code = main(["validate"])
+
+    assert code == OK, capsys.readouterr().out
+
+
+def test_validating_loads_neither_numbers_nor_schemas() -> None:
+    program = (
+        "import sys; from cobodeck.__main__ import main; main(['validate']);"
+        f"print([name for name in {HEAVY!r} if name in sys.modules])"
+    )
+
+    result = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+
+    assert result.stdout.splitlines()[-1] == "[]"
+
+
+def test_a_folder_gives_every_file_that_is_something(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "deep" / "deeper").mkdir(parents=True)
+    (tmp_path / "deep" / "deeper" / "good.yaml").write_text(GOOD.replace("NAME", "good"))
+    (tmp_path / "deep" / "bad.yml").write_text(
+        GOOD.replace("NAME", "bad").replace("ParkArm", "ParkArms")
+    )
+    (tmp_path / "compose.yaml").write_text("services: {db: {image: x}}\n")
+    (tmp_path / ".hidden").mkdir()
+    (tmp_path / ".hidden" / "bad.yaml").write_text("chart: 1\n")
+    monkeypatch.chdir(tmp_path)
+
+    assert main(["validate", "."]) == FAILED
+
+    shown = capsys.readouterr().out
+    assert "deep/bad.yml:4:14: error" in shown
+    assert "did you mean 'ParkArm'?" in shown
+    assert shown.endswith("1 error in 2 files\n")
+
+
+def test_warnings_are_errors_if_asked_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "warned.yaml").write_text(WARNED)
+
+    assert main(["validate", str(tmp_path)]) == OK
+    assert "warning[" in capsys.readouterr().out
+    assert main(["validate", "--strict", str(tmp_path)]) == FAILED
+    assert "error[" in capsys.readouterr().out
+
+
+def test_charts_are_found_beside_the_one_that_uses_them(tmp_path: Path) -> None:
+    (tmp_path / "helper.yaml").write_text(GOOD.replace("NAME", "helper"))
+    user = "chart: user\noutcomes: [done]\nstates:\n  a: {use: helper, next: {done: .done}}\n"
+    (tmp_path / "user.yaml").write_text(user)
+
+    assert main(["validate", str(tmp_path / "user.yaml")]) == OK
+
+
+def test_an_error_in_a_used_chart_is_told_where_it_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "helper.yaml").write_text(GOOD.replace("NAME", "helper").replace("Arm", "Leg"))
+    user = "chart: user\noutcomes: [done]\nstates:\n  a: {use: helper, next: {done: .done}}\n"
+    (tmp_path / "user.yaml").write_text(user)
+
+    assert main(["validate", str(tmp_path / "user.yaml")]) == FAILED
+    assert "helper.yaml:4:14: error" in capsys.readouterr().out
+
+
+def test_a_slip_in_the_name_of_a_used_chart_is_seen(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "helper.yaml").write_text(GOOD.replace("NAME", "helper"))
+    user = "chart: user\noutcomes: [done]\nstates:\n  a: {use: helpr, next: {done: .done}}\n"
+    (tmp_path / "user.yaml").write_text(user)
+
+    assert main(["validate", str(tmp_path / "user.yaml")]) == FAILED
+    assert "did you mean 'helper'?" in capsys.readouterr().out
+
+
+def test_a_pipe_beside_a_chart_is_not_waited_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    os.mkfifo(tmp_path / "pipe.yaml")
+    (tmp_path / "good.yaml").write_text(GOOD.replace("NAME", "good"))
+
+    assert main(["validate", str(tmp_path)]) == OK
+    assert main(["validate", str(tmp_path / "good.yaml")]) == OK
+    assert main(["validate", str(tmp_path / "pipe.yaml")]) == FAILED
+    assert "is no regular file" in capsys.readouterr().err
+
+
+def test_a_copy_of_a_shipped_chart_goes_before_the_shipped_one(tmp_path: Path) -> None:
+    copy = tmp_path / "escape.yaml"
+    copy.write_text((ROOT / "charts" / "escape.yaml").read_text())
+
+    assert main(["validate", str(copy)]) == OK
+
+
+@pytest.mark.parametrize("form", ["json", "sarif", "github"])
+def test_findings_for_programs_have_the_same_places(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], form: str
+) -> None:
+    (tmp_path / "bad.yaml").write_text("scene: bad\nroom: lab_a\nrobot: {start: {x: 99, y: 0}}\n")
+
+    assert main(["validate", "--format", form, str(tmp_path)]) == FAILED
+
+    shown = capsys.readouterr().out
+    if form == "json":
+        (finding,) = json.loads(shown)
+        assert (finding["code"], finding["line"]) == ("D01", 3)
+        assert "not on the free floor" in finding["message"]
+    elif form == "sarif":
+        (result,) = json.loads(shown)["runs"][0]["results"]
+        region = result["locations"][0]["physicalLocation"]["region"]
+        assert region["startLine"] == 3
+    else:
+        assert shown.startswith("::error file=")
+        assert "line=3" in shown
+
+
+def test_what_a_chart_can_do_is_counted(capsys):
+    assert main(["validate"]) == 0
+    assert re.search(r"cobodeck: \d+ configurations, \d+ edges, complete", capsys.readouterr().out)

@@ -1,0 +1,60 @@
+"""A built wheel has all it needs: it runs from any folder, without the checkout."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("engine", "states", "behaviors", "hw", "cobodeck", "charts")
+
+
+def run(command: list[str], folder: Path, **environment: str) -> str:
+    result = subprocess.run(
+        command,
+        cwd=folder,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert result.returncode == 0, result.stdout + result.stderr
+    return result.stdout
+
+
+@pytest.mark.slow
+def test_a_wheel_simulates_validates_and_begins_projects_elsewhere(tmp_path: Path) -> None:
+    source, wheels, site = tmp_path / "source", tmp_path / "wheels", tmp_path / "site"
+    left_out = shutil.ignore_patterns("__pycache__", "*.egg-info")
+    for package in PACKAGES:
+        shutil.copytree(ROOT / package, source / package, ignore=left_out)
+    for file in ("pyproject.toml", "README.md"):
+        if (ROOT / file).exists():
+            shutil.copy(ROOT / file, source)
+        else:
+            (source / file).write_text("")
+    pip = [sys.executable, "-m", "pip", "-qq", "--disable-pip-version-check"]
+    run([*pip, "wheel", "--no-deps", "-w", str(wheels), str(source)], tmp_path)
+    (wheel,) = wheels.glob("*.whl")
+    run([*pip, "install", "--no-deps", "--target", str(site), str(wheel)], tmp_path)
+
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    cobodeck = [sys.executable, "-m", "cobodeck"]
+    where = run(
+        [sys.executable, "-c", "import engine; print(engine.__file__)"],
+        elsewhere,
+        PYTHONPATH=str(site),
+    )
+    assert str(site) in where
+    shown = run(
+        [*cobodeck, "simulate", "--duration", "20", "--json"], elsewhere, PYTHONPATH=str(site)
+    )
+    assert json.loads(shown)["ticks"] == 601
+    assert "no errors" in run([*cobodeck, "validate"], elsewhere, PYTHONPATH=str(site))
+    run([*cobodeck, "new", "own"], elsewhere, PYTHONPATH=str(site))
+    assert "no errors" in run([*cobodeck, "validate"], elsewhere / "own", PYTHONPATH=str(site))

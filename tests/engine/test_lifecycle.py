@@ -1,0 +1,314 @@
+"""Every start is followed by exactly one stop, whatever happens to a chart.
+
+Random nested charts over leaves that end, raise, raise in their clean-up, wait, and are preempted,
+timed out, forced, locked, paused, retried and entered again. Three runners with a deliberate fault
+show that the property can fail.
+"""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from typing import Any
+
+import pytest
+import yaml
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+
+from engine.load import Library, load_text
+from engine.machine import (
+    CHOSEN,
+    PUT_OFF,
+    RETRYING,
+    RUNNING,
+    WAITING,
+    Box,
+    Leaf,
+    Machine,
+    Vertex,
+)
+from engine.operator import Operator
+from engine.run import Run
+from engine.source import read
+from engine.state import Until
+from engine.turns import Turns
+from tests.engine.conftest import STATES, Part, interface
+from tests.engine.valid_charts import chart_texts
+
+INTERFACES = {cls.__name__: interface(cls) for cls in STATES}
+many = settings(
+    deadline=None, max_examples=200, suppress_health_check=list(HealthCheck), derandomize=True
+)
+
+
+class Ledger:
+    """Counts starts and stops; keeps every generator, so that none is closed by being dropped."""
+
+    def __init__(self) -> None:
+        self.starts: list[int] = []
+        self.stops: list[int] = []
+        self.running: dict[int, str] = {}
+        self.kept: list[Any] = []
+
+
+class Wild:
+    """A leaf that behaves by chance."""
+
+    def __init__(self, leaf: Leaf, ledger: Ledger, chance: random.Random) -> None:
+        self.leaf, self.ledger, self.chance = leaf, ledger, chance
+        if chance.random() < 0.02:
+            raise RuntimeError("cannot be made")
+
+    def run(self, ctx: Any, **_inputs: Any) -> Any:
+        generator = self._run(ctx)
+        self.ledger.kept.append(generator)
+        return generator
+
+    def _run(self, ctx: Any) -> Any:
+        ledger, chance = self.ledger, self.chance
+        number = len(ledger.starts)
+        ledger.starts.append(number)
+        ledger.running[number] = self.leaf.path
+        try:
+            for _ in range(chance.randrange(6)):
+                yield (
+                    Until(ctx.after(chance.choice((0.0, 0.25)))) if chance.random() < 0.3 else None
+                )
+            if chance.random() < 0.08:
+                raise RuntimeError("in the middle")
+            if chance.random() < 0.04:
+                return "undeclared"
+            return chance.choice(self.leaf.interface.outcomes)
+        finally:
+            ledger.stops.append(number)
+            ledger.running.pop(number, None)
+            if chance.random() < 0.05:
+                raise RuntimeError("in the clean-up")
+
+
+HELPER = """
+chart: helper
+outcomes: [done, failed, other]
+any:
+  guard: {watch: See, next: {seen: .done, lost: .other}}
+  both:
+    all:
+      one: {do: Do, timeout: 300 ms}
+      two: {do: Do, next: {failed: .failed}}
+    next: {done: .done, failed: .failed}
+  rest:
+    states:
+      first: {do: Do, next: {done: then, failed: .failed, other: then}}
+      then: {watch: See, next: {seen: first, lost: .other}}
+"""
+
+
+def decorate(text: str, chance: random.Random) -> Library:
+    """A chart with retries and autonomy, and with another chart for some of its leaves."""
+    chart = yaml.safe_load(text)
+
+    def visit(node: Any) -> None:
+        for form in ("states", "any", "all"):
+            for child in node.get(form, {}).values():
+                guard = "watch" in child and form != "states"
+                leaf = "do" in child or "watch" in child
+                if "do" in child and chance.random() < 0.1:
+                    del child["do"]
+                    child["use"] = "helper"
+                if leaf and chance.random() < 0.2:
+                    outcome = "seen" if "watch" in child else "done"
+                    child["retry"] = {"times": 2, "on": outcome, "wait": "150 ms"}
+                if leaf and not guard and chance.random() < 0.2:
+                    child["autonomy"] = {"seen" if "watch" in child else "done": "high"}
+                visit(child)
+
+    visit(chart)
+    library = load_text(yaml.safe_dump(chart, sort_keys=False))
+    library.add(read(HELPER.encode(), "helper.yaml"))
+    assert not library.findings
+    return library
+
+
+def bother(operator: Operator, machine: Machine, chance: random.Random) -> None:
+    """Do as operators do."""
+    paths = sorted(machine.vertices)
+    what = chance.randrange(14)
+    if what == 0:
+        operator.pause()
+    elif what == 1:
+        operator.resume()
+    elif what == 2:
+        operator.lock(chance.choice(paths))
+    elif what == 3:
+        for path in sorted(operator._run.judge.locks):
+            operator.unlock(path)
+    elif what == 4:
+        path = chance.choice(paths)
+        operator.force(path, chance.choice(("done", "failed", "other", "seen", "p", "q")))
+    elif what == 5:
+        operator.set_level(chance.choice((None, "off", "high", "full")))
+    else:
+        for path in operator.waiting():
+            if chance.random() < 0.6:
+                operator.consent(path)
+            else:
+                operator.refuse(path)
+
+
+def check_lives(text: str, seed: int, runner: type[Run]) -> None:
+    chance = random.Random(seed)
+    library = decorate(text, chance)
+    ledger = Ledger()
+
+    def bind() -> Machine:
+        machine = Machine(library["c"], library, INTERFACES)
+        for leaf in machine.leaves:
+            leaf.make = lambda leaf=leaf, **_: Wild(leaf, ledger, chance)
+        return machine
+
+    run = runner(bind(), parts={"base": Part()}, level=chance.choice((None, None, 2)))
+    operator = Operator(run)
+    for tick in range(60):
+        run.tick(tick * 10**8)
+        check_now(run, ledger)
+        if run.outcome is not None:
+            break
+        if chance.random() < 0.3:
+            bother(operator, run.machine, chance)
+        if chance.random() < 0.05:
+            operator.replace(bind())
+    if run.outcome is None:
+        operator.stop()
+        run.tick(60 * 10**8)
+    assert run.outcome is not None
+    assert ledger.running == {}, f"never stopped: {ledger.running}"
+    assert Counter(ledger.stops) == Counter(ledger.starts)
+    check_trace(run)
+
+
+def check_now(run: Run, ledger: Ledger) -> None:
+    """What has started and not stopped is just what the runner calls active."""
+    check_turns(run)
+    running = sorted(ledger.running.values())
+    active = sorted(path for path in run.active if run.machine.vertices[path].generator is not None)
+    assert running == active
+    assert not any(isinstance(v, Leaf) and v.generator is None for v in run.entered)
+
+
+def check_turns(run: Run) -> None:
+    """Nothing has two turns, and just what goes on has one."""
+    turns = run.turns
+    named = [*turns.monitors, *turns.actions, *turns.frozen, *turns.put_off]
+    assert len(named) == len(set(named))
+    assert turns.fresh_actions == []
+    for vertex in run.machine.vertices.values():
+        going = vertex.status in (CHOSEN, RUNNING, WAITING, RETRYING, PUT_OFF)
+        if isinstance(vertex, Leaf) or vertex.status in (WAITING, RETRYING, PUT_OFF):
+            assert going == (vertex in named)
+
+
+def check_trace(run: Run) -> None:
+    """Enter and exit alternate on every path, and boxes enclose what is in them."""
+    open_paths: list[str] = []
+    for record in run.trace:
+        if record.kind == "enter":
+            assert record.subject not in open_paths
+            parent = record.subject.rpartition("/")[0]
+            assert record.subject == "" or parent in open_paths
+            open_paths.append(record.subject)
+        elif record.kind == "exit":
+            assert record.subject in open_paths
+            inside = [p for p in open_paths if p != record.subject and within(p, record.subject)]
+            assert not inside, f"{record.subject!r} left before {inside}"
+            open_paths.remove(record.subject)
+    assert open_paths == []
+
+
+def within(path: str, box: str) -> bool:
+    return box == "" or path.startswith(box + "/")
+
+
+TWO_WAYS_TO_ONE_END = """
+chart: c
+outcomes: [x, y]
+any:
+  n0:
+    any:
+      n0: {watch: See, timeout: 100 ms, next: {seen: .p, lost: .p, timeout: .p}}
+      n1: {watch: See, next: {seen: .p, lost: .p}}
+      n2:
+        any:
+          n0: {watch: See, timeout: 100 ms}
+          n1: {do: Do}
+        when:
+        - {outcome: p, if: {n0: seen}}
+        - {outcome: p, if: {n0: lost}}
+        - {outcome: p, if: {n0: timeout}}
+        timeout: 100 ms
+        next: {p: .p, timeout: .p}
+    timeout: 100 ms
+  n1: {do: Do}
+when:
+- {outcome: x, if: {n0: p}}
+- {outcome: x, if: {n0: timeout}}
+"""
+
+
+@many
+@given(text=chart_texts(timeouts=True), seed=st.integers(0, 10**6))
+@example(text=TWO_WAYS_TO_ONE_END, seed=764)
+@example(text=TWO_WAYS_TO_ONE_END, seed=1)
+def test_every_start_is_followed_by_exactly_one_stop(text, seed):
+    check_lives(text, seed, Run)
+
+
+class DropsLosers(Run):
+    """Forgets to close what loses."""
+
+    def _close_leaf(self, leaf: Vertex) -> None:
+        leaf.generator = None
+
+
+class ClosesOnlyTheFirst(Run):
+    """Closes one of those that have to be closed."""
+
+    def _close(self, top: Vertex, first: int) -> tuple[Vertex, ...]:
+        inside = [v for v in reversed(self.entered) if first <= v.order <= top.last]
+        boxes = [v for v in inside if isinstance(v, Box)]
+        for vertex in inside[:1] + boxes:
+            if vertex.generator is not None:
+                self._close_leaf(vertex)
+            self.entered.pop(vertex, None)
+            vertex.status = 0
+        return tuple(inside)
+
+
+class ForgetfulTurns(Turns):
+    """Drops nothing."""
+
+    def drop(self, top: Vertex) -> None:
+        pass
+
+
+class KeepsTheTurnOfTheClosed(Run):
+    """Goes on stepping what it has closed."""
+
+    def __init__(self, *given: Any, **named: Any) -> None:
+        super().__init__(*given, **named)
+        self.turns = ForgetfulTurns(self.board)
+        self.turns.put_off.append(self.machine.root)
+
+
+@pytest.mark.parametrize("faulty", [DropsLosers, ClosesOnlyTheFirst, KeepsTheTurnOfTheClosed])
+def test_a_faulty_runner_is_caught(faulty):
+    @settings(many, database=None, phases=(), max_examples=200)
+    @given(text=chart_texts(timeouts=True), seed=st.integers(0, 10**6))
+    def search(text, seed):
+        check_lives(text, seed, faulty)
+
+    from hypothesis import Phase
+
+    with pytest.raises(BaseException) as caught:  # noqa: PT011  whatever shows the fault
+        settings(many, database=None, phases=(Phase.generate,))(search)()
+    assert caught.value is not None

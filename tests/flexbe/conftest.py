@@ -1,0 +1,120 @@
+"""The behaviours' JSON, where it is, and runs in virtual time."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from engine.load import Library, load_files
+from engine.machine import Machine
+from engine.operator import Operator
+from engine.run import Run
+from engine.scripted import Script
+from engine.source import read
+from tests.flexbe.convert import Conversion, convert
+from tests.flexbe.known import KNOWN
+from tests.flexbe.states import INTERFACES, TYPES
+from tests.flexbe.writing import text
+
+DATA = Path(__file__).resolve().parents[2] / "../shared/data/flexbe"
+CHARTS = Path(__file__).parent / "charts"
+HZ = 10
+NAMES = ("action_follow", "action_give", "detect_pipes", "example_3", "example_4")
+
+
+@pytest.fixture(scope="session")
+def behaviours() -> dict[str, Any]:
+    if not DATA.is_dir():
+        pytest.skip("the FlexBE behaviours are not beside this checkout (shared/data/flexbe)")
+    files = {name: next(DATA.glob(f"*__{name}.json")) for name in NAMES}
+    return {name: json.loads(file.read_text()) for name, file in files.items()}
+
+
+@pytest.fixture(scope="session")
+def converted(behaviours: Mapping[str, Any]) -> Conversion:
+    return convert(behaviours, KNOWN)
+
+
+@pytest.fixture(scope="session")
+def library(converted: Conversion) -> Library:
+    return library_of(converted)
+
+
+@pytest.fixture(scope="session")
+def machine(converted: Conversion, library: Library) -> Callable[[str], Machine]:
+    """Makes a machine of a converted chart."""
+    return lambda name: Machine(library[name], library, converted.interfaces)
+
+
+def library_of(conversion: Conversion) -> Library:
+    library = Library()
+    for name, chart in conversion.charts.items():
+        library.add(read(text(chart).encode(), f"{name}.yaml"))
+    return library
+
+
+def written_library() -> Library:
+    return load_files(sorted(CHARTS.glob("*.yaml")))
+
+
+def written_machine(name: str, parameters: Mapping[str, Any] | None = None) -> Machine:
+    library = written_library()
+    return Machine(library[name], library, INTERFACES, parameters, TYPES)
+
+
+class Play:
+    """One run in virtual time; its leaves do as told unless `scripted` is false."""
+
+    def __init__(
+        self, machine: Machine, level: int | None = None, *, scripted: bool = True
+    ) -> None:
+        self.machine = machine
+        self.script = Script(machine) if scripted else None
+        self.run = Run(machine, level=level)
+        self.operator = Operator(self.run)
+        self.ticks = 0
+
+    @property
+    def seconds(self) -> float:
+        """When the last tick was."""
+        return (self.ticks - 1) / HZ
+
+    @property
+    def steps(self) -> list[str]:
+        """The leaves stepped in the last tick."""
+        assert self.script is not None
+        return [path for what, path in self.script.log if what == "step"]
+
+    @property
+    def stops(self) -> list[str]:
+        """The leaves whose clean-up ran in the last tick."""
+        assert self.script is not None
+        return [path for what, path in self.script.log if what == "stop"]
+
+    def tick(self, times: int = 1) -> list[str]:
+        """Run ticks; the active leaves after them."""
+        for _ in range(times):
+            if self.script is not None:
+                self.script.log.clear()
+            self.run.tick(self.ticks * 10**9 // HZ)
+            self.ticks += 1
+        return self.run.active
+
+    def end(self, *events: tuple[str, str], **outputs: Any) -> list[str]:
+        """Have leaves end in the next tick, and run it."""
+        assert self.script is not None
+        for path, outcome in events:
+            self.script.end(path, outcome, **outputs)
+        return self.tick()
+
+    def until(self, holds: Callable[[], Any], seconds: float = 60) -> None:
+        """Run ticks until something holds."""
+        for _ in range(round(seconds * HZ)):
+            self.tick()
+            if holds():
+                return
+        raise AssertionError(f"not within {seconds} s; active: {self.run.active}")

@@ -1,0 +1,121 @@
+import math
+
+import pytest
+
+from hw.geometry import Pose2, Twist2
+from hw.live import LivePerson
+from hw.robot import MotionLimits, load_robot
+from hw.samples import Sample, UserPose
+from hw.scene import SceneError, load_scene
+from hw.sim.scripted import ScriptedSignals
+from hw.sim.world import World
+from hw.user import open_user
+
+ROBOT = load_robot("rbkairos_ur10")
+LAB = load_scene("lab_a")
+
+
+def tick(n):
+    return n * 10**9 // 30
+
+
+def test_time_does_not_run_backwards():
+    world = World(LAB, ROBOT, open_user("demo", LAB))
+    world.step(10**9)
+    with pytest.raises(ValueError, match="already"):
+        world.step(10**9 - 1)
+
+
+def test_a_long_step_is_the_same_as_many_short_ones_of_the_longest_kind():
+    worlds = [World(LAB, ROBOT, open_user("demo", LAB)) for _ in range(2)]
+    worlds[0].step(20 * 10**9)
+    for n in range(601):
+        worlds[1].step(min(n * 33_333_334, 20 * 10**9))
+    assert worlds[0].person.body == worlds[1].person.body
+    assert worlds[0].min_gap == worlds[1].min_gap
+
+
+def test_a_robot_that_starts_in_a_wall_or_a_person_is_refused(tmp_path):
+    text = (
+        "scene: tight\nroom: lab_a\nrobot: {start: {x: 0.4, y: 0.4}}\n"
+        "user: {start: {x: 3.0, y: 3.0}}\n"
+    )
+    path = tmp_path / "tight.yaml"
+    path.write_text(text)
+    scene = load_scene(path)
+    with pytest.raises(SceneError, match="would touch a wall"):
+        World(scene, ROBOT, open_user("live", scene))
+    path.write_text(text.replace("x: 0.4, y: 0.4", "x: 3.5, y: 3.0"))
+    scene = load_scene(path)
+    with pytest.raises(SceneError, match="would touch the person"):
+        World(scene, ROBOT, open_user("live", scene))
+
+
+@pytest.mark.requirement(56)
+def test_the_least_gap_is_that_of_a_dense_record():
+    world = World(LAB, ROBOT, open_user("demo", LAB), MotionLimits(1.0))
+    gaps = []
+    for n in range(1500):
+        world.parts.base.drive(Twist2(0.4, 0.1 * math.sin(n / 30), 0.3))
+        world.step(tick(n))
+        body = world.person.body
+        x, y = world.base.pose.inverse().transform(body.x, body.y)
+        outside = max(abs(x) - 0.565, 0.0), max(abs(y) - 0.455, 0.0)
+        gaps.append(math.hypot(*outside) - 0.5)
+    assert min(gaps) - 0.05 <= world.min_gap <= min(gaps) + 1e-9
+
+
+def test_a_person_who_walks_through_the_robot_is_one_contact():
+    person = LivePerson(Pose2(4.0, 8.4))
+    world = World(LAB, ROBOT, person)
+    for n in range(1, 200):
+        person.push(tick(n), UserPose(Pose2(4.0 - 1.5 * n / 30, 8.4), 0.0))
+        world.step(tick(n))
+        if world.person.body.x < 0.5:
+            break
+    assert world.contacts == 1
+    assert world.min_gap == pytest.approx(-0.5)
+
+
+def test_a_leap_through_the_robot_is_a_contact_though_both_ends_are_far():
+    person = LivePerson(Pose2(LAB.robot_start.x + 1.5, 8.4))
+    world = World(LAB, ROBOT, person)
+    for n, x in enumerate((2.3, -2.3), start=1):
+        person.push(tick(n), UserPose(Pose2(LAB.robot_start.x + x, 8.4), 0.0))
+        world.step(tick(n))
+    assert world.contacts == 1
+
+
+def test_the_demo_person_stops_when_shown_the_robot():
+    world = World(LAB, ROBOT, open_user("demo", LAB))
+    for n in range(60):
+        world.step(tick(n))
+    world.parts.vr.inform(True)
+    assert world.informed
+    for n in range(60, 76):
+        world.step(tick(n))
+    assert world.person.speed == 0.0
+
+
+@pytest.mark.requirement(6)
+@pytest.mark.parametrize("area_only", [False, True])
+def test_outside_the_tracked_area_tracking_can_be_made_silent(area_only):
+    person = LivePerson(Pose2(9.0, 5.0))
+    world = World(LAB, ROBOT, person, area_only=area_only)
+    seen = []
+    for n, x in enumerate((9.0, 6.0), start=1):
+        person.push(tick(n), UserPose(Pose2(x, 3.0), 0.0))
+        world.step(tick(n))
+        seen += [s.value.body.x for s in world.parts.trackers.samples(tick(n))]
+    assert seen == ([6.0] if area_only else [9.0, 6.0])
+
+
+def test_scripted_signals_come_at_their_time_and_once():
+    part = ScriptedSignals([Sample("a", 0, 1), Sample("b", 40_000_000, 2), Sample("a", tick(3), 3)])
+    assert part.signals == ("a", "b")
+    assert [s.value for s in part.samples(0)] == [1]
+    assert [s.value for s in part.samples(tick(1))] == []
+    assert [s.value for s in part.samples(tick(3))] == [2, 3]
+    assert part.finished
+    with pytest.raises(ValueError, match="sort them by time"):
+        ScriptedSignals([Sample("a", 5, 1), Sample("a", 4, 1)])

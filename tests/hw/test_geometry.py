@@ -1,0 +1,121 @@
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hw.geometry import Pose2, Pose3, Twist2, wrap
+
+coordinate = st.floats(-1e3, 1e3)
+angle = st.floats(-50.0, 50.0)
+pose2 = st.builds(Pose2, coordinate, coordinate, angle.map(wrap))
+
+
+@st.composite
+def poses3(draw):
+    q = draw(st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda q: math.hypot(*q) > 0.1))
+    length = math.hypot(*q)
+    return Pose3(draw(coordinate), draw(coordinate), draw(coordinate), *(v / length for v in q))
+
+
+def matrix2(p):
+    c, s = math.cos(p.yaw), math.sin(p.yaw)
+    return [[c, -s, p.x], [s, c, p.y], [0.0, 0.0, 1.0]]
+
+
+def matrix3(p):
+    x, y, z, w = p.qx, p.qy, p.qz, p.qw
+    return [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w), p.x],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w), p.y],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y), p.z],
+        [0.0, 0.0, 0.0, 1.0],
+    ]
+
+
+def product(a, b):
+    n = len(a)
+    return [[sum(a[i][k] * b[k][j] for k in range(n)) for j in range(n)] for i in range(n)]
+
+
+def assert_close(a, b, tolerance=1e-9):
+    for row_a, row_b in zip(a, b, strict=True):
+        assert row_a == pytest.approx(row_b, abs=tolerance, rel=1e-12)
+
+
+@settings(deadline=None, max_examples=300)
+@given(st.floats(-1e6, 1e6))
+def test_wrap_keeps_the_direction_and_lands_in_the_half_open_turn(a):
+    assert -math.pi < wrap(a) <= math.pi
+    assert math.cos(wrap(a)) == pytest.approx(math.cos(a), abs=1e-9)
+    assert math.sin(wrap(a)) == pytest.approx(math.sin(a), abs=1e-9)
+
+
+def test_wrap_maps_minus_pi_to_pi():
+    assert wrap(-math.pi) == math.pi
+    assert wrap(math.pi) == math.pi
+    assert wrap(3 * math.pi) == pytest.approx(math.pi)
+
+
+@settings(deadline=None, max_examples=200)
+@given(pose2, pose2)
+def test_composition_in_the_plane_is_the_matrix_product(a, b):
+    assert_close(matrix2(a @ b), product(matrix2(a), matrix2(b)))
+
+
+@settings(deadline=None, max_examples=200)
+@given(pose2)
+def test_a_plane_pose_and_its_inverse_cancel(a):
+    assert_close(matrix2(a @ a.inverse()), matrix2(Pose2(0.0, 0.0, 0.0)))
+
+
+@settings(deadline=None, max_examples=200)
+@given(poses3(), poses3())
+def test_composition_in_space_is_the_matrix_product(a, b):
+    assert_close(matrix3(a @ b), product(matrix3(a), matrix3(b)))
+
+
+@settings(deadline=None, max_examples=200)
+@given(poses3())
+def test_a_space_pose_and_its_inverse_cancel(a):
+    assert_close(matrix3(a @ a.inverse()), matrix3(Pose3(0.0, 0.0, 0.0)))
+    assert a.angle_to(a) == pytest.approx(0.0, abs=1e-9)
+
+
+@settings(deadline=None, max_examples=100)
+@given(coordinate, coordinate, coordinate, angle)
+def test_an_upright_pose_seen_from_above_keeps_its_yaw(x, y, z, yaw):
+    flat = Pose3.from_yaw(x, y, z, yaw).flat()
+    assert (flat.x, flat.y) == (x, y)
+    assert wrap(flat.yaw - yaw) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_bearing_of_a_point_to_the_left_is_positive():
+    assert Pose2(1.0, 1.0, 0.0).bearing_to(Pose2(1.0, 3.0)) == pytest.approx(math.pi / 2)
+
+
+def test_a_rotated_twist_keeps_its_speed():
+    assert Twist2(3.0, 4.0, 1.0).rotated(1.2).speed == pytest.approx(5.0)
+
+
+def test_a_thousand_turns_leave_the_quaternion_a_unit():
+    step, pose = Pose3.from_yaw(0.0, 0.0, 0.0, 0.1), Pose3(0.0, 0.0, 0.0)
+    for _ in range(1000):
+        pose = pose @ step
+    assert math.hypot(pose.qx, pose.qy, pose.qz, pose.qw) == pytest.approx(1.0, abs=1e-15)
+
+
+@pytest.mark.requirement(15)
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_values_from_outside_that_are_not_finite_are_refused_by_name(bad):
+    with pytest.raises(ValueError, match="yaw is"):
+        Pose2.checked(0.0, 0.0, bad)
+    with pytest.raises(ValueError, match="qz is"):
+        Pose3.checked((0.0, 0.0, 0.0), (0.0, 0.0, bad, 1.0))
+    with pytest.raises(ValueError, match="vx is"):
+        Twist2.checked(bad, 0.0, 0.0)
+
+
+def test_a_quaternion_that_is_no_unit_is_refused():
+    with pytest.raises(ValueError, match="length 2"):
+        Pose3.checked((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 2.0))

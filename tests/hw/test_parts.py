@@ -1,0 +1,402 @@
+"""One suite for the parts of every world: simulated and mock (drivers against fakes join later)."""
+
+import math
+
+import pytest
+
+from hw.geometry import STILL, Pose2, Pose3, Twist2
+from hw.live import LivePerson
+from hw.mock import mock_world
+from hw.robot import MotionLimits, load_robot
+from hw.samples import ArmState, BumperHit, UserPose
+from hw.scene import load_scene
+from hw.sim.world import World
+
+ROBOT = load_robot("rbkairos_ur10")
+SCENE = load_scene("hall")
+DEEP = Pose3.from_yaw(6.0, 7.0, 1.5, 0.0)
+SOMEWHERE = (0.1, -1.0, 1.2, 0.3, -0.2, 0.5)
+
+
+def simulated(person):
+    return World(SCENE, ROBOT, person, MotionLimits(2.0, 2.0, 5.0))
+
+
+def mocked(person):
+    return mock_world(SCENE, ROBOT, person)
+
+
+class Rig:
+    """A world with a live person, ticked at 30 Hz, and every sample it gave."""
+
+    def __init__(self, make):
+        self.person = LivePerson(Pose2(7.0, 7.0))
+        self.world = make(self.person)
+        self.parts = self.world.parts
+        self.n = 0
+        self.got = []
+        self.ticks(1)
+
+    def ticks(self, count, each=None):
+        for _ in range(count):
+            now = self.n * 10**9 // 30
+            self.world.step(now)
+            for part in self.parts.all():
+                for sample in part.samples(now):
+                    assert sample.name in part.signals
+                    assert sample.stamp_ns <= now
+                    self.got.append(sample)
+            self.n += 1
+            if each is not None:
+                each()
+
+    def place(self, x, y, yaw=0.0):
+        self.person.push(self.world.now_ns + 1, UserPose(Pose2(x, y, yaw), yaw))
+
+    def values(self, name):
+        return [sample.value for sample in self.got if sample.name == name]
+
+    def drive(self, twist, ticks):
+        self.parts.base.drive(twist)
+        self.ticks(ticks, lambda: self.parts.base.drive(twist))
+
+
+@pytest.fixture(params=[simulated, mocked])
+def rig(request):
+    return Rig(request.param)
+
+
+# ---- every part
+
+
+def test_samples_are_given_once(rig):
+    for part in rig.parts.all():
+        assert list(part.samples(rig.world.now_ns)) == []
+
+
+def test_stamps_of_a_signal_never_fall(rig):
+    rig.drive(Twist2(0.2, 0.0, 0.1), 20)
+    rig.parts.arm.move_to(SOMEWHERE)
+    rig.place(5.0, 5.0)
+    rig.ticks(30)
+    for name in {sample.name for sample in rig.got}:
+        stamps = [sample.stamp_ns for sample in rig.got if sample.name == name]
+        assert stamps == sorted(stamps)
+
+
+def test_no_name_is_given_by_two_parts(rig):
+    names = [name for part in rig.parts.all() for name in part.signals]
+    assert len(names) == len(set(names))
+
+
+def test_levels_are_told_once_at_the_start(rig):
+    assert rig.values("vr.haptic_request") == [None]
+    assert rig.values("stop.engaged") == [None]
+
+
+def test_the_same_commands_give_the_same_samples(rig, request):
+    make = request.node.callspec.params["rig"]
+
+    def story():
+        other = Rig(make)
+        other.drive(Twist2(0.5, 0.2, 0.3), 40)
+        other.parts.arm.move_to(SOMEWHERE)
+        other.ticks(40)
+        return other.got
+
+    assert story() == story()
+
+
+# ---- base
+
+
+def test_a_base_goes_where_it_is_driven_and_reports_it(rig):
+    start = rig.values("base.pose")[-1]
+    rig.drive(Twist2(0.5, 0.0, 0.0), 60)
+    pose, twist = rig.values("base.pose")[-1], rig.values("base.twist")[-1]
+    assert twist.vx == pytest.approx(0.5)
+    assert start.bearing_to(pose) == pytest.approx(0.0, abs=1e-9)
+    assert 0.8 < start.distance_to(pose) <= 1.0 + 1e-9
+
+
+def test_a_command_takes_effect_at_the_next_tick(rig):
+    rig.drive(Twist2(0.5, 0.0, 0.0), 1)
+    assert rig.values("base.twist")[-1].vx > 0.0
+
+
+def test_a_stopped_base_comes_to_rest(rig):
+    rig.drive(Twist2(0.5, 0.3, 0.4), 30)
+    rig.parts.base.stop()
+    rig.ticks(30)
+    assert rig.values("base.twist")[-1] == STILL
+
+
+@pytest.mark.requirement(42)
+def test_a_base_without_new_commands_stops_by_itself(rig):
+    rig.parts.base.drive(Twist2(0.5, 0.0, 0.0))
+    rig.ticks(10)
+    assert rig.values("base.twist")[-1].vx > 0.0
+    rig.ticks(30)
+    assert rig.values("base.twist")[-1] == STILL
+
+
+@pytest.mark.requirement(2)
+def test_a_differential_base_ignores_the_sideways_command(rig):
+    rig.parts.base.use("differential")
+    rig.drive(Twist2(0.3, 0.4, 0.0), 30)
+    assert rig.parts.base.mode == "differential"
+    assert all(twist.vy == 0.0 for twist in rig.values("base.twist"))
+
+
+@pytest.mark.parametrize("bad", [Twist2(math.nan), Twist2(0.0, math.inf), Twist2(0, 0, math.nan)])
+def test_a_velocity_that_is_no_number_is_a_bug_of_the_caller(rig, bad):
+    with pytest.raises(ValueError, match="finite"):
+        rig.parts.base.drive(bad)
+
+
+# ---- arm
+
+
+def test_an_arm_arrives_and_reports_it(rig):
+    rig.parts.arm.move_to(SOMEWHERE)
+    rig.ticks(120)
+    state = rig.values("arm.joints")[-1]
+    assert isinstance(state, ArmState)
+    assert state.joints == pytest.approx(SOMEWHERE, abs=1e-12)
+    assert (state.moving, state.velocities) == (False, (0.0,) * 6)
+
+
+def test_a_move_takes_at_least_the_duration_it_is_given(rig):
+    rig.parts.arm.move_to(SOMEWHERE, duration_s=3.0)
+    rig.ticks(85)
+    assert rig.values("arm.joints")[-1].moving
+    rig.ticks(10)
+    assert not rig.values("arm.joints")[-1].moving
+
+
+@pytest.mark.requirement(45)
+def test_a_stopped_arm_rests_within_a_fifth_of_a_second_and_stays(rig):
+    rig.parts.arm.move_to(SOMEWHERE, duration_s=3.0)
+    rig.ticks(20)
+    rig.parts.arm.stop()
+    rig.ticks(6)
+    rest = rig.values("arm.joints")[-1]
+    rig.ticks(60)
+    assert rig.values("arm.joints")[-1] == rest
+    assert not rest.moving
+
+
+@pytest.mark.parametrize(
+    ("joints", "duration"),
+    [
+        ((0.0,) * 5, None),
+        ((math.nan,) * 6, None),
+        ((0.0, 0.0, 4.0, 0.0, 0.0, 0.0), None),
+        (SOMEWHERE, -1.0),
+        (SOMEWHERE, math.nan),
+    ],
+)
+def test_a_move_no_arm_can_make_is_a_bug_of_the_caller(rig, joints, duration):
+    with pytest.raises(ValueError, match="arm:"):
+        rig.parts.arm.move_to(joints, duration)
+
+
+def course(goal, seconds, count=40):
+    """Points to a goal at even speed from the parked arm."""
+    start = ROBOT.arm.parked
+    shares = [k / count for k in range(count + 1)]
+    return [
+        (s * seconds, tuple(a + s * (b - a) for a, b in zip(start, goal, strict=True)))
+        for s in shares
+    ]
+
+
+@pytest.mark.requirement(45)
+def test_an_arm_is_where_its_course_says_at_every_tick(rig):
+    points = course(SOMEWHERE, 4.0)
+    begin = rig.world.now_ns
+    rig.parts.arm.follow(points)
+    for _ in range(110):
+        rig.ticks(1)
+        share = (rig.world.now_ns - begin) * 1e-9 / 4.0
+        wanted = [a + share * (b - a) for a, b in zip(points[0][1], SOMEWHERE, strict=True)]
+        assert rig.values("arm.joints")[-1].joints == pytest.approx(wanted, abs=1e-9)
+        assert rig.values("arm.joints")[-1].moving
+    rig.ticks(20)
+    assert rig.values("arm.joints")[-1] == ArmState(points[-1][1], (0.0,) * 6)
+
+
+@pytest.mark.requirement(45)
+def test_an_arm_stopped_on_its_course_rests_within_a_fifth_of_a_second_on_it(rig):
+    points = course(SOMEWHERE, 3.0)
+    rig.parts.arm.follow(points)
+    rig.ticks(40)
+    rig.parts.arm.stop()
+    rig.ticks(6)
+    rest = rig.values("arm.joints")[-1]
+    rig.ticks(60)
+    assert rig.values("arm.joints")[-1] == rest
+    assert not rest.moving
+    start = points[0][1]
+    share = (rest.joints[0] - start[0]) / (SOMEWHERE[0] - start[0])
+    on_it = [a + share * (b - a) for a, b in zip(start, SOMEWHERE, strict=True)]
+    assert rest.joints == pytest.approx(on_it)
+    assert 0.4 < share < 0.55
+
+
+def test_an_arm_that_moves_or_stands_elsewhere_does_not_follow(rig):
+    elsewhere = [(0.0, SOMEWHERE), (1.0, ROBOT.arm.parked)]
+    with_slack = [(0.0, SOMEWHERE), (9.0, ROBOT.arm.parked)]
+    with pytest.raises(ValueError, match="rad/s"):
+        rig.parts.arm.follow(elsewhere)
+    rig.parts.arm.follow(with_slack)
+    rig.ticks(10)
+    assert rig.values("arm.joints")[-1] == ArmState(ROBOT.arm.parked, (0.0,) * 6)
+    rig.parts.arm.follow(course(SOMEWHERE, 4.0))
+    rig.ticks(10)
+    rig.parts.arm.follow(course(SOMEWHERE, 4.0))
+    rig.ticks(10)
+    rest = rig.values("arm.joints")[-1]
+    assert not rest.moving
+    assert rest.joints != pytest.approx(SOMEWHERE, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        [],
+        [(0.1, SOMEWHERE)],
+        [(0.0, SOMEWHERE), (0.0, SOMEWHERE)],
+        [(0.0, SOMEWHERE), (math.nan, SOMEWHERE)],
+        [(0.0, SOMEWHERE), (1.0, (0.0,) * 5)],
+        [(0.0, (0.0,) * 6), (0.1, (0.0, 1.0, 0.0, 0.0, 0.0, 0.0))],
+    ],
+)
+def test_a_course_no_arm_can_follow_is_a_bug_of_the_caller(rig, points):
+    with pytest.raises(ValueError, match="arm:"):
+        rig.parts.arm.follow(points)
+
+
+# ---- person and virtual reality
+
+
+@pytest.mark.requirement(12, 24)
+def test_tracking_hands_on_each_pose_once_and_is_silent_without(rig):
+    rig.ticks(5)
+    assert rig.values("user.pose") == []
+    rig.place(5.0, 5.0)
+    rig.ticks(5)
+    assert [pose.body for pose in rig.values("user.pose")] == [Pose2(5.0, 5.0)]
+
+
+@pytest.mark.requirement(15)
+def test_a_request_is_a_level_and_its_end_a_release(rig):
+    rig.person.ask(DEEP)
+    rig.ticks(10)
+    rig.person.let_go()
+    rig.ticks(10)
+    assert rig.values("vr.haptic_request") == [None, DEEP, None]
+    assert rig.values("vr.release") == [True]
+
+
+@pytest.mark.requirement(114, 115)
+def test_a_person_who_is_shown_the_robot_is_ready_after_half_a_second_of_standing(rig):
+    rig.ticks(30)
+    assert rig.values("vr.restart") == []
+    rig.parts.vr.inform(True)
+    rig.ticks(14)
+    assert rig.values("vr.restart") == []
+    rig.ticks(30)
+    assert rig.values("vr.restart") == [True]
+    rig.parts.vr.inform(False)
+    rig.parts.vr.inform(True)
+    rig.ticks(30)
+    assert rig.values("vr.restart") == [True, True]
+
+
+def test_a_person_who_walks_on_is_not_ready(rig):
+    rig.parts.vr.inform(True)
+    for i in range(60):
+        rig.place(7.0 + 0.02 * i, 7.0)
+        rig.ticks(1)
+    assert rig.values("vr.restart") == []
+
+
+@pytest.mark.requirement(7, 14)
+def test_head_and_hands_are_handed_on_with_the_body(rig):
+    hand = Pose3.from_yaw(5.3, 5.0, 1.2, 0.0)
+    pose = UserPose(Pose2(5.0, 5.0), 0.4, Pose3.from_yaw(5.0, 5.0, 1.7, 0.4), hand, hand)
+    rig.person.push(rig.world.now_ns + 1, pose)
+    rig.ticks(1)
+    assert rig.values("user.pose") == [pose]
+
+
+# ---- stop line, bumper, operator
+
+
+@pytest.mark.requirement(48)
+def test_a_pulled_stop_line_stops_everything_and_takes_no_commands(rig):
+    rig.drive(Twist2(1.0, 0.0, 0.5), 30)
+    rig.parts.arm.move_to(SOMEWHERE, duration_s=5.0)
+    rig.ticks(10)
+    rig.parts.stop_line.pull("button")
+    rig.parts.stop_line.pull("another")
+    moving_for = 0
+    for _ in range(25):
+        rig.parts.base.drive(Twist2(1.0, 0.0, 0.0))
+        rig.ticks(1)
+        rig.parts.arm.move_to(SOMEWHERE)
+        moving_for += rig.values("base.twist")[-1] != STILL
+    assert moving_for <= 15
+    assert rig.values("stop.engaged") == [None, "button"]
+    assert not rig.values("arm.joints")[-1].moving
+    assert rig.values("arm.joints")[-1].joints != pytest.approx(SOMEWHERE)
+
+
+def test_the_operator_acknowledges_after_a_second_and_nothing_moves_before_a_command(rig):
+    rig.parts.stop_line.pull("button")
+    rig.ticks(29)
+    assert rig.values("operator.acknowledge") == []
+    rig.ticks(30)
+    assert rig.values("operator.acknowledge") == [True]
+    assert rig.values("stop.engaged") == [None, "button", None]
+    assert rig.values("base.twist")[-1] == STILL
+
+
+def test_the_operator_acknowledges_a_reported_fault(rig):
+    rig.parts.operator.report("state raised")
+    rig.ticks(60)
+    assert rig.values("operator.acknowledge") == [True]
+
+
+@pytest.mark.requirement(4, 5, 49)
+def test_a_touch_of_the_foam_is_an_event_stops_the_base_and_stays_latched_while_it_lasts(rig):
+    start = rig.values("base.pose")[-1]
+    x, y = start.transform(1.6, 0.0)
+    rig.place(x, y)
+    rig.drive(Twist2(0.8, 0.0, 0.0), 45)
+    hits = rig.values("bumper.hit")
+    assert hits == [BumperHit(pytest.approx(0.0, abs=0.05))]
+    assert rig.world.contacts == 1
+    rig.ticks(120)
+    assert rig.values("operator.acknowledge") == []
+    assert rig.values("stop.engaged")[-1] == "bumper: person"
+    assert rig.values("base.twist")[-1] == STILL
+    rig.place(12.0, 2.0)
+    rig.ticks(60)
+    assert rig.values("stop.engaged")[-1] is None
+    assert rig.values("bumper.hit") == hits
+
+
+@pytest.mark.requirement(4)
+def test_a_wall_touches_the_foam_too_and_is_not_driven_through(rig):
+    rig.parts.base.drive(STILL)
+    rig.place(12.0, 2.0)
+    turned = rig.values("base.pose")[-1].yaw
+    toward_wall = Twist2(-1.0, 0.0, 0.0).rotated(-turned)
+    rig.drive(toward_wall, 80)
+    assert rig.world.wall_hits >= 1
+    assert rig.values("bumper.hit")
+    for pose in rig.values("base.pose"):
+        corners = [pose.transform(a, b) for a in (-0.565, 0.565) for b in (-0.455, 0.455)]
+        assert all(SCENE.room.is_free(*corner) for corner in corners)

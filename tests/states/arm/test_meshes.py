@@ -1,0 +1,135 @@
+"""The capsules against the maker's own meshes; runs where `pin`, `coal` and the meshes are.
+
+The meshes (BSD-3) come with the package example-robot-data, named by UR10_MESHES: the folder that
+holds `example-robot-data/robots/ur_description`.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from states.arm.collision import Checker, CollisionModel, Surroundings
+from states.arm.kinematics import Chain, forward
+from states.arm.planning import Plan, Query, goals_at, plan
+from states.arm.trajectory import ArmLimits
+from states.arm.urdf import read_urdf
+from states.arm.urdf_arm import manipulator_from_urdf, urdf_of
+
+pinocchio = pytest.importorskip("pinocchio", reason="needs the extra 'verify'")
+coal = pytest.importorskip("coal", reason="needs the extra 'verify'")
+
+FOLDER = os.environ.get("UR10_MESHES", "")
+URDF = Path(FOLDER, "example-robot-data/robots/ur_description/urdf/ur10_robot.urdf")
+MOUNT = np.array([0.0, 0.0, 0.511])
+
+pytestmark = pytest.mark.skipif(not URDF.is_file(), reason="set UR10_MESHES to the meshes' folder")
+
+
+class Meshes:
+    """The arm and its prop as the maker's meshes on the rover's boxes, without the floor."""
+
+    def __init__(self, arm) -> None:
+        self.model, solids, _ = pinocchio.buildModelsFromUrdf(str(URDF), [FOLDER])
+        self.data = self.model.createData()
+        self.links = [g.geometry for g in solids.geometryObjects][:7]
+        self.prop = coal.Capsule(arm.tool.capsules[0].radius, 0.07)
+        self.boxes = [
+            (coal.Box(*np.subtract(box.high, box.low)), np.add(box.high, box.low) / 2)
+            for box in arm.body
+        ]
+
+    def gap(self, q) -> float:
+        """The least distance of links that are not neighbours, prop and boxes; 0 for a touch."""
+        pinocchio.forwardKinematics(self.model, self.data, np.asarray(q, float))
+        poses = [pinocchio.SE3.Identity(), *(self.data.oMi[i] for i in range(1, 7))]
+        links = [coal.Transform3s(p.rotation, p.translation + MOUNT) for p in poses]
+        # the old description's last link looks along y
+        wrist = poses[6]
+        turn = wrist.rotation @ np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+        place = wrist.translation + MOUNT + wrist.rotation @ [0, 0.0922 + 0.065, 0]
+        prop = coal.Transform3s(turn, place)
+        things = [*zip(self.links, links, range(7), strict=True), (self.prop, prop, 6)]
+        found = [self._distance(*a[:2], *b[:2]) for a in things for b in things if b[2] - a[2] > 1]
+        for box, centre in self.boxes:
+            stands = coal.Transform3s(np.eye(3), centre)
+            found += [self._distance(*a[:2], box, stands) for a in things if a[2] >= 2]
+        return min(found)
+
+    @staticmethod
+    def _distance(a, place_a, b, place_b) -> float:
+        result = coal.DistanceResult()
+        return max(coal.distance(a, place_a, b, place_b, coal.DistanceRequest(), result), 0.0)
+
+
+@pytest.fixture(scope="module")
+def meshes(arm):
+    return Meshes(arm)
+
+
+def test_the_meshes_stand_where_the_chain_says(meshes, chain, sets):
+    for q in sets.anywhere(50):
+        pinocchio.forwardKinematics(meshes.model, meshes.data, q)
+        wrist = meshes.data.oMi[6]
+        tip = wrist.translation + MOUNT + wrist.rotation @ [0, 0.0922 + 0.15, 0]
+        assert forward(chain, q)[:3, 3] == pytest.approx(tip, abs=1e-9)
+
+
+@pytest.mark.requirement(43)
+def test_what_the_capsules_call_free_is_free(meshes, arm, sets):
+    checker = Checker.of(CollisionModel.of(arm), Surroundings.empty(), margin=0.0)
+    q = sets.anywhere(2000)
+    free = q[checker.free(q)]
+    gaps = np.array([meshes.gap(row) for row in free])
+    assert len(free) > 400
+    assert (gaps > 0.0).all()
+
+
+@pytest.mark.requirement(46)
+@pytest.mark.parametrize("pose", ["parked", "parked_paper"])
+def test_the_parked_arm_is_15_mm_clear_of_itself(meshes, arm, pose):
+    assert meshes.gap(getattr(arm.tool, pose)) >= 0.015
+
+
+@pytest.mark.requirement(17, 26)
+def test_the_makers_description_is_read_with_its_meshes_and_stands_as_pinocchio_says(arm, sets):
+    urdf = read_urdf(URDF)
+    assert sum(len(link.collisions) for link in urdf.links.values()) == 7
+    model = pinocchio.buildModelFromUrdf(str(URDF))
+    data = model.createData()
+    imported = manipulator_from_urdf(urdf, "base_link", "ee_link", arm)
+    for q in sets.anywhere(50):
+        pinocchio.framesForwardKinematics(model, data, q)
+        named = dict(zip(imported.joints, q, strict=True))
+        poses = urdf.poses(named)
+        for link, pose in poses.items():
+            expected = data.oMf[model.getFrameId(link)].homogeneous
+            assert np.abs(pose - expected).max() <= 1e-12
+        tip = data.oMf[model.getFrameId("ee_link")].homogeneous
+        assert np.abs(forward(Chain.of(imported), q) - tip).max() <= 1e-12
+
+
+@pytest.mark.requirement(17, 26)
+def test_what_we_write_stands_as_pinocchio_says(arm, chain, sets):
+    model = pinocchio.buildModelFromXML(urdf_of(arm))
+    data = model.createData()
+    for q in sets.anywhere(200):
+        pinocchio.framesForwardKinematics(model, data, q)
+        tip = data.oMf[model.getFrameId("tcp")].homogeneous
+        assert np.abs(forward(chain, q) - tip).max() <= 1e-12
+
+
+@pytest.mark.requirement(43)
+def test_no_plan_makes_the_meshes_touch(meshes, arm, chain, problems):
+    start, model = np.array(arm.tool.parked), CollisionModel.of(arm)
+    limits = ArmLimits.even(arm.max_speed, 5.0, tool_speed=1.0)
+    for problem in problems[:8]:
+        checker = Checker.of(model, problem.around)
+        answer = plan(Query(chain, checker, limits, start, goals_at(chain, problem.deep, start)))
+        if isinstance(answer, Plan):
+            path = answer.trajectory.path
+            q, _, _ = path.at(np.append(np.arange(0.0, path.length, 0.01), path.length))
+            assert min(meshes.gap(row) for row in q) > 0.0

@@ -1,0 +1,82 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from hw.document import FileError, parse_document
+from hw.robot import load_robot
+from states.arm.model import FOLDER, load_calibration, load_manipulator, manipulator_from, tool_from
+
+TEXT = (FOLDER / "ur10.yaml").read_text()
+
+
+def build(text: str):
+    return manipulator_from(parse_document(text, "arm.yaml"))
+
+
+def test_the_ur10_has_the_makers_lengths(arm):
+    assert (arm.dh.d1, arm.dh.a2, arm.dh.a3) == (0.1273, -0.612, -0.5723)
+    assert (arm.dh.d4, arm.dh.d5, arm.dh.d6) == (0.163941, 0.1157, 0.0922)
+
+
+@pytest.mark.requirement(17)
+def test_the_arm_agrees_with_the_robot_it_stands_on(arm):
+    robot = load_robot("rbkairos_ur10")
+    assert arm.mount.xyz[2] == robot.arm.mount_height
+    assert (arm.lower, arm.upper, arm.max_speed) == (
+        robot.arm.lower,
+        robot.arm.upper,
+        robot.arm.max_speed,
+    )
+    assert arm.tool.tcp.xyz[2] == robot.tool_length
+    bumper = next(box for box in arm.body if box.name == "bumper")
+    assert bumper.high[:2] == (robot.footprint.half_length, robot.footprint.half_width)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("link: shoulder,", "link: sholder,", "did you mean 'shoulder'"),
+        ("radius: 0.081}", "radius: 0}", "must be above 0"),
+        ("d1: 0.1273, ", "", "'d1' is missing"),
+        ("upper: 6.283185307179586, speed: 2.09", "upper: -7, speed: 2.09", "not above the lower"),
+        ("speed: 2.0943951023931953", "speed: -1", "speed: -1 must be above 0"),
+        ("- [wrist_1, wrist_3]", "- [wrist_1]", "needs two links or parts, has 1"),
+        ("low: [-0.565, -0.455, 0.0]", "low: [0.6, -0.455, 0.0]", "must be above"),
+        ("parked: [-2.95, ", "parked: [", "needs 6 numbers, has 5"),
+    ],
+)
+def test_a_wrong_file_is_refused_with_its_place_and_what_would_be_right(old, new, message):
+    assert old in TEXT
+    with pytest.raises(FileError, match=rf"arm\.yaml:\d+: .*{message}"):
+        build(TEXT.replace(old, new, 1))
+
+
+def test_an_arm_needs_six_joints():
+    text = "\n".join(line for line in TEXT.splitlines() if "elbow_joint" not in line)
+    with pytest.raises(FileError, match="needs 6 joints, has 5"):
+        build(text)
+
+
+@pytest.mark.requirement(150)
+def test_another_end_effector_brings_its_own_tcp_capsules_and_parked_pose(arm):
+    tool = tool_from(
+        parse_document(
+            "{name: panel, mass: 2, tcp: {xyz: [0, 0, 0.3]}, parked: [0, 0, 0, 0, 0, 0],"
+            " capsules: [{link: wrist_3, start: [0, 0, 0], end: [0, 0, 0.2], radius: 0.1}]}",
+            "panel.yaml",
+        )
+    )
+    changed = arm.with_tool(tool)
+    assert changed.tool.tcp.xyz == (0, 0, 0.3)
+    assert changed.tool.capsules[0].radius == 0.1
+    assert changed.capsules == arm.capsules
+
+
+def test_the_published_calibration_differs_from_the_nominal_chain_by_millimetres(arm):
+    measured = load_calibration()
+    gaps = [math.dist(a.xyz, b.xyz) for a, b in zip(measured, arm.dh.placements(), strict=True)]
+    assert 5e-4 < max(gaps) < 2e-3
+    assert arm.calibrated(measured).placements == measured
+    assert load_manipulator().placements is None

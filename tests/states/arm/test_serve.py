@@ -1,0 +1,200 @@
+"""From a request to the prop at the DEEP: states, planner and simulated arm together."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from hw.geometry import Pose2, Pose3, wrap
+from hw.samples import UserPose
+from hw.sim.arm import SimArm
+from states.arm.motion import Look
+from states.arm.states import ParkArm, ReachDeep
+from states.site import Site
+
+HZ = 30
+ANGLES = [math.radians(degrees) for degrees in (0, 30, -30, 60, -60, 90, -90)]
+
+
+class Rig:
+    """A simulated arm, and a state that moves it, tick by tick."""
+
+    def __init__(self, site: Site, context: Any, base: Pose2, user: Pose2) -> None:
+        self.arm = SimArm(site.robot.arm, site.limits)
+        values = {"site": site, "base.pose": base, "user.pose": UserPose(user, user.yaw)}
+        self.ctx = context(values, {"arm": self.arm})
+        self.tick = 0
+        self.advance()
+
+    def advance(self) -> None:
+        now, self.tick = self.tick * 10**9 // HZ, self.tick + 1
+        self.arm.advance(now)
+        self.ctx.now, self.ctx.values["arm.joints"] = now, self.arm.state
+
+    def run(self, run: Any, seconds: float = 15.0) -> str | None:
+        """The outcome of a state, None if it takes longer."""
+        for _ in range(round(seconds * HZ)):
+            try:
+                next(run)
+            except StopIteration as ended:
+                return str(ended.value)
+            self.advance()
+        return None
+
+
+def request(rng: np.random.Generator, site: Site) -> tuple[Pose2, Pose3, Pose2]:
+    """A user, their DEEP, and the rover up to 0.2 m and 0.1 rad off the best of its poses."""
+    user = Pose2(5.0, 4.0, rng.uniform(-math.pi, math.pi))
+    deep = Pose3.from_yaw(*user.transform(0.85, 0.0), rng.uniform(0.5, 1.5), user.yaw)
+    poses = []
+    for angle in ANGLES:
+        way = user.yaw + angle
+        x, y = deep.x + math.cos(way), deep.y + math.sin(way)
+        poses.append(Pose2(x, y, wrap(way + math.pi)))
+    best = site.workspace.best(poses, rng.uniform(1.0, 4.0, 7).tolist(), deep, user, (0.2, 0.1))
+    assert best is not None
+    off, way, turn = 0.2 * math.sqrt(rng.uniform()), rng.uniform(0.0, 6.3), rng.uniform(-0.1, 0.1)
+    pose = poses[best]
+    return user, deep, Pose2(
+        pose.x + off * math.cos(way), pose.y + off * math.sin(way), wrap(pose.yaw + turn)
+    )  # fmt: skip
+
+
+def errors(screws: Any, base: Pose2, joints: tuple[float, ...], deep: Pose3) -> tuple[float, float]:
+    """How far the true prop is from the DEEP, m and rad, by other kinematics than the planner's."""
+    prop = screws.tcp(np.array([joints]))[0]
+    turned = Rotation.from_euler("z", base.yaw)
+    place = turned.apply(prop[:3, 3]) + np.array([base.x, base.y, 0.0])
+    asked = Rotation.from_quat([deep.qx, deep.qy, deep.qz, deep.qw])
+    wrong = asked.inv() * turned * Rotation.from_matrix(prop[:3, :3])
+    return math.dist(place, (deep.x, deep.y, deep.z)), float(wrong.magnitude())
+
+
+@pytest.mark.requirement(44, 47, 79, 80, 84, 143)
+@pytest.mark.parametrize("count", [20, pytest.param(300, marks=pytest.mark.slow)])
+def test_every_request_is_served_to_5_mm_wherever_the_rover_stands_in_its_tolerance(
+    site: Site, context: Any, screws: Any, count: int
+) -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(count):
+        user, deep, base = request(rng, site)
+        rig = Rig(site, context, base, user)
+
+        assert rig.run(ReachDeep().run(rig.ctx, deep=deep)) == "reached"
+
+        away, turned = errors(screws, base, rig.arm.state.joints, deep)
+        assert away <= 0.005
+        assert turned <= 0.01
+        assert rig.run(ParkArm().run(rig.ctx)) == "parked"
+
+
+USER, DEEP = Pose2(5.0, 4.0, 0.0), Pose3.from_yaw(5.85, 4.0, 1.2, 0.0)
+BASE = Pose2(6.85, 4.0, math.pi)
+
+
+@pytest.fixture
+def rig(site: Site, context: Any) -> Rig:
+    return Rig(site, context, BASE, USER)
+
+
+@pytest.mark.requirement(43, 82)
+def test_a_deep_inside_a_person_is_blocked_and_says_by_what(rig: Rig) -> None:
+    rig.ctx.values["user.pose"] = UserPose(Pose2(6.0, 4.0, math.pi), 0.0)
+    run = ReachDeep().run(rig.ctx, deep=DEEP)
+
+    assert "surroundings" in next(run)
+    assert rig.run(run) == "blocked"
+
+
+@pytest.mark.requirement(43, 45)
+def test_whoever_steps_into_the_way_stops_the_arm_before_it_touches_them(
+    rig: Rig, site: Site
+) -> None:
+    run = ReachDeep().run(rig.ctx, deep=DEEP)
+    assert rig.run(run, 0.4) is None
+    assert rig.arm.state.moving
+    stepped = Pose2(5.6, 4.0, 0.0)
+    rig.ctx.values["user.pose"] = UserPose(stepped, 0.0)
+
+    assert rig.run(run, 3.0) == "blocked"
+
+    assert not rig.arm.state.moving
+    look = Look(BASE, stepped, rig.arm.state.joints)
+    assert site.workspace.checker(look, DEEP).clearance(np.array(look.joints))[0] > 0.0
+
+
+@pytest.mark.requirement(45)
+def test_a_user_who_only_shifts_does_not_stop_the_arm(rig: Rig) -> None:
+    run = ReachDeep().run(rig.ctx, deep=DEEP)
+    rig.run(run, 0.4)
+    rig.ctx.values["user.pose"] = UserPose(Pose2(4.97, 4.02, 0.1), 0.0)
+
+    assert rig.run(run, 0.1) is None
+    assert rig.arm.state.moving
+    assert rig.run(run) == "reached"
+
+
+@pytest.mark.requirement(80)
+def test_a_base_that_comes_to_rest_later_is_made_up_for(rig: Rig, screws: Any) -> None:
+    run = ReachDeep().run(rig.ctx, deep=DEEP)
+    rig.run(run, 0.2)
+    rests = rig.ctx.values["base.pose"] = BASE @ Pose2(0.01, -0.02, 0.04)
+
+    assert rig.run(run) == "reached"
+    away, turned = errors(screws, rests, rig.arm.state.joints, DEEP)
+    assert away <= 0.005
+    assert turned <= 0.01
+
+
+@pytest.mark.requirement(45, 47)
+def test_an_arm_that_a_person_leans_on_folds_away_from_them(rig: Rig) -> None:
+    assert rig.run(ReachDeep().run(rig.ctx, deep=DEEP)) == "reached"
+    rig.ctx.values["user.pose"] = UserPose(Pose2(5.6, 4.0, 0.0), 0.0)
+
+    assert rig.run(ParkArm().run(rig.ctx)) == "parked"
+
+
+@pytest.mark.requirement(45)
+def test_the_way_back_begins_only_after_the_arm_has_come_to_rest(rig: Rig) -> None:
+    reaching = ReachDeep().run(rig.ctx, deep=DEEP)
+    rig.run(reaching, 0.5)
+    reaching.close()
+
+    assert rig.run(ParkArm().run(rig.ctx)) == "parked"
+
+
+@pytest.mark.requirement(45, 48)
+def test_a_stop_line_pulled_on_the_way_fails_the_move_and_brakes_in_a_fifth_of_a_second(
+    rig: Rig,
+) -> None:
+    run = ReachDeep().run(rig.ctx, deep=DEEP)
+    rig.run(run, 0.5)
+    rig.ctx.values["stop.engaged"] = "bumper"
+
+    assert rig.run(run, 0.1) == "failed"
+    for _ in range(6):
+        rig.advance()
+    assert not rig.arm.state.moving
+
+
+@pytest.mark.requirement(78, 82)
+def test_no_rover_pose_is_best_for_a_deep_that_is_too_high(site: Site) -> None:
+    high = Pose3.from_yaw(5.85, 4.0, 2.6, 0.0)
+
+    assert site.workspace.best([BASE], [1.0], high, USER, (0.05, 0.1)) is None
+
+
+@pytest.mark.requirement(78, 79)
+def test_a_pose_that_reaches_from_all_its_disc_goes_before_a_quicker_one_that_does_not(
+    site: Site,
+) -> None:
+    far = Pose2(7.12, 4.0, math.pi)
+
+    found = site.workspace.best([far, BASE], [0.0, 5.0], DEEP, USER, (0.2, 0.1))
+
+    assert found == 1
+    assert site.workspace.best([far], [0.0], DEEP, USER, (0.2, 0.1)) == 0

@@ -1,0 +1,64 @@
+"""A context of plain values, and a site, for tests of states."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from behaviors.profile import load_profile
+from engine.state import Sample
+from hw.robot import load_robot
+from hw.room import Room
+from states.site import Site
+
+ROOM = Room(outer=((0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0)))
+
+
+class FakeContext:
+    """What a state sees, from plain dicts; events are handed out once."""
+
+    def __init__(self, values: dict[str, Any], parts: dict[str, Any] | None = None) -> None:
+        self.values, self.parts = values, parts or {}
+        self.pending: dict[str, list[Sample]] = {}
+        self.now = 0
+
+    def after(self, seconds: float) -> int:
+        return self.now + round(seconds * 1e9)
+
+    def value(self, signal: str) -> Any:
+        return self.values.get(signal)
+
+    def sample(self, signal: str) -> Sample | None:
+        return Sample(self.values[signal], 0) if signal in self.values else None
+
+    def events(self, signal: str) -> tuple[Sample, ...]:
+        return tuple(self.pending.pop(signal, ()))
+
+    def part(self, name: str) -> Any:
+        return self.parts[name]
+
+
+def step(run: Any) -> str | tuple[str, Any] | None:
+    """One step of a state: its outcome, or None while it is busy."""
+    try:
+        next(run)
+    except StopIteration as stop:
+        outcome: str | tuple[str, Any] = stop.value
+        return outcome
+    return None
+
+
+@pytest.fixture
+def context() -> type[FakeContext]:
+    return FakeContext
+
+
+@pytest.fixture
+def take_step() -> Any:
+    return step
+
+
+@pytest.fixture(scope="session")
+def site() -> Site:
+    return load_profile("tuned").site(ROOM, load_robot("rbkairos_ur10"))

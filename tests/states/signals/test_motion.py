@@ -1,0 +1,133 @@
+"""Velocity and stillness of a person, from noisy poses with gaps and jumps."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from engine.state import Sample
+from hw.geometry import Pose2, Twist2, wrap
+from hw.samples import UserPose
+from states.signals.motion import StillnessEstimator, VelocityEstimator
+
+
+def ns(seconds: float) -> int:
+    return round(seconds * 1e9)
+
+
+def feed(
+    estimator: VelocityEstimator, poses: list[tuple[float, float, float, float]]
+) -> Twist2 | None:
+    for t, x, y, yaw in poses:
+        pose = UserPose(Pose2(x, y, wrap(yaw)), wrap(yaw))
+        estimator.update("user.pose", Sample(pose, ns(t)))
+    return estimator.value()
+
+
+def walk(
+    hz: float, seconds: float, vx: float, vy: float, wz: float = 0.0, since: float = 0.0
+) -> list[tuple[float, float, float, float]]:
+    times = [since + i / hz for i in range(round(hz * seconds) + 1)]
+    return [(t, vx * t, vy * t, wz * t) for t in times]
+
+
+@given(vx=st.floats(-2, 2), vy=st.floats(-2, 2), wz=st.floats(-3, 3), hz=st.sampled_from([30, 120]))
+@settings(deadline=None, max_examples=50)
+def test_a_steady_walk_is_found_exactly(vx: float, vy: float, wz: float, hz: float) -> None:
+    found = feed(VelocityEstimator(0.3), walk(hz, 1.0, vx, vy, wz))
+
+    assert found is not None
+    assert (found.vx, found.vy, found.wz) == pytest.approx((vx, vy, wz), abs=1e-6)
+
+
+def test_motion_capture_s_noise_stays_below_the_limit_of_standing_still() -> None:
+    rng = np.random.default_rng(1)
+    estimator, worst = VelocityEstimator(0.3), 0.0
+    for i in range(1200):
+        x, y = rng.normal(0.0, 0.001, 2)
+        found = feed(estimator, [(i / 120, x, y, 0.0)])
+        worst = max(worst, found.speed if found is not None else 0.0)
+
+    assert worst < 0.05
+
+
+def test_there_is_no_velocity_before_a_part_of_the_window_is_filled() -> None:
+    estimator = VelocityEstimator(0.3)
+
+    assert feed(estimator, walk(100, 0.08, 1.0, 0.0)) is None
+    assert feed(estimator, walk(100, 0.02, 1.0, 0.0, since=0.09)) is not None
+
+
+@pytest.mark.requirement(149)
+def test_after_a_gap_it_begins_anew() -> None:
+    estimator = VelocityEstimator(0.3)
+    feed(estimator, walk(100, 1.0, 1.0, 0.0))
+
+    assert feed(estimator, [(2.0, 5.0, 5.0, 0.0)]) is None
+    found = feed(estimator, [(2.0 + t, 5.0, 5.0 + t, 0.0) for t in (0.05, 0.1, 0.15)])
+
+    assert found is not None
+    assert (found.vx, found.vy) == pytest.approx((0.0, 1.0), abs=1e-6)
+
+
+def test_a_jump_of_the_tracking_is_no_motion() -> None:
+    estimator = VelocityEstimator(0.3)
+    feed(estimator, walk(100, 1.0, 0.0, 0.0))
+
+    assert feed(estimator, [(1.01, 3.0, 0.0, 0.0)]) is None
+    found = feed(estimator, [(1.01 + i / 100, 3.0, 0.0, 0.0) for i in range(1, 20)])
+
+    assert found is not None
+    assert found.speed == pytest.approx(0.0, abs=1e-9)
+
+
+def test_turning_over_the_seam_at_pi_is_slow() -> None:
+    found = feed(VelocityEstimator(0.3), [(i / 50, 0.0, 0.0, 3.0 + 0.02 * i) for i in range(30)])
+
+    assert found is not None
+    assert found.wz == pytest.approx(1.0)
+
+
+def test_late_samples_change_nothing() -> None:
+    estimator = VelocityEstimator(0.3)
+    before = feed(estimator, walk(100, 1.0, 1.0, 0.0))
+
+    assert feed(estimator, [(0.5, 9.0, 9.0, 0.0)]) == before
+
+
+def still_after(velocities: list[tuple[float, Twist2]]) -> float | None:
+    estimator = StillnessEstimator(0.1, 0.3)
+    for t, velocity in velocities:
+        estimator.update("user.velocity", Sample(velocity, ns(t)))
+    return estimator.value()
+
+
+@pytest.mark.requirement(89)
+def test_stillness_is_the_time_since_both_limits_were_kept() -> None:
+    slow, fast = Twist2(0.09, 0.0, 0.29), Twist2(0.11)
+
+    assert still_after([]) is None
+    assert still_after([(0.0, fast)]) == 0.0
+    assert still_after([(0.0, fast), (1.0, slow), (1.5, slow)]) == pytest.approx(0.5)
+    assert still_after([(0.0, slow), (1.0, Twist2(0.0, 0.0, 0.31)), (1.1, slow)]) == 0.0
+
+
+@pytest.mark.requirement(89)
+@pytest.mark.parametrize("limit", [Twist2(0.1), Twist2(0.0, 0.0, -0.3)])
+def test_at_the_limit_one_is_not_still(limit: Twist2) -> None:
+    assert still_after([(0.0, limit), (1.0, limit)]) == 0.0
+
+
+def test_the_delay_of_the_estimate_is_half_the_window() -> None:
+    estimator, window = VelocityEstimator(0.3), 0.3
+    for i in range(200):
+        t = i / 100
+        found = feed(estimator, [(t, 0.5 * t * t, 0.0, 0.0)])  # 1 m/s2
+
+    assert found is not None
+    assert found.vx == pytest.approx(1.99 - window / 2, abs=0.01)
+    assert math.isfinite(found.vy)

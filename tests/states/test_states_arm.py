@@ -1,0 +1,123 @@
+"""States that move the arm, on the simulated arm."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hw.geometry import Pose2, Pose3
+from hw.sim.arm import SimArm
+from states.arm.kinematics import Chain, forward
+from states.arm.model import load_manipulator
+from states.arm.states import HoldProp, ParkArm, ReachDeep, rover_from
+from states.site import Site
+
+HZ = 30
+BASE = Pose2(5.0, 4.0, 0.5)
+
+
+def deep_at(site: Site, height: float, base: Pose2 = BASE) -> Pose3:
+    """A metre ahead of the robot, whose user looks back at it."""
+    x, y = base.transform(1.0, 0.0)
+    return Pose3.from_yaw(x, y, height, base.yaw + math.pi)
+
+
+class Move:
+    def __init__(self, site: Site, context: Any, state: Any, **inputs: Any) -> None:
+        self.arm = SimArm(site.robot.arm, site.limits)
+        values = {"site": site, "base.pose": BASE, "arm.joints": self.arm.state}
+        self.ctx = context(values, {"arm": self.arm})
+        self.run = state.run(self.ctx, **inputs)
+        self.tick = 0
+
+    def until_end(self, take_step: Any, seconds: float) -> str | None:
+        for _ in range(round(seconds * HZ)):
+            now, self.tick = self.tick * 10**9 // HZ, self.tick + 1
+            self.arm.advance(now)
+            self.ctx.now, self.ctx.values["arm.joints"] = now, self.arm.state
+            outcome = take_step(self.run)
+            if outcome is not None:
+                return str(outcome)
+        return None
+
+
+@pytest.mark.requirement(46, 87)
+def test_a_parked_arm_is_parked_at_once(site: Site, context: Any, take_step: Any) -> None:
+    assert take_step(Move(site, context, ParkArm()).run) == "parked"
+
+
+@pytest.mark.requirement(46, 47)
+def test_an_arm_that_is_out_is_folded(site: Site, context: Any, take_step: Any) -> None:
+    move = Move(site, context, ParkArm())
+    move.arm = SimArm(site.robot.arm, site.limits, (0.0, -1.5, 1.0, 0.0, 1.5, 0.0))
+    move.ctx.parts["arm"], move.ctx.values["arm.joints"] = move.arm, move.arm.state
+
+    assert move.until_end(take_step, 10) == "parked"
+    assert move.arm.state.joints == pytest.approx(site.robot.arm.parked, abs=0.01)
+
+
+@pytest.mark.requirement(44, 80, 84, 132)
+@pytest.mark.parametrize("height", [0.7, 1.0, 1.5])
+@pytest.mark.parametrize("offset", [(0.0, 0.0, 0.0), (-0.1, 0.15, 0.08)])
+def test_the_prop_reaches_the_deep_wherever_the_base_stands_in_its_tolerance(
+    site: Site, context: Any, take_step: Any, height: float, offset: tuple[float, float, float]
+) -> None:
+    deep = deep_at(site, height)
+    move = Move(site, context, ReachDeep(), deep=deep)
+    stands = BASE @ Pose2(*offset)
+    move.ctx.values["base.pose"] = stands
+
+    assert move.until_end(take_step, 10) == "reached"
+
+    reached = forward(Chain.of(load_manipulator()), np.array(move.arm.state.joints))
+    wanted = rover_from(stands, deep)
+    assert math.dist(reached[:3, 3], (wanted.x, wanted.y, wanted.z)) <= 0.02
+    axis = wanted.transform(1.0, 0.0, 0.0)
+    ahead = [axis[i] - (wanted.x, wanted.y, wanted.z)[i] for i in range(3)]
+    assert math.acos(min(1.0, float(np.dot(reached[:3, 0], ahead)))) <= 0.1
+
+
+@pytest.mark.requirement(82)
+def test_a_deep_out_of_reach_has_no_solution(site: Site, context: Any, take_step: Any) -> None:
+    far = Pose3.from_yaw(9.0, 4.0, 1.5, 0.0)
+
+    assert take_step(Move(site, context, ReachDeep(), deep=far).run) == "no_solution"
+
+
+@pytest.mark.requirement(45, 71)
+def test_whatever_ends_a_move_brakes_the_arm(site: Site, context: Any, take_step: Any) -> None:
+    move = Move(site, context, ReachDeep(), deep=deep_at(site, 1.2))
+    move.until_end(take_step, 0.5)
+    assert move.arm.state.moving
+
+    move.run.close()
+    move.arm.advance(10**9)
+
+    assert not move.arm.state.moving
+    assert move.arm.state.joints != pytest.approx(site.robot.arm.parked, abs=0.01)
+
+
+@pytest.mark.requirement(48)
+def test_a_pulled_stop_line_fails_the_move(site: Site, context: Any, take_step: Any) -> None:
+    move = Move(site, context, ReachDeep(), deep=deep_at(site, 1.2))
+    move.until_end(take_step, 0.5)
+    move.ctx.values["stop.engaged"] = "bumper"
+
+    assert take_step(move.run) == "failed"
+
+
+@pytest.mark.requirement(84)
+def test_the_deep_in_the_robot_s_frame_is_the_map_s_turned_and_shifted() -> None:
+    found = rover_from(Pose2(1.0, 2.0, math.pi / 2), Pose3.from_yaw(1.0, 3.0, 1.5, math.pi))
+
+    assert (found.x, found.y, found.z) == pytest.approx((1.0, 0.0, 1.5))
+    assert found.yaw == pytest.approx(math.pi / 2)
+
+
+def test_holding_goes_on_until_it_is_ended(site: Site, context: Any, take_step: Any) -> None:
+    move = Move(site, context, HoldProp())
+
+    assert move.until_end(take_step, 5) is None

@@ -1,0 +1,194 @@
+"""States that watch the user, tracking and faults."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from engine.state import Sample
+from hw.geometry import Pose2
+from hw.samples import UserPose
+from states.signals.states import (
+    STALE_S,
+    USER_LOST,
+    ClearFaults,
+    FaultRaised,
+    UserLost,
+    UserSettled,
+)
+
+BEFORE = UserPose(Pose2(1.0, 1.0, 0.0), 0.0)
+
+
+def moved(distance: float, turn: float = 0.0) -> UserPose:
+    return UserPose(Pose2(1.0 + distance, 1.0, turn), turn)
+
+
+@pytest.mark.requirement(89)
+@pytest.mark.parametrize(
+    ("still", "distance", "turn", "settled"),
+    [
+        (0.49, 0.31, 0.0, False),
+        (0.51, 0.31, 0.0, True),
+        (0.51, 0.29, 0.0, False),
+        (0.51, 0.0, math.pi / 6 + 0.01, True),
+        (0.51, 0.0, math.pi / 6 - 0.01, False),
+        (0.51, 0.0, -math.pi / 6 - 0.01, True),
+        (0.49, 0.0, 3.0, False),
+    ],
+)
+def test_a_user_has_settled_after_half_a_second_and_30_cm_or_30_degrees(
+    context: Any, take_step: Any, still: float, distance: float, turn: float, settled: bool
+) -> None:
+    ctx = context({"user.still": still, "user.pose": moved(distance, turn)})
+
+    outcome = take_step(UserSettled().run(ctx, since=BEFORE))
+
+    assert outcome == ("settled" if settled else None)
+
+
+@pytest.mark.requirement(89)
+def test_before_the_first_goal_standing_still_is_enough(context: Any, take_step: Any) -> None:
+    ctx = context({"user.still": 0.51, "user.pose": BEFORE})
+
+    assert take_step(UserSettled().run(ctx)) == "settled"
+
+
+@pytest.mark.requirement(89, 125)
+def test_how_long_and_how_far_can_be_chosen(context: Any, take_step: Any) -> None:
+    ctx = context({"user.still": 1.1, "user.pose": moved(0.31)})
+
+    assert take_step(UserSettled(still_for=1.2).run(ctx, since=BEFORE)) is None
+    assert take_step(UserSettled(moved=0.4).run(ctx, since=BEFORE)) is None
+    assert take_step(UserSettled(still_for=1.0).run(ctx, since=BEFORE)) == "settled"
+
+
+@pytest.mark.requirement(149)
+def test_a_user_is_lost_once_their_pose_is_stale(context: Any, take_step: Any) -> None:
+    ctx = context({"user.pose": BEFORE})
+    run = UserLost().run(ctx)
+    assert take_step(run) is None
+
+    ctx.now, ctx.values["user.pose"] = round(0.2e9), None  # as the engine gives what is too old
+
+    assert take_step(run) == "lost"
+
+
+@pytest.mark.requirement(149)
+def test_at_the_very_start_the_first_pose_may_take_its_time(context: Any, take_step: Any) -> None:
+    ctx = context({})
+    run = UserLost().run(ctx)
+
+    assert take_step(run) is None
+    ctx.now = round((STALE_S + 0.01) * 1e9)
+    assert take_step(run) == "lost"
+
+
+@pytest.mark.requirement(5, 49)
+def test_a_pulled_stop_line_is_a_fault(context: Any, take_step: Any) -> None:
+    ctx = context({"stop.engaged": None})
+    run = FaultRaised().run(ctx)
+    assert take_step(run) is None
+
+    ctx.values["stop.engaged"] = "bumper: person"
+
+    assert take_step(run) == "raised"
+
+
+class Desk:
+    """Operator and stop line in one."""
+
+    def __init__(self) -> None:
+        self.reported: list[str] = []
+        self.pulled: list[str] = []
+        self.cause_holds = False
+        self.resets = 0
+
+    def report(self, fault: str) -> None:
+        self.reported.append(fault)
+
+    def pull(self, reason: str) -> None:
+        self.pulled.append(reason)
+
+    def reset(self) -> bool:
+        self.resets += 1
+        return not self.cause_holds
+
+
+@pytest.fixture
+def desk() -> Desk:
+    return Desk()
+
+
+def clearing(context: Any, desk: Desk, values: dict[str, Any]) -> tuple[Any, Any]:
+    ctx = context(values, {"operator": desk, "stop_line": desk})
+    return ctx, ClearFaults().run(ctx)
+
+
+@pytest.mark.requirement(49)
+def test_without_a_fault_all_is_clear(context: Any, take_step: Any, desk: Desk) -> None:
+    _, run = clearing(context, desk, {"stop.engaged": None, "user.pose": BEFORE})
+
+    assert take_step(run) == "clear"
+    assert not desk.reported
+
+
+@pytest.mark.requirement(49)
+def test_a_fault_is_reported_once_and_reset_only_when_acknowledged(
+    context: Any, take_step: Any, desk: Desk
+) -> None:
+    ctx, run = clearing(context, desk, {"stop.engaged": "bumper", "user.pose": BEFORE})
+    for _ in range(5):
+        assert take_step(run) is None
+    assert (desk.reported, desk.resets) == (["bumper"], 0)
+
+    ctx.pending["operator.acknowledge"] = [Sample(True, 0)]
+    take_step(run)
+    ctx.values["stop.engaged"] = None
+
+    assert desk.resets == 1
+    assert take_step(run) == "clear"
+
+
+@pytest.mark.requirement(49)
+def test_a_fault_whose_cause_holds_needs_another_acknowledgement(
+    context: Any, take_step: Any, desk: Desk
+) -> None:
+    desk.cause_holds = True
+    ctx, run = clearing(context, desk, {"stop.engaged": "bumper", "user.pose": BEFORE})
+    take_step(run)
+    ctx.pending["operator.acknowledge"] = [Sample(True, 0)]
+
+    assert take_step(run) is None
+    desk.cause_holds = False
+    ctx.pending["operator.acknowledge"] = [Sample(True, 0)]
+    take_step(run)
+
+    assert desk.resets == 2
+
+
+@pytest.mark.requirement(149)
+def test_a_user_lost_for_half_a_second_is_latched(context: Any, take_step: Any, desk: Desk) -> None:
+    ctx, run = clearing(context, desk, {"stop.engaged": None, "user.pose": None})
+    take_step(run)
+    ctx.now = round(0.34e9)
+    take_step(run)
+    assert not desk.pulled
+
+    ctx.now = round(0.36e9)
+    take_step(run)
+
+    assert desk.pulled == [USER_LOST]
+
+
+@pytest.mark.requirement(149)
+def test_a_short_drop_out_needs_no_operator(context: Any, take_step: Any, desk: Desk) -> None:
+    ctx, run = clearing(context, desk, {"stop.engaged": None, "user.pose": None})
+    assert take_step(run) is None
+
+    ctx.values["user.pose"] = BEFORE
+
+    assert take_step(run) == "clear"
+    assert not desk.pulled
