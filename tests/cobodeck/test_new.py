@@ -38,7 +38,8 @@ def test_it_is_valid_even_strictly(project: Path) -> None:
     assert result.returncode == OK, result.stdout + result.stderr
     said, explored = result.stdout.splitlines()
     assert said == "no errors in 1 file"
-    assert explored.startswith("greet: ") and explored.endswith(", complete")
+    assert explored.startswith("greet: ")
+    assert explored.endswith(", complete")
 
 
 def test_its_tests_pass(project: Path) -> None:
