@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
-from behaviors.forecast import Forecasts, crowding, forecasts, tracks
+import numpy as np
+from numba import njit
+
+from behaviors.forecast import Array, crowding, drives, forecasts, tracks
 from behaviors.situation import Situation
 from hw.geometry import Pose2
 from hw.room import Point
-from states.navigation.visibility import ExactPlanner
-from states.site import Site
+from states.navigation.clearance import distance_to_nearest
 
 KEEP_S = 0.2
 """A new Escape pose has to be safe earlier by this, s, to be worth a change of mind."""
@@ -24,6 +26,13 @@ OPEN, CORNERED = 2.5, 6.0
 """Places nearer to a wall than OPEN m cost CORNERED times the square of what is missing."""
 EFFORT = 0.5
 """What a metre of driving costs."""
+AROUND = np.array(
+    [
+        (radius * math.cos(angle), radius * math.sin(angle))
+        for radius in RINGS
+        for angle in (math.tau * step / DIRECTIONS for step in range(DIRECTIONS))
+    ]
+)
 
 
 def way_out(now: Situation, goals: Sequence[Pose2], present: Pose2 | None) -> Pose2 | None:
@@ -36,8 +45,8 @@ def way_out(now: Situation, goals: Sequence[Pose2], present: Pose2 | None) -> Po
         return None
     site, settings = now.site, now.settings
     places = [(goal.x, goal.y) for goal in goals]
-    max_speed = site.navigation.escape.max_speed
-    found = forecasts(now, places, tracks(now, settings.user.likely), max_speed)
+    ways = drives(now, places, site.navigation.escape.max_speed)
+    found = forecasts(now, ways, tracks(now, settings.user.likely))
     if found.touch_after.max() < settings.escape.warning:
         return None
     numbers = (found.safe_after.tolist(), found.gap.tolist(), found.touch_after.tolist())
@@ -48,7 +57,7 @@ def way_out(now: Situation, goals: Sequence[Pose2], present: Pose2 | None) -> Po
         rank = (-gap, safe_after) if touches else (safe_after - kept, -gap)
         ranked.append((touches, *rank, i))
     planner = site.planner("escape")
-    return next((goals[i] for *_, i in sorted(ranked) if found.keeps_off(i, planner)), None)
+    return next((goals[i] for *_, i in sorted(ranked) if ways.keeps_off(i, planner)), None)
 
 
 def place_with_room(now: Situation, band: tuple[float, float], present: Point | None) -> Point:
@@ -59,42 +68,29 @@ def place_with_room(now: Situation, band: tuple[float, float], present: Point | 
     """
     site, pose, user = now.site, now.pose, now.settings.user
     stay = (now.rest.x, now.rest.y)
-    places = [stay, *(() if present is None else (present,)), *_around(pose)]
+    fixed = (stay,) if present is None else (stay, present)
+    places = np.concatenate((np.array(fixed), AROUND + np.array((pose.x, pose.y))))
+    ways = drives(now, places, site.navigation.chase.max_speed)
     user_tracks = tracks(now, (*user.likely, *user.possible))
-    found = forecasts(now, places, user_tracks, site.navigation.chase.max_speed)
-    crowded = crowding(found.apart, *band, TOUCH, DREAD).tolist()
-    costs = [
-        cost + EFFORT * math.dist(place, (pose.x, pose.y))
-        for cost, place in zip(crowded, places, strict=True)
-    ]
+    costs = crowding(ways.ways, user_tracks, *band, TOUCH, DREAD)
+    costs += _efforts(places, pose.x, pose.y, site.walls)
+    order = np.argsort(costs, kind="stable").tolist()
     for planner in (site.planner("chase"), site.planner("escape")):
-        best = _cheapest(site, planner, found, costs)
-        if best is not None:
-            return best
+        for i in order:
+            if ways.keeps_off(i, planner):
+                return float(places[i, 0]), float(places[i, 1])
     return stay
 
 
-def _cheapest(
-    site: Site, planner: ExactPlanner, found: Forecasts, costs: Sequence[float]
-) -> Point | None:
-    """The best place that keeps off the walls, when nearness to walls is counted, too."""
-    best, least = None, math.inf
-    for cost, i in sorted((cost, i) for i, cost in enumerate(costs)):
-        if cost >= least:
-            break
-        place = found.places[i]
-        cornered = max(0.0, OPEN - site.room.clearance(*place))
-        total = cost + CORNERED * cornered * cornered
-        if total < least and found.keeps_off(i, planner):
-            best, least = place, total
-    return best
-
-
-def _around(pose: Pose2) -> Iterator[Point]:
-    for distance in RINGS:
-        for step in range(DIRECTIONS):
-            angle = 2.0 * math.pi * step / DIRECTIONS
-            yield pose.x + distance * math.cos(angle), pose.y + distance * math.sin(angle)
+@njit(cache=True)
+def _efforts(places: Array, x: float, y: float, walls: Array) -> Array:
+    """What it costs to drive to each place, and to be near to a wall there, (n,)."""
+    found = np.empty(len(places))
+    for i in range(len(places)):
+        px, py = places[i, 0], places[i, 1]
+        cornered = max(0.0, OPEN - distance_to_nearest(px, py, walls))
+        found[i] = EFFORT * math.hypot(px - x, py - y) + CORNERED * cornered * cornered
+    return found
 
 
 def warm_up() -> None:
@@ -104,3 +100,4 @@ def warm_up() -> None:
 
     forecast.warm_up()
     visibility.warm_up()
+    _efforts(np.ones((1, 2)), 0.0, 0.0, np.ones((1, 4)))

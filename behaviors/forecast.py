@@ -7,7 +7,7 @@ momentum it has; the user goes along each predicted track. m, s, rad, in the map
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,20 +35,10 @@ BREAK_OFF = (0, 2, 4)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Forecasts:
-    """What is predicted for each of n places to drive to; the worst of all tracks counts.
+class Drives:
+    """Straight drives to `places` (n, 2); `ways` (n, steps, 2) is where the robot is meanwhile."""
 
-    `safe_after` (n,): when both Escape zones are clear for good, s (infinite: never). `gap` (n,):
-    the least room between robot and user, m, below 0 in contact. `touch_after` (n,): when they
-    come nearer than CLOSEST even on the best of all tracks, s (infinite: never). `apart`
-    (n, tracks, steps): distance of the centres. `ways` (n, steps, 2): where the robot is.
-    """
-
-    places: tuple[Point, ...]
-    safe_after: Array
-    gap: Array
-    touch_after: Array
-    apart: Array
+    places: Array
     ways: Array
     acceleration: float
 
@@ -58,22 +48,37 @@ class Forecasts:
         Nor if the drive is broken off soon, and it brakes. A robot that begins too near to a wall
         may take a while to get away, but come no nearer.
         """
-        way = [(x, y) for x, y in self.ways[index, ::2].tolist()]
-        free = [planner.is_free(place) for place in way]
-        if all(free):
-            return all(planner.is_free(place) for place in self._rests(index))
-        if not free[-1] or free != sorted(free):
+        way = self.ways[index, ::2].copy()
+        free = planner.are_free(way)
+        if free.all():
+            return bool(planner.are_free(_rests(self.ways[index], self.acceleration)).all())
+        if not free[-1] or (free[:-1] > free[1:]).any():
             return False
         least = planner.clearance(way[0]) - SLACK
-        return all(planner.clearance(place) >= least for place in way[1 : free.index(True)])
+        return all(planner.clearance(place) >= least for place in way[1 : free.argmax()])
 
-    def _rests(self, index: int) -> Iterator[Point]:
-        """Where the robot would come to rest if it braked after some of the first steps."""
-        way = self.ways[index]
-        for step in BREAK_OFF:
-            vx, vy = (way[step + 1] - way[step]) / STEP_S
-            stretch = math.hypot(vx, vy) / (2.0 * self.acceleration)
-            yield float(way[step, 0] + stretch * vx), float(way[step, 1] + stretch * vy)
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Forecasts:
+    """What comes of each of n drives; the worst of all tracks counts.
+
+    `safe_after` (n,): when both Escape zones are clear for good, s (infinite: never). `gap` (n,):
+    the least room between robot and user, m, below 0 in contact. `touch_after` (n,): when they
+    come nearer than CLOSEST even on the best of all tracks, s (infinite: never).
+    """
+
+    safe_after: Array
+    gap: Array
+    touch_after: Array
+
+
+def drives(now: Situation, places: Sequence[Point] | Array, max_speed: float) -> Drives:
+    """The drives from here to each place."""
+    pose, motion = now.pose, now.twist.rotated(now.pose.yaw)
+    acceleration = now.site.limits.base_acceleration
+    goals = np.array(places, dtype=np.float64).reshape(-1, 2)
+    state = (pose.x, pose.y, motion.vx, motion.vy)
+    return Drives(goals, _drives(state, max_speed, acceleration, goals), acceleration)
 
 
 def tracks(now: Situation, predictors: Sequence[str]) -> Array:
@@ -90,26 +95,12 @@ def tracks(now: Situation, predictors: Sequence[str]) -> Array:
     return found
 
 
-def forecasts(
-    now: Situation, places: Sequence[Point], user_tracks: Array, max_speed: float
-) -> Forecasts:
-    """Drive to each place in turn."""
-    pose, motion, escape = now.pose, now.twist.rotated(now.pose.yaw), now.settings.escape
-    outline = now.site.robot.footprint
-    zones = np.array(
-        (
-            escape.ahead + escape.hysteresis,
-            escape.around + escape.hysteresis,
-            escape.half_view,
-            outline.half_length,
-            outline.half_width,
-        )
-    )
-    state = np.array((pose.x, pose.y, pose.yaw, motion.vx, motion.vy))
-    limits = np.array((max_speed, now.site.limits.base_acceleration))
-    goals = np.array(places, dtype=np.float64).reshape(-1, 2)
-    found = _judge(state, limits, goals, user_tracks, zones)
-    return Forecasts(tuple(places), *found, now.site.limits.base_acceleration)
+def forecasts(now: Situation, found: Drives, user_tracks: Array) -> Forecasts:
+    """What comes of the drives while the user goes along the tracks."""
+    pose, escape, outline = now.pose, now.settings.escape, now.site.robot.footprint
+    zones = (escape.ahead + escape.hysteresis, escape.around + escape.hysteresis, escape.half_view)
+    half = (outline.half_length, outline.half_width)
+    return Forecasts(*_judge(found.ways, user_tracks, pose.yaw, zones, half))
 
 
 def towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
@@ -138,17 +129,27 @@ def towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
 
 
 @njit(cache=True)
-def crowding(apart: Array, room: float, far: float, touch: float, dread: float) -> Array:
-    """How badly distances (n, tracks, steps) keep between `room` and `far`, (n,).
+def crowding(
+    ways: Array, user_tracks: Array, room: float, far: float, touch: float, dread: float
+) -> Array:
+    """How badly robots on their ways keep between `room` and `far` of the user, (n,).
 
-    Squares of what is missing, in the mean of all tracks; below `touch` times `dread`.
+    Squares of what is missing, m2, in the mean of all tracks; below `touch` times `dread`.
     """
-    found = np.zeros(len(apart))
-    for i in range(len(apart)):
-        for distance in apart[i].ravel():
-            near, beyond, close = room - distance, distance - far, touch - distance
-            found[i] += max(0.0, near) ** 2 + max(0.0, beyond) ** 2 + dread * max(0.0, close) ** 2
-        found[i] /= apart.shape[1]
+    found = np.zeros(len(ways))
+    for i in range(len(ways)):
+        for j in range(len(user_tracks)):
+            for step in range(ways.shape[1]):
+                dx = ways[i, step, 0] - user_tracks[j, step, 0]
+                dy = ways[i, step, 1] - user_tracks[j, step, 1]
+                square = dx * dx + dy * dy
+                if room * room <= square <= far * far:
+                    continue
+                distance = math.sqrt(square)
+                near, beyond, close = room - distance, distance - far, touch - distance
+                found[i] += max(0.0, near) ** 2 + max(0.0, beyond) ** 2
+                found[i] += dread * max(0.0, close) ** 2
+        found[i] /= len(user_tracks)
     return found
 
 
@@ -179,22 +180,22 @@ def _tracks(predictors: Array, state: Array, robot: Array) -> Array:
 
 @njit(cache=True)
 def _judge(
-    state: Array, limits: Array, goals: Array, user_tracks: Array, zones: Array
-) -> tuple[Array, Array, Array, Array, Array]:
-    count, track_count, steps = len(goals), user_tracks.shape[0], user_tracks.shape[1]
-    safe_after, gap = np.zeros(count), np.full(count, math.inf)
-    touch_after = np.zeros(count)
-    apart, ways = np.empty((count, track_count, steps)), np.empty((count, steps, 2))
-    c, s, cos_view = math.cos(state[2]), math.sin(state[2]), math.cos(zones[2])
+    ways: Array,
+    user_tracks: Array,
+    yaw: float,
+    zones: tuple[float, float, float],
+    half: tuple[float, float],
+) -> tuple[Array, Array, Array]:
+    count = len(ways)
+    safe_after, gap, touch_after = np.zeros(count), np.full(count, math.inf), np.zeros(count)
+    c, s, cos_view = math.cos(yaw), math.sin(yaw), math.cos(zones[2])
     for i in range(count):
-        ways[i] = _drive(state, limits, goals[i], steps)
-        for j in range(track_count):
+        for j in range(len(user_tracks)):
             track, safe, touch = user_tracks[j], 0.0, math.inf
-            for step in range(steps):
+            for step in range(ways.shape[1]):
                 dx, dy = ways[i, step, 0] - track[step, 0], ways[i, step, 1] - track[step, 1]
                 distance = math.hypot(dx, dy)
-                apart[i, j, step] = distance
-                along, across = abs(c * dx + s * dy) - zones[3], abs(c * dy - s * dx) - zones[4]
+                along, across = abs(c * dx + s * dy) - half[0], abs(c * dy - s * dx) - half[1]
                 room = math.hypot(max(0.0, along), max(0.0, across)) - RADIUS
                 gap[i] = min(gap[i], room)
                 if room < CLOSEST:
@@ -209,30 +210,47 @@ def _judge(
                     safe = STEP_S * (step + 1)
             safe_after[i] = max(safe_after[i], safe)
             touch_after[i] = max(touch_after[i], touch)
-    return safe_after, gap, touch_after, apart, ways
+    return safe_after, gap, touch_after
 
 
 @njit(cache=True)
-def _drive(state: Array, limits: Array, goal: Array, steps: int) -> Array:
-    places = np.empty((steps, 2))
-    x, y, _, vx, vy = state
-    max_speed, acceleration = limits
-    for step in range(steps):
-        dx, dy = goal[0] - x, goal[1] - y
-        left = math.hypot(dx, dy)
-        speed = min(max_speed, math.sqrt(2.0 * acceleration * left), left / STEP_S)
-        wx, wy = (speed * dx / left, speed * dy / left) if left > 1e-9 else (0.0, 0.0)
-        change = math.hypot(wx - vx, wy - vy)
-        share = min(1.0, acceleration * STEP_S / change) if change > 0.0 else 0.0
-        ax, ay = share * (wx - vx), share * (wy - vy)
-        x, y = x + STEP_S * (vx + 0.5 * ax), y + STEP_S * (vy + 0.5 * ay)
-        vx, vy = vx + ax, vy + ay
-        places[step, 0], places[step, 1] = x, y
+def _drives(
+    state: tuple[float, float, float, float], max_speed: float, acceleration: float, goals: Array
+) -> Array:
+    ways = np.empty((len(goals), STEPS, 2))
+    for i in range(len(goals)):
+        x, y, vx, vy = state
+        for step in range(STEPS):
+            dx, dy = goals[i, 0] - x, goals[i, 1] - y
+            left = math.hypot(dx, dy)
+            speed = min(max_speed, math.sqrt(2.0 * acceleration * left), left / STEP_S)
+            wx, wy = (speed * dx / left, speed * dy / left) if left > 1e-9 else (0.0, 0.0)
+            change = math.hypot(wx - vx, wy - vy)
+            share = min(1.0, acceleration * STEP_S / change) if change > 0.0 else 0.0
+            ax, ay = share * (wx - vx), share * (wy - vy)
+            x, y = x + STEP_S * (vx + 0.5 * ax), y + STEP_S * (vy + 0.5 * ay)
+            vx, vy = vx + ax, vy + ay
+            ways[i, step, 0], ways[i, step, 1] = x, y
+    return ways
+
+
+@njit(cache=True)
+def _rests(way: Array, acceleration: float) -> Array:
+    """Where the robot would come to rest if it braked after some of the first steps."""
+    places = np.empty((len(BREAK_OFF), 2))
+    for i, step in enumerate(BREAK_OFF):
+        vx = (way[step + 1, 0] - way[step, 0]) / STEP_S
+        vy = (way[step + 1, 1] - way[step, 1]) / STEP_S
+        stretch = math.hypot(vx, vy) / (2.0 * acceleration)
+        places[i, 0] = way[step, 0] + stretch * vx
+        places[i, 1] = way[step, 1] + stretch * vy
     return places
 
 
 def warm_up() -> None:
     """Compile, or load from the cache."""
     user_tracks = _tracks(np.ones((2, 6)), np.zeros(6), np.ones(2))
-    *_, apart, _ = _judge(np.zeros(5), np.ones(2), np.ones((1, 2)), user_tracks, np.ones(5))
-    crowding(apart, 3.0, 4.0, 1.0, 1.0)
+    ways = _drives((0.0, 0.0, 0.0, 0.0), 1.0, 1.0, np.ones((1, 2)))
+    _judge(ways, user_tracks, 0.0, (1.0, 1.0, 1.0), (0.5, 0.5))
+    _rests(ways[0], 1.0)
+    crowding(ways, user_tracks, 3.0, 4.0, 1.0, 1.0)

@@ -15,6 +15,9 @@ from hw.robot import MotionLimits, RobotModel
 from hw.room import Room
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from states.arm.motion import Workspace
     from states.navigation.profile import ProfilePlanner
     from states.navigation.visibility import ExactPlanner
@@ -96,6 +99,13 @@ class Site:
         motion = twist.rotated(pose.yaw)
         stretch = motion.speed / (2.0 * self.limits.base_acceleration)
         return Pose2(pose.x + stretch * motion.vx, pose.y + stretch * motion.vy, pose.yaw)
+
+    @cached_property
+    def walls(self) -> NDArray[np.float64]:
+        """The sides of all walls and columns of the room, (n, 4): x1, y1, x2, y2 in m."""
+        import numpy as np
+
+        return np.array(self.room.segments, dtype=np.float64)
 
     @cached_property
     def workspace(self) -> Workspace:

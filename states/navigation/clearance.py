@@ -86,6 +86,16 @@ def is_clear(x: float, y: float, discs: Array, sides: Array) -> bool:
 
 
 @njit(cache=True)
+def are_free(places: Array, discs: Array, sides: Array) -> NDArray[np.bool_]:
+    """Which places (n, 2) are on the right side of every ring, and far enough from all; (n,)."""
+    found = np.empty(len(places), dtype=np.bool_)
+    for i in range(len(places)):
+        x, y = places[i, 0], places[i, 1]
+        found[i] = is_inside_rings(x, y, sides) and is_clear(x, y, discs, sides)
+    return found
+
+
+@njit(cache=True)
 def passes_disc(
     px: float, py: float, qx: float, qy: float, x: float, y: float, reach: float
 ) -> bool:

@@ -99,6 +99,10 @@ class GridPlanner(ABC):
             return False
         return user is None or math.dist(place, (user.x, user.y)) >= user.radius - TOLERANCE
 
+    def are_free(self, places: Array) -> NDArray[np.bool_]:
+        """Which of the places (n, 2), m, may the robot's centre be at, (n,)? Not for NaN."""
+        return np.array([self.is_free((x, y)) for x, y in places.tolist()], dtype=np.bool_)
+
     def allows(
         self, start: Point, end: Point, user: Disc | None = None, slack: float = 0.0
     ) -> bool:

@@ -11,12 +11,14 @@ import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hw.room import Disc, Point
 from states.navigation.clearance import (
     TOLERANCE,
     TURN,
     Array,
+    are_free,
     blocked_arcs,
     comes_no_nearer,
     distance_to_nearest,
@@ -100,6 +102,10 @@ class ExactPlanner:
         if not (math.isfinite(x) and math.isfinite(y)):
             return False
         return bool(is_inside_rings(x, y, self._sides) and is_clear(x, y, self._discs, self._sides))
+
+    def are_free(self, places: Array) -> NDArray[np.bool_]:
+        """Which of the places (n, 2), m, may the robot's centre be at, (n,)? Not for NaN."""
+        return are_free(places, self._discs, self._sides)
 
     def sees(self, start: Point, end: Point, user: Disc | None = None) -> bool:
         """May the robot go straight from one free place to another?"""
@@ -217,3 +223,4 @@ def warm_up() -> None:
     planner.sees((1.0, 1.0), (2.0, 2.0))
     planner.allows((1.0, 1.0), (2.0, 2.0))
     planner.clearance((1.0, 1.0))
+    planner.are_free(np.ones((2, 2)))

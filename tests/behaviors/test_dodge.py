@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from behaviors import escape
 from behaviors.dodge import place_with_room, way_out
-from behaviors.forecast import HORIZON_S, STEP_S, crowding, forecasts, towards, tracks
+from behaviors.forecast import HORIZON_S, STEP_S, crowding, drives, forecasts, towards, tracks
 from behaviors.profile import Profile
 from behaviors.situation import Situation
 from hw.geometry import Pose2, Twist2
@@ -57,7 +57,7 @@ def test_a_forecast_keeps_the_limits_and_ends_at_its_place(
     now = situation_of(tuned, Pose2(10, 10), facing(1, 1, 0), twist=Twist2(vx, vy))
     place = (10.0 + x, 10.0 + y)
 
-    way = forecasts(now, [place], tracks(now, ("stays",)), 2.5).ways[0]
+    way = drives(now, [place], 2.5).ways[0]
 
     steps = np.diff(np.vstack(([10.0, 10.0], way)), axis=0) / STEP_S
     assert np.hypot(*steps.T).max() <= 2.5 + 1e-9
@@ -69,7 +69,7 @@ def test_a_forecast_from_standstill_arrives(
 ) -> None:
     now = situation_of(tuned, Pose2(10, 10), facing(1, 1, 0))
 
-    found = forecasts(now, [(11.0, 10.5)], tracks(now, ("stays",)), 2.5)
+    found = drives(now, [(11.0, 10.5)], 2.5)
 
     assert found.ways[0, -1] == pytest.approx((11.0, 10.5), abs=0.05)
 
@@ -82,7 +82,7 @@ def test_the_gap_of_a_forecast_is_that_of_the_outline(
     pose = Pose2(10.0 + x, 10.0 + y, yaw)
     now = situation_of(tuned, pose, facing(10.0, 10.0, 0.0))
 
-    found = forecasts(now, [(pose.x, pose.y)], tracks(now, ("stays",)), 2.5)
+    found = forecasts(now, drives(now, [(pose.x, pose.y)], 2.5), tracks(now, ("stays",)))
 
     expected = gap(now.site.robot.footprint, pose, 10.0, 10.0)
     assert found.gap[0] == pytest.approx(max(expected, -0.5), abs=1e-9)
@@ -95,7 +95,7 @@ def test_safe_after_is_when_the_zones_stay_clear(
     now = situation_of(tuned, Pose2(10.0, 11.5), facing(10.0, 10.0, math.pi))
 
     places = [(10.0, 12.5), (10.0, 11.5)]
-    found = forecasts(now, places, tracks(now, ("stays",)), 2.5)
+    found = forecasts(now, drives(now, places, 2.5), tracks(now, ("stays",)))
 
     needed = math.sqrt(2.0 * 0.2 / 1.0)
     assert found.safe_after[0] == pytest.approx(needed, abs=STEP_S + 1e-9)
@@ -103,9 +103,11 @@ def test_safe_after_is_when_the_zones_stay_clear(
 
 
 def test_crowding_counts_what_is_missing_on_either_side_of_the_band() -> None:
-    apart = np.array([[[3.5, 3.5]], [[2.5, 3.5]], [[3.5, 5.0]], [[1.0, 3.5]]])
+    apart = np.array([[3.5, 3.5], [2.5, 3.5], [3.5, 5.0], [1.0, 3.5]])
+    ways = np.stack((1.0 + 0.6 * apart, 2.0 + 0.8 * apart), axis=-1)
+    standing = np.array([[[1.0, 2.0, 0.0]] * 2])
 
-    found = crowding(apart, 3.0, 4.0, 1.5, 10.0)
+    found = crowding(ways, standing, 3.0, 4.0, 1.5, 10.0)
 
     assert found == pytest.approx([0.0, 0.25, 1.0, 4.0 + 10.0 * 0.25])
 
@@ -122,7 +124,7 @@ def test_the_way_out_of_a_walker_s_path_is_sideways_and_touches_nobody(
     assert goal is not None
     assert goal.y < 10.0
     likely = tracks(now, now.settings.user.likely)
-    assert forecasts(now, [(goal.x, goal.y)], likely, 2.5).gap[0] > 0.0
+    assert forecasts(now, drives(now, [(goal.x, goal.y)], 2.5), likely).gap[0] > 0.0
 
 
 @pytest.mark.requirement(91)
@@ -146,7 +148,7 @@ def test_room_is_not_made_through_a_wall_even_with_momentum(
     )
 
     place = place_with_room(now, (3.4, 4.0), None)
-    found = forecasts(now, [place], tracks(now, ("stays",)), 1.5)
+    found = drives(now, [place], 1.5)
 
     assert min(x for x, _ in found.ways[0]) >= 0.99
 
