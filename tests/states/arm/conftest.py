@@ -101,8 +101,8 @@ class JointSets:
         """The wrist straight above or below the shoulder's axis."""
         q = self.anywhere(n)
         a2, a3, d5 = -0.612, -0.5723, 0.1157
-        along = a2 + a3 * np.cos(q[:, 2]) - d5 * np.sin(q[:, 2] + q[:, 3])
-        across = -a3 * np.sin(q[:, 2]) - d5 * np.cos(q[:, 2] + q[:, 3])
+        along = a2 + a3 * np.cos(q[:, 2]) + d5 * np.sin(q[:, 2] + q[:, 3])
+        across = -a3 * np.sin(q[:, 2]) + d5 * np.cos(q[:, 2] + q[:, 3])
         q[:, 1] = np.arctan2(-along, across) + self.rng.choice([0.0, np.pi], n) + self.offsets(n)
         return q
 
