@@ -5,8 +5,9 @@ from __future__ import annotations
 import itertools
 import math
 import random
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from behaviors.settings import Settings
 from behaviors.situation import AGE_S, READS, Situation, situation
@@ -19,6 +20,12 @@ from states.navigation.states import user_disc
 from states.signals.prediction import PREDICTORS
 from states.site import Site
 
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from behaviors.chase_space import Array
+
 TRIES = 30
 """So many of the best free cells are asked for a way before there is none."""
 THINK_S = 0.2
@@ -27,7 +34,7 @@ SLACK = 0.2
 """Room is made until the user is farther than asked for by this, m."""
 
 Cell = tuple[float, float, float]
-Cells = Callable[[], Sequence[Sequence[float]]]
+Cells = Callable[[], "Array"]
 
 
 @dataclass(frozen=True)
@@ -36,21 +43,22 @@ class ChaseSpace:
 
     centre: Pose2
     cells: Cells = field(repr=False)
-    is_free: Callable[[Point], bool] = field(repr=False)
+    are_free: Callable[[Array], NDArray[np.bool_]] = field(repr=False)
 
-    def free(self) -> Iterator[Cell]:
+    def free(self) -> Sequence[Cell]:
         """x, y in the map and weight of the free cells, best first (R100)."""
-        for x, y, weight in self.cells():
-            place = self.centre.transform(x, y)
-            if self.is_free(place):
-                yield (*place, weight)
+        from behaviors.chase_space import placed
+
+        cells = placed(self.cells(), self.centre)
+        found: list[Cell] = cells[self.are_free(cells[:, :2].copy())].tolist()
+        return found
 
 
 def space(site: Site, settings: Settings, cells: Cells, user: UserPose) -> ChaseSpace:
     """The Chase space moves and turns with the user (R93)."""
     yaw = user.head_yaw if settings.chase.view == "head" else user.body.yaw
     centre = Pose2(user.body.x, user.body.y, yaw)
-    return ChaseSpace(centre, cells, site.planner("chase").is_free)
+    return ChaseSpace(centre, cells, site.planner("chase").are_free)
 
 
 def tangent_yaw(centre: Pose2, place: Point, now: float) -> float:
@@ -67,9 +75,9 @@ def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
     """
     planner, chase = now.site.planner("chase"), now.settings.chase
     disc, here = user_disc(now.user, now.site.navigation.chase), (now.pose.x, now.pose.y)
-    cells: Iterator[Cell] = space.free()
+    cells = space.free()
     if chase.pick == "sample":
-        cells = iter(_sampled(list(cells), chase.seed, now.user))
+        cells = _sampled(cells, chase.seed, now.user)
     best, shortest, least = None, math.inf, -math.inf
     for tries, (x, y, weight) in enumerate(cells):
         if weight < least or (best is None and tries >= TRIES):
@@ -85,7 +93,7 @@ def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
     return best
 
 
-def _sampled(cells: list[Cell], seed: int, user: UserPose) -> list[Cell]:
+def _sampled(cells: Sequence[Cell], seed: int, user: UserPose) -> list[Cell]:
     """Cells in random order, heavier ones sooner (R96); the same for the same user pose."""
     chance = random.Random(repr((seed, user.body)))
     return sorted(cells, key=lambda cell: -(chance.random() ** (1.0 / max(cell[2], 1e-9))))

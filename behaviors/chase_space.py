@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from behaviors.settings import ChaseSettings, Settings
+from hw.geometry import Pose2
 from states.site import Site
 
 Array = NDArray[np.float64]
@@ -30,6 +31,13 @@ def grid(site: Site, settings: Settings) -> Array:
     weights = weigh(site, settings, cells)
     order = np.argsort(-weights, kind="stable")
     return np.column_stack((cells, weights))[order]
+
+
+def placed(cells: Array, centre: Pose2) -> Array:
+    """The cells in the map, about this pose."""
+    c, s = math.cos(centre.yaw), math.sin(centre.yaw)
+    x, y, weight = cells.T
+    return np.column_stack((centre.x + c * x - s * y, centre.y + s * x + c * y, weight))
 
 
 def ring(chase: ChaseSettings) -> Array:

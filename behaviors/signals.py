@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache, partial
+from typing import TYPE_CHECKING
 
 from behaviors import chase, escape, haptic
 from behaviors.settings import Settings
@@ -12,6 +13,10 @@ from hw.geometry import Pose2, Pose3, Twist2
 from hw.samples import ArmState, BumperHit, UserPose
 from states.signals.motion import StillnessEstimator, VelocityEstimator
 from states.site import Site
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 TYPES = {kind.__name__: Type(kind.__name__, python=kind) for kind in (Pose2, Pose3, UserPose)}
 
@@ -79,8 +84,7 @@ def _distance(user: UserPose, base: Pose2) -> float:
     return user.body.distance_to(base)
 
 
-def _cells(site: Site, settings: Settings) -> list[list[float]]:
+def _cells(site: Site, settings: Settings) -> NDArray[np.float64]:
     from behaviors.chase_space import grid
 
-    found: list[list[float]] = grid(site, settings).tolist()
-    return found
+    return grid(site, settings)

@@ -5,6 +5,7 @@ Only what the chart can come to: a chart that never drives loads no planner.
 
 from __future__ import annotations
 
+import gc
 import importlib
 import os
 import pkgutil
@@ -50,6 +51,10 @@ def warm_up(setup: Setup, machine: Machine) -> None:
         _driving(setup)
     if "arm" in commanded:
         _reaching(setup)
+    # what is loaded by now stays: collecting garbage in a tick need not look through it again
+    gc.unfreeze()
+    gc.collect()
+    gc.freeze()
 
 
 def _driving(setup: Setup) -> None:
@@ -68,9 +73,9 @@ def _driving(setup: Setup) -> None:
 
 
 def _reaching(setup: Setup) -> None:
-    from states.arm.model import load_manipulator
+    from states.arm.model import manipulator_of
 
-    setup.site.workspace.warm_up(load_manipulator())
+    setup.site.workspace.warm_up(manipulator_of(setup.robot))
 
 
 def _nothing() -> None:

@@ -38,6 +38,9 @@ class Predictor:
             x, y = body.x + way * math.cos(direction), body.y + way * math.sin(direction)
             return Pose2(x, y, direction)
         rate = self.keeps * velocity.wz + self.turn
+        if rate == 0.0 and pace == velocity.speed:
+            way = self.speed * ahead
+            return Pose2(body.x + way * velocity.vx, body.y + way * velocity.vy, body.yaw)
         turned = rate * self.fades * (1.0 - math.exp(-ahead / self.fades))
         # the chord of a bend points along the mean of its directions
         mean = self.fades * (rate - turned / ahead) if ahead > 0.0 else 0.0

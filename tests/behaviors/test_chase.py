@@ -25,7 +25,7 @@ USER = UserPose(Pose2(10.0, 10.0, 0.0), 0.0)
 
 
 def cells_of(site: Site, profile: Profile) -> Callable[[], Any]:
-    return lambda: grid(site, profile.settings).tolist()
+    return lambda: grid(site, profile.settings)
 
 
 def space_of(site: Site, profile: Profile, user: UserPose = USER) -> chase.ChaseSpace:
