@@ -205,10 +205,10 @@ class Approach(Action):
                 if goal is None:
                     return "no_path"
                 driver.go_to(goal)
-                base.drive(driver.command(now.pose, now.twist, None, now.site.period))
+                base.drive(driver.command(now.pose, now.twist, None, now.site.period), "chase")
                 yield None
         finally:
-            base.stop()
+            base.release("chase")
         return "lost"
 
     def _goal(self, now: Situation) -> Pose2 | None:
@@ -290,8 +290,8 @@ class MakeRoom(Action):
                 if goal is None or ctx.now >= again:
                     again = ctx.after(THINK_S)
                     goal = place_with_room(now, band, goal)
-                base.drive(towards(now, goal, "chase"))
+                base.drive(towards(now, goal, "chase"), "chase")
                 yield None
         finally:
-            base.stop()
+            base.release("chase")
         return "lost"

@@ -138,10 +138,10 @@ class Flee(Action):
                 goal = self._choose(now, free, goal)
                 if goal is None:
                     return "no_way" if free else "no_pose"
-                base.drive(towards(now, (goal.x, goal.y), "escape"))
+                base.drive(towards(now, (goal.x, goal.y), "escape"), "escape")
                 yield None
         finally:
-            base.stop()
+            base.release("escape")
         return "no_way"
 
     def _choose(self, now: Situation, free: Sequence[Pose2], goal: Pose2 | None) -> Pose2 | None:

@@ -46,6 +46,7 @@ class Rehearsal:
         self._run: Run | None = None
         self._script: Script | None = None
         self._step: Callable[[int], Any] = _nothing
+        self._turn: Callable[[int], Any] = self._turn_alone
         self._tick = 0
 
     # -- starting --------------------------------------------------------------------------------
@@ -101,7 +102,7 @@ class Rehearsal:
             board.put(name, value, 0)
         commands = {name for leaf in machine.leaves for name in leaf.interface.commands}
         self._run = Run(machine, board, {name: self.parts[name] for name in sorted(commands)})
-        self._step = _nothing
+        self._step, self._turn = _nothing, self._turn_alone
 
     def _start_simulated(
         self,
@@ -119,7 +120,7 @@ class Rehearsal:
         name = str(beside) if beside.is_file() else chart
         loop = stage(open_setup(name, scene, profile), Options(user, requests), parameters)
         self._run = loop.wired.run
-        self._step = loop.prepare
+        self._step, self._turn = loop.prepare, loop.wired.tick
         self.metrics = loop.evaluator.report
 
     def _open(self, chart: str) -> tuple[Chart, Mapping[str, Chart]]:
@@ -197,8 +198,11 @@ class Rehearsal:
         for _ in range(count):
             now = self._tick * 10**9 // HZ
             self._step(now)
-            self.run.tick(now)
+            self._turn(now)
             self._tick += 1
+
+    def _turn_alone(self, now_ns: int) -> None:
+        self.run.tick(now_ns)
 
     def wait(self, seconds: float) -> None:
         """Let time pass."""

@@ -120,7 +120,7 @@ class Loop:
         self.prepare(now)
         self.ticks += 1
         begin = time.perf_counter_ns()
-        outcome = self.wired.run.tick(now)
+        outcome = self.wired.tick(now)
         self.spent_ns[3] += time.perf_counter_ns() - begin
         return outcome
 

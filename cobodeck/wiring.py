@@ -24,6 +24,7 @@ from engine.signals import Board, Signal, declare
 from hw.interfaces import Part, Parts
 from hw.robot import RobotModel, load_robot
 from hw.scene import Scene, load_scene
+from states.navigation.wheels import Wheels
 from states.site import Site
 
 CHART, SCENE, PROFILE = "cobodeck", "lab_a", "tuned"
@@ -118,11 +119,12 @@ class WithoutMotion:
 
 @dataclass(frozen=True, slots=True)
 class Wired:
-    """A run with its board, and where its samples come from."""
+    """A run with its board, where its samples come from, and what its states drive the base by."""
 
     run: Run
     board: Board
     sources: tuple[Part, ...]
+    wheels: Wheels | None = None
 
     def deliver(self, now_ns: int) -> None:
         """Hand the samples that have arrived to the run."""
@@ -132,6 +134,22 @@ class Wired:
             for name, stamp, value in part.samples(now_ns):
                 if name in slots:
                     inbox.append((name, value, stamp))
+                if name == "stop.engaged" and self.wheels is not None:
+                    self.wheels.lock(value is not None, now_ns)
+
+    def tick(self, now_ns: int) -> str | None:
+        """One tick of the run, and then who drives; the chart's outcome once there is one."""
+        wheels = self.wheels
+        if wheels is None:
+            return self.run.tick(now_ns)
+        wheels.begin(now_ns)
+        try:
+            return self.run.tick(now_ns)
+        except BaseException:
+            wheels.stop()
+            raise
+        finally:
+            wheels.pass_on()
 
 
 def wire(
@@ -158,17 +176,22 @@ def wire(
     board = Board(setup.signals, wanted | set(recorded), eager)
     if clock is not None:
         board.clock = clock
-    run = Run(machine, board, commanded(parts), freezers=freezers())
+    wheels = Wheels(parts.base)
+    run = Run(machine, board, commanded(parts, wheels), freezers=freezers())
     board.put("site", setup.site, 0)
     board.put("settings", setup.profile.settings, 0)
-    needed = tuple(p for p in parts.all() if any(board.needs(name) for name in p.signals))
-    return Wired(run, board, needed)
+    needed = tuple(
+        part
+        for part in parts.all()
+        if part is parts.stop_line or any(board.needs(name) for name in part.signals)
+    )
+    return Wired(run, board, needed, wheels)
 
 
-def commanded(parts: Parts) -> dict[str, Any]:
+def commanded(parts: Parts, wheels: Wheels) -> dict[str, Any]:
     """The parts that states may command, by name."""
     named = {
-        "base": parts.base,
+        "base": wheels,
         "arm": parts.arm,
         "gripper": parts.gripper,
         "vr": WithoutMotion(parts.vr),

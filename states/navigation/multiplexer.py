@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from hw.geometry import STILL, Twist2
 
@@ -37,11 +38,11 @@ class Lock:
     timeout: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Selected:
+class Selected(NamedTuple):
     """What to send now: a velocity (base frame), whose it is, and the lock that keeps others off.
 
-    `source` is None and the velocity zero if nobody may send.
+    `source` is None and the velocity `STILL` if nobody may send. As long as an offer counts, its
+    velocity is the same object.
     """
 
     twist: Twist2
@@ -49,7 +50,10 @@ class Selected:
     lock: str | None
 
 
-SOURCES = (Source("escape", 90), Source("haptic", 80), Source("chase", 70))
+SOURCES = (
+    Source("escape", 90), Source("haptic", 80), Source("chase", 70), Source("own", 60),
+)  # fmt: skip
+"""The three subsystems, and states of one's own that name none."""
 LOCKS = (Lock("stop", 255),)
 
 
@@ -68,6 +72,8 @@ class Multiplexer:
         _check(sources, locks)
         self._sources = {source.name: source for source in sources}
         self._locks = {lock.name: lock for lock in locks}
+        self._ranked = [(s, _nanoseconds(s.timeout)) for s in sorted(sources, key=_rank)]
+        self._ranked_locks = [(k, _nanoseconds(k.timeout)) for k in sorted(locks, key=_rank)]
         self._offers: dict[str, tuple[Twist2, int]] = {}
         self._switches: dict[str, tuple[bool, int]] = {}
 
@@ -84,6 +90,10 @@ class Multiplexer:
         """A source is done: the others take over at once."""
         self._offers.pop(self._sources[name].name, None)
 
+    def release_all(self) -> None:
+        """Nobody wants to drive any more."""
+        self._offers.clear()
+
     def switch(self, name: str, on: bool, now_ns: int) -> None:
         """Switch a lock on or off, or say that it still is."""
         self._switches[self._locks[name].name] = (on, now_ns)
@@ -91,33 +101,29 @@ class Multiplexer:
     def select(self, now_ns: int) -> Selected:
         """The velocity that counts now."""
         lock = self._strongest_lock(now_ns)
-        floor = 0 if lock is None else lock.priority
-        live = [
-            source
-            for source in self._sources.values()
-            if source.priority >= floor and self._is_live(source, now_ns)
-        ]
-        blocked_by = None if lock is None else lock.name
-        if not live:
-            return Selected(STILL, None, blocked_by)
-        best = max(live, key=lambda source: source.priority)
-        return Selected(self._offers[best.name][0], best.name, blocked_by)
-
-    def _is_live(self, source: Source, now_ns: int) -> bool:
-        offer = self._offers.get(source.name)
-        return offer is not None and now_ns - offer[1] <= _nanoseconds(source.timeout)
+        floor, blocked_by = (0, None) if lock is None else (lock.priority, lock.name)
+        for source, timeout_ns in self._ranked:
+            if source.priority < floor:
+                break
+            offer = self._offers.get(source.name)
+            if offer is not None and now_ns - offer[1] <= timeout_ns:
+                return Selected(offer[0], source.name, blocked_by)
+        return Selected(STILL, None, blocked_by)
 
     def _strongest_lock(self, now_ns: int) -> Lock | None:
-        on = [lock for lock in self._locks.values() if self._is_on(lock, now_ns)]
-        return max(on, key=lambda lock: lock.priority, default=None)
+        for lock, timeout_ns in self._ranked_locks:
+            switch = self._switches.get(lock.name)
+            if switch is None:
+                on = timeout_ns > 0
+            else:
+                on = switch[0] or (timeout_ns > 0 and now_ns - switch[1] > timeout_ns)
+            if on:
+                return lock
+        return None
 
-    def _is_on(self, lock: Lock, now_ns: int) -> bool:
-        switch = self._switches.get(lock.name)
-        if lock.timeout == 0.0:
-            return switch is not None and switch[0]
-        if switch is None or now_ns - switch[1] > _nanoseconds(lock.timeout):
-            return True
-        return switch[0]
+
+def _rank(entry: Source | Lock) -> int:
+    return -entry.priority
 
 
 def _nanoseconds(seconds: float) -> int:

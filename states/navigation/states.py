@@ -53,10 +53,10 @@ class DriveTo(Action):
                     return "no_path"
                 if not progress.made(ctx, driver.path.length, abs(wrap(goal.yaw - pose.yaw))):
                     return "stuck"
-                base.drive(command)
+                base.drive(command, self.subsystem)
                 yield None
         finally:
-            base.stop()
+            base.release(self.subsystem)
 
 
 class Progress:

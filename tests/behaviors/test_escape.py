@@ -174,10 +174,12 @@ class Base:
     def __init__(self) -> None:
         self.command: Twist2 | None = None
 
-    def drive(self, command: Twist2) -> None:
+    def drive(self, command: Twist2, source: str) -> None:
+        assert source == "escape"
         self.command = command
 
-    def stop(self) -> None:
+    def release(self, source: str) -> None:
+        assert source == "escape"
         self.command = None
 
 

@@ -10,6 +10,7 @@ from hw.geometry import Pose2
 from hw.samples import UserPose
 from hw.sim.base import SimBase
 from states.navigation.states import DriveTo
+from states.navigation.wheels import Wheels
 from states.site import Site, SubsystemName
 
 HZ = 30
@@ -24,7 +25,8 @@ class Drive:
     ) -> None:
         self.base = SimBase(site.robot, site.limits, START)
         values = {"site": site, "base.pose": START, "base.twist": self.base.twist}
-        self.ctx = context(values, {"base": self.base})
+        self.wheels = Wheels(self.base)
+        self.ctx = context(values, {"base": self.wheels})
         self.run = DriveTo(name).run(self.ctx, goal)
         self.fastest = 0.0
 
@@ -35,7 +37,9 @@ class Drive:
             self.ctx.now = now
             self.ctx.values |= {"base.pose": self.base.pose, "base.twist": self.base.twist}
             self.fastest = max(self.fastest, self.base.twist.speed)
+            self.wheels.begin(now)
             outcome = take_step(self.run)
+            self.wheels.pass_on()
             if outcome is not None:
                 return str(outcome)
         return None
@@ -103,6 +107,7 @@ def test_whatever_ends_a_drive_stops_the_base(site: Site, context: Any, take_ste
     assert drive.base.twist.speed > 0.3
 
     drive.run.close()
+    drive.wheels.pass_on()
     drive.base.advance(4 * 10**9)
 
     assert drive.base.twist.speed == 0.0

@@ -1,0 +1,148 @@
+"""From the states through the multiplexer to the base, in running charts (R41, R42, R71)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from cobodeck.rehearsal import Rehearsal
+from engine.machine import Leaf
+from hw.geometry import Pose2, Twist2
+from states.navigation.states import DriveTo
+from states.navigation.wheels import Wheels
+
+DRIVE, FLEE = "chase/follow/drive/go", "escape/flee"
+WEST = Twist2(-0.3)
+
+
+def never_lets_go(sim: Rehearsal) -> None:
+    """Chase's drive is one whose clean-up does nothing."""
+    leaf = sim.run.machine.vertices[DRIVE]
+    assert isinstance(leaf, Leaf)
+
+    class Hanging(DriveTo):
+        def run(self, ctx: Any, goal: Pose2) -> Any:
+            while ctx.now >= 0:
+                ctx.part("base").drive(WEST, self.subsystem)
+                yield None
+            return "arrived"
+
+    leaf.make = Hanging
+
+
+@pytest.fixture
+def driving(sim: Rehearsal) -> Rehearsal:
+    """CoboDeck while Chase drives, Escape at the test's word."""
+    sim.start("cobodeck", {"chase/danger": [], "escape/clear": []}, scene="study")
+    sim.until(DRIVE, timeout=60)
+    sim.tick(5)
+    assert wheels_of(sim).selected.source == "chase"
+    return sim
+
+
+def wheels_of(sim: Rehearsal) -> Wheels:
+    wheels = sim.run.parts["base"]
+    assert isinstance(wheels, Wheels)
+    return wheels
+
+
+@pytest.mark.requirement(41, 71)
+def test_escape_drives_in_the_tick_in_which_danger_is_seen(driving: Rehearsal) -> None:
+    driving.end("danger", "required")
+    driving.tick()
+
+    assert driving.active == ["escape/fault", "escape/tracking", "escape/clear", FLEE]
+    assert wheels_of(driving).selected.source == "escape"
+
+
+@pytest.mark.requirement(42, 71)
+def test_a_navigation_whose_cancel_never_answers_does_not_keep_escape_from_driving(
+    sim: Rehearsal,
+) -> None:
+    script = {"chase/danger": [], "escape/clear": [], "escape/fault": [], "inform/ready/user": []}
+    sim.start("cobodeck", script, scene="study")
+    never_lets_go(sim)
+    sim.until(DRIVE, timeout=60)
+    sim.tick(5)
+    wheels = wheels_of(sim)
+    assert wheels.selected[:2] == (WEST, "chase")
+
+    sim.end("danger", "required")
+    for _ in range(10):
+        wheels.drive(WEST, "chase")  # it goes on, whoever has taken over
+        sim.tick()
+        assert wheels.selected.source == "escape"
+    sim.end("escape/fault", "raised")
+    sim.tick(10)
+    assert wheels.selected[:2] == (WEST, "chase")  # its last word still counts
+    sim.tick(6)
+
+    assert "inform/warn" in sim.active
+    assert wheels.selected.source is None
+    sim.wait(1.0)
+    assert wheels.twist.speed == 0.0
+
+
+@pytest.mark.requirement(42)
+def test_a_drive_that_is_over_has_released_the_base(driving: Rehearsal) -> None:
+    driving.until("chase/follow/wait", timeout=30)
+
+    assert wheels_of(driving).selected.source is None
+
+
+@pytest.mark.requirement(42, 149)
+def test_a_drive_that_says_nothing_any_more_is_stopped(driving: Rehearsal) -> None:
+    leaf = driving.run.machine.vertices[DRIVE]
+    leaf.step = lambda: None
+    driving.tick(15)
+    assert wheels_of(driving).selected.source == "chase"
+
+    driving.wait(2.0)
+
+    assert DRIVE in driving.active
+    assert wheels_of(driving).selected.source is None
+    assert wheels_of(driving).twist.speed == 0.0
+
+
+@pytest.mark.requirement(41, 48)
+def test_a_pulled_stop_line_locks_the_base_in_the_tick_in_which_it_is_seen(
+    driving: Rehearsal,
+) -> None:
+    driving.run.parts["stop_line"].pull("button")
+    driving.tick()
+
+    assert wheels_of(driving).selected[1:] == (None, "stop")
+
+
+@pytest.mark.requirement(41)
+def test_the_operator_s_stop_takes_the_base_from_whoever_drives(driving: Rehearsal) -> None:
+    driving.operator.stop()
+    driving.tick()
+
+    assert driving.outcome is not None
+    assert wheels_of(driving).selected.source is None
+
+
+@pytest.mark.requirement(41)
+def test_in_a_pause_nobody_drives_and_afterwards_the_drive_goes_on(driving: Rehearsal) -> None:
+    driving.operator.pause()
+    driving.tick()
+    assert wheels_of(driving).selected.source is None
+
+    driving.operator.resume()
+    driving.tick()
+    assert wheels_of(driving).selected.source == "chase"
+
+
+@pytest.mark.requirement(35, 41)
+def test_each_behaviour_drives_as_itself(sim: Rehearsal) -> None:
+    sim.start("cobodeck", scene="lab_a")
+    found: dict[str, set[str]] = {}
+    for _ in range(3000):
+        sim.tick()
+        source = wheels_of(sim).selected.source
+        if source is not None:
+            found.setdefault(source, set()).update(p.partition("/")[0] for p in sim.active)
+
+    assert found == {"chase": {"chase"}, "haptic": {"haptic"}, "escape": {"escape"}}
