@@ -12,8 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from hw.calibration import CalibrationError, load_calibration
 from hw.document import FileError, Item, read_document, suggestion
 from hw.interfaces import DriveMode
+from hw.prop import Placement, Prop, PropError, load_prop
 from hw.samples import Joints, TimedJoints
 
 FOLDER = Path(__file__).parent / "robots"
@@ -78,7 +80,11 @@ class BaseModel:
 
 @dataclass(frozen=True, slots=True)
 class ArmModel:
-    """The arm, one value per joint from the shoulder on; rad, rad/s."""
+    """The arm, one value per joint from the shoulder on; rad, rad/s.
+
+    `parked` comes with what the arm holds. `calibration` is the measured chain of this one robot,
+    each joint's frame in the link before it; None: the nominal one.
+    """
 
     mount_height: float
     lower: Joints
@@ -86,6 +92,7 @@ class ArmModel:
     max_speed: Joints
     stop_deceleration: float
     parked: Joints
+    calibration: tuple[Placement, ...] | None = None
 
     def check(self, joints: Joints) -> None:
         """Refuse joint angles no arm of this kind can have.
@@ -133,7 +140,7 @@ class RobotModel:
     footprint: Footprint
     base: BaseModel
     arm: ArmModel
-    tool_length: float
+    prop: Prop
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,8 +171,8 @@ def robot_names() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
 
 
-def load_robot(name_or_path: str | Path) -> RobotModel:
-    """A robot by name or by file.
+def load_robot(name_or_path: str | Path, prop: str | Path | None = None) -> RobotModel:
+    """A robot by name or by file, with another prop (by name or by file) than its own if asked for.
 
     Raises:
         RobotError: with file, line, key and what would be right.
@@ -178,19 +185,32 @@ def load_robot(name_or_path: str | Path) -> RobotModel:
     else:
         raise RobotError(name, 0, f"no such robot{suggestion(name, robot_names())}")
     content = read_document(path, RobotError).section(
-        required=("robot", "mass", "payload", "footprint", "base", "arm", "tool"),
+        required=("robot", "mass", "payload", "footprint", "base", "arm", "prop"),
         optional=("about",),
     )
+    payload = content["payload"].number(low=0.0)
+    held = _held(content["prop"], prop, payload)
     return RobotModel(
         name=content["robot"].text(),
         about=content["about"].text() if "about" in content else "",
         mass=_positive(content["mass"]),
-        payload=content["payload"].number(low=0.0),
+        payload=payload,
         footprint=_footprint(content["footprint"]),
         base=_base(content["base"]),
-        arm=_arm(content["arm"]),
-        tool_length=content["tool"].section(required=("length",))["length"].number(low=0.0),
+        arm=_arm(content["arm"], content["prop"], held),
+        prop=held,
     )
+
+
+def _held(item: Item, other: str | Path | None, payload: float) -> Prop:
+    """What the arm holds, not heavier than it can."""
+    try:
+        found = load_prop(item.text() if other is None else other)
+    except PropError as failure:
+        raise item.fail(str(failure)) from None
+    if found.mass > payload:
+        raise item.fail(f"{found.name} weighs {found.mass:g} kg; the payload is {payload:g} kg")
+    return found
 
 
 def _positive(item: Item) -> float:
@@ -233,11 +253,12 @@ def _mode(item: Item) -> DriveMode:
     return "omni" if item.text(("omni", "differential")) == "omni" else "differential"
 
 
-def _arm(item: Item) -> ArmModel:
-    lists = ("lower", "upper", "max_speed", "parked")
-    part = item.section(required=("mount_height", "stop_deceleration", *lists))
-    count = len(part["lower"].items())
-    lower, upper, max_speed, parked = (part[name].numbers(count) for name in lists)
+def _arm(item: Item, holding: Item, held: Prop) -> ArmModel:
+    lists = ("lower", "upper", "max_speed")
+    part = item.section(
+        required=("mount_height", "stop_deceleration", *lists), optional=("calibration",)
+    )
+    lower, upper, max_speed = (part[name].numbers(len(held.parked)) for name in lists)
     for low, high, speed in zip(lower, upper, part["max_speed"].items(), strict=True):
         _positive(speed)
         if not low < high:
@@ -248,10 +269,20 @@ def _arm(item: Item) -> ArmModel:
         upper=upper,
         max_speed=max_speed,
         stop_deceleration=_positive(part["stop_deceleration"]),
-        parked=parked,
+        parked=held.parked,
+        calibration=_calibration(part.get("calibration")),
     )
     try:
-        arm.check(parked)
+        arm.check(held.parked)
     except ValueError as failure:
-        raise part["parked"].fail(str(failure)) from None
+        raise holding.fail(f"{held.name}, parked: {failure}") from None
     return arm
+
+
+def _calibration(item: Item | None) -> tuple[Placement, ...] | None:
+    if item is None or item.value is None:
+        return None
+    try:
+        return load_calibration(item.text())
+    except CalibrationError as failure:
+        raise item.fail(str(failure)) from None

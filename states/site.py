@@ -110,8 +110,8 @@ class Site:
     @cached_property
     def workspace(self) -> Workspace:
         """The exact arm in this room, made when first asked for."""
-        from states.arm.model import load_manipulator
+        from states.arm.model import manipulator_of
         from states.arm.motion import Workspace
 
-        arm = self.robot.arm
-        return Workspace.of(load_manipulator(), arm, self.limits, self.room.segments)
+        robot = self.robot
+        return Workspace.of(manipulator_of(robot), robot.arm, self.limits, self.room.segments)

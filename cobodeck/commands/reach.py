@@ -36,13 +36,16 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="of the rover's centre from the DEEP; default 0.8:1.2:0.1",
     )  # fmt: skip
     parser.add_argument(
-        "--tool", metavar="M|FILE",
-        help="length of the prop from the flange, or a file with `tool` as in an arm's file",
+        "--tool", metavar="M|NAME|FILE",
+        help="another prop: its length from the flange, or its name or file as in hw/props",
     )  # fmt: skip
     parser.add_argument(
         "--tolerance", type=_tolerance, metavar="M", default=0.0,
         help="count only what is reached from this far around the rover's pose, too; default 0",
     )  # fmt: skip
+    parser.add_argument(
+        "--robot", metavar="NAME|FILE", default="rbkairos_ur10", help="default rbkairos_ur10"
+    )
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="X.svg, .png or .pdf")
     parser.add_argument("--json", action="store_true", help="for programs")
 
@@ -81,6 +84,7 @@ class Report:
     """What was found out: the table, of which prop, within which tolerance of the rover's pose."""
 
     table: ReachTable
+    robot: str
     tool: str
     length: float
     tolerance: float
@@ -98,7 +102,7 @@ def run(args: argparse.Namespace) -> int:
         from cobodeck.pictures.canvas import form_of
 
         form_of(args.output)
-    found = reach_report(args.height, args.distance, args.tool, args.tolerance)
+    found = reach_report(args.height, args.distance, args.robot, args.tool, args.tolerance)
     if args.json:
         show_json(figures(found))
     else:
@@ -114,49 +118,53 @@ def run(args: argparse.Namespace) -> int:
 
 
 def reach_report(
-    heights: Sequence[float], distances: Sequence[float], tool: str | None, tolerance: float
+    heights: Sequence[float],
+    distances: Sequence[float],
+    robot: str,
+    tool: str | None,
+    tolerance: float,
 ) -> Report:
     """Reach by height and distance, m.
 
     Raises:
-        Problem: there is no such tool.
+        Problem: there is no such robot or tool, or a file is wrong.
     """
     from states.arm.collision import CollisionModel
     from states.arm.kinematics import Chain
-    from states.arm.model import load_manipulator
     from states.arm.reach import ANGLES, Reach
 
-    arm = with_tool(load_manipulator(), tool)
+    arm = arm_of(robot, tool)
     reach = Reach(Chain.of(arm), CollisionModel.of(arm))
     found = reach.table(heights, distances, ANGLES, (tolerance, 0.1 if tolerance else 0.0))
-    return Report(found, arm.tool.name, _length(arm), tolerance)
+    return Report(found, robot, arm.tool.name, _length(arm), tolerance)
 
 
-def with_tool(arm: Manipulator, tool: str | None) -> Manipulator:
-    """The arm with a prop of this length in m, or with the one of a file.
+def arm_of(robot: str, tool: str | None) -> Manipulator:
+    """The arm of a robot with its own prop, with one of this length in m, or with a named one.
 
     Raises:
-        Problem: it is neither; FileError: the file is wrong.
+        Problem: the length cannot be, or a file is wrong or missing.
     """
-    if tool is None:
-        return arm
+    from hw.robot import RobotError, load_robot
+    from states.arm.model import manipulator_of
+
+    length = _number(tool)
     try:
-        length = float(tool)
-    except ValueError:
-        return _with_tool_of(arm, Path(tool))
+        arm = manipulator_of(load_robot(robot, prop=tool if length is None else None))
+    except RobotError as error:
+        raise Problem(str(error)) from None
+    if length is None:
+        return arm
     if not 0.0 < length < 2.0:
         raise Problem(f"--tool {tool}: a prop is longer than 0 m and shorter than 2 m")
     return _lengthened(arm, length)
 
 
-def _with_tool_of(arm: Manipulator, path: Path) -> Manipulator:
-    from hw.document import FileError, read_document
-    from states.arm.model import tool_from
-
-    if not path.is_file():
-        raise Problem(f"--tool {path}: neither a length in m nor a file")
-    content = read_document(path, FileError)
-    return arm.with_tool(tool_from(content.mapping().get("tool", content)))
+def _number(text: str | None) -> float | None:
+    try:
+        return None if text is None else float(text)
+    except ValueError:
+        return None
 
 
 def _lengthened(arm: Manipulator, length: float) -> Manipulator:
@@ -180,6 +188,7 @@ def _length(arm: Manipulator) -> float:
 def figures(found: Report) -> dict[str, Any]:
     """The figures for programs; m, shares of the directions."""
     return {
+        "robot": found.robot,
         "tool": found.tool,
         "tool_length_m": found.length,
         "tolerance_m": found.tolerance,
@@ -211,7 +220,8 @@ def summary(found: Report) -> str:
 def _head(found: Report) -> str:
     around = f", from {found.tolerance:g} m around each pose" if found.tolerance else ""
     return (
-        f"directions from which a level DEEP is reached, {found.tool} of {found.length:g} m{around}"
+        f"directions from which a level DEEP is reached, "
+        f"{found.robot} with {found.tool} of {found.length:g} m{around}"
     )
 
 

@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hw.geometry import Pose2
+from hw.prop import Capsule
 from states.arm.kernels import Around, Array, Body, Integers, gaps, place_capsules, sweep
 from states.arm.kinematics import Chain
-from states.arm.model import LINKS, Capsule, Manipulator
+from states.arm.model import LINKS, Manipulator
 
 MARGIN = 0.005
 """Gap kept to everything, m; half of it is kept between the looks, too."""

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hw.prop import Placement
 from states.arm.kernels import Array, place_links, place_tcp, slopes
-from states.arm.model import Manipulator, Placement
+from states.arm.model import Manipulator
 
 
 @dataclass(frozen=True, slots=True, eq=False)

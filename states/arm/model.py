@@ -17,20 +17,22 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hw.document import Item, read_document
+from hw.prop import (
+    Capsule,
+    Placement,
+    Point,
+    Prop,
+    Six,
+    as_six,
+    capsule_from,
+    load_prop,
+    placement_from,
+    point_from,
+)
+from hw.robot import RobotModel
 
 FOLDER = Path(__file__).parent
 LINKS = ("base", "shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
-
-Six = tuple[float, float, float, float, float, float]
-Point = tuple[float, float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class Placement:
-    """Where a frame sits in its parent: xyz in m, rpy (fixed axes x, y, z, as in URDF) in rad."""
-
-    xyz: Point = (0.0, 0.0, 0.0)
-    rpy: Point = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,42 +60,12 @@ class Dh:
 
 
 @dataclass(frozen=True, slots=True)
-class Capsule:
-    """All points within `radius` of the line from `start` to `end`, in the frame of a link, m.
-
-    `part` names it: the link, or a piece of it that needs a name of its own.
-    """
-
-    link: int
-    part: str
-    start: Point
-    end: Point
-    radius: float
-
-
-@dataclass(frozen=True, slots=True)
 class Box:
     """A part of the rover the arm must not touch: corners in the rover frame, m."""
 
     name: str
     low: Point
     high: Point
-
-
-@dataclass(frozen=True, slots=True)
-class Tool:
-    """Gripper and prop (R150): `tcp` is flange_from_tcp, the capsules turn with link 6.
-
-    `parked` are the joint angles in which the arm with this tool stays inside the bumper frame
-    while the rover drives (R46, R87); `parked_paper` are others that reproduce the paper's times.
-    """
-
-    name: str
-    tcp: Placement
-    capsules: tuple[Capsule, ...]
-    parked: Six
-    parked_paper: Six
-    mass: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,10 +86,10 @@ class Manipulator:
     capsules: tuple[Capsule, ...]
     apart: tuple[tuple[str, str], ...]
     body: tuple[Box, ...]
-    tool: Tool
+    tool: Prop
     placements: tuple[Placement, ...] | None = None
 
-    def with_tool(self, tool: Tool) -> Manipulator:
+    def with_tool(self, tool: Prop) -> Manipulator:
         """The same arm with another end effector."""
         return replace(self, tool=tool)
 
@@ -125,42 +97,48 @@ class Manipulator:
         """The same arm with the measured chain of one robot, or with the nominal one (None)."""
         return replace(self, placements=placements)
 
+    def mounted(self, height: float) -> Manipulator:
+        """The same arm with its base at another height, m; what it stands on grows with it."""
+        x, y, z = self.mount.xyz
+        top = max(box.high[2] for box in self.body)
+        body = tuple(
+            replace(box, high=(*box.high[:2], top + height - z)) if box.high[2] == top else box
+            for box in self.body
+        )
+        return replace(self, mount=Placement((x, y, height), self.mount.rpy), body=body)
+
+
+def manipulator_of(robot: RobotModel) -> Manipulator:
+    """The arm of a robot: its mount, its calibration, and what it holds."""
+    arm = load_manipulator().with_tool(robot.prop).calibrated(robot.arm.calibration)
+    return (
+        arm if robot.arm.mount_height == arm.mount.xyz[2] else arm.mounted(robot.arm.mount_height)
+    )
+
 
 def load_manipulator(path: Path | None = None) -> Manipulator:
-    """An arm from its file; without one the UR10 (CB3) on the RB-KAIROS.
+    """An arm from its file with the standard prop; without one the UR10 (CB3) on the RB-KAIROS.
 
     Raises:
         FileError: with file, line, key and what would be right.
     """
-    return manipulator_from(read_document(path or FOLDER / "ur10.yaml"))
+    return manipulator_from(read_document(path or FOLDER / "ur10.yaml"), load_prop())
 
 
-def load_calibration(path: Path | None = None) -> tuple[Placement, ...]:
-    """The calibrated chain of one robot; without a path the one Robotnik publishes for its UR10.
-
-    Raises:
-        FileError: with file, line, key and what would be right.
-    """
-    item = read_document(path or FOLDER / "ur10_calibration.yaml")
-    chain = item.section(required=("chain",), optional=("about",))["chain"]
-    _require_six(chain, len(chain.items()))
-    return tuple(_placement(part) for part in chain.items())
-
-
-def manipulator_from(item: Item) -> Manipulator:
-    """Builds an arm from a mapping as in `ur10.yaml`.
+def manipulator_from(item: Item, tool: Prop) -> Manipulator:
+    """Builds an arm from a mapping as in `ur10.yaml`, with this end effector.
 
     Raises:
         FileError: with file, line, key and what would be right.
     """
     part = item.section(
-        required=("arm", "dh", "joints", "mount", "capsules", "body", "tool"),
+        required=("arm", "dh", "joints", "mount", "capsules", "body"),
         optional=("about", "apart"),
     )
     joints = part["joints"].mapping()
     _require_six(part["joints"], len(joints))
     numbers = [_joint(joint) for joint in joints.values()]
-    lower, upper, speed = (_as_six(column) for column in zip(*numbers, strict=True))
+    lower, upper, speed = (as_six(column) for column in zip(*numbers, strict=True))
     dh = part["dh"].section(required=Dh.__slots__)
     capsules = _capsules(part["capsules"])
     return Manipulator(
@@ -170,30 +148,11 @@ def manipulator_from(item: Item) -> Manipulator:
         lower=lower,
         upper=upper,
         max_speed=speed,
-        mount=_placement(part["mount"]),
+        mount=placement_from(part["mount"]),
         capsules=capsules,
         apart=_apart(part["apart"], capsules) if "apart" in part else (),
         body=tuple(_box(box) for box in part["body"].items()),
-        tool=tool_from(part["tool"]),
-    )
-
-
-def tool_from(item: Item) -> Tool:
-    """Builds an end effector from a mapping as under `tool` in `ur10.yaml`.
-
-    Raises:
-        FileError: with file, line, key and what would be right.
-    """
-    part = item.section(
-        required=("name", "tcp", "capsules", "parked"), optional=("mass", "parked_paper")
-    )
-    return Tool(
-        name=part["name"].text(),
-        tcp=_placement(part["tcp"]),
-        capsules=_capsules(part["capsules"]),
-        parked=_as_six(part["parked"].numbers(6)),
-        parked_paper=_as_six(part.get("parked_paper", part["parked"]).numbers(6)),
-        mass=part["mass"].number(low=0.0) if "mass" in part else 0.0,
+        tool=tool,
     )
 
 
@@ -207,28 +166,20 @@ def _joint(item: Item) -> tuple[float, float, float]:
     return lower, upper, speed
 
 
-def _placement(item: Item) -> Placement:
-    part = item.section(optional=("xyz", "rpy"))
-    xyz, rpy = (_point(part[key]) if key in part else (0.0, 0.0, 0.0) for key in ("xyz", "rpy"))
-    return Placement(xyz, rpy)
-
-
 def _capsules(item: Item) -> tuple[Capsule, ...]:
     return tuple(_capsule(capsule) for capsule in item.items())
 
 
 def _capsule(item: Item) -> Capsule:
     part = item.section(required=("link", "start", "end", "radius"), optional=("part",))
-    link, radius = part["link"].text(LINKS), part["radius"].number()
-    if radius <= 0.0:
-        raise part["radius"].fail(f"{radius:g} must be above 0")
+    link = part["link"].text(LINKS)
     name = part["part"].text() if "part" in part else link
-    return Capsule(LINKS.index(link), name, _point(part["start"]), _point(part["end"]), radius)
+    return capsule_from(part, LINKS.index(link), name)
 
 
 def _box(item: Item) -> Box:
     part = item.section(required=("name", "low", "high"))
-    low, high = _point(part["low"]), _point(part["high"])
+    low, high = point_from(part["low"]), point_from(part["high"])
     if not all(a < b for a, b in zip(low, high, strict=True)):
         raise part["high"].fail(f"{high} must be above {low} in all three")
     return Box(part["name"].text(), low, high)
@@ -243,16 +194,6 @@ def _apart(item: Item, capsules: tuple[Capsule, ...]) -> tuple[tuple[str, str], 
             raise pair.fail(f"needs two links or parts, has {len(names)}")
         pairs.append((names[0], names[1]))
     return tuple(pairs)
-
-
-def _point(item: Item) -> Point:
-    x, y, z = item.numbers(3)
-    return x, y, z
-
-
-def _as_six(values: tuple[float, ...]) -> Six:
-    a, b, c, d, e, f = values
-    return a, b, c, d, e, f
 
 
 def _require_six(item: Item, count: int) -> None:

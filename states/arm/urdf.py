@@ -15,10 +15,10 @@ from typing import Literal
 import numpy as np
 
 from hw.document import read_text, suggestion
+from hw.prop import Placement, Point
 from states.arm.elements import Element, elements
 from states.arm.kernels import Array
 from states.arm.kinematics import matrix
-from states.arm.model import Placement, Point
 
 JointKind = Literal["fixed", "revolute", "continuous", "prismatic"]
 

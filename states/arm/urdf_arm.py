@@ -14,9 +14,10 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from hw.prop import Capsule, Placement, Six
 from states.arm.kernels import Array
 from states.arm.kinematics import inverted, matrix
-from states.arm.model import LINKS, Box, Capsule, Dh, Manipulator, Placement, Six
+from states.arm.model import LINKS, Box, Dh, Manipulator
 from states.arm.urdf import Joint, Urdf
 
 _ALIKE = 0.1

@@ -7,13 +7,13 @@ import pytest
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK, USAGE
 
-TOOL = """
-tool:
-  name: stick
-  tcp: {xyz: [0, 0, 0.4], rpy: [0, 1.5707963267948966, 0]}
-  capsules:
-    - {link: wrist_3, start: [0, 0, 0.03], end: [0, 0, 0.2], radius: 0.02}
-  parked: [-2.95, -1.0, -1.94, -3.12, -2.28, 2.21]
+STICK = """
+prop: stick
+mass: 0.5
+tcp: {xyz: [0, 0, 0.4], rpy: [0, 1.5707963267948966, 0]}
+capsules:
+  - {start: [0, 0, 0.03], end: [0, 0, 0.2], radius: 0.02}
+parked: [-2.95, -1.0, -1.94, -3.12, -2.28, 2.21]
 """
 
 
@@ -53,10 +53,22 @@ def test_the_shipped_prop_by_its_length_is_the_shipped_prop(capsys):
 @pytest.mark.requirement(150)
 def test_a_prop_of_ones_own_is_read_from_its_file(capsys, tmp_path):
     file = tmp_path / "stick.yaml"
-    file.write_text(TOOL)
+    file.write_text(STICK)
     found = told(capsys, "--height", "1.5", "--distance", "1.2", "--tool", str(file))
     assert (found["tool"], found["tool_length_m"]) == ("stick", 0.4)
     assert found["rows"][0]["share"] > 0.0
+
+
+@pytest.mark.requirement(78, 147, 150)
+def test_a_longer_prop_and_a_higher_mount_reach_higher(capsys):
+    asked = ("--height", "1.5:2.0", "--distance", "1.0")
+    highest = {
+        name: told(capsys, *asked, *more)["reached_m"]["1"][1]
+        for name, more in {
+            "own": (), "long": ("--tool", "long"), "plus": ("--robot", "rbkairos_plus_ur10"),
+        }.items()
+    }  # fmt: skip
+    assert highest == {"own": 1.6, "long": 1.7, "plus": 1.8}
 
 
 @pytest.mark.requirement(79)
@@ -91,7 +103,9 @@ def test_table_and_picture_have_a_row_for_each_height_highest_first(capsys, tmp_
         (("--distance", "0"), "above 0 m"),
         (("--height", "0.1:9:0.001"), "more than 1000 values"),
         (("--tolerance=-1",), "0 m or more"),
-        (("--tool", "stick.yaml"), "neither a length in m nor a file"),
+        (("--tool", "stick.yaml"), "stick.yaml: cannot be read"),
+        (("--tool", "lng"), "did you mean 'long'"),
+        (("--robot", "rbkairos_plus"), "did you mean 'rbkairos_plus_ur10'"),
         (("--tool=-0.1",), "longer than 0 m"),
         (("-o", "reach.txt"), "unknown form"),
     ],

@@ -62,8 +62,11 @@ def test_joint_angles_out_of_the_limits_are_refused_by_joint(joints, message):
         ("modes: [omni, differential]", "modes: [omny]", "did you mean 'omni'"),
         ("modes: [omni, differential]", "modes: []", "at least one mode"),
         ("max_speed: 3.0", "max_sped: 3.0", "did you mean 'max_speed'"),
-        ("parked: [-2.95, ", "parked: [-29.5, ", "arm.parked: arm: joint 0 at -29.5"),
-        ("parked: [-2.95, ", "parked: [", "arm.parked: needs 6 numbers, has 5"),
+        ("prop: prop", "prop: brop", "prop: brop: no such prop; did you mean 'prop'?"),
+        ("payload: 10.0", "payload: 0.5", "prop: prop weighs 1 kg; the payload is 0.5 kg"),
+        ("lower: [-6.283185307179586", "lower: [-1.0", "prop: prop, parked: arm: joint 0 at -2.95"),
+        ("lower: [-6.283185307179586, ", "lower: [", "arm.lower: needs 6 numbers, has 5"),
+        ("calibration: null", "calibration: none", "arm.calibration: "),
         ("payload: 10.0", "", "the key 'payload' is missing"),
     ],
 )

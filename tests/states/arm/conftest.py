@@ -49,7 +49,7 @@ class ScrewArm:
         return pose @ self.home
 
     def tcp(self, q: np.ndarray) -> np.ndarray:
-        """rover_from_tcp (n, 4, 4) with the mount and the 0.15 m prop of ur10.yaml."""
+        """rover_from_tcp (n, 4, 4) with the mount of ur10.yaml and the 0.15 m prop."""
         mount = np.array([[-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 1, 0.511], [0, 0, 0, 1]], float)
         tip = np.array([[0, 0, 1, 0], [0, 1, 0, 0], [-1, 0, 0, 0.15], [0, 0, 0, 1]], float)
         return mount @ self.flange(q) @ tip

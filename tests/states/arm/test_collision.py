@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from shapely.geometry import LineString, Point
 
 from hw.geometry import Pose2
+from hw.prop import prop_names
+from hw.robot import load_robot, robot_names
 from states.arm import kernels
 from states.arm.collision import (
     Checker,
@@ -21,6 +23,7 @@ from states.arm.collision import (
     warm_up,
 )
 from states.arm.kinematics import forward, link_frames
+from states.arm.model import manipulator_of
 
 coordinate = st.floats(-2, 2).map(lambda v: round(v, 3))
 point3 = st.tuples(coordinate, coordinate, coordinate)
@@ -135,6 +138,17 @@ def test_what_is_nearest_to_what_can_be_told(alone, q, touching):
 def test_the_parked_arm_stays_inside_the_bumper_frame_and_clear_of_itself(model, arm, alone):
     assert inside_frame(model, arm.tool.parked, 1.13, 0.91) > 0.05
     assert alone.clearance(arm.tool.parked)[0] >= 0.015
+
+
+@pytest.mark.requirement(46, 150)
+@pytest.mark.parametrize("prop", prop_names())
+@pytest.mark.parametrize("robot", robot_names())
+def test_with_every_prop_the_parked_arm_stays_inside_and_clear(robot, prop):
+    held = manipulator_of(load_robot(robot, prop=prop))
+    model = CollisionModel.of(held)
+    for parked in (held.tool.parked, held.tool.parked_paper):
+        assert inside_frame(model, parked, 1.13, 0.91) > 0.01
+        assert Checker.of(model, Surroundings.empty()).clearance(parked)[0] >= 0.015
 
 
 def test_an_arm_stretched_ahead_stands_out_of_the_frame(model):

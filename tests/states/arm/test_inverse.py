@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hw.calibration import load_calibration
 from states.arm.inverse import forward_all, inverse, inverse_near, nearest_copies, warm_up
 from states.arm.kinematics import Chain, deviation, forward
-from states.arm.model import load_calibration
 
 
 def turned(q):

@@ -8,6 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from hw.calibration import load_calibration
+from hw.prop import Placement
 from states.arm.kinematics import (
     Chain,
     deviation,
@@ -18,7 +20,6 @@ from states.arm.kinematics import (
     matrix,
     rotation_vector,
 )
-from states.arm.model import Placement, load_calibration
 
 angle = st.floats(-2 * math.pi, 2 * math.pi)
 joints = st.tuples(*[angle] * 6)

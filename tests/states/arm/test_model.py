@@ -4,15 +4,18 @@ import math
 
 import pytest
 
+from hw.calibration import load_calibration
 from hw.document import FileError, parse_document
+from hw.prop import load_prop
+from hw.robot import FOLDER as ROBOTS
 from hw.robot import load_robot
-from states.arm.model import FOLDER, load_calibration, load_manipulator, manipulator_from, tool_from
+from states.arm.model import FOLDER, load_manipulator, manipulator_from, manipulator_of
 
 TEXT = (FOLDER / "ur10.yaml").read_text()
 
 
 def build(text: str):
-    return manipulator_from(parse_document(text, "arm.yaml"))
+    return manipulator_from(parse_document(text, "arm.yaml"), load_prop())
 
 
 def test_the_ur10_has_the_makers_lengths(arm):
@@ -29,7 +32,7 @@ def test_the_arm_agrees_with_the_robot_it_stands_on(arm):
         robot.arm.upper,
         robot.arm.max_speed,
     )
-    assert arm.tool.tcp.xyz[2] == robot.tool_length
+    assert arm.tool == robot.prop
     bumper = next(box for box in arm.body if box.name == "bumper")
     assert bumper.high[:2] == (robot.footprint.half_length, robot.footprint.half_width)
 
@@ -44,7 +47,6 @@ def test_the_arm_agrees_with_the_robot_it_stands_on(arm):
         ("speed: 2.0943951023931953", "speed: -1", "speed: -1 must be above 0"),
         ("- [wrist_1, wrist_3]", "- [wrist_1]", "needs two links or parts, has 1"),
         ("low: [-0.565, -0.455, 0.0]", "low: [0.6, -0.455, 0.0]", "must be above"),
-        ("parked: [-2.95, ", "parked: [", "needs 6 numbers, has 5"),
     ],
 )
 def test_a_wrong_file_is_refused_with_its_place_and_what_would_be_right(old, new, message):
@@ -59,19 +61,33 @@ def test_an_arm_needs_six_joints():
         build(text)
 
 
-@pytest.mark.requirement(150)
-def test_another_end_effector_brings_its_own_tcp_capsules_and_parked_pose(arm):
-    tool = tool_from(
-        parse_document(
-            "{name: panel, mass: 2, tcp: {xyz: [0, 0, 0.3]}, parked: [0, 0, 0, 0, 0, 0],"
-            " capsules: [{link: wrist_3, start: [0, 0, 0], end: [0, 0, 0.2], radius: 0.1}]}",
-            "panel.yaml",
-        )
-    )
-    changed = arm.with_tool(tool)
-    assert changed.tool.tcp.xyz == (0, 0, 0.3)
-    assert changed.tool.capsules[0].radius == 0.1
-    assert changed.capsules == arm.capsules
+@pytest.mark.requirement(78, 150)
+def test_another_end_effector_brings_its_own_point_capsules_and_parked_pose(arm):
+    robot = load_robot("rbkairos_ur10", prop="long")
+    held = manipulator_of(robot)
+    assert held.tool.tcp.xyz == (0, 0, 0.3)
+    assert held.tool.capsules != arm.tool.capsules
+    assert robot.arm.parked == held.tool.parked != arm.tool.parked
+    assert held.capsules == arm.capsules
+
+
+@pytest.mark.requirement(17)
+def test_the_plus_mount_lifts_the_arm_and_what_it_stands_on(arm):
+    plus = manipulator_of(load_robot("rbkairos_plus_ur10"))
+    assert plus.mount.xyz == (0, 0, 0.689)
+    tops = {box.name: box.high[2] for box in plus.body}
+    assert tops == {"bumper": 0.4, "chassis": pytest.approx(0.687)}
+    assert plus.capsules == arm.capsules
+    assert manipulator_of(load_robot("rbkairos_ur10")) == arm
+
+
+@pytest.mark.requirement(17, 26)
+def test_a_robot_with_a_calibration_has_the_measured_chain(tmp_path):
+    text = (ROBOTS / "rbkairos_ur10.yaml").read_text()
+    file = tmp_path / "measured.yaml"
+    file.write_text(text.replace("calibration: null", "calibration: robotnik_ur10"))
+    assert manipulator_of(load_robot(file)).placements == load_calibration()
+    assert manipulator_of(load_robot("rbkairos_ur10")).placements is None
 
 
 def test_the_published_calibration_differs_from_the_nominal_chain_by_millimetres(arm):

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from hw.calibration import load_calibration
 from hw.document import FileError
+from hw.prop import Placement
 from states.arm.inverse import inverse
 from states.arm.kinematics import Chain, forward, matrix
-from states.arm.model import Placement, load_calibration
 from states.arm.urdf import parse_urdf, read_urdf
 from states.arm.urdf_arm import manipulator_from_urdf, placement, urdf_of
 

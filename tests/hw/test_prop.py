@@ -1,0 +1,70 @@
+"""End effectors and calibrations from their files."""
+
+import pytest
+
+from hw.calibration import FOLDER as CALIBRATIONS
+from hw.calibration import CalibrationError, load_calibration
+from hw.prop import FOLDER, PropError, load_prop, prop_names
+
+TEXT = (FOLDER / "gripped.yaml").read_text()
+
+
+@pytest.mark.requirement(78, 150)
+def test_every_shipped_prop_has_its_own_length_and_is_light_enough_to_be_carried():
+    lengths = {name: load_prop(name).length for name in prop_names()}
+    assert lengths == {"prop": 0.15, "long": 0.3, "gripped": 0.25}
+    for name in prop_names():
+        prop = load_prop(name)
+        assert prop.name == name
+        assert 0.0 < prop.mass < 10.0
+        assert max(c.end[2] + c.radius for c in prop.capsules) == pytest.approx(prop.length)
+
+
+@pytest.mark.requirement(150)
+def test_a_prop_of_ones_own_may_bring_fingers_and_a_sensor(tmp_path):
+    file = tmp_path / "own.yaml"
+    file.write_text(TEXT.replace("prop: gripped", "prop: own"))
+    own = load_prop(file)
+    assert own.name == "own"
+    assert (own.gripper.opening, own.gripper.speed, own.gripper.held) == (0.085, 0.15, 0.05)
+    assert (own.wrench.force, own.wrench.torque) == (300, 30)
+    assert load_prop().gripper is None
+    assert load_prop().wrench is None
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("mass: 1.7", "mass: -1", "mass: -1 is out of range"),
+        ("radius: 0.065", "radius: 0", "radius: 0 is out of range"),
+        ("parked: [-2.7, ", "parked: [", "parked: needs 6 numbers, has 5"),
+        ("held: 0.05", "held: 0.1", "gripper.held: 0.1 is wider than the opening, 0.085"),
+        ("speed: 0.15", "sped: 0.15", "did you mean 'speed'"),
+        ("force: 300", "force: 0", "wrench.force: 0 is out of range"),
+        ("tcp:", "tpc:", "did you mean 'tcp'"),
+    ],
+)
+def test_a_wrong_prop_is_named_with_line_and_key(tmp_path, old, new, message):
+    assert old in TEXT
+    file = tmp_path / "prop.yaml"
+    file.write_text(TEXT.replace(old, new, 1))
+    with pytest.raises(PropError, match=r"prop\.yaml:\d+: ") as caught:
+        load_prop(file)
+    assert message in str(caught.value)
+
+
+def test_an_unknown_prop_is_answered_with_a_suggestion():
+    with pytest.raises(PropError, match="did you mean 'gripped'"):
+        load_prop("griped")
+
+
+@pytest.mark.requirement(17)
+def test_a_calibration_has_a_frame_for_each_of_six_joints(tmp_path):
+    text = (CALIBRATIONS / "robotnik_ur10.yaml").read_text()
+    assert len(load_calibration()) == 6
+    file = tmp_path / "short.yaml"
+    file.write_text("\n".join(text.splitlines()[:-1]))
+    with pytest.raises(CalibrationError, match="chain: needs 6 joints, has 5"):
+        load_calibration(file)
+    with pytest.raises(CalibrationError, match="cannot be read"):
+        load_calibration("nobody")
