@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
+from behaviors.ranges import contradiction, fault_of
 from behaviors.settings import (
     ChaseSettings,
     EscapeSettings,
@@ -33,7 +34,7 @@ from behaviors.settings import (
 from engine.chart import Chart
 from engine.finding import did_you_mean
 from engine.source import Map, Mark, Source, read
-from engine.types import Mismatch, convert, from_annotation
+from engine.types import Mismatch, builtin_types, convert, from_annotation
 from hw.robot import RobotModel
 from hw.room import Room
 from states.site import Navigation, Site
@@ -48,7 +49,7 @@ class ProfileError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """A checked profile."""
+    """A checked profile; `places` says where the parameters of charts stand in its file."""
 
     name: str
     about: str
@@ -57,6 +58,7 @@ class Profile:
     navigation: Navigation
     settings: Settings
     charts: Mapping[str, Mapping[str, Any]]
+    places: Mapping[tuple[str, str], str]
     sha256: str
 
     def site(self, room: Room, robot: RobotModel) -> Site:
@@ -71,11 +73,16 @@ class Profile:
 
         Charts that the profile does not know, and parameters that a chart of one's own has not,
         stay as they are.
+
+        Raises:
+            ProfileError: a value is not what its parameter takes.
         """
         return {name: self._applied(chart) for name, chart in library.items()}
 
     def _applied(self, chart: Chart) -> Chart:
         values = self.charts.get(chart.name, {})
+        for name in sorted(values.keys() & chart.parameters.keys()):
+            self._check(chart, name, values[name])
         parameters = {
             name: dataclasses.replace(parameter, default=values[name], required=False)
             if name in values
@@ -83,6 +90,31 @@ class Profile:
             for name, parameter in chart.parameters.items()
         }
         return dataclasses.replace(chart, parameters=parameters)
+
+    def _check(self, chart: Chart, name: str, value: Any) -> None:
+        wanted = builtin_types().get(chart.parameters[name].type)
+        try:
+            if wanted is not None:
+                convert(value, wanted)
+        except Mismatch as mismatch:
+            raise self._fail(chart.name, name, str(mismatch)) from None
+
+    def require(self, library: Mapping[str, Chart]) -> None:
+        """Look whether every chart and parameter it names is there.
+
+        Raises:
+            ProfileError: the first that is not, or has another type.
+        """
+        for chart, name in self.places:
+            if chart not in library:
+                raise self._fail(chart, name, f"no such chart; {did_you_mean(chart, library)}")
+            known = library[chart].parameters
+            if name not in known:
+                raise self._fail(chart, name, f"no such parameter; {did_you_mean(name, known)}")
+        self.apply(library)
+
+    def _fail(self, chart: str, name: str, message: str) -> ProfileError:
+        return ProfileError(f"{self.places[chart, name]}: charts.{chart}.{name}: {message}")
 
 
 def profile_names() -> tuple[str, ...]:
@@ -137,6 +169,7 @@ class _Reader:
                 haptic=self.section(raw, "haptic", HapticSettings),
             ),
             charts=self.charts(raw),
+            places=self.places(raw),
             sha256=sha256,
         )
 
@@ -153,13 +186,29 @@ class _Reader:
                 found[name] = convert(inside[name], from_annotation(hint))
             except Mismatch as mismatch:
                 raise self.fail(inside.values_at[name], f"{key}.{name}: {mismatch}") from None
-        return kind(**found)
+            fault = fault_of(kind, name, found[name])
+            if fault is not None:
+                raise self.fail(inside.values_at[name], f"{key}.{name}: {fault}")
+        made = kind(**found)
+        if (odd := contradiction(made)) is not None:
+            raise self.fail(inside.values_at[odd[0]], f"{key}.{odd[0]}: {odd[1]}")
+        return made
 
     def charts(self, raw: Map) -> Mapping[str, Mapping[str, Any]]:
         if "charts" not in raw:
             return {}
         inside = self.mapping(raw, "charts")
         return {chart: dict(self.mapping(inside, chart)) for chart in inside}
+
+    def places(self, raw: Map) -> Mapping[tuple[str, str], str]:
+        if "charts" not in raw:
+            return {}
+        inside = self.mapping(raw, "charts")
+        return {
+            (chart, name): str(self.source.place(mark))
+            for chart in inside
+            for name, mark in self.mapping(inside, chart).values_at.items()
+        }
 
     def mapping(self, raw: Map, key: str) -> Map:
         value = raw[key]

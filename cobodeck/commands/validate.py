@@ -14,6 +14,7 @@ from pathlib import Path
 from cobodeck.catalogue import CHARTS, Catalogue, catalogue
 from cobodeck.console import FAILED, OK, show
 from cobodeck.library import (
+    chart_names,
     errors_in_used,
     files_in,
     findings_of,
@@ -24,7 +25,7 @@ from cobodeck.library import (
 from engine.chart import Chart
 from engine.explore import explore
 from engine.finding import Finding, Place, in_order
-from engine.load import Library
+from engine.load import Library, load_files
 from engine.machine import Machine
 from engine.report import FORMATS, report
 from engine.source import Source
@@ -133,7 +134,8 @@ def _robot() -> Callable[[Path], object]:
 def _profile() -> Callable[[Path], object]:
     from behaviors.profile import load_profile
 
-    return load_profile
+    charts = load_files(chart_names(catalogue()).values())
+    return lambda file: load_profile(file).require(charts)
 
 
 def _user() -> Callable[[Path], object]:

@@ -123,6 +123,75 @@ def test_a_mistake_is_told_with_its_place(
     assert re.search(message, text)
 
 
+SENSELESS = [  # a wrong sign, a wrong unit, nothing at all
+    (
+        "base_acceleration: 0.5 m/s2",
+        "base_acceleration: -0.5 m/s2",
+        "base_acceleration: -0.5 is out",
+    ),
+    ("base_acceleration: 0.5 m/s2", "base_acceleration: 0", "above 0"),
+    ("base_yaw_acceleration: 1.0", "base_yaw_acceleration: 0.0", "above 0"),
+    ("latency: 0 s", "latency: -1 s", "latency: -1 is out of range, 0 to 1"),
+    ("latency: 0 s", "latency: 50", "latency: 50 is out of range"),
+    ("inflation: 1.0 m", "inflation: -1.0 m", "inflation: -1 is out"),
+    ("max_speed: 2.5 m/s", "max_speed: 25 m/s", "max_speed: 25 is out"),
+    ("tolerance: 20 cm", "tolerance: 20", "tolerance: 20 is out"),
+    ("yaw_tolerance: 0.1 rad", "yaw_tolerance: 6", "yaw_tolerance: 6 is out"),
+    ("window: 0.3 s", "window: 0 s", "window: 0 is out"),
+    ("likely: [stays]", "likely: [stys]", "did you mean 'stays'"),
+    ("likely: [stays]", "likely: []", "empty"),
+    ("half_view: 36 deg", "half_view: 36", "half_view: 36 is out"),
+    ("distances: [1.0 m", "distances: [-1.0 m", "distances: -1 is out"),
+    ("distances: [1.0 m, 1.75 m, 2.5 m]", "distances: []", "empty"),
+    ("angles: [20 deg", "angles: [120 deg", "angles: 2.09"),
+    ("inner: 1.5 m", "inner: 3.5 m", "3.5 is not below outer"),
+    ("cell: 5 cm", "cell: 0 cm", "cell: 0 is out"),
+    ("cell: 5 cm", "cell: 0.01 mm", "cell: 1e-05 is out"),
+    ("rear: 45 deg", "rear: 330 deg", "nothing is left"),
+    ("tie: 0", "tie: .nan", "tie"),
+    ("radius: 1.0 m", "radius: 0 m", "radius: 0 is out"),
+    ("arm_parked: [0.39 rad, ", "arm_parked: [", "needs 6 angles, has 5"),
+    ("tool_speed: null", "tool_speed: -1 m/s", "tool_speed: -1 is out"),
+]
+
+
+@pytest.mark.requirement(125)
+@pytest.mark.parametrize(("right", "wrong", "message"), SENSELESS)
+def test_a_value_that_cannot_be_meant_is_refused_with_its_place(
+    tmp_path: Path, right: str, wrong: str, message: str
+) -> None:
+    assert right in PAPER
+    line = PAPER[: PAPER.index(right)].count("\n") + 1
+
+    with pytest.raises(ProfileError) as failure:
+        load_profile(written(tmp_path, PAPER.replace(right, wrong, 1)))
+
+    assert f"mine.yaml:{line}:" in str(failure.value)
+    assert message in str(failure.value)
+
+
+@pytest.mark.parametrize(
+    ("charts", "message"),
+    [
+        ("{chase: {room: 3 s}}", "charts.chase.room: '3 s' is a duration"),
+        ("{chase: {rom: 3 m}}", "charts.chase.rom: no such parameter; did you mean 'room'"),
+        ("{chas: {room: 3 m}}", "charts.chas.room: no such chart; did you mean 'chase'"),
+    ],
+)
+def test_a_wrong_value_for_a_chart_is_told_with_its_place(
+    tmp_path: Path, charts: str, message: str
+) -> None:
+    file = written(tmp_path, PAPER.replace("charts: {}", f"charts: {charts}"))
+    library = load_files(sorted(CHARTS.glob("*.yaml")))
+
+    with pytest.raises(ProfileError) as failure:
+        load_profile(file).require(library)
+
+    last_line = PAPER.rstrip().count("\n") + 1
+    assert f"mine.yaml:{last_line}:" in str(failure.value)
+    assert message in str(failure.value)
+
+
 def test_an_unknown_profile_names_the_known_ones() -> None:
     with pytest.raises(ProfileError, match="did you mean 'tuned'"):
         load_profile("tunde")
