@@ -263,12 +263,12 @@ def _world(setup: Setup, person: Person, options: Options) -> World:
     return World(setup.scene, setup.robot, person, limits, base, safety=safety)
 
 
-def prop_of(_robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:
+def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:
     """Where the prop is in the map, from the pose of the base and the joints."""
     from states.arm.kinematics import Chain, forward
-    from states.arm.model import load_manipulator
+    from states.arm.model import manipulator_of
 
-    chain = Chain.of(load_manipulator())
+    chain = Chain.of(manipulator_of(robot))
 
     def prop(base: Pose2, joints: Joints) -> Pose3:
         matrix = forward(chain, joints)
