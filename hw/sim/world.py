@@ -22,6 +22,7 @@ from hw.sim.arm import SimArm
 from hw.sim.base import SimBase
 from hw.sim.contact import gap, rectangle_segment_distance, swept_gap
 from hw.sim.surroundings import ScriptedOperator, SimBumper, SimStopLine, SimTrackers, SimVr
+from hw.sim.tool import Hand
 
 LONGEST_STEP_NS = 33_333_334
 """A longer step is cut into pieces of this length, ns, so that people and parts can react."""
@@ -86,6 +87,7 @@ class World:
         base: MovingBase | None = None,
         arm: MovingArm | None = None,
         *,
+        hand: Hand | None = None,
         area_only: bool = False,
         safety: SafetyLimits | None = None,
     ) -> None:
@@ -93,6 +95,7 @@ class World:
         self.scene, self.robot, self.person = scene, robot, person
         self.base = base or SimBase(robot, limits, scene.robot_start)
         self.arm = arm or SimArm(robot.arm, limits)
+        self.hand = hand or Hand.of(robot.prop)
         self.safety = safety
         if safety is not None:
             self.base.chain = SafetyChain(safety)
@@ -115,6 +118,8 @@ class World:
             bumper=self._bumper,
             stop_line=self._line,
             operator=self._operator,
+            gripper=self.hand.gripper,
+            wrench=self.hand.wrench,
         )
         self._check_start()
 
@@ -144,6 +149,7 @@ class World:
             base.chain.stop_line = self._line.reason
         base.advance(now_ns)
         arm.advance(now_ns)
+        self.hand.advance(now_ns, braked=arm.braked)
         if base.pose is not robot_before and self._walls.hit_by(base.pose):
             self._hit_wall(robot_before)
         person.step(now_ns, base.pose, self._vr.shown)

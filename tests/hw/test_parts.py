@@ -8,11 +8,11 @@ from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.live import LivePerson
 from hw.mock import mock_world
 from hw.robot import MotionLimits, load_robot
-from hw.samples import ArmState, BumperHit, UserPose
+from hw.samples import ArmState, BumperHit, GripperState, UserPose, WrenchReading
 from hw.scene import load_scene
 from hw.sim.world import World
 
-ROBOT = load_robot("rbkairos_ur10")
+ROBOT = load_robot("rbkairos_ur10", prop="gripped")
 SCENE = load_scene("hall")
 DEEP = Pose3.from_yaw(6.0, 7.0, 1.5, 0.0)
 SOMEWHERE = (0.1, -1.0, 1.2, 0.3, -0.2, 0.5)
@@ -275,6 +275,69 @@ def test_an_arm_that_moves_or_stands_elsewhere_does_not_follow(rig):
 def test_a_course_no_arm_can_follow_is_a_bug_of_the_caller(rig, points):
     with pytest.raises(ValueError, match="arm:"):
         rig.parts.arm.follow(points)
+
+
+# ---- gripper and wrench
+
+
+@pytest.mark.requirement(150)
+def test_a_robot_has_the_fingers_and_the_sensor_of_its_prop(rig, request):
+    bare = load_robot("rbkairos_ur10")
+    make = {simulated: World, mocked: mock_world}[request.node.callspec.params["rig"]]
+    parts = make(SCENE, bare, LivePerson(Pose2(7.0, 7.0))).parts
+    assert (parts.gripper, parts.wrench) == (None, None)
+    assert rig.values("gripper.state")[-1] == GripperState(0.05, holding=True)
+    assert rig.values("wrench.reading")[-1] == WrenchReading((0, 0, 0), (0, 0, 0))
+
+
+@pytest.mark.requirement(150)
+def test_fingers_open_let_go_and_close_on_what_is_between_them(rig):
+    gripper = rig.parts.gripper
+    gripper.open_to(0.08)
+    rig.ticks(20)
+    assert rig.values("gripper.state")[-1] == GripperState(0.08, holding=False)
+    gripper.open_to(0.0)
+    rig.ticks(30)
+    assert rig.values("gripper.state")[-1] == GripperState(0.05, holding=True)
+    gripper.open_to(0.085)
+    rig.ticks(20)
+    gripper.between = None
+    gripper.open_to(0.0)
+    rig.ticks(30)
+    assert rig.values("gripper.state")[-1] == GripperState(0.0, holding=False)
+
+
+@pytest.mark.requirement(48, 150)
+def test_stopped_fingers_stay_and_a_pulled_stop_line_stops_them(rig):
+    rig.parts.gripper.open_to(0.085)
+    rig.parts.gripper.stop()
+    rig.ticks(20)
+    assert rig.values("gripper.state")[-1].opening == 0.05
+    rig.parts.stop_line.pull("button")
+    rig.ticks(1)
+    rig.parts.gripper.open_to(0.085)
+    rig.ticks(20)
+    assert rig.values("gripper.state")[-1] == GripperState(0.05, holding=True)
+
+
+@pytest.mark.parametrize("opening", [-0.01, 0.09, math.nan])
+def test_an_opening_that_fingers_cannot_have_is_a_bug_of_the_caller(rig, opening):
+    with pytest.raises(ValueError, match="gripper: an opening"):
+        rig.parts.gripper.open_to(opening)
+
+
+@pytest.mark.requirement(150)
+def test_the_sensor_reads_what_presses_less_what_it_was_zeroed_at(rig):
+    wrench = rig.parts.wrench
+    wrench.press(WrenchReading((0.0, 0.0, 17.0), (0.5, 0.0, 0.0)))
+    rig.ticks(1)
+    assert rig.values("wrench.reading")[-1] == WrenchReading((0.0, 0.0, 17.0), (0.5, 0.0, 0.0))
+    wrench.zero()
+    wrench.press(WrenchReading((0.0, 3.0, 20.0), (0.5, 0.0, 0.25)))
+    rig.ticks(1)
+    assert rig.values("wrench.reading")[-1] == WrenchReading((0.0, 3.0, 3.0), (0.0, 0.0, 0.25))
+    with pytest.raises(ValueError, match="finite"):
+        wrench.press(WrenchReading((math.nan, 0.0, 0.0), (0.0, 0.0, 0.0)))
 
 
 # ---- person and virtual reality

@@ -1,0 +1,181 @@
+"""What sits at the flange in the reduced simulation: fingers and a force-torque sensor (R150)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+from hw.interfaces import Gripper, Wrench
+from hw.prop import GripperModel, Prop, WrenchModel
+from hw.samples import GripperState, Sample, WrenchReading
+
+NO_LOAD = WrenchReading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+
+class MovingGripper(Gripper, Protocol):
+    """Fingers whose motion the world computes; `between` is the width of what they close on, m."""
+
+    between: float | None
+    braked: bool
+
+    def advance(self, until_ns: int) -> None:
+        """Move on to until_ns."""
+        ...
+
+
+class PressedWrench(Wrench, Protocol):
+    """A sensor whose load is set from outside."""
+
+    def press(self, load: WrenchReading) -> None:
+        """From now on this force and torque act on the flange, in its frame.
+
+        Raises:
+            ValueError: a value is NaN or infinite.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Hand:
+    """What is between flange and prop; None where a prop is without."""
+
+    gripper: MovingGripper | None = None
+    wrench: PressedWrench | None = None
+
+    @classmethod
+    def of(cls, prop: Prop) -> Hand:
+        """The simulated fingers and sensor of a prop."""
+        fingers, sensor = prop.gripper, prop.wrench
+        return cls(
+            None if fingers is None else SimGripper(fingers),
+            None if sensor is None else SimWrench(sensor),
+        )
+
+    def advance(self, until_ns: int, *, braked: bool) -> None:
+        """Move on to until_ns."""
+        if self.gripper is not None:
+            self.gripper.braked = braked
+            self.gripper.advance(until_ns)
+
+
+def check_load(load: WrenchReading) -> None:
+    """Refuse a load that is none.
+
+    Raises:
+        ValueError: a value is NaN or infinite.
+    """
+    if not all(map(math.isfinite, (*load.force, *load.torque))):
+        raise ValueError(f"wrench: a load of {load}; it must be finite")
+
+
+def check_opening(model: GripperModel, opening: float) -> None:
+    """Refuse an opening that the fingers cannot have.
+
+    Raises:
+        ValueError: naming the widest one.
+    """
+    if not 0.0 <= opening <= model.opening:  # NaN fails too
+        raise ValueError(f"gripper: an opening of {opening} m; 0 to {model.opening:g} is free")
+
+
+class SimGripper:
+    """Fingers that move evenly, and stop by themselves at what is between them.
+
+    It starts holding the prop. `between` is the width of what the fingers close on, m, None for
+    nothing: whoever takes the prop away or puts it there sets it.
+    """
+
+    signals: tuple[str, ...] = ("gripper.state",)
+
+    def __init__(self, model: GripperModel) -> None:
+        self.between: float | None = model.held
+        self.braked = False
+        self.state = GripperState(model.held, holding=True)
+        self._model = model
+        self._goal: float | None = None
+        self._now = 0
+        self._reported = -1
+
+    def open_to(self, opening: float) -> None:
+        """Move the fingers; see `Gripper`."""
+        check_opening(self._model, opening)
+        if not self.braked:
+            self._goal = opening
+
+    def stop(self) -> None:
+        """Keep the fingers where they are; see `Gripper`."""
+        self._goal = None
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """The fingers at this instant."""
+        if self._reported == now_ns:
+            return []
+        self._reported = now_ns
+        return [Sample("gripper.state", now_ns, self.state)]
+
+    def advance(self, until_ns: int) -> None:
+        """Move on to until_ns."""
+        span, self._now = (until_ns - self._now) * 1e-9, until_ns
+        if self.braked:
+            self._goal = None
+        opening = self.state.opening
+        if self._goal is not None:
+            step = self._model.speed * span
+            moved = opening + max(-step, min(step, self._goal - opening))
+            opening = self._stopped(opening, moved)
+            if opening == self._goal or opening != moved:
+                self._goal = None
+        holding = self.between is not None and opening <= self.between
+        if (opening, holding) != (self.state.opening, self.state.holding):
+            self.state = GripperState(opening, holding)
+
+    def _stopped(self, before: float, moved: float) -> float:
+        """Where closing fingers come to a stand."""
+        width = self.between
+        return width if width is not None and moved < width <= before else moved
+
+
+class SimWrench:
+    """A sensor whose load is set by whoever knows it; it reads no more than its full scale."""
+
+    signals: tuple[str, ...] = ("wrench.reading",)
+
+    def __init__(self, model: WrenchModel) -> None:
+        self._model = model
+        self._load = self._zero = NO_LOAD
+        self._reported = -1
+
+    def press(self, load: WrenchReading) -> None:
+        """Act on the flange with this force and torque, in its frame."""
+        check_load(load)
+        self._load = load
+
+    def zero(self) -> None:
+        """Take the present reading as no load; see `Wrench`."""
+        self._zero = self._load
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """The reading of this instant."""
+        if self._reported == now_ns:
+            return []
+        self._reported = now_ns
+        return [Sample("wrench.reading", now_ns, self._reading())]
+
+    def _reading(self) -> WrenchReading:
+        model = self._model
+        return WrenchReading(
+            _without(self._load.force, self._zero.force, model.force),
+            _without(self._load.torque, self._zero.torque, model.torque),
+        )
+
+
+Three = tuple[float, float, float]
+
+
+def _without(load: Three, zero: Three, scale: float) -> Three:
+    x, y, z = (
+        max(-scale, min(scale, a)) - max(-scale, min(scale, b))
+        for a, b in zip(load, zero, strict=True)
+    )
+    return x, y, z
