@@ -12,6 +12,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from cobodeck.arguments import positive
 from cobodeck.console import FAILED, OK, Problem, Progress, show, show_json, table
 
 BENCHES = {
@@ -30,7 +31,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--compare", type=Path, metavar="FILE", help="an earlier --json; 1 if worse"
     )
-    parser.add_argument("--rounds", type=int, default=9, help="medians of so many; default 9")
+    parser.add_argument("--rounds", type=positive, default=9, help="medians of so many; default 9")
     parser.add_argument("--show", type=Path, metavar="FILE", help="measure nothing, show a --json")
     parser.add_argument("--json", action="store_true", help="for programs")
 

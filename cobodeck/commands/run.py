@@ -9,6 +9,7 @@ import argparse
 import time
 from collections.abc import Callable
 
+from cobodeck.arguments import positive, seconds, word
 from cobodeck.commands import simulate
 from cobodeck.console import REFUSED, Problem
 from cobodeck.wiring import PROFILE, SCENE, TICK_HZ
@@ -16,15 +17,19 @@ from cobodeck.wiring import PROFILE, SCENE, TICK_HZ
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("chart", metavar="CHART", help="name or file")
+    parser.add_argument("chart", type=word, metavar="CHART", help="name or file")
     parser.add_argument("--robot", required=True, help="mock")
-    parser.add_argument("--scene", default=SCENE, help=f"name or file; default {SCENE}")
-    parser.add_argument("--user", metavar="NAME|FILE", help="default: the one of the scene")
-    parser.add_argument("--requests", type=int, metavar="N", help="end after so many")
-    parser.add_argument("--profile", default=PROFILE, help=f"name or file; default {PROFILE}")
-    parser.add_argument("--duration", type=float, default=3600.0, metavar="S", help="end by then")
+    parser.add_argument("--scene", type=word, default=SCENE, help=f"name or file; default {SCENE}")
     parser.add_argument(
-        "--tick-hz", type=int, default=TICK_HZ, metavar="HZ", help=f"default {TICK_HZ}"
+        "--user", type=word, metavar="NAME|FILE", help="default: the one of the scene"
+    )
+    parser.add_argument("--requests", type=positive, metavar="N", help="end after so many")
+    parser.add_argument(
+        "--profile", type=word, default=PROFILE, help=f"name or file; default {PROFILE}"
+    )
+    parser.add_argument("--duration", type=seconds, default=3600.0, metavar="S", help="end by then")
+    parser.add_argument(
+        "--tick-hz", type=positive, default=TICK_HZ, metavar="HZ", help=f"default {TICK_HZ}"
     )
     parser.add_argument("--fast", action="store_true", help="as fast as it goes")
     parser.add_argument("--json", action="store_true", help="for programs")

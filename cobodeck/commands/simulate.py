@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from cobodeck.arguments import length, positive, seconds, word
 from cobodeck.console import FAILED, OK, Progress, complain, show, show_json, table
 from cobodeck.wiring import CHART, PROFILE, SCENE, TICK_HZ
 
@@ -16,13 +17,17 @@ if TYPE_CHECKING:
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("chart", nargs="?", default=CHART, help=f"name or file; default {CHART}")
-    parser.add_argument("--scene", default=SCENE, help=f"name or file; default {SCENE}")
     parser.add_argument(
-        "--user", metavar="NAME|random|FILE[#id][@x,y,yaw]", help="default: the scene's"
+        "chart", nargs="?", type=word, default=CHART, help=f"name or file; default {CHART}"
     )
-    parser.add_argument("--requests", type=_positive, metavar="N", help="end after so many")
-    parser.add_argument("--profile", default=PROFILE, help=f"name or file; default {PROFILE}")
+    parser.add_argument("--scene", type=word, default=SCENE, help=f"name or file; default {SCENE}")
+    parser.add_argument(
+        "--user", type=word, metavar="NAME|random|FILE[#id][@x,y,yaw]", help="default: the scene's"
+    )
+    parser.add_argument("--requests", type=positive, metavar="N", help="end after so many")
+    parser.add_argument(
+        "--profile", type=word, default=PROFILE, help=f"name or file; default {PROFILE}"
+    )
     parser.add_argument(
         "--tier",
         type=int,
@@ -32,25 +37,18 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--seed", type=int, default=0, help="of everything random; default 0")
     parser.add_argument(
-        "--tick-hz", type=_positive, default=TICK_HZ, metavar="HZ", help=f"default {TICK_HZ}"
+        "--tick-hz", type=positive, default=TICK_HZ, metavar="HZ", help=f"default {TICK_HZ}"
     )
     about = "end by then; an hour, or three minutes a request, by default"
-    parser.add_argument("--duration", type=float, metavar="S", help=about)
+    parser.add_argument("--duration", type=seconds, metavar="S", help=about)
     parser.add_argument(
-        "--stretch", type=float, metavar="M", help="make the longer side of a recording so long"
+        "--stretch", type=length, metavar="M", help="make the longer side of a recording so long"
     )
     parser.add_argument("--record", type=Path, metavar="FILE", help="trace file; default in out/")
     parser.add_argument("--explain", action="store_true", help="what was built and computed")
     parser.add_argument("--no-skip", action="store_true", help="compute every signal, always")
     parser.add_argument("--frozen-base", action="store_true", help="the base stands, to try tests")
     parser.add_argument("--json", action="store_true", help="for programs")
-
-
-def _positive(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{text} is not above 0")
-    return value
 
 
 def run(args: argparse.Namespace) -> int:
@@ -90,12 +88,13 @@ def report_on(
         result = simulate(setup, options, progress.at, wait)
     finally:
         progress.done()
-    path: Path | None = getattr(args, "record", None)
-    path = path or record.default_path(setup, result.figures)
+    wanted: Path | None = getattr(args, "record", None)
+    file = wanted or record.default_path(setup, result.figures)
+    path: Path | None = file
     try:
-        record.write(path, setup, result)
+        record.write(file, setup, result)
     except OSError as error:
-        complain(f"no trace file: {path}: {error.strerror}")
+        complain(f"no trace file: {file}: {error.strerror}")
         path = None
     if args.json:
         show_json({**result.figures, "trace_file": str(path) if path else None})
@@ -103,7 +102,8 @@ def report_on(
         show(summary(result.figures, str(path or "-")))
     if getattr(args, "explain", False):
         (complain if args.json else show)(explain(setup, result))
-    return FAILED if result.figures["outcome"] == "error" else OK
+    not_recorded = wanted is not None and path is None
+    return FAILED if not_recorded or result.figures["outcome"] == "error" else OK
 
 
 def summary(figures: Mapping[str, Any], trace: str) -> str:

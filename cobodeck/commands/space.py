@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from cobodeck.arguments import length, word
 from cobodeck.console import FAILED, OK, Problem, show, show_json, table
 from cobodeck.wiring import PROFILE
 
@@ -27,22 +28,17 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("place", metavar="SCENE|MAP", help="name or file")
     parser.add_argument(
-        "--inflation", type=_length, metavar="M", help="kept from walls; default: Haptic's own"
+        "--inflation", type=length, metavar="M", help="kept from walls; default: Haptic's own"
     )
     parser.add_argument(
         "--corners", choices=("round", "square"), default="round",
         help="how rooms are inflated about corners; default round, as the robot drives",
     )  # fmt: skip
-    parser.add_argument("--profile", default=PROFILE, help=f"name or file; default {PROFILE}")
+    parser.add_argument(
+        "--profile", type=word, default=PROFILE, help=f"name or file; default {PROFILE}"
+    )
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="X.svg, .png or .pdf")
     parser.add_argument("--json", action="store_true", help="for programs")
-
-
-def _length(text: str) -> float:
-    value = float(text)
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text} is no length above 0 m")
-    return value
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from cobodeck.arguments import positive, word
 from cobodeck.console import OK, Problem, Progress, show
 from cobodeck.wiring import CHART, PROFILE
 from engine.finding import did_you_mean
@@ -19,13 +20,19 @@ SPACES = ("chase", "escape", "haptic")
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments that only pictures of rooms have."""
-    parser.add_argument("--scene", metavar="S", help="draw this room, name or file, not a chart")
+    parser.add_argument(
+        "--scene", type=word, metavar="S", help="draw this room, name or file, not a chart"
+    )
     parser.add_argument(
         "--at", type=_time, metavar="T", help="… after T s of a run of CHART; default: its start"
     )
-    parser.add_argument("--user", metavar="NAME|FILE[#id][@x,y,yaw]", help="… with this user")
-    parser.add_argument("--requests", type=int, metavar="N", help="… who asks so many times")
-    parser.add_argument("--profile", default=PROFILE, help=f"name or file; default {PROFILE}")
+    parser.add_argument(
+        "--user", type=word, metavar="NAME|FILE[#id][@x,y,yaw]", help="… with this user"
+    )
+    parser.add_argument("--requests", type=positive, metavar="N", help="… who asks so many times")
+    parser.add_argument(
+        "--profile", type=word, default=PROFILE, help=f"name or file; default {PROFILE}"
+    )
     parser.add_argument(
         "--show",
         metavar="SPACES",

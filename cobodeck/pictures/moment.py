@@ -59,7 +59,7 @@ def with_next_drive(moment: Moment, site: Site, settings: Settings) -> Moment:
         free = poses(site, settings, moment.deep)
         goal = best_pose(now, reachable(now, free), moment.deep)
         return replace(moment, path=_path(site, "haptic", moment, goal))
-    cells = grid(site, settings).tolist()
+    cells = grid(site, settings)
     around = space(site, settings, lambda: cells, moment.user)
     place = best_cell(now, around)
     goal = None if place is None else Pose2(*place, tangent_yaw(around.centre, place, 0.0))

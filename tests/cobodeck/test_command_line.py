@@ -20,6 +20,35 @@ states:
 """
 
 
+HALL = "room: {outer: [[0, 0], [9, 0], [9, 9], [0, 9]]}\n"
+MAP = "resolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n"
+FILES = {
+    "flat.yaml": "scene: x\nroom: {outer: [[0, 0], [9, 0], [5, 0]]}\n"
+    "robot: {start: {x: 1, y: 0}}\n",
+    "bowtie.yaml": "scene: x\nroom: {outer: [[0, 0], [9, 9], [9, 0], [0, 9]]}\n"
+    "robot: {start: {x: 4, y: 4}}\n",
+    "in_wall.yaml": f"scene: x\n{HALL}robot: {{start: {{x: 0.1, y: 4}}}}\n",
+    "outside.yaml": f"scene: x\n{HALL}robot: {{start: {{x: 20, y: 4}}}}\n",
+    "user_out.yaml": f"scene: x\n{HALL}robot: {{start: {{x: 4, y: 4}}}}\n"
+    "user: {source: random, start: {x: 50, y: 5}}\n",
+    "nan_user.yaml": "user: u\nstart: {x: .nan, y: 4}\nsteps: [{stand: 1}]\n",
+    "no_steps.yaml": "user: u\nstart: {x: 5, y: 4}\nsteps: []\n",
+    "far_walk.yaml": "user: u\nstart: {x: 5, y: 4}\nsteps: [{walk: {x: 300, y: 2, speed: 1}}]\n",
+    "header.csv": "id,t,x,y\n",
+    "one.csv": "id,t,x,y\n1,0,1,1\n",
+    "backwards.csv": "id,t,x,y\n1,0,1,1\n1,1,2,1\n1,0.5,3,1\n",
+    "nan.csv": "id,t,x,y\n1,0,1,1\n1,1,nan,1\n",
+    "no_image.yaml": f"image: nothing.pgm\n{MAP}",
+    "cut_off.yaml": f"image: cut_off.pgm\n{MAP}",
+    "cut_off.pgm": "P5\n100 100\n255\nabc",
+    "no_size.yaml": f"image: no_size.pgm\n{MAP}",
+    "no_size.pgm": "P5\n0 0\n255\n",
+    "not_a_map.yaml": f"image: walk.csv\n{MAP}",
+    "folder_map.yaml": f"image: folder\n{MAP}",
+    "negative.yaml": f"image: cut_off.pgm\n{MAP.replace('0.05', '-0.05')}",
+}
+
+
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
@@ -31,6 +60,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "walk.csv").write_text("id,t,x,y\n1,0,a,b\n")
     (tmp_path / "scene.yaml").write_text("scene: x\nroom: nowhere\n")
     (tmp_path / "profile.yaml").write_text("profile: x\nabout: y\nrobot: 5\n")
+    for name, text in FILES.items():
+        (tmp_path / name).write_text(text)
     return tmp_path
 
 
@@ -75,6 +106,58 @@ WRONG = [  # arguments, exit code, part of the message
     ("new mine.yaml/x-1", FAILED, "mine.yaml"),
     ("new engine", USAGE, "a module 'engine' is there already"),
     ("new 1", USAGE, "'1' cannot name a package"),
+    ("simulate --scene flat.yaml", FAILED, "flat.yaml:2: room.outer"),
+    ("simulate --scene bowtie.yaml", FAILED, "crosses itself"),
+    ("simulate --scene in_wall.yaml --user random", FAILED, "the robot would touch a wall"),
+    ("simulate --scene outside.yaml", FAILED, "(20, 4) is not on the free floor"),
+    ("simulate --scene user_out.yaml", FAILED, "(50, 5) is not on the free floor"),
+    ("simulate --scene lab_c", FAILED, "did you mean 'lab_b'"),
+    ("simulate --profile tunde", FAILED, "did you mean 'tuned'"),
+    ("simulate --user dem", FAILED, "did you mean 'demo'"),
+    ("simulate --user nan_user.yaml", FAILED, "nan_user.yaml:2: start.x: needs a number"),
+    ("simulate --user no_steps.yaml", FAILED, "no_steps.yaml:3: steps: needs at least one"),
+    ("simulate --user far_walk.yaml", FAILED, "leaves the free floor"),
+    ("simulate --user header.csv", FAILED, "header.csv: holds no data"),
+    ("simulate --user one.csv", FAILED, "one.csv:2: is the only row"),
+    ("simulate --user backwards.csv", FAILED, "backwards.csv:4: time 0.5 is not after 1.0"),
+    ("simulate --user nan.csv", FAILED, "nan.csv:3: 'nan' is not a finite number"),
+    ("simulate --user folder/", FAILED, "Is a directory"),
+    ("simulate --user=", USAGE, "--user: is empty"),
+    ("simulate --scene=", USAGE, "--scene: is empty"),
+    ("simulate --profile=", USAGE, "--profile: is empty"),
+    ("simulate --requests -1", USAGE, "-1 is not above 0"),
+    ("simulate --requests x", USAGE, "'x' is no whole number"),
+    ("simulate --duration nan", USAGE, "nan is not above 0 s"),
+    ("simulate --duration inf", USAGE, "inf is not above 0 s"),
+    ("simulate --duration -5", USAGE, "-5 is not above 0 s"),
+    ("simulate --duration 0", USAGE, "0 is not above 0 s"),
+    ("simulate --stretch 0", USAGE, "0 is not above 0 m"),
+    ("simulate --tick-hz 0", USAGE, "0 is not above 0"),
+    ("simulate --duration 1 --record folder", FAILED, "no trace file: folder: Is a directory"),
+    ("simulate --duration 1 --record mine.yaml/x", FAILED, "no trace file: mine.yaml/x"),
+    ("run mine.yaml --robot mock --requests 0", USAGE, "0 is not above 0"),
+    ("run mine.yaml --robot mock --duration nan", USAGE, "nan is not above 0 s"),
+    ("space no_image.yaml", FAILED, "nothing.pgm: cannot be read"),
+    ("space cut_off.yaml", FAILED, "cut_off.pgm: is cut off: 3 of 100 x 100"),
+    ("space no_size.yaml", FAILED, "no_size.pgm: has 0 x 0 pixels"),
+    ("space not_a_map.yaml", FAILED, "walk.csv: is neither PGM"),
+    ("space folder_map.yaml", FAILED, "folder: cannot be read: Is a directory"),
+    ("space negative.yaml", FAILED, "negative.yaml:2: resolution: -0.05"),
+    ("space lab_a --inflation -1", USAGE, "-1 is not above 0 m"),
+    ("space lab_a --inflation 1e308", USAGE, "up to 1000 m"),
+    ("space lab_a -o folder", USAGE, "folder: unknown form"),
+    ("space hall -o mine.yaml/x.svg", FAILED, "mine.yaml"),
+    ("render --scene lab_a --at nan", USAGE, "nan is no time"),
+    ("render --scene lab_x", FAILED, "did you mean 'lab_"),
+    ("render --scene hall -o mine.yaml/x.svg", FAILED, "mine.yaml"),
+    ("reach --height nan", USAGE, "nan is no length"),
+    ("reach --height -1", USAGE, "-1 does not go upwards"),
+    ("reach --tolerance -1", USAGE, "-1 is no length"),
+    ("reach --tool folder", USAGE, "folder"),
+    ("schema -o folder", FAILED, "folder: Is a directory"),
+    ("doctor all", USAGE, "unrecognized arguments: all"),
+    ("bench navigation --rounds 0", USAGE, "0 is not above 0"),
+    ("bench --show folder", FAILED, "folder: Is a directory"),
     ("bench engin", USAGE, "did you mean 'engine'"),
     ("bench --show mine.yaml", USAGE, "mine.yaml: not the output of"),
     ("bench --show nothing.json", FAILED, "nothing.json: No such file"),

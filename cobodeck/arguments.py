@@ -1,0 +1,48 @@
+"""Kinds of arguments that several commands take; what is wrong is said in the field's words."""
+
+from __future__ import annotations
+
+import argparse
+import math
+
+LONGEST_S = 1e7
+"""Four months: longer runs are a mistake."""
+FARTHEST_M = 1000.0
+
+
+def positive(text: str) -> int:
+    """A whole number above 0."""
+    try:
+        value = int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number") from None
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not above 0")
+    return value
+
+
+def seconds(text: str) -> float:
+    """A duration above 0 s."""
+    return _number(text, LONGEST_S, "s")
+
+
+def length(text: str) -> float:
+    """A length above 0 m."""
+    return _number(text, FARTHEST_M, "m")
+
+
+def word(text: str) -> str:
+    """A name or file; an empty text, as of a variable that is not set, is none."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("is empty; give a name or a file")
+    return text
+
+
+def _number(text: str, most: float, unit: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number of {unit}") from None
+    if not 0.0 < value <= most or not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text} is not above 0 {unit}, up to {most:g} {unit}")
+    return value
