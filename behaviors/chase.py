@@ -196,7 +196,8 @@ class Approach(Action):
         self.near, self.ahead = near, ahead
 
     def run(self, ctx: Context) -> Run:
-        base, driver = ctx.part("base"), ctx.value("site").driver("chase")
+        site, base = ctx.value("site"), ctx.part("base")
+        driver, subsystem = site.driver("chase"), site.navigation.chase
         try:
             while (now := situation(ctx)) is not None:
                 if distance_soon(now, self.ahead) <= self.near:
@@ -205,7 +206,9 @@ class Approach(Action):
                 if goal is None:
                     return "no_path"
                 driver.go_to(goal)
-                base.drive(driver.command(now.pose, now.twist, None, now.site.period), "chase")
+                disc, walking = user_disc(now.user, subsystem), (now.velocity.vx, now.velocity.vy)
+                command = driver.command(now.pose, now.twist, disc, now.site.period, walking)
+                base.drive(command, "chase")
                 yield None
         finally:
             base.release("chase")

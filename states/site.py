@@ -57,13 +57,18 @@ class Navigation:
 
 @dataclass(frozen=True, eq=False)
 class Site:
-    """The place of one run; `period` is the time from tick to tick, s."""
+    """The place of one run.
+
+    `period` is the time from tick to tick, s; `latency` how long it takes until the base has heard
+    what a tick decided, s.
+    """
 
     room: Room
     robot: RobotModel
     limits: MotionLimits
     navigation: Navigation
     period: float = 1.0 / 30.0
+    latency: float = 0.0
     _planners: dict[float, ExactPlanner] = field(default_factory=dict, init=False, repr=False)
 
     def planner(self, name: SubsystemName) -> ExactPlanner:
@@ -92,6 +97,7 @@ class Site:
                 limits.base_yaw_acceleration,
             ),
             Tolerance(subsystem.tolerance, subsystem.yaw_tolerance),
+            latency=self.latency,
         )
 
     def standstill(self, pose: Pose2, twist: Twist2) -> Pose2:

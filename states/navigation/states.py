@@ -20,13 +20,15 @@ SLOW = 0.1
 class DriveTo(Action):
     """Drive to a goal by the fastest way round walls and user, with the values of a subsystem.
 
-    The way is planned anew in every tick. `no_path`: the goal is not free, or nothing leads there;
-    `stuck`: no nearer to it for `patience`; `lost`: the base does not know where it is.
+    The way is planned anew in every tick, and a walking user foreseen. The safety chain is told the
+    goal of `haptic`: a touch is served from there. `no_path`: the goal is not free, or nothing
+    leads there; `stuck`: no nearer to it for `patience`; `lost`: nobody knows where the base is.
     """
 
     outcomes = ("arrived", "no_path", "stuck", "lost")
     reads = {
-        "site": None, "base.pose": POSE_AGE_S, "base.twist": POSE_AGE_S, "user.pose": USER_AGE_S,
+        "site": None, "base.pose": POSE_AGE_S, "base.twist": POSE_AGE_S,
+        "user.pose": USER_AGE_S, "user.velocity": USER_AGE_S,
     }  # fmt: skip
     commands = ("base",)
 
@@ -39,14 +41,20 @@ class DriveTo(Action):
         driver, subsystem = site.driver(self.subsystem), site.navigation.named(self.subsystem)
         driver.go_to(goal)
         progress = Progress(self.patience)
-        base = ctx.part("base")
+        base, touches = ctx.part("base"), self.subsystem == "haptic"
+        if touches:
+            base.grant(goal)
         try:
             while True:
                 pose, twist = ctx.value("base.pose"), ctx.value("base.twist")
                 if pose is None or twist is None:
                     return "lost"
-                user = user_disc(ctx.value("user.pose"), subsystem)
-                command = driver.command(pose, twist, user, site.period)
+                user, walk = (
+                    user_disc(ctx.value("user.pose"), subsystem),
+                    ctx.value("user.velocity"),
+                )
+                walking = (0.0, 0.0) if walk is None else (walk.vx, walk.vy)
+                command = driver.command(pose, twist, user, site.period, walking)
                 if driver.status == "arrived":
                     return "arrived"
                 if driver.path is None:
@@ -57,6 +65,8 @@ class DriveTo(Action):
                 yield None
         finally:
             base.release(self.subsystem)
+            if touches:
+                base.grant(None)
 
 
 class Progress:

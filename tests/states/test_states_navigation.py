@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from hw.geometry import Pose2
+from hw.geometry import Pose2, Twist2
 from hw.samples import UserPose
 from hw.sim.base import SimBase
 from states.navigation.states import DriveTo
@@ -126,3 +127,77 @@ def test_each_subsystem_drives_with_its_own_values(
 
     assert speeds["chase"] == pytest.approx(1.5, abs=0.01)
     assert 2.0 < speeds["escape"] <= 2.5
+
+
+class Rig:
+    """A drive in which the base hears every command some ns after its tick."""
+
+    def __init__(self, site: Site, context: Any, late_ns: int = 0) -> None:
+        self.base, self.late_ns = SimBase(site.robot, site.limits, START), late_ns
+        self.wheels = Wheels(self.base)
+        self.ctx = context({"site": site}, {"base": self.wheels})
+        self.n = 0
+
+    def tick(self, run: Any, take_step: Any) -> Any:
+        now = self.n * 10**9 // HZ
+        self.base.advance(now)
+        self.ctx.now = now
+        self.ctx.values |= {"base.pose": self.base.pose, "base.twist": self.base.twist}
+        self.base.advance(now + self.late_ns)
+        self.wheels.begin(now)
+        outcome = take_step(run)
+        self.wheels.pass_on()
+        self.n += 1
+        return outcome
+
+
+@pytest.mark.requirement(149)
+@pytest.mark.parametrize(("told", "least", "most"), [(0.03, 0.0, 0.005), (0.0, 0.03, 0.1)])
+def test_a_drive_that_is_told_the_latency_arrives_exactly(
+    site: Site, context: Any, take_step: Any, told: float, least: float, most: float
+) -> None:
+    rig, goal = Rig(site, context, late_ns=30_000_000), Pose2(7.0, 5.0, 1.2)
+    rig.ctx.values["site"] = replace(site, latency=told)
+    run = DriveTo("chase").run(rig.ctx, goal)
+
+    while rig.tick(run, take_step) is None:
+        assert rig.n < 10 * HZ
+    rig.base.advance((rig.n + HZ) * 10**9 // HZ)
+
+    assert least <= rig.base.pose.distance_to(goal) <= most
+
+
+@pytest.mark.requirement(51)
+@pytest.mark.parametrize("told", [True, False])
+def test_a_drive_keeps_off_a_user_who_walks_across_if_it_knows_their_velocity(
+    site: Site, context: Any, take_step: Any, told: bool
+) -> None:
+    rig = Rig(site, context)
+    run = DriveTo("haptic").run(rig.ctx, Pose2(8.0, 2.0, 0.0))
+    body, least, outcome = Pose2(5.0, 5.0), 9.0, None
+    while outcome is None:
+        rig.ctx.values["user.pose"] = UserPose(body, 0.0)
+        rig.ctx.values["user.velocity"] = Twist2(0.0, -1.0) if told else None
+        outcome = rig.tick(run, take_step)
+        least = min(least, rig.base.pose.distance_to(body))
+        body = Pose2(body.x, max(-9.0, body.y - 1.0 / HZ))
+
+    assert outcome == "arrived"
+    assert (least > site.navigation.haptic.user_radius - 0.05) is told
+
+
+@pytest.mark.requirement(78, 86)
+@pytest.mark.parametrize(("name", "granted"), [("haptic", True), ("chase", False)])
+def test_the_chain_is_told_the_pose_a_touch_is_served_from_while_the_drive_lasts(
+    site: Site, context: Any, take_step: Any, name: SubsystemName, granted: bool
+) -> None:
+    rig, goal, grants = Rig(site, context), Pose2(7.0, 5.0, 0.0), []
+    rig.base.grant = grants.append  # type: ignore[method-assign]
+    run = DriveTo(name).run(rig.ctx, goal)
+    for _ in range(5):
+        rig.tick(run, take_step)
+    assert grants == ([goal] if granted else [])
+
+    run.close()
+
+    assert grants == ([goal, None] if granted else [])

@@ -1,5 +1,6 @@
 import itertools
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
@@ -7,6 +8,7 @@ from hypothesis import strategies as st
 
 from hw.geometry import Pose2, Twist2, wrap
 from hw.robot import MotionLimits, load_robot
+from hw.safety import SafetyChain, SafetyLimits
 from hw.sim.base import SimBase
 
 ROBOT = load_robot("rbkairos_ur10")
@@ -61,6 +63,52 @@ def test_speed_and_acceleration_never_exceed_the_limits(mode, script, accelerati
         assert math.hypot(b.vx - a.vx, b.vy - a.vy) <= acceleration * dt * (1 + 1e-6)
         assert abs(b.wz - a.wz) <= 1.5 * dt * (1 + 1e-6)
         assert before[0].distance_to(after[0]) <= 2.5 * dt * (1 + 1e-6)
+
+
+def accelerations(made, command_at, seconds):
+    """Change of the velocity in the map from millisecond to millisecond, m/s2."""
+    found, before = [], velocity((made.pose, made.twist))
+    for n in range(round(1000 * seconds)):
+        made.drive(command_at(made))
+        made.advance((n + 1) * 1_000_000)
+        after = velocity((made.pose, made.twist))
+        found.append(math.hypot(after.vx - before.vx, after.vy - before.vy) / 1e-3)
+        before = after
+    return found
+
+
+def with_chain(made):
+    made.chain = SafetyChain(SafetyLimits.of(ROBOT, LIMITS))
+    made.chain.see(0, 0, 50.0, 50.0)
+    made.chain.limits = replace(made.chain.limits, late=8.0, old=9.0, lost=9.0)
+    return made
+
+
+@pytest.mark.requirement(50)
+@pytest.mark.parametrize("prepare", [lambda made: made, with_chain])
+def test_turning_hides_no_acceleration(prepare):
+    """The same velocity over the floor of the base is a bend in the map: 1.5 m/s2 if followed."""
+    made = prepare(base())
+    found = accelerations(made, lambda _: Twist2(1.0, 0.0, 1.5), 5.0)
+    assert max(found) <= 1.0 * (1 + 1e-6)
+    assert max(found[-1000:]) > 0.9
+    assert made.twist.wz == pytest.approx(1.5)
+
+
+@pytest.mark.requirement(50)
+@pytest.mark.parametrize("prepare", [lambda made: made, with_chain])
+def test_turning_fakes_no_acceleration(prepare):
+    """Straight on in the map while turning: as fast as without a turn, then no acceleration."""
+    made = prepare(base())
+
+    def straight_on(b):
+        ahead = Twist2(1.5, 0.0).rotated(-b.pose.yaw - 0.5e-3 * b.twist.wz)
+        return Twist2(ahead.vx, ahead.vy, 1.0)
+
+    found = accelerations(made, straight_on, 4.0)
+    assert made.pose.x == pytest.approx(0.5 * 1.5**2 + 1.5 * 2.5, abs=0.01)
+    assert abs(made.pose.y) < 0.01
+    assert max(found[1600:]) < 0.01
 
 
 @pytest.mark.requirement(2)
