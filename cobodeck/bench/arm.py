@@ -15,7 +15,7 @@ from time import perf_counter
 import numpy as np
 
 from behaviors.profile import load_profile
-from cobodeck.bench.arm_peers import IK_PEERS, found, ompl_plan
+from cobodeck.bench.arm_peers import IK_PEERS, found
 from cobodeck.bench.engine import times
 from cobodeck.bench.harness import ROUNDS, Case, Row, Work, measure, seconds_of
 from states.arm.collision import Checker, CollisionModel, Surroundings
@@ -23,7 +23,17 @@ from states.arm.inverse import inverse
 from states.arm.kernels import Array
 from states.arm.kinematics import Chain, deviation, forward, inverted
 from states.arm.model import Manipulator, load_manipulator
-from states.arm.planning import NoPlan, Plan, Query, goals_at, plan, warm_up
+from states.arm.planning import (
+    NoPlan,
+    Plan,
+    Planner,
+    Query,
+    goals_at,
+    lines_first,
+    plan,
+    planner,
+    warm_up,
+)
 from states.arm.reach import ANGLES
 from states.arm.trajectory import ArmLimits
 
@@ -31,7 +41,6 @@ NAME = "arm"
 POSES, PROBLEMS = 10_000, 500
 PEER_POSES = 50
 """Poses for packages that need milliseconds for each."""
-OMPL_PROBLEMS = 40
 SEED = 42
 SETS = ("anywhere", "wrist", "elbow", "shoulder")
 EXACT = 1e-9
@@ -175,42 +184,49 @@ class Outcome:
 
 def plan_rows(arm: Manipulator, profile: str, asked: list[Problem]) -> Iterator[Row]:
     """Planning and moving times, what is not solved, what touches and what comes out otherwise."""
-    outcomes = [_solved(arm, profile, problem) for problem in asked]
+    yield from _rows_of(arm, profile, asked, "cobodeck", lines_first)
+    if found(["ompl"]):
+        yield from _rows_of(arm, profile, asked, "ompl", planner("ompl"))
+
+
+def _rows_of(
+    arm: Manipulator, profile: str, asked: list[Problem], variant: str, solver: Planner
+) -> Iterator[Row]:
+    outcomes = [solved(arm, profile, problem, solver) for problem in asked]
     taken = [outcome.seconds for outcome in outcomes if outcome.reachable]
     for quantile in (0.5, 0.99):
         took = float(np.quantile(taken, quantile)) * 1e6
-        yield Row(NAME, f"plan {profile}", "cobodeck", "quantile", quantile, time_us=took)
-    yield from _figures(profile, outcomes)
+        yield Row(NAME, f"plan {profile}", variant, "quantile", quantile, time_us=took)
+    yield from _figures(profile, outcomes, variant, solver)
     moves = durations(outcomes)
-    yield Row(NAME, f"move {profile} mean", "cobodeck", time_us=float(np.mean(moves)) * 1e6)
+    yield Row(NAME, f"move {profile} mean", variant, time_us=float(np.mean(moves)) * 1e6)
     for quantile in (0.5, 0.95):
         took = float(np.quantile(moves, quantile)) * 1e6
-        yield Row(NAME, f"move {profile}", "cobodeck", "quantile", quantile, time_us=took)
-    if found({"ompl": None}):
-        yield from _ompl_rows(
-            profile, [each for each in outcomes if each.reachable][:OMPL_PROBLEMS]
-        )
+        yield Row(NAME, f"move {profile}", variant, "quantile", quantile, time_us=took)
 
 
-def _figures(profile: str, outcomes: list[Outcome]) -> Iterator[Row]:
+def _figures(profile: str, outcomes: list[Outcome], variant: str, solver: Planner) -> Iterator[Row]:
     figures: Mapping[str, tuple[float, str, str, float]] = {
         "unsolved": (100.0 * unsolved(outcomes), "% of reachable", "goals that touch nothing", 2.0),
         "touching": (touching(outcomes), "plans", f"looked at every {STEP} rad", 0.0),
-        "differing": (differing(outcomes[:100]), "plans of 100", "planned again", 0.0),
+        "differing": (differing(outcomes[:100], solver), "plans of 100", "planned again", 0.0),
     }
     for name, (error, unit, reference, goal) in figures.items():
         yield Row(
-            NAME, f"plan {profile} {name}", "cobodeck", "problems", len(outcomes),
+            NAME, f"plan {profile} {name}", variant, "problems", len(outcomes),
             error=round(error, 3), error_unit=unit, reference=reference, goal=goal,
         )  # fmt: skip
 
 
-def _solved(arm: Manipulator, profile: str, problem: Problem) -> Outcome:
+def solved(
+    arm: Manipulator, profile: str, problem: Problem, solver: Planner = lines_first
+) -> Outcome:
+    """One problem with the limits and the parked pose of a profile."""
     limits, start = _limits(arm, profile), _parked(arm, profile)
     chain, checker = Chain.of(arm), Checker.of(CollisionModel.of(arm), problem.around)
     begin = perf_counter()
     query = Query(chain, checker, limits, start, goals_at(chain, problem.deep, start))
-    answer = plan(query)
+    answer = plan(query, solver)
     return Outcome(query, answer, perf_counter() - begin)
 
 
@@ -221,7 +237,8 @@ def _limits(arm: Manipulator, profile: str) -> ArmLimits:
 
 
 def _parked(arm: Manipulator, profile: str) -> Array:
-    return np.array(arm.tool.parked_paper if profile == "paper" else arm.tool.parked)
+    own = load_profile(profile).robot.arm_parked
+    return np.array(arm.tool.parked if own is None else own)
 
 
 def durations(outcomes: list[Outcome]) -> list[float]:
@@ -246,11 +263,11 @@ def touching(outcomes: list[Outcome]) -> int:
     return count
 
 
-def differing(outcomes: list[Outcome]) -> int:
+def differing(outcomes: list[Outcome], solver: Planner = lines_first) -> int:
     """Plans that come out otherwise when asked for again, by a single bit."""
     count = 0
     for outcome in outcomes:
-        again, before = plan(outcome.query), outcome.answer
+        again, before = plan(outcome.query, solver), outcome.answer
         if isinstance(again, Plan) and isinstance(before, Plan):
             one, other = again.trajectory, before.trajectory
             same = np.array_equal(one.path.pieces, other.path.pieces)
@@ -258,19 +275,3 @@ def differing(outcomes: list[Outcome]) -> int:
         else:
             count += again != before
     return count
-
-
-def _ompl_rows(profile: str, outcomes: list[Outcome]) -> Iterator[Row]:
-    """RRTConnect of OMPL over the same checks, to all goals at once, shortened."""
-    taken, failed = [], 0
-    for outcome in outcomes:
-        begin = perf_counter()
-        failed += not ompl_plan(outcome.query)
-        taken.append(perf_counter() - begin)
-    for quantile in (0.5, 0.99):
-        took = float(np.quantile(taken, quantile)) * 1e6
-        yield Row(NAME, f"plan {profile}", "ompl", "quantile", quantile, time_us=took)
-    yield Row(
-        NAME, f"plan {profile} unsolved", "ompl", "problems", len(outcomes),
-        error=round(100.0 * failed / len(outcomes), 3), error_unit="% of reachable",
-    )  # fmt: skip

@@ -1,4 +1,4 @@
-"""The arm in other packages, where they are installed: inverse kinematics and OMPL's planner."""
+"""The arm's inverse kinematics in other packages, where they are installed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 
 from states.arm.kernels import Array
 from states.arm.kinematics import Chain
-from states.arm.planning import Query
 
 MODULES = {
     "ompl": "ompl",
@@ -19,9 +18,6 @@ MODULES = {
     "roboticstoolbox-python": "roboticstoolbox",
     "ikpy": "ikpy",
 }
-OMPL_TIME = 1.0
-OMPL_STEP = 0.02
-"""Longest step between two looks of OMPL, rad."""
 
 
 def found(names: Iterable[str]) -> list[str]:
@@ -85,43 +81,3 @@ IK_PEERS: dict[str, Callable[[Chain], Callable[[Array], Any]]] = {
     "ikpy": _ikpy,
 }
 """Makers of functions of base_from_flange (4, 4), for the arm of a chain."""
-
-
-def ompl_plan(query: Query) -> bool:
-    """Does OMPL's RRTConnect find a way within `OMPL_TIME`, shortened as it does by default?
-
-    It looks every `OMPL_STEP` through a Python callback, which is most of its time.
-    """
-    base, geometric = import_module("ompl.base"), import_module("ompl.geometric")
-    log = import_module("ompl.util")
-    log.setLogLevel(log.LOG_NONE)
-    space = base.RealVectorStateSpace(6)
-    bounds = base.RealVectorBounds(6)
-    for joint in range(6):
-        bounds.setLow(joint, float(query.chain.lower[joint]))
-        bounds.setHigh(joint, float(query.chain.upper[joint]))
-    space.setBounds(bounds)
-    setup = geometric.SimpleSetup(space)
-    setup.setStateValidityChecker(
-        lambda state: bool(query.checker.free(np.array([state[i] for i in range(6)]))[0])
-    )
-    setup.getSpaceInformation().setStateValidityCheckingResolution(
-        OMPL_STEP / space.getMaximumExtent()
-    )
-    setup.setStartState(_state(space, query.start))
-    goals = base.GoalStates(setup.getSpaceInformation())
-    for goal in query.goals[query.checker.free(query.goals)]:
-        goals.addState(_state(space, goal))
-    setup.setGoal(goals)
-    setup.setPlanner(geometric.RRTConnect(setup.getSpaceInformation()))
-    solved = bool(setup.solve(OMPL_TIME)) and bool(setup.haveExactSolutionPath())
-    if solved:
-        setup.simplifySolution()
-    return solved
-
-
-def _state(space: Any, joints: Array) -> Any:
-    state = space.allocState()
-    for i, value in enumerate(joints):
-        state[i] = float(value)
-    return state

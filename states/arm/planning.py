@@ -1,7 +1,8 @@
 """A free way for the arm to any of several joint goals, fast and the same every time (R43).
 
 `lines_first` tries the straight joint lines to all goals, quickest first: nine in ten moves between
-parked and presented need no more. What is left goes to `rrt_connect`. Planners are generators: they
+parked and presented need no more. What is left goes to `rrt_connect`; `ompl` does the same with
+another library's trees. Planners are generators: they
 yield after every slice of work, so that a control loop keeps its period, and return a `Plan` or a
 `NoPlan` that says why. Work is counted in joint sets examined for collision, never in time.
 """
@@ -10,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -70,6 +72,10 @@ class NoPlan:
 
 Planning = Generator[None, None, Plan | NoPlan]
 Planner = Callable[[Query], Planning]
+Connecting = Callable[
+    [Checker, Chain, Array, Array, np.random.Generator, int, int],
+    Generator[None, None, tuple[Array | None, int]],
+]
 
 
 def lines_first(query: Query) -> Planning:
@@ -101,17 +107,34 @@ def rrt_connect(query: Query) -> Planning:
     return (yield from _grown(query, order, looks))
 
 
-PLANNERS: Mapping[str, Planner] = {"lines_first": lines_first, "rrt_connect": rrt_connect}
+def ompl(query: Query) -> Planning:
+    """Like `rrt_connect`, with the trees of OMPL; for comparison, and where it is wanted."""
+    from states.arm.ompl_connect import connect as ompl_connect
+
+    checked = _checked(query)
+    if isinstance(checked, NoPlan):
+        return checked
+    query, order, looks = checked
+    return (yield from _grown(query, order, looks, ompl_connect))
+
+
+PLANNERS: Mapping[str, Planner] = {
+    "lines_first": lines_first,
+    "rrt_connect": rrt_connect,
+    "ompl": ompl,
+}
 
 
 def planner(name: str) -> Planner:
     """A planner by name.
 
     Raises:
-        ValueError: naming those there are.
+        ValueError: naming those there are, or what is to be installed.
     """
     if name not in PLANNERS:
         raise ValueError(f"no arm planner '{name}'; known: {', '.join(PLANNERS)}")
+    if name == "ompl" and find_spec("ompl") is None:
+        raise ValueError("arm planner 'ompl' needs the package ompl: pip install 'cobodeck[ompl]'")
     return PLANNERS[name]
 
 
@@ -161,9 +184,9 @@ def _contact(query: Query, goals: Array) -> str:
     return f"{first} with {second}"
 
 
-def _grown(query: Query, order: Integers, looks: int) -> Planning:
+def _grown(query: Query, order: Integers, looks: int, connecting: Connecting = connect) -> Planning:
     rng = np.random.default_rng(query.seed)
-    found, used = yield from connect(
+    found, used = yield from connecting(
         query.checker, query.chain, query.start, query.goals[order], rng, query.budget - looks,
         query.slice,
     )  # fmt: skip

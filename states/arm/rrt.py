@@ -71,9 +71,7 @@ def connect(
     Yields about every `portion` joint sets examined; their number comes second.
     """
     trees = Tree(start[None]), Tree(goals)
-    every = np.concatenate([start[None], goals])
-    low = np.maximum(every.min(axis=0) - SURROUND, chain.lower)
-    high = np.minimum(every.max(axis=0) + SURROUND, chain.upper)
+    low, high = drawing_box(chain, start, goals)
     looks, due, forward = 0, portion, True
     while looks < budget:
         one, other = trees if forward else trees[::-1]
@@ -91,6 +89,13 @@ def connect(
             due = looks + portion
             yield
     return None, looks
+
+
+def drawing_box(chain: Chain, start: Array, goals: Array) -> tuple[Array, Array]:
+    """Lowest and highest joints to draw from."""
+    every = np.concatenate([start[None], goals])
+    low = np.maximum(every.min(axis=0) - SURROUND, chain.lower)
+    return low, np.minimum(every.max(axis=0) + SURROUND, chain.upper)
 
 
 def shortened(

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -20,11 +19,11 @@ from cobodeck.bench.arm import (
     touching,
     unsolved,
 )
-from cobodeck.bench.arm_peers import IK_PEERS, MODULES, found, ompl_plan
-from states.arm.collision import Checker, CollisionModel, Surroundings
+from cobodeck.bench.arm_peers import IK_PEERS, found
+from states.arm.collision import Checker, Surroundings
 from states.arm.kinematics import Chain, forward, inverted
 from states.arm.model import load_manipulator
-from states.arm.planning import NoPlan, Plan, Query, goals_at, plan
+from states.arm.planning import NoPlan, Plan
 
 FEW = 6
 
@@ -41,7 +40,7 @@ def chain(arm):
 
 @pytest.fixture(scope="module")
 def outcomes(arm):
-    return [bench._solved(arm, "tuned", problem) for problem in problems(FEW)]
+    return [bench.solved(arm, "tuned", problem) for problem in problems(FEW)]
 
 
 def test_problems_are_within_their_bounds_and_the_same_every_time():
@@ -99,7 +98,7 @@ def test_rows_of_kinematics_and_plans_have_times_and_errors(arm):
 
 @pytest.mark.requirement(45, 142)
 def test_moves_of_the_paper_take_longer_than_tuned_ones(arm, outcomes):
-    paper = [bench._solved(arm, "paper", problem) for problem in problems(FEW)]
+    paper = [bench.solved(arm, "paper", problem) for problem in problems(FEW)]
     assert np.mean(durations(paper)) > 1.5 * np.mean(durations(outcomes))
 
 
@@ -145,15 +144,18 @@ def test_a_peer_solves_the_same_arm(chain, name):
     assert np.abs(reached - wanted).max(axis=(1, 2)).min() < 1e-3
 
 
-@pytest.mark.skipif(find_spec(MODULES["ompl"]) is None, reason="ompl is not installed")
-def test_ompl_is_asked_for_the_same_ways(arm, chain):
-    start = np.array(arm.tool.parked)
-    checker = Checker.of(CollisionModel.of(arm), Surroundings.empty())
-    deep = forward(chain, [0.3, -1.0, 1.0, -0.5, 1.2, 0.3])
-    limits = bench._limits(arm, "tuned")
-    query = Query(chain, checker, limits, start, goals_at(chain, deep, start))
-    assert isinstance(plan(query), Plan)
-    assert ompl_plan(query)
+@pytest.mark.parametrize(("profile", "own"), [("tuned", "parked"), ("paper", "parked_paper")])
+def test_plans_start_where_the_profile_parks_the_arm(arm, profile, own):
+    (problem,) = problems(1)
+    assert bench.solved(arm, profile, problem).query.start.tolist() == list(getattr(arm.tool, own))
+
+
+@pytest.mark.skipif(not found(["ompl"]), reason="needs the extra 'ompl'")
+def test_ompl_is_asked_for_the_same_ways(arm):
+    rows = list(plan_rows(arm, "tuned", problems(FEW)))
+    names = {row.name for row in rows if row.variant == "cobodeck"}
+    assert {row.name for row in rows if row.variant == "ompl"} == names
+    assert not any(row.error for row in rows if row.variant == "ompl" and row.goal is not None)
 
 
 def test_the_committed_result_keeps_the_goals_of_errors_and_times():

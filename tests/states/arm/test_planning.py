@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -253,9 +254,37 @@ def test_a_deep_just_out_of_reach_is_served_within_the_tolerance_only(chain, arm
 
 def test_planners_go_by_name():
     assert planner("lines_first") is lines_first
-    assert set(PLANNERS) == {"lines_first", "rrt_connect"}
-    with pytest.raises(ValueError, match="no arm planner 'ompl'; known: lines_first, rrt_connect"):
+    assert set(PLANNERS) == {"lines_first", "rrt_connect", "ompl"}
+    with pytest.raises(ValueError, match="no arm planner 'chomp'; known: lines_first, rrt_connect"):
+        planner("chomp")
+
+
+@pytest.mark.skipif(find_spec("ompl") is not None, reason="ompl is installed")
+def test_a_planner_that_is_not_installed_says_what_to_install():
+    with pytest.raises(ValueError, match=r"pip install 'cobodeck\[ompl\]'"):
         planner("ompl")
+
+
+@pytest.mark.requirement(43)
+@pytest.mark.skipif(find_spec("ompl") is None, reason="needs the extra 'ompl'")
+def test_ompl_finds_free_ways_too_and_the_same_ones_again(paper_answers):
+    for query, answer in [*paper_answers[:20], *curved(paper_answers)[:10]]:
+        found, again = plan(query, planner("ompl")), plan(query, planner("ompl"))
+        assert isinstance(found, Plan) == isinstance(answer, Plan)
+        if isinstance(found, Plan):
+            assert first_contact(query.checker, found.trajectory.path) is None
+            assert np.array_equal(found.trajectory.path.pieces, again.trajectory.path.pieces)
+            assert found.looks == again.looks
+
+
+@pytest.mark.requirement(43)
+@pytest.mark.skipif(find_spec("ompl") is None, reason="needs the extra 'ompl'")
+def test_ompl_works_in_slices_and_gives_up_when_the_budget_is_used_up(paper_answers):
+    query, _ = max(curved(paper_answers), key=lambda pair: pair[1].looks)
+    assert sum(1 for _ in planner("ompl")(replace(query, slice=100))) > 3
+    short = plan(replace(query, budget=30), planner("ompl"))
+    assert isinstance(short, NoPlan)
+    assert short.reason == "no free way found in 30 looks"
 
 
 AFTER_WARM_UP = """

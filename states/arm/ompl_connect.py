@@ -1,0 +1,113 @@
+"""RRT-Connect of OMPL in place of our own; needs the extra `ompl`.
+
+OMPL draws and grows; every joint set and every line is looked at by our own checker, so that a way
+it calls free is as free as ours. Its random numbers start anew from the query's seed each time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from states.arm.collision import Checker
+from states.arm.kernels import Array
+from states.arm.kinematics import Chain
+from states.arm.rrt import STEP, drawing_box
+
+
+def connect(
+    checker: Checker,
+    chain: Chain,
+    start: Array,
+    goals: Array,
+    rng: np.random.Generator,
+    budget: int,
+    portion: int,
+) -> Generator[None, None, tuple[Array | None, int]]:
+    """As `states.arm.rrt.connect`, by OMPL.
+
+    Raises:
+        ModuleNotFoundError: ompl is not installed.
+    """
+    base, util = import_module("ompl.base"), import_module("ompl.util")
+    util.setLogLevel(util.LOG_NONE)
+    util.RNG.setSeed(int(rng.integers(1, 2**31)))
+    counter = _Counter(checker)
+    problem, planner = _problem(base, counter, drawing_box(chain, start, goals), start, goals)
+    while not problem.hasExactSolution():
+        if counter.looks >= budget:
+            return None, counter.looks
+        counter.due = min(budget, counter.looks + portion)
+        planner.solve(base.PlannerTerminationCondition(counter.is_due))
+        yield
+    states = problem.getSolutionPath().getStates()
+    return np.array([_joints(state) for state in states]), counter.looks
+
+
+class _Counter:
+    """Looks by our checker, counted."""
+
+    def __init__(self, checker: Checker) -> None:
+        self.checker = checker
+        self.looks = self.due = 0
+
+    def is_due(self) -> bool:
+        return self.looks >= self.due
+
+    def is_free(self, state: Any) -> bool:
+        self.looks += 1
+        return bool(self.checker.free(_joints(state))[0])
+
+    def is_line_free(self, begin: Any, end: Any) -> bool:
+        a, b = _joints(begin), _joints(end)
+        share, used = self.checker.way(np.array([a, b - a, np.zeros(6)]), 1.0)
+        self.looks += used
+        return share >= 1.0
+
+
+def _problem(
+    base: Any, counter: _Counter, box: tuple[Array, Array], start: Array, goals: Array
+) -> tuple[Any, Any]:
+    """OMPL's problem definition, and a planner that is set up for it."""
+    space = base.RealVectorStateSpace(6)
+    bounds = base.RealVectorBounds(6)
+    for i, (low, high) in enumerate(zip(*box, strict=True)):
+        bounds.setLow(i, float(low))
+        bounds.setHigh(i, float(high))
+    space.setBounds(bounds)
+    about = base.SpaceInformation(space)
+    about.setStateValidityChecker(counter.is_free)
+    about.setMotionValidator(_motion_validator(base, about, counter))
+    about.setup()
+    problem, ends = base.ProblemDefinition(about), base.GoalStates(about)
+    problem.addStartState(_state(space, start))
+    for goal in goals:
+        ends.addState(_state(space, goal))
+    problem.setGoal(ends)
+    planner = import_module("ompl.geometric").RRTConnect(about)
+    planner.setRange(STEP)
+    planner.setProblemDefinition(problem)
+    planner.setup()
+    return problem, planner
+
+
+def _motion_validator(base: Any, about: Any, counter: _Counter) -> Any:
+    class Lines(base.MotionValidator):  # type: ignore[misc]
+        def checkMotion(self, begin: Any, end: Any) -> bool:
+            return counter.is_line_free(begin, end)
+
+    return Lines(about)
+
+
+def _state(space: Any, joints: Array) -> Any:
+    state = space.allocState()
+    for i, value in enumerate(joints):
+        state[i] = float(value)
+    return state
+
+
+def _joints(state: Any) -> Array:
+    return np.array([state[i] for i in range(6)])
