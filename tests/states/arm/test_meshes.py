@@ -50,11 +50,20 @@ class Meshes:
             for box in arm.body
         ]
 
-    def gap(self, q, cylinders=()) -> float:
-        """The least distance of links that are not neighbours, prop, boxes and what stands around.
+    def gap(self, q) -> float:
+        """The least distance of links that are not neighbours, prop and boxes; 0 for a touch."""
+        return min(self._distance(*one, *other) for one, other in self._pairs(q, ()))
 
-        0 for a touch; cylinders are x, y, radius, bottom, top.
-        """
+    def touches(self, q, cylinders) -> bool:
+        """Does anything touch, what stands around counted? Cylinders: x, y, radius, bottom, top."""
+        request = coal.CollisionRequest()
+        return any(
+            coal.collide(*one, *other, request, coal.CollisionResult())
+            for one, other in self._pairs(q, cylinders)
+        )
+
+    def _pairs(self, q, cylinders):
+        """Solids with their places, two by two."""
         pinocchio.forwardKinematics(self.model, self.data, np.asarray(q, float))
         poses = [pinocchio.SE3.Identity(), *(self.data.oMi[i] for i in range(1, 7))]
         links = [coal.Transform3s(p.rotation, p.translation + MOUNT) for p in poses]
@@ -67,15 +76,15 @@ class Meshes:
             for solid, ahead in self.prop
         ]
         things = [*zip(self.links, links, range(7), strict=True), *prop]
-        found = [self._distance(*a[:2], *b[:2]) for a in things for b in things if b[2] - a[2] > 1]
+        for one in things:
+            yield from ((one[:2], other[:2]) for other in things if other[2] - one[2] > 1)
         around = [
             (coal.Cylinder(radius, top - low), np.array([x, y, (low + top) / 2]))
             for x, y, radius, low, top in cylinders
         ]
         for solid, centre in [*self.boxes, *around]:
             stands = coal.Transform3s(np.eye(3), centre)
-            found += [self._distance(*a[:2], solid, stands) for a in things if a[2] >= 2]
-        return min(found)
+            yield from ((thing[:2], (solid, stands)) for thing in things if thing[2] >= 2)
 
     @staticmethod
     def _distance(a, place_a, b, place_b) -> float:
@@ -142,6 +151,15 @@ def test_what_we_write_stands_as_pinocchio_says(arm, chain, sets):
         assert np.abs(forward(chain, q) - tip).max() <= 1e-12
 
 
+@pytest.mark.requirement(43)
+def test_meshes_that_go_through_something_are_noticed(meshes, arm, chain):
+    q = np.array(arm.tool.parked)
+    x, y, z = forward(chain, q)[:3, 3]
+    assert not meshes.touches(q, [])
+    assert meshes.touches(q, [(x, y, 0.1, 0.0, z)])
+    assert meshes.touches([0, -1.57, 3.1, 0, 0, 0], [])
+
+
 @pytest.mark.requirement(43, 143)
 @pytest.mark.parametrize("count", [8, pytest.param(500, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("parked", "limits"), [("parked", (5.0, 1.0)), ("parked_paper", (1.0,))])
@@ -156,5 +174,5 @@ def test_no_plan_makes_the_meshes_touch(meshes, arm, chain, problems, count, par
             solved += 1
             path = answer.trajectory.path
             q, _, _ = path.at(np.append(np.arange(0.0, path.length, 0.01), path.length))
-            assert min(meshes.gap(row, problem.around.cylinders) for row in q) > 0.0
+            assert not any(meshes.touches(row, problem.around.cylinders) for row in q)
     assert solved > 0.7 * count
