@@ -21,6 +21,7 @@ import numpy as np
 import shapely
 from scipy import ndimage, sparse
 
+from cobodeck.bench import decisions
 from cobodeck.bench.engine import times
 from cobodeck.bench.harness import ROUNDS, Row, Work, seconds_of
 from cobodeck.console import complain
@@ -86,6 +87,7 @@ def rows(rounds: int = ROUNDS) -> Iterator[Row]:
     teb_planner.warm_up()
     for trial in TRIALS:
         yield from drive_rows(trial, rounds)
+    yield from decisions.rows(rounds)
 
 
 def floors() -> Iterator[Floor]:

@@ -130,9 +130,10 @@ def test_the_real_maps_are_measured_where_they_are():
     assert names == [*navigation.ROOMS, *navigation.MAPS]
 
 
-def test_the_committed_ways_and_drives_of_profile_keep_their_goals():
+def test_the_committed_ways_drives_and_decisions_keep_their_goals():
     rows = json.loads(Path(navigation.__file__).with_name("navigation.json").read_text())["rows"]
     kept = [row for row in rows if row["goal"] is not None and row["variant"] != "teb"]
-    assert {row["variant"] for row in kept} == {"exact", "theta_star", "profile"}
+    variants = {"exact", "theta_star", "profile", "paper", "tuned"}
+    assert {row["variant"] for row in kept} == variants
     for row in kept:
         assert row["error"] <= row["goal"], row

@@ -1,0 +1,153 @@
+"""How long one decision takes: from a sample of the user to a place, and for Escape the command.
+
+Measured are the states themselves, in random situations of a room: the poses or cells of the
+space, the choice among them, and in Escape the first command (R40, R105, R109).
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from behaviors import chase, dodge, escape, haptic
+from behaviors.chase_space import grid
+from behaviors.profile import load_profile, profile_names
+from behaviors.situation import Situation
+from cobodeck.bench.engine import times
+from cobodeck.bench.harness import ROUNDS, Row, Work, seconds_of
+from engine.state import Action
+from hw.geometry import Pose2, Pose3, Twist2
+from hw.person import RADIUS
+from hw.robot import load_robot
+from hw.samples import UserPose
+from hw.scene import load_scene
+from states.site import Site
+
+NAME, SCENE = "navigation", "lab_a"
+SITUATIONS, SEED = 200, 5
+WALK = 1.0
+"""Speed at which the users of the situations walk up to the robot, m/s."""
+NEAR, FAR = 1.3, 2.5
+"""How far from the robot they are, m."""
+GOAL_MS = 5.0
+
+
+class _Base:
+    """Takes every command and does nothing."""
+
+    def drive(self, command: Twist2, source: str = "") -> None:
+        """Taken."""
+
+    def release(self, source: str = "") -> None:
+        """Taken."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Moment:
+    """What a state sees at one instant."""
+
+    values: Mapping[str, Any]
+
+    def value(self, name: str) -> Any:
+        return self.values[name]
+
+    def part(self, name: str) -> Any:  # noqa: ARG002  there is no other
+        return _Base()
+
+
+def rows(rounds: int = ROUNDS, count: int = SITUATIONS) -> Iterator[Row]:
+    """Median and 95th percentile of one decision of each behaviour, by profile."""
+    dodge.warm_up()
+    scene = load_scene(SCENE)
+    robot = load_robot(scene.robot)
+    for profile in map(load_profile, profile_names()):
+        site = profile.site(scene.room, robot)
+        found = situations(site, profile.settings, count)
+        for behaviour, decide in decisions(site, profile.settings).items():
+            for now in found[:3]:
+                decide(now)  # what is made at the first asking counts nowhere
+            taken = [_least(partial(decide, now), rounds) for now in found]
+            yield _row(behaviour, profile.name, taken)
+
+
+def _row(behaviour: str, profile: str, taken: Sequence[float]) -> Row:
+    late = float(np.percentile(taken, 95.0))
+    return Row(
+        NAME,
+        f"{behaviour} decision",
+        profile,
+        time_us=statistics.median(taken) * 1e6,
+        ratio=late * 1e3 / GOAL_MS,
+        ratio_to=f"{GOAL_MS:g} ms",
+        error=round(late * 1e3, 3),
+        error_unit="ms, 95th percentile",
+        goal=GOAL_MS if behaviour == "escape" else None,
+    )
+
+
+def _least(work: Callable[[], object], rounds: int) -> float:
+    one = Work(times(work))
+    return min(seconds_of(one, 1) for _ in range(min(rounds, 3)))
+
+
+def decisions(site: Site, settings: Any) -> dict[str, Callable[[Situation], Any]]:
+    """What each behaviour does between a sample and its decision."""
+    cells = grid(site, settings)
+
+    def for_chase(now: Situation) -> Any:
+        space = chase.space(site, settings, lambda: cells, now.user)
+        return _step(chase.ChooseChasePose(), now, {"chase.space": space})
+
+    def for_haptic(now: Situation) -> Any:
+        x, y = now.user.body.transform(settings.haptic.deep_ahead, 0.0)
+        deep = Pose3.from_yaw(x, y, settings.haptic.deep_height, now.user.body.yaw)
+        free = haptic.poses(site, settings, deep)
+        return _step(haptic.ChooseHapticPose(), now, {"haptic.poses": free}, deep=deep)
+
+    def for_escape(now: Situation) -> Any:
+        free = escape.poses(site, settings, now.user, now.pose)
+        return _step(escape.Flee(), now, {"escape.poses": free, "escape.safe": False})
+
+    return {"chase": for_chase, "haptic": for_haptic, "escape": for_escape}
+
+
+def _step(state: Action, now: Situation, more: Mapping[str, Any], **inputs: Any) -> Any:
+    """The first step of a state; its outcome, if that ends it."""
+    values = {
+        "site": now.site, "settings": now.settings, "base.pose": now.pose,
+        "base.twist": now.twist, "user.pose": now.user, "user.velocity": now.velocity, **more,
+    }  # fmt: skip
+    run = state.run(_Moment(values), **inputs)  # type: ignore[arg-type]
+    try:
+        next(run)
+    except StopIteration as end:
+        return end.value
+    run.close()
+    return None
+
+
+def situations(site: Site, settings: Any, count: int) -> list[Situation]:
+    """Robots at random free places, and users who walk up to them; the same every time."""
+    rng = np.random.default_rng(SEED)
+    low, high = np.min(site.room.outer, axis=0), np.max(site.room.outer, axis=0)
+    found: list[Situation] = []
+    while len(found) < count:
+        x, y = (float(value) for value in rng.uniform(low, high))
+        yaw, bearing = (float(value) for value in rng.uniform(-math.pi, math.pi, 2))
+        away = float(rng.uniform(NEAR, FAR))
+        body = Pose2(x + away * math.cos(bearing), y + away * math.sin(bearing), 0.0)
+        if not (site.planner("chase").is_free((x, y)) and site.room.is_free(body.x, body.y)):
+            continue
+        if site.room.clearance(body.x, body.y) < RADIUS:
+            continue
+        towards = math.atan2(y - body.y, x - body.x)
+        user = UserPose(Pose2(body.x, body.y, towards), towards)
+        velocity = Twist2(WALK * math.cos(towards), WALK * math.sin(towards))
+        found.append(Situation(site, settings, Pose2(x, y, yaw), Twist2(0.0), user, velocity))
+    return found
