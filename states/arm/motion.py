@@ -17,6 +17,7 @@ from hw.person import RADIUS
 from hw.robot import ArmModel, MotionLimits
 from hw.samples import Joints, TimedJoints
 from states.arm.collision import Checker, CollisionModel, Cylinder, Surroundings
+from states.arm.inverse import inverse_near
 from states.arm.kernels import Array
 from states.arm.kinematics import Chain
 from states.arm.model import Manipulator
@@ -81,6 +82,11 @@ class Workspace:
         """The way to map_from_deep; without goals if it is out of reach."""
         goals = goals_at(self.chain, rover_from_deep(look.base, deep), look.joints, ACCEPTED)
         return self._query(self.checker(look, deep), look, goals)
+
+    def missed(self, look: Look, deep: Pose3) -> float:
+        """How far from map_from_deep the prop stays at least, whatever is in the way, m."""
+        near = inverse_near(self.chain, rover_from_deep(look.base, deep))
+        return float(near.position_error.min())
 
     def parking(self, look: Look) -> Query:
         """The way to the parked joints."""

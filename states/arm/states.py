@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Literal
 
 from engine.state import NEVER_NS, Action, Context, On, Run, Until, Yielded
@@ -34,31 +35,40 @@ CORRECTIONS, DRIFTED = 3, 0.001
 LATE_S = 0.5
 """An arm that is not there so long after it should be does not get there."""
 
+Frame = Literal["map", "rover", "user"]
+Solver = Literal["lines_first", "rrt_connect", "ompl"]
+"""Planners of `states.arm.planning`; `ompl` needs the extra of that name."""
+
 Moving = Generator[Yielded, None, Literal["there", "no_solution", "blocked", "failed"]]
 
 
 class ParkArm(Action):
     """Fold the arm within the bumper's outline, so that the base may drive (R46, R87).
 
-    `failed`: there is no free way, or the arm did not get there.
+    `solver` names the planner. `failed`: there is no free way, or the arm did not get there.
     """
 
     outcomes = ("parked", "failed")
     reads = READS
     commands = ("arm",)
 
-    def __init__(self, tolerance: Angle = 0.01) -> None:
+    def __init__(self, tolerance: Angle = 0.01, solver: Solver = "lines_first") -> None:
         self.tolerance = tolerance
+        self.solver = _installed(solver)
 
     def run(self, ctx: Context) -> Run:
         if _is_at(ctx.value("arm.joints"), ctx.value("site").robot.arm.parked, self.tolerance):
             return "parked"
-        end = yield from _move(ctx, None, self.tolerance)
+        end = yield from _move(ctx, None, self.tolerance, self.solver)
         return "parked" if end == "there" else "failed"
 
 
 class ReachDeep(Action):
     """Bring the prop to the DEEP from where the base stands, whatever its error (R47, R80, R84).
+
+    The DEEP is given in `frame`: the map, the rover (base_link on the floor) or the user (their
+    body's pose on the floor); it is turned into the map once, when the state starts. `solver` names
+    the planner.
 
     `no_solution`: the DEEP is out of the arm's reach. `blocked`: something stands in every way
     there. `failed`: the arm did not get there.
@@ -68,11 +78,24 @@ class ReachDeep(Action):
     reads = READS
     commands = ("arm",)
 
-    def __init__(self, tolerance: Angle = 0.002) -> None:
+    def __init__(
+        self,
+        tolerance: Angle = 0.002,
+        frame: Frame = "map",
+        solver: Solver = "lines_first",
+    ) -> None:
         self.tolerance = tolerance
+        self.frame: Frame = frame
+        self.solver = _installed(solver)
 
     def run(self, ctx: Context, deep: Pose3) -> Run:
-        end = yield from _move(ctx, deep, self.tolerance)
+        look = yield from _at_rest(ctx)
+        if look is None:
+            return "failed"
+        placed = in_map(look, deep, self.frame)
+        if placed is None:
+            return "failed"
+        end = yield from _move(ctx, placed, self.tolerance, self.solver)
         return "reached" if end == "there" else end
 
 
@@ -87,7 +110,14 @@ class HoldProp(Action):
             yield Until(NEVER_NS)
 
 
-def _move(ctx: Context, deep: Pose3 | None, tolerance: float) -> Moving:
+def _installed(solver: Solver) -> Solver:
+    """The name of a planner that can be used here."""
+    if solver == "ompl" and find_spec("ompl") is None:
+        raise ValueError("solver 'ompl' needs the package ompl: pip install 'cobodeck[ompl]'")
+    return solver
+
+
+def _move(ctx: Context, deep: Pose3 | None, tolerance: float, solver: str) -> Moving:
     """Move to a DEEP, or fold; planned anew each time somebody steps into the way."""
     from states.arm.planning import NoPlan
 
@@ -97,9 +127,10 @@ def _move(ctx: Context, deep: Pose3 | None, tolerance: float) -> Moving:
         if look is None:
             return "failed"
         query = workspace.parking(look) if deep is None else workspace.reaching(look, deep)
-        if not len(query.goals):
+        if deep is not None and not len(query.goals):
+            yield f"the DEEP is {workspace.missed(look, deep):.3f} m out of reach"
             return "no_solution"
-        plan = yield from _planned(query)
+        plan = yield from _planned(query, solver)
         if isinstance(plan, NoPlan):
             yield plan.reason
             return "blocked"
@@ -137,11 +168,11 @@ def _look(ctx: Context) -> Look | None:
     return Look(base, None if user is None else user.body, arm.joints)
 
 
-def _planned(query: Query) -> Generator[Yielded, None, Plan | NoPlan]:
+def _planned(query: Query, solver: str) -> Generator[Yielded, None, Plan | NoPlan]:
     """The answer to a query, worked out in slices."""
-    from states.arm.planning import lines_first
+    from states.arm.planning import planner
 
-    work, slices = lines_first(query), 0
+    work, slices = planner(solver)(query), 0
     while True:
         try:
             next(work)
@@ -186,6 +217,14 @@ def _is_at(state: ArmState | None, joints: Joints, tolerance: float) -> bool:
         return False
     pairs = zip(state.joints, joints, strict=True)
     return all(abs(angle - wanted) <= tolerance for angle, wanted in pairs)
+
+
+def in_map(look: Look, deep: Pose3, frame: Frame) -> Pose3 | None:
+    """map_from_deep of a DEEP in one of the frames; None: nobody knows where the frame is (R84)."""
+    if frame == "map":
+        return deep
+    here = look.base if frame == "rover" else look.user
+    return None if here is None else Pose3.from_yaw(here.x, here.y, 0.0, here.yaw) @ deep
 
 
 def rover_from(map_from_rover: Pose2, map_from_deep: Pose3) -> Pose3:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+import re
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 import pytest
 
 from hw.geometry import Pose2, Pose3
+from hw.samples import UserPose
 from hw.sim.arm import SimArm
 from states.arm.kinematics import Chain, forward
 from states.arm.model import load_manipulator
-from states.arm.states import HoldProp, ParkArm, ReachDeep, rover_from
+from states.arm.states import Frame, HoldProp, ParkArm, ReachDeep, Solver, rover_from
 from states.site import Site
 
 HZ = 30
@@ -84,7 +87,52 @@ def test_the_prop_reaches_the_deep_wherever_the_base_stands_in_its_tolerance(
 def test_a_deep_out_of_reach_has_no_solution(site: Site, context: Any, take_step: Any) -> None:
     far = Pose3.from_yaw(9.0, 4.0, 1.5, 0.0)
 
-    assert take_step(Move(site, context, ReachDeep(), deep=far).run) == "no_solution"
+    run = Move(site, context, ReachDeep(), deep=far).run
+
+    told = re.fullmatch(r"the DEEP is (\d\.\d\d\d) m out of reach", next(run))
+    assert told is not None
+    assert 4.0 - 1.184 - 0.5 < float(told[1]) < 4.0  # stretched arm, wrist and prop
+    assert take_step(run) == "no_solution"
+
+
+@pytest.mark.requirement(84)
+@pytest.mark.parametrize("frame", ["map", "rover", "user"])
+def test_a_deep_may_be_given_in_any_frame_that_is_known(
+    site: Site, context: Any, take_step: Any, frame: Frame
+) -> None:
+    user, deep = Pose2(6.9, 5.0, BASE.yaw + math.pi), deep_at(site, 1.2)
+    origin = {"map": Pose2(0.0, 0.0), "rover": BASE, "user": user}[frame]
+    seen = Pose3.from_yaw(origin.x, origin.y, 0.0, origin.yaw).inverse() @ deep
+    move = Move(site, context, ReachDeep(frame=frame), deep=seen)
+    move.ctx.values["user.pose"] = UserPose(user, user.yaw)
+
+    assert move.until_end(take_step, 10) == "reached"
+
+    reached = forward(Chain.of(load_manipulator()), np.array(move.arm.state.joints))
+    wanted = rover_from(BASE, deep)
+    assert math.dist(reached[:3, 3], (wanted.x, wanted.y, wanted.z)) <= 0.005
+
+
+def test_a_deep_of_a_user_whom_nobody_sees_is_nowhere(
+    site: Site, context: Any, take_step: Any
+) -> None:
+    move = Move(site, context, ReachDeep(frame="user"), deep=Pose3(0.8, 0.0, 1.2))
+
+    assert take_step(move.run) == "failed"
+
+
+@pytest.mark.requirement(43)
+@pytest.mark.parametrize("solver", ["lines_first", "rrt_connect", "ompl"])
+def test_the_planner_goes_by_its_name(
+    site: Site, context: Any, take_step: Any, solver: Solver
+) -> None:
+    if solver == "ompl" and find_spec("ompl") is None:
+        with pytest.raises(ValueError, match="needs the package ompl"):
+            ReachDeep(solver=solver)
+        return
+    move = Move(site, context, ReachDeep(solver=solver), deep=deep_at(site, 1.2))
+
+    assert move.until_end(take_step, 10) == "reached"
 
 
 @pytest.mark.requirement(45, 71)
