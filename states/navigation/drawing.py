@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 
 from states.navigation.clearance import TOLERANCE, Array, is_clear
-from states.navigation.shortest import Scene
-from states.navigation.tangents import Integers, sweep_between
+from states.navigation.shortest import Scene, make_scene, shortest
+from states.navigation.tangents import Integers, User, World, sweep_between
 
 DRAWING_ERROR = 5e-4
 """How far a drawn arc of usual size may lie outside the true one, m."""
@@ -74,3 +74,15 @@ def draw(lines: Array, states: Integers, scene: Scene) -> Array:
         count += 1
     points[count, 0], points[count, 1] = lines[-1, 2], lines[-1, 3]
     return points[: count + 1]
+
+
+@njit(cache=True)
+def shortest_way(
+    world: World, user: User, start: tuple[float, float], goal: tuple[float, float]
+) -> tuple[float, Array]:
+    """Length of the shortest way (math.inf: there is none), and the way as `draw` gives it."""
+    scene = make_scene(world, user, start, goal)
+    length, lines, states = shortest(scene)
+    if not math.isfinite(length):
+        return length, np.empty((0, 3))
+    return length, draw(lines, states, scene)

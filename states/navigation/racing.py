@@ -71,9 +71,8 @@ def widened(line: Array, rest: int, turn: float, circle: Array) -> Array | None:
     """The line led round a circle (x, y, radius) to its point `rest`; None: no such way."""
     start, end = np.zeros(3), np.zeros(3)
     start[:2], end[:2] = line[0, :2], line[rest, :2]
-    first = tangent(start, 1.0, circle, turn)
-    second = tangent(circle, turn, end, 1.0)
-    if first is None or second is None:
+    first, second = np.empty(7), np.empty(7)
+    if not tangent(start, 1.0, circle, turn, first) or not tangent(circle, turn, end, 1.0, second):
         return None
     sweep = sweep_between(first[5], second[4], turn)
     if sweep > WIDEST_SWEEP:

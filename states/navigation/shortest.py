@@ -49,7 +49,10 @@ class Scene(NamedTuple):
 
 
 class Tree(NamedTuple):
-    """What the search knows of each tangent: may it be used, cost to its far end, from where."""
+    """What the search knows of each tangent: may it be used, cost to its far end, from where.
+
+    `lines` holds those that are no links of the world.
+    """
 
     status: NDArray[np.int8]
     cost: Array
@@ -109,124 +112,139 @@ def turn_is_free(disc: int, first: float, sweep: float, scene: Scene) -> bool:
 
 
 @njit(cache=True)
-def line_is_free(line: Array, source: int, target: int, scene: Scene) -> bool:
-    """May the robot go along a tangent from disc `source` to disc `target`?"""
-    world, user = scene.world, scene.user
+def passes_user(line: Array, user: User) -> bool:
+    """Does a tangent keep off the user, on the allowed side?"""
     px, py, qx, qy = line[0], line[1], line[2], line[3]
+    if not passes_disc(px, py, qx, qy, user.x, user.y, user.radius - TOLERANCE):
+        return False
+    return not line_crosses_ray(px, py, qx, qy, user)
+
+
+@njit(cache=True)
+def passes_walls(line: Array, source: int, target: int, scene: Scene) -> bool:
+    """Does a tangent from disc `source` to disc `target` keep off all walls?"""
     if not turn_is_free(source, line[4], 0.0, scene):
         return False
     if not turn_is_free(target, line[5], 0.0, scene):
         return False
-    if not passes_disc(px, py, qx, qy, user.x, user.y, user.radius - TOLERANCE):
-        return False
-    if line_crosses_ray(px, py, qx, qy, user):
-        return False
-    return sees(px, py, qx, qy, world.discs, world.sides, math.inf)
+    world = scene.world
+    return sees(line[0], line[1], line[2], line[3], world.discs, world.sides, math.inf)
 
 
 @njit(cache=True)
-def check_slot(slot: int, state: int, target: int, scene: Scene, tree: Tree) -> None:
-    """Find out once whether a tangent exists and is free."""
-    world, user = scene.world, scene.user
-    i, turn = state // 2, 2.0 * (state % 2) - 1.0
-    j, next_turn = target // 2, 2.0 * (target % 2) - 1.0
-    tree.status[slot] = _BLOCKED
-    if slot < len(world.links):
-        line = world.links[slot]
-        reach = user.radius - TOLERANCE
-        if not passes_disc(line[0], line[1], line[2], line[3], user.x, user.y, reach):
-            return
-        if line_crosses_ray(line[0], line[1], line[2], line[3], user):
-            return
-        tree.lines[slot] = line
-        tree.status[slot] = _OPEN
-        return
-    found = tangent(scene.discs[i], turn, scene.discs[j], next_turn)
-    if found is not None and line_is_free(found, i, j, scene):
-        tree.lines[slot] = found
-        tree.status[slot] = _OPEN
+def line_of(slot: int, scene: Scene, tree: Tree) -> Array:
+    """The tangent of a slot, as `tangents.tangent` gives it."""
+    links = scene.world.links
+    line: Array = links[slot] if slot < len(links) else tree.lines[slot - len(links)]
+    return line
 
 
 @njit(cache=True)
-def try_slot(
-    slot: int, target: int, origin: int, scene: Scene, tree: Tree, heap: list[tuple[float, int]]
+def try_slots(
+    begin: int,
+    end: int,
+    first_target: int,
+    origin: int,
+    scene: Scene,
+    tree: Tree,
+    heap: list[tuple[float, int]],
 ) -> None:
-    """Go on from the end of the tangent `origin` along the tangent `slot`, if that is better."""
+    """Go on from the end of the tangent `origin` along each of some slots, where that is better.
+
+    Links of the world lead to states of their own, other slots to `first_target` and so on. Whether
+    a tangent exists and keeps off the user is found out once. Walls are looked at when the search
+    comes to it, see `shortest`: most tangents of start and goal are never come to.
+    """
+    discs, user, links, link_to = scene.discs, scene.user, scene.world.links, scene.world.link_to
+    status, costs, lines = tree.status, tree.cost, tree.lines
     state = tree.state[origin]
-    if tree.status[slot] == _UNKNOWN:
-        check_slot(slot, state, target, scene, tree)
-    if tree.status[slot] == _BLOCKED:
-        return
     disc, turn = state // 2, 2.0 * (state % 2) - 1.0
-    arrival, departure = tree.lines[origin, 5], tree.lines[slot, 4]
-    sweep, first = 0.0, departure
-    if scene.discs[disc, 2] > 0.0:
-        sweep = sweep_between(arrival, departure, turn)
-        first = arrival if turn > 0.0 else departure
-    cost = tree.cost[origin] + scene.discs[disc, 2] * sweep + tree.lines[slot, 6]
-    if cost >= tree.cost[slot] or not turn_is_free(disc, first, sweep, scene):
-        return
-    tree.cost[slot], tree.parent[slot], tree.state[slot] = cost, origin, target
-    goal = scene.discs[-1]
-    rest = math.hypot(goal[0] - tree.lines[slot, 2], goal[1] - tree.lines[slot, 3])
-    heapq.heappush(heap, (cost + rest, slot))
+    radius, cost_so_far = discs[disc, 2], costs[origin]
+    arrival = line_of(origin, scene, tree)[5]
+    goal_x, goal_y = discs[-1, 0], discs[-1, 1]
+    for slot in range(begin, end):
+        is_link = slot < len(links)
+        target = link_to[slot] if is_link else first_target + slot - begin
+        line = links[slot] if is_link else lines[slot - len(links)]
+        if status[slot] == _UNKNOWN:
+            exists = is_link
+            if not is_link:
+                next_turn = 2.0 * (target % 2) - 1.0
+                exists = tangent(discs[disc], turn, discs[target // 2], next_turn, line)
+            status[slot] = _OPEN if exists and passes_user(line, user) else _BLOCKED
+        if status[slot] == _BLOCKED:
+            continue
+        sweep, first = 0.0, line[4]
+        if radius > 0.0:
+            sweep = sweep_between(arrival, line[4], turn)
+            first = arrival if turn > 0.0 else line[4]
+        cost = cost_so_far + radius * sweep + line[6]
+        if cost >= costs[slot]:
+            continue
+        if radius > 0.0 and not turn_is_free(disc, first, sweep, scene):
+            continue
+        costs[slot], tree.parent[slot], tree.state[slot] = cost, origin, target
+        rest = math.hypot(goal_x - line[2], goal_y - line[3])
+        heapq.heappush(heap, (cost + rest, slot))
 
 
 @njit(cache=True)
 def expand(origin: int, scene: Scene, tree: Tree, heap: list[tuple[float, int]]) -> None:
     """Try everything that can follow the tangent `origin`.
 
-    Slots: the links of the world, then for N discs: 4 N from each state to the user's two states,
-    2 N to the goal, 4 N from the user's states to each state, 2 N from the start.
+    Slots: the links of the world, then for N discs: 2 N to the goal, 2 N from the start and, only
+    where there is a user, 4 N from each state to the user's two and 4 N from these to each state.
     """
     links, discs = len(scene.world.links), len(scene.discs)
     user, start, goal = discs - 3, discs - 2, discs - 1
     state = tree.state[origin]
     disc = state // 2
-    try_slot(links + 4 * discs + state, 2 * goal, origin, scene, tree, heap)
+    to_goal = links + state
+    try_slots(to_goal, to_goal + 1, 2 * goal, origin, scene, tree, heap)
     if disc < user:
-        for slot in range(scene.world.link_at[state], scene.world.link_at[state + 1]):
-            try_slot(slot, scene.world.link_to[slot], origin, scene, tree, heap)
-    if disc != user and scene.user.radius > 0.0:
-        for turn in range(2):
-            try_slot(links + 2 * state + turn, 2 * user + turn, origin, scene, tree, heap)
-    if disc in (user, start):
-        base = links + 6 * discs + 2 * discs * (state % 2)
-        if disc == start:
-            base = links + 10 * discs
-        for target in range(2 * user):
-            try_slot(base + target, target, origin, scene, tree, heap)
+        link_at = scene.world.link_at
+        try_slots(link_at[state], link_at[state + 1], 0, origin, scene, tree, heap)
+    if disc == start:
+        away = links + 2 * discs
+        try_slots(away, away + 2 * user, 0, origin, scene, tree, heap)
+    if disc == user:
+        away = links + 8 * discs + 2 * discs * (state % 2)
+        try_slots(away, away + 2 * user, 0, origin, scene, tree, heap)
+    elif scene.user.radius > 0.0:
+        to_user = links + 4 * discs + 2 * state
+        try_slots(to_user, to_user + 2, 2 * user, origin, scene, tree, heap)
 
 
 @njit(cache=True)
-def trace(slot: int, tree: Tree) -> tuple[Array, Integers]:
+def trace(slot: int, scene: Scene, tree: Tree) -> tuple[Array, Integers]:
     """The tangents from the start to a slot, and the states they lead to."""
     count, walker = 0, slot
     while tree.parent[walker] >= 0:
         count, walker = count + 1, tree.parent[walker]
     lines, states = np.empty((count, 7)), np.empty(count, np.int64)
     for i in range(count):
-        lines[count - 1 - i], states[count - 1 - i] = tree.lines[slot], tree.state[slot]
+        lines[count - 1 - i], states[count - 1 - i] = line_of(slot, scene, tree), tree.state[slot]
         slot = tree.parent[slot]
     return lines, states
 
 
 @njit(cache=True)
 def shortest(scene: Scene) -> tuple[float, Array, Integers]:
-    """A* over the tangents.
+    """A* over the tangents; those that are not of the world are held against the walls when met.
 
     Returns:
         Length (math.inf: no way), the tangents in order (k, 7), and the state each leads to.
     """
     links, discs = len(scene.world.links), len(scene.discs)
-    size = links + 12 * discs + 1
-    root = size - 1
+    slots = 12 * discs if scene.user.radius > 0.0 else 4 * discs
+    root = links + slots
+    size = root + 1
     tree = Tree(
         np.zeros(size, np.int8),
         np.full(size, math.inf),
         np.full(size, -1, np.int64),
         np.zeros(size, np.int64),
-        np.zeros((size, 7)),
+        np.zeros((slots + 1, 7)),
     )
     tree.cost[root], tree.state[root] = 0.0, 2 * (discs - 2)
     closed = np.zeros(size, np.bool_)
@@ -236,7 +254,11 @@ def shortest(scene: Scene) -> tuple[float, Array, Integers]:
         if closed[slot]:
             continue
         closed[slot] = True
+        if links <= slot < root:
+            source, target = tree.state[tree.parent[slot]] // 2, tree.state[slot] // 2
+            if not passes_walls(line_of(slot, scene, tree), source, target, scene):
+                continue
         if tree.state[slot] == 2 * (discs - 1):
-            return tree.cost[slot], *trace(slot, tree)
+            return tree.cost[slot], *trace(slot, scene, tree)
         expand(slot, scene, tree, heap)
     return math.inf, np.empty((0, 7)), np.empty(0, np.int64)

@@ -55,21 +55,20 @@ class User(NamedTuple):
 
 
 @njit(cache=True)
-def tangent(first: Array, turn: float, second: Array, next_turn: float) -> Array | None:
+def tangent(first: Array, turn: float, second: Array, next_turn: float, line: Array) -> bool:
     """The line on which one goes from round one disc to round another; turns +1 is ccw, -1 cw.
 
-    Returns:
-        x, y of both ends, angles of both on their discs, length; None if one disc holds the other.
+    Writes x, y of both ends, angles of both on their discs, and the length into `line`; False if
+    one disc holds the other.
     """
     dx, dy = second[0] - first[0], second[1] - first[1]
     apart = math.hypot(dx, dy)
     across = next_turn * second[2] - turn * first[2]
     if apart < TOLERANCE or abs(across) > apart + 2.0 * TOLERANCE:
-        return None
+        return False
     along = math.sqrt(max(0.0, apart * apart - across * across))
     cosine, sine = along / apart, max(-1.0, min(1.0, across / apart))
     ux, uy = (dx * cosine + dy * sine) / apart, (dy * cosine - dx * sine) / apart
-    line = np.empty(7)
     line[0] = first[0] + turn * first[2] * uy
     line[1] = first[1] - turn * first[2] * ux
     line[2] = second[0] + next_turn * second[2] * uy
@@ -77,7 +76,7 @@ def tangent(first: Array, turn: float, second: Array, next_turn: float) -> Array
     line[4] = math.atan2(-turn * ux, turn * uy)
     line[5] = math.atan2(-next_turn * ux, next_turn * uy)
     line[6] = math.hypot(line[2] - line[0], line[3] - line[1])
-    return line
+    return True
 
 
 @njit(cache=True)
@@ -94,13 +93,13 @@ def link_world(corners: Array, discs: Array, sides: Array, arc_at: Integers, arc
     link_at = np.zeros(2 * count + 1, np.int64)
     link_to = np.empty(64, np.int64)
     links = np.empty((64, 7))
+    line = np.empty(7)
     size = 0
     for state in range(2 * count):
         i, turn = state // 2, 2.0 * (state % 2) - 1.0
         for target in range(2 * count):
             j, next_turn = target // 2, 2.0 * (target % 2) - 1.0
-            line = None if i == j else tangent(corners[i], turn, corners[j], next_turn)
-            if line is None:
+            if i == j or not tangent(corners[i], turn, corners[j], next_turn, line):
                 continue
             if not arc_is_free(line[4], 0.0, arcs[arc_at[i] : arc_at[i + 1]]):
                 continue

@@ -27,10 +27,9 @@ from states.navigation.clearance import (
     passes_disc,
     sees,
 )
-from states.navigation.drawing import draw
+from states.navigation.drawing import shortest_way
 from states.navigation.nearest import nearest_free, notches
 from states.navigation.path import Path
-from states.navigation.shortest import make_scene, shortest
 from states.navigation.tangents import User, World, line_crosses_ray, link_world
 
 Ring = Sequence[Point]
@@ -154,11 +153,10 @@ class ExactPlanner:
         return Path.of_points((start, goal))
 
     def _around(self, start: Point, goal: Point, user: User) -> Path | None:
-        scene = make_scene(self._world, user, start, goal)
-        length, lines, states = shortest(scene)
+        length, points = shortest_way(self._world, user, start, goal)
         if not math.isfinite(length):
             return None
-        x, y, radii = draw(lines, states, scene).T.tolist()
+        x, y, radii = points.T.tolist()
         return Path(tuple(zip(x, y, strict=True)), tuple(radii[:-1]), float(length))
 
 
