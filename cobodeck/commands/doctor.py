@@ -1,4 +1,8 @@
-"""Tell whether this machine is fit: versions, libraries, names that hide ours, Graphviz."""
+"""Tell whether this machine is fit: versions, libraries, names that hide ours, Graphviz.
+
+With --scene: whether a room is fit for its robot too, how far a user who faces a wall has to be
+from it, and where there is no Haptic pose. Exit code 1: something is bad.
+"""
 
 from __future__ import annotations
 
@@ -11,21 +15,26 @@ from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 
+from cobodeck.arguments import word
 from cobodeck.console import FAILED, OK, show, show_json, table
+from cobodeck.doctor import BAD, FIT, MISSING, room_checks
 
 PACKAGES = ("engine", "states", "behaviors", "hw", "cobodeck", "charts")
 ROOT = Path(__file__).parent.parent.parent
-FIT, MISSING, BAD = "ok", "missing", "bad"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    parser.add_argument("--scene", type=word, metavar="S", help="name or file of a room")
+    parser.add_argument("--profile", type=word, help="name or file; default tuned")
     parser.add_argument("--json", action="store_true", help="for programs")
 
 
 def run(args: argparse.Namespace) -> int:
     """Look at everything, advise on what is not fit."""
     found = list(checks())
+    if args.scene is not None:
+        found += room_checks(args.scene, args.profile)
     if args.json:
         keys = ("what", "state", "about")
         show_json([dict(zip(keys, check, strict=True)) for check in found])

@@ -1,7 +1,9 @@
 """The doctor tells what is missing, and which other packages hide ours."""
 
 import json
+import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -33,3 +35,66 @@ def test_a_library_for_some_machines_only_is_no_failure() -> None:
 
     assert "the rest works without it" in advice
     assert doctor._advice("numpy>=2.0", "") == "pip install 'numpy>=2.0'"
+
+
+def looked_at(
+    capsys: pytest.CaptureFixture[str], *arguments: str, code: int = OK
+) -> dict[str, Any]:
+    assert main(["doctor", *arguments, "--json"]) == code
+    found = json.loads(capsys.readouterr().out)
+    return {check["what"]: (check["state"], check["about"]) for check in found}
+
+
+@pytest.mark.requirement(126)
+@pytest.mark.parametrize(
+    ("profile", "needed"),
+    [("paper", 0.85 + 0.5 + 1.0 + 0.2), ("tuned", 0.85 + 0.5 + 1.0 + 0.05)],
+)
+def test_the_wall_distance_a_user_needs_is_told(
+    capsys: pytest.CaptureFixture[str], profile: str, needed: float
+) -> None:
+    state, about = looked_at(capsys, "--scene", "lab_a", "--profile", profile)["wall ahead"]
+
+    assert state == "ok"
+    assert f"needs {needed:.2f} m for the Haptic pose at 60 deg" in about
+
+
+@pytest.mark.requirement(126)
+def test_places_without_a_haptic_pose_are_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In a corridor 2.3 m wide the robot's centre has a strip of 0.3 m, along the middle."""
+    file = tmp_path / "corridor.yaml"
+    file.write_text(
+        "scene: corridor\nroom: {outer: [[0, 0], [12, 0], [12, 2.3], [0, 2.3]]}\n"
+        "robot: {start: {x: 6, y: 1.15}}\n"
+    )
+
+    found = looked_at(capsys, "--scene", str(file), code=FAILED)
+
+    state, about = found["room corridor"]
+    assert state == "bad"
+    assert "too small for all behaviours" in about
+    match = re.search(
+        r"none for ([\d.]+)% of user poses, at (\d+) of (\d+) places", found["haptic poses"][1]
+    )
+    assert match is not None
+    share, places, all_places = (float(number) for number in match.groups())
+    assert 30.0 < share < 100.0
+    assert places == all_places
+
+
+@pytest.mark.requirement(3)
+def test_both_radii_of_the_robot_are_told(capsys: pytest.CaptureFixture[str]) -> None:
+    _, about = looked_at(capsys, "--scene", "hall")["robot"]
+
+    assert "corners 0.725 m" in about  # half the diagonal of 1.13 x 0.91 m
+    assert "0.77 m kept" in about
+
+
+@pytest.mark.requirement(3)
+def test_what_the_acceleration_means_for_escape_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    _, about = looked_at(capsys, "--scene", "hall", "--profile", "paper")["escape"]
+
+    assert f"1.27 m aside takes {(2 * 1.27 / 0.5) ** 0.5:.2f} s" in about
+    assert f"{(2 * 1.27 / 3.0) ** 0.5:.2f} s at the robot's own 3 m/s2" in about

@@ -1,0 +1,118 @@
+"""Is a robot with the values of a profile fit for a room (R3, R124, R126)?"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from behaviors.profile import Profile
+    from hw.robot import RobotModel
+    from hw.scene import Scene
+    from states.navigation.space import Untouchable
+
+FIT, MISSING, BAD = "ok", "missing", "bad"
+SHOWN = 6
+"""So many places where a Haptic pose is missing are written out."""
+
+Check = tuple[str, str, str]
+
+
+def room_checks(scene_name: str, profile_name: str | None = None) -> Iterator[Check]:
+    """What was looked at, how it is, and what that means.
+
+    Raises:
+        FileError: the scene is wrong; ProfileError: the profile is.
+    """
+    from behaviors.profile import load_profile
+    from cobodeck.wiring import PROFILE
+    from hw.robot import load_robot
+    from hw.scene import load_scene
+
+    scene, profile = load_scene(scene_name), load_profile(profile_name or PROFILE)
+    robot = load_robot(scene.robot)
+    yield "robot", FIT, _outline(robot)
+    yield "escape", FIT, _getting_away(robot, profile)
+    yield from _room(scene, profile)
+
+
+def _outline(robot: RobotModel) -> str:
+    outline = robot.footprint
+    return (
+        f"{robot.name}: {outline.length:g} x {outline.width:g} m with its foam, corners "
+        f"{outline.half_diagonal:.3f} m from its centre, {outline.enclosing_radius:g} m kept"
+    )
+
+
+def _getting_away(robot: RobotModel, profile: Profile) -> str:
+    """From standstill so far that user and robot pass: the profile's limit, and the robot's own."""
+    away, own = profile.settings.escape.contact, robot.base.brake_deceleration
+    chosen = profile.robot.base_acceleration
+    slow, fast = (math.sqrt(2.0 * away / limit) for limit in (chosen, max(chosen, own)))
+    return (
+        f"{away:g} m aside takes {slow:.2f} s at {profile.name}'s {chosen:g} m/s2; "
+        f"it would be {fast:.2f} s at the robot's own {own:g} m/s2"
+    )
+
+
+def _room(scene: Scene, profile: Profile) -> Iterator[Check]:
+    from states.navigation.floor_plan import RoomFloor
+    from states.navigation.space import measure, shortcoming, without_haptic_pose
+
+    floor, kept = RoomFloor(scene.room), profile.navigation.haptic.inflation
+    lack = shortcoming(floor, kept)
+    yield f"room {scene.name}", BAD if lack else FIT, lack or "large enough for all behaviours"
+    space = measure(floor, kept)
+    yield "floor", FIT, f"{space.usable_m2:.1f} of {space.free_m2:.1f} m2 left at {kept:g} m"
+    yield "wall ahead", FIT, _facing_a_wall(profile)
+    found = without_haptic_pose(floor, haptic_places(profile), kept)
+    yield "haptic poses", FIT, _untouchable(found)
+
+
+def haptic_places(profile: Profile) -> list[tuple[float, float]]:
+    """The Haptic rover poses seen from the user, x ahead and y left, m."""
+    from behaviors.haptic import all_poses
+    from hw.geometry import Pose3
+
+    haptic = profile.settings.haptic
+    deep = Pose3.from_yaw(haptic.deep_ahead, 0.0, haptic.deep_height, 0.0)
+    return [(pose.x, pose.y) for pose in all_poses(haptic, deep)]
+
+
+def wall_ahead(profile: Profile) -> dict[int, float]:
+    """How far from a user a wall ahead must be, with the drive's tolerance, by angle, m (R126)."""
+    from states.navigation.space import room_ahead
+
+    drive, angles = profile.navigation.haptic, profile.settings.haptic.angles
+    return {
+        round(math.degrees(abs(angle))): room_ahead(place, drive.inflation, drive.tolerance)
+        for angle, place in zip(angles, haptic_places(profile), strict=True)
+    }
+
+
+def _facing_a_wall(profile: Profile) -> str:
+    haptic, drive = profile.settings.haptic, profile.navigation.haptic
+    distances = wall_ahead(profile)
+    ahead = max((angle for angle in distances if angle < 90), default=max(distances))
+    beyond = haptic.radius * math.cos(math.radians(ahead))
+    parts = (haptic.deep_ahead, beyond, drive.inflation, drive.tolerance)
+    told = " + ".join(f"{part:.2f}" for part in parts)
+    others = ", ".join(f"{m:.2f} m at {a} deg" for a, m in distances.items() if a != ahead)
+    return (
+        f"a user who faces it needs {distances[ahead]:.2f} m for the Haptic pose at {ahead} deg "
+        f"({told}); {others}"
+    )
+
+
+def _untouchable(found: Untouchable) -> str:
+    if found.overall is None:
+        return "nowhere can a user stand"
+    shares = found.share.tolist()
+    places = sorted(zip(shares, found.x.tolist(), found.y.tolist(), strict=True), reverse=True)
+    without = [place for place in places if place[0] > 0.0]
+    told = f"none for {found.overall:.1%} of user poses, at {len(without)} of {len(places)} places"
+    if not without:
+        return told
+    listed = ", ".join(f"({x:.2f}, {y:.2f}) in {share:.0%}" for share, x, y in without[:SHOWN])
+    return f"{told}; a request there ends with `failed`. Most directions: {listed}"
