@@ -23,6 +23,7 @@ from engine.run import Run
 from engine.signals import Board, Signal, declare
 from hw.interfaces import Part, Parts
 from hw.robot import RobotModel, load_robot
+from hw.samples import is_finite
 from hw.scene import Scene, load_scene
 from states.navigation.wheels import Wheels
 from states.site import Site
@@ -127,12 +128,12 @@ class Wired:
     wheels: Wheels | None = None
 
     def deliver(self, now_ns: int) -> None:
-        """Hand the samples that have arrived to the run."""
+        """Hand the samples that have arrived to the run; those with NaN have not arrived."""
         board = self.board
         slots, inbox = board.slots, board.inbox
         for part in self.sources:
             for name, stamp, value in part.samples(now_ns):
-                if name in slots:
+                if name in slots and is_finite(value):
                     inbox.append((name, value, stamp))
                 if name == "stop.engaged" and self.wheels is not None:
                     self.wheels.lock(value is not None, now_ns)

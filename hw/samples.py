@@ -21,10 +21,12 @@ What comes on change also comes once at the start.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from hw.geometry import Pose2, Pose3
+from hw.geometry import Pose2, Pose3, Twist2
 
 Joints = tuple[float, ...]
 TimedJoints = tuple[float, Joints]
@@ -102,3 +104,26 @@ class ImuReading:
 
     rates: tuple[float, float, float]
     accelerations: tuple[float, float, float]
+
+
+def is_finite(value: object) -> bool:
+    """Can this value be meant? A pose or velocity with NaN or infinity is no measurement.
+
+    Comparisons with NaN are false, so that it would be taken for a user out of danger.
+    """
+    total = _SUMS.get(type(value))
+    return total is None or math.isfinite(total(value))
+
+
+def _sum_of_user(pose: UserPose) -> float:
+    body = pose.body
+    return body.x + body.y + body.yaw + pose.head_yaw
+
+
+_SUMS: dict[type, Callable[[Any], float]] = {
+    UserPose: _sum_of_user,
+    Pose2: lambda pose: pose.x + pose.y + pose.yaw,
+    Twist2: lambda twist: twist.vx + twist.vy + twist.wz,
+    Pose3: lambda p: p.x + p.y + p.z + p.qx + p.qy + p.qz + p.qw,
+    ArmState: lambda arm: sum(arm.joints) + sum(arm.velocities),
+}
