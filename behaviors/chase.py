@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 TRIES = 30
 """So many of the best free cells are asked for a way before there is none."""
+AT_A_TIME = 256
+"""So many cells are looked at in one go."""
 THINK_S = 0.2
 """How often a place is chosen anew while making room, s."""
 SLACK = 0.2
@@ -45,13 +47,14 @@ class ChaseSpace:
     cells: Cells = field(repr=False)
     are_free: Callable[[Array], NDArray[np.bool_]] = field(repr=False)
 
-    def free(self) -> Sequence[Cell]:
+    def free(self) -> Iterator[Cell]:
         """x, y in the map and weight of the free cells, best first (R100)."""
         from behaviors.chase_space import placed
 
-        cells = placed(self.cells(), self.centre)
-        found: list[Cell] = cells[self.are_free(cells[:, :2].copy())].tolist()
-        return found
+        cells = self.cells()
+        for first in range(0, len(cells), AT_A_TIME):
+            some = placed(cells[first : first + AT_A_TIME], self.centre)
+            yield from some[self.are_free(some[:, :2].copy())].tolist()
 
 
 def space(site: Site, settings: Settings, cells: Cells, user: UserPose) -> ChaseSpace:
@@ -75,9 +78,9 @@ def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
     """
     planner, chase = now.site.planner("chase"), now.settings.chase
     disc, here = user_disc(now.user, now.site.navigation.chase), (now.pose.x, now.pose.y)
-    cells = space.free()
+    cells: Iterable[Cell] = space.free()
     if chase.pick == "sample":
-        cells = _sampled(cells, chase.seed, now.user)
+        cells = _sampled(list(cells), chase.seed, now.user)
     best, shortest, least = None, math.inf, -math.inf
     for tries, (x, y, weight) in enumerate(cells):
         if weight < least or (best is None and tries >= TRIES):

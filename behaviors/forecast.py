@@ -222,12 +222,15 @@ def _drives(
         x, y, vx, vy = state
         for step in range(STEPS):
             dx, dy = goals[i, 0] - x, goals[i, 1] - y
-            left = math.hypot(dx, dy)
+            left = math.sqrt(dx * dx + dy * dy)
             speed = min(max_speed, math.sqrt(2.0 * acceleration * left), left / STEP_S)
-            wx, wy = (speed * dx / left, speed * dy / left) if left > 1e-9 else (0.0, 0.0)
-            change = math.hypot(wx - vx, wy - vy)
-            share = min(1.0, acceleration * STEP_S / change) if change > 0.0 else 0.0
-            ax, ay = share * (wx - vx), share * (wy - vy)
+            pace = speed / left if left > 1e-9 else 0.0
+            wx, wy = pace * dx, pace * dy
+            ax, ay = wx - vx, wy - vy
+            change = math.sqrt(ax * ax + ay * ay)
+            if change > acceleration * STEP_S:
+                share = acceleration * STEP_S / change
+                ax, ay = share * ax, share * ay
             x, y = x + STEP_S * (vx + 0.5 * ax), y + STEP_S * (vy + 0.5 * ay)
             vx, vy = vx + ax, vy + ay
             ways[i, step, 0], ways[i, step, 1] = x, y

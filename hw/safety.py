@@ -94,6 +94,7 @@ class SafetyChain:
         self.stop_line: str | None = None
         self.holonomic = True
         self.records: deque[SafetyRecord] = deque(maxlen=KEPT)
+        self._half = limits.footprint.half_length, limits.footprint.half_width
         self._user = UserTrack()
         self._requested = False
         self._served_from: Pose2 | None = None
@@ -226,12 +227,10 @@ class SafetyChain:
         )
 
     def _nearness(self, pose: Pose2) -> Nearness:
-        footprint, user = self.limits.footprint, self._user
+        user = self._user
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
         dx, dy = user.x - pose.x, user.y - pose.y
-        return nearness(
-            footprint.half_length, footprint.half_width, c * dx + s * dy, c * dy - s * dx, RADIUS
-        )
+        return nearness(*self._half, c * dx + s * dy, c * dy - s * dx, RADIUS)
 
     def _touch_speed(self, gap: float, age: float) -> float:
         """The closing speed towards a user who has asked for a touch and stands still, m/s."""
@@ -264,8 +263,9 @@ class SafetyChain:
 
 
 def _is_finite(command: Twist2, pose: Pose2, twist: Twist2) -> bool:
-    return (
-        abs(command.vx) + abs(command.vy) + abs(command.wz)
-        + abs(pose.x) + abs(pose.y) + abs(pose.yaw)
-        + abs(twist.vx) + abs(twist.vy) + abs(twist.wz)
-    ) < _NOWHERE  # fmt: skip
+    length = math.hypot(
+        command.vx, command.vy, command.wz,
+        pose.x, pose.y, pose.yaw,
+        twist.vx, twist.vy, twist.wz,
+    )  # fmt: skip
+    return length < _NOWHERE
