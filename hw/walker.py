@@ -1,61 +1,15 @@
-"""People who walk straight and turn on the spot, and the one of them who follows a script."""
+"""A person who follows a script."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 
-from hw.geometry import Pose2, wrap
-from hw.person import RADIUS, Actor, Touch
+from hw.geometry import Pose2
+from hw.pedestrian import Pedestrian
+from hw.person import RADIUS, Touch
 from hw.room import Room
 from hw.script import Approach, Look, LoseTracking, Request, Script, ScriptError, Stand, Turn, Walk
-
-_NEAR = 1e-6
-
-
-class Pedestrian(Actor):
-    """Walks in straight lines; turns at turn_rate, rad/s.
-
-    Speed and turns set in and end at once, as those of the paper's simulated cylinder.
-    """
-
-    def __init__(self, room: Room, start: Pose2, turn_rate: float) -> None:
-        self._room, self._turn_rate = room, turn_rate
-        super().__init__(start)
-
-    def _turn(self, yaw: float) -> Iterator[bool]:
-        left = wrap(yaw - self._yaw)
-        rate = math.copysign(self._turn_rate, left)
-        while abs(left) > abs(rate) * self._budget * 1e-9:
-            part = rate * self._budget * 1e-9
-            self._yaw = wrap(self._yaw + part)
-            left -= part
-            self._budget = 0
-            yield True
-        self._budget -= round(left / rate * 1e9)
-        self._yaw = yaw
-
-    def _walk(self, step: Walk) -> Iterator[bool]:
-        x, y = self._x, self._y
-        dx, dy = step.x - x, step.y - y
-        length = math.hypot(dx, dy)
-        if not self._room.sees(x, y, step.x, step.y):
-            return  # led behind a wall by the robot, the person stays
-        if length > _NEAR:
-            yield from self._turn(math.atan2(dy, dx))
-            span = round(length / step.speed * 1e9)
-            gone = 0
-            while span - gone > self._budget:
-                gone += self._budget
-                self._budget = 0
-                share = gone / span
-                self._x, self._y = x + share * dx, y + share * dy
-                self._tempo = step.speed
-                yield True
-            self._budget -= span - gone
-            self._x, self._y = step.x, step.y
-        if step.yaw is not None:
-            yield from self._turn(step.yaw)
 
 
 class Walker(Pedestrian):

@@ -1,8 +1,8 @@
 """A person who wanders about by chance, and asks for touches where they happen to be.
 
 Everything is drawn from one stream of the person's own: same seed, same walk, whatever the robot
-does (only being shown the robot holds the walk up). The way of asking is the evaluation's (R131,
-R132), with other times.
+does, unless it is shown to them: then they may go round it, or give up where they wanted to go.
+The way of asking is the evaluation's (R131, R132): with other times, but the same 5 s after it.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ import random
 from collections.abc import Iterator
 
 from hw.geometry import Pose2
+from hw.pedestrian import Pedestrian
 from hw.person import RADIUS, Touch
 from hw.room import Point, Room
 from hw.script import ScriptError, Walk
-from hw.walker import Pedestrian
 
 NAME = "random"
 ABOUT = "Wanders about by chance, by --seed: places, headings, speeds, pauses, touches asked for."
@@ -60,8 +60,7 @@ class Wanderer(Pedestrian):
             for _ in range(self._chance.randint(*WALKS)):
                 yield from self._go_somewhere()
                 yield from self._stand(self._span(PAUSES_S))
-            hold, wait = self._span(HOLDS_S), self._span(PAUSES_S)
-            yield from self._ask(Touch(0, hold, wait))
+            yield from self._ask(Touch(0, self._span(HOLDS_S)))
             self._left = None if self._left is None else self._left - 1
 
     def _go_somewhere(self) -> Iterator[bool]:
