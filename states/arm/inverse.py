@@ -74,9 +74,11 @@ def inverse(chain: Chain, targets: ArrayLike) -> Solutions:
 
 
 def inverse_near(chain: Chain, targets: ArrayLike) -> NearSolutions:
-    """Like `inverse`, but a pose out of reach gives the nearest joints and what they miss.
+    """Like `inverse`, but a pose out of reach gives joints near it and what they miss.
 
-    The orientation is kept exactly (nominal chain), the position gives way. A branch that cannot
+    Each branch points its shoulder at the pose and stretches (or folds) as far as it can, which
+    misses by a few percent more than the least. The orientation is kept exactly (nominal chain),
+    the position gives way. A branch that cannot
     be had within the joints' limits misses by infinity.
     """
     poses = _poses(targets)

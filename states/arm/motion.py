@@ -84,7 +84,7 @@ class Workspace:
         return self._query(self.checker(look, deep), look, goals)
 
     def missed(self, look: Look, deep: Pose3) -> float:
-        """How far from map_from_deep the prop stays at least, whatever is in the way, m."""
+        """How far the nearest branch stays from map_from_deep, whatever is in the way, m."""
         near = inverse_near(self.chain, rover_from_deep(look.base, deep))
         return float(near.position_error.min())
 

@@ -223,6 +223,36 @@ def test_targets_of_any_size_give_numbers_and_no_warning(chain, q, scale, axis):
     assert (distance[solved.valid] <= 1e-9).all()
 
 
+@pytest.mark.requirement(43)
+@pytest.mark.parametrize("scale", [1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6])
+def test_poses_of_any_scale_give_numbers_whether_reached_or_not(chain, sets, scale):
+    targets = forward(chain, sets.anywhere(5000))
+    targets[:, :3, 3] *= scale
+    near, found = inverse_near(chain, targets), inverse(chain, targets)
+    assert np.isfinite(near.joints).all()
+    assert np.isfinite(near.position_error[:, 0]).all()
+    reached = forward_all(chain, found.joints)
+    distance, angle = deviation(reached, targets[:, None])
+    assert distance[found.valid].max(initial=0.0) <= 1e-9
+    assert angle[found.valid].max(initial=0.0) <= 1e-9
+    assert found.valid.any() == (scale <= 1.0)
+
+
+@pytest.mark.requirement(43)
+def test_joints_at_whole_and_half_turns_are_found_again(chain, screws, sets):
+    q = sets.rng.choice([-2, -1, 0, 1, 2], (3000, 6)) * np.pi
+    q[:, 2] = np.clip(q[:, 2], -np.pi, np.pi)
+    targets = screws.tcp(q)
+    found = inverse(chain, targets)
+    distance, angle = errors(screws, found, targets)
+    assert found.valid.any(axis=1).all()
+    assert max(distance.max(), angle.max()) <= 1e-9
+    for joints, near in zip(found.joints, q, strict=True):
+        copies = nearest_copies(chain, joints, near)
+        assert (copies >= chain.lower).all()
+        assert (copies <= chain.upper).all()
+
+
 @pytest.mark.slow
 @pytest.mark.requirement(43)
 def test_a_million_random_poses(chain, screws, sets):

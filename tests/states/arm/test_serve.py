@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from hw.geometry import Pose2, Pose3, wrap
@@ -90,6 +91,53 @@ def test_every_request_is_served_to_5_mm_wherever_the_rover_stands_in_its_tolera
         assert away <= 0.005
         assert turned <= 0.01
         assert rig.run(ParkArm().run(rig.ctx)) == "parked"
+
+
+@pytest.mark.requirement(44, 82, 147)
+@pytest.mark.parametrize("height", [1.6, 1.65, 1.7, 1.8, 2.0])
+def test_high_deeps_are_met_within_the_tolerance_or_it_is_told_by_how_much_they_are_missed(
+    site: Site, context: Any, screws: Any, height: float
+) -> None:
+    user = Pose2(5.0, 4.0, 0.4)
+    deep = Pose3.from_yaw(*user.transform(0.85, 0.0), height, user.yaw)
+    poses = [
+        Pose2(deep.x + math.cos(way), deep.y + math.sin(way), wrap(way + math.pi))
+        for way in (user.yaw + angle for angle in ANGLES)
+    ]
+    chosen = site.workspace.best(poses, [1.0] * 7, deep, user, (0.2, 0.1))
+    assert (chosen is not None) == (height <= 1.7)
+    base = poses[chosen or 0]
+    rig = Rig(site, context, base, user)
+    run = ReachDeep().run(rig.ctx, deep=deep)
+
+    if chosen is None:
+        told = next(run)
+        assert rig.run(run) == "no_solution"
+        missed = float(told.removeprefix("the DEEP is ").removesuffix(" m out of reach"))
+        least = least_miss(screws, base, deep)
+        assert 0.02 < least < missed + 1e-3
+        assert missed < 1.05 * least
+    else:
+        assert rig.run(run) == "reached"
+        away, turned = errors(screws, base, rig.arm.state.joints, deep)
+        assert away <= 0.02
+        assert turned <= 0.1
+
+
+def least_miss(screws: Any, base: Pose2, deep: Pose3) -> float:
+    """How near a level prop gets to a DEEP that is too high, by trying: m."""
+    rover = Pose3.from_yaw(base.x, base.y, 0.0, base.yaw).inverse() @ deep
+    turn = Rotation.from_quat([rover.qx, rover.qy, rover.qz, rover.qw])
+
+    def miss(q: np.ndarray) -> np.ndarray:
+        prop = screws.tcp(q[None])[0]
+        wrong = (turn.inv() * Rotation.from_matrix(prop[:3, :3])).as_rotvec()
+        return np.concatenate([prop[:3, 3] - (rover.x, rover.y, rover.z), 1e3 * wrong])
+
+    rng = np.random.default_rng(0)
+    starts = rng.uniform(-math.pi, math.pi, (60, 6))
+    ends = [least_squares(miss, start, max_nfev=200) for start in starts]
+    return min(float(np.linalg.norm(end.fun[:3])) for end in ends)
 
 
 USER, DEEP = Pose2(5.0, 4.0, 0.0), Pose3.from_yaw(5.85, 4.0, 1.2, 0.0)
