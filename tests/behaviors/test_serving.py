@@ -18,7 +18,7 @@ PLACES = [
 
 
 def person(requests: int) -> str:
-    """Asks for touches 0.5 to 1.5 m high, at one place after the other."""
+    """Asks for touches 0.5 to 1.5 m high, at one place after the other, as in the evaluation."""
     rng = random.Random(11)
     lines = ["user: heights", "about: Asks high and low.", "repeat: false", "speed: 1.5"]
     lines += ["start: {x: 8.34, y: 1.69, yaw: -0.042}", "steps:"]
@@ -28,6 +28,7 @@ def person(requests: int) -> str:
             f"  - walk: {{x: {x}, y: {y}, yaw: {yaw}}}",
             "  - stand: 10",
             f"  - request: {{hold: 30, ahead: 0.85, height: {rng.uniform(0.5, 1.5):.3f}}}",
+            "  - stand: 5",
         ]
     return "\n".join(lines) + "\n"
 
