@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
 from engine.signals import Board
@@ -24,7 +24,7 @@ class Part(Protocol):
 class LeafContext:
     """The `Context` of one leaf, bound when the machine is."""
 
-    __slots__ = ("_ages", "_board", "_cursors", "_parts", "_path")
+    __slots__ = ("_ages", "_bits", "_board", "_cursors", "_parts", "_path")
 
     def __init__(self, leaf: Leaf, board: Board, parts: Mapping[str, Part]) -> None:
         self._path = leaf.path
@@ -35,6 +35,7 @@ class LeafContext:
             for name, age in leaf.interface.reads.items()
         }
         self._cursors: dict[str, tuple[int, int, int]] = {}
+        self._bits: dict[tuple[str, ...], int] = {}
 
     def begin(self) -> None:
         """Forget what an earlier entry has read."""
@@ -83,11 +84,14 @@ class LeafContext:
             raise LookupError(f"{self._path}: no part {name!r} among its `commands`: {known}")
         return self._parts[name]
 
-    def bits(self, names: Iterable[str]) -> int:
+    def bits(self, names: tuple[str, ...]) -> int:
         """The measured signals to wait for, as bits."""
-        for name in names:
-            self._age(name)
-        return self._board.bits(names)
+        found = self._bits.get(names)
+        if found is None:
+            for name in names:
+                self._age(name)
+            found = self._bits[names] = self._board.bits(names)
+        return found
 
     def _age(self, signal: str) -> int:
         age = self._ages.get(signal)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from engine.state import Sample
+from engine.state import NEVER_NS, Sample
 
 if TYPE_CHECKING:
     from engine.signals import Board, Derived, Estimated
@@ -83,15 +83,18 @@ class DerivedSlot(Slot):
 
     def _evaluate(self, inputs: list[Sample | None]) -> None:
         self.version += 1
-        given = [sample for sample in inputs if sample is not None]
-        if len(given) < len(inputs) or any(sample.value is None for sample in given):
-            self.newest = None
-            return
+        values, oldest = [], NEVER_NS
+        for sample in inputs:
+            if sample is None or sample.value is None:
+                self.newest = None
+                return
+            values.append(sample.value)
+            oldest = min(oldest, sample.stamp)
         self.evaluated += 1
         before = self.board.clock()
-        value = self.function(*[sample.value for sample in given])
+        value = self.function(*values)
         self.time_ns += self.board.clock() - before
-        self.newest = Sample(value, min(sample.stamp for sample in given))
+        self.newest = Sample(value, oldest)
 
 
 class EstimatedSlot(Slot):
@@ -135,7 +138,9 @@ class EstimatedSlot(Slot):
         return self.newest
 
     def _catch_up(self) -> None:
-        pending, self.pending = sorted(self.pending, key=_arrival), []
+        pending, self.pending = self.pending, []
+        if len(pending) > 1:
+            pending.sort(key=_arrival)
         before = self.board.clock()
         for tick, _, index, sample in pending:
             self._take(tick, self.names[index], sample)
