@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from cobodeck.arm_contact import ArmWatch
 from engine.machine import Box
 from engine.run import Run
 from hw.geometry import Pose2, Pose3, wrap
@@ -40,6 +41,7 @@ class Evaluator:
 
     world: World
     prop_of: PropOf
+    arm: ArmWatch
     requests: int = 0
     response_s: list[float] = field(default_factory=list)
     prop_errors: list[tuple[float, float]] = field(default_factory=list)
@@ -69,6 +71,7 @@ class Evaluator:
             if NEAR_M <= distance <= FAR_M:
                 self.beside_ns += elapsed
         self._watch_tracking()
+        self.arm.watch()
         if distance < AHEAD_M or self._danger_since is not None:
             self._watch_zones(now_ns, distance, moving)
         if person.request is not None or self._requested is not None:
@@ -147,7 +150,7 @@ class Evaluator:
             "energy_j": world.base.energy_j,
             "situations": self.situations,
             "time_to_safety_s": spread(self.time_to_safety_s, ("mean", "min", "max")),
-            "contacts": world.contacts,
+            "contacts": world.contacts + self.arm.contacts,
             "wall_hits": world.wall_hits,
             "min_gap_m": world.min_gap,
             "walking_s": self.walking_ns / 1e9,

@@ -10,8 +10,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
+from cobodeck.arm_contact import ArmWatch, OutlineOf
 from cobodeck.console import FAILED, Problem
 from cobodeck.logic import LogicLoop, wander
 from cobodeck.metrics import Evaluator, visits
@@ -151,7 +153,7 @@ def stage(setup: Setup, options: Options, parameters: Mapping[str, Any] | None =
     world = _world(setup, person, options)
     clock = time.perf_counter_ns
     wired = wire(setup, world.parts, eager=options.eager, clock=clock, parameters=parameters)
-    evaluator = Evaluator(world, prop_of(setup.robot))
+    evaluator = Evaluator(world, prop_of(setup.robot), ArmWatch(world, outline_of(setup.robot)))
     return Loop(world, wired, evaluator, setup.tick_hz, _latency(setup))
 
 
@@ -276,6 +278,14 @@ def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:
         return map_from_rover @ pose_of(matrix.tolist())
 
     return prop
+
+
+def outline_of(robot: RobotModel) -> OutlineOf:
+    """The arm's capsules in the rover frame, from the joints."""
+    from states.arm.collision import CollisionModel, outline
+    from states.arm.model import manipulator_of
+
+    return partial(outline, CollisionModel.of(manipulator_of(robot)))
 
 
 def pose_of(m: list[list[float]]) -> Pose3:

@@ -3,10 +3,13 @@
 import math
 from dataclasses import dataclass, field
 
+import numpy as np
 import pytest
 
+from cobodeck.arm_contact import ArmWatch
 from cobodeck.metrics import Evaluator, spread
 from hw.geometry import Pose2, Pose3
+from hw.robot import RobotModel, load_robot
 from hw.samples import ArmState, Sample, UserPose
 
 SECOND = 10**9
@@ -39,9 +42,15 @@ class World:
     person: Person = field(default_factory=Person)
     base: Base = field(default_factory=Base)
     arm: Arm = field(default_factory=Arm)
+    robot: RobotModel = field(default_factory=lambda: load_robot("rbkairos_ur10"))
     contacts: int = 0
     wall_hits: int = 0
     min_gap: float = 3.0
+
+
+def forearm(joints):
+    """One level capsule of 5 cm, as far ahead of base_link as the first joint says."""
+    return np.array([[[0.0, 0.0, 1.0], [joints[0], 0.0, 1.0]]]), np.array([0.05])
 
 
 class Course:
@@ -50,7 +59,9 @@ class Course:
     def __init__(self) -> None:
         self.world = World()
         self.prop = Pose3(100.0, 0.0, 0.0)
-        self.seen = Evaluator(self.world, lambda base, joints: self.prop)  # type: ignore[arg-type]
+        world = self.world
+        arm = ArmWatch(world, forearm)  # type: ignore[arg-type]
+        self.seen = Evaluator(world, lambda base, joints: self.prop, arm)  # type: ignore[arg-type]
         self.now = 0
 
     def see(self, at: float, robot: Pose2, speed: float = 1.0, turn: float = 0.0) -> None:
@@ -202,3 +213,54 @@ def test_the_spread_is_that_of_a_sample() -> None:
     assert found["sd"] == pytest.approx(math.sqrt(7 / 3))
     assert (found["min"], found["max"]) == (1.0, 4.0)
     assert spread([2.0], ("mean", "sd")) == {"mean": 2.0, "sd": None}
+
+
+def hold_arm_out(course: Course, reach: float) -> None:
+    course.world.arm.state = ArmState((reach, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0,) * 6)
+
+
+def contacts_of(course: Course) -> int:
+    found: int = course.seen.report()["contacts"]
+    return found
+
+
+@pytest.mark.requirement(23)
+@pytest.mark.parametrize(("x", "counted"), [(1.54, 1), (1.56, 0)])
+def test_a_person_at_the_arm_is_a_contact(course: Course, x: float, counted: int) -> None:
+    """Arm up to 1.0 m and 5 cm thick, person 0.5 m: they touch from 1.55 m on."""
+    hold_arm_out(course, 1.0)
+
+    for at in (0.0, 1.0, 2.0):
+        course.see(at, Pose2(x, 0.0, math.pi))
+
+    assert contacts_of(course) == counted
+
+
+def test_between_two_looks_the_arm_touches_too(course: Course) -> None:
+    hold_arm_out(course, 1.0)
+
+    for at, y in ((0.0, -2.0), (1.0, 2.0)):  # past the person, sideways
+        course.see(at, Pose2(1.2, y, math.pi))
+
+    assert contacts_of(course) == 1
+
+
+def test_a_granted_touch_is_no_contact_until_the_arm_has_come_away_once(course: Course) -> None:
+    hold_arm_out(course, 1.0)
+    asked = Pose3(0.4, 0.0, 1.0)
+
+    for at, x, request in [(0, 2.5, None), (1, 1.4, asked), (2, 1.4, None), (3, 2.5, None)]:
+        course.world.person.request = request
+        course.see(at, Pose2(x, 0.0, math.pi))
+    assert contacts_of(course) == 0
+
+    course.see(4, Pose2(1.4, 0.0, math.pi))
+    assert contacts_of(course) == 1
+
+
+def test_an_arm_inside_the_outline_touches_nobody(course: Course) -> None:
+    hold_arm_out(course, 0.5)
+
+    course.see(0.0, Pose2(1.0, 0.0, math.pi))
+
+    assert contacts_of(course) == 0
