@@ -211,7 +211,7 @@ class Approach(Action):
                 driver.go_to(goal)
                 disc, walking = user_disc(now.user, subsystem), (now.velocity.vx, now.velocity.vy)
                 command = driver.command(now.pose, now.twist, disc, now.site.period, walking)
-                base.drive(command, "chase")
+                base.drive(now.slowed(command, "chase"), "chase")
                 yield None
         finally:
             base.release("chase")
@@ -296,7 +296,7 @@ class MakeRoom(Action):
                 if goal is None or ctx.now >= again:
                     again = ctx.after(THINK_S)
                     goal = place_with_room(now, band, goal)
-                base.drive(towards(now, goal, "chase"), "chase")
+                base.drive(now.slowed(towards(now, goal, "chase"), "chase"), "chase")
                 yield None
         finally:
             base.release("chase")

@@ -138,7 +138,8 @@ class Flee(Action):
                 goal = self._choose(now, free, goal)
                 if goal is None:
                     return "no_way" if free else "no_pose"
-                base.drive(towards(now, (goal.x, goal.y), "escape"), "escape")
+                command = towards(now, (goal.x, goal.y), "escape")
+                base.drive(now.slowed(command, "escape"), "escape")
                 yield None
         finally:
             base.release("escape")

@@ -8,20 +8,15 @@ from dataclasses import dataclass
 from behaviors.settings import Settings
 from engine.state import Context
 from hw.geometry import Pose2, Twist2
+from hw.safety_limits import OLD_S
 from hw.samples import UserPose
-from states.site import Site
+from states import ages
+from states.site import Site, SubsystemName
 
-AGE_S = 0.15
-"""Poses and velocities are used up to this age, s."""
+AGE_S = OLD_S
+"""Poses and velocities are used up to this age, s; see `states.ages`."""
 
-READS: Mapping[str, float | None] = {
-    "site": None,
-    "settings": None,
-    "base.pose": AGE_S,
-    "base.twist": AGE_S,
-    "user.pose": AGE_S,
-    "user.velocity": AGE_S,
-}
+READS: Mapping[str, float | None] = {"site": None, "settings": None, **ages.READS}
 """What a state must declare to ask for a situation."""
 
 
@@ -29,7 +24,8 @@ READS: Mapping[str, float | None] = {
 class Situation:
     """`pose` and `twist` are the robot's, map_from_base and its velocity in the base frame.
 
-    `user` is the user's pose and `velocity` their velocity in the map, turn of the body as wz.
+    `user` is the user's pose and `velocity` their velocity in the map, turn of the body as wz. All
+    of it is of now: where the poses are late, `share` says how much of the speed is left.
     """
 
     site: Site
@@ -38,6 +34,7 @@ class Situation:
     twist: Twist2
     user: UserPose
     velocity: Twist2
+    share: float = 1.0
 
     @property
     def distance(self) -> float:
@@ -49,11 +46,16 @@ class Situation:
         """Where the robot comes to rest if it brakes now."""
         return self.site.standstill(self.pose, self.twist)
 
+    def slowed(self, command: Twist2, name: SubsystemName) -> Twist2:
+        """A subsystem's command, no faster than the age of the poses allows."""
+        return self.site.slowed(command, self.share, name)
+
 
 def situation(ctx: Context) -> Situation | None:
     """The present situation; None while something is unknown or too old."""
-    pose, twist = ctx.value("base.pose"), ctx.value("base.twist")
-    user, velocity = ctx.value("user.pose"), ctx.value("user.velocity")
-    if pose is None or twist is None or user is None or velocity is None:
+    robot, user = ages.robot(ctx), ages.user(ctx)
+    if robot is None or user is None or user.velocity is None:
         return None
-    return Situation(ctx.value("site"), ctx.value("settings"), pose, twist, user, velocity)
+    share = min(robot.share, user.share)
+    site, settings = ctx.value("site"), ctx.value("settings")
+    return Situation(site, settings, robot.pose, robot.twist, user.pose, user.velocity, share)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -63,6 +64,12 @@ class LeafContext:
         """The newest value with its stamp, whatever its age."""
         self._age(signal)
         return self._board.slots[signal].read()
+
+    def age(self, signal: str) -> float:
+        """How old the newest value is, s, whatever its age; infinite if there is none."""
+        self._age(signal)
+        newest = self._board.slots[signal].read()
+        return math.inf if newest is None else (self._board.now - newest.stamp) * 1e-9
 
     def events(self, signal: str) -> tuple[Sample, ...]:
         """What arrived since this state last asked; at first, what arrived in this tick."""

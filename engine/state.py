@@ -87,6 +87,10 @@ class Context(Protocol):
         """The newest value with its stamp, whatever its age."""
         ...
 
+    def age(self, signal: str) -> float:
+        """How old the newest value is, s, whatever its age; infinite if there is none."""
+        ...
+
     def events(self, signal: str) -> tuple[Sample, ...]:
         """What arrived on an event signal since this state's previous step."""
         ...

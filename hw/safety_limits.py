@@ -16,6 +16,8 @@ from dataclasses import dataclass
 
 from hw.robot import Footprint, MotionLimits, RobotModel
 
+LATE_S, OLD_S = 0.05, 0.15
+"""Poses are used as they are up to the first age, s, with care up to the second (R149)."""
 _NOTHING = 1e-12
 """Less room than this, m, is none."""
 _STILL = 1e-6
@@ -88,8 +90,8 @@ class SafetyLimits:
     touch_gap: float = 0.03
     touch_slack: float = 0.05
     command_age: float = 0.1
-    late: float = 0.05
-    old: float = 0.15
+    late: float = LATE_S
+    old: float = OLD_S
     lost: float = 0.5
 
     def __post_init__(self) -> None:

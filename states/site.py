@@ -13,6 +13,7 @@ from engine.types import Angle, Length, Speed
 from hw.geometry import Pose2, Twist2
 from hw.robot import MotionLimits, RobotModel
 from hw.room import Room
+from states.ages import slowed
 
 if TYPE_CHECKING:
     import numpy as np
@@ -99,6 +100,13 @@ class Site:
             Tolerance(subsystem.tolerance, subsystem.yaw_tolerance),
             latency=self.latency,
         )
+
+    def slowed(self, command: Twist2, share: float, name: SubsystemName) -> Twist2:
+        """A subsystem's command within this share of its speed; see `states.ages`."""
+        if share >= 1.0:
+            return command
+        speed, yaw_rate = self.navigation.named(name).max_speed, self.limits.base_yaw_rate
+        return slowed(command, share, speed, yaw_rate)
 
     def standstill(self, pose: Pose2, twist: Twist2) -> Pose2:
         """Where the robot comes to rest if it brakes now; `twist` in the base frame."""

@@ -9,10 +9,9 @@ from engine.types import Duration
 from hw.geometry import Pose2, Twist2, wrap
 from hw.room import Disc
 from hw.samples import UserPose
+from states import ages
 from states.site import Site, Subsystem, SubsystemName
 
-POSE_AGE_S = 0.2
-USER_AGE_S = 0.15
 SLOW = 0.1
 """Slower than this the robot has arrived, m/s."""
 
@@ -22,14 +21,11 @@ class DriveTo(Action):
 
     The way is planned anew in every tick, and a walking user foreseen. The safety chain is told the
     goal of `haptic`: a touch is served from there. `no_path`: the goal is not free, or nothing
-    leads there; `stuck`: no nearer to it for `patience`; `lost`: nobody knows where the base is.
+    leads there; `stuck`: no nearer to it for `patience`; `lost`: base or user are.
     """
 
     outcomes = ("arrived", "no_path", "stuck", "lost")
-    reads = {
-        "site": None, "base.pose": POSE_AGE_S, "base.twist": POSE_AGE_S,
-        "user.pose": USER_AGE_S, "user.velocity": USER_AGE_S,
-    }  # fmt: skip
+    reads = {"site": None, **ages.READS}
     commands = ("base",)
 
     def __init__(self, subsystem: SubsystemName = "chase", patience: Duration = 3.0) -> None:
@@ -45,28 +41,23 @@ class DriveTo(Action):
         if touches:
             base.grant(goal)
         try:
-            while True:
-                pose, twist = ctx.value("base.pose"), ctx.value("base.twist")
-                if pose is None or twist is None:
-                    return "lost"
-                user, walk = (
-                    user_disc(ctx.value("user.pose"), subsystem),
-                    ctx.value("user.velocity"),
-                )
-                walking = (0.0, 0.0) if walk is None else (walk.vx, walk.vy)
-                command = driver.command(pose, twist, user, site.period, walking)
+            while (now := ages.around(ctx)) is not None:
+                user = user_disc(now.user, subsystem)
+                command = driver.command(now.pose, now.twist, user, site.period, now.walking)
                 if driver.status == "arrived":
                     return "arrived"
                 if driver.path is None:
                     return "no_path"
-                if not progress.made(ctx, driver.path.length, abs(wrap(goal.yaw - pose.yaw))):
+                turn = abs(wrap(goal.yaw - now.pose.yaw))
+                if not progress.made(ctx, driver.path.length, turn):
                     return "stuck"
-                base.drive(command, self.subsystem)
+                base.drive(site.slowed(command, now.share, self.subsystem), self.subsystem)
                 yield None
         finally:
             base.release(self.subsystem)
             if touches:
                 base.grant(None)
+        return "lost"
 
 
 class Progress:

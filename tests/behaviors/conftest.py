@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -71,6 +72,7 @@ class FakeContext:
         self.values, self.parts = values, parts or {}
         self.stamps: dict[str, int] = {}
         self.pending: dict[str, list[Sample]] = {}
+        self.ages: dict[str, float] = {}
         self.now = 0
 
     def after(self, seconds: float) -> int:
@@ -83,6 +85,9 @@ class FakeContext:
         if signal not in self.values:
             return None
         return Sample(self.values[signal], self.stamps.get(signal, 0))
+
+    def age(self, signal: str) -> float:
+        return self.ages.get(signal, 0.0) if self.values.get(signal) is not None else math.inf
 
     def events(self, signal: str) -> tuple[Sample, ...]:
         return tuple(self.pending.pop(signal, ()))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
@@ -21,6 +22,7 @@ class FakeContext:
     def __init__(self, values: dict[str, Any], parts: dict[str, Any] | None = None) -> None:
         self.values, self.parts = values, parts or {}
         self.pending: dict[str, list[Sample]] = {}
+        self.ages: dict[str, float] = {}
         self.now = 0
 
     def after(self, seconds: float) -> int:
@@ -31,6 +33,9 @@ class FakeContext:
 
     def sample(self, signal: str) -> Sample | None:
         return Sample(self.values[signal], 0) if signal in self.values else None
+
+    def age(self, signal: str) -> float:
+        return self.ages.get(signal, 0.0) if self.values.get(signal) is not None else math.inf
 
     def events(self, signal: str) -> tuple[Sample, ...]:
         return tuple(self.pending.pop(signal, ()))

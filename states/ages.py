@@ -1,0 +1,133 @@
+"""Robot and user as a decision may use them, by how old their poses are (R149).
+
+Up to `LATE_S` poses are used as they are; up to `OLD_S` taken on with their measured velocity, and
+the drive gets slower, its share of the speed falling to 0; older ones are not used at all. These
+are the ages by which the safety chain goes, too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple, Protocol
+
+from hw.geometry import STILL, Pose2, Twist2, wrap
+from hw.safety_limits import LATE_S, OLD_S
+from hw.samples import UserPose
+
+READS: Mapping[str, float | None] = {
+    "base.pose": OLD_S,
+    "base.twist": OLD_S,
+    "user.pose": OLD_S,
+    "user.velocity": OLD_S,
+}
+"""What a state must declare to ask for robot and user."""
+
+
+class Reader(Protocol):
+    """What is asked of a state's context."""
+
+    def value(self, signal: str) -> Any:
+        """The newest value; None if there is none or it is older than the state accepts."""
+        ...
+
+    def age(self, signal: str) -> float:
+        """How old the newest value is, s; infinite if there is none."""
+        ...
+
+
+class Robot(NamedTuple):
+    """Where the robot is now: map_from_base, its velocity in the base frame, share of the speed."""
+
+    pose: Pose2
+    twist: Twist2
+    share: float
+
+
+class User(NamedTuple):
+    """Where the user is now, their velocity in the map (None: not known), share of the speed."""
+
+    pose: UserPose
+    velocity: Twist2 | None
+    share: float
+
+
+def robot(ctx: Reader) -> Robot | None:
+    """The robot now; None while pose or velocity are unknown or too old."""
+    pose, twist = ctx.value("base.pose"), ctx.value("base.twist")
+    if pose is None or twist is None:
+        return None
+    age = ctx.age("base.pose")
+    oldest = max(age, ctx.age("base.twist"))
+    if oldest <= LATE_S:
+        return Robot(pose, twist, 1.0)
+    if age > LATE_S:
+        pose = _taken_on(pose, twist.rotated(pose.yaw), age)
+    return Robot(pose, twist, share_at(oldest))
+
+
+def user(ctx: Reader) -> User | None:
+    """The user now; None while their pose is unknown or too old."""
+    pose, velocity = ctx.value("user.pose"), ctx.value("user.velocity")
+    if pose is None:
+        return None
+    age = ctx.age("user.pose")
+    if age <= LATE_S:
+        return User(pose, velocity, 1.0)
+    motion = velocity or STILL
+    later = replace(
+        pose,
+        body=_taken_on(pose.body, motion, age),
+        head_yaw=wrap(pose.head_yaw + motion.wz * age),
+    )
+    return User(later, velocity, share_at(age))
+
+
+class Around(NamedTuple):
+    """What a drive goes by: the robot, the user (None: there is nobody) and how they walk, share.
+
+    `walking` is the user's velocity in the map, m/s.
+    """
+
+    pose: Pose2
+    twist: Twist2
+    user: UserPose | None
+    walking: tuple[float, float]
+    share: float
+
+
+def around(ctx: Reader) -> Around | None:
+    """Robot and user now; None while one of them is lost. A user never seen is not there."""
+    here, there = robot(ctx), user(ctx)
+    if here is None:
+        return None
+    if there is None:
+        known = ctx.age("user.pose") < math.inf
+        return None if known else Around(here.pose, here.twist, None, (0.0, 0.0), here.share)
+    walk = there.velocity or STILL
+    share = min(here.share, there.share)
+    return Around(here.pose, here.twist, there.pose, (walk.vx, walk.vy), share)
+
+
+def share_at(age: float) -> float:
+    """Of the speed limit, what poses of this age, s, leave."""
+    return min(1.0, max(0.0, (OLD_S - age) / (OLD_S - LATE_S)))
+
+
+def slowed(command: Twist2, share: float, speed: float, yaw_rate: float) -> Twist2:
+    """A command scaled as a whole until it is within this share of its limits, m/s and rad/s."""
+    if share >= 1.0:
+        return command
+    scale = 1.0
+    if command.speed > share * speed:
+        scale = share * speed / command.speed
+    if abs(command.wz) * scale > share * yaw_rate:
+        scale = share * yaw_rate / abs(command.wz)
+    return Twist2(scale * command.vx, scale * command.vy, scale * command.wz)
+
+
+def _taken_on(pose: Pose2, motion: Twist2, age: float) -> Pose2:
+    """Where this velocity, in the map, leads in so many seconds."""
+    x, y = pose.x + age * motion.vx, pose.y + age * motion.vy
+    return Pose2(x, y, wrap(pose.yaw + age * motion.wz))
