@@ -25,8 +25,8 @@ S30, C30 = 0.5, math.sqrt(3.0) / 2.0
 
 
 @pytest.mark.requirement(75, 76, 85)
-def test_seven_poses_on_a_half_circle_look_at_the_deep(profile: Profile) -> None:
-    found = list(haptic.all_poses(profile.settings.haptic, DEEP))
+def test_seven_poses_on_a_half_circle_look_at_the_deep(paper: Profile) -> None:
+    found = list(haptic.all_poses(paper.settings.haptic, DEEP))
 
     expected = [
         (1.0, 0.0), (C30, S30), (C30, -S30), (S30, C30), (S30, -C30), (0.0, 1.0), (0.0, -1.0),
@@ -35,6 +35,21 @@ def test_seven_poses_on_a_half_circle_look_at_the_deep(profile: Profile) -> None
         pytest.approx(place, abs=1e-12) for place in expected
     ]
     for pose in found:
+        assert pose.bearing_to(DEEP.flat()) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.requirement(75, 76, 85)
+def test_tuned_the_half_circle_is_finer_and_has_the_seven_in_it(
+    tuned: Profile, paper: Profile
+) -> None:
+    found = list(haptic.all_poses(tuned.settings.haptic, DEEP))
+    seven = list(haptic.all_poses(paper.settings.haptic, DEEP))
+
+    assert found[0] == seven[0]
+    assert set(seven) <= set(found)
+    assert len(found) == 13
+    for pose in found:
+        assert pose.distance_to(DEEP.flat()) == pytest.approx(1.0)
         assert pose.bearing_to(DEEP.flat()) == pytest.approx(0.0, abs=1e-9)
 
 
@@ -66,14 +81,14 @@ def test_the_order_is_the_profile_s(paper: Profile) -> None:
 
 @pytest.mark.requirement(77, 120)
 def test_two_of_seven_poses_inside_an_obstacle_s_inflation_are_dropped(
-    profile: Profile, site_of: Callable[..., Site]
+    paper: Profile, site_of: Callable[..., Site]
 ) -> None:
     shelf = ((10.4, 11.6), (10.8, 11.6), (10.8, 12.0), (10.4, 12.0))
     room = Room(outer=((0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0)), columns=(shelf,))
-    site = site_of(profile, room)
+    site = site_of(paper, room)
 
-    every = list(haptic.all_poses(profile.settings.haptic, DEEP))
-    found = haptic.poses(site, profile.settings, DEEP)
+    every = list(haptic.all_poses(paper.settings.haptic, DEEP))
+    found = haptic.poses(site, paper.settings, DEEP)
 
     dropped = [i for i, pose in enumerate(every) if pose not in found]
     assert dropped == [3, 5]  # +60 and +90 degrees
