@@ -10,7 +10,7 @@ from numba import njit
 
 from behaviors.forecast import Array, crowding, drives, forecasts, tracks
 from behaviors.situation import Situation
-from hw.geometry import Pose2
+from hw.geometry import Outline, Pose2
 from hw.room import Point
 from states.navigation.clearance import distance_to_nearest
 
@@ -35,18 +35,24 @@ AROUND = np.array(
 )
 
 
-def way_out(now: Situation, goals: Sequence[Pose2], present: Pose2 | None) -> Pose2 | None:
+def way_out(
+    now: Situation,
+    goals: Sequence[Pose2],
+    present: Pose2 | None,
+    outline: Outline | None = None,
+) -> Pose2 | None:
     """The Escape pose from which the user is safe soonest, without a touch on the way.
 
     If every way ends in a touch, the one with most room, as long as there is time to warn the
-    user later; None if there is not. `present` is the goal under way, one of `goals`.
+    user later; None if there is not. `present` is the goal under way, one of `goals`; `outline`
+    that of rover and arm, if the arm is out.
     """
     if not goals:
         return None
     site, settings = now.site, now.settings
     places = [(goal.x, goal.y) for goal in goals]
     ways = drives(now, places, site.navigation.escape.max_speed)
-    found = forecasts(now, ways, tracks(now, settings.user.likely))
+    found = forecasts(now, ways, tracks(now, settings.user.likely), outline)
     if found.touch_after.max() < settings.escape.warning:
         return None
     numbers = (found.safe_after.tolist(), found.gap.tolist(), found.touch_after.tolist())

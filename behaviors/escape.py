@@ -9,7 +9,7 @@ from behaviors.settings import EscapeSettings, Settings
 from behaviors.situation import AGE_S, READS, Situation, situation
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from hw.geometry import Pose2, Twist2, wrap
-from hw.samples import UserPose
+from hw.samples import ArmState, UserPose
 from states.navigation.states import is_there, user_disc
 from states.signals.prediction import time_to_contact
 from states.site import Site
@@ -115,12 +115,13 @@ class SafeOnTheWay(Monitor):
 class Flee(Action):
     """Drive to an Escape pose, as fast as can be and without turning (R109-R111).
 
-    `safe`: there, and both zones are clear. `no_pose`: no Escape pose is free. `no_way`: none can
+    The arm stays as it stands, and counts with its outline. `safe`: there, and both zones
+    are clear. `no_pose`: no Escape pose is free. `no_way`: none can
     be reached, or none without touching the user.
     """
 
     outcomes = ("safe", "no_pose", "no_way")
-    reads = {**READS, "escape.poses": AGE_S, "escape.safe": AGE_S}
+    reads = {**READS, "escape.poses": AGE_S, "escape.safe": AGE_S, "arm.joints": AGE_S}
     commands = ("base",)
 
     def run(self, ctx: Context) -> Run:
@@ -135,7 +136,7 @@ class Flee(Action):
                         return "safe"
                     goal = None
                 free = ctx.value("escape.poses")
-                goal = self._choose(now, free, goal)
+                goal = self._choose(now, free, goal, ctx.value("arm.joints"))
                 if goal is None:
                     return "no_way" if free else "no_pose"
                 command = towards(now, (goal.x, goal.y), "escape")
@@ -145,13 +146,16 @@ class Flee(Action):
             base.release("escape")
         return "no_way"
 
-    def _choose(self, now: Situation, free: Sequence[Pose2], goal: Pose2 | None) -> Pose2 | None:
+    def _choose(
+        self, now: Situation, free: Sequence[Pose2], goal: Pose2 | None, arm: ArmState | None
+    ) -> Pose2 | None:
         """The goal to go for, in the order of the profile; None if nothing leads out."""
         if now.settings.escape.order == "given":
             return goal or _first_in_reach(now, free)
         from behaviors.dodge import way_out
 
-        return way_out(now, (*(() if goal is None else (goal,)), *free), goal)
+        outline = now.site.outline(None if arm is None else arm.joints)
+        return way_out(now, (*(() if goal is None else (goal,)), *free), goal, outline)
 
 
 def _first_in_reach(now: Situation, free: Sequence[Pose2]) -> Pose2 | None:

@@ -15,7 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from behaviors.situation import Situation
-from hw.geometry import STILL, Pose2, Twist2
+from hw.geometry import STILL, Outline, Pose2, Twist2
 from hw.person import RADIUS
 from hw.room import Point
 from states.navigation.visibility import ExactPlanner
@@ -29,6 +29,8 @@ STEP_S = 0.1
 STEPS = round(HORIZON_S / STEP_S)
 CLOSEST = 0.05
 """A way that is predicted to come nearer to the user than this, m, is none."""
+WITH_USER = RADIUS + 0.2
+"""An arm nearer than this to the middle of the user is with them, m."""
 SLACK = 0.01
 BREAK_OFF = (0, 2, 4)
 """Steps after which a drive may be broken off."""
@@ -95,12 +97,19 @@ def tracks(now: Situation, predictors: Sequence[str]) -> Array:
     return found
 
 
-def forecasts(now: Situation, found: Drives, user_tracks: Array) -> Forecasts:
-    """What comes of the drives while the user goes along the tracks."""
-    pose, escape, outline = now.pose, now.settings.escape, now.site.robot.footprint
+def forecasts(
+    now: Situation, found: Drives, user_tracks: Array, outline: Outline | None = None
+) -> Forecasts:
+    """What comes of the drives while the user goes along the tracks.
+
+    `outline` is that of rover and arm; None: of the rover alone. An arm that is with the user, as
+    after a touch, does not count: it has to get away from there.
+    """
+    pose, escape, user = now.pose, now.settings.escape, now.user.body
     zones = (escape.ahead + escape.hysteresis, escape.around + escape.hysteresis, escape.half_view)
-    half = (outline.half_length, outline.half_width)
-    return Forecasts(*_judge(found.ways, user_tracks, pose.yaw, zones, half))
+    if outline is None or outline.distance(*pose.inverse().transform(user.x, user.y)) < WITH_USER:
+        outline = now.site.outline()
+    return Forecasts(*_judge(found.ways, user_tracks, pose.yaw, zones, outline))
 
 
 def towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
@@ -184,7 +193,7 @@ def _judge(
     user_tracks: Array,
     yaw: float,
     zones: tuple[float, float, float],
-    half: tuple[float, float],
+    outline: Outline,
 ) -> tuple[Array, Array, Array]:
     count = len(ways)
     safe_after, gap, touch_after = np.zeros(count), np.full(count, math.inf), np.zeros(count)
@@ -195,8 +204,10 @@ def _judge(
             for step in range(ways.shape[1]):
                 dx, dy = ways[i, step, 0] - track[step, 0], ways[i, step, 1] - track[step, 1]
                 distance = math.hypot(dx, dy)
-                along, across = abs(c * dx + s * dy) - half[0], abs(c * dy - s * dx) - half[1]
-                room = math.hypot(max(0.0, along), max(0.0, across)) - RADIUS
+                x, y = -c * dx - s * dy, s * dx - c * dy
+                along = max(0.0, x - outline.front, -outline.back - x)
+                across = max(0.0, y - outline.left, -outline.right - y)
+                room = math.hypot(along, across) - RADIUS
                 gap[i] = min(gap[i], room)
                 if room < CLOSEST:
                     touch = min(touch, STEP_S * (step + 1))
@@ -254,6 +265,6 @@ def warm_up() -> None:
     """Compile, or load from the cache."""
     user_tracks = _tracks(np.ones((2, 6)), np.zeros(6), np.ones(2))
     ways = _drives((0.0, 0.0, 0.0, 0.0), 1.0, 1.0, np.ones((1, 2)))
-    _judge(ways, user_tracks, 0.0, (1.0, 1.0, 1.0), (0.5, 0.5))
+    _judge(ways, user_tracks, 0.0, (1.0, 1.0, 1.0), Outline(0.5, 0.5, 0.4, 0.4))
     _rests(ways[0], 1.0)
     crowding(ways, user_tracks, 3.0, 4.0, 1.0, 1.0)

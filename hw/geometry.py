@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 _TURN = 2.0 * math.pi
 
@@ -194,3 +195,21 @@ class Twist2:
 
 
 STILL = Twist2(0.0, 0.0, 0.0)
+
+
+class Outline(NamedTuple):
+    """A rectangle about everything of the robot, sides parallel to the base frame, m.
+
+    The distances of its sides from base_link, all positive.
+    """
+
+    front: float
+    back: float
+    left: float
+    right: float
+
+    def distance(self, x: float, y: float) -> float:
+        """Of a point of the base frame, m; 0 inside."""
+        along = max(x - self.front, -self.back - x, 0.0)
+        across = max(y - self.left, -self.right - y, 0.0)
+        return math.hypot(along, across)

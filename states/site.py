@@ -10,9 +10,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
 from engine.types import Angle, Length, Speed
-from hw.geometry import Pose2, Twist2
+from hw.geometry import Outline, Pose2, Twist2
 from hw.robot import MotionLimits, RobotModel
 from hw.room import Room
+from hw.samples import Joints
 from states.ages import slowed
 
 if TYPE_CHECKING:
@@ -120,6 +121,16 @@ class Site:
         import numpy as np
 
         return np.array(self.room.segments, dtype=np.float64)
+
+    def outline(self, joints: Joints | None = None) -> Outline:
+        """Of rover and arm as it stands; None: of the rover alone."""
+        footprint = self.robot.footprint
+        half = Outline(*2 * (footprint.half_length,), *2 * (footprint.half_width,))
+        if joints is None or joints == self.robot.arm.parked:
+            return half
+        from states.arm.collision import extent
+
+        return Outline(*map(max, half, extent(self.workspace.solid, joints)))
 
     @cached_property
     def workspace(self) -> Workspace:

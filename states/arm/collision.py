@@ -169,6 +169,14 @@ def outline(model: CollisionModel, joints: ArrayLike) -> tuple[Array, Array]:
     return ends, model.body.radii
 
 
+def extent(model: CollisionModel, joints: ArrayLike) -> tuple[float, float, float, float]:
+    """How far the whole arm reaches ahead, back, left and right of base_link, m."""
+    ends, radii = outline(model, joints)
+    high = (ends[:, :, :2].max(axis=1) + radii[:, None]).max(axis=0)
+    low = (ends[:, :, :2].min(axis=1) - radii[:, None]).min(axis=0)
+    return float(high[0]), float(-low[0]), float(high[1]), float(-low[1])
+
+
 def inside_frame(model: CollisionModel, joints: ArrayLike, length: float, width: float) -> float:
     """How far the whole arm stays inside a rectangle centred on the rover, m (R46).
 

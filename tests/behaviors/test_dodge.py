@@ -15,7 +15,8 @@ from behaviors.dodge import place_with_room, way_out
 from behaviors.forecast import HORIZON_S, STEP_S, crowding, drives, forecasts, towards, tracks
 from behaviors.profile import Profile
 from behaviors.situation import Situation
-from hw.geometry import Pose2, Twist2
+from hw.geometry import Outline, Pose2, Twist2
+from hw.robot import Footprint
 from hw.room import Room
 from hw.samples import UserPose
 from hw.sim.contact import gap
@@ -161,3 +162,57 @@ def test_a_command_from_which_braking_would_end_in_a_wall_is_not_given(
 
     assert towards(rolling, (1.0, 13.0), "chase") == Twist2(0.0)
     assert towards(rolling, (1.0, 13.0), "escape").speed > 0.0
+
+
+def test_an_arm_that_is_out_widens_the_outline_and_a_parked_one_does_not(
+    tuned: Profile, situation_of: Callable[..., Situation]
+) -> None:
+    site = situation_of(tuned, Pose2(10, 10), facing(13, 10, 0)).site
+    rover = site.outline()
+
+    assert rover == (0.565, 0.565, 0.455, 0.455)
+    assert site.outline(site.robot.arm.parked) == rover
+    level = site.outline((0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    assert max(level) > 1.0
+    assert all(out >= inside for out, inside in zip(level, rover, strict=True))
+
+
+@given(
+    front=st.floats(0.6, 1.5), left=st.floats(0.5, 1.5),
+    x=st.floats(-3.0, 3.0), y=st.floats(-3.0, 3.0), yaw=st.floats(-3.1, 3.1),
+)  # fmt: skip
+@settings(deadline=None, max_examples=60)
+def test_the_gap_of_a_forecast_counts_the_arm(
+    tuned: Profile,
+    situation_of: Callable[..., Situation],
+    front: float,
+    left: float,
+    x: float,
+    y: float,
+    yaw: float,
+) -> None:
+    """The rectangle of rover and arm is moved into the middle, and measured as a footprint is."""
+    pose, outline = Pose2(10.0 + x, 10.0 + y, yaw), Outline(front, 0.565, left, 0.455)
+    now = situation_of(tuned, pose, facing(10.0, 10.0, 0.0))
+
+    here = drives(now, [(pose.x, pose.y)], 2.5)
+    found = forecasts(now, here, tracks(now, ("stays",)), outline)
+
+    box = Footprint(front + 0.565, left + 0.455, 0.1, 2.0)
+    middle = Pose2(*pose.transform(0.5 * (front - 0.565), 0.5 * (left - 0.455)), yaw)
+    whole = gap(box, middle, 10.0, 10.0)
+    rover = gap(now.site.robot.footprint, pose, 10.0, 10.0)
+    assert found.gap[0] == pytest.approx(whole if whole >= 0.2 else rover, abs=1e-9)
+
+
+def test_an_arm_that_is_with_the_user_is_taken_away(
+    tuned: Profile, situation_of: Callable[..., Situation]
+) -> None:
+    """Right after a Release the arm is where the hand was; going back is no touch."""
+    now = situation_of(tuned, Pose2(10, 10), facing(11.5, 10.0, math.pi), Twist2(-0.25))
+    goals = escape.poses(now.site, now.settings, now.user, now.pose)
+
+    goal = way_out(now, goals, None, Outline(0.99, 0.565, 0.455, 0.455))
+
+    assert goal is not None
+    assert goal.x < 10.0
