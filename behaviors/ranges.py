@@ -58,7 +58,7 @@ RANGES: Mapping[type, Mapping[str, Range]] = {
         "tool_speed": _above_0(10.0),
         "arm_parked": Range(-2.0 * math.pi, 2.0 * math.pi),
     },
-    SafetySettings: {"latency": Range(0.0, 1.0)},
+    SafetySettings: {"latency": Range(0.0, 1.0), "overlap": Range(0.0, 0.5)},
     Subsystem: {
         "max_speed": _above_0(5.0),
         "inflation": _above_0(5.0),

@@ -52,9 +52,14 @@ class RobotSettings:
 
 @dataclass(frozen=True, slots=True)
 class SafetySettings:
-    """The chain in front of the wheels, and the time that computing takes in simulation."""
+    """The chain in front of the wheels, and the time that computing takes in simulation.
+
+    `overlap`: with no more than this to go the rover may drive to a touch while the arm is not
+    folded (R46); 0: never.
+    """
 
     governor: bool
+    overlap: Length
     latency: Duration
 
 

@@ -256,13 +256,13 @@ def _latency(setup: Setup) -> int:
 
 def _world(setup: Setup, person: Person, options: Options) -> World:
     if options.mock:
-        return mock_world(setup.scene, setup.robot, person)
+        return mock_world(setup.scene, setup.site.robot, person)
     limits = setup.profile.robot.limits
     base = None
     if options.frozen_base:
         base = FrozenBase(setup.robot, limits, setup.scene.robot_start)
     safety = SafetyLimits.of(setup.robot, limits) if setup.profile.safety.governor else None
-    return World(setup.scene, setup.robot, person, limits, base, safety=safety)
+    return World(setup.scene, setup.site.robot, person, limits, base, safety=safety)
 
 
 def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:

@@ -23,13 +23,15 @@ from engine.run import Run
 from engine.signals import Board, Signal, declare
 from hw.interfaces import Part, Parts
 from hw.robot import RobotModel, load_robot
-from hw.samples import is_finite
+from hw.samples import Joints, is_finite
 from hw.scene import Scene, load_scene
 from states.navigation.wheels import Wheels
 from states.site import Site
 
 CHART, SCENE, PROFILE = "cobodeck", "lab_a", "tuned"
 TICK_HZ = 30
+FOLDED_RAD = 0.02
+"""The arm is folded if every joint is that near to where it is when parked."""
 
 
 @dataclass(frozen=True)
@@ -126,6 +128,7 @@ class Wired:
     board: Board
     sources: tuple[Part, ...]
     wheels: Wheels | None = None
+    parked: Joints = ()
 
     def deliver(self, now_ns: int) -> None:
         """Hand the samples that have arrived to the run; those with NaN have not arrived."""
@@ -135,8 +138,16 @@ class Wired:
             for name, stamp, value in part.samples(now_ns):
                 if name in slots and is_finite(value):
                     inbox.append((name, value, stamp))
-                if name == "stop.engaged" and self.wheels is not None:
-                    self.wheels.lock(value is not None, now_ns)
+                if self.wheels is not None:
+                    self._lock(self.wheels, name, value, now_ns)
+
+    def _lock(self, wheels: Wheels, name: str, value: Any, now_ns: int) -> None:
+        """What keeps the base from driving, whatever the chart does (R46, R48)."""
+        if name == "stop.engaged":
+            wheels.lock(value is not None, now_ns)
+        elif name == "arm.joints" and is_finite(value):
+            pairs = zip(value.joints, self.parked, strict=True)
+            wheels.fold(all(abs(a - b) <= FOLDED_RAD for a, b in pairs), now_ns)
 
     def tick(self, now_ns: int) -> str | None:
         """One tick of the run, and then who drives; the chart's outcome once there is one."""
@@ -177,16 +188,16 @@ def wire(
     board = Board(setup.signals, wanted | set(recorded), eager)
     if clock is not None:
         board.clock = clock
-    wheels = Wheels(parts.base)
+    wheels = Wheels(parts.base, overlap=setup.profile.safety.overlap)
     run = Run(machine, board, commanded(parts, wheels), freezers=freezers())
     board.put("site", setup.site, 0)
     board.put("settings", setup.profile.settings, 0)
     needed = tuple(
         part
         for part in parts.all()
-        if part is parts.stop_line or any(board.needs(name) for name in part.signals)
+        if part in (parts.stop_line, parts.arm) or any(map(board.needs, part.signals))
     )
-    return Wired(run, board, needed, wheels)
+    return Wired(run, board, needed, wheels, setup.site.robot.arm.parked)
 
 
 def commanded(parts: Parts, wheels: Wheels) -> dict[str, Any]:

@@ -51,10 +51,12 @@ class Selected(NamedTuple):
 
 
 SOURCES = (
-    Source("escape", 90), Source("haptic", 80), Source("chase", 70), Source("own", 60),
+    Source("escape", 90), Source("docking", 86), Source("haptic", 80), Source("chase", 70),
+    Source("own", 60),
 )  # fmt: skip
-"""The three subsystems, and states of one's own that name none."""
-LOCKS = (Lock("stop", 255),)
+"""The three subsystems, the end of a Haptic drive, and states of one's own that name none."""
+LOCKS = (Lock("stop", 255), Lock("arm", 85))
+"""The stop line keeps everybody off; an arm that is not folded all but Escape and docking (R46)."""
 
 
 class Multiplexer:

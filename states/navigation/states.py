@@ -51,8 +51,9 @@ class DriveTo(Action):
                 turn = abs(wrap(goal.yaw - now.pose.yaw))
                 if not progress.made(ctx, driver.path.length, turn):
                     return "stuck"
-                base.drive(site.slowed(command, now.share, self.subsystem), self.subsystem)
-                yield None
+                slowed = site.slowed(command, now.share, self.subsystem)
+                base.drive(slowed, self.subsystem, driver.path.length)
+                yield base.refusal
         finally:
             base.release(self.subsystem)
             if touches:

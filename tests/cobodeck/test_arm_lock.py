@@ -1,0 +1,135 @@
+"""No driving with the arm out, whatever the chart does; Escape is exempt (R46)."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from behaviors.profile import load_profile
+from cobodeck.rehearsal import Rehearsal
+from cobodeck.wiring import open_setup, wire
+from hw.geometry import Pose2, Twist2
+from hw.live import LivePerson
+from hw.mock import mock_world
+from states.navigation.wheels import Wheels
+
+DRIVE = "chase/follow/drive/go"
+OUT = (0.0, -1.5, 1.0, 0.0, 1.5, 0.0)
+AHEAD = Twist2(0.3)
+
+
+def wheels_of(sim: Rehearsal) -> Wheels:
+    wheels = sim.run.parts["base"]
+    assert isinstance(wheels, Wheels)
+    return wheels
+
+
+@pytest.fixture(params=["paper", "tuned"])
+def driving(sim: Rehearsal, request: pytest.FixtureRequest) -> Rehearsal:
+    """CoboDeck while Chase drives, Escape at the test's word."""
+    script = {"chase/danger": [], "escape/clear": []}
+    sim.start("cobodeck", script, scene="study", profile=request.param)
+    sim.until(DRIVE, timeout=60)
+    sim.tick(5)
+    assert wheels_of(sim).selected[1:] == ("chase", None)
+    assert wheels_of(sim).refusal is None
+    return sim
+
+
+@pytest.mark.requirement(46)
+def test_a_drive_is_refused_while_the_arm_is_not_folded_and_says_why(driving: Rehearsal) -> None:
+    driving.run.parts["arm"].move_to(OUT)
+    driving.wait(1.0)
+
+    wheels = wheels_of(driving)
+    assert DRIVE in driving.active
+    assert wheels.selected == (Twist2(0.0), None, "arm")
+    driving.wait(1.5)
+    assert wheels.twist == Twist2(0.0)
+    assert driving.run.notes[DRIVE] == "the arm is not folded"
+    driving.until("chase/follow/park", timeout=20)
+    driving.until(lambda: wheels.selected.lock is None, timeout=20)
+    assert driving.run.parts["arm"].state.joints != pytest.approx(OUT, abs=0.1)
+
+
+@pytest.mark.requirement(46, 87)
+def test_escape_drives_even_if_the_arm_is_not_folded(driving: Rehearsal) -> None:
+    driving.run.parts["arm"].move_to(OUT)
+    driving.wait(1.0)
+    driving.end("danger", "required")
+    driving.tick()
+
+    assert wheels_of(driving).selected[1:] == ("escape", "arm")
+
+
+class Rig:
+    """The wheels of a run on the mock, whose states stay out of the way."""
+
+    def __init__(self, overlap: float) -> None:
+        setup = open_setup(scene="hall")
+        safety = dataclasses.replace(setup.profile.safety, overlap=overlap)
+        profile = dataclasses.replace(setup.profile, safety=safety)
+        setup = dataclasses.replace(setup, profile=profile)
+        self.world = mock_world(setup.scene, setup.site.robot, LivePerson(Pose2(7.0, 7.0)))
+        self.wired = wire(setup, self.world.parts)
+        self.now = 0
+        assert self.wired.wheels is not None
+        self.wheels = self.wired.wheels
+
+    def tick(self, source: str | None = None, left: float = 9.0) -> str | None:
+        """Who drives after one tick in which a source wants to."""
+        self.now += 33_000_000
+        self.world.step(self.now)
+        self.wired.deliver(self.now)
+        self.wheels.begin(self.now)
+        if source is not None:
+            self.wheels.drive(AHEAD, source, left)
+        self.wheels.pass_on()
+        return self.wheels.selected.source
+
+
+@pytest.mark.requirement(46)
+@pytest.mark.parametrize("source", ["own", "chase", "haptic"])
+def test_no_source_but_escape_drives_with_the_arm_out(source: str) -> None:
+    rig = Rig(overlap=0.0)
+    assert rig.tick(source) == source
+    rig.world.parts.arm.move_to(OUT)
+    rig.tick()
+    assert rig.tick(source, left=0.0001) is None
+    assert rig.wheels.refusal == "the arm is not folded"
+    assert rig.tick("escape") == "escape"
+    assert rig.wheels.refusal is None
+    rig.wheels.release("escape")
+    rig.world.parts.arm.move_to(rig.world.robot.arm.parked)
+    rig.tick()
+    assert rig.tick(source) == source
+
+
+@pytest.mark.requirement(46)
+def test_with_the_operators_leave_a_haptic_drive_ends_while_the_arm_unfolds() -> None:
+    rig = Rig(overlap=0.5)
+    rig.world.parts.arm.move_to(OUT)
+    rig.tick()
+    assert rig.tick("haptic", left=0.51) is None
+    assert rig.tick("chase", left=0.1) is None
+    assert rig.tick("haptic", left=0.5) == "docking"
+    rig.wheels.release("haptic")
+    assert rig.tick() is None
+
+
+@pytest.mark.requirement(46)
+def test_a_stop_line_goes_before_everything() -> None:
+    rig = Rig(overlap=0.5)
+    rig.world.parts.arm.move_to(OUT)
+    rig.world.parts.stop_line.pull("button")
+    rig.tick()
+    for source in ("escape", "haptic"):
+        assert rig.tick(source, left=0.1) is None
+    assert rig.wheels.refusal == "the stop line is pulled"
+
+
+@pytest.mark.requirement(46)
+@pytest.mark.parametrize("profile", ["paper", "tuned"])
+def test_the_shipped_profiles_allow_no_overlap(profile: str) -> None:
+    assert load_profile(profile).safety.overlap == 0.0
