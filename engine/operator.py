@@ -13,9 +13,10 @@ from typing import Any
 from engine.chart import AUTONOMY
 from engine.decide import GRANTED, REFUSED, Writes
 from engine.finding import did_you_mean
+from engine.lifecycle import end_with
 from engine.machine import CHOSEN, ENDED, IDLE, WAITING, Box, Leaf, Machine, Vertex
 from engine.replace import obstacles, take_over
-from engine.run import Run, end_with
+from engine.run import Run
 from engine.types import freeze
 
 
