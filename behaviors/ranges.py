@@ -55,6 +55,7 @@ RANGES: Mapping[type, Mapping[str, Range]] = {
         "base_speed": _above_0(5.0),
         "base_yaw_rate": _above_0(10.0),
         "arm_acceleration": _above_0(50.0),
+        "arm_jerk": _above_0(10_000.0),
         "tool_speed": _above_0(10.0),
         "arm_parked": Range(-2.0 * math.pi, 2.0 * math.pi),
     },

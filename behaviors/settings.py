@@ -26,7 +26,7 @@ from hw.robot import MotionLimits
 class RobotSettings:
     """What the robot may do; the lower of these and its own limits counts.
 
-    `arm_parked`: the joints of the folded arm, None: those of the robot's file.
+    `arm_jerk`: of each joint, rad/s3, None: any. `arm_parked`: the joints of the folded arm, None: those of the robot's file.
     """
 
     base_acceleration: Acceleration
@@ -34,6 +34,7 @@ class RobotSettings:
     base_speed: Speed
     base_yaw_rate: AngularSpeed
     arm_acceleration: AngularAcceleration
+    arm_jerk: float | None
     tool_speed: Speed | None
     arm_parked: tuple[Angle, ...] | None
 
@@ -47,6 +48,7 @@ class RobotSettings:
             base_speed=self.base_speed,
             base_yaw_rate=self.base_yaw_rate,
             tool_speed=math.inf if self.tool_speed is None else self.tool_speed,
+            arm_jerk=math.inf if self.arm_jerk is None else self.arm_jerk,
         )
 
 

@@ -148,7 +148,7 @@ class MotionLimits:
     """Limits chosen by the profile.
 
     Base: speed m/s and acceleration m/s2 as lengths of the vector (R50), yaw rate and acceleration
-    in rad/s and rad/s2. Arm: rad/s2 per joint, and m/s of the prop. The lower of these and the
+    in rad/s and rad/s2. Arm: rad/s2 and rad/s3 per joint, and m/s of the prop. The lower of these and the
     robot's own ones counts.
     """
 
@@ -158,6 +158,7 @@ class MotionLimits:
     base_speed: float = math.inf
     base_yaw_rate: float = math.inf
     tool_speed: float = math.inf
+    arm_jerk: float = math.inf
 
     def __post_init__(self) -> None:
         for name in self.__slots__:

@@ -75,7 +75,8 @@ class Workspace:
         cls, model: Manipulator, arm: ArmModel, limits: MotionLimits, walls: Sequence[Wall]
     ) -> Workspace:
         """The exact arm with the speeds and the parked pose of a robot file."""
-        even = ArmLimits.even(_six(arm.max_speed), limits.arm_acceleration, limits.tool_speed)
+        jerk = limits.arm_jerk if math.isfinite(limits.arm_jerk) else None
+        even = ArmLimits.even(_six(arm.max_speed), limits.arm_acceleration, limits.tool_speed, jerk)
         return cls(Chain.of(model), CollisionModel.of(model), even, walls, arm.parked)
 
     def reaching(self, look: Look, deep: Pose3) -> Query:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from hw.geometry import Pose2, Pose3, wrap
 from hw.samples import UserPose
 from hw.sim.arm import SimArm
 from states.arm.motion import Look
+from states.arm.planning import Plan, plan
 from states.arm.states import ParkArm, ReachDeep
 from states.site import Site
 
@@ -184,6 +186,22 @@ def test_a_user_who_only_shifts_does_not_stop_the_arm(rig: Rig) -> None:
     assert rig.run(run, 0.1) is None
     assert rig.arm.state.moving
     assert rig.run(run) == "reached"
+
+
+@pytest.mark.requirement(45)
+def test_a_jerk_limit_of_the_profile_is_kept_on_the_way(site: Site) -> None:
+    smooth = Site(site.room, site.robot, replace(site.limits, arm_jerk=40.0), site.navigation)
+    look = Look(BASE, USER, site.robot.arm.parked)
+    durations = []
+    for each in (site, smooth):
+        answer = plan(each.workspace.reaching(look, DEEP))
+        assert isinstance(answer, Plan)
+        durations.append(answer.trajectory.duration)
+    assert isinstance(answer, Plan)
+    t = np.linspace(0.0, answer.trajectory.duration, 4001)
+    _, _, acceleration = answer.trajectory.at(t)
+    assert np.abs(np.diff(acceleration, axis=0)).max() <= 40.0 * (t[1] - t[0]) * 1.01
+    assert durations[0] < durations[1] < 1.5 * durations[0]
 
 
 @pytest.mark.requirement(80)
