@@ -28,6 +28,16 @@ _THIN = 1e-5  # an arc blocked over less than this, rad, is 1e-10 m deep: touche
 _ANGLE_TOLERANCE = 1e-9
 
 
+def check_radius(radius: float) -> None:
+    """Refuse an inflation that would let the robot through walls.
+
+    Raises:
+        ValueError: it is negative or not finite.
+    """
+    if not 0.0 <= radius < math.inf:
+        raise ValueError(f"inflation of {radius:g} m; a finite length of 0 m or more is needed")
+
+
 @njit(cache=True)
 def distance_to_side(x: float, y: float, side: Array) -> float:
     """Distance of a point to a side, m."""

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from states.navigation.clearance import Array
+from states.navigation.clearance import Array, check_radius
 
 FREE = 0
 INSCRIBED = 253
@@ -97,12 +97,19 @@ class Inflation:
 
     With a `cost_scaling_factor` above ln(252) / (inflation_radius - inscribed_radius) the cost
     falls below 1, that is to nothing, before the radius: 10.15 for 1.0 m and 0.455 m.
+
+    Raises:
+        ValueError: a radius is negative or not finite.
     """
 
     inflation_radius: float = 0.55
     inscribed_radius: float = 0.455
     cost_scaling_factor: float = 3.0
     inflate_unknown: bool = False
+
+    def __post_init__(self) -> None:
+        check_radius(self.inflation_radius)
+        check_radius(self.inscribed_radius)
 
     def cost(self, distance: float) -> int:
         """Cost at a true distance from an obstacle, not rounded to cells."""

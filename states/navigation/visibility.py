@@ -20,6 +20,7 @@ from states.navigation.clearance import (
     Array,
     are_free,
     blocked_arcs,
+    check_radius,
     comes_no_nearer,
     distance_to_nearest,
     is_clear,
@@ -65,6 +66,7 @@ class ExactPlanner:
         rings += [(ring, keepout_margin) for ring in keepouts]
         self.inflation_radius = inflation_radius
         self._sides = _sides(rings)
+        check_radius(inflation_radius)
         self._discs = np.unique(self._sides[:, [0, 1, 4]], axis=0)
         self._world = _world(self._discs, self._sides)
         self._notches = notches(self._discs, self._sides)
