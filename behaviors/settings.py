@@ -26,7 +26,8 @@ from hw.robot import MotionLimits
 class RobotSettings:
     """What the robot may do; the lower of these and its own limits counts.
 
-    `arm_jerk`: of each joint, rad/s3, None: any. `arm_parked`: the joints of the folded arm, None: those of the robot's file.
+    `arm_jerk`: of each joint, rad/s3, None: any. `arm_parked`: the joints of the folded arm, None:
+    those of the robot's prop.
     """
 
     base_acceleration: Acceleration

@@ -148,8 +148,8 @@ class MotionLimits:
     """Limits chosen by the profile.
 
     Base: speed m/s and acceleration m/s2 as lengths of the vector (R50), yaw rate and acceleration
-    in rad/s and rad/s2. Arm: rad/s2 and rad/s3 per joint, and m/s of the prop. The lower of these and the
-    robot's own ones counts.
+    in rad/s and rad/s2. Arm: rad/s2 and rad/s3 per joint, and m/s of the prop. The lower of these
+    and the robot's own ones counts.
     """
 
     base_acceleration: float = 0.5
