@@ -18,7 +18,7 @@ from behaviors.situation import Situation
 from hw.geometry import STILL, Outline, Pose2, Twist2
 from hw.person import RADIUS
 from hw.room import Point
-from states.navigation.visibility import ExactPlanner
+from states.navigation.local_planner import GlobalPlanner
 from states.signals.prediction import PREDICTORS
 from states.site import SubsystemName
 
@@ -44,7 +44,7 @@ class Drives:
     ways: Array
     acceleration: float
 
-    def keeps_off(self, index: int, planner: ExactPlanner) -> bool:
+    def keeps_off(self, index: int, planner: GlobalPlanner) -> bool:
         """Does the robot keep off the walls on its way to a place, momentum included?
 
         Nor if the drive is broken off soon, and it brakes. A robot that begins too near to a wall

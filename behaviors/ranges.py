@@ -21,7 +21,7 @@ from behaviors.settings import (
 )
 from engine.finding import did_you_mean
 from states.signals.prediction import PREDICTORS
-from states.site import Subsystem
+from states.site import CostmapValues, Subsystem
 
 JOINTS = 6
 _QUARTER = 0.5 * math.pi + 1e-9
@@ -66,6 +66,13 @@ RANGES: Mapping[type, Mapping[str, Range]] = {
         "user_radius": _above_0(5.0),
         "tolerance": _above_0(1.0),
         "yaw_tolerance": _above_0(math.pi),
+    },
+    CostmapValues: {
+        "resolution": Range(0.01, 0.25),
+        "inflation_radius": Range(0.0, 5.0),
+        "cost_scaling_factor": Range(0.0, 100.0),
+        "width": Range(1.0, 100.0),
+        "height": Range(1.0, 100.0),
     },
     UserSettings: {
         "window": _above_0(5.0),

@@ -16,10 +16,6 @@ from pathlib import Path
 from cobodeck.wiring import Setup, reachable
 from engine.machine import Machine
 from hw.geometry import Pose2, Twist2
-from states.site import SubsystemName
-
-SUBSYSTEMS: tuple[SubsystemName, ...] = ("chase", "haptic", "escape")
-
 
 ROOT = Path(__file__).parent.parent
 
@@ -59,14 +55,11 @@ def warm_up(setup: Setup, machine: Machine) -> None:
 
 def _driving(setup: Setup) -> None:
     import behaviors
-    from states.navigation import profile
 
-    profile.warm_up()
+    setup.site.warm_up()
     for module in pkgutil.iter_modules(behaviors.__path__, "behaviors."):
         loaded = importlib.import_module(module.name)
         getattr(loaded, "warm_up", _nothing)()
-    for name in SUBSYSTEMS:
-        setup.site.planner(name)
     start, driver = setup.scene.robot_start, setup.site.driver("chase")
     driver.go_to(start @ Pose2(0.5, 0.0))  # straight ahead, for the ways without a bend
     driver.command(start, Twist2(0.1, 0.1), None, setup.site.period)

@@ -21,26 +21,48 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from states.arm.motion import Workspace
-    from states.navigation.profile import ProfilePlanner
+    from states.navigation.layers import Layers
+    from states.navigation.local_planner import GlobalPlanner, LocalPlanner
+    from states.navigation.maps import OccupancyMap
     from states.navigation.visibility import ExactPlanner
 
 SubsystemName = Literal["chase", "haptic", "escape"]
 
 
 @dataclass(frozen=True, slots=True)
+class CostmapValues:
+    """The costmaps of a subsystem that plans on cells, with costmap_2d's names.
+
+    `inflation_radius` is how far costs reach beyond the subsystem's `inflation`, within which all
+    is blocked: they fall with `cost_scaling_factor`, 1/m, and keep `navfn` off walls. `width` and
+    `height` are those of the local window about the robot, m (R37).
+    """
+
+    resolution: Length
+    inflation_radius: Length
+    cost_scaling_factor: float
+    width: Length
+    height: Length
+
+
+@dataclass(frozen=True, slots=True)
 class Subsystem:
     """One of the three navigation subsystems, with values of its own (R35, R120, R129).
 
-    `inflation` is kept from walls to the robot's centre, `user_radius` from the user's centre on
-    the way (m); a goal counts as reached within `tolerance` and `yaw_tolerance`.
+    `planner` finds ways, `exact` among the room's polygons, the others on a costmap;
+    `local_planner` drives them. `inflation` is kept from walls to the robot's centre, `user_radius`
+    from the user's centre on the way (m); a goal counts as reached within `tolerance` and
+    `yaw_tolerance`.
     """
 
-    planner: Literal["exact"]
+    planner: Literal["exact", "theta_star", "navfn"]
+    local_planner: Literal["profile", "teb"]
     max_speed: Speed
     inflation: Length
     user_radius: Length
     tolerance: Length
     yaw_tolerance: Angle
+    costmap: CostmapValues
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,8 +83,9 @@ class Navigation:
 class Site:
     """The place of one run.
 
-    `period` is the time from tick to tick, s; `latency` how long it takes until the base has heard
-    what a tick decided, s.
+    `map` is a scanned map for the planners on costmaps; without one they draw the room's. `period`
+    is the time from tick to tick, s; `latency` how long it takes until the base has heard what a
+    tick decided, s.
     """
 
     room: Room
@@ -71,36 +94,82 @@ class Site:
     navigation: Navigation
     period: float = 1.0 / 30.0
     latency: float = 0.0
-    _planners: dict[float, ExactPlanner] = field(default_factory=dict, init=False, repr=False)
+    map: OccupancyMap | None = None
+    _exact: dict[float, ExactPlanner] = field(default_factory=dict, init=False, repr=False)
+    _layers: dict[str, Layers] = field(default_factory=dict, init=False, repr=False)
 
-    def planner(self, name: SubsystemName) -> ExactPlanner:
+    def planner(self, name: SubsystemName) -> GlobalPlanner:
         """The planner of a subsystem, made when first asked for."""
+        subsystem, room = self.navigation.named(name), self.room
+        if subsystem.planner != "exact":
+            return self.layers(name).planner
         from states.navigation.visibility import ExactPlanner
 
-        inflation = self.navigation.named(name).inflation
-        if inflation not in self._planners:
-            room = self.room
-            self._planners[inflation] = ExactPlanner(
+        inflation = subsystem.inflation
+        if inflation not in self._exact:
+            self._exact[inflation] = ExactPlanner(
                 room.outer, room.obstacles, inflation_radius=inflation
             )
-        return self._planners[inflation]
+        return self._exact[inflation]
 
-    def driver(self, name: SubsystemName) -> ProfilePlanner:
+    def layers(self, name: SubsystemName) -> Layers:
+        """The costmaps of a subsystem whose planner is on cells, made when first asked for.
+
+        Raises:
+            ValueError: its planner has none.
+        """
+        from states.navigation.layers import PLANNERS, Layers, map_of
+
+        subsystem = self.navigation.named(name)
+        if subsystem.planner not in PLANNERS:
+            raise ValueError(f"{name}: planner '{subsystem.planner}' plans without a costmap")
+        if name not in self._layers:
+            values = subsystem.costmap
+            static = self.map or map_of(self.room, values.resolution)
+            layers = Layers(subsystem.planner, static, subsystem.inflation, values)
+            self._layers[name] = layers
+        return self._layers[name]
+
+    def driver(self, name: SubsystemName) -> LocalPlanner:
         """A new local planner with the values of a subsystem; one per drive."""
         from states.navigation.profile import Limits, ProfilePlanner, Tolerance
 
-        subsystem, limits, base = self.navigation.named(name), self.limits, self.robot.base
-        return ProfilePlanner(
-            self.planner(name),
-            Limits(
-                min(subsystem.max_speed, limits.base_speed, base.max_speed),
-                limits.base_acceleration,
-                min(limits.base_yaw_rate, base.max_yaw_rate),
-                limits.base_yaw_acceleration,
-            ),
-            Tolerance(subsystem.tolerance, subsystem.yaw_tolerance),
-            latency=self.latency,
+        subsystem, room = self.navigation.named(name), self.room
+        own, base = self.limits, self.robot.base
+        limits = Limits(
+            min(subsystem.max_speed, own.base_speed, base.max_speed),
+            own.base_acceleration,
+            min(own.base_yaw_rate, base.max_yaw_rate),
+            own.base_yaw_acceleration,
         )
+        planner, tolerance = (
+            self.planner(name),
+            Tolerance(subsystem.tolerance, subsystem.yaw_tolerance),
+        )
+        if subsystem.local_planner == "profile":
+            return ProfilePlanner(planner, limits, tolerance, latency=self.latency)
+        from states.navigation.teb_planner import TebPlanner
+
+        walls, kept = (room.outer, *room.obstacles), subsystem.inflation
+        teb = TebPlanner(planner, limits, tolerance, walls=walls, wall_distance=kept)
+        teb.latency = self.latency
+        return teb
+
+    def warm_up(self) -> None:
+        """Compile, or load from the cache, what the subsystems drive by, and build their maps."""
+        from states.navigation import grid_planners, profile
+
+        profile.warm_up()
+        names: tuple[SubsystemName, ...] = ("chase", "haptic", "escape")
+        used = [self.navigation.named(name) for name in names]
+        if any(subsystem.planner != "exact" for subsystem in used):
+            grid_planners.warm_up()
+        if any(subsystem.local_planner == "teb" for subsystem in used):
+            from states.navigation import teb_planner
+
+            teb_planner.warm_up()
+        for name in names:
+            self.planner(name)
 
     def slowed(self, command: Twist2, share: float, name: SubsystemName) -> Twist2:
         """A subsystem's command within this share of its speed; see `states.ages`."""

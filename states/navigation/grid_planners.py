@@ -10,13 +10,21 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from hw.room import Disc, Point
 from states.navigation.cells import Grid, room_map
 from states.navigation.clearance import TOLERANCE, Array, passes_disc
 from states.navigation.costmap import Costmap
-from states.navigation.distance import INSCRIBED, LETHAL, NO_INFORMATION, Costs, Inflation
+from states.navigation.distance import (
+    INSCRIBED,
+    LETHAL,
+    NO_INFORMATION,
+    Costs,
+    Inflation,
+    distances,
+)
 from states.navigation.path import Path
 from states.navigation.potential import crossing_costs, descend, potential_from
 from states.navigation.tangents import User
@@ -73,6 +81,7 @@ class GridPlanner(ABC):
         if self.allow_unknown:
             blocked &= costs != NO_INFORMATION
         self._free = np.ascontiguousarray(~blocked)
+        self._distances: Array | None = None
 
     def plan(
         self, start: Point, goal: Point, user: Disc | None = None, side: int = 0
@@ -101,7 +110,21 @@ class GridPlanner(ABC):
 
     def are_free(self, places: Array) -> NDArray[np.bool_]:
         """Which of the places (n, 2), m, may the robot's centre be at, (n,)? Not for NaN."""
-        return np.array([self.is_free((x, y)) for x, y in places.tolist()], dtype=np.bool_)
+        grid = self.grid
+        return _are_free(self._free, (grid.x, grid.y), grid.resolution, places)
+
+    def clearance(self, place: Point) -> float:
+        """Distance to the nearest lethal cell, m, between the centres of cells by interpolation.
+
+        Half a cell is taken off: what is lethal begins at the side of a cell. 0 outside the map.
+        """
+        if self.grid.cell(*place) is None:
+            return 0.0
+        if self._distances is None:
+            lethal = np.ascontiguousarray(self.costs == LETHAL)
+            self._distances = distances(lethal, self.grid.resolution)
+        between = float(_interpolated(self._distances, *self._in_cells(place)))
+        return max(0.0, between - 0.5 * self.grid.resolution)
 
     def allows(
         self, start: Point, end: Point, user: Disc | None = None, slack: float = 0.0
@@ -126,19 +149,11 @@ class GridPlanner(ABC):
         at = self.grid.cell(*place)
         if at is None:
             return None
-        rows, columns = np.nonzero(self._free)
-        xs = self.grid.x + (columns + 0.5) * self.grid.resolution
-        ys = self.grid.y + (rows + 0.5) * self.grid.resolution
-        outside = np.hypot(xs - disc.x, ys - disc.y) >= disc.radius
-        xs, ys = xs[outside], ys[outside]
         passable = self.costs < LETHAL if self.costs[at] < LETHAL else np.ones_like(self._free)
-        reach = min(disc.radius, math.dist(place, (disc.x, disc.y))) - TOLERANCE
-        for i in np.argsort(np.hypot(xs - place[0], ys - place[1]), kind="stable"):
-            found = float(xs[i]), float(ys[i])
-            clear = line_is_free(passable, *self._in_cells(place), *self._in_cells(found))
-            if clear and passes_disc(*place, *found, disc.x, disc.y, reach):
-                return found
-        return None
+        x, y = self._in_cells((disc.x, disc.y))
+        around = np.array((x, y, disc.radius / self.grid.resolution))
+        found = _nearest_free(self._free, passable, *self._in_cells(place), around)
+        return self._in_map(found) if found[0] >= 0.0 else None
 
     def _in_cells(self, place: Point) -> Point:
         return (
@@ -194,6 +209,63 @@ class NavfnPlanner(GridPlanner):
         )
 
 
+@njit(cache=True)
+def _are_free(
+    free: NDArray[np.bool_], corner: tuple[float, float], resolution: float, places: Array
+) -> NDArray[np.bool_]:
+    rows, columns = free.shape
+    found = np.zeros(len(places), np.bool_)
+    for i in range(len(places)):
+        x, y = (places[i, 0] - corner[0]) / resolution, (places[i, 1] - corner[1]) / resolution
+        if 0.0 <= x < columns and 0.0 <= y < rows:
+            found[i] = free[int(y), int(x)]
+    return found
+
+
+@njit(cache=True)
+def _nearest_free(
+    free: NDArray[np.bool_], passable: NDArray[np.bool_], px: float, py: float, user: Array
+) -> tuple[float, float]:
+    """The nearest free middle of a cell in sight, in cells; (-1, -1): there is none.
+
+    Rings of cells about the place, until the next ring cannot be nearer.
+    """
+    rows, columns = free.shape
+    row, column = math.floor(py), math.floor(px)
+    reach = min(user[2], math.hypot(px - user[0], py - user[1])) - TOLERANCE
+    best, found_x, found_y = math.inf, -1.0, -1.0
+    for ring in range(max(rows, columns)):
+        if ring - 1.0 > best:
+            break
+        for up in range(-ring, ring + 1):
+            step = 1 if abs(up) == ring else max(1, 2 * ring)
+            for across in range(-ring, ring + 1, step):
+                r, c = row + up, column + across
+                if not (0 <= r < rows and 0 <= c < columns and free[r, c]):
+                    continue
+                x, y = c + 0.5, r + 0.5
+                away = math.hypot(x - px, y - py)
+                if away >= best or math.hypot(x - user[0], y - user[1]) < user[2]:
+                    continue
+                if passes_disc(px, py, x, y, user[0], user[1], reach) and line_is_free(
+                    passable, px, py, x, y
+                ):
+                    best, found_x, found_y = away, x, y
+    return found_x, found_y
+
+
+@njit(cache=True)
+def _interpolated(field: Array, x: float, y: float) -> float:
+    """The value between the centres of four cells, in cells; those at the border go on outside."""
+    rows, columns = field.shape
+    x, y = min(max(x - 0.5, 0.0), columns - 1.0), min(max(y - 0.5, 0.0), rows - 1.0)
+    column, row = min(int(x), columns - 2), min(int(y), rows - 2)
+    u, v = x - column, y - row
+    low = (1.0 - u) * field[row, column] + u * field[row, column + 1]
+    high = (1.0 - u) * field[row + 1, column] + u * field[row + 1, column + 1]
+    return float((1.0 - v) * low + v * high)
+
+
 def warm_up() -> None:
     """Compile, or load from the cache, everything that a query may need."""
     room = ((0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (0.0, 3.0))
@@ -201,3 +273,5 @@ def warm_up() -> None:
         built = planner.in_room(room, inflation_radius=0.3, resolution=0.1)
         built.plan((0.1, 0.1), (2.5, 2.5), Disc(1.5, 1.5, 0.4), side=1)
         built.allows((1.0, 1.0), (1.2, 1.0), Disc(2.5, 2.5, 0.2))
+        built.clearance((1.0, 1.0))
+        built.are_free(np.ones((2, 2)))

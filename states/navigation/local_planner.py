@@ -12,9 +12,13 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from hw.geometry import Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
 from hw.room import Disc, Point
+from states.navigation.clearance import Array
 from states.navigation.path import Path
 from states.navigation.racing import time_from
 from states.navigation.speed import Pace, as_line
@@ -54,6 +58,14 @@ class GlobalPlanner(Protocol):
 
     def is_free(self, place: Point, user: Disc | None = None) -> bool:
         """May the centre be here?"""
+        ...
+
+    def are_free(self, places: Array) -> NDArray[np.bool_]:
+        """The same for many places (n, 2) at once, without the user."""
+        ...
+
+    def clearance(self, place: Point) -> float:
+        """Distance to the nearest wall, not inflated, m."""
         ...
 
     def nearest_free(self, place: Point, user: Disc | None = None) -> Point | None:

@@ -310,3 +310,50 @@ def test_the_robot_drives_to_its_goal_whichever_planners_it_has(name, local):
             break
     assert driver.status == "arrived"
     assert nearest >= USER.radius - 1e-6
+
+
+@settings(deadline=None, max_examples=150)
+@given(worlds, spots, st.tuples(st.floats(0, 14), st.floats(0, 12), st.floats(0, 3)))
+def test_the_nearest_free_cell_is_the_nearest_of_all_in_sight(free, place, user):
+    planner = ThetaStarPlanner(Grid(1.0, *free.shape), costs_of(free), lethal_cost=LETHAL)
+    disc = Disc(*user)
+    found = planner.nearest_free(place, disc)
+    at = (int(place[1]), int(place[0]))
+    passable = free if free[at] else np.ones_like(free)
+    reach = min(disc.radius, math.dist(place, user[:2])) - 1e-6
+    seen = []
+    for row, column in np.argwhere(free):
+        cell = (column + 0.5, row + 0.5)
+        steps = np.linspace(0.0, 1.0, 400)[:, None]
+        line = np.array(place) + steps * (np.array(cell) - place)
+        if math.dist(cell, user[:2]) < disc.radius:
+            continue
+        if np.hypot(*(line - user[:2]).T).min() >= reach and line_is_free(passable, *place, *cell):
+            seen.append(math.dist(place, cell))
+    if not seen:
+        assert found is None or math.dist(found, user[:2]) >= disc.radius
+    else:
+        assert found is not None
+        assert math.dist(found, place) <= min(seen) + 1e-9
+        assert free[int(found[1]), int(found[0])]
+
+
+@on_grids
+def test_clearance_is_that_of_the_polygons_within_a_cell(planner):
+    exact, grid = LAB["exact"], planner.in_room(OUTER, OBSTACLES, inflation_radius=0.77)
+    rng = np.random.default_rng(5)
+    places = rng.uniform((0.3, 0.3), (11.2, 9.8), (300, 2)).tolist()
+    free = [place for place in places if exact.clearance(place) > 0.2 and exact.is_free(place)]
+    assert len(free) > 100
+    for place in free:
+        assert grid.clearance(place) == pytest.approx(exact.clearance(place), abs=0.05)
+    assert grid.clearance((50.0, 1.0)) == 0.0
+
+
+def test_many_places_are_free_as_each_is():
+    planner = LAB["theta_star"]
+    places = np.random.default_rng(6).uniform(-1.0, 12.0, (500, 2))
+    places[0] = math.nan
+    expected = [planner.is_free((x, y)) for x, y in places.tolist()]
+    assert planner.are_free(places).tolist() == expected
+    assert any(expected)
