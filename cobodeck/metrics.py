@@ -36,7 +36,8 @@ PropOf = Callable[[Pose2, Joints], Pose3]
 class Evaluator:
     """Watches a world from outside; `watch` once per tick.
 
-    `prop_errors` are those of the served requests where the prop was nearest, m and rad.
+    `prop_errors` are those of the served requests where the prop was nearest, m and rad;
+    `unserved` is when the others began and ended, ns.
     """
 
     world: World
@@ -45,6 +46,7 @@ class Evaluator:
     requests: int = 0
     response_s: list[float] = field(default_factory=list)
     prop_errors: list[tuple[float, float]] = field(default_factory=list)
+    unserved: list[tuple[int, int]] = field(default_factory=list)
     situations: int = 0
     time_to_safety_s: list[float] = field(default_factory=list)
     dropouts: list[tuple[int, int]] = field(default_factory=list)
@@ -106,8 +108,8 @@ class Evaluator:
     def _watch_request(self, now_ns: int) -> None:
         deep = self.world.person.request
         if deep is not self._requested:
+            self._end_request(now_ns)
             self._requested = deep
-            self._since = None
             if deep is not None:
                 self.requests += 1
                 self._since = now_ns
@@ -118,6 +120,11 @@ class Evaluator:
             return
         self._looked_at = looked_at
         self._watch_prop(now_ns, deep, self.prop_of(*looked_at))
+
+    def _end_request(self, now_ns: int) -> None:
+        if self._since is not None:
+            self.unserved.append((self._since, now_ns))
+            self._since = None
 
     def _watch_prop(self, now_ns: int, deep: Pose3, prop: Pose3) -> None:
         error = prop.distance_to(deep), prop.angle_to(deep)
@@ -133,7 +140,8 @@ class Evaluator:
         return math.hypot(deep.x - base.x, deep.y - base.y) < AHEAD_M
 
     def finish(self) -> None:
-        """Count what tracking still owes at the end."""
+        """Count what tracking still owes at the end, and a request that is left."""
+        self._end_request(self._now)
         if self._now - self._seen > STALE_NS:
             self.dropouts.append((self._seen, self._now))
 
@@ -143,6 +151,7 @@ class Evaluator:
         return {
             "requests": self.requests,
             "served": len(self.response_s),
+            "refused": len(self.unserved),
             "response_s": spread(self.response_s, ("mean", "sd", "min", "max")),
             "prop_error_m": spread((away for away, _ in self.prop_errors), ("mean", "max")),
             "prop_error_rad": spread((turned for _, turned in self.prop_errors), ("mean", "max")),
@@ -165,6 +174,8 @@ NOTHING: Mapping[str, Any] = {
     "governor": False,
     "requests": None,
     "served": None,
+    "refused": None,
+    "refusals": {},
     "response_s": dict.fromkeys(("mean", "sd", "min", "max")),
     "prop_error_m": dict.fromkeys(("mean", "max")),
     "prop_error_rad": dict.fromkeys(("mean", "max")),

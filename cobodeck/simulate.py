@@ -17,6 +17,7 @@ from cobodeck.arm_contact import ArmWatch, OutlineOf
 from cobodeck.console import FAILED, Problem
 from cobodeck.logic import LogicLoop, wander
 from cobodeck.metrics import Evaluator, visits
+from cobodeck.refusals import refusals
 from cobodeck.warmup import warm_up
 from cobodeck.wiring import Setup, Wired, wire
 from engine.signals import Usage
@@ -135,6 +136,7 @@ class Loop:
         return {
             "governor": governor,
             **self.evaluator.report(),
+            "refusals": refusals(self.wired.run, self.evaluator.unserved),
             "faults": len(faults),
             "fault_names": names,
         }
@@ -191,7 +193,6 @@ def simulate(
         "escapes": visits(run, "escape"),
         "escape_failures": visits(run, "escape", "failed"),
         **loop.report(),
-        "refused": visits(run, "haptic", "failed"),
         "overruns": loop.overruns,
         "signals": {
             name: {"evaluated": usage.evaluated, "skipped": usage.skipped}

@@ -126,7 +126,7 @@ def summary(figures: Mapping[str, Any], trace: str) -> str:
 
 def _world_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [
-        ("requests served", f"{f['served']} of {f['requests']}, {f['refused']} refused"),
+        ("requests served", f"{f['served']} of {f['requests']}{_refused(f['refusals'])}"),
         ("response", _spread(f["response_s"], "s")),
         ("beside the user", _share(f["beside_share"], f["walking_s"])),
         ("travelled", f"{f['distance_m']:.1f} m, {f['energy_j'] / 1000:.1f} kJ"),
@@ -136,6 +136,10 @@ def _world_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("tracking lost", _dropouts(f["dropouts"])),
         ("faults", _faults(f["fault_names"])),
     ]
+
+
+def _refused(refusals: Mapping[str, int]) -> str:
+    return "".join(f"; {count} refused: {reason}" for reason, count in refusals.items())
 
 
 def _spread(values: Mapping[str, float | None], unit: str) -> str:

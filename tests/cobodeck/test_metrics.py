@@ -172,6 +172,22 @@ def test_a_request_is_served_once(course: Course) -> None:
     assert (figures["requests"], figures["served"]) == (2, 2)
 
 
+def test_what_is_not_served_is_refused_with_its_times_also_at_the_end(course: Course) -> None:
+    for begin, served in ((1, False), (5, True), (9, False)):
+        course.prop = Pose3(1.0 if served else 50.0, 0.0, 1.5)
+        course.world.person.request = Pose3(1.0, 0.0, 1.5)
+        course.see(begin, Pose2(1.5, 0.0))
+        course.see(begin + 2, Pose2(1.5, 0.01))
+        if begin < 9:
+            course.world.person.request = None
+            course.see(begin + 3, Pose2(1.5, 0.0))
+    course.seen.finish()
+
+    figures = course.seen.report()
+    assert (figures["requests"], figures["served"], figures["refused"]) == (3, 1, 2)
+    assert course.seen.unserved == [(1 * SECOND, 4 * SECOND), (9 * SECOND, 11 * SECOND)]
+
+
 @pytest.mark.requirement(91)
 def test_the_share_beside_the_user_is_of_walking_time_only(course: Course) -> None:
     for at, x, speed in [(1, 3, 1), (2, 1.4, 1), (3, 4.1, 1), (4, 3.9, 1), (5, 9, 0)]:

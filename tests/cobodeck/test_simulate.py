@@ -30,6 +30,7 @@ NAMES = {
     "requests",
     "served",
     "refused",
+    "refusals",
     "response_s",
     "distance_m",
     "energy_j",

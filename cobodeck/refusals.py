@@ -1,0 +1,63 @@
+"""Why requests were not served: what ended the Haptic meant for them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from engine.machine import Box
+from engine.run import Run
+
+Span = tuple[int, int]
+"""When a request began and ended, ns."""
+
+IN_TIME = "not served in time"
+"""No Haptic has failed: the user let go, or the run ended, before the prop was there."""
+
+REASONS: Mapping[str, str] = {
+    "none": "no Haptic pose",
+    "out_of_reach": "DEEP out of reach",
+    "no_path": "no way to the Haptic pose",
+    "stuck": "stuck on the way",
+    "lost": "base or user lost",
+    "no_solution": "DEEP out of reach",
+    "blocked": "no free way for the arm",
+    "failed": "the arm did not get there",
+    "timeout": "took too long",
+}
+"""By the outcome of the leaf with which a Haptic failed."""
+
+
+def refusals(run: Run, unserved: Iterable[Span]) -> dict[str, int]:
+    """How often each reason occurred among the requests that were not served.
+
+    A request counts once, with the last Haptic that failed during it; `IN_TIME` if none did.
+    """
+    failed, found = failures(run), dict[str, int]()
+    for begin, end in unserved:
+        reason = next((r for time, r in reversed(failed) if begin <= time <= end), IN_TIME)
+        found[reason] = found.get(reason, 0) + 1
+    return found
+
+
+def failures(run: Run) -> list[tuple[int, str]]:
+    """When each Haptic failed, ns, and why, in order."""
+    boxes = {
+        vertex.path
+        for vertex in run.machine.vertices.values()
+        if isinstance(vertex, Box) and vertex.chart == "haptic"
+    }
+    leaves = {
+        leaf.path
+        for leaf in run.machine.leaves
+        if any(leaf.path.startswith(f"{box}/") for box in boxes)
+    }
+    found, last = [], "failed"
+    for record in run.trace:
+        if record.kind != "outcome":
+            continue
+        outcome = record.detail[0]
+        if record.subject in leaves and outcome in REASONS:
+            last = outcome
+        elif record.subject in boxes and outcome == "failed":
+            found.append((record.time, REASONS[last]))
+    return found

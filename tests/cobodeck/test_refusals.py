@@ -1,0 +1,67 @@
+"""Why a request was not served is told by what ended the Haptic meant for it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from cobodeck.refusals import IN_TIME, failures, refusals
+from cobodeck.rehearsal import Rehearsal
+from hw.geometry import Pose3
+
+SECOND = 10**9
+ASKED = {"chase/request": [("requested", {"deep": Pose3(1.0, 2.0, 1.5), "since": 7})]}
+CHOOSING = {"haptic/serve/park": "parked"}
+DRIVING = CHOOSING | {"haptic/serve/choose": "chosen"}
+REACHING = DRIVING | {"haptic/serve/drive": "arrived"}
+RETREATED = REACHING | {"haptic/serve/retreat": "parked"}
+
+
+@pytest.mark.parametrize(
+    ("script", "reason"),
+    [
+        (CHOOSING | {"haptic/serve/choose": "none"}, "no Haptic pose"),
+        (CHOOSING | {"haptic/serve/choose": "out_of_reach"}, "DEEP out of reach"),
+        (DRIVING | {"haptic/serve/drive": "no_path"}, "no way to the Haptic pose"),
+        (DRIVING | {"haptic/serve/drive": "stuck"}, "stuck on the way"),
+        (DRIVING | {"haptic/serve/drive": "lost"}, "base or user lost"),
+        (RETREATED | {"haptic/serve/reach": "no_solution"}, "DEEP out of reach"),
+        (RETREATED | {"haptic/serve/reach": "blocked"}, "no free way for the arm"),
+        ({"haptic/serve/park": "failed"}, "the arm did not get there"),
+    ],
+)
+def test_the_reason_is_that_of_the_leaf_with_which_the_haptic_failed(
+    sim: Rehearsal, script: dict[str, Any], reason: str
+) -> None:
+    sim.start("cobodeck", script=ASKED | script)
+    sim.wait(1)
+
+    assert refusals(sim.run, [(0, SECOND)]) == {reason: 1}
+
+
+def test_a_drive_that_takes_too_long_says_so(sim: Rehearsal) -> None:
+    sim.start("cobodeck", script=ASKED | DRIVING)
+    sim.wait(31)
+
+    assert refusals(sim.run, [(0, 31 * SECOND)]) == {"took too long": 1}
+
+
+def test_a_haptic_that_was_let_go_has_not_failed(sim: Rehearsal) -> None:
+    sim.start("cobodeck", script=ASKED | DRIVING | {"haptic/release": "released"})
+    sim.wait(1)
+
+    assert failures(sim.run) == []
+    assert refusals(sim.run, [(0, SECOND)]) == {IN_TIME: 1}
+
+
+def test_each_request_has_its_own_reason_and_counts_once(sim: Rehearsal) -> None:
+    asked = ("requested", {"deep": Pose3(1.0, 2.0, 1.5), "since": 7})
+    leaves = {"chase/request": asked, "haptic/serve/park": "parked", "haptic/serve/choose": "none"}
+    sim.start("cobodeck", script={leaf: [end] * 3 for leaf, end in leaves.items()})
+    sim.wait(1)
+    times = [time for time, _ in failures(sim.run)]
+
+    assert len(times) == 3
+    spans = [(times[0], times[1]), (times[2], SECOND), (SECOND, 2 * SECOND)]
+    assert refusals(sim.run, spans) == {"no Haptic pose": 2, IN_TIME: 1}
