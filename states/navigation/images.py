@@ -73,13 +73,17 @@ def _read_pgm(path: Path, data: bytes) -> Pixels:
         raise ImageError(path, 0, f"has {most} as its largest grey; 1 to 65535 is allowed")
     if data[:2] == b"P2":
         words = data[start:].split()
-        if not all(word.isdigit() for word in words[: columns * rows]):
+        if not all(word.isdigit() for word in words):
             raise ImageError(path, 0, "has a grey that is not a number")
-        grey = np.array(words[: columns * rows], dtype=np.float64)
+        if len(words) > columns * rows:
+            raise ImageError(path, 0, f"holds more than its {columns} x {rows} pixels")
+        grey = np.array(words, dtype=np.float64)
     else:
         kind = np.dtype(np.uint8 if most < 256 else ">u2")
         fit = (len(data) - start) // kind.itemsize
         grey = np.frombuffer(data, kind, min(fit, columns * rows), start).astype(np.float64)
+        if data[start + columns * rows * kind.itemsize :].strip():
+            raise ImageError(path, 0, f"holds more than its {columns} x {rows} pixels")
     if len(grey) < columns * rows:
         raise ImageError(
             path, 0, f"is cut off: {len(grey)} of {columns} x {rows} = {columns * rows} pixels"
@@ -169,11 +173,16 @@ class _Png:
     def _inflate(self, width: int) -> Pixels:
         expected = self._rows * (width + 1)
         try:
-            raw = zlib.decompressobj().decompress(self._packed, expected)
+            unpack = zlib.decompressobj()
+            raw = unpack.decompress(self._packed, expected)
+            more = unpack.decompress(unpack.unconsumed_tail, 1)
         except zlib.error as failure:
             raise ImageError(self._path, 0, f"is damaged: {failure}") from None
         if len(raw) < expected:
             raise ImageError(self._path, 0, f"is cut off: {len(raw)} of {expected} bytes")
+        if more:
+            size = f"{self._columns} x {self._rows}"
+            raise ImageError(self._path, 0, f"holds more than its {size} pixels")
         return np.frombuffer(raw, np.uint8).reshape(self._rows, width + 1)
 
     def _unfilter(self, filtered: Pixels, step: int) -> Pixels:

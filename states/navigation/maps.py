@@ -37,6 +37,11 @@ OCCUPIED = 100
 
 Values = NDArray[np.int16]
 
+FINEST, COARSEST = 0.001, 10.0
+"""Sides of a cell outside of this, m, are a mistake."""
+LARGEST = 1000.0
+"""So is a map that is longer, m."""
+
 _MODES = ("trinary", "scale", "raw")
 _GREYS = {"free": 254, "unknown": 205, "occupied": 0}
 
@@ -91,10 +96,8 @@ def load_map(path: Path | str, convention: Convention = "ros1") -> OccupancyMap:
     for key in ("image", "resolution", "origin", "occupied_thresh", "free_thresh", "negate"):
         if key not in content:
             raise MapError(path, 0, f"the key '{key}' is missing")
-    resolution = content["resolution"].number()
-    if resolution <= 0.0:
-        raise content["resolution"].fail(f"{resolution:g} m per pixel; more than 0 is needed")
     pixels = read_image(path.parent / content["image"].text())
+    resolution = _resolution(content["resolution"], max(pixels.shape[:2]))
     thresholds = _thresholds(content)
     mode: Mode = content["mode"].text(_MODES) if "mode" in content else "trinary"  # type: ignore[assignment]
     negate = _flag(content["negate"])
@@ -178,6 +181,20 @@ def _grey_and_alpha(
         pixels if not has_alpha or (mode, convention) == ("trinary", "ros1") else pixels[..., :-1]
     )
     return averaged.mean(axis=2), alpha
+
+
+def _resolution(item: Item, longest: int) -> float:
+    """The side of a cell, m, that makes a map of sensible size."""
+    resolution = item.number()
+    if resolution <= 0.0:
+        raise item.fail(f"{resolution:g} m per pixel; more than 0 is needed")
+    if not FINEST <= resolution <= COARSEST:
+        allowed = f"{FINEST:g} to {COARSEST:g} is allowed"
+        raise item.fail(f"{resolution:g} m per pixel; {allowed}")
+    if longest * resolution > LARGEST:
+        side = longest * resolution
+        raise item.fail(f"makes the map {side:g} m long; at most {LARGEST:g} m are allowed")
+    return resolution
 
 
 def _thresholds(content: dict[str, Item]) -> tuple[float, float]:

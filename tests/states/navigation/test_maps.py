@@ -1,5 +1,7 @@
 import math
 import os
+import struct
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -157,6 +159,9 @@ def test_a_missing_key_is_named_with_the_file(tmp_path, key):
     [
         ("resolution", "0", "more than 0 is needed"),
         ("resolution", "-0.05", "more than 0 is needed"),
+        ("resolution", "1e9", "0.001 to 10 is allowed"),
+        ("resolution", "1e-12", "0.001 to 10 is allowed"),
+        ("resolution", ".inf", "needs a number"),
         ("resolution", "fine", "needs a number"),
         ("origin", "[0, 0]", "needs 3 numbers, has 2"),
         ("origin", "[0, 0, .nan]", "origin"),
@@ -189,6 +194,49 @@ def test_an_image_that_is_cut_off_is_named(tmp_path):
     image.write_bytes(image.read_bytes()[:-1])
     with pytest.raises(ImageError, match=r"map\.pgm: is cut off: 11 of 4 x 3 = 12 pixels"):
         load_map(path)
+
+
+def test_a_map_longer_than_a_kilometre_is_refused(tmp_path):
+    path = write_map(tmp_path, np.zeros((1, 101, 1)), resolution=10)
+    with pytest.raises(MapError, match="makes the map 1010 m long; at most 1000 m"):
+        load_map(path)
+
+
+def png(size, lines):
+    """A grey PNG that says it has this size."""
+
+    def chunk(name, body):
+        return (
+            struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
+        )
+
+    head = struct.pack(">IIBBBBB", *size, 8, 0, 0, 0, 0)
+    packed = zlib.compress(b"".join(b"\0" + line for line in lines))
+    parts = (chunk(b"IHDR", head), chunk(b"IDAT", packed), chunk(b"IEND", b""))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(parts)
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"P5\n2 2\n255\n\1\2\3\4\5", "holds more than its 2 x 2 pixels"),
+        (b"P2\n2 2\n255\n1 2 3 4 5", "holds more than its 2 x 2 pixels"),
+        (b"P2\n2 2\n255\n1 2 3", "is cut off: 3 of 2 x 2 = 4 pixels"),
+        (png((2, 2), [b"\1\2"] * 3), "holds more than its 2 x 2 pixels"),
+        (png((2, 2), [b"\1\2"]), "is cut off"),
+        (png((2**31 - 1, 2**31 - 1), [b"\1"]), "at most"),
+    ],
+)
+def test_an_image_of_another_size_than_it_says_is_refused(tmp_path, data, message):
+    (tmp_path / "map.pgm").write_bytes(data)
+    with pytest.raises(ImageError, match=message):
+        read_image(tmp_path / "map.pgm")
+
+
+def test_an_image_of_the_size_it_says_is_read_with_a_line_end_after_it(tmp_path):
+    for data in (png((2, 2), [b"\1\2"] * 2), b"P5\n2 2\n255\n\1\2\1\2\n"):
+        (tmp_path / "map.pgm").write_bytes(data)
+        assert read_image(tmp_path / "map.pgm")[..., 0].tolist() == [[1, 2], [1, 2]]
 
 
 @pytest.mark.parametrize(
