@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,10 @@ import pytest
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
+from hw.calibration import load_calibration
 from hw.geometry import Pose2, Pose3, wrap
+from hw.robot import FOLDER as ROBOTS
+from hw.robot import load_robot
 from hw.samples import UserPose
 from hw.sim.arm import SimArm
 from states.arm.motion import Look
@@ -202,6 +206,35 @@ def test_a_jerk_limit_of_the_profile_is_kept_on_the_way(site: Site) -> None:
     _, _, acceleration = answer.trajectory.at(t)
     assert np.abs(np.diff(acceleration, axis=0)).max() <= 40.0 * (t[1] - t[0]) * 1.01
     assert durations[0] < durations[1] < 1.5 * durations[0]
+
+
+@pytest.mark.requirement(17, 26, 44)
+def test_a_calibrated_robot_is_served_by_its_own_chain(
+    site: Site, context: Any, tmp_path: Path
+) -> None:
+    text = (ROBOTS / "rbkairos_ur10.yaml").read_text()
+    file = tmp_path / "measured.yaml"
+    file.write_text(text.replace("calibration: null", "calibration: robotnik_ur10"))
+    own = Site(site.room, load_robot(file), site.limits, site.navigation)
+    rng = np.random.default_rng(6)
+    for _ in range(10):
+        user, deep, base = request(rng, own)
+        rig = Rig(own, context, base, user)
+
+        assert rig.run(ReachDeep().run(rig.ctx, deep=deep)) == "reached"
+
+        x, y, z = measured_place(base, rig.arm.state.joints)
+        assert math.dist((x, y, z), (deep.x, deep.y, deep.z)) <= 0.005
+
+
+def measured_place(base: Pose2, joints: tuple[float, ...]) -> tuple[float, float, float]:
+    """Where the 0.15 m prop of the measured arm is in the map, frame by frame."""
+    turn, place = Rotation.from_euler("z", math.pi), np.array([0.0, 0.0, 0.511])
+    for joint, angle in zip(load_calibration(), joints, strict=True):
+        place = place + turn.apply(joint.xyz)
+        turn = turn * Rotation.from_euler("xyz", joint.rpy) * Rotation.from_euler("z", angle)
+    x, y, z = place + turn.apply([0.0, 0.0, 0.15])
+    return (*base.transform(x, y), float(z))
 
 
 @pytest.mark.requirement(80)
