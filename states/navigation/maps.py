@@ -96,8 +96,11 @@ def load_map(path: Path | str, convention: Convention = "ros1") -> OccupancyMap:
     for key in ("image", "resolution", "origin", "occupied_thresh", "free_thresh", "negate"):
         if key not in content:
             raise MapError(path, 0, f"the key '{key}' is missing")
+    resolution = _resolution(content["resolution"])
     pixels = read_image(path.parent / content["image"].text())
-    resolution = _resolution(content["resolution"], max(pixels.shape[:2]))
+    if (side := max(pixels.shape[:2]) * resolution) > LARGEST:
+        message = f"makes the map {side:g} m long; at most {LARGEST:g} m are allowed"
+        raise content["resolution"].fail(message)
     thresholds = _thresholds(content)
     mode: Mode = content["mode"].text(_MODES) if "mode" in content else "trinary"  # type: ignore[assignment]
     negate = _flag(content["negate"])
@@ -183,17 +186,14 @@ def _grey_and_alpha(
     return averaged.mean(axis=2), alpha
 
 
-def _resolution(item: Item, longest: int) -> float:
-    """The side of a cell, m, that makes a map of sensible size."""
+def _resolution(item: Item) -> float:
+    """The side of a cell, m."""
     resolution = item.number()
     if resolution <= 0.0:
         raise item.fail(f"{resolution:g} m per pixel; more than 0 is needed")
     if not FINEST <= resolution <= COARSEST:
         allowed = f"{FINEST:g} to {COARSEST:g} is allowed"
         raise item.fail(f"{resolution:g} m per pixel; {allowed}")
-    if longest * resolution > LARGEST:
-        side = longest * resolution
-        raise item.fail(f"makes the map {side:g} m long; at most {LARGEST:g} m are allowed")
     return resolution
 
 
