@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hw.calibration import CalibrationError, load_calibration
+from hw.description import Description, description_from
 from hw.document import FileError, Item, read_document, suggestion
 from hw.interfaces import DriveMode
 from hw.prop import Placement, Prop, PropError, load_prop
@@ -83,7 +84,7 @@ class ArmModel:
     """The arm, one value per joint from the shoulder on; rad, rad/s.
 
     `parked` comes with what the arm holds. `calibration` is the measured chain of this one robot,
-    each joint's frame in the link before it; None: the nominal one.
+    each joint's frame in the link before it; None: the nominal one, or that of `urdf`.
     """
 
     mount_height: float
@@ -93,6 +94,7 @@ class ArmModel:
     stop_deceleration: float
     parked: Joints
     calibration: tuple[Placement, ...] | None = None
+    urdf: Description | None = None
 
     def check(self, joints: Joints) -> None:
         """Refuse joint angles no arm of this kind can have.
@@ -257,21 +259,23 @@ def _mode(item: Item) -> DriveMode:
 def _arm(item: Item, holding: Item, held: Prop) -> ArmModel:
     lists = ("lower", "upper", "max_speed")
     part = item.section(
-        required=("mount_height", "stop_deceleration", *lists), optional=("calibration",)
+        required=("mount_height", "stop_deceleration", *lists), optional=("calibration", "urdf")
     )
+    height = part["mount_height"].number(low=0.0)
     lower, upper, max_speed = (part[name].numbers(len(held.parked)) for name in lists)
     for low, high, speed in zip(lower, upper, part["max_speed"].items(), strict=True):
         _positive(speed)
         if not low < high:
             raise part["upper"].fail(f"{high:g} is not above the lower limit {low:g}")
     arm = ArmModel(
-        mount_height=part["mount_height"].number(low=0.0),
+        mount_height=height,
         lower=lower,
         upper=upper,
         max_speed=max_speed,
         stop_deceleration=_positive(part["stop_deceleration"]),
         parked=held.parked,
         calibration=_calibration(part.get("calibration")),
+        urdf=description_from(part["urdf"], height) if "urdf" in part else None,
     )
     try:
         arm.check(held.parked)

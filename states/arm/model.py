@@ -109,11 +109,21 @@ class Manipulator:
 
 
 def manipulator_of(robot: RobotModel) -> Manipulator:
-    """The arm of a robot: its mount, its calibration, and what it holds."""
-    arm = load_manipulator().with_tool(robot.prop).calibrated(robot.arm.calibration)
-    return (
-        arm if robot.arm.mount_height == arm.mount.xyz[2] else arm.mounted(robot.arm.mount_height)
-    )
+    """The arm of a robot: its mount, its calibration, and what it holds; or that of its URDF.
+
+    Raises:
+        FileError, ValueError: the URDF is wrong, or its arm is none that this is made for.
+    """
+    arm = load_manipulator().with_tool(robot.prop)
+    height, described = robot.arm.mount_height, robot.arm.urdf
+    if height != arm.mount.xyz[2]:
+        arm = arm.mounted(height)
+    if described is not None:
+        from states.arm.urdf_arm import described_arm
+
+        arm = described_arm(described, arm)
+    chain = robot.arm.calibration
+    return arm if chain is None else arm.calibrated(chain)
 
 
 def load_manipulator(path: Path | None = None) -> Manipulator:

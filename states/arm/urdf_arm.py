@@ -14,11 +14,12 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from hw.description import Description
 from hw.prop import Capsule, Placement, Six
 from states.arm.kernels import Array
 from states.arm.kinematics import inverted, matrix
 from states.arm.model import LINKS, Box, Dh, Manipulator
-from states.arm.urdf import Joint, Urdf
+from states.arm.urdf import Joint, Urdf, read_urdf
 
 _ALIKE = 0.1
 """How far, rad, an axis may point from where a UR arm has it."""
@@ -68,6 +69,35 @@ def manipulator_from_urdf(urdf: Urdf, base: str, tip: str, like: Manipulator) ->
         tool=replace(like.tool, tcp=placement(tcp)),
         placements=tuple(placement(step) for step in steps),
     )
+
+
+def described_arm(described: Description, like: Manipulator) -> Manipulator:
+    """The arm of a robot file's URDF where it stands, with limits and prop as in `like`.
+
+    Raises:
+        FileError, ValueError: as of `read_urdf` and `manipulator_from_urdf`.
+    """
+    found = manipulator_from_urdf(read_urdf(described.file), described.base, described.flange, like)
+    link_from_flange = matrix(found.tool.tcp)
+    held = replace(
+        like.tool,
+        tcp=placement(link_from_flange @ matrix(like.tool.tcp)),
+        capsules=tuple(_moved(capsule, link_from_flange) for capsule in like.tool.capsules),
+    )
+    return replace(
+        found,
+        lower=like.lower,
+        upper=like.upper,
+        max_speed=like.max_speed,
+        mount=placement(matrix(described.mount) @ matrix(found.mount)),
+        tool=held,
+    )
+
+
+def _moved(capsule: Capsule, pose: Array) -> Capsule:
+    ends = np.array([[*capsule.start, 1.0], [*capsule.end, 1.0]]) @ pose.T
+    (x, y, z), (u, v, w) = ends[:, :3].tolist()
+    return replace(capsule, start=(x, y, z), end=(u, v, w))
 
 
 def urdf_of(model: Manipulator) -> str:

@@ -8,9 +8,12 @@ from scipy.spatial.transform import Rotation
 
 from hw.calibration import load_calibration
 from hw.document import FileError
-from hw.prop import Placement
+from hw.prop import Placement, load_prop
+from hw.robot import FOLDER as ROBOTS
+from hw.robot import load_robot
 from states.arm.inverse import inverse
 from states.arm.kinematics import Chain, forward, matrix
+from states.arm.model import manipulator_of
 from states.arm.urdf import parse_urdf, read_urdf
 from states.arm.urdf_arm import manipulator_from_urdf, placement, urdf_of
 
@@ -218,3 +221,49 @@ def test_a_placement_says_the_same_as_its_matrix(sets):
     for rpy in [*sets.rng.uniform(-3, 3, (200, 3)), (0.3, math.pi / 2, 0.2), (1, -math.pi / 2, 2)]:
         pose = matrix(Placement((1.0, 2.0, 3.0), tuple(rpy)))
         assert np.abs(matrix(placement(pose)) - pose).max() < 1e-12
+
+
+@pytest.mark.requirement(17, 26, 150)
+@pytest.mark.parametrize("prop", ["prop", "gripped"])
+def test_a_robot_file_may_take_its_arm_from_a_urdf(arm, sets, tmp_path, prop):
+    """Another flange frame, half a turn about z and 12 mm ahead: the prop is screwed on there."""
+    own = urdf_of(arm.calibrated(load_calibration()))
+    plate = '<link name="plate"/><joint name="p" type="fixed"><parent link="tool0"/>'
+    plate += '<child link="plate"/><origin xyz="0 0 0.012" rpy="0 0 3.141592653589793"/></joint>'
+    (tmp_path / "own.urdf").write_text(own.replace("</robot>", plate + "</robot>"))
+    text = (ROBOTS / "rbkairos_ur10.yaml").read_text()
+    described = "calibration: null\n  urdf: {file: own.urdf, base: arm_base, flange: plate, "
+    described += "mount: {xyz: [0.1, 0, 0.6], rpy: [0, 0, 3.141592653589793]}}"
+    file = tmp_path / "own.yaml"
+    file.write_text(text.replace("calibration: null", described))
+    found = manipulator_of(load_robot(file, prop=prop))
+    length = load_prop(prop).length
+    for q in sets.anywhere(20):
+        turn, place = Rotation.from_euler("z", math.pi), np.array([0.1, 0, 0.6])
+        for joint, angle in zip(load_calibration(), q, strict=True):
+            place = place + turn.apply(joint.xyz)
+            turn = turn * Rotation.from_euler("xyz", joint.rpy) * Rotation.from_euler("z", angle)
+        point = place + turn.apply([0, 0, 0.012 + length])
+        assert forward(Chain.of(found), q)[:3, 3] == pytest.approx(point, abs=1e-12)
+    for ours, theirs in zip(load_prop(prop).capsules, found.tool.capsules, strict=True):
+        behind = math.dist(theirs.end, found.tool.tcp.xyz)
+        assert behind == pytest.approx(length - ours.end[2])  # moved with the point
+
+
+@pytest.mark.requirement(17)
+@pytest.mark.parametrize(
+    ("described", "message"),
+    [
+        ("{file: none.urdf, base: a, flange: b}", "arm.urdf.file: there is no file"),
+        ("{file: own.urdf, base: arm_base}", "the key 'flange' is missing"),
+        ("{file: own.urdf, base: arm_base, flange: tol0}", "did you mean 'tool0'"),
+        ("{file: own.urdf, base: arm_base, flange: wrist_2}", "5 joints .* needs 6"),
+    ],
+)
+def test_a_wrong_urdf_of_a_robot_file_is_told(arm, tmp_path, described, message):
+    (tmp_path / "own.urdf").write_text(urdf_of(arm))
+    text = (ROBOTS / "rbkairos_ur10.yaml").read_text()
+    file = tmp_path / "own.yaml"
+    file.write_text(text.replace("calibration: null", f"urdf: {described}"))
+    with pytest.raises(ValueError, match=message):
+        manipulator_of(load_robot(file))
