@@ -13,6 +13,8 @@ STILL_SPEED = 0.1
 """Below this speed, m/s, a person counts as standing still."""
 STILL_NS = 500_000_000
 """After standing so long, shown the robot, the person is ready again (R115)."""
+PATIENCE_NS = 5_000_000_000
+"""A stop line that cannot be reset for so long is looked after by hand."""
 
 
 class SimTrackers:
@@ -150,15 +152,23 @@ class ScriptedOperator:
     """Acknowledges every fault a while after it began, and the stop line as soon as it can be.
 
     A reported fault and a pulled stop line are acknowledged alike; where the cause still holds the
-    operator tries again after the same while.
+    operator tries again after the same while. After PATIENCE_NS they lend a hand: `by_hand` is
+    called in each step until the line can be reset.
     """
 
     signals: tuple[str, ...] = ("operator.acknowledge",)
 
-    def __init__(self, stop_line: SimStopLine, delay_ns: int = 1_000_000_000) -> None:
+    def __init__(
+        self,
+        stop_line: SimStopLine,
+        delay_ns: int = 1_000_000_000,
+        by_hand: Callable[[], None] | None = None,
+    ) -> None:
         self.faults: list[str] = []
         self._stop_line = stop_line
         self._delay_ns = delay_ns
+        self._by_hand = by_hand
+        self._since: int | None = None
         self._reported = False
         self._due: int | None = None
         self._pending: list[Sample] = []
@@ -172,6 +182,10 @@ class ScriptedOperator:
         """Look after the robot."""
         if self._stop_line.reason is None and not self._reported:
             return
+        if self._since is None:
+            self._since = now_ns
+        if self._by_hand is not None and now_ns - self._since >= PATIENCE_NS:
+            self._by_hand()
         if self._due is None:
             self._due = now_ns + self._delay_ns
         if now_ns < self._due:
@@ -179,6 +193,7 @@ class ScriptedOperator:
         self._due = None
         if self._stop_line.reset():
             self._reported = False
+            self._since = None
             self._pending.append(Sample("operator.acknowledge", now_ns, True))
 
     def samples(self, now_ns: int) -> list[Sample]:  # noqa: ARG002

@@ -24,6 +24,10 @@ from hw.sim.contact import gap, rectangle_segment_distance, swept_gap
 from hw.sim.surroundings import ScriptedOperator, SimBumper, SimStopLine, SimTrackers, SimVr
 from hw.sim.tool import Hand
 
+PUSHED_OFF, PUSHING = 0.3, 0.3
+"""The operator pushes a robot that touches the person off to this gap, m, at this speed, m/s."""
+_PUSHES = tuple(math.radians(angle) for angle in (0, 40, -40, 80, -80))
+"""Directions to push in, from the one away from the person, rad."""
 LONGEST_STEP_NS = 33_333_334
 """A longer step is cut into pieces of this length, ns, so that people and parts can react."""
 
@@ -102,13 +106,14 @@ class World:
         self.now_ns = 0
         self.contacts = 0
         self.wall_hits = 0
-        self.touching = False
+        self.touching = self._touched = False
+        self._elapsed_s = 0.0
         self.min_gap = gap(robot.footprint, self.base.pose, person.body.x, person.body.y)
         self._walls = _Walls(scene.room, robot)
         self._line = SimStopLine(self._release)
         self._bumper = SimBumper(self._line)
         self._vr = SimVr(person)
-        self._operator = ScriptedOperator(self._line)
+        self._operator = ScriptedOperator(self._line, by_hand=self._push_off)
         self._trackers = SimTrackers(person, scene.room if area_only else None)
         self.parts = Parts(
             base=self.base,
@@ -141,7 +146,7 @@ class World:
         self._advance(until_ns)
 
     def _advance(self, now_ns: int) -> None:
-        self.now_ns = now_ns
+        self._elapsed_s, self.now_ns = (now_ns - self.now_ns) * 1e-9, now_ns
         base, arm, person = self.base, self.arm, self.person
         robot_before, body_before = base.pose, person.body
         base.braked = arm.braked = self._line.reason is not None
@@ -172,7 +177,25 @@ class World:
     def _release(self) -> bool:
         """May the stop line be reset?"""
         chain = self.base.chain
-        return not self.touching and (chain is None or chain.reset(self.now_ns))
+        free = not self.touching and (chain is None or chain.reset(self.now_ns))
+        self._touched = self._touched and not free
+        return free
+
+    def _push_off(self) -> None:
+        """The operator pushes a robot that has touched the person off them, where there is room."""
+        robot, body = self.base.pose, self.person.body
+        near = gap(self.robot.footprint, robot, body.x, body.y) < PUSHED_OFF
+        if not (self._touched and near):
+            return
+        away = math.atan2(robot.y - body.y, robot.x - body.x)
+        step = PUSHING * self._elapsed_s
+        for aside in _PUSHES:
+            x, y = robot.x + step * math.cos(away + aside), robot.y + step * math.sin(away + aside)
+            pushed = Pose2(x, y, robot.yaw)
+            if not self._walls.hit_by(pushed):
+                self.base.block(pushed)
+                self._watch_gap(robot, body)
+                return
 
     def _watch_gap(self, robot_before: Pose2, body_before: Pose2) -> None:
         robot, body = self.base.pose, self.person.body
@@ -188,6 +211,7 @@ class World:
             self.contacts += 1
             self._bumper.touch(self.now_ns, robot.bearing_to(body), "person")
         self.touching = found <= 0.0 and gap(footprint, robot, body.x, body.y) <= 0.0
+        self._touched = self._touched or self.touching
 
     def _hit_wall(self, before: Pose2) -> None:
         self.wall_hits += 1

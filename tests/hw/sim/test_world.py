@@ -119,3 +119,40 @@ def test_scripted_signals_come_at_their_time_and_once():
     assert part.finished
     with pytest.raises(ValueError, match="sort them by time"):
         ScriptedSignals([Sample("a", 5, 1), Sample("a", 4, 1)])
+
+
+@pytest.mark.parametrize("robot", [(3.0, 5.0, 0.0), (0.6, 5.0, 0.0), (0.8, 1.6, 1.5)])
+def test_a_robot_that_a_person_leans_on_is_pushed_off_and_can_be_reset(tmp_path, robot):
+    x, y, yaw = robot
+    path = tmp_path / "leaning.yaml"
+    path.write_text(
+        f"scene: leaning\nroom: lab_a\nrobot: {{start: {{x: {x}, y: {y}, yaw: {yaw}}}}}\n"
+        "user: {start: {x: 5.0, y: 8.0}}\n"
+    )
+    scene = load_scene(path)
+    person = LivePerson(scene.user_start)
+    world = World(scene, ROBOT, person)
+    there = Pose2(x + 0.7, y + 0.6)
+    reasons = []
+    for n in range(1, 30 * 12):
+        person.push(tick(n), UserPose(there, 0.0))
+        world.step(tick(n))
+        reasons.append(world.parts.stop_line.reason)
+    assert reasons[0] == "bumper: person"
+    assert all(reason == "bumper: person" for reason in reasons[: 30 * 5])
+    assert reasons[-1] is None
+    assert not world.touching
+    assert (world.contacts, world.wall_hits) == (1, 0)
+    moved = Pose2(x, y).distance_to(world.base.pose)
+    assert 0.0 < moved < 0.6
+
+
+def test_nobody_pushes_a_robot_that_is_not_touched():
+    person = LivePerson(Pose2(3.0, 8.4))
+    world = World(LAB, ROBOT, person)
+    world.parts.stop_line.pull("somebody pulled it")
+    start = world.base.pose
+    for n in range(1, 300):
+        person.push(tick(n), UserPose(Pose2(3.0, 8.4), 0.0))
+        world.step(tick(n))
+    assert world.base.pose == start
