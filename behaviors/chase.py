@@ -77,7 +77,7 @@ def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
     Weights within the profile's `tie` count as equal, and the shortest way decides.
     """
     planner, chase = now.site.planner("chase"), now.settings.chase
-    disc, here = user_disc(now.user, now.site.navigation.chase), (now.pose.x, now.pose.y)
+    here = (now.pose.x, now.pose.y)
     cells: Iterable[Cell] = space.free()
     if chase.pick == "sample":
         cells = _sampled(list(cells), chase.seed, now.user)
@@ -87,7 +87,7 @@ def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
             break
         if math.dist((x, y), here) >= shortest:
             continue
-        path = planner.plan(here, (x, y), disc)
+        path = planner.plan(here, (x, y), now.user_disc("chase", (x, y)))
         if path is None or path.length >= shortest:
             continue
         if best is None:

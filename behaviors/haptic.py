@@ -9,7 +9,6 @@ from behaviors.settings import HapticSettings, Settings
 from behaviors.situation import READS, Situation, situation
 from engine.state import Action, Context, Monitor, On, Run
 from hw.geometry import Pose2, Pose3, wrap
-from states.navigation.states import user_disc
 from states.site import Site
 
 
@@ -33,11 +32,11 @@ def poses(site: Site, settings: Settings, deep: Pose3) -> tuple[Pose2, ...]:
 
 def reachable(now: Situation, free: tuple[Pose2, ...]) -> dict[Pose2, float]:
     """The poses that the robot can drive to, in order, with the time that the drive takes, s."""
-    planner, subsystem = now.site.planner("haptic"), now.site.navigation.haptic
-    here, disc = (now.pose.x, now.pose.y), user_disc(now.user, subsystem)
+    planner, here = now.site.planner("haptic"), (now.pose.x, now.pose.y)
     found = {}
     for goal in free:
-        path = planner.plan(here, (goal.x, goal.y), disc)
+        place = (goal.x, goal.y)
+        path = planner.plan(here, place, now.user_disc("haptic", place))
         if path is not None:
             found[goal] = drive_time(now, path.length, abs(wrap(goal.yaw - now.pose.yaw)))
     return found

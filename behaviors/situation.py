@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from behaviors.settings import Settings
 from engine.state import Context
 from hw.geometry import Pose2, Twist2
+from hw.room import Disc, Point
 from hw.safety_limits import OLD_S
 from hw.samples import UserPose
 from states import ages
@@ -15,6 +17,9 @@ from states.site import Site, SubsystemName
 
 AGE_S = OLD_S
 """Poses and velocities are used up to this age, s; see `states.ages`."""
+
+SPARE = 0.02
+"""A way is chosen this much farther from the user, m, than its drive keeps: it may hesitate."""
 
 READS: Mapping[str, float | None] = {"site": None, "settings": None, **ages.READS}
 """What a state must declare to ask for a situation."""
@@ -45,6 +50,15 @@ class Situation:
     def rest(self) -> Pose2:
         """Where the robot comes to rest if it brakes now."""
         return self.site.standstill(self.pose, self.twist)
+
+    def user_disc(self, name: SubsystemName, goal: Point) -> Disc:
+        """What a way of a subsystem to this goal keeps out of: the user, and SPARE.
+
+        The disc does not grow over the robot or the goal.
+        """
+        body, radius = self.user.body, self.site.navigation.named(name).user_radius
+        nearest = min(self.distance, math.dist(goal, (body.x, body.y)))
+        return Disc(body.x, body.y, max(radius, min(radius + SPARE, nearest)))
 
     def slowed(self, command: Twist2, name: SubsystemName) -> Twist2:
         """A subsystem's command, no faster than the age of the poses allows."""
