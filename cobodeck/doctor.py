@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from states.navigation.space import Untouchable
 
 FIT, MISSING, BAD = "ok", "missing", "bad"
+PRINTED = 60
+"""The Haptic pose that the paper names for a user who faces a wall, deg (5.2.2)."""
 SHOWN = 6
 """So many places where a Haptic pose is missing are written out."""
 
@@ -94,7 +96,7 @@ def wall_ahead(profile: Profile) -> dict[int, float]:
 def _facing_a_wall(profile: Profile) -> str:
     haptic, drive = profile.settings.haptic, profile.navigation.haptic
     distances = wall_ahead(profile)
-    ahead = max((angle for angle in distances if angle < 90), default=max(distances))
+    ahead = min(distances, key=lambda angle: abs(angle - PRINTED))
     beyond = haptic.radius * math.cos(math.radians(ahead))
     parts = (haptic.deep_ahead, beyond, drive.inflation, drive.tolerance)
     told = " + ".join(f"{part:.2f}" for part in parts)
