@@ -18,6 +18,7 @@ from cobodeck.console import FAILED, Problem
 from cobodeck.logic import LogicLoop, wander
 from cobodeck.metrics import Evaluator, visits
 from cobodeck.refusals import refusals
+from cobodeck.separation import SeparationWatch
 from cobodeck.warmup import warm_up
 from cobodeck.wiring import Setup, Wired, wire
 from engine.signals import Usage
@@ -86,6 +87,7 @@ class Loop:
     world: World
     wired: Wired
     evaluator: Evaluator
+    separation: SeparationWatch
     tick_hz: int
     latency_ns: int = 0
     ticks: int = 0
@@ -111,6 +113,7 @@ class Loop:
         self.wired.deliver(now_ns)
         delivered = clock()
         self.evaluator.watch(now_ns)
+        self.separation.watch()
         spent[0] += moved - begin
         spent[1] += delivered - moved
         spent[2] += clock() - delivered
@@ -135,6 +138,7 @@ class Loop:
         governor = self.world.safety is not None
         return {
             "governor": governor,
+            "separation": self.separation.report(),
             **self.evaluator.report(),
             "refusals": refusals(self.wired.run, self.evaluator.unserved),
             "faults": len(faults),
@@ -156,7 +160,8 @@ def stage(setup: Setup, options: Options, parameters: Mapping[str, Any] | None =
     clock = time.perf_counter_ns
     wired = wire(setup, world.parts, eager=options.eager, clock=clock, parameters=parameters)
     evaluator = Evaluator(world, prop_of(setup.robot), ArmWatch(world, outline_of(setup.robot)))
-    return Loop(world, wired, evaluator, setup.tick_hz, _latency(setup))
+    separation = SeparationWatch(world.base.safety)
+    return Loop(world, wired, evaluator, separation, setup.tick_hz, _latency(setup))
 
 
 def simulate(

@@ -1,0 +1,67 @@
+"""For how long the robot was nearer to the user than its speed allows, by the chain's records.
+
+The chain notes in each cycle what it measured: the gap S, and the separation S_p that stopping from
+the measured motion takes. A base that stands has no cycles; it needs no separation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Any
+
+from hw.safety import GRANTED, SafetyRecord
+
+LONGEST_NS = 10_000_000
+"""A cycle counts for no longer than this; between two drives there are none."""
+
+
+class SeparationWatch:
+    """Empties the records of a chain, and keeps what they come to."""
+
+    def __init__(self, records: deque[SafetyRecord]) -> None:
+        self._records = records
+        self._stamp = -LONGEST_NS
+        self._moving_ns = self._below_ns = self._granted_ns = 0
+        self._least_gap = self._least_margin = math.inf
+
+    def watch(self) -> None:
+        """Take all records that have come since."""
+        records = self._records
+        while records:
+            record = records.popleft()
+            lasted = min(LONGEST_NS, record.stamp_ns - self._stamp)
+            self._stamp = record.stamp_ns
+            if record.separation is not None:
+                self._count(record, record.separation, lasted)
+
+    def report(self) -> dict[str, Any]:
+        """Times in s, lengths in m; nothing but None if there were no cycles.
+
+        `below_needed_s`: S below S_p without a granted touch; `granted_s`: with one. `min_gap_m`:
+        the least S while the base moved; `min_margin_m`: the least S - S_p without a granted touch.
+        """
+        if not self._moving_ns:
+            return dict.fromkeys(
+                ("moving_s", "below_needed_s", "granted_s", "min_gap_m", "min_margin_m")
+            )
+        least = self._least_margin
+        return {
+            "moving_s": self._moving_ns * 1e-9,
+            "below_needed_s": self._below_ns * 1e-9,
+            "granted_s": self._granted_ns * 1e-9,
+            "min_gap_m": self._least_gap,
+            "min_margin_m": least if least < math.inf else None,
+        }
+
+    def _count(self, record: SafetyRecord, gap: float, lasted: int) -> None:
+        self._moving_ns += lasted
+        self._least_gap = min(self._least_gap, gap)
+        if record.needed == 0.0:
+            return
+        margin = gap - record.needed
+        if GRANTED in record.reasons:
+            self._granted_ns += lasted if margin < 0.0 else 0
+            return
+        self._least_margin = min(self._least_margin, margin)
+        self._below_ns += lasted if margin < 0.0 else 0
