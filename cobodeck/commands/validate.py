@@ -120,9 +120,24 @@ def _finding(file: Path, message: str) -> Finding:
 
 
 def _scene() -> Callable[[Path], object]:
-    from hw.scene import load_scene
+    from hw.robot import load_robot
+    from hw.scene import SceneError, load_scene
+    from hw.sim.contact import rectangle_segment_distance
+    from hw.user import open_user
 
-    return load_scene
+    def load(file: Path) -> None:
+        scene = load_scene(file)
+        outline, start = load_robot(scene.robot).footprint, scene.robot_start
+        inside = start.inverse().transform
+        for x1, y1, x2, y2 in scene.room.segments:
+            wall = inside(x1, y1), inside(x2, y2)
+            if rectangle_segment_distance(outline.half_length, outline.half_width, *wall) <= 0.0:
+                place = f"({start.x:g}, {start.y:g}, {start.yaw:g})"
+                raise SceneError(file, 0, f"robot.start {place}: the robot would touch a wall")
+        if scene.user is not None:
+            open_user(scene.user, scene)
+
+    return load
 
 
 def _robot() -> Callable[[Path], object]:

@@ -31,6 +31,9 @@ FILES = {
     "outside.yaml": f"scene: x\n{HALL}robot: {{start: {{x: 20, y: 4}}}}\n",
     "user_out.yaml": f"scene: x\n{HALL}robot: {{start: {{x: 4, y: 4}}}}\n"
     "user: {source: random, start: {x: 50, y: 5}}\n",
+    "nobody.yaml": f"scene: x\n{HALL}robot: {{start: {{x: 4, y: 4}}}}\n"
+    "user: {source: nobody, start: {x: 5, y: 5}}\n",
+    "no_robot.yaml": f"scene: x\n{HALL}robot: {{file: rbkairos_ur1, start: {{x: 4, y: 4}}}}\n",
     "nan_user.yaml": "user: u\nstart: {x: .nan, y: 4}\nsteps: [{stand: 1}]\n",
     "no_steps.yaml": "user: u\nstart: {x: 5, y: 4}\nsteps: []\n",
     "far_walk.yaml": "user: u\nstart: {x: 5, y: 4}\nsteps: [{walk: {x: 300, y: 2, speed: 1}}]\n",
@@ -74,6 +77,10 @@ WRONG = [  # arguments, exit code, part of the message
     ("validate list.yaml", FAILED, "list.yaml:1:1: error"),
     ("validate scene.yaml", FAILED, "scene.yaml:"),
     ("validate profile.yaml", FAILED, "profile.yaml:"),
+    ("validate in_wall.yaml", FAILED, "robot.start (0.1, 4, 0): the robot would touch a wall"),
+    ("validate outside.yaml", FAILED, "outside.yaml:3:1: error[D01] robot.start: (20, 4)"),
+    ("validate nobody.yaml", FAILED, "nobody: no such user"),
+    ("validate no_robot.yaml", FAILED, "did you mean 'rbkairos_ur10'"),
     ("validate --format xml", USAGE, "invalid choice: 'xml'"),
     ("render", USAGE, "CHART"),
     ("render chasse", USAGE, "did you mean 'chase'"),
