@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from hw.calibration import load_calibration
 from states.arm.inverse import forward_all, inverse, inverse_near, nearest_copies, warm_up
-from states.arm.kinematics import Chain, deviation, forward
+from states.arm.kinematics import Chain, deviation, forward, inverted
 
 
 def turned(q):
@@ -102,6 +102,20 @@ def newton_search(screws, target, rng, starts=300):
         if all(np.abs(turned(row - other)).max() > 1e-4 for other in distinct):
             distinct.append(row)
     return distinct
+
+
+@pytest.mark.requirement(43)
+def test_another_closed_form_finds_the_same_branches(chain, sets):
+    other = pytest.importorskip("ur_analytic_ik", reason="needs the extra 'arm-peers'").ur10
+    targets = forward(chain, sets.anywhere(2000))
+    found = inverse(chain, targets)
+    flanges = inverted(chain.base) @ targets @ inverted(chain.tip)
+    for i, flange in enumerate(flanges):
+        theirs = np.array(other.inverse_kinematics(flange)).reshape(-1, 6)
+        ours = found.of(i)
+        assert len(theirs) == len(ours)
+        for joints in theirs:
+            assert np.abs(turned(ours - joints)).max(axis=1).min() < 1e-5
 
 
 @pytest.mark.requirement(43)
