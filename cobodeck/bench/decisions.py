@@ -57,6 +57,9 @@ class _Moment:
     def value(self, name: str) -> Any:
         return self.values[name]
 
+    def age(self, name: str) -> float:  # noqa: ARG002  all of it is of now
+        return 0.0
+
     def part(self, name: str) -> Any:  # noqa: ARG002  there is no other
         return _Base()
 
