@@ -124,7 +124,8 @@ def _step(state: Action, now: Situation, more: Mapping[str, Any], **inputs: Any)
     """The first step of a state; its outcome, if that ends it."""
     values = {
         "site": now.site, "settings": now.settings, "base.pose": now.pose,
-        "base.twist": now.twist, "user.pose": now.user, "user.velocity": now.velocity, **more,
+        "base.twist": now.twist, "user.pose": now.user, "user.velocity": now.velocity,
+        "arm.joints": None, **more,
     }  # fmt: skip
     run = state.run(_Moment(values), **inputs)  # type: ignore[arg-type]
     try:
