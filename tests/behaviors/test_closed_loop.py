@@ -58,6 +58,7 @@ def start(tmp_path: Path) -> Callable[..., Watched]:
         profile: str = "tuned",
         chart: str = "cobodeck",
         frozen: bool = False,
+        seed: int = 0,
     ) -> Watched:
         for name, text in (("user", user), ("scene", scene)):
             if "\n" in text:
@@ -65,7 +66,7 @@ def start(tmp_path: Path) -> Callable[..., Watched]:
         files = {"user": user, "scene": scene}
         found = {k: str(tmp_path / f"{k}.yaml") if "\n" in v else v for k, v in files.items()}
         setup = open_setup(chart, found["scene"], profile)
-        return Watched(stage(setup, Options(found["user"], frozen_base=frozen)))
+        return Watched(stage(setup, Options(found["user"], frozen_base=frozen, seed=seed)))
 
     return make
 
@@ -302,6 +303,25 @@ def test_a_robot_shut_into_a_corner_warns_and_recovers_when_the_user_goes(
     assert seen.behaviour == "chase"
     assert seen.run.board.now - entered[-1][0] > 5 * 10**9
     assert 1.4 <= seen.distance <= 4.0
+
+
+@pytest.mark.requirement(112, 117)
+@pytest.mark.parametrize("profile", ["paper", "tuned"])
+@pytest.mark.parametrize(("scene", "seed"), [("lab_a", None), ("lab_a", 3), ("lab_b", 4)])
+def test_behaviours_do_not_flicker(
+    start: Callable[..., Watched], profile: str, scene: str, seed: int | None
+) -> None:
+    """No three behaviours in a row are shorter than 0.5 s: something comes of each round."""
+    seen = start("demo" if seed is None else "random", scene, profile, seed=seed or 0)
+
+    seen.go(240)
+
+    entered = [
+        (r.time, r.subject) for r in seen.run.trace if r.kind == "enter" and r.subject in BEHAVIOURS
+    ]
+    short = [after[0] - before[0] < 5 * 10**8 for before, after in itertools.pairwise(entered)]
+    assert len(short) > 8
+    assert not any(all(three) for three in zip(short, short[1:], short[2:], strict=False))
 
 
 @pytest.mark.requirement(82, 126)
