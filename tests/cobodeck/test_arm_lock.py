@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import pytest
 
@@ -66,8 +67,8 @@ def test_escape_drives_even_if_the_arm_is_not_folded(driving: Rehearsal) -> None
 class Rig:
     """The wheels of a run on the mock, whose states stay out of the way."""
 
-    def __init__(self, overlap: float) -> None:
-        setup = open_setup(scene="hall")
+    def __init__(self, overlap: float, chart: str = "cobodeck") -> None:
+        setup = open_setup(chart, scene="hall")
         safety = dataclasses.replace(setup.profile.safety, overlap=overlap)
         profile = dataclasses.replace(setup.profile, safety=safety)
         setup = dataclasses.replace(setup, profile=profile)
@@ -104,6 +105,31 @@ def test_no_source_but_escape_drives_with_the_arm_out(source: str) -> None:
     rig.world.parts.arm.move_to(rig.world.robot.arm.parked)
     rig.tick()
     assert rig.tick(source) == source
+
+
+CARELESS = """
+chart: careless
+outcomes: [over]
+data: {goal: {type: Pose2, initial: none}}
+states:
+  choose: {do: ChooseChasePose, out: {pose: goal}, next: {chosen: drive, none: .over}}
+  drive:
+    do: DriveTo
+    in: {goal: goal}
+    next: {arrived: .over, no_path: .over, stuck: .over, lost: .over}
+"""
+
+
+@pytest.mark.requirement(46)
+def test_it_holds_for_a_chart_that_knows_of_no_arm(tmp_path: Path) -> None:
+    file = tmp_path / "careless.yaml"
+    file.write_text(CARELESS)
+    rig = Rig(overlap=0.0, chart=str(file))
+    assert rig.tick("own") == "own"
+    rig.world.parts.arm.move_to(OUT)
+    rig.tick()
+    assert rig.tick("own") is None
+    assert rig.wheels.selected.lock == "arm"
 
 
 @pytest.mark.requirement(46)

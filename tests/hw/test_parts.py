@@ -320,6 +320,19 @@ def test_stopped_fingers_stay_and_a_pulled_stop_line_stops_them(rig):
     assert rig.values("gripper.state")[-1] == GripperState(0.05, holding=True)
 
 
+@pytest.mark.requirement(48, 150)
+def test_fingers_on_their_way_stop_with_the_stop_line():
+    rig = Rig(simulated)
+    rig.parts.gripper.open_to(0.085)
+    rig.ticks(3)
+    rig.parts.stop_line.pull("button")
+    rig.ticks(2)
+    stopped = rig.values("gripper.state")[-1]
+    rig.ticks(20)
+    assert 0.05 < stopped.opening < 0.08
+    assert rig.values("gripper.state")[-1] == stopped
+
+
 @pytest.mark.parametrize("opening", [-0.01, 0.09, math.nan])
 def test_an_opening_that_fingers_cannot_have_is_a_bug_of_the_caller(rig, opening):
     with pytest.raises(ValueError, match="gripper: an opening"):

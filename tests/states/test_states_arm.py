@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -15,6 +15,7 @@ from hw.samples import UserPose
 from hw.sim.arm import SimArm
 from states.arm.kinematics import Chain, forward
 from states.arm.model import load_manipulator
+from states.arm.planning import PLANNERS, Planning, Query
 from states.arm.states import Frame, HoldProp, ParkArm, ReachDeep, Solver, rover_from
 from states.site import Site
 
@@ -124,15 +125,23 @@ def test_a_deep_of_a_user_whom_nobody_sees_is_nowhere(
 @pytest.mark.requirement(43)
 @pytest.mark.parametrize("solver", ["lines_first", "rrt_connect", "ompl"])
 def test_the_planner_goes_by_its_name(
-    site: Site, context: Any, take_step: Any, solver: Solver
+    site: Site, context: Any, take_step: Any, solver: Solver, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if solver == "ompl" and find_spec("ompl") is None:
         with pytest.raises(ValueError, match="needs the package ompl"):
             ReachDeep(solver=solver)
         return
+    real, asked = PLANNERS[solver], []
+
+    def noted(query: Query) -> Planning:
+        asked.append(query)
+        return real(query)
+
+    monkeypatch.setitem(cast("dict[str, Any]", PLANNERS), solver, noted)
     move = Move(site, context, ReachDeep(solver=solver), deep=deep_at(site, 1.2))
 
     assert move.until_end(take_step, 10) == "reached"
+    assert asked
 
 
 @pytest.mark.requirement(45, 71)
