@@ -7,6 +7,7 @@ import math
 from engine.state import Action, Context, Run
 from engine.types import Duration
 from hw.geometry import Pose2, Twist2, wrap
+from hw.interfaces import DriveMode
 from hw.room import Disc
 from hw.samples import UserPose
 from states import ages
@@ -21,23 +22,34 @@ class DriveTo(Action):
 
     The way is planned anew in every tick, and a walking user foreseen. The safety chain is told the
     goal of `haptic`: a touch is served from there. `no_path`: the goal is not free, or nothing
-    leads there; `stuck`: no nearer to it for `patience`; `lost`: base or user are.
+    leads there; `stuck`: no nearer to it for `patience`; `lost`: base or user are. In the
+    `mode` differential the robot goes along its heading only (R2), until the drive ends.
     """
 
     outcomes = ("arrived", "no_path", "stuck", "lost")
     reads = {"site": None, **ages.READS}
     commands = ("base",)
 
-    def __init__(self, subsystem: SubsystemName = "chase", patience: Duration = 3.0) -> None:
+    def __init__(
+        self,
+        subsystem: SubsystemName = "chase",
+        patience: Duration = 3.0,
+        mode: DriveMode = "omni",
+    ) -> None:
         self.subsystem: SubsystemName = subsystem
         self.patience = patience
+        self.mode: DriveMode = mode
 
     def run(self, ctx: Context, goal: Pose2) -> Run:
         site: Site = ctx.value("site")
         driver, subsystem = site.driver(self.subsystem), site.navigation.named(self.subsystem)
+        driver.mode = self.mode
         driver.go_to(goal)
         progress = Progress(self.patience)
         base, touches = ctx.part("base"), self.subsystem == "haptic"
+        own = base.mode
+        if self.mode != own:
+            base.use(self.mode)
         if touches:
             base.grant(goal)
         try:
@@ -56,6 +68,8 @@ class DriveTo(Action):
                 yield base.refusal
         finally:
             base.release(self.subsystem)
+            if self.mode != own:
+                base.use(own)
             if touches:
                 base.grant(None)
         return "lost"

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from hw.geometry import Pose2, Twist2
+from hw.interfaces import DriveMode
 from hw.samples import UserPose
 from hw.sim.base import SimBase
 from states.navigation.states import DriveTo
@@ -22,14 +23,19 @@ class Drive:
     """A state that drives a simulated base, tick by tick."""
 
     def __init__(
-        self, site: Site, context: Any, goal: Pose2, name: SubsystemName = "chase"
+        self,
+        site: Site,
+        context: Any,
+        goal: Pose2,
+        name: SubsystemName = "chase",
+        mode: DriveMode = "omni",
     ) -> None:
         self.base = SimBase(site.robot, site.limits, START)
         values = {"site": site, "base.pose": START, "base.twist": self.base.twist}
         self.wheels = Wheels(self.base)
         self.ctx = context(values, {"base": self.wheels})
-        self.run = DriveTo(name).run(self.ctx, goal)
-        self.fastest = 0.0
+        self.run = DriveTo(name, mode=mode).run(self.ctx, goal)
+        self.fastest = self.sideways = 0.0
 
     def until_end(self, take_step: Any, seconds: float) -> str | None:
         for tick in range(round(seconds * HZ)):
@@ -38,6 +44,7 @@ class Drive:
             self.ctx.now = now
             self.ctx.values |= {"base.pose": self.base.pose, "base.twist": self.base.twist}
             self.fastest = max(self.fastest, self.base.twist.speed)
+            self.sideways = max(self.sideways, abs(self.base.twist.vy))
             self.wheels.begin(now)
             outcome = take_step(self.run)
             self.wheels.pass_on()
@@ -58,6 +65,23 @@ def test_a_drive_arrives_at_place_and_yaw_and_stands(
     assert drive.base.pose.distance_to(goal) <= site.navigation.chase.tolerance
     assert drive.base.pose.yaw == pytest.approx(goal.yaw, abs=site.navigation.chase.yaw_tolerance)
     assert drive.fastest <= 1.5 + 1e-6
+
+
+@pytest.mark.requirement(2)
+def test_a_differential_drive_never_goes_sideways_and_gives_the_mode_back(
+    site: Site, context: Any, take_step: Any
+) -> None:
+    goal = Pose2(6.0, 5.0, 1.2)
+    aside, ahead = Drive(site, context, goal), Drive(site, context, goal, mode="differential")
+
+    assert aside.until_end(take_step, 20) == ahead.until_end(take_step, 20) == "arrived"
+
+    assert aside.sideways > 0.3
+    assert ahead.sideways == 0.0
+    assert ahead.base.pose.distance_to(goal) <= site.navigation.chase.tolerance
+    for seconds in (25, 26):  # the wheels change over at standstill
+        ahead.base.advance(seconds * 10**9)
+    assert ahead.base.mode == "omni"
 
 
 @pytest.mark.requirement(51, 52)
