@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from cobodeck.__main__ import COMMANDS
+from cobodeck.__main__ import COMMANDS, main
 from cobodeck.bench.table import RESULT, with_table
+from cobodeck.console import OK
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text()
@@ -17,6 +18,14 @@ README = (ROOT / "README.md").read_text()
 def test_the_table_is_that_of_the_committed_run():
     assert RESULT.exists(), "make bench writes it"
     assert with_table(README) == README, "python -m cobodeck.bench.table writes it"
+
+
+def test_the_chart_has_no_mistake(tmp_path, capsys):
+    (text,) = re.findall(r"```yaml\n(.*?)```", README, flags=re.S)
+    file = tmp_path / "chase.yaml"
+    file.write_text(text)
+
+    assert main(["validate", "--strict", str(file)]) == OK, capsys.readouterr().out
 
 
 def test_every_command_of_the_readme_exists():
