@@ -1,0 +1,57 @@
+"""Random people are safe and served: nothing touches them, and each request has its answer."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cobodeck.__main__ import main
+from cobodeck.console import OK
+
+
+@pytest.fixture
+def wandered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Any:
+    monkeypatch.chdir(tmp_path)
+
+    def wander(scene: str, requests: int, seed: int) -> dict[str, Any]:
+        wanted = ["--scene", scene, "--requests", str(requests), "--seed", str(seed)]
+        assert main(["simulate", "--user", "random", *wanted, "--json"]) == OK
+        found: dict[str, Any] = json.loads(capsys.readouterr().out)
+        return found
+
+    return wander
+
+
+def check(figures: dict[str, Any], requests: int) -> None:
+    assert figures["requests"] == requests
+    assert figures["served"] + figures["refused"] == requests
+    assert set(figures["refusals"]) <= {"no Haptic pose"}
+    assert figures["served"] > 0.5 * requests
+    assert (figures["contacts"], figures["wall_hits"], figures["faults"]) == (0, 0, 0)
+    assert figures["min_gap_m"] > 0.0
+    assert figures["sim_s"] < 60.0 * requests  # it has come to its end, not to that of the time
+
+
+@pytest.mark.requirement(56, 64, 65, 116)
+@pytest.mark.parametrize("scene", ["lab_a", "lab_b"])
+def test_ten_requests_of_a_random_person_are_answered_without_a_contact(
+    wandered: Any, scene: str
+) -> None:
+    check(wandered(scene, 10, seed=2), 10)
+
+
+@pytest.mark.slow
+@pytest.mark.requirement(56, 64, 65, 116, 117)
+@pytest.mark.parametrize("scene", ["lab_a", "lab_b"])
+def test_a_hundred_requests_of_a_random_person_are_answered_without_a_contact(
+    wandered: Any, scene: str
+) -> None:
+    figures = wandered(scene, 100, seed=0)
+
+    check(figures, 100)
+    assert figures["escape_failures"] > 0  # it was shown to them, and both went on
