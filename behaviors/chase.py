@@ -212,7 +212,7 @@ class Approach(Action):
                 disc, walking = user_disc(now.user, subsystem), (now.velocity.vx, now.velocity.vy)
                 command = driver.command(now.pose, now.twist, disc, now.site.period, walking)
                 base.drive(now.slowed(command, "chase"), "chase")
-                yield None
+                yield base.refusal
         finally:
             base.release("chase")
         return "lost"
@@ -297,7 +297,7 @@ class MakeRoom(Action):
                     again = ctx.after(THINK_S)
                     goal = place_with_room(now, band, goal)
                 base.drive(now.slowed(towards(now, goal, "chase"), "chase"), "chase")
-                yield None
+                yield base.refusal
         finally:
             base.release("chase")
         return "lost"

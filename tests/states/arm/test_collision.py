@@ -143,10 +143,11 @@ def test_the_parked_arm_stays_inside_the_bumper_frame_and_clear_of_itself(model,
 @pytest.mark.requirement(46, 150)
 @pytest.mark.parametrize("prop", prop_names())
 @pytest.mark.parametrize("robot", robot_names())
-def test_with_every_prop_the_parked_arm_stays_inside_and_clear(robot, prop):
+def test_with_every_prop_the_parked_arm_stays_inside_and_clear(arm, robot, prop):
     held = manipulator_of(load_robot(robot, prop=prop))
     model = CollisionModel.of(held)
-    for parked in (held.tool.parked, held.tool.parked_paper):
+    of_the_profile = arm.tool.parked_paper  # `paper` parks so, whatever the arm holds
+    for parked in (held.tool.parked, held.tool.parked_paper, of_the_profile):
         assert inside_frame(model, parked, 1.13, 0.91) > 0.01
         assert Checker.of(model, Surroundings.empty()).clearance(parked)[0] >= 0.015
 
