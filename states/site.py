@@ -142,10 +142,8 @@ class Site:
             min(own.base_yaw_rate, base.max_yaw_rate),
             own.base_yaw_acceleration,
         )
-        planner, tolerance = (
-            self.planner(name),
-            Tolerance(subsystem.tolerance, subsystem.yaw_tolerance),
-        )
+        planner = self.planner(name)
+        tolerance = Tolerance(subsystem.tolerance, subsystem.yaw_tolerance)
         if subsystem.local_planner == "profile":
             return ProfilePlanner(planner, limits, tolerance, latency=self.latency)
         from states.navigation.teb_planner import TebPlanner
@@ -157,12 +155,14 @@ class Site:
 
     def warm_up(self) -> None:
         """Compile, or load from the cache, what the subsystems drive by, and build their maps."""
-        from states.navigation import grid_planners, profile
+        from states.navigation import profile
 
         profile.warm_up()
         names: tuple[SubsystemName, ...] = ("chase", "haptic", "escape")
         used = [self.navigation.named(name) for name in names]
         if any(subsystem.planner != "exact" for subsystem in used):
+            from states.navigation import grid_planners
+
             grid_planners.warm_up()
         if any(subsystem.local_planner == "teb" for subsystem in used):
             from states.navigation import teb_planner

@@ -81,10 +81,7 @@ def map_of(room: Room, resolution: float) -> OccupancyMap:
 
 def _grid_over(static: OccupancyMap, resolution: float) -> Grid:
     rows, columns = static.values.shape
-    corner, width, height = (
-        static.map_from_corner,
-        columns * static.resolution,
-        rows * static.resolution,
-    )
+    corner = static.map_from_corner
+    width, height = columns * static.resolution, rows * static.resolution
     ends = ((0.0, 0.0), (width, 0.0), (width, height), (0.0, height))
     return grid_over([[corner.transform(*end) for end in ends]], resolution)
