@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 HORIZON_S = 3.0
 STEP_S = 0.1
 STEPS = round(HORIZON_S / STEP_S)
-CLOSEST = 0.05
+CLOSEST = 0.12
 """A way that is predicted to come nearer to the user than this, m, is none."""
 WITH_USER = RADIUS + 0.2
 """An arm nearer than this to the middle of the user is with them, m."""
