@@ -7,9 +7,13 @@ from typing import Any
 
 
 class StandIn:
-    """A part that takes every command; it counts as moving from any command until `stop`."""
+    """A part that takes every command; it counts as moving from any command until `stop`.
+
+    As a base it drives in all directions, and nothing keeps it from that.
+    """
 
     def __init__(self, name: str) -> None:
+        self.mode, self.refusal = "omni", None
         self.name = name
         self.moving = False
         self.commands: list[tuple[Any, ...]] = []
@@ -18,6 +22,11 @@ class StandIn:
         """Stands."""
         self.moving = False
         self.commands.append(("stop",))
+
+    def release(self, source: str = "own") -> None:
+        """A source of velocities is done; nobody else drives a stand-in."""
+        self.moving = False
+        self.commands.append(("release", source))
 
     def __getattr__(self, name: str) -> Callable[..., None]:
         if name.startswith("_"):

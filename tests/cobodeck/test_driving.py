@@ -6,11 +6,16 @@ from typing import Any
 
 import pytest
 
+from behaviors.profile import load_profile
 from cobodeck.rehearsal import Rehearsal
 from engine.machine import Leaf
 from hw.geometry import Pose2, Twist2
+from hw.robot import load_robot
+from hw.samples import UserPose
+from hw.scene import load_scene
 from states.navigation.states import DriveTo
 from states.navigation.wheels import Wheels
+from states.site import Site
 
 DRIVE, FLEE = "chase/follow/drive/go", "escape/flee"
 WEST = Twist2(-0.3)
@@ -146,3 +151,26 @@ def test_each_behaviour_drives_as_itself(sim: Rehearsal) -> None:
             found.setdefault(source, set()).update(p.partition("/")[0] for p in sim.active)
 
     assert found == {"chase": {"chase"}, "haptic": {"haptic"}, "escape": {"escape"}}
+
+
+def test_a_real_drive_works_on_a_stand_in_and_releases_it(sim: Rehearsal, site: Site) -> None:
+    found = {"pose": Pose2(3.0, 5.0), "user": UserPose(Pose2(9.0, 9.0), 0.0)}
+    script = {"park": "parked", "wait/settled": "settled", "choose": ("chosen", found)}
+    signals = {"site": site, "base.pose": Pose2(3.0, 3.0), "base.twist": Twist2(0.0)}
+    sim.start("chase", script, real=["drive/go"], signals=signals)
+
+    sim.tick(3)
+
+    told = sim.parts["base"].commands
+    assert [name for name, *_ in told] == ["stop", "drive", "drive", "drive"]
+    assert told[1][2] == "chase"
+    sim.end("drive/settled", "settled")
+    sim.end("choose", "none")
+    sim.tick()
+    assert told[-1] == ("release", "chase")
+    assert not sim.parts.moving
+
+
+@pytest.fixture
+def site() -> Site:
+    return load_profile("tuned").site(load_scene("lab_a").room, load_robot("rbkairos_ur10"))
