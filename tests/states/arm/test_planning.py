@@ -282,9 +282,10 @@ def test_ompl_finds_free_ways_too_and_the_same_ones_again(paper_answers):
 def test_ompl_works_in_slices_and_gives_up_when_the_budget_is_used_up(paper_answers):
     query, _ = max(curved(paper_answers), key=lambda pair: pair[1].looks)
     assert sum(1 for _ in planner("ompl")(replace(query, slice=100))) > 3
-    short = plan(replace(query, budget=30), planner("ompl"))
-    assert isinstance(short, NoPlan)
-    assert short.reason == "no free way found in 30 looks"
+    queries = [replace(query, budget=100) for query, _ in curved(paper_answers)[:20]]
+    answers = [plan(query, planner("ompl")) for query in queries]
+    short = [answer for answer in answers if isinstance(answer, NoPlan)]
+    assert {answer.reason for answer in short} == {"no free way found in 100 looks"}
 
 
 AFTER_WARM_UP = """
