@@ -210,6 +210,8 @@ def _held(item: Item, other: str | Path | None, payload: float) -> Prop:
     try:
         found = load_prop(item.text() if other is None else other)
     except PropError as failure:
+        if other is not None:  # the robot's file is not to blame
+            raise RobotError(failure.path, failure.line, failure.message) from None
         raise item.fail(str(failure)) from None
     if found.mass > payload:
         raise item.fail(f"{found.name} weighs {found.mass:g} kg; the payload is {payload:g} kg")

@@ -160,7 +160,7 @@ WRONG = [  # arguments, exit code, part of the message
     ("reach --height nan", USAGE, "nan is no length"),
     ("reach --height -1", USAGE, "-1 does not go upwards"),
     ("reach --tolerance -1", USAGE, "-1 is no length"),
-    ("reach --tool folder", USAGE, "folder"),
+    ("reach --tool folder", USAGE, "cobodeck: folder: no such prop"),
     ("schema -o folder", FAILED, "folder: Is a directory"),
     ("doctor --scene lab_x", FAILED, "did you mean 'lab_"),
     ("doctor --scene hall --profile tunde", FAILED, "did you mean 'tuned'"),
