@@ -45,6 +45,21 @@ def test_ten_requests_of_a_random_person_are_answered_without_a_contact(
     check(wandered(scene, 10, seed=2), 10)
 
 
+@pytest.mark.requirement(49, 116)
+def test_after_a_contact_the_run_goes_on_and_the_contact_stays_counted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    wanted = ["--scene", "study", "--profile", "paper", "--requests", "8"]
+    assert main(["simulate", *wanted, "--json"]) == OK
+    figures = json.loads(capsys.readouterr().out)
+
+    assert figures["contacts"] >= 1  # the paper's robot is slower than its user
+    assert figures["fault_names"]["bumper: person"] == figures["contacts"]
+    assert figures["served"] + figures["refused"] == figures["requests"] == 8
+    assert figures["sim_s"] < 60.0 * 8
+
+
 @pytest.mark.slow
 @pytest.mark.requirement(56, 64, 65, 116, 117)
 @pytest.mark.parametrize("scene", ["lab_a", "lab_b"])
