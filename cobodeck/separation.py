@@ -56,7 +56,8 @@ class SeparationWatch:
 
     def _count(self, record: SafetyRecord, gap: float, lasted: int) -> None:
         self._moving_ns += lasted
-        self._least_gap = min(self._least_gap, gap)
+        if gap < self._least_gap:
+            self._least_gap = gap
         if record.needed == 0.0:
             return
         margin = gap - record.needed

@@ -28,6 +28,8 @@ from hw.scene import Scene, load_scene
 from states.navigation.wheels import Wheels
 from states.site import Site
 
+LOCKING = ("stop.engaged", "arm.joints")
+"""What may keep the base from driving."""
 CHART, SCENE, PROFILE = "cobodeck", "lab_a", "tuned"
 TICK_HZ = 30
 FOLDED_RAD = 0.02
@@ -136,18 +138,22 @@ class Wired:
         slots, inbox = board.slots, board.inbox
         for part in self.sources:
             for name, stamp, value in part.samples(now_ns):
-                if name in slots and is_finite(value):
+                if not is_finite(value):
+                    continue
+                if name in slots:
                     inbox.append((name, value, stamp))
-                if self.wheels is not None:
+                if self.wheels is not None and name in LOCKING:
                     self._lock(self.wheels, name, value, now_ns)
 
     def _lock(self, wheels: Wheels, name: str, value: Any, now_ns: int) -> None:
         """What keeps the base from driving, whatever the chart does (R46, R48)."""
         if name == "stop.engaged":
             wheels.lock(value is not None, now_ns)
-        elif name == "arm.joints" and is_finite(value):
-            pairs = zip(value.joints, self.parked, strict=True)
-            wheels.fold(all(abs(a - b) <= FOLDED_RAD for a, b in pairs), now_ns)
+            return
+        folded = value.joints == self.parked or all(
+            abs(a - b) <= FOLDED_RAD for a, b in zip(value.joints, self.parked, strict=True)
+        )
+        wheels.fold(folded, now_ns)
 
     def tick(self, now_ns: int) -> str | None:
         """One tick of the run, and then who drives; the chart's outcome once there is one."""

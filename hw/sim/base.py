@@ -54,6 +54,7 @@ class SimBase:
         self.chain: SafetyChain | None = None
         self._model = base
         self._mass = model.mass
+        self._rolling = base.rolling_resistance * model.mass * _GRAVITY
         outline = model.footprint
         self._inertia = model.mass * (outline.length**2 + outline.width**2) / 12.0
         self._max_speed = min(base.max_speed, limits.base_speed)
@@ -70,7 +71,7 @@ class SimBase:
         self._told_to_stop = True
         self._expires = 0
         self._x, self._y, self._yaw = start.x, start.y, start.yaw
-        self._vx = self._vy = self._wz = 0.0
+        self._vx = self._vy = self._wz = self._kinetic = 0.0
         self._reported = -1
 
     def use(self, mode: DriveMode) -> None:
@@ -115,7 +116,7 @@ class SimBase:
         """Something solid holds the base: it stands at once, at this pose."""
         self.pose, self.twist, self._target = pose, STILL, STILL
         self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
-        self._vx = self._vy = self._wz = 0.0
+        self._vx = self._vy = self._wz = self._kinetic = 0.0
 
     def advance(self, until_ns: int) -> None:
         """Move on to until_ns."""
@@ -225,20 +226,16 @@ class SimBase:
         return way * math.cos(middle), way * math.sin(middle), turn, velocity
 
     def _step(self, motion: Motion) -> None:
-        dx, dy, turn, velocity = motion
-        before = self._kinetic()
+        dx, dy, turn, (vx, vy, wz) = motion
         self._x += dx
         self._y += dy
         self._yaw = wrap(self._yaw + turn)
-        self._vx, self._vy, self._wz = velocity
+        self._vx, self._vy, self._wz = vx, vy, wz
         way = math.hypot(dx, dy)
         self.distance_m += way
-        rolling = self._model.rolling_resistance * self._mass * _GRAVITY * way
-        self.energy_j += abs(self._kinetic() - before) + rolling
-
-    def _kinetic(self) -> float:
-        square = self._vx * self._vx + self._vy * self._vy
-        return 0.5 * (self._mass * square + self._inertia * self._wz * self._wz)
+        kinetic = 0.5 * (self._mass * (vx * vx + vy * vy) + self._inertia * wz * wz)
+        self.energy_j += abs(kinetic - self._kinetic) + self._rolling * way
+        self._kinetic = kinetic
 
 
 def _ramp(value: float, target: float, slope: float, h: float) -> tuple[float, float]:
