@@ -224,27 +224,38 @@ def _judge(
     return safe_after, gap, touch_after
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _drives(
     state: tuple[float, float, float, float], max_speed: float, acceleration: float, goals: Array
 ) -> Array:
-    ways = np.empty((len(goals), STEPS, 2))
-    for i in range(len(goals)):
-        x, y, vx, vy = state
-        for step in range(STEPS):
-            dx, dy = goals[i, 0] - x, goals[i, 1] - y
+    count = len(goals)
+    x, y, vx, vy = np.empty(count), np.empty(count), np.empty(count), np.empty(count)
+    x[:], y[:], vx[:], vy[:] = state
+    goal_x, goal_y = goals[:, 0].copy(), goals[:, 1].copy()
+    xs, ys = np.empty((STEPS, count)), np.empty((STEPS, count))
+    most = acceleration * STEP_S
+    for step in range(STEPS):
+        for i in range(count):  # without a branch, so that several are computed at once
+            dx, dy = goal_x[i] - x[i], goal_y[i] - y[i]
             left = math.sqrt(dx * dx + dy * dy)
-            speed = min(max_speed, math.sqrt(2.0 * acceleration * left), left / STEP_S)
+            braking, soon = math.sqrt(2.0 * acceleration * left), left / STEP_S
+            speed = braking if braking < max_speed else max_speed
+            speed = soon if soon < speed else speed
             pace = speed / left if left > 1e-9 else 0.0
-            wx, wy = pace * dx, pace * dy
-            ax, ay = wx - vx, wy - vy
+            ax, ay = pace * dx - vx[i], pace * dy - vy[i]
             change = math.sqrt(ax * ax + ay * ay)
-            if change > acceleration * STEP_S:
-                share = acceleration * STEP_S / change
-                ax, ay = share * ax, share * ay
-            x, y = x + STEP_S * (vx + 0.5 * ax), y + STEP_S * (vy + 0.5 * ay)
-            vx, vy = vx + ax, vy + ay
-            ways[i, step, 0], ways[i, step, 1] = x, y
+            share = most / change if change > most else 1.0
+            ax *= share
+            ay *= share
+            x[i] += STEP_S * (vx[i] + 0.5 * ax)
+            y[i] += STEP_S * (vy[i] + 0.5 * ay)
+            vx[i] += ax
+            vy[i] += ay
+            xs[step, i], ys[step, i] = x[i], y[i]
+    ways = np.empty((count, STEPS, 2))
+    for i in range(count):
+        for step in range(STEPS):
+            ways[i, step, 0], ways[i, step, 1] = xs[step, i], ys[step, i]
     return ways
 
 

@@ -26,6 +26,8 @@ def wrap(angle: float) -> float:
 
 
 def _require_finite(what: str, names: str, *values: float) -> None:
+    if math.isfinite(sum(values)):
+        return
     for name, value in zip(names.split(), values, strict=True):
         if not math.isfinite(value):
             raise ValueError(f"{what}: {name} is {value}; a finite number is needed")

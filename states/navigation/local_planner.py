@@ -39,8 +39,8 @@ SLACK = 0.02
 LEAVING_MARGIN = 0.5
 """A robot that the user came too near to goes so much further than it must, m: in time to have some
 speed where the disc ends."""
-STEERING_SLACK = 0.01
-"""A base that steers cannot follow an inflation's edge more exactly than this, m."""
+EDGE = {"omni": 0.001, "differential": 0.01}
+"""More exactly than this, m, a base cannot follow an inflation's edge, and need not; by mode."""
 CRAWL = 0.05
 """Slower than this a steering base may turn without leaving its place, m/s."""
 LOST_TRACK = 0.3
@@ -297,7 +297,7 @@ class LocalPlanner(ABC):
         then = (pose.x + 0.5 * (now.vx + vx) * dt, pose.y + 0.5 * (now.vy + vy) * dt)
         time = 0.5 * math.hypot(vx, vy) / self._limits.acceleration
         end = (then[0] + vx * time, then[1] + vy * time)
-        slack = STEERING_SLACK if self.mode == "differential" else 0.0
+        slack = EDGE[self.mode]
         return self._planner.allows(start, then, user, slack) and self._planner.allows(
             then, end, user, slack
         )
