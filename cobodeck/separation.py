@@ -32,8 +32,14 @@ class SeparationWatch:
             record = records.popleft()
             lasted = min(LONGEST_NS, record.stamp_ns - self._stamp)
             self._stamp = record.stamp_ns
-            if record.separation is not None:
-                self._count(record, record.separation, lasted)
+            gap = record.separation
+            if gap is None:
+                continue
+            self._moving_ns += lasted
+            if gap < self._least_gap:
+                self._least_gap = gap
+            if record.needed > 0.0:
+                self._count(gap - record.needed, GRANTED in record.reasons, lasted)
 
     def report(self) -> dict[str, Any]:
         """Times in s, lengths in m; nothing but None if there were no cycles.
@@ -54,15 +60,11 @@ class SeparationWatch:
             "min_margin_m": least if least < math.inf else None,
         }
 
-    def _count(self, record: SafetyRecord, gap: float, lasted: int) -> None:
-        self._moving_ns += lasted
-        if gap < self._least_gap:
-            self._least_gap = gap
-        if record.needed == 0.0:
+    def _count(self, margin: float, granted: bool, lasted: int) -> None:
+        below = lasted if margin < 0.0 else 0
+        if granted:
+            self._granted_ns += below
             return
-        margin = gap - record.needed
-        if GRANTED in record.reasons:
-            self._granted_ns += lasted if margin < 0.0 else 0
-            return
-        self._least_margin = min(self._least_margin, margin)
-        self._below_ns += lasted if margin < 0.0 else 0
+        self._below_ns += below
+        if margin < self._least_margin:
+            self._least_margin = margin

@@ -167,9 +167,10 @@ class SimBase:
         span = self._now - since
         h = span * 1e-9 / cycles
         chain.holonomic = self.mode == "omni"
+        braked = self.braked
         for cycle in range(cycles):
             now = since + span * cycle // cycles
-            motion = self._toward(target, h, self.braked)
+            motion = self._toward(target, h, braked)
             command = self._twist(motion)
             stamp = now if self._told_to_stop else self._commanded  # a stop does not get old
             admitted = chain.admit(now, command, stamp, self.pose, self.twist).admitted

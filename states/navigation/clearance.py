@@ -96,12 +96,17 @@ def is_clear(x: float, y: float, discs: Array, sides: Array) -> bool:
 
 
 @njit(cache=True)
+def is_free(x: float, y: float, discs: Array, sides: Array) -> bool:
+    """On the right side of every ring, and far enough from all?"""
+    return is_inside_rings(x, y, sides) and is_clear(x, y, discs, sides)
+
+
+@njit(cache=True)
 def are_free(places: Array, discs: Array, sides: Array) -> NDArray[np.bool_]:
-    """Which places (n, 2) are on the right side of every ring, and far enough from all; (n,)."""
+    """`is_free` of places (n, 2), (n,)."""
     found = np.empty(len(places), dtype=np.bool_)
     for i in range(len(places)):
-        x, y = places[i, 0], places[i, 1]
-        found[i] = is_inside_rings(x, y, sides) and is_clear(x, y, discs, sides)
+        found[i] = is_free(places[i, 0], places[i, 1], discs, sides)
     return found
 
 

@@ -19,6 +19,7 @@ from states.navigation.clearance import (
     TURN,
     Array,
     arc_is_free,
+    passes_disc,
     sees,
 )
 
@@ -128,6 +129,18 @@ def line_crosses_ray(px: float, py: float, qx: float, qy: float, user: User) -> 
     part = one / (one - two)
     x, y = px + part * (qx - px) - user.x, py + part * (qy - py) - user.y
     return x * user.ray_x + y * user.ray_y > 0.0
+
+
+@njit(cache=True)
+def goes_straight(
+    px: float, py: float, qx: float, qy: float, user: User, discs: Array, sides: Array
+) -> bool:
+    """May the robot go straight from p to q, both free, past the user on the allowed side?"""
+    if not passes_disc(px, py, qx, qy, user.x, user.y, user.radius - TOLERANCE):
+        return False
+    if line_crosses_ray(px, py, qx, qy, user):
+        return False
+    return sees(px, py, qx, qy, discs, sides, math.inf)
 
 
 @njit(cache=True)

@@ -23,15 +23,14 @@ from states.navigation.clearance import (
     check_radius,
     comes_no_nearer,
     distance_to_nearest,
-    is_clear,
-    is_inside_rings,
+    is_free,
     passes_disc,
     sees,
 )
 from states.navigation.drawing import shortest_way
 from states.navigation.nearest import nearest_free, notches
 from states.navigation.path import Path
-from states.navigation.tangents import User, World, line_crosses_ray, link_world
+from states.navigation.tangents import User, World, goes_straight, link_world
 
 Ring = Sequence[Point]
 
@@ -102,7 +101,7 @@ class ExactPlanner:
             return False
         if not (math.isfinite(x) and math.isfinite(y)):
             return False
-        return bool(is_inside_rings(x, y, self._sides) and is_clear(x, y, self._discs, self._sides))
+        return bool(is_free(x, y, self._discs, self._sides))
 
     def are_free(self, places: Array) -> NDArray[np.bool_]:
         """Which of the places (n, 2), m, may the robot's centre be at, (n,)? Not for NaN."""
@@ -125,11 +124,11 @@ class ExactPlanner:
         Walls may come nearer than demanded by `slack`, m.
         """
         start, end, disc = as_floats(start), as_floats(end), as_disc(user)
-        reach = min(disc.radius, math.dist(start, (disc.x, disc.y))) - TOLERANCE
-        return bool(
-            passes_disc(*start, *end, disc.x, disc.y, reach)
-            and comes_no_nearer(*start, *end, self._sides, float(slack))
-        )
+        if disc.radius > 0.0:
+            reach = min(disc.radius, math.dist(start, (disc.x, disc.y))) - TOLERANCE
+            if not passes_disc(*start, *end, disc.x, disc.y, reach):
+                return False
+        return bool(comes_no_nearer(*start, *end, self._sides, float(slack)))
 
     def nearest_free(self, place: Point, user: Disc | None = None) -> Point | None:
         """The nearest free place that can be reached in a straight line without harm, or None."""
@@ -145,12 +144,7 @@ class ExactPlanner:
         return float(distance_to_nearest(*as_floats(place), self._sides))
 
     def _straight(self, start: Point, goal: Point, user: User) -> Path | None:
-        reach = user.radius - TOLERANCE
-        if not passes_disc(*start, *goal, user.x, user.y, reach):
-            return None
-        if line_crosses_ray(*start, *goal, user):
-            return None
-        if not sees(*start, *goal, self._discs, self._sides, math.inf):
+        if not goes_straight(*start, *goal, user, self._discs, self._sides):
             return None
         return Path.of_points((start, goal))
 
