@@ -233,12 +233,19 @@ def is_crowded(now: Situation, room: float, ahead: float, walking: float) -> boo
 
     The robot counts as where it would come to rest.
     """
-    if now.velocity.speed <= walking:
+    speed = now.velocity.speed
+    if speed <= walking:
         return False
     rest, body = now.rest, now.user.body
-    likely = now.settings.user.likely
-    soon = (PREDICTORS[name].at(body, now.velocity, ahead, rest) for name in likely)
-    return any(rest.distance_to(place) < room for place in (body, *soon))
+    spare = rest.distance_to(body) - room
+    if spare < 0.0:
+        return True
+    likely = [PREDICTORS[name] for name in now.settings.user.likely]
+    return any(
+        rest.distance_to(predictor.at(body, now.velocity, ahead, rest)) < room
+        for predictor in likely
+        if predictor.reach(speed, ahead) > spare
+    )
 
 
 class UserCrowds(Monitor):

@@ -76,26 +76,17 @@ class VelocityEstimator:
 
 
 def _slope(poses: deque[tuple[int, float, float, float]]) -> Twist2:
-    origin, x0, y0, yaw0 = poses[0]
-    count = len(poses)
-    st = stt = sx = sy = sw = stx = sty = stw = 0.0
-    for stamp, x, y, yaw in poses:
-        t = (stamp - origin) * 1e-9
-        dx, dy, dw = x - x0, y - y0, yaw - yaw0
-        st += t
-        stt += t * t
-        sx += dx
-        sy += dy
-        sw += dw
-        stx += t * dx
-        sty += t * dy
-        stw += t * dw
-    spread = count * stt - st * st
-    return Twist2(
-        (count * stx - st * sx) / spread,
-        (count * sty - st * sy) / spread,
-        (count * stw - st * sw) / spread,
-    )
+    origin = poses[0][0]
+    times = [(pose[0] - origin) * 1e-9 for pose in poses]
+    middle = sum(times) / len(times)
+    spread = vx = vy = wz = 0.0
+    for t, (_, x, y, yaw) in zip(times, poses, strict=True):
+        away = t - middle
+        spread += away * away
+        vx += away * x
+        vy += away * y
+        wz += away * yaw
+    return Twist2(vx / spread, vy / spread, wz / spread)
 
 
 class StillnessEstimator:

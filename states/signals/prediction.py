@@ -29,6 +29,10 @@ class Predictor:
     comes: bool = False
     least: float = 0.0
 
+    def reach(self, speed: float, ahead: float) -> float:
+        """How far a person of this speed comes at most, m."""
+        return self.speed * max(self.least, speed) * ahead
+
     def at(self, body: Pose2, velocity: Twist2, ahead: float, robot: Pose2) -> Pose2:
         """Their pose so many seconds ahead; velocity in the map frame, turn as wz."""
         pace = max(self.least, velocity.speed)
