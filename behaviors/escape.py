@@ -20,11 +20,14 @@ LOOKAHEAD_S = 3.0
 
 def in_zone(escape: EscapeSettings, user: UserPose, base: Pose2, margin: float = 0.0) -> bool:
     """Is the robot's centre in one of the two zones about the user (R104), grown by `margin`?"""
-    view = user.head_yaw if escape.view == "head" else user.body.yaw
     dx, dy = base.x - user.body.x, base.y - user.body.y
+    distance = math.hypot(dx, dy)
+    if distance >= max(escape.ahead, escape.around) + margin:
+        return False
+    view = user.head_yaw if escape.view == "head" else user.body.yaw
     bearing = wrap(math.atan2(dy, dx) - view)
     reach = escape.ahead if abs(bearing) <= escape.half_view else escape.around
-    return math.hypot(dx, dy) < reach + margin
+    return distance < reach + margin
 
 
 def is_required(

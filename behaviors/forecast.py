@@ -15,7 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from behaviors.situation import Situation
-from hw.geometry import STILL, Outline, Pose2, Twist2
+from hw.geometry import STILL, Outline, Twist2
 from hw.person import RADIUS
 from hw.room import Point
 from states.navigation.local_planner import GlobalPlanner
@@ -118,23 +118,25 @@ def towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
     Standstill instead, if the robot, braking straight on in the next tick, came too near to a wall:
     whatever ends a drive stops it so.
     """
-    site, pose = now.site, now.pose
+    site, pose, twist = now.site, now.pose, now.twist
     acceleration = site.limits.base_acceleration
     dx, dy = goal[0] - pose.x, goal[1] - pose.y
     left = math.hypot(dx, dy)
     if left < 1e-6:
         return STILL
     speed = min(site.navigation.named(name).max_speed, math.sqrt(2.0 * acceleration * left))
-    speed = min(speed, left / STEP_S)
-    wanted = Twist2(speed * dx / left, speed * dy / left)
-    motion = now.twist.rotated(pose.yaw)
-    ax, ay = wanted.vx - motion.vx, wanted.vy - motion.vy
+    pace = min(speed / left, 1.0 / STEP_S)
+    wanted_x, wanted_y = pace * dx, pace * dy
+    c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+    vx, vy = c * twist.vx - s * twist.vy, s * twist.vx + c * twist.vy
+    ax, ay = wanted_x - vx, wanted_y - vy
     share = min(1.0, 2.0 * acceleration * site.period / max(1e-9, math.hypot(ax, ay)))
-    soon = Twist2(motion.vx + share * ax, motion.vy + share * ay)
-    rest = site.standstill(Pose2(pose.x, pose.y), soon)
-    if not site.planner(name).allows((pose.x, pose.y), (rest.x, rest.y)):
+    vx, vy = vx + share * ax, vy + share * ay
+    braking = math.hypot(vx, vy) / (2.0 * acceleration)
+    rest = (pose.x + braking * vx, pose.y + braking * vy)
+    if not site.planner(name).allows((pose.x, pose.y), rest):
         return STILL
-    return wanted.rotated(-pose.yaw)
+    return Twist2(c * wanted_x + s * wanted_y, c * wanted_y - s * wanted_x)
 
 
 @njit(cache=True)

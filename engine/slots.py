@@ -73,8 +73,10 @@ class DerivedSlot(Slot):
         """The value for the present inputs; what `function` raises, every reader gets."""
         if self.checked == self.board.version:
             return self.newest
-        inputs = [source.read() for source in self.sources]
-        versions = [source.version for source in self.sources]
+        inputs, versions = [], []
+        for source in self.sources:
+            inputs.append(source.read())
+            versions.append(source.version)
         if versions != self.seen:
             self._evaluate(inputs)
             self.seen = versions

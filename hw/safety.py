@@ -155,7 +155,7 @@ class SafetyChain:
         refusal = self._refusal(now_ns, stamp_ns, age) if finite else NOT_FINITE
         self._stopping = bool(refusal)
         if finite and age < math.inf:
-            record = self._governed(now_ns, age, (command, pose, twist), refusal)
+            record = self._governed(now_ns, age, command, pose, twist, refusal)
         else:
             record = SafetyRecord(now_ns, command, STILL, reasons=refusal)
         self.records.append(record)
@@ -202,10 +202,11 @@ class SafetyChain:
         self,
         now_ns: int,
         age: float,
-        motion: tuple[Twist2, Pose2, Twist2],
+        command: Twist2,
+        pose: Pose2,
+        twist: Twist2,
         refusal: tuple[str, ...],
     ) -> SafetyRecord:
-        command, pose, twist = motion
         limits, user = self.limits, self._user
         near = self._nearness(pose)
         speed = limits.walking if user.speed is None else user.speed + limits.uncertainty
