@@ -138,6 +138,8 @@ class SimBase:
             scale = self._max_rate / abs(wz)
         if wheels * scale > self._wheel_speed:
             scale = self._wheel_speed / wheels
+        if scale == 1.0 and vy == command.vy:
+            return command
         return Twist2(scale * vx, scale * vy, scale * wz)
 
     def _move(self, until_ns: int) -> None:
