@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -324,11 +325,12 @@ def test_the_nearest_free_cell_is_the_nearest_of_all_in_sight(free, place, user)
     seen = []
     for row, column in np.argwhere(free):
         cell = (column + 0.5, row + 0.5)
-        steps = np.linspace(0.0, 1.0, 400)[:, None]
-        line = np.array(place) + steps * (np.array(cell) - place)
+        line = shapely.LineString((place, cell))
         if math.dist(cell, user[:2]) < disc.radius:
             continue
-        if np.hypot(*(line - user[:2]).T).min() >= reach and line_is_free(passable, *place, *cell):
+        if line.distance(shapely.Point(user[:2])) >= reach and line_is_free(
+            passable, *place, *cell
+        ):
             seen.append(math.dist(place, cell))
     if not seen:
         assert found is None or math.dist(found, user[:2]) >= disc.radius
