@@ -211,6 +211,8 @@ class Approach(Action):
                 driver.go_to(goal)
                 disc, walking = user_disc(now.user, subsystem), (now.velocity.vx, now.velocity.vy)
                 command = driver.command(now.pose, now.twist, disc, now.site.period, walking)
+                if driver.status == "arrived":
+                    return "near"  # within the drive's tolerance of it
                 base.drive(now.slowed(command, "chase"), "chase")
                 yield base.refusal
         finally:

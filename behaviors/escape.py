@@ -164,7 +164,5 @@ class Flee(Action):
 def _first_in_reach(now: Situation, free: Sequence[Pose2]) -> Pose2 | None:
     planner = now.site.planner("escape")
     disc = user_disc(now.user, now.site.navigation.escape)
-    for goal in free:
-        if planner.plan((now.pose.x, now.pose.y), (goal.x, goal.y), disc) is not None:
-            return goal
-    return None
+    here = (now.pose.x, now.pose.y)
+    return next((goal for goal in free if planner.allows(here, (goal.x, goal.y), disc)), None)

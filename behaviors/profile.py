@@ -66,7 +66,8 @@ class Profile:
         if self.robot.arm_parked is not None:
             arm = dataclasses.replace(robot.arm, parked=self.robot.arm_parked)
             robot = dataclasses.replace(robot, arm=arm)
-        return Site(room, robot, self.robot.limits, self.navigation)
+        fastest = min(self.robot.base_speed, robot.base.max_speed)
+        return Site(room, robot, self.robot.limits, self.navigation.capped(fastest))
 
     def apply(self, library: Mapping[str, Chart]) -> dict[str, Chart]:
         """The charts with this profile's values as defaults of their parameters.

@@ -78,7 +78,6 @@ RANGES: Mapping[type, Mapping[str, Range]] = {
         "window": _above_0(5.0),
         "still_speed": _above_0(2.0),
         "still_turn": _above_0(10.0),
-        "still_for": Range(0.0, 60.0),
     },
     EscapeSettings: {
         "ahead": _above_0(10.0),
@@ -152,4 +151,6 @@ def contradiction(section: Any) -> tuple[str, str] | None:
         return "inner", f"{section.inner:g} is not below outer, {section.outer:g}"
     if section.front + section.rear >= 2.0 * math.pi:
         return "rear", "front and rear cut out the whole turn; nothing is left of the space"
+    if (section.margin is None) != (section.margin_angle is None):
+        return "margin", "margin and margin_angle go together; give both, or null for both"
     return None

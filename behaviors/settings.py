@@ -77,7 +77,6 @@ class UserSettings:
     window: Duration
     still_speed: Speed
     still_turn: AngularSpeed
-    still_for: Duration
     likely: tuple[str, ...]
     possible: tuple[str, ...]
 

@@ -48,13 +48,13 @@ def _outline(robot: RobotModel) -> str:
 
 
 def _getting_away(robot: RobotModel, profile: Profile) -> str:
-    """From standstill so far that user and robot pass: the profile's limit, and the robot's own."""
+    """From standstill so far that user and robot pass: the profile's limit, and the brakes'."""
     away, own = profile.settings.escape.contact, robot.base.brake_deceleration
     chosen = profile.robot.base_acceleration
     slow, fast = (math.sqrt(2.0 * away / limit) for limit in (chosen, max(chosen, own)))
     return (
         f"{away:g} m aside takes {slow:.2f} s at {profile.name}'s {chosen:g} m/s2; "
-        f"it would be {fast:.2f} s at the robot's own {own:g} m/s2"
+        f"it would be {fast:.2f} s with its brakes' {own:g} m/s2"
     )
 
 
@@ -68,7 +68,9 @@ def _room(scene: Scene, profile: Profile) -> Iterator[Check]:
     space = measure(floor, kept)
     yield "floor", FIT, f"{space.usable_m2:.1f} of {space.free_m2:.1f} m2 left at {kept:g} m"
     yield "wall ahead", FIT, _facing_a_wall(profile)
-    found = without_haptic_pose(floor, haptic_places(profile), kept)
+    nearest = profile.navigation.haptic.user_radius
+    drivable = [place for place in haptic_places(profile) if math.hypot(*place) >= nearest]
+    found = without_haptic_pose(floor, drivable, kept)
     yield "haptic poses", FIT, _untouchable(found)
 
 

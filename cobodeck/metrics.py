@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import math
 import statistics
+from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from cobodeck.arm_contact import ArmWatch
+from cobodeck.separation import SeparationWatch
 from engine.machine import Box
 from engine.run import Run
 from hw.geometry import Pose2, Pose3, wrap
@@ -158,6 +160,7 @@ class Evaluator:
             "distance_m": world.base.distance_m,
             "energy_j": world.base.energy_j,
             "situations": self.situations,
+            "situations_open": int(self._danger_since is not None),
             "time_to_safety_s": spread(self.time_to_safety_s, ("mean", "min", "max")),
             "contacts": world.contacts + self.arm.contacts,
             "wall_hits": world.wall_hits,
@@ -182,6 +185,7 @@ NOTHING: Mapping[str, Any] = {
     "distance_m": None,
     "energy_j": None,
     "situations": None,
+    "situations_open": None,
     "time_to_safety_s": dict.fromkeys(("mean", "min", "max")),
     "contacts": None,
     "wall_hits": None,
@@ -191,6 +195,7 @@ NOTHING: Mapping[str, Any] = {
     "dropouts": [],
     "faults": None,
     "fault_names": {},
+    "separation": SeparationWatch(deque()).report(),
 }
 """The figures of a run without a world."""
 

@@ -11,7 +11,7 @@ Span = tuple[int, int]
 """When a request began and ended, ns."""
 
 IN_TIME = "not served in time"
-"""No Haptic has failed: the user let go, or the run ended, before the prop was there."""
+"""No Haptic has ended early: the user let go, or the run ended, before the prop was there."""
 
 REASONS: Mapping[str, str] = {
     "none": "no Haptic pose",
@@ -24,13 +24,20 @@ REASONS: Mapping[str, str] = {
     "failed": "the arm did not get there",
     "timeout": "took too long",
 }
-"""By the outcome of the leaf with which a Haptic failed."""
+"""By the first outcome of a leaf that made a Haptic fail."""
+
+BROKEN_OFF: Mapping[str, str] = {
+    "fault": "broken off by a fault",
+    "user_lost": "base or user lost",
+    "error": "broken off by an error",
+}
+"""By the outcome of a Haptic that something else has ended."""
 
 
 def refusals(run: Run, unserved: Iterable[Span]) -> dict[str, int]:
     """How often each reason occurred among the requests that were not served.
 
-    A request counts once, with the last Haptic that failed during it; `IN_TIME` if none did.
+    A request counts once, with the last Haptic that ended early during it; `IN_TIME` if none did.
     """
     failed, found = failures(run), dict[str, int]()
     for begin, end in unserved:
@@ -40,7 +47,7 @@ def refusals(run: Run, unserved: Iterable[Span]) -> dict[str, int]:
 
 
 def failures(run: Run) -> list[tuple[int, str]]:
-    """When each Haptic failed, ns, and why, in order."""
+    """When each Haptic failed or was broken off, ns, and why, in order."""
     boxes = {
         vertex.path
         for vertex in run.machine.vertices.values()
@@ -51,13 +58,15 @@ def failures(run: Run) -> list[tuple[int, str]]:
         for leaf in run.machine.leaves
         if any(leaf.path.startswith(f"{box}/") for box in boxes)
     }
-    found, last = [], "failed"
+    found, first = [], "failed"
     for record in run.trace:
+        if record.kind == "enter" and record.subject in boxes:
+            first = "failed"
         if record.kind != "outcome":
             continue
         outcome = record.detail[0]
-        if record.subject in leaves and outcome in REASONS:
-            last = outcome
-        elif record.subject in boxes and outcome == "failed":
-            found.append((record.time, REASONS[last]))
+        if record.subject in leaves and outcome in REASONS and first == "failed":
+            first = outcome
+        elif record.subject in boxes and outcome in ("failed", *BROKEN_OFF):
+            found.append((record.time, BROKEN_OFF.get(outcome) or REASONS[first]))
     return found

@@ -158,16 +158,16 @@ class Wired:
     def tick(self, now_ns: int) -> str | None:
         """One tick of the run, and then who drives; the chart's outcome once there is one."""
         wheels = self.wheels
-        if wheels is None:
-            return self.run.tick(now_ns)
-        wheels.begin(now_ns)
+        if wheels is not None:
+            wheels.begin(now_ns)
         try:
             return self.run.tick(now_ns)
         except BaseException:
-            wheels.stop()
+            self.run.hold()
             raise
         finally:
-            wheels.pass_on()
+            if wheels is not None:
+                wheels.pass_on()
 
 
 def wire(

@@ -41,7 +41,7 @@ class Base(Part, Protocol):
         ...
 
     def use(self, mode: DriveMode) -> None:
-        """Change the way of driving; takes effect with the next command."""
+        """Change the way of driving, as soon as the base stands; until then it slows down."""
         ...
 
     def drive(self, command: Twist2) -> None:

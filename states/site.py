@@ -5,7 +5,7 @@ The wiring puts one `Site` as the signal `site` at time 0; it never changes duri
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
@@ -72,6 +72,15 @@ class Navigation:
     chase: Subsystem
     haptic: Subsystem
     escape: Subsystem
+
+    def capped(self, speed: float) -> Navigation:
+        """The same with no subsystem faster than this, m/s."""
+        return Navigation(
+            *(
+                replace(s, max_speed=min(s.max_speed, speed))
+                for s in (self.chase, self.haptic, self.escape)
+            )
+        )
 
     def named(self, name: SubsystemName) -> Subsystem:
         """The subsystem of a behaviour."""

@@ -54,7 +54,9 @@ class Wheels:
             ValueError: a value is NaN or infinite.
             KeyError: there is no such source.
         """
-        docks = source == "haptic" and left <= self._overlap
+        docks = source == "haptic" and self._overlap > 0.0 and left <= self._overlap
+        if source == "haptic" and not docks:
+            self._multiplexer.release("docking")  # it had less to go a moment ago
         self._multiplexer.offer("docking" if docks else source, command, self._now_ns)
 
     def release(self, source: str = "own") -> None:

@@ -49,7 +49,6 @@ def test_paper_keeps_the_printed_numbers(paper: Profile) -> None:
         "navigation.haptic.inflation": 1.0, "navigation.escape.inflation": 0.77,
         "navigation.haptic.tolerance": 0.2, "escape.ahead": 2.5, "escape.around": 1.5,
         "chase.inner": 1.5, "chase.outer": 3.0, "chase.cell": 0.05, "haptic.radius": 1.0,
-        "user.still_for": 0.5,
     }  # fmt: skip
     assert {name: found[name] for name in printed} == printed
     assert found["escape.half_view"] == pytest.approx(0.6283185307)

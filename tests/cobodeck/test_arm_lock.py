@@ -97,7 +97,7 @@ def test_no_source_but_escape_drives_with_the_arm_out(source: str) -> None:
     assert rig.tick(source) == source
     rig.world.parts.arm.move_to(OUT)
     rig.tick()
-    assert rig.tick(source, left=0.0001) is None
+    assert rig.tick(source, left=0.0) is None
     assert rig.wheels.refusal == "the arm is not folded"
     assert rig.tick("escape") == "escape"
     assert rig.wheels.refusal is None
@@ -139,6 +139,8 @@ def test_with_the_operators_leave_a_haptic_drive_ends_while_the_arm_unfolds() ->
     rig.tick()
     assert rig.tick("haptic", left=0.51) is None
     assert rig.tick("chase", left=0.1) is None
+    assert rig.tick("haptic", left=0.5) == "docking"
+    assert rig.tick("haptic", left=1.0) is None  # the way has got longer
     assert rig.tick("haptic", left=0.5) == "docking"
     rig.wheels.release("haptic")
     assert rig.tick() is None

@@ -99,4 +99,4 @@ def test_what_the_acceleration_means_for_escape_is_told(capsys: pytest.CaptureFi
     _, about = looked_at(capsys, "--scene", "hall", "--profile", "paper")["escape"]
 
     assert f"1.27 m aside takes {(2 * 1.27 / 0.5) ** 0.5:.2f} s" in about
-    assert f"{(2 * 1.27 / 3.0) ** 0.5:.2f} s at the robot's own 3 m/s2" in about
+    assert f"{(2 * 1.27 / 3.0) ** 0.5:.2f} s with its brakes' 3 m/s2" in about

@@ -1,13 +1,15 @@
 """The evaluator's figures, for courses of events that are worked out by hand."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
 
 from cobodeck.arm_contact import ArmWatch
 from cobodeck.metrics import Evaluator, spread
+from cobodeck.simulate import Options, simulate
+from cobodeck.wiring import open_setup
 from hw.geometry import Pose2, Pose3
 from hw.robot import RobotModel, load_robot
 from hw.samples import ArmState, Sample, UserPose
@@ -280,3 +282,19 @@ def test_an_arm_inside_the_outline_touches_nobody(course: Course) -> None:
     course.see(0.0, Pose2(1.0, 0.0, math.pi))
 
     assert contacts_of(course) == 0
+
+
+def test_a_situation_that_is_open_at_the_end_is_told(course: Course) -> None:
+    course.see(0.0, Pose2(1.0, 0.0))
+
+    report = course.seen.report()
+
+    assert (report["situations"], report["situations_open"]) == (1, 1)
+    assert report["time_to_safety_s"]["mean"] is None
+
+
+def test_a_run_without_a_world_has_the_same_figures() -> None:
+    options = Options(duration_s=1.0)
+    worlds = simulate(open_setup(), options), simulate(open_setup(), replace(options, tier=0))
+
+    assert worlds[0].figures.keys() == worlds[1].figures.keys()

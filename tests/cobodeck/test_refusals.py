@@ -47,6 +47,30 @@ def test_a_drive_that_takes_too_long_says_so(sim: Rehearsal) -> None:
     assert refusals(sim.run, [(0, 31 * SECOND)]) == {"took too long": 1}
 
 
+@pytest.mark.parametrize(
+    ("guard", "reason"),
+    [
+        ({"haptic/fault": "raised"}, "broken off by a fault"),
+        ({"haptic/tracking": "lost"}, "base or user lost"),
+    ],
+)
+def test_a_haptic_that_was_broken_off_says_by_what(
+    sim: Rehearsal, guard: dict[str, Any], reason: str
+) -> None:
+    sim.start("cobodeck", script=ASKED | DRIVING | guard)
+    sim.wait(1)
+
+    assert refusals(sim.run, [(0, SECOND)]) == {reason: 1}
+
+
+def test_the_first_reason_counts_not_what_the_retreat_comes_to(sim: Rehearsal) -> None:
+    retreat = {"haptic/serve/reach": "no_solution", "haptic/serve/retreat": "failed"}
+    sim.start("cobodeck", script=ASKED | REACHING | retreat)
+    sim.wait(1)
+
+    assert refusals(sim.run, [(0, SECOND)]) == {"DEEP out of reach": 1}
+
+
 def test_a_haptic_that_was_let_go_has_not_failed(sim: Rehearsal) -> None:
     sim.start("cobodeck", script=ASKED | DRIVING | {"haptic/release": "released"})
     sim.wait(1)
