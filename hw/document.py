@@ -131,6 +131,20 @@ def suggestion(word: str, known: tuple[str, ...]) -> str:
     return f"; known: {', '.join(known)}" if known else ""
 
 
+def find_file(name: str, folder: Path, kind: str, error: type[FileError]) -> Path:
+    """A file by its path, or by the name of one in a folder of the project.
+
+    Raises:
+        FileError: of the class `error`: the folder has no such name.
+    """
+    if name.endswith((".yaml", ".yml")) or "/" in name:
+        return Path(name)
+    known = tuple(sorted(path.stem for path in folder.glob("*.yaml")))
+    if name in known:
+        return folder / f"{name}.yaml"
+    raise error(name, 0, f"no such {kind}{suggestion(name, known)}")
+
+
 def _interval(low: float, high: float) -> str:
     if high == math.inf:
         return f"at least {low:g} is needed"

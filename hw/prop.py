@@ -17,7 +17,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from hw.document import FileError, Item, read_document, suggestion
+from hw.document import FileError, Item, find_file, read_document
 
 FOLDER = Path(__file__).parent / "props"
 FLANGE = 6
@@ -105,12 +105,8 @@ def load_prop(name_or_path: str | Path = "prop") -> Prop:
     Raises:
         PropError: with file, line, key and what would be right.
     """
-    name = str(name_or_path)
-    if name.endswith((".yaml", ".yml")) or "/" in name:
-        return prop_from(read_document(Path(name), PropError))
-    if name not in prop_names():
-        raise PropError(name, 0, f"no such prop{suggestion(name, prop_names())}")
-    return prop_from(read_document(FOLDER / f"{name}.yaml", PropError))
+    path = find_file(str(name_or_path), FOLDER, "prop", PropError)
+    return prop_from(read_document(path, PropError))
 
 
 def prop_from(item: Item) -> Prop:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from hw.calibration import CalibrationError, load_calibration
 from hw.description import Description, description_from
-from hw.document import FileError, Item, read_document, suggestion
+from hw.document import FileError, Item, find_file, read_document
 from hw.interfaces import DriveMode
 from hw.prop import Placement, Prop, PropError, load_prop
 from hw.samples import Joints, TimedJoints
@@ -180,13 +180,7 @@ def load_robot(name_or_path: str | Path, prop: str | Path | None = None) -> Robo
     Raises:
         RobotError: with file, line, key and what would be right.
     """
-    name = str(name_or_path)
-    if name.endswith((".yaml", ".yml")) or "/" in name:
-        path = Path(name)
-    elif name in robot_names():
-        path = FOLDER / f"{name}.yaml"
-    else:
-        raise RobotError(name, 0, f"no such robot{suggestion(name, robot_names())}")
+    path = find_file(str(name_or_path), FOLDER, "robot", RobotError)
     content = read_document(path, RobotError).section(
         required=("robot", "mass", "payload", "footprint", "base", "arm", "prop"),
         optional=("about",),

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from hw.document import FAR, FileError, Item, read_document, suggestion
+from hw.document import FAR, FileError, Item, find_file, read_document
 from hw.geometry import Pose2
 from hw.interaction import Surface
 from hw.room import MIN_WIDTH, Ring, Room, ring_fault
@@ -81,13 +81,11 @@ def load_scene(name_or_path: str | Path) -> Scene:
 
 
 def _find(name: str, beside: Path | None = None) -> Path:
-    if name.endswith((".yaml", ".yml")) or "/" in name:
-        return Path(name) if beside is None else beside / name
-    if beside is not None and (beside / f"{name}.yaml").is_file():
+    if beside is None:
+        return find_file(name, FOLDER, "scene", SceneError)
+    if (beside / f"{name}.yaml").is_file():
         return beside / f"{name}.yaml"
-    if name in scene_names():
-        return FOLDER / f"{name}.yaml"
-    raise SceneError(name, 0, f"no such scene{suggestion(name, scene_names())}")
+    return beside / find_file(name, FOLDER, "scene", SceneError)  # FOLDER is absolute
 
 
 def _load(path: Path, depth: int) -> Scene:

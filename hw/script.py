@@ -24,7 +24,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from hw.document import FileError, Item, read_document, suggestion
+from hw.document import FileError, Item, find_file, read_document, suggestion
 from hw.geometry import Pose2, wrap
 
 FOLDER = Path(__file__).parent / "users"
@@ -119,13 +119,7 @@ def load_script(name_or_path: str | Path) -> Script:
     Raises:
         ScriptError: with file, line, key and what would be right.
     """
-    name = str(name_or_path)
-    if name.endswith((".yaml", ".yml")) or "/" in name:
-        path = Path(name)
-    elif name in script_names():
-        path = FOLDER / f"{name}.yaml"
-    else:
-        raise ScriptError(name, 0, f"no such user{suggestion(name, script_names())}")
+    path = find_file(str(name_or_path), FOLDER, "user", ScriptError)
     content = read_document(path, ScriptError).section(
         required=("user", "steps"), optional=("about", "start", "speed", "turn_rate", "repeat")
     )
