@@ -9,13 +9,13 @@ from collections.abc import Sequence
 from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
 from hw.person import Person
-from hw.prop import GripperModel, Prop
+from hw.prop import GripperModel, Prop, WrenchModel
 from hw.robot import ArmModel, RobotModel
 from hw.safety import SafetyChain, SafetyRecord
-from hw.samples import ArmState, GripperState, Joints, Sample, TimedJoints, WrenchReading
+from hw.samples import ArmState, GripperState, Joints, Sample, TimedJoints
 from hw.scene import Scene
 from hw.sim.arm import JointCourse, begins_at
-from hw.sim.tool import NO_LOAD, Hand, check_load, check_opening
+from hw.sim.tool import Hand, SimGripper, SimWrench
 from hw.sim.world import World
 
 
@@ -173,75 +173,32 @@ class MockArm:
             self._course = None
 
 
-class MockGripper:
+class MockGripper(SimGripper):
     """Has the commanded opening at the next instant; holds what is wider than that."""
 
-    signals: tuple[str, ...] = ("gripper.state",)
-
     def __init__(self, model: GripperModel) -> None:
-        self.between: float | None = model.held
-        self.braked = False
-        self.state = GripperState(model.held, holding=True)
+        super().__init__(model)
         self.commands: list[float] = []
-        self._model = model
-        self._goal: float | None = None
-        self._reported = -1
 
     def open_to(self, opening: float) -> None:
         """Have the fingers at this opening; see `Gripper`."""
-        check_opening(self._model, opening)
+        super().open_to(opening)
         if not self.braked:
             self.commands.append(opening)
-            self._goal = opening
-
-    def stop(self) -> None:
-        """Keep the fingers where they are; see `Gripper`."""
-        self._goal = None
-
-    def samples(self, now_ns: int) -> list[Sample]:
-        """The fingers at this instant."""
-        if self._reported == now_ns:
-            return []
-        self._reported = now_ns
-        return [Sample("gripper.state", now_ns, self.state)]
 
     def advance(self, until_ns: int) -> None:  # noqa: ARG002
         """Move on to until_ns."""
         opening = self.state.opening if self._goal is None or self.braked else self._goal
         self._goal = None
-        width = self.between
-        if width is not None and opening < width <= self.state.opening:
-            opening = width
-        self.state = GripperState(opening, width is not None and opening <= width)
+        opening = self._stopped(self.state.opening, opening)
+        self.state = GripperState(opening, self.between is not None and opening <= self.between)
 
 
-class MockWrench:
+class MockWrench(SimWrench):
     """Reads what it is pressed with, less what it was zeroed at, whatever the sensor's scale."""
 
-    signals: tuple[str, ...] = ("wrench.reading",)
-
     def __init__(self) -> None:
-        self._load = self._zero = NO_LOAD
-        self._reported = -1
-
-    def press(self, load: WrenchReading) -> None:
-        """Act on the flange with this force and torque, in its frame."""
-        check_load(load)
-        self._load = load
-
-    def zero(self) -> None:
-        """Take the present reading as no load; see `Wrench`."""
-        self._zero = self._load
-
-    def samples(self, now_ns: int) -> list[Sample]:
-        """The reading of this instant."""
-        if self._reported == now_ns:
-            return []
-        self._reported = now_ns
-        (fx, fy, fz), (tx, ty, tz) = self._load.force, self._load.torque
-        (gx, gy, gz), (ux, uy, uz) = self._zero.force, self._zero.torque
-        reading = WrenchReading((fx - gx, fy - gy, fz - gz), (tx - ux, ty - uy, tz - uz))
-        return [Sample("wrench.reading", now_ns, reading)]
+        super().__init__(WrenchModel(math.inf, math.inf))
 
 
 def mock_hand(prop: Prop) -> Hand:
