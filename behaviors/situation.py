@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -57,8 +56,7 @@ class Situation:
         The disc does not grow over the robot or the goal.
         """
         body, radius = self.user.body, self.site.navigation.named(name).user_radius
-        nearest = min(self.distance, math.dist(goal, (body.x, body.y)))
-        return Disc(body.x, body.y, max(radius, min(radius + SPARE, nearest)))
+        return Disc(body.x, body.y, radius).grown(SPARE, (self.pose.x, self.pose.y), goal)
 
     def slowed(self, command: Twist2, name: SubsystemName) -> Twist2:
         """A subsystem's command, no faster than the age of the poses allows."""

@@ -29,6 +29,11 @@ class Disc:
     y: float
     radius: float
 
+    def grown(self, margin: float, *places: Point) -> Disc:
+        """Larger by up to `margin`, m, but not so that one of the places comes to lie in it."""
+        nearest = min(math.dist(place, (self.x, self.y)) for place in places)
+        return Disc(self.x, self.y, max(self.radius, min(self.radius + margin, nearest)))
+
 
 @dataclass(frozen=True)
 class Room:

@@ -305,8 +305,4 @@ class LocalPlanner(ABC):
 
 def with_margin(user: Disc | None, start: Point, goal: Point) -> Disc | None:
     """The user's disc for planning: larger, but not so that start or goal come to lie in it."""
-    if user is None:
-        return None
-    nearest = min(math.dist(start, (user.x, user.y)), math.dist(goal, (user.x, user.y)))
-    radius = max(user.radius, min(user.radius + USER_MARGIN, nearest))
-    return Disc(user.x, user.y, radius)
+    return None if user is None else user.grown(USER_MARGIN, start, goal)

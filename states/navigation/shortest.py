@@ -20,7 +20,6 @@ from states.navigation.clearance import (
     Array,
     arc_is_free,
     blocked_arcs,
-    passes_disc,
     sees,
 )
 from states.navigation.tangents import (
@@ -28,7 +27,7 @@ from states.navigation.tangents import (
     User,
     World,
     arc_crosses_ray,
-    line_crosses_ray,
+    passes_user,
     sweep_between,
     tangent,
 )
@@ -112,15 +111,6 @@ def turn_is_free(disc: int, first: float, sweep: float, scene: Scene) -> bool:
 
 
 @njit(cache=True)
-def passes_user(line: Array, user: User) -> bool:
-    """Does a tangent keep off the user, on the allowed side?"""
-    px, py, qx, qy = line[0], line[1], line[2], line[3]
-    if not passes_disc(px, py, qx, qy, user.x, user.y, user.radius - TOLERANCE):
-        return False
-    return not line_crosses_ray(px, py, qx, qy, user)
-
-
-@njit(cache=True)
 def passes_walls(line: Array, source: int, target: int, scene: Scene) -> bool:
     """Does a tangent from disc `source` to disc `target` keep off all walls?"""
     if not turn_is_free(source, line[4], 0.0, scene):
@@ -171,7 +161,10 @@ def try_slots(
             if not is_link:
                 next_turn = 2.0 * (target % 2) - 1.0
                 exists = tangent(discs[disc], turn, discs[target // 2], next_turn, line)
-            status[slot] = _OPEN if exists and passes_user(line, user) else _BLOCKED
+            if exists and passes_user(line[0], line[1], line[2], line[3], user):
+                status[slot] = _OPEN
+            else:
+                status[slot] = _BLOCKED
         if status[slot] == _BLOCKED:
             continue
         sweep, first = 0.0, line[4]

@@ -132,15 +132,19 @@ def line_crosses_ray(px: float, py: float, qx: float, qy: float, user: User) -> 
 
 
 @njit(cache=True)
+def passes_user(px: float, py: float, qx: float, qy: float, user: User) -> bool:
+    """Does the line p-q keep off the user, on the allowed side?"""
+    if not passes_disc(px, py, qx, qy, user.x, user.y, user.radius - TOLERANCE):
+        return False
+    return not line_crosses_ray(px, py, qx, qy, user)
+
+
+@njit(cache=True)
 def goes_straight(
     px: float, py: float, qx: float, qy: float, user: User, discs: Array, sides: Array
 ) -> bool:
     """May the robot go straight from p to q, both free, past the user on the allowed side?"""
-    if not passes_disc(px, py, qx, qy, user.x, user.y, user.radius - TOLERANCE):
-        return False
-    if line_crosses_ray(px, py, qx, qy, user):
-        return False
-    return sees(px, py, qx, qy, discs, sides, math.inf)
+    return passes_user(px, py, qx, qy, user) and sees(px, py, qx, qy, discs, sides, math.inf)
 
 
 @njit(cache=True)

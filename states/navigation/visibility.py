@@ -25,7 +25,6 @@ from states.navigation.clearance import (
     distance_to_nearest,
     is_free,
     passes_disc,
-    sees,
 )
 from states.navigation.drawing import shortest_way
 from states.navigation.nearest import nearest_free, notches
@@ -110,10 +109,8 @@ class ExactPlanner:
     def sees(self, start: Point, end: Point, user: Disc | None = None) -> bool:
         """May the robot go straight from one free place to another?"""
         start, end, disc = as_floats(start), as_floats(end), as_disc(user)
-        return bool(
-            passes_disc(*start, *end, disc.x, disc.y, disc.radius - TOLERANCE)
-            and sees(*start, *end, self._discs, self._sides, math.inf)
-        )
+        anywhere = User(disc.x, disc.y, disc.radius, 0.0, 0.0)
+        return bool(goes_straight(*start, *end, anywhere, self._discs, self._sides))
 
     def allows(
         self, start: Point, end: Point, user: Disc | None = None, slack: float = 0.0
