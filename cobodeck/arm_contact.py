@@ -55,13 +55,15 @@ class ArmWatch:
     def watch(self) -> None:
         """Look at the true state of this instant."""
         world, last, was_out = self._world, self._last, self._out
-        if world.arm.state.joints is not last.joints:
-            self._out = self._is_out(world.arm.state.joints)
-            self._last = self._look()
+        moved = world.arm.state.joints is not last.joints
+        if not (moved or was_out):
+            return
+        self._last = now = self._look()
+        if moved:
+            self._out = self._is_out(now.joints)
         if not self._out:
             self._excused = False
             return
-        self._last = now = self._look()
         if not was_out:
             last = now  # where the rover was while the arm lay in its outline does not matter
         if world.person.request is not None:
