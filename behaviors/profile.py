@@ -4,6 +4,7 @@
     about: what it is good for
     robot: …            # behaviors.settings.RobotSettings
     safety: …           # SafetySettings
+    plant: …            # PlantSettings, of simulated robots
     navigation: …       # states.site.Navigation
     user: …  escape: …  chase: …  haptic: …      # behaviors.settings.Settings
     charts: {chase: {patience: 20 s}}            # parameters of charts, in place of their defaults
@@ -26,6 +27,7 @@ from behaviors.settings import (
     ChaseSettings,
     EscapeSettings,
     HapticSettings,
+    PlantSettings,
     RobotSettings,
     SafetySettings,
     Settings,
@@ -55,6 +57,7 @@ class Profile:
     about: str
     robot: RobotSettings
     safety: SafetySettings
+    plant: PlantSettings
     navigation: Navigation
     settings: Settings
     charts: Mapping[str, Mapping[str, Any]]
@@ -155,13 +158,14 @@ class _Reader:
         raw = self.source.value
         if not isinstance(raw, Map):
             raise self.fail((1, 1, 2), "a profile is a mapping; begin with `profile: NAME`")
-        sections = ("robot", "safety", "navigation", "user", "escape", "chase", "haptic")
+        sections = ("robot", "safety", "plant", "navigation", "user", "escape", "chase", "haptic")
         self.keys(raw, ("profile", "about", *sections), ("charts",), "a profile")
         return Profile(
             name=str(raw["profile"]),
             about=str(raw["about"]),
             robot=self.section(raw, "robot", RobotSettings),
             safety=self.section(raw, "safety", SafetySettings),
+            plant=self.section(raw, "plant", PlantSettings),
             navigation=self.section(raw, "navigation", Navigation),
             settings=Settings(
                 user=self.section(raw, "user", UserSettings),

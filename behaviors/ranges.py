@@ -15,6 +15,7 @@ from behaviors.settings import (
     ChaseSettings,
     EscapeSettings,
     HapticSettings,
+    PlantSettings,
     RobotSettings,
     SafetySettings,
     UserSettings,
@@ -59,7 +60,13 @@ RANGES: Mapping[type, Mapping[str, Range]] = {
         "tool_speed": _above_0(10.0),
         "arm_parked": Range(-2.0 * math.pi, 2.0 * math.pi),
     },
-    SafetySettings: {"latency": Range(0.0, 1.0), "overlap": Range(0.0, 0.5)},
+    SafetySettings: {"overlap": Range(0.0, 0.5)},
+    PlantSettings: {
+        "latency": Range(0.0, 1.0),
+        "tracking_delay": Range(0.0, 1.0),
+        "tracking_noise": Range(0.0, 0.2),
+        "pose_noise": Range(0.0, 0.2),
+    },
     Subsystem: {
         "max_speed": _above_0(5.0),
         "inflation": _above_0(5.0),

@@ -55,15 +55,31 @@ class RobotSettings:
 
 @dataclass(frozen=True, slots=True)
 class SafetySettings:
-    """The chain in front of the wheels, and the time that computing takes in simulation.
+    """The chain in front of the wheels.
 
-    `overlap`: with no more than this to go the rover may drive to a touch while the arm is not
-    folded (R46); 0: never.
+    `governor` switches the separation step; the rest of the chain is always there. `overlap`: with
+    no more than this to go the rover may drive to a touch while the arm is not folded (R46); 0:
+    never.
     """
 
     governor: bool
     overlap: Length
+
+
+@dataclass(frozen=True, slots=True)
+class PlantSettings:
+    """How far a simulated robot and its surroundings are from ideal ones; real parts ignore it.
+
+    `latency`: from a tick to the instant at which the robot hears what it decided, s.
+    `tracking_delay`: age of a pose of the person on arrival, s. `tracking_noise` and `pose_noise`:
+    standard deviation of each coordinate of the person's and the base's pose, m, and half as much
+    of the yaws, in rad.
+    """
+
     latency: Duration
+    tracking_delay: Duration
+    tracking_noise: Length
+    pose_noise: Length
 
 
 @dataclass(frozen=True, slots=True)

@@ -253,10 +253,10 @@ def _run(
 
 
 def _latency(setup: Setup) -> int:
-    latency = round(setup.profile.safety.latency * 1e9)
+    latency = round(setup.profile.plant.latency * 1e9)
     if latency >= 10**9 // setup.tick_hz:
         shown = f"{latency / 1e6:g} ms is not less than a tick at {setup.tick_hz} Hz"
-        raise Problem(f"profile {setup.profile.name}: safety.latency of {shown}")
+        raise Problem(f"profile {setup.profile.name}: plant.latency of {shown}")
     return latency
 
 

@@ -52,7 +52,7 @@ class Setup:
     def site(self) -> Site:
         """What the states need of the place."""
         site = self.profile.site(self.scene.room, self.robot)
-        return replace(site, period=1.0 / self.tick_hz, latency=self.profile.safety.latency)
+        return replace(site, period=1.0 / self.tick_hz, latency=self.profile.plant.latency)
 
     @cached_property
     def signals(self) -> dict[str, Signal]:
