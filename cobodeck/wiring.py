@@ -91,19 +91,21 @@ def open_setup(
     """Read and check everything a run needs.
 
     Raises:
-        Problem: the chart cannot run; ValueError of `hw` and `behaviors`: a file is wrong.
+        Problem: the chart cannot run; FileError: a file is wrong, or profile and robot do not fit.
     """
     known = catalogue()
     used_profile = load_profile(profile or PROFILE)
     opened, library = open_chart(chart, known)
     place = load_scene(scene or SCENE)
+    robot = load_robot(place.robot)
+    used_profile.require_robot(robot)
     applied = used_profile.apply(library)
     return Setup(
         chart=applied[opened.name],
         library=applied,
         catalogue=known,
         scene=place,
-        robot=load_robot(place.robot),
+        robot=robot,
         profile=used_profile,
         tick_hz=tick_hz,
     )
