@@ -20,7 +20,7 @@ from cobodeck.catalogue import Catalogue, catalogue
 from cobodeck.library import findings_of, load_beside, open_chart
 from cobodeck.standin import Parts
 from engine.chart import Chart
-from engine.finding import did_you_mean
+from engine.files.finding import did_you_mean
 from engine.load import load_text
 from engine.machine import IDLE, RUNNING, Leaf, Machine
 from engine.operator import Operator

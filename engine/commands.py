@@ -12,7 +12,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from engine.decide import GRANTED, REFUSED, Writes
-from engine.finding import did_you_mean
+from engine.files.finding import did_you_mean
 from engine.lifecycle import end_with
 from engine.machine import CHOSEN, ENDED, IDLE, WAITING, Box, Leaf, Machine, Vertex
 from engine.replace import obstacles, take_over

@@ -11,7 +11,7 @@ from typing import Any
 
 from engine.chart import AUTONOMY
 from engine.commands import Answer, End, Force, Lock, Pause, Replace, Resume, SetLevel
-from engine.finding import did_you_mean
+from engine.files.finding import did_you_mean
 from engine.machine import WAITING, Machine
 from engine.replace import obstacles
 from engine.run import Run

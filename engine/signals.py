@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from engine.finding import did_you_mean
+from engine.files.finding import did_you_mean
 from engine.slots import DerivedSlot, EstimatedSlot, MeasuredSlot, Slot, compute, union
 from engine.state import Sample
 

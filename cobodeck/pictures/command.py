@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from cobodeck.arguments import positive, word
 from cobodeck.console import OK, Problem, Progress, show
 from cobodeck.wiring import CHART, PROFILE
-from engine.finding import did_you_mean
+from engine.files.finding import did_you_mean
 
 if TYPE_CHECKING:
     from cobodeck.pictures.moment import Moment

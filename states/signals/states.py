@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from engine.files.units import Angle, Duration, Length
 from engine.state import Action, Context, Monitor, On, Run
-from engine.types import Angle, Duration, Length
 from hw.geometry import wrap
 from hw.samples import UserPose
 
