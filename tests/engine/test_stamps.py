@@ -184,6 +184,9 @@ def test_without_a_stamp_of_its_own_an_estimate_is_as_old_as_its_rarest_input():
     board.put("odometry", (0.0, 0.0, 0.0), 900)
     board.begin(1000)
     assert board.slots["pose"].read().stamp == 10
+    board.put("tracker", (1.0, 1.0, 0.0), 5)  # a late one makes it no older
+    board.begin(2000)
+    assert board.slots["pose"].read().stamp == 10
 
 
 class Plain:
