@@ -60,7 +60,8 @@ def _driving(setup: Setup) -> None:
     for module in pkgutil.iter_modules(behaviors.__path__, "behaviors."):
         loaded = importlib.import_module(module.name)
         getattr(loaded, "warm_up", _nothing)()
-    start, driver = setup.scene.robot_start, setup.site.driver("chase")
+    planner = setup.site.static_planners["chase"]
+    start, driver = setup.scene.robot_start, setup.site.driver("chase", planner)
     driver.go_to(start @ Pose2(0.5, 0.0))  # straight ahead, for the ways without a bend
     driver.command(start, Twist2(0.1, 0.1), None, setup.site.period)
 
