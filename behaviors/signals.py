@@ -46,7 +46,7 @@ def signals(site: Site, settings: Settings) -> tuple[Signal, ...]:
     cells = cache(partial(_cells, site, settings))
     return (
         *MEASURED,
-        *(signal for name in SUBSYSTEMS for signal in _planning(site, name)),
+        *planning(site),
         Estimated(
             "user.velocity", ("user.pose",), partial(VelocityEstimator, user.window), Twist2,
             about="in the map, by least squares; turn of the body as wz",
@@ -86,8 +86,13 @@ def signals(site: Site, settings: Settings) -> tuple[Signal, ...]:
     )  # fmt: skip
 
 
+def planning(site: Site) -> tuple[Signal, ...]:
+    """Costmaps and planner of each subsystem."""
+    return tuple(signal for name in SUBSYSTEMS for signal in _planning(site, name))
+
+
 def _planning(site: Site, name: SubsystemName) -> tuple[Signal, Signal]:
-    """Costmaps and planner of a subsystem; `exact` goes by the room alone."""
+    """`exact` goes by the room alone."""
     kind = site.navigation.named(name).planner
     costmap = Estimated(
         f"{name}.costmap", ("base.pose", "user.pose", "base.scan"),
