@@ -63,7 +63,8 @@ def _driving(setup: Setup) -> None:
         loaded = importlib.import_module(module.name)
         getattr(loaded, "warm_up", _nothing)()
     assert setup.scene is not None  # there is no site without one
-    start, driver = setup.scene.robot_start, setup.site.driver("chase")
+    planner = setup.site.static_planners["chase"]
+    start, driver = setup.scene.robot_start, setup.site.driver("chase", planner)
     driver.go_to(start @ Pose2(0.5, 0.0))  # straight ahead, for the ways without a bend
     driver.command(start, Twist2(0.1, 0.1), None, setup.site.period)
 
