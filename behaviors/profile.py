@@ -62,11 +62,16 @@ class Profile:
     places: Mapping[str, Place]
     sha256: str
 
+    def body(self, robot: RobotModel) -> RobotModel:
+        """The robot, with its arm folded as this profile says."""
+        if self.robot.arm_parked is None:
+            return robot
+        arm = dataclasses.replace(robot.arm, parked=self.robot.arm_parked)
+        return dataclasses.replace(robot, arm=arm)
+
     def site(self, room: Room, robot: RobotModel) -> Site:
         """What the states need of a place, with the values of this profile."""
-        if self.robot.arm_parked is not None:
-            arm = dataclasses.replace(robot.arm, parked=self.robot.arm_parked)
-            robot = dataclasses.replace(robot, arm=arm)
+        robot = self.body(robot)
         fastest = min(self.robot.base_speed, robot.base.max_speed)
         return Site(room, robot, self.robot.limits, self.navigation.capped(fastest))
 
@@ -120,8 +125,8 @@ class Profile:
         if name not in known:
             raise self._error(key, "no such parameter", did_you_mean(name, known))
 
-    def require_robot(self, robot: RobotModel) -> None:
-        """Look whether its values go with a robot.
+    def require_robot(self, robot: RobotModel, *, beside_person: bool = True) -> None:
+        """Look whether its values go with a robot that drives, beside a person or alone.
 
         A robot that turns on the spot sweeps a disc of half its diagonal: every subsystem keeps
         that from walls, and that and the person's own radius from the user. Its arm must be able
@@ -131,7 +136,9 @@ class Profile:
             FileError: the values that do not, each with what the robot needs.
         """
         swept = robot.footprint.half_diagonal
-        least = {"inflation": swept, "user_radius": swept + RADIUS}
+        least = {"inflation": swept}
+        if beside_person:
+            least["user_radius"] = swept + RADIUS
         errors = [
             self._error(
                 f"navigation.{name}.{key}",
