@@ -77,6 +77,7 @@ DAMAGES: list[Callable[[bytes, random.Random], bytes]] = [
     lambda data, chance: replaced(data, VALUE, chance, chance.choice([b"true", b"5", b"on"])),
     lambda data, chance: replaced(data, VALUE, chance, b"&a 3"),
     lambda data, chance: replaced(data, VALUE, chance, b"../../" * 40),
+    lambda data, chance: replaced(data, VALUE, chance, b"x" * 5000),
 ]  # fmt: skip
 
 
