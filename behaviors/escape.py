@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from behaviors.settings import EscapeSettings, Settings
-from behaviors.situation import AGE_S, READS, Situation, situation
+from behaviors.situation import AGE_S, CHANGES, READS, Situation, situation
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from hw.geometry import Pose2, Twist2, wrap
 from hw.samples import ArmState, UserPose
@@ -106,7 +106,7 @@ class SafeOnTheWay(Monitor):
         if not ctx.value("settings").escape.safe_on_the_way or ctx.value("escape.safe"):
             yield Until(NEVER_NS)
         while not (ctx.value("escape.safe") and self._can_stop(ctx)):
-            yield On("escape.safe")
+            yield On("escape.safe", *CHANGES)
         return "safe"
 
     def _can_stop(self, ctx: Context) -> bool:

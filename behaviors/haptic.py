@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from behaviors.settings import HapticSettings, Settings
-from behaviors.situation import READS, Situation, situation
+from behaviors.situation import CHANGES, READS, Situation, situation
 from engine.state import Action, Context, Monitor, On, Run
 from hw.geometry import Pose2, Pose3, wrap
 from states.site import Site
@@ -100,7 +100,7 @@ class ChooseHapticPose(Action):
 
     def run(self, ctx: Context, deep: Pose3) -> Run:
         while (now := situation(ctx)) is None:
-            yield On("base.pose", "user.pose")
+            yield On(*CHANGES)
         times = reachable(now, ctx.value("haptic.poses") or ())
         if not times:
             return "none"

@@ -23,6 +23,9 @@ SPARE = 0.02
 READS: Mapping[str, float | None] = {"site": None, "settings": None, **ages.READS}
 """What a state must declare to ask for a situation."""
 
+CHANGES = tuple(ages.READS)
+"""What a situation changes with: a state that goes by it waits for these."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Situation:

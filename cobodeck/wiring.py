@@ -141,7 +141,7 @@ class Wired:
                 if not is_finite(value):
                     continue
                 if name in slots:
-                    inbox.append((name, value, stamp))
+                    inbox.append((name, value, stamp, board.interval))
                 if self.wheels is not None and name in LOCKING:
                     self._lock(self.wheels, name, value, now_ns)
 
