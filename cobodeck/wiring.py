@@ -13,27 +13,40 @@ from functools import cached_property
 from typing import Any
 
 from behaviors.profile import Profile, load_profile
-from behaviors.signals import signals
+from behaviors.signals import MEASURED, signals
 from cobodeck.catalogue import Catalogue, catalogue
-from cobodeck.console import Problem
+from cobodeck.console import FAILED, Problem
+from cobodeck.inlet import Hears, Inlet
 from cobodeck.library import open_chart, reached
 from engine.chart import Chart
 from engine.machine import Box, Leaf, Machine, Vertex
 from engine.run import Run
-from engine.signals import Board, Signal, declare
-from hw.interfaces import Part, Parts
+from engine.signals import Board, Signal, declare, roots
+from hw.interfaces import Part
 from hw.robot import RobotModel, load_robot
-from hw.samples import Joints, is_finite
+from hw.samples import ArmState, Joints, Sample
 from hw.scene import Scene, load_scene
 from states.navigation.wheels import Wheels
 from states.site import Site
 
-LOCKING = ("stop.engaged", "arm.joints")
-"""What may keep the base from driving."""
 CHART, SCENE, PROFILE = "cobodeck", "lab_a", "tuned"
 TICK_HZ = 30
 FOLDED_RAD = 0.02
 """The arm is folded if every joint is that near to where it is when parked."""
+
+
+@dataclass(frozen=True, slots=True)
+class Uses:
+    """What a chart needs of a robot: parts by name, and signals that parts have to measure."""
+
+    commands: frozenset[str]
+    signals: frozenset[str]
+
+    @property
+    def person(self) -> bool:
+        """Has it to do with a person?"""
+        asked = (*self.commands, *self.signals)
+        return any(name == "vr" or name.startswith(("user.", "vr.")) for name in asked)
 
 
 @dataclass(frozen=True)
@@ -43,28 +56,40 @@ class Setup:
     chart: Chart
     library: Mapping[str, Chart]
     catalogue: Catalogue
-    scene: Scene
+    scene: Scene | None
     robot: RobotModel
     profile: Profile
     tick_hz: int = TICK_HZ
 
     @cached_property
+    def body(self) -> RobotModel:
+        """The robot, with its arm folded as the profile says."""
+        return self.profile.body(self.robot)
+
+    @cached_property
     def site(self) -> Site:
-        """What the states need of the place."""
+        """What the states need of the place.
+
+        Raises:
+            Problem: there is no scene.
+        """
+        if self.scene is None:
+            raise Problem(f"chart {self.chart.name} needs a room; give one with --scene")
         site = self.profile.site(self.scene.room, self.robot)
         return replace(site, period=1.0 / self.tick_hz, latency=self.profile.plant.latency)
 
     @cached_property
     def signals(self) -> dict[str, Signal]:
-        """All signals there are, by name.
+        """All signals there are, by name; without a scene, of the shipped ones the measured.
 
         Raises:
             Problem: a signal of one's own clashes with another or rests on nothing.
         """
+        shipped: tuple[Signal, ...] = MEASURED
+        if self.scene is not None:
+            shipped = signals(self.site, self.profile.settings)
         try:
-            return declare(
-                (*signals(self.site, self.profile.settings), *self.catalogue.own_signals)
-            )
+            return declare((*shipped, *self.catalogue.own_signals))
         except ValueError as error:
             raise Problem(str(error)) from None
 
@@ -75,6 +100,19 @@ class Setup:
         for name in sorted(reached({self.chart.name}, self.library)):
             digest.update(self.library[name].source.text.encode() + b"\0")
         return digest.hexdigest()
+
+    @property
+    def constants(self) -> dict[str, Callable[[], Any]]:
+        """Values that are put once, at the start, if anybody reads them."""
+        found: dict[str, Callable[[], Any]] = {"settings": lambda: self.profile.settings}
+        return found if self.scene is None else {**found, "site": lambda: self.site}
+
+    def uses(self, parameters: Mapping[str, Any] | None = None) -> Uses:
+        """What the reachable states of the chart command and read."""
+        leaves = reachable(self.machine(parameters))
+        reads = {name for leaf in leaves for name in leaf.interface.reads}
+        commands = {part for leaf in leaves for part in leaf.commands}
+        return Uses(frozenset(commands), frozenset(roots(self.signals, reads)))
 
     def machine(self, parameters: Mapping[str, Any] | None = None) -> Machine:
         """The chart bound for one run."""
@@ -87,8 +125,11 @@ def open_setup(
     scene: str | None = None,
     profile: str | None = None,
     tick_hz: int = TICK_HZ,
+    robot: str | None = None,
 ) -> Setup:
     """Read and check everything a run needs.
+
+    `robot` takes the place of the scene's; given alone, there is no scene at all.
 
     Raises:
         Problem: the chart cannot run; ValueError of `hw` and `behaviors`: a file is wrong.
@@ -96,14 +137,15 @@ def open_setup(
     known = catalogue()
     used_profile = load_profile(profile or PROFILE)
     opened, library = open_chart(chart, known)
-    place = load_scene(scene or SCENE)
+    place = load_scene(scene or SCENE) if scene is not None or robot is None else None
+    body = robot or (place.robot if place is not None else "")
     applied = used_profile.apply(library)
     return Setup(
         chart=applied[opened.name],
         library=applied,
         catalogue=known,
         scene=place,
-        robot=load_robot(place.robot),
+        robot=load_robot(body),
         profile=used_profile,
         tick_hz=tick_hz,
     )
@@ -124,36 +166,22 @@ class WithoutMotion:
 
 @dataclass(frozen=True, slots=True)
 class Wired:
-    """A run with its board, where its samples come from, and what its states drive the base by."""
+    """A run with its board, the way in for its samples, and what its states drive the base by."""
 
     run: Run
     board: Board
-    sources: tuple[Part, ...]
+    inlet: Inlet
     wheels: Wheels | None = None
-    parked: Joints = ()
 
-    def deliver(self, now_ns: int) -> None:
-        """Hand the samples that have arrived to the run; those with NaN have not arrived."""
-        board = self.board
-        slots, inbox = board.slots, board.inbox
-        for part in self.sources:
-            for name, stamp, value in part.samples(now_ns):
-                if not is_finite(value):
-                    continue
-                if name in slots:
-                    inbox.append((name, value, stamp, board.interval))
-                if self.wheels is not None and name in LOCKING:
-                    self._lock(self.wheels, name, value, now_ns)
+    def is_idle(self, now_ns: int) -> bool:
+        """Would a tick at this instant change nothing? Then what has arrived is taken."""
+        return self.run.leave_out(now_ns)
 
-    def _lock(self, wheels: Wheels, name: str, value: Any, now_ns: int) -> None:
-        """What keeps the base from driving, whatever the chart does (R46, R48)."""
-        if name == "stop.engaged":
-            wheels.lock(value is not None, now_ns)
-            return
-        folded = value.joints == self.parked or all(
-            abs(a - b) <= FOLDED_RAD for a, b in zip(value.joints, self.parked, strict=True)
-        )
-        wheels.fold(folded, now_ns)
+    def rest(self, now_ns: int) -> None:
+        """A tick that is left out: only the velocity that counts is passed on."""
+        if self.wheels is not None:
+            self.wheels.begin(now_ns)
+            self.wheels.pass_on()
 
     def tick(self, now_ns: int) -> str | None:
         """One tick of the run, and then who drives; the chart's outcome once there is one."""
@@ -172,10 +200,9 @@ class Wired:
 
 def wire(
     setup: Setup,
-    parts: Parts,
+    parts: Mapping[str, Any],
     *,
     eager: bool = False,
-    recorded: Iterable[str] = (),
     clock: Callable[[], int] | None = None,
     parameters: Mapping[str, Any] | None = None,
 ) -> Wired:
@@ -183,40 +210,91 @@ def wire(
 
     Args:
         setup: what to run.
-        parts: the robot, and what is around it.
+        parts: the robot and what is around it, by name.
         eager: build and compute every signal in every tick, asked for or not.
-        recorded: signals that somebody else than the chart wants.
         clock: ns; only to report where the time goes.
         parameters: of the chart.
+
+    Raises:
+        Problem: the chart commands parts, or reads signals, that are not there; all are named.
     """
     machine = setup.machine(parameters)
-    wanted = {name for leaf in reachable(machine) for name in leaf.interface.reads}
-    board = Board(setup.signals, wanted | set(recorded), eager)
+    leaves = reachable(machine)
+    constants = setup.constants
+    refuse_what_is_missing(leaves, setup.signals, parts, constants)
+    wanted = {name for leaf in leaves for name in leaf.interface.reads}
+    board = Board(setup.signals, wanted, eager)
     if clock is not None:
         board.clock = clock
-    wheels = Wheels(parts.base, overlap=setup.profile.safety.overlap)
+    wheels = None
+    if "base" in parts:
+        wheels = Wheels(parts["base"], overlap=setup.profile.safety.overlap)
     run = Run(machine, board, commanded(parts, wheels), freezers=freezers())
-    board.put("site", setup.site, 0)
-    board.put("settings", setup.profile.settings, 0)
-    needed = tuple(
+    hears = () if wheels is None else locks_of(wheels, setup.body.arm.parked)
+    heard = {name for name, _ in hears}
+    needed = [
         part
-        for part in parts.all()
-        if part in (parts.stop_line, parts.arm) or any(map(board.needs, part.signals))
-    )
-    return Wired(run, board, needed, wheels, setup.site.robot.arm.parked)
+        for part in parts.values()
+        if any(board.needs(name) or name in heard for name in part.signals)
+    ]
+    inlet = Inlet(board, needed, hears)
+    for name, value in constants.items():
+        if board.needs(name):
+            inlet.put(name, value(), 0)
+    return Wired(run, board, inlet, wheels)
 
 
-def commanded(parts: Parts, wheels: Wheels) -> dict[str, Any]:
-    """The parts that states may command, by name."""
-    named = {
-        "base": wheels,
-        "arm": parts.arm,
-        "gripper": parts.gripper,
-        "vr": WithoutMotion(parts.vr),
-        "stop_line": WithoutMotion(parts.stop_line),
-        "operator": WithoutMotion(parts.operator),
+def refuse_what_is_missing(
+    leaves: Iterable[Leaf],
+    signals: Mapping[str, Signal],
+    parts: Mapping[str, Any],
+    constants: Iterable[str],
+) -> None:
+    """Look whether everything is there that the reachable states command and read.
+
+    Raises:
+        Problem: it is not; the text names every part and signal, and a state that needs it.
+    """
+    given = {name for part in parts.values() for name in part.signals} | set(constants)
+    lacking: dict[str, None] = {}
+    for leaf in leaves:
+        who = leaf.interface.name
+        for name in leaf.commands:
+            if name not in parts:
+                lacking[f"this robot lacks part {name!r}, commanded by {who}"] = None
+        for name in leaf.interface.reads:
+            for root in sorted(roots(signals, (name,)) - given):
+                through = "" if root == name else f" through {name!r}"
+                lacking[f"nothing gives signal {root!r}, read by {who}{through}"] = None
+    if lacking:
+        raise Problem("this chart cannot run here:\n  " + "\n  ".join(lacking), FAILED)
+
+
+def locks_of(wheels: Wheels, parked: Joints) -> tuple[Hears, ...]:
+    """What keeps the base from driving, whatever the chart does (R46, R48)."""
+
+    def lock(sample: Sample, now_ns: int) -> None:
+        wheels.lock(sample.value is not None, now_ns)
+
+    def fold(sample: Sample, now_ns: int) -> None:
+        state = sample.value
+        assert isinstance(state, ArmState)
+        folded = state.joints == parked or all(
+            abs(a - b) <= FOLDED_RAD for a, b in zip(state.joints, parked, strict=True)
+        )
+        wheels.fold(folded, now_ns)
+
+    return ("stop.engaged", lock), ("arm.joints", fold)
+
+
+def commanded(parts: Mapping[str, Any], wheels: Wheels | None) -> dict[str, Any]:
+    """The parts as states command them, by name."""
+    named = {"base": wheels} if wheels is not None else {}
+    return named | {
+        name: part if hasattr(part, "stop") else WithoutMotion(part)
+        for name, part in parts.items()
+        if name not in named
     }
-    return {name: part for name, part in named.items() if part is not None}
 
 
 def freezers() -> dict[type, Callable[[Any], Any]]:

@@ -210,13 +210,13 @@ def mock_hand(prop: Prop) -> Hand:
     return Hand(gripper, None if prop.wrench is None else MockWrench())
 
 
-def mock_world(scene: Scene, robot: RobotModel, person: Person) -> World:
+def mock_world(scene: Scene | None, robot: RobotModel, person: Person | None) -> World:
     """A world whose robot is the mock."""
     return World(
         scene,
         robot,
         person,
-        base=MockBase(robot, scene.robot_start),
+        base=MockBase(robot, Pose2(0.0, 0.0) if scene is None else scene.robot_start),
         arm=MockArm(robot.arm),
         hand=mock_hand(robot.prop),
     )

@@ -87,7 +87,7 @@ def _spaces(text: str | None) -> tuple[str, ...] | None:
 
 def _simulated(args: argparse.Namespace) -> Moment:
     from cobodeck.pictures.moment import after
-    from cobodeck.simulate import Options
+    from cobodeck.stage import Options
     from cobodeck.wiring import open_setup
 
     setup = open_setup(args.chart or CHART, args.scene, args.profile)

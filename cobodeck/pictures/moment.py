@@ -13,13 +13,17 @@ from behaviors.chase_space import grid
 from behaviors.haptic import best_pose, poses, reachable
 from behaviors.settings import Settings
 from behaviors.situation import Situation
-from cobodeck.simulate import Options, stage
+from cobodeck.stage import Options, stage
 from cobodeck.wiring import Setup
 from engine.machine import RUNNING, Leaf
+from engine.signals import Board
 from hw.geometry import STILL, Pose2, Pose3
+from hw.person import Person
 from hw.room import Point
 from hw.samples import UserPose
 from hw.scene import Scene
+from hw.sim.world import World
+from states.navigation.local_planner import GlobalPlanner
 from states.navigation.states import user_disc
 from states.site import Site, SubsystemName
 
@@ -53,17 +57,18 @@ def with_next_drive(moment: Moment, site: Site, settings: Settings) -> Moment:
     """The moment with the way to where Haptic, or else Chase, would send the robot now."""
     if moment.user is None:
         return moment
-    now = Situation(site, settings, moment.robot, STILL, moment.user, STILL)
+    planners = site.static_planners
+    now = Situation(site, settings, moment.robot, STILL, moment.user, STILL, planners)
     goal: Pose2 | None
     if moment.deep is not None:
-        free = poses(site, settings, moment.deep)
+        free = poses(settings, planners["haptic"], moment.deep)
         goal = best_pose(now, reachable(now, free), moment.deep)
-        return replace(moment, path=_path(site, "haptic", moment, goal))
+        return replace(moment, path=_path(site, "haptic", planners["haptic"], moment, goal))
     cells = grid(site, settings)
-    around = space(site, settings, lambda: cells, moment.user)
+    around = space(settings, lambda: cells, planners["chase"], moment.user)
     place = best_cell(now, around)
     goal = None if place is None else Pose2(*place, tangent_yaw(around.centre, place, 0.0))
-    return replace(moment, path=_path(site, "chase", moment, goal))
+    return replace(moment, path=_path(site, "chase", planners["chase"], moment, goal))
 
 
 def after(
@@ -71,32 +76,43 @@ def after(
 ) -> Moment:
     """The moment after simulating so long, or at the end of a run that ends before."""
     loop = stage(setup, options)
-    world = loop.world
-    ticks = round(seconds * loop.tick_hz)
-    trail: deque[tuple[Point, Point]] = deque(maxlen=round(TRAIL_S * loop.tick_hz) + 1)
+    world = loop.plant.truth
+    assert isinstance(world, World)
+    trail: deque[tuple[Pose2, Pose2 | None]] = deque(maxlen=round(TRAIL_S * setup.tick_hz) + 1)
     outcome = None
-    while loop.ticks <= ticks and outcome is None and not world.person.finished:
+    while loop.next_ns <= seconds * 1e9 and not loop.finished:
         outcome = loop.tick()
-        robot, body = world.base.pose, world.person.body
-        trail.append(((robot.x, robot.y), (body.x, body.y)))
+        trail.append((world.base.pose, None if world.person is None else world.person.body))
         if progress is not None and not loop.ticks % 256:
             progress(f"{world.now_ns * 1e-9:.0f} s simulated")
-    measured = world.person.measured
-    seen = measured.value if measured is not None else None
-    body = world.person.body
-    user = seen if isinstance(seen, UserPose) else UserPose(body, body.yaw)
     running = [leaf for leaf in loop.wired.run.machine.leaves if leaf.status == RUNNING]
     moment = Moment(
         robot=world.base.pose,
-        user=user,
-        deep=world.person.request,
-        robot_trail=tuple(robot for robot, _ in trail),
-        user_trail=tuple(person for _, person in trail),
+        user=_user_of(world.person),
+        deep=None if world.person is None else world.person.request,
+        robot_trail=tuple((robot.x, robot.y) for robot, _ in trail),
+        user_trail=tuple((body.x, body.y) for _, body in trail if body is not None),
         caption=f"{world.now_ns * 1e-9:.1f} s, {_doing(running, outcome)}",
     )
     for subsystem, goal in islice(_drives(running), 1):
-        moment = replace(moment, path=_path(setup.site, subsystem, moment, goal))
+        planner = _planner(setup.site, subsystem, loop.wired.board)
+        moment = replace(moment, path=_path(setup.site, subsystem, planner, moment, goal))
     return moment
+
+
+def _planner(site: Site, subsystem: SubsystemName, board: Board) -> GlobalPlanner:
+    """The one that the run goes by."""
+    slot = board.slots.get(f"{subsystem}.planner")
+    newest = None if slot is None else slot.read()
+    return site.static_planners[subsystem] if newest is None else newest.value
+
+
+def _user_of(person: Person | None) -> UserPose | None:
+    """The user as tracking sees them; where it does not, as they stand."""
+    if person is None:
+        return None
+    seen = None if person.measured is None else person.measured.value
+    return seen if isinstance(seen, UserPose) else UserPose(person.body, person.body.yaw)
 
 
 def _drives(leaves: Iterable[Leaf]) -> Iterable[tuple[SubsystemName, Pose2]]:
@@ -109,13 +125,17 @@ def _drives(leaves: Iterable[Leaf]) -> Iterable[tuple[SubsystemName, Pose2]]:
 
 
 def _path(
-    site: Site, subsystem: SubsystemName, moment: Moment, goal: Pose2 | None
+    site: Site,
+    subsystem: SubsystemName,
+    planner: GlobalPlanner,
+    moment: Moment,
+    goal: Pose2 | None,
 ) -> tuple[Point, ...]:
     if goal is None:
         return ()
     here, there = (moment.robot.x, moment.robot.y), (goal.x, goal.y)
     disc = user_disc(moment.user, site.navigation.named(subsystem))
-    path = site.planner(subsystem).plan(here, there, disc)
+    path = planner.plan(here, there, disc)
     return () if path is None else path.points
 
 

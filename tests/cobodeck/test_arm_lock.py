@@ -81,8 +81,8 @@ class Rig:
     def tick(self, source: str | None = None, left: float = 9.0) -> str | None:
         """Who drives after one tick in which a source wants to."""
         self.now += 33_000_000
-        self.world.step(self.now)
-        self.wired.deliver(self.now)
+        self.world.advance(self.now)
+        self.wired.inlet.take(self.now)
         self.wheels.begin(self.now)
         if source is not None:
             self.wheels.drive(AHEAD, source, left)
@@ -95,14 +95,14 @@ class Rig:
 def test_no_source_but_escape_drives_with_the_arm_out(source: str) -> None:
     rig = Rig(overlap=0.0)
     assert rig.tick(source) == source
-    rig.world.parts.arm.move_to(OUT)
+    rig.world.parts["arm"].move_to(OUT)
     rig.tick()
     assert rig.tick(source, left=0.0) is None
     assert rig.wheels.refusal == "the arm is not folded"
     assert rig.tick("escape") == "escape"
     assert rig.wheels.refusal is None
     rig.wheels.release("escape")
-    rig.world.parts.arm.move_to(rig.world.robot.arm.parked)
+    rig.world.parts["arm"].move_to(rig.world.robot.arm.parked)
     rig.tick()
     assert rig.tick(source) == source
 
@@ -126,7 +126,7 @@ def test_it_holds_for_a_chart_that_knows_of_no_arm(tmp_path: Path) -> None:
     file.write_text(CARELESS)
     rig = Rig(overlap=0.0, chart=str(file))
     assert rig.tick("own") == "own"
-    rig.world.parts.arm.move_to(OUT)
+    rig.world.parts["arm"].move_to(OUT)
     rig.tick()
     assert rig.tick("own") is None
     assert rig.wheels.selected.lock == "arm"
@@ -135,7 +135,7 @@ def test_it_holds_for_a_chart_that_knows_of_no_arm(tmp_path: Path) -> None:
 @pytest.mark.requirement(46)
 def test_with_the_operators_leave_a_haptic_drive_ends_while_the_arm_unfolds() -> None:
     rig = Rig(overlap=0.5)
-    rig.world.parts.arm.move_to(OUT)
+    rig.world.parts["arm"].move_to(OUT)
     rig.tick()
     assert rig.tick("haptic", left=0.51) is None
     assert rig.tick("chase", left=0.1) is None
@@ -149,8 +149,8 @@ def test_with_the_operators_leave_a_haptic_drive_ends_while_the_arm_unfolds() ->
 @pytest.mark.requirement(46)
 def test_a_stop_line_goes_before_everything() -> None:
     rig = Rig(overlap=0.5)
-    rig.world.parts.arm.move_to(OUT)
-    rig.world.parts.stop_line.pull("button")
+    rig.world.parts["arm"].move_to(OUT)
+    rig.world.parts["stop_line"].pull("button")
     rig.tick()
     for source in ("escape", "haptic"):
         assert rig.tick(source, left=0.1) is None

@@ -25,11 +25,11 @@ def test_time_below_the_separation_needed_is_counted_apart_from_granted_touches(
     records: deque[SafetyRecord] = deque()
     watch = SeparationWatch(records)
     records += [record(1, 2.0, 1.5), record(2, 1.0, 1.2), record(3, 0.9, 0.0)]
-    watch.watch()
+    watch.watch(0)
     assert not records
     records += [record(4, 0.8, 1.0, "separation"), record(5, 0.2, 0.6, "granted touch")]
     records.append(record(6, None, 0.0))
-    watch.watch()
+    watch.watch(0)
 
     found = watch.report()
 
@@ -43,7 +43,7 @@ def test_time_below_the_separation_needed_is_counted_apart_from_granted_touches(
 def test_a_pause_between_two_drives_is_no_motion() -> None:
     records = deque([record(0, 3.0, 1.0), record(1000, 3.0, 3.5)])
     watch = SeparationWatch(records)
-    watch.watch()
+    watch.watch(0)
 
     assert watch.report()["moving_s"] == pytest.approx(0.02)
     assert watch.report()["below_needed_s"] == pytest.approx(0.01)

@@ -51,7 +51,7 @@ class Rig:
                 self.person.push(now, UserPose(Pose2(*self.place), 0.0))
             if command is not None:
                 self.base.drive(command(self) if callable(command) else command)
-            self.world.step(now)
+            self.world.advance(now)
             self.n += 1
             self.records.extend(self.base.safety)
             self.base.safety.clear()
@@ -101,9 +101,9 @@ def test_a_standing_base_leaves_no_records():
 def test_a_user_lost_by_a_standing_base_latches_too():
     rig = Rig()
     rig.ticks(15, tracked=False)
-    assert rig.world.parts.stop_line.reason is None
+    assert rig.world.parts["stop_line"].reason is None
     rig.ticks(2, tracked=False)
-    assert rig.world.parts.stop_line.reason == "tracking of the user is lost"
+    assert rig.world.parts["stop_line"].reason == "tracking of the user is lost"
 
 
 def test_far_from_everybody_the_chain_changes_nothing():
@@ -139,7 +139,7 @@ def test_the_mock_does_as_told_and_has_no_chain():
     world = mock_world(HALL, ROBOT, LivePerson(Pose2(*ahead(1.2))))
     world.base.grant(None)
     world.base.drive(Twist2(0.1, 0.0, 0.0))
-    world.step(33_000_000)
+    world.advance(33_000_000)
     assert (world.safety, list(world.base.safety)) == (None, [])
     assert world.base.twist.vx == 0.1
 
@@ -281,7 +281,7 @@ def test_once_the_user_lets_go_the_base_comes_no_nearer():
 def test_the_stop_line_stops_through_the_chain_too():
     rig = Rig()
     rig.ticks(60, Twist2(1.5, 0.0, 0.0))
-    rig.world.parts.stop_line.pull("button")
+    rig.world.parts["stop_line"].pull("button")
     rig.records.clear()
     rig.ticks(20, Twist2(1.5, 0.0, 0.0))
     assert rig.base.twist == STILL
@@ -292,7 +292,7 @@ def test_the_stop_line_stops_through_the_chain_too():
 def test_a_base_whose_user_is_lost_stops_in_half_a_second_and_waits_for_the_operator():
     rig = Rig()
     rig.ticks(60, Twist2(1.0, 0.0, 0.0))
-    line, found = rig.world.parts.stop_line, []
+    line, found = rig.world.parts["stop_line"], []
 
     def look():
         found.append((line.reason, rig.base.twist))
@@ -313,7 +313,7 @@ def test_outside_the_tracked_area_the_chain_sees_nobody_either():
     for n in range(1, 30):
         world.person.push(n * 10**9 // 30, UserPose(Pose2(9.0, 3.0), 0.0))
         world.base.drive(Twist2(0.3, 0.0, 0.0))
-        world.step(n * 10**9 // 30)
+        world.advance(n * 10**9 // 30)
     assert world.base.twist == STILL
     assert world.base.safety[-1].reasons == ("no pose of the user yet",)
 
@@ -349,7 +349,7 @@ def test_the_same_run_gives_the_same_records():
         world = World(scene, ROBOT, open_user("demo", scene), CAPS, safety=SAFETY)
         records = []
         for n in range(600):
-            world.step(n * 10**9 // 30)
+            world.advance(n * 10**9 // 30)
             world.base.drive(Twist2(0.3, 0.05 * math.sin(n / 20), 0.2))
             records += world.base.safety
             world.base.safety.clear()

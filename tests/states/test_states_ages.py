@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from cobodeck.simulate import Loop, Options, stage
+from cobodeck.loop import Loop
+from cobodeck.stage import Options, stage
 from cobodeck.wiring import open_setup, wire
 from engine.machine import Leaf
 from hw.geometry import Pose2, Twist2
@@ -149,13 +149,13 @@ class Delayed:
 def delayed_loop(ticks: int, profile: str) -> Loop:
     setup = open_setup("chase", "study", profile)
     loop = stage(setup, Options())
-    parts = replace(loop.world.parts, trackers=Delayed(loop.world.parts.trackers, ticks))
-    loop.wired = wire(setup, parts)
+    parts = loop.plant.parts
+    loop.wired = wire(setup, {**parts, "trackers": Delayed(parts["trackers"], ticks)})
     return loop
 
 
 def watch(loop: Loop, seconds: float, each: Callable[[], None]) -> None:
-    while loop.ticks < seconds * loop.tick_hz and loop.tick() is None:
+    while loop.ticks < seconds * loop.grid.hz and loop.tick() is None:
         each()
 
 
@@ -165,7 +165,7 @@ def test_a_chase_by_late_poses_of_the_user_is_slower(ticks: int, fastest: float)
     loop = delayed_loop(ticks, "paper")
     speeds: list[float] = []
 
-    watch(loop, 25.0, lambda: speeds.append(loop.world.base.twist.speed))
+    watch(loop, 25.0, lambda: speeds.append(loop.plant.base.twist.speed))
 
     assert max(speeds) <= fastest + 0.001
     assert max(speeds) > 0.9 * min(fastest, 1.2)
@@ -177,7 +177,7 @@ def test_with_poses_of_the_user_that_are_too_late_nothing_drives() -> None:
     loop = delayed_loop(5, "paper")
     speeds: list[float] = []
 
-    watch(loop, 25.0, lambda: speeds.append(loop.world.base.twist.speed))
+    watch(loop, 25.0, lambda: speeds.append(loop.plant.base.twist.speed))
 
     assert loop.wired.run.outcome == "user_lost"
     assert max(speeds, default=0.0) == 0.0
@@ -192,7 +192,7 @@ def test_what_decisions_go_by_is_where_the_user_is_now() -> None:
 
     def compare() -> None:
         now, sample = ages.user(monitor.context), monitor.context.sample("user.pose")
-        body = loop.world.person.body
+        body = loop.plant.person.body
         if now is not None and now.velocity is not None and now.velocity.speed > 0.9:
             assert sample is not None
             taken.append(now.pose.body.distance_to(body))
