@@ -132,7 +132,7 @@ def open_setup(
     `robot` takes the place of the scene's; given alone, there is no scene at all.
 
     Raises:
-        Problem: the chart cannot run; ValueError of `hw` and `behaviors`: a file is wrong.
+        Problem: the chart cannot run; FileError: a file is wrong.
     """
     known = catalogue()
     used_profile = load_profile(profile or PROFILE)

@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any, Protocol
 
+from engine.files.finding import mistake
 from hw.geometry import Pose2, Twist2, wrap
 from hw.interfaces import Arm, Base, Part
 from hw.person import RADIUS, Person
@@ -18,7 +19,7 @@ from hw.room import Room
 from hw.safety import SafetyChain, SafetyRecord
 from hw.safety_limits import SafetyLimits
 from hw.samples import ArmState, UserPose
-from hw.scene import Scene, SceneError
+from hw.scene import Scene
 from hw.sim.arm import SimArm
 from hw.sim.base import SimBase
 from hw.sim.contact import gap, rectangle_segment_distance, swept_gap
@@ -81,7 +82,7 @@ class World:
     newest cycles, and a stop that latches pulls the stop line. None: there is no chain.
 
     Raises:
-        SceneError: the robot's outline touches a wall or the person at the start.
+        FileError: the robot's outline touches a wall or the person at the start.
     """
 
     def __init__(  # noqa: PLR0913 - most are optional
@@ -272,12 +273,11 @@ class World:
         start = self.base.pose
         place = f"robot.start ({start.x:g}, {start.y:g}, {start.yaw:g})"
         if self._hits_wall(start):
-            raise SceneError(self.scene.name, 0, f"{place}: the robot would touch a wall")
+            raise mistake(self.scene.name, f"{place}: the robot would touch a wall")
         if self.person is not None and self.min_gap <= 0.0:
             body = self.person.body
-            raise SceneError(
+            raise mistake(
                 self.scene.name,
-                0,
                 f"{place}: the robot would touch the person, who starts at "
                 f"({body.x:.2f}, {body.y:.2f}); start one of them elsewhere",
             )
