@@ -7,7 +7,7 @@ puts one `Settings` as the signal `settings` at time 0.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from engine.types import (
@@ -19,7 +19,8 @@ from engine.types import (
     Length,
     Speed,
 )
-from hw.robot import MotionLimits
+from hw.robot import MotionLimits, RobotModel
+from hw.safety_limits import SafetyLimits
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +65,11 @@ class SafetySettings:
 
     governor: bool
     overlap: Length
+
+    def limits(self, robot: RobotModel, motion: MotionLimits) -> SafetyLimits:
+        """The same for `hw`."""
+        own = SafetyLimits.of(robot, motion)
+        return replace(own, governor=self.governor, overlap=self.overlap)
 
 
 @dataclass(frozen=True, slots=True)

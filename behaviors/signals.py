@@ -25,6 +25,8 @@ MEASURED = (
     Measured("settings", Settings, about="values of the behaviours; once, at the start"),
     Measured("base.pose", Pose2, about="map_from_base"),
     Measured("base.twist", Twist2, about="velocity in the base frame"),
+    Measured("base.mode", str, about="how the wheels are driven: omni or differential"),
+    Measured("base.refusal", str, about="why a base that is to drive does not, none while it may"),
     Measured("arm.joints", ArmState),
     Measured("user.pose", UserPose, about="tracked pose of the user, none while it is lost"),
     Measured("vr.haptic_request", Pose3, about="where the user reaches, while they do"),

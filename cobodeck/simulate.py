@@ -26,7 +26,6 @@ from hw.geometry import Pose2, Pose3
 from hw.mock import mock_world
 from hw.person import Person
 from hw.robot import RobotModel
-from hw.safety import SafetyLimits
 from hw.samples import Joints
 from hw.sim.base import SimBase
 from hw.sim.world import World
@@ -135,9 +134,10 @@ class Loop:
         self.evaluator.finish()
         faults: list[str] = getattr(self.wired.run.parts["operator"], "faults", [])
         names = {name: faults.count(name) for name in dict.fromkeys(faults)}
-        governor = self.world.safety is not None
+        limits = self.world.guard.chain.limits
         return {
-            "governor": governor,
+            "governor": limits.governor,
+            "person_watched": limits.watched,
             "separation": self.separation.report(),
             **self.evaluator.report(),
             "refusals": refusals(self.wired.run, self.evaluator.unserved),
@@ -160,7 +160,7 @@ def stage(setup: Setup, options: Options, parameters: Mapping[str, Any] | None =
     clock = time.perf_counter_ns
     wired = wire(setup, world.parts, eager=options.eager, clock=clock, parameters=parameters)
     evaluator = Evaluator(world, prop_of(setup.robot), ArmWatch(world, outline_of(setup.robot)))
-    separation = SeparationWatch(world.base.safety)
+    separation = SeparationWatch(world.guard.chain.cycles)
     return Loop(world, wired, evaluator, separation, setup.tick_hz, _latency(setup))
 
 
@@ -261,13 +261,13 @@ def _latency(setup: Setup) -> int:
 
 
 def _world(setup: Setup, person: Person, options: Options) -> World:
-    if options.mock:
-        return mock_world(setup.scene, setup.site.robot, person)
     limits = setup.profile.robot.limits
+    safety = setup.profile.safety.limits(setup.robot, limits)
+    if options.mock:
+        return mock_world(setup.scene, setup.site.robot, person, safety)
     base = None
     if options.frozen_base:
         base = FrozenBase(setup.robot, limits, setup.scene.robot_start)
-    safety = SafetyLimits.of(setup.robot, limits) if setup.profile.safety.governor else None
     return World(setup.scene, setup.site.robot, person, limits, base, safety=safety)
 
 

@@ -21,19 +21,15 @@ from engine.chart import Chart
 from engine.machine import Box, Leaf, Machine, Vertex
 from engine.run import Run
 from engine.signals import Board, Signal, declare
+from hw.guarded import GuardedBase
 from hw.interfaces import Part, Parts
 from hw.robot import RobotModel, load_robot
-from hw.samples import Joints, is_finite
+from hw.samples import is_finite
 from hw.scene import Scene, load_scene
-from states.navigation.wheels import Wheels
 from states.site import Site
 
-LOCKING = ("stop.engaged", "arm.joints")
-"""What may keep the base from driving."""
 CHART, SCENE, PROFILE = "cobodeck", "lab_a", "tuned"
 TICK_HZ = 30
-FOLDED_RAD = 0.02
-"""The arm is folded if every joint is that near to where it is when parked."""
 
 
 @dataclass(frozen=True)
@@ -124,50 +120,37 @@ class WithoutMotion:
 
 @dataclass(frozen=True, slots=True)
 class Wired:
-    """A run with its board, where its samples come from, and what its states drive the base by."""
+    """A run with its board, where its samples come from, and the base that listens to them."""
 
     run: Run
     board: Board
     sources: tuple[Part, ...]
-    wheels: Wheels | None = None
-    parked: Joints = ()
+    base: GuardedBase | None = None
 
     def deliver(self, now_ns: int) -> None:
         """Hand the samples that have arrived to the run; those with NaN have not arrived."""
-        board = self.board
+        board, base = self.board, self.base
         slots, inbox = board.slots, board.inbox
         for part in self.sources:
-            for name, stamp, value in part.samples(now_ns):
+            for sample in part.samples(now_ns):
+                name, stamp, value = sample
                 if not is_finite(value):
                     continue
                 if name in slots:
                     inbox.append((name, value, stamp))
-                if self.wheels is not None and name in LOCKING:
-                    self._lock(self.wheels, name, value, now_ns)
-
-    def _lock(self, wheels: Wheels, name: str, value: Any, now_ns: int) -> None:
-        """What keeps the base from driving, whatever the chart does (R46, R48)."""
-        if name == "stop.engaged":
-            wheels.lock(value is not None, now_ns)
-            return
-        folded = value.joints == self.parked or all(
-            abs(a - b) <= FOLDED_RAD for a, b in zip(value.joints, self.parked, strict=True)
-        )
-        wheels.fold(folded, now_ns)
+                if base is not None and name in base.hears:
+                    base.hear(sample, now_ns)
 
     def tick(self, now_ns: int) -> str | None:
         """One tick of the run, and then who drives; the chart's outcome once there is one."""
-        wheels = self.wheels
-        if wheels is not None:
-            wheels.begin(now_ns)
         try:
             return self.run.tick(now_ns)
         except BaseException:
             self.run.hold()
             raise
         finally:
-            if wheels is not None:
-                wheels.pass_on()
+            if self.base is not None:
+                self.base.tick(now_ns)
 
 
 def wire(
@@ -194,22 +177,21 @@ def wire(
     board = Board(setup.signals, wanted | set(recorded), eager)
     if clock is not None:
         board.clock = clock
-    wheels = Wheels(parts.base, overlap=setup.profile.safety.overlap)
-    run = Run(machine, board, commanded(parts, wheels), freezers=freezers())
+    run = Run(machine, board, commanded(parts), freezers=freezers())
     board.put("site", setup.site, 0)
     board.put("settings", setup.profile.settings, 0)
     needed = tuple(
         part
         for part in parts.all()
-        if part in (parts.stop_line, parts.arm) or any(map(board.needs, part.signals))
+        if any(name in parts.base.hears or board.needs(name) for name in part.signals)
     )
-    return Wired(run, board, needed, wheels, setup.site.robot.arm.parked)
+    return Wired(run, board, needed, parts.base)
 
 
-def commanded(parts: Parts, wheels: Wheels) -> dict[str, Any]:
+def commanded(parts: Parts) -> dict[str, Any]:
     """The parts that states may command, by name."""
     named = {
-        "base": wheels,
+        "base": parts.base,
         "arm": parts.arm,
         "gripper": parts.gripper,
         "vr": WithoutMotion(parts.vr),

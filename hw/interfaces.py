@@ -11,10 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
-from hw.geometry import Pose2, Twist2
+from hw.geometry import Twist2
 from hw.samples import Joints, Sample, TimedJoints
+
+if TYPE_CHECKING:
+    from hw.guarded import GuardedBase
 
 DriveMode = Literal["omni", "differential"]
 
@@ -33,7 +36,10 @@ class Part(Protocol):
 
 
 class Base(Part, Protocol):
-    """Wheels. Gives `base.twist`; `base.pose` where the part knows it."""
+    """Wheels. Gives `base.twist`; `base.pose` where the part knows it.
+
+    Nobody commands them but their `GuardedBase` (`hw.guarded`), which is the part `base` of a run.
+    """
 
     @property
     def mode(self) -> DriveMode:
@@ -58,14 +64,6 @@ class Base(Part, Protocol):
 
     def stop(self) -> None:
         """Slow down to standstill within the limits; holds until the next command."""
-        ...
-
-    def grant(self, pose: Pose2 | None) -> None:
-        """The request of the user is served from this pose, map_from_base; None: it is not.
-
-        Only the safety chain of a base looks at it: it lets the base come slowly as near to the
-        user as that pose is, while they ask for it. The end of the request ends the grant.
-        """
         ...
 
 
@@ -173,7 +171,7 @@ class Operator(Part, Protocol):
 class Parts:
     """Everything a run is wired to; None where a robot has no such part."""
 
-    base: Base
+    base: GuardedBase
     arm: Arm
     trackers: Trackers
     vr: Vr

@@ -6,17 +6,16 @@ All of it is plain Python and deterministic; nothing here draws random numbers.
 from __future__ import annotations
 
 import math
-from collections import deque
 from typing import Protocol
 
 from hw.geometry import Pose2, Twist2, wrap
+from hw.guarded import GuardedBase
 from hw.interfaces import Arm, Base, Parts
 from hw.person import RADIUS, Person
 from hw.robot import MotionLimits, RobotModel
 from hw.room import Room
-from hw.safety import SafetyChain, SafetyRecord
 from hw.safety_limits import SafetyLimits
-from hw.samples import ArmState, UserPose
+from hw.samples import ArmState
 from hw.scene import Scene, SceneError
 from hw.sim.arm import SimArm
 from hw.sim.base import SimBase
@@ -40,12 +39,7 @@ class MovingBase(Base, Protocol):
     distance_m: float
     energy_j: float
     braked: bool
-    chain: SafetyChain | None
-
-    @property
-    def safety(self) -> deque[SafetyRecord]:
-        """The newest cycles of the safety chain, oldest first; empty without one."""
-        ...
+    gate: GuardedBase | None
 
     def advance(self, until_ns: int) -> None:
         """Move on to until_ns."""
@@ -75,8 +69,8 @@ class World:
     and room, `min_gap` is the least distance between outline and person so far, m. With `area_only`
     the person is tracked in the room's tracked area only (R6), else everywhere.
 
-    With `safety` a chain with these limits stands in front of the wheels; `base.safety` holds its
-    newest cycles, and a stop that latches pulls the stop line. None: there is no chain.
+    `guard` is the part `base`: it stands in front of the wheels, which are `base`. A stop that it
+    latches pulls the stop line. `safety`: the limits of its chain; None: those of the robot.
 
     Raises:
         SceneError: the robot's outline touches a wall or the person at the start.
@@ -100,9 +94,6 @@ class World:
         self.base = base or SimBase(robot, limits, scene.robot_start)
         self.arm = arm or SimArm(robot.arm, limits)
         self.hand = hand or Hand.of(robot.prop)
-        self.safety = safety
-        if safety is not None:
-            self.base.chain = SafetyChain(safety)
         self.now_ns = 0
         self.contacts = 0
         self.wall_hits = 0
@@ -111,12 +102,14 @@ class World:
         self.min_gap = gap(robot.footprint, self.base.pose, person.body.x, person.body.y)
         self._walls = _Walls(scene.room, robot)
         self._line = SimStopLine(self._release)
+        safety = safety or SafetyLimits.of(robot, limits)
+        self.guard = GuardedBase(self.base, safety, robot.arm.parked, self._line.pull)
         self._bumper = SimBumper(self._line)
         self._vr = SimVr(person)
         self._operator = ScriptedOperator(self._line, by_hand=self._push_off)
         self._trackers = SimTrackers(person, scene.room if area_only else None)
         self.parts = Parts(
-            base=self.base,
+            base=self.guard,
             arm=self.arm,
             trackers=self._trackers,
             vr=self._vr,
@@ -150,8 +143,6 @@ class World:
         base, arm, person = self.base, self.arm, self.person
         robot_before, body_before = base.pose, person.body
         base.braked = arm.braked = self._line.reason is not None
-        if base.chain is not None:
-            base.chain.stop_line = self._line.reason
         base.advance(now_ns)
         arm.advance(now_ns)
         self.hand.advance(now_ns, braked=arm.braked)
@@ -161,23 +152,11 @@ class World:
         if base.pose is not robot_before or person.body is not body_before:
             self._watch_gap(robot_before, body_before)
         self._vr.step(now_ns)
-        if base.chain is not None:
-            self._tell(base.chain)
         self._operator.step(now_ns)
-
-    def _tell(self, chain: SafetyChain) -> None:
-        """What the chain has to know by itself, and what others have to know of it."""
-        seen = self._trackers.newest
-        if seen is not None and isinstance(seen.value, UserPose):
-            chain.see(self.now_ns, seen.stamp_ns, seen.value.body.x, seen.value.body.y)
-        chain.request(self._vr.requesting)
-        if chain.latched is not None:
-            self._line.pull(chain.latched)
 
     def _release(self) -> bool:
         """May the stop line be reset?"""
-        chain = self.base.chain
-        free = not self.touching and (chain is None or chain.reset(self.now_ns))
+        free = not self.touching and self.guard.reset(self.now_ns)
         self._touched = self._touched and not free
         return free
 

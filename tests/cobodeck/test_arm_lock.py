@@ -6,6 +6,7 @@ import dataclasses
 from pathlib import Path
 
 import pytest
+from states.navigation.wheels import Wheels
 
 from behaviors.profile import load_profile
 from cobodeck.rehearsal import Rehearsal
@@ -13,7 +14,6 @@ from cobodeck.wiring import open_setup, wire
 from hw.geometry import Pose2, Twist2
 from hw.live import LivePerson
 from hw.mock import mock_world
-from states.navigation.wheels import Wheels
 
 DRIVE = "chase/follow/drive/go"
 OUT = (0.0, -1.5, 1.0, 0.0, 1.5, 0.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from states.navigation.wheels import Wheels
 
 from behaviors.profile import load_profile
 from cobodeck.rehearsal import Rehearsal
@@ -14,7 +15,6 @@ from hw.robot import load_robot
 from hw.samples import UserPose
 from hw.scene import load_scene
 from states.navigation.states import DriveTo
-from states.navigation.wheels import Wheels
 from states.site import Site
 
 DRIVE, FLEE = "chase/follow/drive/go", "escape/flee"

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from states.navigation.wheels import Wheels
 
 from cobodeck.simulate import Loop, Options, stage
 from cobodeck.wiring import open_setup, wire
@@ -17,7 +18,6 @@ from hw.samples import Sample, UserPose
 from hw.sim.base import SimBase
 from states import ages
 from states.navigation.states import DriveTo
-from states.navigation.wheels import Wheels
 from states.site import Site
 
 HERE = Pose2(3.0, 4.0, math.pi / 2)

@@ -6,13 +6,13 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from states.navigation.wheels import Wheels
 
 from hw.geometry import Pose2, Twist2
 from hw.interfaces import DriveMode
 from hw.samples import UserPose
 from hw.sim.base import SimBase
 from states.navigation.states import DriveTo
-from states.navigation.wheels import Wheels
 from states.site import Site, SubsystemName
 
 HZ = 30

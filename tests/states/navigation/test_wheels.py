@@ -3,9 +3,9 @@
 import math
 
 import pytest
+from states.navigation.wheels import Wheels
 
 from hw.geometry import STILL, Twist2
-from states.navigation.wheels import Wheels
 
 TICK = 33_333_333
 FAST, SLOW, BACK = Twist2(1.0, 0.5, 0.1), Twist2(0.2), Twist2(-0.5)
