@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from behaviors.settings import Settings
 from behaviors.situation import AGE_S, READS, Situation, situation
+from engine.files.units import Duration, Length, Speed
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
-from engine.types import Duration, Length, Speed
 from hw.geometry import Pose2, Pose3, wrap
 from hw.room import Point
 from hw.samples import UserPose

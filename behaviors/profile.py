@@ -34,8 +34,8 @@ from behaviors.settings import (
     UserSettings,
 )
 from engine.chart import Chart
-from engine.finding import did_you_mean
-from engine.source import Map, Mark, Source, read
+from engine.files.finding import did_you_mean
+from engine.files.source import Map, Mark, Source, read
 from engine.types import Mismatch, builtin_types, convert, from_annotation
 from hw.robot import RobotModel
 from hw.room import Room

@@ -20,7 +20,7 @@ from behaviors.settings import (
     SafetySettings,
     UserSettings,
 )
-from engine.finding import did_you_mean
+from engine.files.finding import did_you_mean
 from states.signals.prediction import PREDICTORS
 from states.site import CostmapValues, Subsystem
 

@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from engine.types import (
+from engine.files.units import (
     Acceleration,
     Angle,
     AngularAcceleration,

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 TYPES = {kind.__name__: Type(kind.__name__, python=kind) for kind in (Pose2, Pose3, UserPose)}
 
 MEASURED = (
-    Measured("site", Site, about="room, robot and limits; once, at the start"),
-    Measured("settings", Settings, about="values of the behaviours; once, at the start"),
+    Measured("site", Site, constant=True, about="room, robot and limits"),
+    Measured("settings", Settings, constant=True, about="values of the behaviours"),
     Measured("base.pose", Pose2, about="map_from_base"),
     Measured("base.twist", Twist2, about="velocity in the base frame"),
     Measured("base.mode", str, about="how the wheels are driven: omni or differential"),

@@ -71,7 +71,7 @@ def _dispatch(given: list[str]) -> int:
         return OK
     name, *rest = given
     if name not in COMMANDS:
-        from engine.finding import did_you_mean
+        from engine.files.finding import did_you_mean
 
         raise Problem(f"no command {name!r}; {did_you_mean(name, COMMANDS)}")
     module = importlib.import_module(f"cobodeck.commands.{name}")

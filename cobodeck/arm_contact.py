@@ -47,7 +47,8 @@ class ArmWatch:
 
     def __init__(self, world: World, outline_of: OutlineOf) -> None:
         self.contacts = 0
-        self._world, self._outline_of = world, outline_of
+        assert world.person is not None, "there is nobody to be touched"
+        self._world, self._person, self._outline_of = world, world.person, outline_of
         self._last = self._look()
         self._out = self._is_out(self._last.joints)
         self._excused = False
@@ -66,7 +67,7 @@ class ArmWatch:
             return
         if not was_out:
             last = now  # where the rover was while the arm lay in its outline does not matter
-        if world.person.request is not None:
+        if self._person.request is not None:
             self._excused = True
             return
         touching = any(self._gap(last.between(now, k / PARTS)) <= 0.0 for k in range(1, PARTS + 1))
@@ -76,7 +77,7 @@ class ArmWatch:
 
     def _look(self) -> _Look:
         world = self._world
-        return _Look(world.base.pose, world.person.body, world.arm.state.joints)
+        return _Look(world.base.pose, self._person.body, world.arm.state.joints)
 
     def _is_out(self, joints: Joints) -> bool:
         ends, radii = self._outline_of(joints)

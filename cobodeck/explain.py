@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cobodeck.console import table
-from cobodeck.simulate import Loop, Result
+from cobodeck.simulate import Result
 from cobodeck.wiring import Setup, reachable
 
 
@@ -23,10 +23,10 @@ def explain(setup: Setup, result: Result) -> str:
             time = f"{used.time_ns / 1e6:.1f}"
             rows.append((name, kind, str(used.evaluated), str(used.skipped), time, shown))
     missing = [name for name, used in usage.items() if not used.built]
-    parts = [type(part).__name__ for part in result.wired.sources]
-    loop = result.loop
-    present = loop.world.parts.all() if isinstance(loop, Loop) else ()
-    idle = sorted({type(part).__name__ for part in present}.difference(parts))
+    sampled = result.wired.inlet.sources
+    present = result.loop.plant.parts
+    parts = [name for name, part in present.items() if part in sampled]
+    idle = [name for name, part in present.items() if part not in sampled]
     lines = [
         "",
         table(rows, frozenset((2, 3, 4))),
@@ -43,8 +43,7 @@ def explain(setup: Setup, result: Result) -> str:
 def _times(result: Result) -> str:
     loop = result.loop
     wall_us = result.figures["wall_s"] * 1e6 / loop.ticks
-    if not isinstance(loop, Loop):
-        return f"{wall_us:.1f} µs"
-    names = ("world", "samples", "evaluator", "chart and states")
+    names = ("plant", "samples", "observers", "chart and states")
     parts = [f"{n} {ns / 1e3 / loop.ticks:.1f}" for n, ns in zip(names, loop.spent_ns, strict=True)]
-    return f"{wall_us:.1f} µs: {', '.join(parts)}"
+    share = loop.left_out / loop.ticks
+    return f"{wall_us:.1f} µs: {', '.join(parts)}; {share:.1%} of {loop.ticks} ticks left out"

@@ -15,10 +15,10 @@ from cobodeck.catalogue import PARTS, Catalogue, shipped_charts
 from cobodeck.console import FAILED, Problem
 from engine.chart import Chart
 from engine.check import check
-from engine.finding import Finding, did_you_mean
+from engine.files.finding import Finding, did_you_mean
+from engine.files.source import Source
 from engine.load import Library, load_files
 from engine.report import text
-from engine.source import Source
 
 KINDS = ("chart", "scene", "robot", "profile", "user", "prop")
 SKIPPED = frozenset((".git", ".venv", "venv", "node_modules", "build", "dist", "__pycache__"))

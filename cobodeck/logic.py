@@ -7,12 +7,10 @@ that a run takes many ways through a chart, fast, and the same ways for the same
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from cobodeck.metrics import NOTHING
+from cobodeck.inlet import Inlet
 from cobodeck.wiring import Setup, Wired
 from engine.machine import Leaf
 from engine.run import Run
@@ -22,32 +20,6 @@ from engine.state import Run as Steps
 
 DWELL_S = 5.0
 """How long a leaf stays busy, on average, s."""
-
-
-@dataclass(slots=True)
-class LogicLoop:
-    """A run without a world, tick by tick."""
-
-    wired: Wired
-    tick_hz: int
-    ticks: int = 0
-    overruns: int = 0
-    finished: bool = False
-
-    @property
-    def next_ns(self) -> int:
-        """The instant of the next tick."""
-        return self.ticks * 10**9 // self.tick_hz
-
-    def tick(self) -> str | None:
-        """One tick; the chart's outcome once there is one."""
-        now = self.ticks * 10**9 // self.tick_hz
-        self.ticks += 1
-        return self.wired.run.tick(now)
-
-    def report(self) -> Mapping[str, Any]:
-        """Nothing was there to be judged."""
-        return NOTHING
 
 
 class Wandering(State):
@@ -84,4 +56,4 @@ def wander(setup: Setup, seed: int) -> Wired:
         leaf.instant = False
     parts = {name: _Idle() for leaf in machine.leaves for name in leaf.interface.commands}
     board = Board(setup.signals, ())
-    return Wired(Run(machine, board, parts), board, ())
+    return Wired(Run(machine, board, parts), board, Inlet(board))

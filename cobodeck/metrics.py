@@ -17,6 +17,7 @@ from engine.machine import Box
 from engine.run import Run
 from hw.geometry import Pose2, Pose3, wrap
 from hw.log import Log
+from hw.person import Person
 from hw.samples import Joints, UserPose
 from hw.sim.world import World
 
@@ -62,10 +63,16 @@ class Evaluator:
     _seen: int = 0
     _head_turn: float = 0.0
 
+    @property
+    def _person(self) -> Person:
+        person = self.world.person
+        assert person is not None, "only a world with a person can be judged"
+        return person
+
     def watch(self, now_ns: int) -> None:
         """Look at the true state of this instant."""
         world = self.world
-        base, person = world.base.pose, world.person
+        base, person = world.base.pose, self._person
         body = person.body
         elapsed, self._now = now_ns - self._now, now_ns
         distance = math.hypot(body.x - base.x, body.y - base.y)
@@ -82,7 +89,7 @@ class Evaluator:
             self._watch_request(now_ns)
 
     def _watch_tracking(self) -> None:
-        sample = self.world.person.measured
+        sample = self._person.measured
         if sample is None:
             return
         if sample.stamp_ns - self._seen > STALE_NS:
@@ -103,12 +110,12 @@ class Evaluator:
             self._danger_since = None
 
     def _in_view(self) -> bool:
-        body = self.world.person.body
+        body = self._person.body
         bearing = body.bearing_to(self.world.base.pose)
         return abs(wrap(bearing - self._head_turn)) <= HALF_VIEW_RAD
 
     def _watch_request(self, now_ns: int) -> None:
-        deep = self.world.person.request
+        deep = self._person.request
         if deep is not self._requested:
             self._end_request(now_ns)
             self._requested = deep

@@ -17,10 +17,15 @@ from pathlib import Path
 from typing import Any
 
 from cobodeck.catalogue import Catalogue, catalogue
+from cobodeck.inlet import Inlet
 from cobodeck.library import findings_of, load_beside, open_chart
+from cobodeck.loop import Loop
+from cobodeck.plants import Nothing
 from cobodeck.standin import Parts
+from cobodeck.wiring import Wired
 from engine.chart import Chart
-from engine.finding import did_you_mean
+from engine.clock import Grid
+from engine.files.finding import did_you_mean
 from engine.load import load_text
 from engine.machine import IDLE, RUNNING, Leaf, Machine
 from engine.operator import Operator
@@ -43,11 +48,8 @@ class Rehearsal:
         self.parts = parts if parts is not None else Parts()
         self.metrics: Callable[[], Mapping[str, Any]] | None = None
         self._known: Catalogue | None = None
-        self._run: Run | None = None
+        self._loop: Loop | None = None
         self._script: Script | None = None
-        self._step: Callable[[int], Any] = _nothing
-        self._turn: Callable[[int], Any] = self._turn_alone
-        self._tick = 0
 
     # -- starting --------------------------------------------------------------------------------
 
@@ -87,7 +89,6 @@ class Rehearsal:
         for path, outcomes in scripted.items():
             for outcome in outcomes:
                 self._end(path, outcome)
-        self._tick = 0
         return self
 
     def _start_alone(
@@ -98,11 +99,12 @@ class Rehearsal:
         machine = Machine(opened, library, known.interfaces, parameters, known.types)
         declared = _declared(machine, known, signals)
         board = Board(declared)
+        inlet = Inlet(board)
         for name, value in signals.items():
-            board.put(name, value, 0)
+            inlet.put(name, value, 0)
         commands = {name for leaf in machine.leaves for name in leaf.interface.commands}
-        self._run = Run(machine, board, {name: self.parts[name] for name in sorted(commands)})
-        self._step, self._turn = _nothing, self._turn_alone
+        run = Run(machine, board, {name: self.parts[name] for name in sorted(commands)})
+        self._loop = Loop(Nothing(self.parts), Wired(run, board, inlet), Grid(HZ))
 
     def _start_simulated(
         self,
@@ -113,15 +115,17 @@ class Rehearsal:
         profile: str | None,
         parameters: Mapping[str, Any] | None,
     ) -> None:
-        from cobodeck.simulate import Options, stage
+        from cobodeck.metrics import Evaluator
+        from cobodeck.stage import Options, stage
         from cobodeck.wiring import open_setup
 
         beside = self.folder / chart
         name = str(beside) if beside.is_file() else chart
         loop = stage(open_setup(name, scene, profile), Options(user, requests), parameters)
-        self._run = loop.wired.run
-        self._step, self._turn = loop.prepare, loop.wired.tick
-        self.metrics = loop.evaluator.report
+        self._loop = loop
+        for observer in loop.observers:
+            if isinstance(observer, Evaluator):
+                self.metrics = observer.report
 
     def _open(self, chart: str) -> tuple[Chart, Mapping[str, Chart]]:
         known = self._catalogue()
@@ -163,15 +167,20 @@ class Rehearsal:
     # -- while it runs ---------------------------------------------------------------------------
 
     @property
+    def loop(self) -> Loop:
+        """The loop that runs it."""
+        assert self._loop is not None, "start a chart first: sim.start(…)"
+        return self._loop
+
+    @property
     def run(self) -> Run:
         """The engine's run."""
-        assert self._run is not None, "start a chart first: sim.start(…)"
-        return self._run
+        return self.loop.wired.run
 
     @property
     def now(self) -> float:
         """Virtual time since the start, s."""
-        return self.run.board.now / 1e9
+        return max(0, self.loop.now_ns) / 1e9
 
     @property
     def outcome(self) -> str | None:
@@ -196,13 +205,7 @@ class Rehearsal:
     def tick(self, count: int = 1) -> None:
         """Let so many ticks pass."""
         for _ in range(count):
-            now = self._tick * 10**9 // HZ
-            self._step(now)
-            self._turn(now)
-            self._tick += 1
-
-    def _turn_alone(self, now_ns: int) -> None:
-        self.run.tick(now_ns)
+            self.loop.tick()
 
     def wait(self, seconds: float) -> None:
         """Let time pass."""
@@ -214,10 +217,10 @@ class Rehearsal:
         `where` is a node's path, its name, or an outcome of the chart, or a function. Each call
         looks at what happens from now on, the present tick included.
         """
-        end = self._tick + max(1, round(timeout * HZ))
+        end = self.loop.ticks + max(1, round(timeout * HZ))
         reached = where if callable(where) else self._reaching(where)
         while not reached():
-            assert self._tick < end, (
+            assert self.loop.ticks < end, (
                 f"{where!r} was not reached within {timeout:g} s; {self._story()}"
             )
             self.tick()
@@ -234,7 +237,7 @@ class Rehearsal:
         assert isinstance(declared[name], Measured), (
             f"{name!r} is {kind}; take it over with start(signals={{{name!r}: …}})"
         )
-        self.run.board.put(name, value, self._tick * 10**9 // HZ)
+        self.loop.wired.inlet.put(name, value, self.loop.next_ns)
 
     def end(self, name: str, outcome: str | Exception, **outputs: Any) -> None:
         """Let a scripted leaf end with an outcome at its next step."""
@@ -275,7 +278,7 @@ class Rehearsal:
 
     def finish(self) -> None:
         """Stop the run, if one goes on."""
-        if self._run is not None and self._run.outcome is None:
+        if self._loop is not None and self.outcome is None:
             self.operator.stop()
             self.tick()
 
@@ -317,15 +320,12 @@ class Rehearsal:
     def _story(self) -> str:
         shown = self.path()[-12:]
         active = ", ".join(self.active) or f"nothing, outcome {self.outcome}"
-        return f"at {self.now:.2f} s; active: {active}; last entered: {' -> '.join(shown)}"
+        raised = "".join(f"; raised: {error}" for error in self.run.errors[-1:])
+        return f"at {self.now:.2f} s; active: {active}; last entered: {' -> '.join(shown)}{raised}"
 
 
 def _is_named(path: str, name: str) -> bool:
     return path == name or path.endswith("/" + name)
-
-
-def _nothing(now_ns: int) -> None:
-    """There is no world to move on."""
 
 
 def _declared(

@@ -25,7 +25,7 @@ class SeparationWatch:
         self._moving_ns = self._below_ns = self._granted_ns = 0
         self._least_gap = self._least_margin = math.inf
 
-    def watch(self) -> None:
+    def watch(self, now_ns: int) -> None:  # noqa: ARG002  cycles have stamps of their own
         """Take all records that have come since."""
         for record in self._cycles.take():
             lasted = min(LONGEST_NS, record.stamp_ns - self._stamp)

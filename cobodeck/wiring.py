@@ -15,21 +15,35 @@ from typing import Any
 from behaviors.profile import Profile, load_profile
 from behaviors.signals import signals
 from cobodeck.catalogue import Catalogue, catalogue
-from cobodeck.console import Problem
+from cobodeck.console import FAILED, Problem
+from cobodeck.inlet import Inlet
 from cobodeck.library import open_chart, reached
 from engine.chart import Chart
 from engine.machine import Box, Leaf, Machine, Vertex
 from engine.run import Run
-from engine.signals import Board, Signal, declare
+from engine.signals import Board, Signal, declare, roots
 from hw.guarded import GuardedBase
-from hw.interfaces import Part, Parts
+from hw.interfaces import Part
 from hw.robot import RobotModel, load_robot
-from hw.samples import is_finite
 from hw.scene import Scene, load_scene
 from states.site import Site
 
 CHART, SCENE, PROFILE = "cobodeck", "lab_a", "tuned"
 TICK_HZ = 30
+
+
+@dataclass(frozen=True, slots=True)
+class Uses:
+    """What a chart needs of a robot: parts by name, and signals that parts have to measure."""
+
+    commands: frozenset[str]
+    signals: frozenset[str]
+
+    @property
+    def person(self) -> bool:
+        """Has it to do with a person?"""
+        asked = (*self.commands, *self.signals)
+        return any(name == "vr" or name.startswith(("user.", "vr.")) for name in asked)
 
 
 @dataclass(frozen=True)
@@ -71,6 +85,13 @@ class Setup:
         for name in sorted(reached({self.chart.name}, self.library)):
             digest.update(self.library[name].source.text.encode() + b"\0")
         return digest.hexdigest()
+
+    def uses(self, parameters: Mapping[str, Any] | None = None) -> Uses:
+        """What the reachable states of the chart command and read."""
+        leaves = reachable(self.machine(parameters))
+        reads = {name for leaf in leaves for name in leaf.interface.reads}
+        commands = {part for leaf in leaves for part in leaf.commands}
+        return Uses(frozenset(commands), frozenset(roots(self.signals, reads)))
 
     def machine(self, parameters: Mapping[str, Any] | None = None) -> Machine:
         """The chart bound for one run."""
@@ -120,26 +141,21 @@ class WithoutMotion:
 
 @dataclass(frozen=True, slots=True)
 class Wired:
-    """A run with its board, where its samples come from, and the base that listens to them."""
+    """A run with its board, the way in for its samples, and what its states drive the base by."""
 
     run: Run
     board: Board
-    sources: tuple[Part, ...]
+    inlet: Inlet
     base: GuardedBase | None = None
 
-    def deliver(self, now_ns: int) -> None:
-        """Hand the samples that have arrived to the run; those with NaN have not arrived."""
-        board, base = self.board, self.base
-        slots, inbox = board.slots, board.inbox
-        for part in self.sources:
-            for sample in part.samples(now_ns):
-                name, stamp, value = sample
-                if not is_finite(value):
-                    continue
-                if name in slots:
-                    inbox.append((name, value, stamp))
-                if base is not None and name in base.hears:
-                    base.hear(sample, now_ns)
+    def is_idle(self, now_ns: int) -> bool:
+        """Would a tick at this instant change nothing?"""
+        return self.run.next_due() > now_ns
+
+    def rest(self, now_ns: int) -> None:
+        """A tick that is left out: only the velocity that counts is passed on."""
+        if self.base is not None:
+            self.base.tick(now_ns)
 
     def tick(self, now_ns: int) -> str | None:
         """One tick of the run, and then who drives; the chart's outcome once there is one."""
@@ -149,16 +165,14 @@ class Wired:
             self.run.hold()
             raise
         finally:
-            if self.base is not None:
-                self.base.tick(now_ns)
+            self.rest(now_ns)
 
 
 def wire(
     setup: Setup,
-    parts: Parts,
+    parts: Mapping[str, Any],
     *,
     eager: bool = False,
-    recorded: Iterable[str] = (),
     clock: Callable[[], int] | None = None,
     parameters: Mapping[str, Any] | None = None,
 ) -> Wired:
@@ -166,39 +180,79 @@ def wire(
 
     Args:
         setup: what to run.
-        parts: the robot, and what is around it.
+        parts: the robot and what is around it, by name.
         eager: build and compute every signal in every tick, asked for or not.
-        recorded: signals that somebody else than the chart wants.
         clock: ns; only to report where the time goes.
         parameters: of the chart.
+
+    Raises:
+        Problem: the chart commands parts, or reads signals, that are not there; all are named.
     """
     machine = setup.machine(parameters)
-    wanted = {name for leaf in reachable(machine) for name in leaf.interface.reads}
-    board = Board(setup.signals, wanted | set(recorded), eager)
+    leaves = reachable(machine)
+    constants = {"site": setup.site, "settings": setup.profile.settings}
+    refuse_what_is_missing(leaves, setup.signals, parts, constants)
+    wanted = {name for leaf in leaves for name in leaf.interface.reads}
+    board = Board(setup.signals, wanted, eager)
     if clock is not None:
         board.clock = clock
     run = Run(machine, board, commanded(parts), freezers=freezers())
-    board.put("site", setup.site, 0)
-    board.put("settings", setup.profile.settings, 0)
-    needed = tuple(
+    hears = [(name, part.hear) for part in parts.values() for name in getattr(part, "hears", ())]
+    heard = {name for name, _ in hears}
+    needed = [
         part
-        for part in parts.all()
-        if any(name in parts.base.hears or board.needs(name) for name in part.signals)
-    )
-    return Wired(run, board, needed, parts.base)
+        for part in parts.values()
+        if any(board.needs(name) or name in heard for name in part.signals)
+    ]
+    inlet = Inlet(board, needed, hears)
+    for name, value in constants.items():
+        inlet.put(name, value, 0)
+    return Wired(run, board, inlet, guarded(parts))
 
 
-def commanded(parts: Parts) -> dict[str, Any]:
-    """The parts that states may command, by name."""
-    named = {
-        "base": parts.base,
-        "arm": parts.arm,
-        "gripper": parts.gripper,
-        "vr": WithoutMotion(parts.vr),
-        "stop_line": WithoutMotion(parts.stop_line),
-        "operator": WithoutMotion(parts.operator),
+def guarded(parts: Mapping[str, Any]) -> GuardedBase | None:
+    """The base, if there is one.
+
+    Raises:
+        TypeError: whoever opened its wheels has not put a guard in front of them.
+    """
+    base = parts.get("base")
+    if base is not None and not isinstance(base, GuardedBase):
+        raise TypeError(f"part base is a {type(base).__name__}; wrap it in hw.guarded.GuardedBase")
+    return base
+
+
+def refuse_what_is_missing(
+    leaves: Iterable[Leaf],
+    signals: Mapping[str, Signal],
+    parts: Mapping[str, Any],
+    constants: Iterable[str],
+) -> None:
+    """Look whether everything is there that the reachable states command and read.
+
+    Raises:
+        Problem: it is not; the text names every part and signal, and a state that needs it.
+    """
+    given = {name for part in parts.values() for name in part.signals} | set(constants)
+    lacking: dict[str, None] = {}
+    for leaf in leaves:
+        who = leaf.interface.name
+        for name in leaf.commands:
+            if name not in parts:
+                lacking[f"this robot lacks part {name!r}, commanded by {who}"] = None
+        for name in leaf.interface.reads:
+            for root in sorted(roots(signals, (name,)) - given):
+                through = "" if root == name else f" through {name!r}"
+                lacking[f"nothing gives signal {root!r}, read by {who}{through}"] = None
+    if lacking:
+        raise Problem("this chart cannot run here:\n  " + "\n  ".join(lacking), FAILED)
+
+
+def commanded(parts: Mapping[str, Any]) -> dict[str, Any]:
+    """The parts as states command them, by name."""
+    return {
+        name: part if hasattr(part, "stop") else WithoutMotion(part) for name, part in parts.items()
     }
-    return {name: part for name, part in named.items() if part is not None}
 
 
 def freezers() -> dict[type, Callable[[Any], Any]]:

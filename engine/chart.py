@@ -9,8 +9,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
-from engine.finding import Place
-from engine.source import Map, Mark, Source
+from engine.files.finding import Place
+from engine.files.source import Map, Mark, Source
 
 Form = Literal["do", "watch", "use", "states", "any", "all"]
 LEAVES = ("do", "watch")

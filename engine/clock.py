@@ -20,6 +20,15 @@ class Grid:
         """The instant of a tick, ns."""
         return number * SECOND_NS // self.hz
 
+    @property
+    def period_ns(self) -> int:
+        """From tick to tick, ns, rounded down."""
+        return SECOND_NS // self.hz
+
+    def last(self, at: int) -> int:
+        """The number of the last tick that is not after `at`, ns."""
+        return ((at + 1) * self.hz - 1) // SECOND_NS
+
     def first(self, at: int) -> int:
         """The number of the first tick that is not before `at`, ns."""
         return max(0, -(-at * self.hz // SECOND_NS))

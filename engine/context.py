@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from engine.signals import Board
 from engine.slots import MeasuredSlot
-from engine.state import NEVER_NS, Sample
+from engine.state import ALWAYS_NS, NEVER_NS, Sample
 
 if TYPE_CHECKING:
     from engine.machine import Leaf
@@ -66,10 +66,15 @@ class LeafContext:
         return self._board.slots[signal].read()
 
     def age(self, signal: str) -> float:
-        """How old the newest value is, s, whatever its age; infinite if there is none."""
+        """How old the newest value is, s, whatever its age; infinite if there is none.
+
+        A value that does not age is always of now.
+        """
         self._age(signal)
         newest = self._board.slots[signal].read()
-        return math.inf if newest is None else (self._board.now - newest.stamp) * 1e-9
+        if newest is None:
+            return math.inf
+        return 0.0 if newest.stamp == ALWAYS_NS else (self._board.now - newest.stamp) * 1e-9
 
     def events(self, signal: str) -> tuple[Sample, ...]:
         """What arrived since this state last asked; at first, what arrived in this tick."""

@@ -65,7 +65,7 @@ class Judge:
         self,
         level: int | None,
         freezers: Mapping[type, Callable[[Any], Any]],
-        report: Callable[[Vertex, Exception], Token],
+        report: Callable[[Vertex, BaseException], Token],
     ) -> None:
         self.level = level
         self.locks: set[str] = set()
@@ -82,7 +82,7 @@ class Judge:
         assert isinstance(vertex, Leaf)
         try:
             outcome, writes = self._result(vertex, value)
-        except Exception as error:  # noqa: BLE001  rule 8: whatever it returned
+        except BaseException as error:  # noqa: BLE001  rule 8: whatever it returned
             self._report(vertex, error)
             outcome, writes = "error", ()
         decision = self.resolve(vertex, outcome)

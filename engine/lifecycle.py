@@ -24,6 +24,7 @@ from engine.decide import (
     Token,
     Writes,
 )
+from engine.errors import Raised, raised
 from engine.machine import (
     CHOSEN,
     ENDED,
@@ -45,15 +46,17 @@ from engine.state import NEVER_NS
 from engine.trace import Trace
 from engine.turns import Turns
 
+ENDINGS = frozenset(("end", "outcome", "hand_over"))  # records of the trace that tell an outcome
 BUSY_TICKS = 3  # a node may be put off in so many ticks running before it is called a busy loop
 
 
 class Lifecycle:
     """What runs in a machine, since when and until when, with its trace.
 
-    `entered` are the nodes that have begun and not ended, in the order of their start. `_early`
-    tells the next tick that something is to be done before anything is stepped, `_acting` that the
-    actions have their turn.
+    `entered` are the nodes that have begun and not ended, in the order of their start; `errors` is
+    all that states and parts have raised; `ended_by` the node that led to the outcome of the chart,
+    and its own. `_early` tells the next tick that something is to be done before anything is
+    stepped, `_acting` that the actions have their turn.
     """
 
     def __init__(
@@ -70,7 +73,9 @@ class Lifecycle:
         self.judge = Judge(level, dict(freezers or {}), self._raised)
         self.trace = Trace()
         self.notes: dict[str, str] = {}
+        self.errors: list[Raised] = []
         self.outcome: str | None = None
+        self.ended_by: tuple[str, str] | None = None
         self.results: dict[str, Any] = {}
         self.turns = Turns(self.board)
         self.turns.put_off.append(machine.root)
@@ -79,6 +84,7 @@ class Lifecycle:
         self._deadline = NEVER_NS
         self._acting = False
         self._early = True
+        self._interrupt: KeyboardInterrupt | None = None
         self._bind(machine)
 
     def _bind(self, machine: Machine) -> None:
@@ -238,6 +244,7 @@ class Lifecycle:
             self._choose(top, again=True)
         else:
             self._write(writes, self.machine.root)
+            self.ended_by = (decision.cause.path, self._outcome_of(decision.cause))
             self.finish(decision.outcome)
 
     def _end(self, vertex: Vertex, outcome: str, writes: Writes) -> Writes:
@@ -284,9 +291,18 @@ class Lifecycle:
                 del self.entered[vertex]
                 self.turns.drop(vertex)
 
-    def _raised(self, vertex: Vertex, error: Exception) -> Token:
+    def _raised(self, vertex: Vertex, error: BaseException) -> Token:
+        """Rule 8: whatever a state raises is its outcome `error`, SystemExit included.
+
+        Ctrl-C is raised again at the start of the next tick, so that no tick is left half done.
+        """
         self.trace.add(("error", self.board.now, vertex, type(error).__name__))
-        self.notes[vertex.path] = _text(error)
+        cls = vertex.interface.make if isinstance(vertex, Leaf) else None
+        found = raised(self.board.now, vertex.path, error, cls if isinstance(cls, type) else None)
+        self.errors.append(found)
+        self.notes[vertex.path] = f"{found.kind}: {found.text}" if found.text else found.kind
+        if isinstance(error, KeyboardInterrupt):
+            self._interrupt, self._early = error, True
         if vertex.generator is not None:
             self._close_leaf(vertex)
         return RAISED
@@ -308,7 +324,7 @@ class Lifecycle:
         assert generator is not None
         try:
             generator.close()
-        except Exception as error:  # noqa: BLE001  rule 7: the others still get their clean-up
+        except BaseException as error:  # noqa: BLE001  rule 7: the others still get their clean-up
             self._raised(leaf, error)
 
     def abort(self, top: Vertex, reason: str, outcome: str) -> str:
@@ -341,6 +357,11 @@ class Lifecycle:
             cell.value = value
             self.trace.add(("data", self.board.now, box, cell.key, value))
 
+    def _outcome_of(self, vertex: Vertex) -> str:
+        """What a vertex has ended with, by its last record."""
+        ends = (r[3] for r in reversed(self.trace.raw) if r[0] in ENDINGS and r[2] is vertex)
+        return next(ends, "")
+
     def finish(self, outcome: str) -> None:
         """End the run; the robot is held."""
         self.outcome = outcome
@@ -357,7 +378,7 @@ class Lifecycle:
         for part in self.parts.values():
             try:
                 part.stop()
-            except Exception as error:  # noqa: BLE001
+            except BaseException as error:  # noqa: BLE001
                 self._raised(self.machine.root, error)
 
     # -- the whole ------------------------------------------------------------------------------
@@ -395,14 +416,6 @@ class Lifecycle:
         """The paths of the running leaves, in document order."""
         leaves = [v for v in self.entered if isinstance(v, Leaf)]
         return [leaf.path for leaf in sorted(leaves, key=_order)]
-
-
-def _text(error: Exception) -> str:
-    kind = type(error).__name__
-    try:
-        return f"{kind}: {error}"
-    except Exception:  # noqa: BLE001  an error whose text is an error
-        return kind
 
 
 def _nothing_yet() -> None:

@@ -21,8 +21,8 @@ from engine.chart import (
     key_mark_of,
     mark_of,
 )
-from engine.finding import Finding, did_you_mean
-from engine.source import MAX_BYTES, Map, Mark, Seq, Source, read
+from engine.files.finding import Finding, did_you_mean
+from engine.files.source import MAX_BYTES, Map, Mark, Seq, Source, read
 
 FORMS: tuple[Form, ...] = ("do", "watch", "use", "states", "any", "all")
 EVERY_NODE = ("next", "in", "out", "timeout", "about")

@@ -11,8 +11,8 @@ from pathlib import PurePath
 from typing import Any, Literal, get_args
 from urllib.parse import quote
 
-from engine.finding import Finding, Place
-from engine.source import Source
+from engine.files.finding import Finding, Place
+from engine.files.source import Source
 
 WIDTH = 100  # columns of a shown source line
 TAB = "    "

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from engine.context import Part
 from engine.decide import KEEP, Decision
@@ -18,6 +18,9 @@ from engine.machine import CHOSEN, IDLE, RUNNING, WAITING, Box, Leaf, Machine, V
 from engine.signals import Board
 from engine.state import NEVER_NS, On, Until
 from engine.turns import rank
+
+if TYPE_CHECKING:
+    from engine.commands import Command
 
 
 class Run(Lifecycle):
@@ -29,6 +32,8 @@ class Run(Lifecycle):
         parts: the robot's parts by name, to be commanded by the states that declare them.
         level: the operator's autonomy level; `None` means that nobody is asked.
         freezers: makes values of a class immutable, by class.
+
+    `carried_out` holds the operator's commands with the instants at which they took effect, ns.
     """
 
     def __init__(
@@ -42,7 +47,8 @@ class Run(Lifecycle):
         super().__init__(machine, board, parts, level, freezers)
         self.paused = False
         self.pauses: list[tuple[int, int]] = []
-        self._commands: deque[Callable[[], None]] = deque()
+        self.carried_out: list[tuple[int, Command]] = []
+        self._commands: deque[Command] = deque()
         self._ended: list[tuple[Vertex, Any]] = []
         self._settling = False
 
@@ -69,7 +75,7 @@ class Run(Lifecycle):
                     self._wait(leaf, yielded)
             except StopIteration as stop:
                 self._ended.append((leaf, stop.value))
-            except Exception as error:  # noqa: BLE001  rule 8: whatever a state raises is an outcome
+            except BaseException as error:  # noqa: BLE001  rule 8: whatever a state raises is an outcome
                 self._ended.append((leaf, self._raised(leaf, error)))
         if self._ended:
             self._decide()
@@ -90,7 +96,7 @@ class Run(Lifecycle):
                 if ended is not None:
                     self._act_on(*ended, actions[actions.index(leaf) + 1 :])
                     break
-            except Exception as error:  # noqa: BLE001
+            except BaseException as error:  # noqa: BLE001
                 token = self._raised(leaf, error)
                 self._act_on(leaf, token, actions[actions.index(leaf) + 1 :])
                 break
@@ -128,8 +134,8 @@ class Run(Lifecycle):
         """The chart time of an instant that is over, ns."""
         return at - sum(min(until, at) - since for since, until in self.pauses if since < at)
 
-    def command(self, command: Callable[[], None]) -> None:
-        """Have something done at the start of the next tick, before anything is stepped.
+    def command(self, command: Command) -> None:
+        """Have it carried out at the start of the next tick, before anything is stepped.
 
         Safe to call from other threads.
         """
@@ -138,13 +144,18 @@ class Run(Lifecycle):
 
     def _begin(self) -> bool:
         """Commands, and what was put off; whether the tick ends here."""
+        if self._interrupt is not None:
+            interrupt, self._interrupt = self._interrupt, None
+            raise interrupt
         if self.outcome is not None:
             return True
         if self.paused:
             self._stand_still()
         self._early = False  # before the commands are looked at: others may come meanwhile
         while self._commands:
-            self._commands.popleft()()
+            command = self._commands.popleft()
+            self.carried_out.append((self.board.now, command))
+            command.carry_out(self)
             if self.outcome is not None:
                 break
         if self.outcome is not None or self.paused:
@@ -187,7 +198,7 @@ class Run(Lifecycle):
                 self._wait(target, yielded)
         except StopIteration as stop:
             return target, stop.value
-        except Exception as error:  # noqa: BLE001
+        except BaseException as error:  # noqa: BLE001
             return target, self._raised(target, error)
         return None
 
@@ -211,7 +222,7 @@ class Run(Lifecycle):
                 self._wait(leaf, yielded)
         except StopIteration as stop:
             self._act_ended(leaf, stop.value)
-        except Exception as error:  # noqa: BLE001
+        except BaseException as error:  # noqa: BLE001
             self._act_ended(leaf, self._raised(leaf, error))
 
     def _act_ended(self, vertex: Vertex, value: Any) -> None:
@@ -252,7 +263,7 @@ class Run(Lifecycle):
                         self._wait(leaf, yielded)
                 except StopIteration as stop:
                     self._ended.append((leaf, stop.value))
-                except Exception as error:  # noqa: BLE001
+                except BaseException as error:  # noqa: BLE001
                     self._ended.append((leaf, self._raised(leaf, error)))
             if self._ended:
                 self._decide_round()

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from engine.types import UNITS, Type
+from engine.files.units import UNITS
+from engine.types import Type
 
 Schema = dict[str, Any]
 

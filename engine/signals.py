@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from engine.finding import did_you_mean
+from engine.files.finding import did_you_mean
 from engine.slots import DerivedSlot, EstimatedSlot, MeasuredSlot, Slot, compute, union
 from engine.state import Sample
 
@@ -21,17 +21,24 @@ _EAGER = 1 << 4000  # in `fresh` of an eager board; no signal has this bit
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """A signal that a part delivers. `event`: each reader gets every sample once."""
+    """A signal that a part delivers.
+
+    `event`: each reader gets every sample once. `constant`: it is given once and does not age.
+    """
 
     name: str
     type: Any = object
     event: bool = False
     about: str = ""
+    constant: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Derived:
-    """A signal that is a pure function of others; `None` while one of them has no value."""
+    """A signal that is a pure function of others; `None` while one of them has no value.
+
+    It is as old as the oldest of them; over constants alone it does not age either.
+    """
 
     name: str
     of: tuple[str, ...]
@@ -41,7 +48,12 @@ class Derived:
 
 
 class Estimator(Protocol):
-    """Something with memory that takes every sample once, in order."""
+    """Something with memory that takes every sample once, in order.
+
+    It may have a method `stamp() -> int | None`: the instant its value is of, ns; `None` for a
+    value that does not age. Without it the value is as old as the oldest of the inputs it needs,
+    each counted by its newest sample.
+    """
 
     def update(self, signal: str, sample: Sample) -> None:
         """Take one sample of one of the inputs."""
@@ -54,13 +66,23 @@ class Estimator(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Estimated:
-    """A signal with memory: `make` gives a new estimator for each run."""
+    """A signal with memory: `make` gives a new estimator for each run.
+
+    It has no value before every input in `needs` has been heard; by default all of them. One that
+    needs none speaks from the start.
+    """
 
     name: str
     of: tuple[str, ...]
     make: Callable[[], Estimator]
     type: Any = object
     about: str = ""
+    needs: tuple[str, ...] | None = None
+
+    @property
+    def needed(self) -> tuple[str, ...]:
+        """The inputs without which it has no value."""
+        return self.of if self.needs is None else self.needs
 
 
 Signal = Measured | Derived | Estimated
@@ -70,7 +92,8 @@ def declare(signals: Iterable[Signal]) -> dict[str, Signal]:
     """Signals by name.
 
     Raises:
-        ValueError: for a name given twice, an unknown input, a circle, or a function of events.
+        ValueError: for a name given twice, an unknown input, a circle, a function of events, or an
+            estimator that needs what it does not rest on.
     """
     named: dict[str, Signal] = {}
     for signal in signals:
@@ -86,6 +109,9 @@ def declare(signals: Iterable[Signal]) -> dict[str, Signal]:
                 raise ValueError(f"derived {signal.name!r} cannot rest on event {source!r}")
             if isinstance(signal, Estimated) and isinstance(of, Derived):
                 raise ValueError(f"estimated {signal.name!r} cannot rest on derived {source!r}")
+        if isinstance(signal, Estimated) and (odd := sorted({*signal.needed} - {*signal.of})):
+            rests = ", ".join(signal.of)
+            raise ValueError(f"estimated {signal.name!r} needs {odd[0]!r}, but rests on {rests}")
     closure(named, named)
     return named
 
@@ -113,6 +139,26 @@ def closure(declared: Mapping[str, Signal], wanted: Iterable[str]) -> list[str]:
     for name in sorted(wanted):
         visit(name, ())
     return list(order)
+
+
+def roots(declared: Mapping[str, Signal], wanted: Iterable[str]) -> set[str]:
+    """The measured signals that somebody must give for every wanted signal to have a value.
+
+    What an estimator takes without needing it is not among them.
+    """
+    found: set[str] = set()
+    waiting, seen = [*wanted], set()
+    while waiting:
+        name = waiting.pop()
+        if name in seen:
+            continue
+        seen.add(name)
+        signal = declared[name]
+        if isinstance(signal, Measured):
+            found.add(name)
+        else:
+            waiting += signal.needed if isinstance(signal, Estimated) else signal.of
+    return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +206,7 @@ class Board:
         for name in names:
             signal = self.declared[name]
             if isinstance(signal, Measured):
-                self.slots[name] = MeasuredSlot(name, bit, signal.event)
+                self.slots[name] = MeasuredSlot(signal, bit)
                 bit <<= 1
                 continue
             sources = [self.slots[source] for source in signal.of]
@@ -169,6 +215,8 @@ class Board:
         self.fresh = _EAGER if self.eager else 0
         self._measured = [s for s in self.slots.values() if isinstance(s, MeasuredSlot)]
         self._estimated = [s for s in self.slots.values() if isinstance(s, EstimatedSlot)]
+        for estimated in self._estimated:
+            estimated.begin()
 
     def needs(self, name: str) -> bool:
         """Whether anybody can ask for this signal; a part need not measure it otherwise."""
@@ -179,11 +227,15 @@ class Board:
 
         Raises:
             LookupError: nothing measured has this name.
+            ValueError: a constant is given a second time.
         """
-        if not isinstance(self.declared.get(name), Measured):
+        signal = self.declared.get(name)
+        if not isinstance(signal, Measured):
             measured = [n for n, signal in self.declared.items() if isinstance(signal, Measured)]
             raise LookupError(f"no measured signal {name!r}; {did_you_mean(name, measured)}")
         if name in self.slots:
+            if signal.constant and self.slots[name].newest is not None:
+                raise ValueError(f"constant {name!r} is given once; it has a value already")
             self.inbox.append((name, value, stamp))
 
     @property

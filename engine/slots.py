@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from operator import is_
+from typing import TYPE_CHECKING, Any
 
-from engine.state import NEVER_NS, Sample
+from engine.state import ALWAYS_NS, Sample
 
 if TYPE_CHECKING:
-    from engine.signals import Board, Derived, Estimated
+    from engine.signals import Board, Derived, Estimated, Measured
 
 
 class Slot:
@@ -33,11 +34,12 @@ class Slot:
 class MeasuredSlot(Slot):
     """Holds what a part delivered."""
 
-    __slots__ = ("event", "followers", "log", "log_before_tick", "tick")
+    __slots__ = ("constant", "event", "followers", "log", "log_before_tick", "tick")
 
-    def __init__(self, name: str, roots: int, event: bool) -> None:
-        super().__init__(name, roots)
-        self.event = event
+    def __init__(self, signal: Measured, roots: int) -> None:
+        super().__init__(signal.name, roots)
+        self.constant = signal.constant
+        self.event = signal.event
         self.log: list[Sample] = []
         self.log_before_tick = 0
         self.tick = -1  # of the last arrival
@@ -49,23 +51,25 @@ class MeasuredSlot(Slot):
         self.tick = tick
         if self.event:
             self.log.append(sample)
-        if self.newest is None or sample.stamp >= self.newest.stamp:
-            self.newest = sample
+        held = Sample(sample.value, ALWAYS_NS) if self.constant else sample
+        if self.newest is None or held.stamp >= self.newest.stamp:
+            self.newest = held
             self.version += 1
         for follower, index in self.followers:
-            follower.pending.append((tick, sample.stamp, index, sample))
+            follower.pending.append((tick, sample.stamp, index, held))
 
 
 class DerivedSlot(Slot):
     """Computes its value when asked."""
 
-    __slots__ = ("board", "checked", "function", "seen", "sources")
+    __slots__ = ("board", "checked", "function", "seen", "sources", "values")
 
     def __init__(self, signal: Derived, sources: list[Slot], board: Board) -> None:
         super().__init__(signal.name, union(sources))
         self.function = signal.function
         self.sources = sources
         self.seen: list[int] = [-1] * len(sources)
+        self.values: list[Any] = []  # of the inputs for which `newest` was computed
         self.checked = -1
         self.board = board
 
@@ -85,18 +89,21 @@ class DerivedSlot(Slot):
 
     def _evaluate(self, inputs: list[Sample | None]) -> None:
         self.version += 1
-        values, oldest = [], NEVER_NS
+        values, oldest = [], ALWAYS_NS
         for sample in inputs:
             if sample is None or sample.value is None:
                 self.newest = None
                 return
             values.append(sample.value)
             oldest = min(oldest, sample.stamp)
+        if self.newest is not None and all(map(is_, values, self.values)):
+            self.newest = Sample(self.newest.value, oldest)
+            return
         self.evaluated += 1
         before = self.board.clock()
         value = self.function(*values)
         self.time_ns += self.board.clock() - before
-        self.newest = Sample(value, oldest)
+        self.newest, self.values = Sample(value, oldest), values
 
 
 class EstimatedSlot(Slot):
@@ -106,22 +113,30 @@ class EstimatedSlot(Slot):
     """
 
     __slots__ = (
-        "board", "estimator", "failure", "followers", "names", "pending", "sources", "stamps",
+        "board", "estimator", "failure", "followers", "names", "needed", "pending", "sources",
+        "stamp", "stamps",
     )  # fmt: skip
 
     def __init__(self, signal: Estimated, sources: list[Slot], board: Board) -> None:
         super().__init__(signal.name, union(sources))
         self.estimator = signal.make()
+        self.stamp = getattr(self.estimator, "stamp", self._oldest)
         self.names = signal.of
+        self.needed = frozenset(signal.needed)
         self.sources = sources
         self.pending: list[tuple[int, int, int, Sample]] = []
-        self.stamps: dict[str, int] = {}
+        self.stamps: dict[str, int] = {}  # the newest of each input that is needed
         self.failure: Exception | None = None
         self.followers: list[tuple[EstimatedSlot, int]] = []
         self.board = board
         for index, source in enumerate(sources):
             assert isinstance(source, MeasuredSlot | EstimatedSlot)
             source.followers.append((self, index))
+
+    def begin(self) -> None:
+        """Before any sample: who needs none has a value already."""
+        if not self.needed:
+            self._speak(0, 0)
 
     def read(self) -> Sample | None:
         """The estimate after all samples that have arrived."""
@@ -152,14 +167,23 @@ class EstimatedSlot(Slot):
         self.evaluated += 1
         self.version += 1
         self.estimator.update(name, sample)
-        self.stamps[name] = max(sample.stamp, self.stamps.get(name, sample.stamp))
+        if name in self.needed:
+            before = self.stamps.get(name, ALWAYS_NS)
+            self.stamps[name] = sample.stamp if before == ALWAYS_NS else max(before, sample.stamp)
+        self._speak(tick, sample.stamp)
+
+    def _speak(self, tick: int, arrived: int) -> None:
         value = self.estimator.value()
-        if value is None or len(self.stamps) < len(self.names):
+        if value is None or len(self.stamps) < len(self.needed):
             self.newest = None
             return
-        self.newest = Sample(value, min(self.stamps.values()))
+        stamp = self.stamp()
+        self.newest = Sample(value, ALWAYS_NS if stamp is None else stamp)
         for follower, index in self.followers:
-            follower.pending.append((tick, sample.stamp, index, self.newest))
+            follower.pending.append((tick, arrived, index, self.newest))
+
+    def _oldest(self) -> int | None:
+        return min(self.stamps.values(), default=None)
 
 
 def _arrival(waiting: tuple[int, int, int, Sample]) -> tuple[int, int, int]:

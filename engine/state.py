@@ -31,6 +31,7 @@ from typing import Any, ClassVar, Protocol
 from engine.types import Type, from_annotation
 
 NEVER_NS = 1 << 62  # later than any run lasts
+ALWAYS_NS = NEVER_NS  # stamp of a value that does not age: later than any other, never too old
 
 
 class Until:
@@ -61,7 +62,7 @@ Run = Generator[Yielded, None, Outcome]
 
 
 class Sample(typing.NamedTuple):
-    """One value of a signal and the instant it was true, in ns."""
+    """One value of a signal and the instant it was true, in ns; `ALWAYS_NS`: it does not age."""
 
     value: Any
     stamp: int

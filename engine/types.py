@@ -6,7 +6,6 @@ Numbers are SI and radians; text with a unit (`5 s`, `30 deg`, `20 cm`) is conve
 from __future__ import annotations
 
 import operator
-import re
 import types as python_types
 import typing
 from collections.abc import Callable, Mapping
@@ -14,43 +13,7 @@ from dataclasses import dataclass, is_dataclass, replace
 from enum import Enum
 from typing import Annotated, Any, Literal
 
-# unit: (dimension, numerator, denominator); a quotient rounds once, so `20 cm` is exactly 0.2
-UNITS: dict[str, tuple[str, float, float]] = {
-    "ns": ("duration", 1, 1e9), "us": ("duration", 1, 1e6), "ms": ("duration", 1, 1e3),
-    "s": ("duration", 1, 1), "min": ("duration", 60, 1), "h": ("duration", 3600, 1),
-    "mm": ("length", 1, 1e3), "cm": ("length", 1, 1e2), "m": ("length", 1, 1),
-    "km": ("length", 1e3, 1),
-    "rad": ("angle", 1, 1), "deg": ("angle", 3.141592653589793, 180),
-    "°": ("angle", 3.141592653589793, 180),
-    "m/s": ("speed", 1, 1), "cm/s": ("speed", 1, 1e2), "mm/s": ("speed", 1, 1e3),
-    "km/h": ("speed", 1, 3.6),
-    "rad/s": ("angular_speed", 1, 1), "deg/s": ("angular_speed", 3.141592653589793, 180),
-    "m/s2": ("acceleration", 1, 1), "m/s²": ("acceleration", 1, 1),
-    "rad/s2": ("angular_acceleration", 1, 1), "rad/s²": ("angular_acceleration", 1, 1),
-    "deg/s2": ("angular_acceleration", 3.141592653589793, 180),
-    "kg": ("mass", 1, 1), "g": ("mass", 1, 1e3), "N": ("force", 1, 1), "Hz": ("frequency", 1, 1),
-    "%": ("ratio", 1, 100),
-}  # fmt: skip
-_QUANTITY = re.compile(r"([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\s\d].*)\Z")
-
-
-@dataclass(frozen=True, slots=True)
-class Dimension:
-    """Marks a float as a physical quantity: `Annotated[float, Dimension("length")]`."""
-
-    name: str
-
-
-Duration = Annotated[float, Dimension("duration")]
-Length = Annotated[float, Dimension("length")]
-Angle = Annotated[float, Dimension("angle")]
-Speed = Annotated[float, Dimension("speed")]
-AngularSpeed = Annotated[float, Dimension("angular_speed")]
-Acceleration = Annotated[float, Dimension("acceleration")]
-AngularAcceleration = Annotated[float, Dimension("angular_acceleration")]
-Ratio = Annotated[float, Dimension("ratio")]
-
-DIMENSIONS = tuple(dict.fromkeys(dimension for dimension, _, _ in UNITS.values()))
+from engine.files.units import DIMENSIONS, UNITS, Dimension, quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,16 +133,6 @@ def convert(value: Any, wanted: Type) -> Any:
     if wanted.is_number:
         return _number(value, wanted)
     raise Mismatch(f"a {wanted} cannot be written in a chart, only passed on by `in:`")
-
-
-def quantity(text: str) -> tuple[float, str] | None:
-    """`"20 cm"` as (0.2, "length"); `None` if it is no number with a known unit."""
-    match = _QUANTITY.match(text.strip())
-    if match is None or match[2].strip() not in UNITS:
-        return None
-    dimension, numerator, denominator = UNITS[match[2].strip()]
-    value = float(match[1]) * numerator / denominator
-    return (value, dimension) if abs(value) != float("inf") else None
 
 
 def _number(value: Any, wanted: Type) -> float | int:

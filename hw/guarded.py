@@ -52,8 +52,7 @@ class GuardedBase:
     While the arm is not folded, and until it has reported, only Escape drives, and Haptic with no
     more than `limits.overlap` to go (R46). While the stop line is pulled nobody drives (R48).
 
-    `selected` is what counted in the last tick, `hears` what to call `hear` with: whose parts have
-    to be sampled even if no state asks for them. `chain.cycles` has the records.
+    `selected` is what counted in the last tick; `chain.cycles` has the records.
     """
 
     def __init__(
@@ -75,7 +74,7 @@ class GuardedBase:
         self.chain = SafetyChain(limits)
         self.selected = Selected(STILL, None, None)
         self.signals: tuple[str, ...] = (*base.signals, "base.mode", "base.refusal")
-        self.hears: dict[str, Hear] = {"vr.haptic_request": self._ask, "stop.engaged": self._lock}
+        self._hears: dict[str, Hear] = {"vr.haptic_request": self._ask, "stop.engaged": self._lock}
         self._multiplexer = Multiplexer()
         self._parked, self._pull = parked, pull
         self._stamp_ns: int | None = None
@@ -83,15 +82,20 @@ class GuardedBase:
         self._measured: dict[str, tuple[int, Any]] = {}
         self._mutex = Lock()
         if limits.watched:
-            self.hears["user.pose"] = self._see
+            self._hears["user.pose"] = self._see
         if parked is not None:
-            self.hears["arm.joints"] = self._fold
+            self._hears["arm.joints"] = self._fold
             self._multiplexer.switch(ARM_LOCK, True, 0)
         if isinstance(base, Gated):
             base.gate = self
         else:
-            self.hears["base.pose"] = partial(self._measure, "base.pose")
-            self.hears["base.twist"] = partial(self._measure, "base.twist")
+            self._hears["base.pose"] = partial(self._measure, "base.pose")
+            self._hears["base.twist"] = partial(self._measure, "base.twist")
+
+    @property
+    def hears(self) -> tuple[str, ...]:
+        """The signals to call `hear` with; whoever measures them has to be sampled."""
+        return tuple(self._hears)
 
     # what states call
 
@@ -135,10 +139,19 @@ class GuardedBase:
 
     # samples, and ticks
 
+    @property
+    def refusal(self) -> str | None:
+        """Why nobody drove in the last tick, or why the chain has let nothing pass; else None."""
+        source, lock = self.selected[1:]
+        if source is None:
+            return None if lock is None else REFUSALS[lock]
+        refused = self.chain.refused
+        return self.chain.latched or refused[0] if refused else None
+
     def samples(self, now_ns: int) -> list[Sample]:
         """Those of the wheels, and what has changed of mode and refusal."""
         found = list(self.base.samples(now_ns))
-        for name, value in (("base.mode", self.base.mode), ("base.refusal", self._refusal())):
+        for name, value in (("base.mode", self.base.mode), ("base.refusal", self.refusal)):
             if name not in self._told or value != self._told[name]:
                 self._told[name] = value
                 found.append(Sample(name, now_ns, value))
@@ -146,7 +159,7 @@ class GuardedBase:
 
     def hear(self, sample: Sample, now_ns: int) -> None:
         """A sample has arrived now; what is not among `hears` is of no concern."""
-        take = self.hears.get(sample.name)
+        take = self._hears.get(sample.name)
         if take is not None:
             with self._mutex:
                 take(now_ns, sample.stamp_ns, sample.value)
@@ -204,14 +217,6 @@ class GuardedBase:
     def _pull_if_latched(self) -> None:
         if self.chain.latched is not None and self._pull is not None:
             self._pull(self.chain.latched)
-
-    def _refusal(self) -> str | None:
-        """Why nobody drove in the last tick, or why the chain let nothing pass since; else None."""
-        source, lock = self.selected[1:]
-        if source is None:
-            return None if lock is None else REFUSALS[lock]
-        refused = self.chain.refused
-        return self.chain.latched or refused[0] if refused else None
 
     # what is heard
 

@@ -9,15 +9,11 @@ that no device could follow (NaN, wrong number of joints) is a bug of the caller
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, Protocol
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Literal, Protocol
 
 from hw.geometry import Twist2
 from hw.samples import Joints, Sample, TimedJoints
-
-if TYPE_CHECKING:
-    from hw.guarded import GuardedBase
 
 DriveMode = Literal["omni", "differential"]
 
@@ -167,26 +163,13 @@ class Operator(Part, Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True)
-class Parts:
-    """Everything a run is wired to; None where a robot has no such part."""
+PARTS: Mapping[str, type] = {
+    "base": Base, "arm": Arm, "gripper": Gripper, "wrench": Wrench, "lidar": Lidar, "imu": Imu,
+    "trackers": Trackers, "vr": Vr, "bumper": Bumper, "stop_line": StopLine, "operator": Operator,
+}  # fmt: skip
+"""The parts a robot and its surroundings may have, by name; each may be missing.
 
-    base: GuardedBase
-    arm: Arm
-    trackers: Trackers
-    vr: Vr
-    bumper: Bumper
-    stop_line: StopLine
-    operator: Operator
-    gripper: Gripper | None = None
-    wrench: Wrench | None = None
-    lidar: Lidar | None = None
-    imu: Imu | None = None
-
-    def all(self) -> tuple[Part, ...]:
-        """The parts there are, in the order of declaration."""
-        parts: tuple[Part | None, ...] = (
-            self.base, self.arm, self.trackers, self.vr, self.bumper, self.stop_line,
-            self.operator, self.gripper, self.wrench, self.lidar, self.imu,
-        )  # fmt: skip
-        return tuple(part for part in parts if part is not None)
+Projects add parts of their own. Any part may have `stop()`, called whenever something new starts on
+it, and `wake`, set by a loop in real time: a driver calls it when a sample has come. A part that
+goes by samples of others names them in `hears` and is given them by `hear(sample, now_ns)`.
+"""

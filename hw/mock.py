@@ -222,7 +222,10 @@ def mock_hand(prop: Prop) -> Hand:
 
 
 def mock_world(
-    scene: Scene, robot: RobotModel, person: Person, safety: SafetyLimits | None = None
+    scene: Scene | None,
+    robot: RobotModel,
+    person: Person | None,
+    safety: SafetyLimits | None = None,
 ) -> World:
     """A world whose robot is the mock; nothing but the safety chain slows it down."""
     return World(
@@ -230,7 +233,7 @@ def mock_world(
         robot,
         person,
         safety=safety,
-        base=MockBase(robot, scene.robot_start),
+        base=MockBase(robot, Pose2(0.0, 0.0) if scene is None else scene.robot_start),
         arm=MockArm(robot.arm),
         hand=mock_hand(robot.prop),
     )

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from engine.files.units import Length
 from engine.state import Action, Context, Monitor, Run, State
-from engine.types import Length
 
 
 class Watch(Monitor):

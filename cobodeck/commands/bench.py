@@ -58,7 +58,7 @@ def _measure(names: Iterable[str], rounds: int) -> dict[str, Any]:
     progress = Progress("bench", 0.0)
     for name in names:
         if name not in BENCHES:
-            from engine.finding import did_you_mean
+            from engine.files.finding import did_you_mean
 
             raise Problem(f"no bench {name!r}; {did_you_mean(name, BENCHES)}")
         for row in import_module(BENCHES[name]).rows(rounds):

@@ -10,7 +10,7 @@ from cobodeck.console import FAILED, OK, Problem, show
 from cobodeck.library import chart_file, load_beside
 from cobodeck.pictures import command as room
 from engine.draw import FILE_FORMS, CannotRender, dot, render
-from engine.finding import did_you_mean
+from engine.files.finding import did_you_mean
 from engine.load import Library
 from engine.report import text
 

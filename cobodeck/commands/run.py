@@ -6,13 +6,14 @@ There are no drivers for real robots yet; `mock` does exactly as told, at the ne
 from __future__ import annotations
 
 import argparse
-import time
-from collections.abc import Callable
 
 from cobodeck.arguments import positive, seconds, word
 from cobodeck.commands import simulate
 from cobodeck.console import REFUSED, Problem
 from cobodeck.wiring import PROFILE, SCENE, TICK_HZ
+
+BLOCKED_S = 0.1
+"""A tick that takes longer, s, is told with what blocks it: three periods at 30 Hz."""
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,6 +28,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--profile", type=word, default=PROFILE, help=f"name or file; default {PROFILE}"
     )
+    parser.add_argument("--seed", type=int, default=0, help="of everything random; default 0")
     parser.add_argument("--duration", type=seconds, default=3600.0, metavar="S", help="end by then")
     parser.add_argument(
         "--tick-hz", type=positive, default=TICK_HZ, metavar="HZ", help=f"default {TICK_HZ}"
@@ -43,23 +45,16 @@ def run(args: argparse.Namespace) -> int:
             "passed a simulation before; use --robot mock, or cobodeck simulate",
             REFUSED,
         )
-    from cobodeck.simulate import Options
+    from cobodeck.clocks import RealTime, Virtual
+    from cobodeck.stage import Options
 
-    options = Options(user=args.user, requests=args.requests, duration_s=args.duration, mock=True)
-    wait = None if args.fast else real_time()
-    return simulate.report_on(args, options, wait)
-
-
-def real_time() -> Callable[[int], None]:
-    """Waits until an instant, ns since the first one asked for."""
-    start: list[int] = []
-
-    def wait(now_ns: int) -> None:
-        clock = time.perf_counter_ns()
-        if not start:
-            start.append(clock - now_ns)
-        left = now_ns - (clock - start[0])
-        if left > 0:
-            time.sleep(left * 1e-9)
-
-    return wait
+    options = Options(
+        user=args.user,
+        requests=args.requests,
+        seed=args.seed,
+        duration_s=args.duration,
+        mock=True,
+    )
+    if args.fast:
+        return simulate.report_on(args, options, Virtual())
+    return simulate.report_on(args, options, RealTime(), blocked_s=BLOCKED_S)

@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cobodeck.arguments import length, positive, seconds, word
 from cobodeck.console import FAILED, OK, Progress, complain, show, show_json, table
 from cobodeck.wiring import CHART, PROFILE, SCENE, TICK_HZ
+from engine.errors import Raised
 
 if TYPE_CHECKING:
-    from cobodeck.simulate import Options
+    from cobodeck.clocks import Clock
+    from cobodeck.loop import Loop
+    from cobodeck.stage import Options
+
+BLOCKED_S = 5.0
+"""A tick that takes longer, s of wall time, is told with what blocks it."""
+FAILURES = ("error", "failed")
+"""Outcomes of a chart that make the command fail."""
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -53,7 +63,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Simulate, record, report."""
-    from cobodeck.simulate import LONGEST_S, Options
+    from cobodeck.stage import LONGEST_S, Options
 
     options = Options(
         user=args.user,
@@ -69,7 +79,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def report_on(
-    args: argparse.Namespace, options: Options, wait: Callable[[int], None] | None = None
+    args: argparse.Namespace,
+    options: Options,
+    clock: Clock | None = None,
+    blocked_s: float = BLOCKED_S,
 ) -> int:
     """Run, write the trace file, print the figures."""
     from cobodeck.warmup import keep_compiled_code
@@ -85,7 +98,9 @@ def report_on(
     setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz)
     progress = Progress("simulate")
     try:
-        result = simulate(setup, options, progress.at, wait)
+        result = simulate(
+            setup, options, progress.at, clock, partial(_looked_after, blocked_s), _show_error
+        )
     finally:
         progress.done()
     wanted: Path | None = getattr(args, "record", None)
@@ -96,46 +111,91 @@ def report_on(
     except OSError as error:
         complain(f"no trace file: {file}: {error.strerror}")
         path = None
+    figures = result.figures
     if args.json:
-        show_json({**result.figures, "trace_file": str(path) if path else None})
+        show_json({**figures, "trace_file": str(path) if path else None})
     else:
-        show(summary(result.figures, str(path or "-")))
+        show(summary(figures, str(path or "-"), result.wired.run.ended_by))
     if getattr(args, "explain", False):
         (complain if args.json else show)(explain(setup, result))
     not_recorded = wanted is not None and path is None
-    return FAILED if not_recorded or result.figures["outcome"] == "error" else OK
+    return FAILED if not_recorded or figures["outcome"] in FAILURES else OK
 
 
-def summary(figures: Mapping[str, Any], trace: str) -> str:
-    """The figures for people."""
+@contextmanager
+def _looked_after(blocked_s: float, loop: Loop) -> Iterator[None]:
+    """Signals end the run in order, and a tick that blocks is named."""
+    from cobodeck.watchdog import ending_on_signals, naming_what_blocks
+
+    with ending_on_signals(loop), naming_what_blocks(loop, blocked_s, complain):
+        yield
+
+
+def _show_error(error: Raised) -> None:
+    complain(f"at {error.time / 1e9:.2f} s, {error.path or 'a part'}: {error}")
+
+
+def summary(figures: Mapping[str, Any], trace: str, ended_by: tuple[str, str] | None = None) -> str:
+    """The figures for people; `ended_by` is the node that led to the outcome, and how it ended."""
     f = figures
-    where = f"{f['chart']} in {f['scene']} with {f['user']}" if f["tier"] else f["chart"]
+    where = f"{f['chart']} in {f['scene']}" if f["tier"] else f["chart"]
+    if "requests" in f and f["tier"]:
+        where += f" with {f['user']}"
     governor = "governor on" if f["governor"] else "governor off"
     title = f"{where}: {f['profile']} ({governor}), tier {f['tier']}, {f['tick_hz']} Hz"
     speed = f"{f['realtime_factor']:.0f} times real time" if f["realtime_factor"] else "-"
     rows = [
         ("simulated", f"{f['sim_s']:.1f} s in {f['wall_s']:.2f} s, {speed}"),
-        *(_world_rows(f) if f["tier"] else ()),
-        ("escapes", f"{f['escapes']}, of which {f['escape_failures']} failed"),
-        ("transitions", f"{f['transitions']} in {f['ticks']} ticks, {f['overruns']} overruns"),
-        ("outcome", f["outcome"] or "still running"),
+        *(_person_rows(f) if f["tier"] and "requests" in f else ()),
+        *(_robot_rows(f) if f["tier"] else ()),
+        ("transitions", f"{f['transitions']} in {f['ticks']} ticks{_ticks(f)}"),
+        ("errors", _errors(f["errors"])),
+        ("outcome", _outcome(f["outcome"], ended_by)),
         ("trace", f"{f['trace_sha256'][:16]} in {trace}"),
     ]
     return f"{title}\n\n{table(rows)}"
 
 
-def _world_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
+def _person_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [
         ("requests served", f"{f['served']} of {f['requests']}{_refused(f['refusals'])}"),
         ("response", _spread(f["response_s"], "s")),
         ("beside the user", _share(f["beside_share"], f["walking_s"])),
-        ("travelled", f"{f['distance_m']:.1f} m, {f['energy_j'] / 1000:.1f} kJ"),
+        ("escapes", f"{f['escapes']}, of which {f['escape_failures']} failed"),
         ("escape situations", f"{f['situations']}"),
         ("time to safety", _spread(f["time_to_safety_s"], "s")),
         ("contacts", f"{f['contacts']}, least gap {f['min_gap_m']:.2f} m"),
         ("tracking lost", _dropouts(f["dropouts"])),
+    ]
+
+
+def _robot_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
+    return [
+        ("travelled", f"{f['distance_m']:.1f} m, {f['energy_j'] / 1000:.1f} kJ"),
         ("faults", _faults(f["fault_names"])),
     ]
+
+
+def _ticks(f: Mapping[str, Any]) -> str:
+    """Of the ticks: those left out, those missed, those that took too long."""
+    counted = ((f["left_out"], "left out"), (f["missed"], "missed"), (f["overruns"], "overruns"))
+    return "".join(f", {count} {what}" for count, what in counted if count)
+
+
+def _errors(errors: Sequence[Mapping[str, Any]]) -> str:
+    if not errors:
+        return "none"
+    more = f" (the first of {len(errors)})" if len(errors) > 1 else ""
+    first = errors[0]
+    return f"{first['error']} in {first['node'] or 'a part'} at {first['at_s']:.2f} s{more}"
+
+
+def _outcome(outcome: str | None, ended_by: tuple[str, str] | None) -> str:
+    if outcome is None:
+        return "still running"
+    if ended_by is None or not ended_by[0]:
+        return outcome
+    return f"{outcome}: {ended_by[0]} ended with {ended_by[1]}"
 
 
 def _refused(refusals: Mapping[str, int]) -> str:

@@ -24,11 +24,11 @@ from cobodeck.library import (
 )
 from engine.chart import Chart
 from engine.explore import explore
-from engine.finding import Finding, Place, in_order
+from engine.files.finding import Finding, Place, in_order
+from engine.files.source import Source
 from engine.load import Library, load_files
 from engine.machine import Machine
 from engine.report import FORMATS, report
-from engine.source import Source
 
 WALKED = 2_000
 """Configurations that are walked at most; more are said to be cut."""

@@ -108,7 +108,7 @@ def form_of(path: Path) -> str:
     Raises:
         Problem: there is no such form.
     """
-    from engine.finding import did_you_mean
+    from engine.files.finding import did_you_mean
 
     form = path.suffix.removeprefix(".")
     if form not in FORMS:

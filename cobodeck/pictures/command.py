@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from cobodeck.arguments import positive, word
 from cobodeck.console import OK, Problem, Progress, show
 from cobodeck.wiring import CHART, PROFILE
-from engine.finding import did_you_mean
+from engine.files.finding import did_you_mean
 
 if TYPE_CHECKING:
     from cobodeck.pictures.moment import Moment
@@ -87,7 +87,7 @@ def _spaces(text: str | None) -> tuple[str, ...] | None:
 
 def _simulated(args: argparse.Namespace) -> Moment:
     from cobodeck.pictures.moment import after
-    from cobodeck.simulate import Options
+    from cobodeck.stage import Options
     from cobodeck.wiring import open_setup
 
     setup = open_setup(args.chart or CHART, args.scene, args.profile)

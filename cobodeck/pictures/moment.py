@@ -13,13 +13,15 @@ from behaviors.chase_space import grid
 from behaviors.haptic import best_pose, poses, reachable
 from behaviors.settings import Settings
 from behaviors.situation import Situation
-from cobodeck.simulate import Options, stage
+from cobodeck.stage import Options, stage
 from cobodeck.wiring import Setup
 from engine.machine import RUNNING, Leaf
 from hw.geometry import STILL, Pose2, Pose3
+from hw.person import Person
 from hw.room import Point
 from hw.samples import UserPose
 from hw.scene import Scene
+from hw.sim.world import World
 from states.navigation.states import user_disc
 from states.site import Site, SubsystemName
 
@@ -71,32 +73,35 @@ def after(
 ) -> Moment:
     """The moment after simulating so long, or at the end of a run that ends before."""
     loop = stage(setup, options)
-    world = loop.world
-    ticks = round(seconds * loop.tick_hz)
-    trail: deque[tuple[Point, Point]] = deque(maxlen=round(TRAIL_S * loop.tick_hz) + 1)
+    world = loop.plant.truth
+    assert isinstance(world, World)
+    trail: deque[tuple[Pose2, Pose2 | None]] = deque(maxlen=round(TRAIL_S * setup.tick_hz) + 1)
     outcome = None
-    while loop.ticks <= ticks and outcome is None and not world.person.finished:
+    while loop.next_ns <= seconds * 1e9 and not loop.finished:
         outcome = loop.tick()
-        robot, body = world.base.pose, world.person.body
-        trail.append(((robot.x, robot.y), (body.x, body.y)))
+        trail.append((world.base.pose, None if world.person is None else world.person.body))
         if progress is not None and not loop.ticks % 256:
             progress(f"{world.now_ns * 1e-9:.0f} s simulated")
-    measured = world.person.measured
-    seen = measured.value if measured is not None else None
-    body = world.person.body
-    user = seen if isinstance(seen, UserPose) else UserPose(body, body.yaw)
     running = [leaf for leaf in loop.wired.run.machine.leaves if leaf.status == RUNNING]
     moment = Moment(
         robot=world.base.pose,
-        user=user,
-        deep=world.person.request,
-        robot_trail=tuple(robot for robot, _ in trail),
-        user_trail=tuple(person for _, person in trail),
+        user=_user_of(world.person),
+        deep=None if world.person is None else world.person.request,
+        robot_trail=tuple((robot.x, robot.y) for robot, _ in trail),
+        user_trail=tuple((body.x, body.y) for _, body in trail if body is not None),
         caption=f"{world.now_ns * 1e-9:.1f} s, {_doing(running, outcome)}",
     )
     for subsystem, goal in islice(_drives(running), 1):
         moment = replace(moment, path=_path(setup.site, subsystem, moment, goal))
     return moment
+
+
+def _user_of(person: Person | None) -> UserPose | None:
+    """The user as tracking sees them; where it does not, as they stand."""
+    if person is None:
+        return None
+    seen = None if person.measured is None else person.measured.value
+    return seen if isinstance(seen, UserPose) else UserPose(person.body, person.body.yaw)
 
 
 def _drives(leaves: Iterable[Leaf]) -> Iterable[tuple[SubsystemName, Pose2]]:

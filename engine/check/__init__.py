@@ -21,7 +21,7 @@ from engine.check.reach import check_reach
 from engine.check.rules import check_rules
 from engine.check.subject import Subject, grow
 from engine.check.uses import check_recursion, components, measure, uses
-from engine.finding import Finding, in_order
+from engine.files.finding import Finding, in_order
 from engine.load import Library
 from engine.state import Interface
 from engine.types import Type, known_types

@@ -6,7 +6,7 @@ from typing import Any
 
 from engine.chart import key_mark_of, mark_of
 from engine.check.subject import Subject
-from engine.source import Map, Mark
+from engine.files.source import Map, Mark
 from engine.types import ANY, Mismatch, Type, convert, fits
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from engine.chart import Node, key_mark_of, mark_of
 from engine.check.subject import Origin, Site, Subject
-from engine.source import Map, Mark
+from engine.files.source import Map, Mark
 from engine.state import RESERVED_OUTCOMES
 
 

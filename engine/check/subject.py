@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 
 from engine.chart import CONTAINERS, Chart, Key, Node, Rule, key_mark_of, mark_of
 from engine.check.callee import Callee, World
-from engine.finding import Finding, Place, Severity, did_you_mean
-from engine.source import Mark
+from engine.files.finding import Finding, Place, Severity, did_you_mean
+from engine.files.source import Mark
 from engine.types import ANY, Type
 
 EFFORT = 10_000  # names and nodes looked at for the hints of one chart; then there are no more

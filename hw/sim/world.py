@@ -1,16 +1,18 @@
-"""The reduced simulation (tier 1): robot, person and room, stepped from tick to tick.
+"""The reduced simulation (tier 1): robot, person and room, moved on from tick to tick.
 
-All of it is plain Python and deterministic; nothing here draws random numbers.
+Person, room and arm may be missing. All of it is plain Python and deterministic.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Protocol
 
 from hw.geometry import Pose2, Twist2, wrap
 from hw.guarded import GuardedBase
-from hw.interfaces import Arm, Base, Parts
+from hw.interfaces import Arm, Base, Part
 from hw.person import RADIUS, Person
 from hw.robot import MotionLimits, RobotModel
 from hw.room import Room
@@ -62,12 +64,13 @@ class MovingArm(Arm, Protocol):
 
 
 class World:
-    """A room with a robot and a person in it.
+    """A robot, and where there are some, the room and the person around it: a plant of a loop.
 
-    `parts` is what a run is wired to. The other attributes are the truth, for evaluators:
+    `parts` is what a run is wired to, by name. The other attributes are the truth, for evaluators:
     `contacts` counts touches of robot and person (swept between steps), `wall_hits` those of robot
-    and room, `min_gap` is the least distance between outline and person so far, m. With `area_only`
-    the person is tracked in the room's tracked area only (R6), else everywhere.
+    and room, `min_gap` is the least distance between outline and person so far, m, infinite without
+    a person. With `area_only` the person is tracked in the room's tracked area only (R6), else
+    everywhere. Without a scene the robot starts at the map's origin and meets no walls.
 
     `guard` is the part `base`: it stands in front of the wheels, which are `base`. A stop that it
     latches pulls the stop line. `safety`: the limits of its chain; None: those of the robot.
@@ -78,9 +81,9 @@ class World:
 
     def __init__(  # noqa: PLR0913 - most are optional
         self,
-        scene: Scene,
+        scene: Scene | None,
         robot: RobotModel,
-        person: Person,
+        person: Person | None,
         limits: MotionLimits | None = None,
         base: MovingBase | None = None,
         arm: MovingArm | None = None,
@@ -88,10 +91,13 @@ class World:
         hand: Hand | None = None,
         area_only: bool = False,
         safety: SafetyLimits | None = None,
+        latency_ns: int = 0,
     ) -> None:
         limits = limits or MotionLimits()
         self.scene, self.robot, self.person = scene, robot, person
-        self.base = base or SimBase(robot, limits, scene.robot_start)
+        self.latency_ns = latency_ns
+        start = Pose2(0.0, 0.0) if scene is None else scene.robot_start
+        self.base = base or SimBase(robot, limits, start)
         self.arm = arm or SimArm(robot.arm, limits)
         self.hand = hand or Hand.of(robot.prop)
         self.now_ns = 0
@@ -99,60 +105,94 @@ class World:
         self.wall_hits = 0
         self.touching = self._touched = False
         self._elapsed_s = 0.0
-        self.min_gap = gap(robot.footprint, self.base.pose, person.body.x, person.body.y)
-        self._walls = _Walls(scene.room, robot)
+        self.min_gap = math.inf if person is None else self._gap_to(person.body)
+        self._walls = None if scene is None else _Walls(scene.room, robot)
         self._line = SimStopLine(self._release)
         safety = safety or SafetyLimits.of(robot, limits)
+        if person is None:
+            safety = replace(safety, watched=False)
         self.guard = GuardedBase(self.base, safety, robot.arm.parked, self._line.pull)
         self._bumper = SimBumper(self._line)
-        self._vr = SimVr(person)
         self._operator = ScriptedOperator(self._line, by_hand=self._push_off)
-        self._trackers = SimTrackers(person, scene.room if area_only else None)
-        self.parts = Parts(
-            base=self.guard,
-            arm=self.arm,
-            trackers=self._trackers,
-            vr=self._vr,
-            bumper=self._bumper,
-            stop_line=self._line,
-            operator=self._operator,
-            gripper=self.hand.gripper,
-            wrench=self.hand.wrench,
-        )
+        parts: dict[str, Part | None] = {
+            "base": self.guard,
+            "arm": self.arm,
+            "bumper": self._bumper,
+            "stop_line": self._line,
+            "operator": self._operator,
+            "gripper": self.hand.gripper,
+            "wrench": self.hand.wrench,
+        }
+        self._vr: SimVr | None = None
+        self._trackers: SimTrackers | None = None
+        if person is not None:
+            room = None if scene is None or not area_only else scene.room
+            parts["vr"] = self._vr = SimVr(person)
+            parts["trackers"] = self._trackers = SimTrackers(person, room)
+        self.parts: Mapping[str, Part] = {k: part for k, part in parts.items() if part is not None}
         self._check_start()
+
+    @property
+    def finished(self) -> bool:
+        """Has the person done what they were going to do?"""
+        return self.person is not None and self.person.finished
+
+    @property
+    def truth(self) -> World:
+        """Itself: where everything truly is."""
+        return self
+
+    def quiet_until(self) -> int:
+        """Something is measured at every instant."""
+        return self.now_ns
+
+    def close(self) -> None:
+        """Nothing is open."""
 
     @property
     def informed(self) -> bool:
         """Is the robot shown to the person?"""
-        return self._vr.shown
+        return self._vr is not None and self._vr.shown
 
-    def step(self, until_ns: int) -> None:
-        """Let everything happen up to until_ns; call before the parts' samples are taken.
+    def advance(self, to_ns: int) -> None:
+        """Let everything happen up to to_ns; call before the parts' samples are taken.
 
         Raises:
-            ValueError: until_ns is in the past.
+            ValueError: to_ns is in the past.
         """
-        if until_ns < self.now_ns:
-            raise ValueError(f"world: step to {until_ns} ns, but it is {self.now_ns} ns already")
-        while until_ns - self.now_ns > LONGEST_STEP_NS:
+        if to_ns < self.now_ns:
+            raise ValueError(f"world: advance to {to_ns} ns, but it is {self.now_ns} ns already")
+        while to_ns - self.now_ns > LONGEST_STEP_NS:
             self._advance(self.now_ns + LONGEST_STEP_NS)
-        self._advance(until_ns)
+        self._advance(to_ns)
 
     def _advance(self, now_ns: int) -> None:
         self._elapsed_s, self.now_ns = (now_ns - self.now_ns) * 1e-9, now_ns
         base, arm, person = self.base, self.arm, self.person
-        robot_before, body_before = base.pose, person.body
+        robot_before = base.pose
         base.braked = arm.braked = self._line.reason is not None
         base.advance(now_ns)
         arm.advance(now_ns)
         self.hand.advance(now_ns, braked=arm.braked)
-        if base.pose is not robot_before and self._walls.hit_by(base.pose):
+        if base.pose is not robot_before and self._hits_wall(base.pose):
             self._hit_wall(robot_before)
-        person.step(now_ns, base.pose, self._vr.shown)
-        if base.pose is not robot_before or person.body is not body_before:
-            self._watch_gap(robot_before, body_before)
-        self._vr.step(now_ns)
+        if person is not None:
+            self._advance_person(person, robot_before)
         self._operator.step(now_ns)
+
+    def _advance_person(self, person: Person, robot_before: Pose2) -> None:
+        body_before = person.body
+        person.step(self.now_ns, self.base.pose, self.informed)
+        if self.base.pose is not robot_before or person.body is not body_before:
+            self._watch_gap(person, robot_before, body_before)
+        assert self._vr is not None
+        self._vr.step(self.now_ns)
+
+    def _hits_wall(self, pose: Pose2) -> bool:
+        return self._walls is not None and self._walls.hit_by(pose)
+
+    def _gap_to(self, body: Pose2) -> float:
+        return gap(self.robot.footprint, self.base.pose, body.x, body.y)
 
     def _release(self) -> bool:
         """May the stop line be reset?"""
@@ -162,22 +202,23 @@ class World:
 
     def _push_off(self) -> None:
         """The operator pushes a robot that has touched the person off them, where there is room."""
+        if self.person is None or not self._touched:
+            return
         robot, body = self.base.pose, self.person.body
-        near = gap(self.robot.footprint, robot, body.x, body.y) < PUSHED_OFF
-        if not (self._touched and near):
+        if self._gap_to(body) >= PUSHED_OFF:
             return
         away = math.atan2(robot.y - body.y, robot.x - body.x)
         step = PUSHING * self._elapsed_s
         for aside in _PUSHES:
             x, y = robot.x + step * math.cos(away + aside), robot.y + step * math.sin(away + aside)
             pushed = Pose2(x, y, robot.yaw)
-            if not self._walls.hit_by(pushed):
+            if not self._hits_wall(pushed):
                 self.base.block(pushed)
-                self._watch_gap(robot, body)
+                self._watch_gap(self.person, robot, body)
                 return
 
-    def _watch_gap(self, robot_before: Pose2, body_before: Pose2) -> None:
-        robot, body = self.base.pose, self.person.body
+    def _watch_gap(self, person: Person, robot_before: Pose2, body_before: Pose2) -> None:
+        robot, body = self.base.pose, person.body
         travel = robot_before.distance_to(robot) + body_before.distance_to(body)
         footprint = self.robot.footprint
         least = robot.distance_to(body) - footprint.half_diagonal - RADIUS - travel
@@ -199,11 +240,13 @@ class World:
         self.base.block(before)
 
     def _check_start(self) -> None:
+        if self.scene is None:
+            return
         start = self.base.pose
         place = f"robot.start ({start.x:g}, {start.y:g}, {start.yaw:g})"
-        if self._walls.hit_by(start):
+        if self._hits_wall(start):
             raise SceneError(self.scene.name, 0, f"{place}: the robot would touch a wall")
-        if self.min_gap <= 0.0:
+        if self.person is not None and self.min_gap <= 0.0:
             body = self.person.body
             raise SceneError(
                 self.scene.name,

@@ -6,8 +6,8 @@ from collections.abc import Generator
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Literal
 
+from engine.files.units import Angle
 from engine.state import NEVER_NS, Action, Context, On, Run, Until, Yielded
-from engine.types import Angle
 from hw.geometry import Pose2, Pose3, wrap
 from hw.interfaces import Arm
 from hw.samples import ArmState, Joints

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from engine.files.units import Duration
 from engine.state import Action, Context, Run
-from engine.types import Duration
 from hw.geometry import Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
 from hw.room import Disc

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from engine.files.units import Angle, Duration, Length
 from engine.state import Action, Context, Monitor, On, Run
-from engine.types import Angle, Duration, Length
 from hw.geometry import wrap
 from hw.samples import UserPose
 
@@ -92,11 +92,13 @@ class ClearFaults(Action):
             reason, user = ctx.value("stop.engaged"), ctx.value("user.pose")
             if reason is None and user is not None:
                 return "clear"
+            if reason is None and reported is not None:  # reset, but the user is still lost
+                reported, latch_at = None, ctx.after(self.latch)
             if reason is None and ctx.now >= latch_at:
                 stop_line.pull(USER_LOST)
             if reason is not None and reported is None:
                 operator.report(reason)
                 reported = reason
-            elif reason is not None and ctx.events("operator.acknowledge") and stop_line.reset():
-                reported, latch_at = None, ctx.after(self.latch)
+            elif reason is not None and ctx.events("operator.acknowledge"):
+                stop_line.reset()  # whether it was shows in `stop.engaged`
             yield None

@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 
-from cobodeck.simulate import Loop, Options, stage
+from cobodeck.loop import Loop
+from cobodeck.stage import Options, stage
 from cobodeck.wiring import open_setup
 from engine.machine import IDLE
 from hw.geometry import Pose2, wrap
@@ -24,7 +25,7 @@ class Watched:
     """A run, tick by tick."""
 
     def __init__(self, loop: Loop) -> None:
-        self.loop, self.world, self.run = loop, loop.world, loop.wired.run
+        self.loop, self.world, self.run = loop, loop.plant, loop.wired.run
 
     @property
     def behaviour(self) -> str:

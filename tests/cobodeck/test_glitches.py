@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from cobodeck.simulate import Loop, Options, stage
+from cobodeck.loop import Loop
+from cobodeck.stage import Options, stage
 from cobodeck.wiring import open_setup
 from hw.geometry import Pose2
 from hw.samples import Sample, UserPose
@@ -60,7 +61,7 @@ def during(start_s: float, end_s: float, every: int, change: Callable[[UserPose]
 def loop_of(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Loop]:
     def make(profile: str, change: Any) -> Loop:
         monkeypatch.setattr(
-            "cobodeck.simulate.open_user", lambda *given: Misseen(open_user(*given), change)
+            "cobodeck.stage.open_user", lambda *given: Misseen(open_user(*given), change)
         )
         return stage(open_setup("cobodeck", "lab_a", profile), Options("demo"))
 
@@ -69,15 +70,15 @@ def loop_of(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Loop]:
 
 def run_and_watch(loop: Loop, seconds: float) -> list[str]:
     """Run; the behaviours in order. Speed and its growth stay within the limits in every tick."""
-    period, before = 1.0 / loop.tick_hz, loop.world.base.twist.speed
-    most = 1.0 if loop.world.safety is not None else 0.5  # m/s2, tuned and paper
-    for _ in range(round(seconds * loop.tick_hz)):
+    period, before = 1.0 / loop.grid.hz, loop.plant.base.twist.speed
+    most = 1.0 if loop.plant.guard.chain.limits.governor else 0.5  # m/s2, tuned and paper
+    for _ in range(round(seconds * loop.grid.hz)):
         assert loop.tick() is None
-        speed = loop.world.base.twist.speed
+        speed = loop.plant.base.twist.speed
         assert speed <= 2.5 + 1e-9
         assert speed - before <= most * period + 1e-9
         before = speed
-    assert loop.world.wall_hits == 0
+    assert loop.plant.wall_hits == 0
     return [
         r.subject for r in loop.wired.run.trace if r.kind == "enter" and r.subject in BEHAVIOURS
     ]
@@ -124,9 +125,9 @@ def test_a_pose_that_is_no_number_is_no_pose_and_the_user_is_lost(
     behaviours = run_and_watch(loop, 4.3)
 
     assert behaviours[-1] == "inform"
-    assert loop.world.informed
+    assert loop.plant.informed
     run_and_watch(loop, 1.5)
-    assert loop.world.base.twist.speed == 0.0
+    assert loop.plant.base.twist.speed == 0.0
 
 
 def test_single_poses_that_are_no_numbers_change_nothing_but_the_age(

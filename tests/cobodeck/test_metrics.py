@@ -8,7 +8,8 @@ import pytest
 
 from cobodeck.arm_contact import ArmWatch
 from cobodeck.metrics import Evaluator, spread
-from cobodeck.simulate import Options, simulate
+from cobodeck.simulate import simulate
+from cobodeck.stage import Options
 from cobodeck.wiring import open_setup
 from hw.geometry import Pose2, Pose3
 from hw.robot import RobotModel, load_robot

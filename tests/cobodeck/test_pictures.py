@@ -16,7 +16,7 @@ from cobodeck.pictures.canvas import form_of, save
 from cobodeck.pictures.moment import Moment, after, at_start, with_next_drive
 from cobodeck.pictures.scene import levels, next_deep, scene_picture
 from cobodeck.pictures.spaces import PATH, colours
-from cobodeck.simulate import Options
+from cobodeck.stage import Options
 from cobodeck.wiring import open_setup
 from engine.draw import RED
 from hw.geometry import Pose2

@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from behaviors.profile import FOLDER, ProfileError, load_profile
-from cobodeck.simulate import Options, simulate, stage
+from cobodeck.simulate import simulate
+from cobodeck.stage import Options, stage
 from cobodeck.warmup import warm_up
 from cobodeck.wiring import open_setup
 

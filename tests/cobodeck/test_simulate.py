@@ -1,6 +1,7 @@
 """The main job, from the command line: figures, records, repeatability."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -203,7 +204,7 @@ def test_explaining_tells_what_was_built_and_what_not(
     assert "arm.joints" in built
     assert "ParkArm" in built
     assert "chase.space" in rest
-    assert "SimVr" in rest.partition("parts not sampled")[2]
+    assert re.search(r"parts not sampled +.*\bvr\b", rest)
 
 
 def test_the_mock_runs_the_same_chart_as_fast_as_it_goes(

@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
+from engine.files.source import read
 from engine.load import Library
 from engine.machine import Machine
 from engine.operator import Operator
 from engine.run import Run
 from engine.scripted import Script
-from engine.source import read
 from engine.state import Action, Context, Interface, Monitor, State, interface
 from engine.state import Run as Steps
 

@@ -8,10 +8,10 @@ from typing import Any, ClassVar, Literal
 
 from hypothesis import strategies as st
 
+from engine.files.source import read
+from engine.files.units import Duration, Length, Speed
 from engine.load import Library
-from engine.source import read
 from engine.state import Action, Context, Interface, Monitor, Run, interface
-from engine.types import Duration, Length, Speed
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ import yaml
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
+from engine.files.source import read
 from engine.load import Library, load_text
 from engine.machine import (
     CHOSEN,
@@ -30,7 +31,6 @@ from engine.machine import (
 )
 from engine.operator import Operator
 from engine.run import Run
-from engine.source import read
 from engine.state import Until
 from engine.turns import Turns
 from tests.engine.conftest import STATES, Part, interface

@@ -6,9 +6,9 @@ from typing import ClassVar
 
 import pytest
 
+from engine.files.units import Duration
 from engine.ported import EventState, UserData
 from engine.state import interface
-from engine.types import Duration
 from tests.engine.conftest import Bench
 
 

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.finding import Finding, Place
+from engine.files.finding import Finding, Place
+from engine.files.source import Source
 from engine.report import FORMATS, WIDTH, github, json_list, report, sarif, summary, text
-from engine.source import Source
 
 CHART = "chart: chase\nstates:\n  drive: {do: DriveTo, parms: {}}\n"
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import pytest
 
+from engine.commands import Pause
 from engine.load import load_text
 from engine.signals import Board, Derived, Measured, declare
 from engine.state import Action, Context, Monitor, On, Run, Until
@@ -1280,10 +1281,17 @@ states:
 def test_rule_11_a_command_may_come_from_another_thread_at_any_time(bench):
     b = bench(SEQUENCE)
     b.tick()
-    done = []
-    b.run.command(lambda: b.run.command(lambda: done.append(b.ticks)))
+
+    class Twice(Pause):
+        """While it is carried out, another command comes."""
+
+        def carry_out(self, run):
+            run.command(Pause())
+
+    b.run.command(Twice())
     b.tick(2)
-    assert done == [1]
+    assert b.run.carried_out == [(10**8, Twice()), (10**8, Pause())]
+    assert b.run.paused
 
 
 def replaced(b, text):

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.check import check
-from engine.finding import Finding
+from engine.files.finding import Finding
 from engine.load import Library
 from engine.schema import chart_schema, schema_text
 from engine.schema_values import value_schema

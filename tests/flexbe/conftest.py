@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 
+from engine.files.source import read
 from engine.load import Library, load_files
 from engine.machine import Machine
 from engine.operator import Operator
 from engine.run import Run
 from engine.scripted import Script
-from engine.source import read
 from tests.flexbe.convert import Conversion, convert
 from tests.flexbe.known import KNOWN
 from tests.flexbe.states import INTERFACES, TYPES

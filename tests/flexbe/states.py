@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from engine.files.units import Duration, Length, Ratio
 from engine.state import Action, Context, Outcome, Run, State, Until, interface
-from engine.types import Duration, Length, Ratio, from_annotation
+from engine.types import from_annotation
 
 Numbers = tuple[float, ...]
 

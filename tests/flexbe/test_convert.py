@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.check import check
+from engine.files.source import read
 from engine.load import NAME
 from engine.machine import Machine
-from engine.source import read
 from tests.flexbe.conftest import Play, library_of
 from tests.flexbe.convert import Known, convert
 from tests.flexbe.names import identifier

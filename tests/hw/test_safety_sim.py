@@ -35,7 +35,7 @@ def gap_of(pose, place):
 
 def hear(world):
     """What the guard hears of what the parts measure."""
-    for part in world.parts.all():
+    for part in world.parts.values():
         for sample in part.samples(world.now_ns):
             world.guard.hear(sample, world.now_ns)
 
@@ -65,7 +65,7 @@ class Rig:
             if command is not None:
                 self.base.drive(command(self) if callable(command) else command)
                 self.base.tick(self.world.now_ns)
-            self.world.step(now)
+            self.world.advance(now)
             hear(self.world)
             self.n += 1
             self.records += self.cycles.take()
@@ -115,9 +115,9 @@ def test_a_standing_base_leaves_no_records():
 def test_a_user_lost_by_a_standing_base_latches_too():
     rig = Rig()
     rig.ticks(15, tracked=False)
-    assert rig.world.parts.stop_line.reason is None
+    assert rig.world.parts["stop_line"].reason is None
     rig.ticks(2, tracked=False)
-    assert rig.world.parts.stop_line.reason == "tracking of the user is lost"
+    assert rig.world.parts["stop_line"].reason == "tracking of the user is lost"
 
 
 def test_far_from_everybody_the_chain_changes_nothing():
@@ -146,7 +146,7 @@ def test_a_world_has_a_chain_whether_it_is_given_limits_or_not():
     assert Rig().base.chain.limits is SAFETY
     world = World(HALL, ROBOT, LivePerson(Pose2(*AWAY)), CAPS)
     assert world.guard.chain.limits == SAFETY
-    assert world.base.gate is world.parts.base is world.guard
+    assert world.base.gate is world.parts["base"] is world.guard
 
 
 @pytest.mark.requirement(48, 50, 149)
@@ -161,7 +161,7 @@ def test_the_mock_does_exactly_as_the_chain_lets_it(governor):
     for n in range(1, 14):
         if n < 8:
             person.push(n * 33_000_000, UserPose(place, 0.0))
-        world.step(n * 33_000_000)
+        world.advance(n * 33_000_000)
         hear(world)
         world.guard.drive(Twist2(0.1 if n < 4 else 3.5, 0.0, 0.0))
         world.guard.tick(world.now_ns)
@@ -317,7 +317,7 @@ def test_once_the_user_lets_go_the_base_comes_no_nearer():
 def test_the_stop_line_stops_through_the_chain_too():
     rig = Rig()
     rig.ticks(60, Twist2(1.5, 0.0, 0.0))
-    rig.world.parts.stop_line.pull("button")
+    rig.world.parts["stop_line"].pull("button")
     rig.records.clear()
     rig.ticks(20, Twist2(1.5, 0.0, 0.0))
     assert rig.wheels.twist == STILL
@@ -331,7 +331,7 @@ def test_the_stop_line_stops_through_the_chain_too():
 def test_a_base_whose_user_is_lost_stops_in_half_a_second_and_waits_for_the_operator():
     rig = Rig()
     rig.ticks(60, Twist2(1.0, 0.0, 0.0))
-    line, found = rig.world.parts.stop_line, []
+    line, found = rig.world.parts["stop_line"], []
 
     def look():
         found.append((line.reason, rig.wheels.twist))
@@ -351,7 +351,7 @@ def test_outside_the_tracked_area_the_chain_sees_nobody_either():
     world = World(lab, ROBOT, LivePerson(Pose2(9.0, 5.0)), CAPS, area_only=True, safety=SAFETY)
     for n in range(1, 30):
         world.person.push(n * 10**9 // 30, UserPose(Pose2(9.0, 3.0), 0.0))
-        world.step(n * 10**9 // 30)
+        world.advance(n * 10**9 // 30)
         hear(world)
         world.guard.drive(Twist2(0.3, 0.0, 0.0))
         world.guard.tick(world.now_ns)
@@ -392,7 +392,7 @@ def test_the_same_run_gives_the_same_records():
         world = World(scene, ROBOT, open_user("demo", scene), CAPS, safety=SAFETY)
         cycles = world.guard.chain.cycles.reader()
         for n in range(600):
-            world.step(n * 10**9 // 30)
+            world.advance(n * 10**9 // 30)
             hear(world)
             world.guard.drive(Twist2(0.3, 0.05 * math.sin(n / 20), 0.2))
             world.guard.tick(world.now_ns)

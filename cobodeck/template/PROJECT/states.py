@@ -1,7 +1,7 @@
 """States that charts can name."""
 
+from engine.files.units import Length
 from engine.state import Context, Monitor, On, Run
-from engine.types import Length
 
 
 class PersonNear(Monitor):

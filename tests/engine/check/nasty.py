@@ -7,9 +7,9 @@ import sys
 from collections.abc import Iterator
 
 from engine.check import check
-from engine.finding import Finding
+from engine.files.finding import Finding
+from engine.files.source import read
 from engine.load import Library
-from engine.source import read
 from tests.engine.check.some_charts import INTERFACES
 
 HEAD = "chart: c0\noutcomes: [done]\n"

@@ -7,10 +7,10 @@ import json
 import random
 from typing import Any
 
+from engine.files.source import read
+from engine.files.units import Duration
 from engine.load import Library
-from engine.source import read
 from engine.state import Action, Context, Interface, Monitor, Run, interface
-from engine.types import Duration
 
 
 class _Busy:

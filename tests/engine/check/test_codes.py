@@ -10,9 +10,9 @@ import pytest
 
 import engine
 from engine.check import check
-from engine.finding import Finding
+from engine.files.finding import Finding
+from engine.files.source import read
 from engine.load import Library
-from engine.source import read
 from engine.state import Action, Monitor, State, interface
 
 ENGINE = Path(engine.__file__).parent
@@ -68,7 +68,7 @@ def test_mistakes_of_a_line_are_found_in_that_line(code: str) -> None:
 
 
 def test_the_list_has_every_code_of_the_source() -> None:
-    files = [*ENGINE.glob("check/*.py"), ENGINE / "source.py", ENGINE / "load.py"]
+    files = [*ENGINE.glob("check/*.py"), ENGINE / "files" / "source.py", ENGINE / "load.py"]
     source = "".join(file.read_text(encoding="utf-8") for file in files)
     assert set(re.findall(r'"([YCNFS]\d\d)"', source)) == set(EXAMPLES)
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from engine.check import check
-from engine.finding import Finding, one_line
+from engine.files.finding import Finding, one_line
+from engine.files.source import read
 from engine.load import Library
-from engine.source import read
 from tests.engine.check.some_charts import INTERFACES
 
 HEAD = "chart: c\noutcomes: [done]\n"

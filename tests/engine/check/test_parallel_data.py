@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from engine.check import check
+from engine.files.source import read
 from engine.load import Library
-from engine.source import read
 from tests.engine.check.some_charts import INTERFACES
 
 INNER = """\

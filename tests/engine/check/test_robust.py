@@ -14,9 +14,9 @@ import pytest
 
 from cobodeck.catalogue import catalogue, shipped_charts
 from engine.check import check
+from engine.files.source import read
 from engine.load import Library
 from engine.machine import Machine
-from engine.source import read
 from tests.engine.check import nasty
 from tests.engine.check.some_charts import INTERFACES
 

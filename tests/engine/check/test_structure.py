@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from engine.chart import Node
 from engine.check import check
 from engine.explore import explore
-from engine.finding import Finding
+from engine.files.finding import Finding
+from engine.files.source import read
 from engine.load import Library
 from engine.machine import Machine
-from engine.source import read
 from tests.engine.check.some_charts import INTERFACES, Maker, library
 
 

@@ -23,16 +23,16 @@ def tick(n):
 
 def test_time_does_not_run_backwards():
     world = World(LAB, ROBOT, open_user("demo", LAB))
-    world.step(10**9)
+    world.advance(10**9)
     with pytest.raises(ValueError, match="already"):
-        world.step(10**9 - 1)
+        world.advance(10**9 - 1)
 
 
 def test_a_long_step_is_the_same_as_many_short_ones_of_the_longest_kind():
     worlds = [World(LAB, ROBOT, open_user("demo", LAB)) for _ in range(2)]
-    worlds[0].step(20 * 10**9)
+    worlds[0].advance(20 * 10**9)
     for n in range(601):
-        worlds[1].step(min(n * 33_333_334, 20 * 10**9))
+        worlds[1].advance(min(n * 33_333_334, 20 * 10**9))
     assert worlds[0].person.body == worlds[1].person.body
     assert worlds[0].min_gap == worlds[1].min_gap
 
@@ -59,12 +59,12 @@ def test_the_least_gap_is_that_of_a_dense_record():
     world = World(LAB, ROBOT, open_user("demo", LAB), MotionLimits(1.0), safety=safety)
     gaps = []
     for n in range(1500):
-        for part in world.parts.all():
+        for part in world.parts.values():
             for sample in part.samples(world.now_ns):
                 world.guard.hear(sample, world.now_ns)
         world.guard.drive(Twist2(0.4, 0.1 * math.sin(n / 30), 0.3))
         world.guard.tick(world.now_ns)
-        world.step(tick(n))
+        world.advance(tick(n))
         body = world.person.body
         x, y = world.base.pose.inverse().transform(body.x, body.y)
         outside = max(abs(x) - 0.565, 0.0), max(abs(y) - 0.455, 0.0)
@@ -77,7 +77,7 @@ def test_a_person_who_walks_through_the_robot_is_one_contact():
     world = World(LAB, ROBOT, person)
     for n in range(1, 200):
         person.push(tick(n), UserPose(Pose2(4.0 - 1.5 * n / 30, 8.4), 0.0))
-        world.step(tick(n))
+        world.advance(tick(n))
         if world.person.body.x < 0.5:
             break
     assert world.contacts == 1
@@ -89,18 +89,18 @@ def test_a_leap_through_the_robot_is_a_contact_though_both_ends_are_far():
     world = World(LAB, ROBOT, person)
     for n, x in enumerate((2.3, -2.3), start=1):
         person.push(tick(n), UserPose(Pose2(LAB.robot_start.x + x, 8.4), 0.0))
-        world.step(tick(n))
+        world.advance(tick(n))
     assert world.contacts == 1
 
 
 def test_the_demo_person_stops_when_shown_the_robot():
     world = World(LAB, ROBOT, open_user("demo", LAB))
     for n in range(60):
-        world.step(tick(n))
-    world.parts.vr.inform(True)
+        world.advance(tick(n))
+    world.parts["vr"].inform(True)
     assert world.informed
     for n in range(60, 76):
-        world.step(tick(n))
+        world.advance(tick(n))
     assert world.person.speed == 0.0
 
 
@@ -112,8 +112,8 @@ def test_outside_the_tracked_area_tracking_can_be_made_silent(area_only):
     seen = []
     for n, x in enumerate((9.0, 6.0), start=1):
         person.push(tick(n), UserPose(Pose2(x, 3.0), 0.0))
-        world.step(tick(n))
-        seen += [s.value.body.x for s in world.parts.trackers.samples(tick(n))]
+        world.advance(tick(n))
+        seen += [s.value.body.x for s in world.parts["trackers"].samples(tick(n))]
     assert seen == ([6.0] if area_only else [9.0, 6.0])
 
 
@@ -143,8 +143,8 @@ def test_a_robot_that_a_person_leans_on_is_pushed_off_and_can_be_reset(tmp_path,
     reasons = []
     for n in range(1, 30 * 12):
         person.push(tick(n), UserPose(there, 0.0))
-        world.step(tick(n))
-        reasons.append(world.parts.stop_line.reason)
+        world.advance(tick(n))
+        reasons.append(world.parts["stop_line"].reason)
     assert reasons[0] == "bumper: person"
     assert all(reason == "bumper: person" for reason in reasons[: 30 * 5])
     assert reasons[-1] is None
@@ -157,9 +157,9 @@ def test_a_robot_that_a_person_leans_on_is_pushed_off_and_can_be_reset(tmp_path,
 def test_nobody_pushes_a_robot_that_is_not_touched():
     person = LivePerson(Pose2(3.0, 8.4))
     world = World(LAB, ROBOT, person)
-    world.parts.stop_line.pull("somebody pulled it")
+    world.parts["stop_line"].pull("somebody pulled it")
     start = world.base.pose
     for n in range(1, 300):
         person.push(tick(n), UserPose(Pose2(3.0, 8.4), 0.0))
-        world.step(tick(n))
+        world.advance(tick(n))
     assert world.base.pose == start

@@ -13,7 +13,7 @@ from typing import Any
 
 import yaml
 
-from engine.finding import Finding, Place
+from engine.files.finding import Finding, Place
 
 MAX_DEPTH = 64
 MAX_BYTES = 1_000_000

@@ -36,14 +36,6 @@ class Finding:
     related: tuple[tuple[Place, str], ...] = ()
 
 
-class ChartError(Exception):
-    """Charts that cannot run. `findings` holds every mistake that was found."""
-
-    def __init__(self, findings: Iterable[Finding]) -> None:
-        self.findings = tuple(findings)
-        super().__init__("\n".join(one_line(finding) for finding in self.findings))
-
-
 def one_line(finding: Finding) -> str:
     """`file:line:column: error[CODE] message; hint`."""
     hint = f"; {finding.hint}" if finding.hint else ""

@@ -1,0 +1,60 @@
+"""The clocks of a loop: virtual time, which costs nothing, and real time, which is waited for."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import ClassVar, Protocol
+
+
+class Clock(Protocol):
+    """Says when it is; `waits` is True where time passes by itself."""
+
+    waits: ClassVar[bool]
+
+    def wait(self, until_ns: int) -> int:
+        """Wait until an instant, ns since the start; what it is then, earlier if woken."""
+        ...
+
+    def wake(self) -> None:
+        """End the wait under way, or the next one; may be called from any thread."""
+        ...
+
+
+class Virtual:
+    """It is always as late as the loop likes."""
+
+    waits: ClassVar[bool] = False
+
+    def wait(self, until_ns: int) -> int:
+        """At once."""
+        return until_ns
+
+    def wake(self) -> None:
+        """Nobody sleeps."""
+
+
+class RealTime:
+    """Real time since the first `wait`, by a clock in ns that never goes back."""
+
+    waits: ClassVar[bool] = True
+
+    def __init__(self, reading: Callable[[], int] = time.monotonic_ns) -> None:
+        self._reading = reading
+        self._start: int | None = None
+        self._woken = threading.Event()
+
+    def wait(self, until_ns: int) -> int:
+        """Sleep; see `Clock`. A deadline that has passed costs no sleep."""
+        if self._start is None:
+            self._start = self._reading()
+        left = until_ns - (self._reading() - self._start)
+        if left > 0:
+            self._woken.wait(left * 1e-9)
+        self._woken.clear()
+        return self._reading() - self._start
+
+    def wake(self) -> None:
+        """A sample is there; see `Clock`."""
+        self._woken.set()

@@ -1,0 +1,187 @@
+"""The one loop: a plant moves on, its samples reach the board, the chart decides.
+
+Tick n is at instant n of the grid. Before it the plant moves on to that instant, its samples go to
+the board, and observers look. In virtual time ticks in which nothing is due are left out: the plant
+still moves on, but the chart is not asked. In real time the loop sleeps until the next tick, sample
+or deadline; a sample that somebody waits for adds a tick at once. A tick that is late takes the
+clock's reading as its instant, and those that were missed are counted, never made up for.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from cobodeck.clocks import Clock, Virtual
+from cobodeck.plants import Plant
+from cobodeck.wiring import Wired
+from engine.clock import Grid
+from engine.errors import Raised
+from engine.operator import Operator
+
+LATE_NS = 1_000_000
+"""A tick later than this, ns, takes the clock's reading as its instant."""
+PROGRESS = 1024
+"""Progress is told every so many ticks."""
+
+
+class Observer(Protocol):
+    """Somebody who looks at each instant, after the samples and before the chart."""
+
+    def watch(self, now_ns: int) -> None:
+        """Look."""
+        ...
+
+
+@dataclass(slots=True)
+class Loop:
+    """One run on one plant; see the module.
+
+    Attributes:
+        leave_out: leave out ticks in which nothing is due, where time is virtual.
+        tell: is given what states and parts raise, as it happens.
+        ticks: instants of the grid so far; `left_out` of them without the chart, `missed` not at
+            all. `added` are those off the grid.
+        overruns: ticks that took longer than a period.
+        spent_ns: wall time of the plant, of samples, of observers, and of chart, states and
+            signals.
+        busy_since: when the tick under way began, wall clock, ns; None between ticks.
+    """
+
+    plant: Plant
+    wired: Wired
+    grid: Grid
+    observers: Sequence[Observer] = ()
+    clock: Clock = field(default_factory=Virtual)
+    leave_out: bool = True
+    tell: Callable[[Raised], None] | None = None
+    ticks: int = 0
+    left_out: int = 0
+    missed: int = 0
+    added: int = 0
+    overruns: int = 0
+    now_ns: int = -1
+    spent_ns: list[int] = field(default_factory=lambda: [0, 0, 0, 0])
+    busy_since: int | None = None
+    _told: int = 0
+    _stopping: bool = False
+
+    @property
+    def next_ns(self) -> int:
+        """The instant of the next tick."""
+        return self.grid.instant(self.ticks)
+
+    @property
+    def finished(self) -> bool:
+        """Whether the chart has ended, or the plant has done."""
+        return self.wired.run.outcome is not None or self.plant.finished
+
+    def stop(self) -> None:
+        """End the run in order, at the next tick; may be called from a signal handler."""
+        self._stopping = True
+        self.clock.wake()
+
+    def tick(self) -> str | None:
+        """One tick of the grid, at its instant; the chart's outcome once there is one."""
+        return self._tick(self.next_ns)
+
+    def go(self, end_ns: int, progress: Callable[[str], None] | None = None) -> int:
+        """Tick until the run is over, or it is `end_ns`; the instant of the last tick, ns.
+
+        Whatever ends it, exceptions included, the parts are held and the plant is closed.
+        """
+        wake = self.clock.wake
+        for part in self.plant.parts.values():
+            if hasattr(part, "wake"):
+                part.wake = wake
+        try:
+            while not self._over(end_ns):
+                try:
+                    self._next(end_ns)
+                except KeyboardInterrupt:  # it has broken off a state that would not end
+                    self.stop()
+                if progress is not None and not self.ticks % PROGRESS:
+                    progress(f"{self.now_ns / 1e9:.0f} s")
+        finally:
+            if self.wired.run.outcome is None:
+                self.wired.run.hold()
+            self.plant.close()
+        return self.now_ns
+
+    def _over(self, end_ns: int) -> bool:
+        return self.finished or self.now_ns >= end_ns
+
+    def _next(self, end_ns: int) -> None:
+        if self.leave_out and not self.clock.waits:
+            self._jump(end_ns)
+        self._tick(self.clock.wait(self.next_ns))
+
+    def _jump(self, end_ns: int) -> None:
+        """Leave out ticks before which the plant has nothing to do or to tell."""
+        if self._stopping or self.plant.quiet_until() <= self.next_ns:
+            return
+        until = min(self.plant.quiet_until(), self.wired.run.next_due(), end_ns)
+        skipped = self.grid.first(until) - self.ticks
+        if skipped > 0:
+            self.ticks += skipped
+            self.left_out += skipped
+
+    def _tick(self, now: int) -> str | None:
+        clock, spent = time.perf_counter_ns, self.spent_ns
+        begin = self.busy_since = clock()
+        now = self._begin(now)
+        moved = clock()
+        self.wired.inlet.take(now)
+        delivered = clock()
+        for observer in self.observers:
+            observer.watch(now)
+        seen = clock()
+        self._decide(now)
+        end = clock()
+        spent[0] += moved - begin
+        spent[1] += delivered - moved
+        spent[2] += seen - delivered
+        spent[3] += end - seen
+        self.busy_since = None
+        if end - begin > self.grid.period_ns:
+            self.overruns += 1
+        return self.wired.run.outcome
+
+    def _begin(self, now: int) -> int:
+        """Move the plant on to the grid; the instant of the tick."""
+        number = self.ticks
+        instant = self.grid.instant(number)
+        if now - instant > LATE_NS:
+            number = self.grid.last(now)
+            self.missed += number - self.ticks
+            instant, on_grid = now, self.grid.instant(number)
+        else:
+            on_grid = instant
+        self.now_ns = instant
+        self.ticks = number + 1
+        self.plant.advance(on_grid)
+        return instant
+
+    def _decide(self, now: int) -> None:
+        """Ask the chart, unless it has nothing to do."""
+        if self.plant.latency_ns:
+            self.plant.advance(now + self.plant.latency_ns)
+        if self._stopping:
+            self._stopping = False
+            Operator(self.wired.run).stop()
+        if self.leave_out and not self.clock.waits and self.wired.is_idle(now):
+            self.left_out += 1
+            self.wired.rest(now)
+            return
+        self.wired.tick(now)
+        self._tell()
+
+    def _tell(self) -> None:
+        errors = self.wired.run.errors
+        if len(errors) > self._told:
+            new, self._told = errors[self._told :], len(errors)
+            if self.tell is not None:
+                for error in new:
+                    self.tell(error)

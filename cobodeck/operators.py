@@ -1,0 +1,73 @@
+"""The operator at the console: acknowledges faults, stops, resets, ends the run (R48, R49)."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import TextIO
+
+from hw.interfaces import StopLine
+from hw.samples import Sample
+
+HELP = "operator: ack, stop (software stop of base and arm), reset, end"
+
+
+class ConsoleOperator:
+    """Takes words from a stream, one a line, and shows the faults that states report.
+
+    The stop is one of software and no safety device (R54). `end` is called for the word `end`.
+    """
+
+    signals: tuple[str, ...] = ("operator.acknowledge",)
+
+    def __init__(
+        self, stop_line: StopLine, end: Callable[[], None], show: Callable[[str], None]
+    ) -> None:
+        self.faults: list[str] = []
+        self.wake: Callable[[], None] = _nobody
+        self._stop_line, self._end, self._show = stop_line, end, show
+        self._words: deque[str] = deque()
+
+    def read(self, stream: TextIO) -> None:
+        """Take words from a stream, in a thread of its own that ends with the program."""
+        threading.Thread(target=self._read, args=(stream,), daemon=True).start()
+
+    def report(self, fault: str) -> None:
+        """A fault that has to be acknowledged; see `Operator`."""
+        self.faults.append(fault)
+        self._show(f"fault: {fault}; acknowledge with ack")
+
+    def say(self, word: str) -> None:
+        """One word of the operator, from any thread; it counts from the next look on."""
+        self._words.append(word.strip().lower())
+        self.wake()
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """Acknowledgements since the last call; the other words are done at once."""
+        found = []
+        while self._words:
+            word = self._words.popleft()
+            if word == "ack":
+                found.append(Sample("operator.acknowledge", now_ns, True))
+            else:
+                self._do(word)
+        return found
+
+    def _do(self, word: str) -> None:
+        if word == "stop":
+            self._stop_line.pull("operator")
+        elif word == "reset":
+            self._show("reset" if self._stop_line.reset() else "not reset: the cause still holds")
+        elif word == "end":
+            self._end()
+        elif word:
+            self._show(f"{word!r} is no command; {HELP}")
+
+    def _read(self, stream: TextIO) -> None:
+        for line in stream:
+            self.say(line)
+
+
+def _nobody() -> None:
+    """No loop has been started yet."""

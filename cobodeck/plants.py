@@ -1,0 +1,61 @@
+"""What a loop moves on: parts by name, and the truth about them where it is known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+from engine.state import NEVER_NS
+
+
+class Plant(Protocol):
+    """A robot with its surroundings: simulated, mocked, real, scripted or recorded.
+
+    `parts` are those of `hw.interfaces` and of projects, by name. `latency_ns`: how much later
+    than a tick the plant hears what it decided; 0 where computing takes the time it takes.
+    """
+
+    parts: Mapping[str, Any]
+    latency_ns: int
+
+    @property
+    def finished(self) -> bool:
+        """Has everything happened that is going to?"""
+        ...
+
+    @property
+    def truth(self) -> Any | None:
+        """Where everything truly is, for evaluators; None where nobody knows."""
+        ...
+
+    def advance(self, to_ns: int) -> None:
+        """Let everything happen up to this instant; samples are taken after it."""
+        ...
+
+    def quiet_until(self) -> int:
+        """Nothing happens and nothing is measured before this instant, ns."""
+        ...
+
+    def close(self) -> None:
+        """The run is over: let go of devices."""
+        ...
+
+
+class Nothing:
+    """No robot and no world: charts alone, with signals from a script or a test."""
+
+    def __init__(self, parts: Mapping[str, Any] | None = None) -> None:
+        self.parts: Mapping[str, Any] = parts if parts is not None else {}
+        self.latency_ns = 0
+        self.finished = False
+        self.truth = None
+
+    def advance(self, to_ns: int) -> None:
+        """Nothing moves."""
+
+    def quiet_until(self) -> int:
+        """For ever."""
+        return NEVER_NS
+
+    def close(self) -> None:
+        """Nothing is open."""

@@ -1,0 +1,176 @@
+"""Sets a run up: the plant that the chart needs, the evaluators that can judge it, the loop."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from cobodeck.arm_contact import ArmWatch, OutlineOf
+from cobodeck.clocks import Clock, Virtual
+from cobodeck.console import FAILED, Problem
+from cobodeck.logic import wander
+from cobodeck.loop import Loop
+from cobodeck.metrics import Evaluator
+from cobodeck.plants import Nothing
+from cobodeck.separation import SeparationWatch
+from cobodeck.wiring import Setup, Uses, wire
+from engine.clock import Grid
+from hw.geometry import Pose2, Pose3
+from hw.mock import mock_world
+from hw.person import Person
+from hw.robot import RobotModel
+from hw.samples import Joints
+from hw.sim.base import SimBase
+from hw.sim.world import World
+from hw.user import open_user
+
+LONGEST_S = 3600.0
+"""A run whose user never comes to an end is over after this time, s."""
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """How to run.
+
+    `duration_s` ends a run early, `stretch_m` makes a recording longer, `eager` computes every
+    signal in every tick and leaves no tick out, `mock` takes the robot that does exactly as told.
+    """
+
+    user: str | None = None
+    requests: int | None = None
+    stretch_m: float | None = None
+    tier: int = 1
+    seed: int = 0
+    duration_s: float = LONGEST_S
+    eager: bool = False
+    frozen_base: bool = False
+    mock: bool = False
+
+
+class FrozenBase(SimBase):
+    """A base that does not move, whatever it is told: to see whether a test would notice."""
+
+    def drive(self, command: object) -> None:
+        """Ignored."""
+
+
+def stage(
+    setup: Setup,
+    options: Options,
+    parameters: Mapping[str, Any] | None = None,
+    clock: Clock | None = None,
+) -> Loop:
+    """Everything for a run, before its first tick.
+
+    Raises:
+        Problem: the chart needs what is not there; ValueError of `hw`: the user's file is wrong.
+    """
+    grid, timing = Grid(setup.tick_hz), clock or Virtual()
+    if options.tier == 0:
+        return Loop(Nothing(), wander(setup, options.seed), grid, clock=timing)
+    uses = setup.uses(parameters)
+    world = _world(setup, _person(setup, uses, options), options)
+    reading = time.perf_counter_ns
+    wired = wire(setup, world.parts, eager=options.eager, clock=reading, parameters=parameters)
+    watching: list[Evaluator | SeparationWatch] = []
+    if world.person is not None:
+        watching.append(
+            Evaluator(world, prop_of(setup.robot), ArmWatch(world, outline_of(setup.robot)))
+        )
+    watching.append(SeparationWatch(world.guard.chain.cycles))
+    return Loop(world, wired, grid, watching, timing, leave_out=not options.eager)
+
+
+def _person(setup: Setup, uses: Uses, options: Options) -> Person | None:
+    """Who walks about: whoever was asked for, or the scene's, if the chart has to do with people.
+
+    Raises:
+        Problem: the chart needs a person, and nothing names one.
+    """
+    source = options.user or (setup.scene.user if uses.person else None)
+    if source is not None:
+        return open_user(source, setup.scene, options.requests, options.stretch_m, options.seed)
+    if uses.person:
+        raise Problem(f"scene {setup.scene.name} names no user; give one with --user")
+    return None
+
+
+def refuse_small_floor(setup: Setup) -> None:
+    """Look whether all behaviours have room (R124).
+
+    Raises:
+        Problem: the floor is too small.
+    """
+    from states.navigation.floor_plan import RoomFloor
+    from states.navigation.space import shortcoming
+
+    found = shortcoming(RoomFloor(setup.scene.room), setup.profile.navigation.haptic.inflation)
+    if found is not None:
+        raise Problem(f"scene {setup.scene.name}: {found}", FAILED)
+
+
+def _latency(setup: Setup) -> int:
+    latency = round(setup.profile.plant.latency * 1e9)
+    if latency >= Grid(setup.tick_hz).period_ns:
+        shown = f"{latency / 1e6:g} ms is not less than a tick at {setup.tick_hz} Hz"
+        raise Problem(f"profile {setup.profile.name}: plant.latency of {shown}")
+    return latency
+
+
+def _world(setup: Setup, person: Person | None, options: Options) -> World:
+    limits = setup.profile.robot.limits
+    safety = setup.profile.safety.limits(setup.robot, limits)
+    if options.mock:
+        return mock_world(setup.scene, setup.site.robot, person, safety)
+    base = None
+    if options.frozen_base:
+        base = FrozenBase(setup.robot, limits, setup.scene.robot_start)
+    robot, late = setup.site.robot, _latency(setup)
+    return World(setup.scene, robot, person, limits, base, safety=safety, latency_ns=late)
+
+
+def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:
+    """Where the prop is in the map, from the pose of the base and the joints."""
+    from states.arm.kinematics import Chain, forward
+    from states.arm.model import manipulator_of
+
+    chain = Chain.of(manipulator_of(robot))
+
+    def prop(base: Pose2, joints: Joints) -> Pose3:
+        matrix = forward(chain, joints)
+        map_from_rover = Pose3.from_yaw(base.x, base.y, 0.0, base.yaw)
+        return map_from_rover @ pose_of(matrix.tolist())
+
+    return prop
+
+
+def outline_of(robot: RobotModel) -> OutlineOf:
+    """The arm's capsules in the rover frame, from the joints."""
+    from states.arm.collision import CollisionModel, outline
+    from states.arm.model import manipulator_of
+
+    return partial(outline, CollisionModel.of(manipulator_of(robot)))
+
+
+def pose_of(m: list[list[float]]) -> Pose3:
+    """A homogeneous 4 x 4 matrix as a pose."""
+    trace = m[0][0] + m[1][1] + m[2][2]
+    # the largest of the four squares is taken, so that nothing is divided by almost 0
+    squares = [trace, m[0][0], m[1][1], m[2][2]]
+    largest = squares.index(max(squares))
+    if largest == 0:
+        q = (m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1], 1.0 + trace)
+    else:
+        i = largest - 1
+        j, k = (i + 1) % 3, (i + 2) % 3
+        axis = [0.0, 0.0, 0.0]
+        axis[i] = 1.0 + m[i][i] - m[j][j] - m[k][k]
+        axis[j] = m[j][i] + m[i][j]
+        axis[k] = m[k][i] + m[i][k]
+        q = (axis[0], axis[1], axis[2], m[k][j] - m[j][k])
+    length = sum(part * part for part in q) ** 0.5
+    x, y, z, w = (part / length for part in q)
+    return Pose3(m[0][3], m[1][3], m[2][3], x, y, z, w)

@@ -1,0 +1,201 @@
+"""The operator's commands as values (rule 11): a run carries them out at the start of a tick.
+
+What was carried out, and when, stands in `Run.carried_out`, so that a record can tell it and a
+replay can give the same commands at the same instants. `Operator` makes them, and says why not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from engine.decide import GRANTED, REFUSED, Writes
+from engine.files.finding import did_you_mean
+from engine.lifecycle import end_with
+from engine.machine import CHOSEN, ENDED, IDLE, WAITING, Box, Leaf, Machine, Vertex
+from engine.replace import obstacles, take_over
+from engine.types import freeze
+
+if TYPE_CHECKING:
+    from engine.run import Run
+
+
+class Command:
+    """Something the operator wants done. A command that has become impossible does nothing."""
+
+    __slots__ = ()
+
+    def carry_out(self, run: Run) -> None:
+        """Do it, at the start of a tick."""
+        raise NotImplementedError(f"{type(self).__name__}.carry_out")
+
+
+@dataclass(frozen=True, slots=True)
+class End(Command):
+    """End the run with this outcome: `stopped` or `preempted`."""
+
+    outcome: str
+
+    def carry_out(self, run: Run) -> None:
+        """Close everything."""
+        run.abort(run.machine.root, self.outcome, self.outcome)
+        run.finish(self.outcome)
+
+
+@dataclass(frozen=True, slots=True)
+class Pause(Command):
+    """Hold the parts and step nothing; chart time stands still."""
+
+    def carry_out(self, run: Run) -> None:
+        """Begin the pause."""
+        if not run.paused:
+            run.paused = True
+            run.pauses.append((run.board.now, run.board.now))
+            run.hold()
+
+
+@dataclass(frozen=True, slots=True)
+class Resume(Command):
+    """Go on after a pause."""
+
+    def carry_out(self, run: Run) -> None:
+        """End the pause."""
+        if run.paused:
+            run.paused = False
+            run.turns.notice(run.turns.monitors + run.turns.actions)
+
+
+@dataclass(frozen=True, slots=True)
+class Force(Command):
+    """End the active node at `path` with an outcome and its outputs."""
+
+    path: str
+    outcome: str
+    outputs: Mapping[str, Any] = field(default_factory=dict)
+
+    def carry_out(self, run: Run) -> None:
+        """Close the node and follow its outcome."""
+        vertex = run.machine.vertices.get(self.path)
+        if vertex is None or self.refusal(run) is not None:
+            return
+        ended = run.abort(vertex, "forced", self.outcome)
+        writes: Writes = ()
+        if ended == self.outcome:
+            frozen = {k: freeze(value, run.judge.freezers) for k, value in self.outputs.items()}
+            writes = tuple(
+                (cell, frozen[name.key if isinstance(vertex, Box) else name])
+                for name, cell in vertex.outputs.get(self.outcome, ())
+            )
+        run.force(vertex, ended, writes)
+
+    def refusal(self, run: Run) -> str | None:
+        """Why it cannot be done; None if it can."""
+        vertex = run.machine.vertices.get(self.path)
+        if vertex is None:
+            return f"no node {self.path!r}; {did_you_mean(self.path, run.machine.vertices)}"
+        if vertex.parent is None:
+            return "the whole chart is not forced; stop or preempt it"
+        if vertex.status in (IDLE, ENDED, CHOSEN):
+            return f"{self.path!r} is not active"
+        possible = outcomes_of(vertex)
+        if self.outcome not in possible:
+            hint = did_you_mean(self.outcome, possible)
+            return f"{self.path!r} has no outcome {self.outcome!r}; {hint}"
+        wanted = output_names(vertex, self.outcome)
+        if set(self.outputs) != wanted:
+            given = sorted(self.outputs)
+            return f"{self.outcome!r} comes with {sorted(wanted)}, given: {given}"
+        try:
+            for value in self.outputs.values():
+                freeze(value, run.judge.freezers)
+        except TypeError as error:
+            return str(error)
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class Lock(Command):
+    """Let every outcome inside `path` wait for consent, or no longer."""
+
+    path: str
+    locked: bool = True
+
+    def carry_out(self, run: Run) -> None:
+        """Set or take away the lock; what waited only because of it goes on."""
+        if self.locked:
+            run.judge.locks.add(self.path)
+        else:
+            run.judge.locks.discard(self.path)
+        run.forget_routes()
+        _release_waiting(run)
+
+
+@dataclass(frozen=True, slots=True)
+class SetLevel(Command):
+    """Set the autonomy level, a number of `engine.chart.AUTONOMY`; None: nobody is asked."""
+
+    level: int | None
+
+    def carry_out(self, run: Run) -> None:
+        """Set it; what waited only because of the old one goes on."""
+        run.judge.level = self.level
+        run.forget_routes()
+        _release_waiting(run)
+
+
+@dataclass(frozen=True, slots=True)
+class Answer(Command):
+    """Let the node at `path` end as it wants to, or make it try again."""
+
+    path: str
+    granted: bool
+
+    def carry_out(self, run: Run) -> None:
+        """The node acts on it at its next turn."""
+        vertex = run.machine.vertices.get(self.path)
+        if vertex is not None and vertex.status == WAITING:
+            vertex.step = partial(end_with, GRANTED if self.granted else REFUSED)
+
+
+@dataclass(frozen=True, slots=True)
+class Replace(Command):
+    """Go on with another chart."""
+
+    machine: Machine
+
+    def carry_out(self, run: Run) -> None:
+        """Replace it, unless something has come into the way; a note tells what."""
+        found = obstacles(run, self.machine)
+        if found:
+            for reason in found:
+                run.note(run.machine.root, f"not replaced: {reason}")
+            return
+        take_over(run, self.machine)
+
+
+def _release_waiting(run: Run) -> None:
+    for vertex in run.machine.vertices.values():
+        if vertex.status == WAITING and not run.judge.must_ask(vertex, vertex.waiting[0]):
+            vertex.step = partial(end_with, GRANTED)
+
+
+def outcomes_of(vertex: Vertex) -> set[str]:
+    """The outcomes that a node can end with, `error` aside."""
+    if isinstance(vertex, Leaf):
+        return set(vertex.interface.outcomes)
+    assert isinstance(vertex, Box)
+    found = {outcome for outcome, _ in vertex.rules} if vertex.keeps else set()
+    for child in vertex.children:
+        found |= set(child.leave.values())
+        if not vertex.keeps:
+            found |= outcomes_of(child) - set(child.go) - set(child.leave)
+    return found - {"error"}
+
+
+def output_names(vertex: Vertex, outcome: str) -> set[str]:
+    """The outputs that come with an outcome of a node."""
+    if isinstance(vertex, Leaf):
+        return set(vertex.interface.outputs.get(outcome, ()))
+    return {inner.key for inner, _ in vertex.outputs.get(outcome, ())}
