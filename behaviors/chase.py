@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from behaviors.settings import Settings
-from behaviors.situation import AGE_S, READS, Situation, situation
+from behaviors.situation import AGE_S, READS, WAYS, Situation, situation
 from engine.files.units import Duration, Length, Speed
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from hw.geometry import Pose2, Pose3, wrap
@@ -18,13 +18,13 @@ from hw.room import Point
 from hw.samples import UserPose
 from states.navigation.states import user_disc
 from states.signals.prediction import PREDICTORS
-from states.site import Site
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from behaviors.chase_space import Array
+    from states.navigation.local_planner import GlobalPlanner
 
 TRIES = 30
 """So many of the best free cells are asked for a way before there is none."""
@@ -57,11 +57,11 @@ class ChaseSpace:
             yield from some[self.are_free(some[:, :2].copy())].tolist()
 
 
-def space(site: Site, settings: Settings, cells: Cells, user: UserPose) -> ChaseSpace:
-    """The Chase space moves and turns with the user (R93)."""
+def space(settings: Settings, cells: Cells, planner: GlobalPlanner, user: UserPose) -> ChaseSpace:
+    """The Chase space moves and turns with the user (R93); free is what is for the planner."""
     yaw = user.head_yaw if settings.chase.view == "head" else user.body.yaw
     centre = Pose2(user.body.x, user.body.y, yaw)
-    return ChaseSpace(centre, cells, site.planner("chase").are_free)
+    return ChaseSpace(centre, cells, planner.are_free)
 
 
 def tangent_yaw(centre: Pose2, place: Point, now: float) -> float:
@@ -76,7 +76,7 @@ def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
 
     Weights within the profile's `tie` count as equal, and the shortest way decides.
     """
-    planner, chase = now.site.planner("chase"), now.settings.chase
+    planner, chase = now.planners["chase"], now.settings.chase
     here = (now.pose.x, now.pose.y)
     cells: Iterable[Cell] = space.free()
     if chase.pick == "sample":
@@ -141,10 +141,10 @@ class ChooseChasePose(Action):
 
     outcomes = ("chosen", "none")
     outputs = {"chosen": {"pose": Pose2, "user": UserPose}, "none": {"user": UserPose}}
-    reads = {**READS, "chase.space": AGE_S}
+    reads = {**WAYS, "chase.space": AGE_S}
 
     def run(self, ctx: Context) -> Run:
-        while (now := situation(ctx)) is None:
+        while (now := situation(ctx, "chase")) is None:
             yield On("base.pose", "user.pose")
         space = ctx.value("chase.space")
         found = best_cell(now, space)
@@ -192,24 +192,26 @@ class Approach(Action):
     """
 
     outcomes = ("near", "no_path", "lost")
-    reads = {**READS, "base.refusal": None}
+    reads = {**WAYS, "base.refusal": None}
     commands = ("base",)
 
     def __init__(self, near: Length = 3.0, ahead: Duration = 0.0) -> None:
         self.near, self.ahead = near, ahead
 
     def run(self, ctx: Context) -> Run:
-        site, base = ctx.value("site"), ctx.part("base")
-        driver, subsystem = site.driver("chase"), site.navigation.chase
+        base, driver = ctx.part("base"), None
         try:
-            while (now := situation(ctx)) is not None:
+            while (now := situation(ctx, "chase")) is not None:
                 if distance_soon(now, self.ahead) <= self.near:
                     return "near"
                 goal = self._goal(now)
                 if goal is None:
                     return "no_path"
+                driver = driver or now.site.driver("chase", now.planners["chase"])
+                driver.planner = now.planners["chase"]
                 driver.go_to(goal)
-                disc, walking = user_disc(now.user, subsystem), (now.velocity.vx, now.velocity.vy)
+                disc = user_disc(now.user, now.site.navigation.chase)
+                walking = (now.velocity.vx, now.velocity.vy)
                 command = driver.command(now.pose, now.twist, disc, now.site.period, walking)
                 if driver.status == "arrived":
                     return "near"  # within the drive's tolerance of it
@@ -221,7 +223,7 @@ class Approach(Action):
 
     def _goal(self, now: Situation) -> Pose2 | None:
         """The place on the way to the user that is near enough."""
-        planner, soon = now.site.planner("chase"), user_soon(now, self.ahead)
+        planner, soon = now.planners["chase"], user_soon(now, self.ahead)
         user = (soon.x, soon.y)
         end = user if planner.is_free(user) else planner.nearest_free(user)
         path = None if end is None else planner.plan((now.pose.x, now.pose.y), end)
@@ -280,7 +282,7 @@ class MakeRoom(Action):
     """
 
     outcomes = ("clear", "lost")
-    reads = {**READS, "base.refusal": None}
+    reads = {**WAYS, "base.refusal": None}
     commands = ("base",)
 
     def __init__(
@@ -299,7 +301,7 @@ class MakeRoom(Action):
         base, band = ctx.part("base"), (self.room, self.far)
         again, goal = 0, None
         try:
-            while (now := situation(ctx)) is not None:
+            while (now := situation(ctx, "chase", "escape")) is not None:
                 if not is_crowded(now, self.room + SLACK, self.ahead, self.walking):
                     return "clear"
                 if goal is None or ctx.now >= again:

@@ -62,7 +62,7 @@ def way_out(
         touches = touch_after < math.inf
         rank = (-gap, safe_after) if touches else (safe_after - kept, -gap)
         ranked.append((touches, *rank, i))
-    planner = site.planner("escape")
+    planner = now.planners["escape"]
     return next((goals[i] for *_, i in sorted(ranked) if ways.keeps_off(i, planner)), None)
 
 
@@ -81,7 +81,7 @@ def place_with_room(now: Situation, band: tuple[float, float], present: Point | 
     costs = crowding(ways.ways, user_tracks, *band, TOUCH, DREAD)
     costs += _efforts(places, pose.x, pose.y, site.walls)
     order = np.argsort(costs, kind="stable").tolist()
-    for planner in (site.planner("chase"), site.planner("escape")):
+    for planner in (now.planners["chase"], now.planners["escape"]):
         for i in order:
             if ways.keeps_off(i, planner):
                 return float(places[i, 0]), float(places[i, 1])

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from behaviors.settings import EscapeSettings, Settings
-from behaviors.situation import AGE_S, READS, Situation, situation
+from behaviors.situation import AGE_S, WAYS, Situation, situation
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from hw.geometry import Pose2, Twist2, wrap
 from hw.samples import ArmState, UserPose
 from states.navigation.states import is_there, user_disc
 from states.signals.prediction import time_to_contact
 from states.site import Site
+
+if TYPE_CHECKING:
+    from states.navigation.local_planner import GlobalPlanner
 
 LOOKAHEAD_S = 3.0
 """Contacts later than this are nobody's business yet, s."""
@@ -73,9 +77,10 @@ def all_poses(escape: EscapeSettings, user: UserPose, base: Pose2) -> Iterator[P
             yield Pose2(x, y, base.yaw)
 
 
-def poses(site: Site, settings: Settings, user: UserPose, base: Pose2) -> tuple[Pose2, ...]:
-    """The Escape poses that are free at Escape's own inflation (R105, R108)."""
-    planner = site.planner("escape")
+def poses(
+    settings: Settings, planner: GlobalPlanner, user: UserPose, base: Pose2
+) -> tuple[Pose2, ...]:
+    """The Escape poses that are free for Escape's own planner (R105, R108)."""
     found = all_poses(settings.escape, user, base)
     return tuple(pose for pose in found if planner.is_free((pose.x, pose.y)))
 
@@ -100,7 +105,7 @@ class SafeOnTheWay(Monitor):
     """
 
     outcomes = ("safe",)
-    reads = {**READS, "escape.safe": AGE_S}
+    reads = {**WAYS, "escape.safe": AGE_S}
 
     def run(self, ctx: Context) -> Run:
         if not ctx.value("settings").escape.safe_on_the_way or ctx.value("escape.safe"):
@@ -111,8 +116,8 @@ class SafeOnTheWay(Monitor):
 
     def _can_stop(self, ctx: Context) -> bool:
         """Would the robot, braking from now on, keep off the walls?"""
-        now = situation(ctx)
-        return now is not None and now.site.planner("escape").is_free((now.rest.x, now.rest.y))
+        now = situation(ctx, "escape")
+        return now is not None and now.planners["escape"].is_free((now.rest.x, now.rest.y))
 
 
 class Flee(Action):
@@ -124,16 +129,19 @@ class Flee(Action):
     """
 
     outcomes = ("safe", "no_pose", "no_way")
-    reads = {**READS, "escape.poses": AGE_S, "escape.safe": AGE_S, "arm.joints": AGE_S}
+    reads = {**WAYS, "escape.poses": AGE_S, "escape.safe": AGE_S, "arm.joints": AGE_S}
     commands = ("base",)
 
     def run(self, ctx: Context) -> Run:
         from behaviors.forecast import towards
 
-        base, goal = ctx.part("base"), None
+        base, goal, planner = ctx.part("base"), None, None
         try:
-            while (now := situation(ctx)) is not None:
+            while (now := situation(ctx, "escape")) is not None:
                 subsystem = now.site.navigation.escape
+                if planner is not now.planners["escape"]:
+                    planner = now.planners["escape"]
+                    goal = _still_in_reach(now, goal)
                 if goal is not None and is_there(now.pose, now.twist, goal, subsystem):
                     if ctx.value("escape.safe"):
                         return "safe"
@@ -161,8 +169,14 @@ class Flee(Action):
         return way_out(now, (*(() if goal is None else (goal,)), *free), goal, outline)
 
 
+def _still_in_reach(now: Situation, goal: Pose2 | None) -> Pose2 | None:
+    """The goal, unless a scan has shown something on the way."""
+    here, planner = (now.pose.x, now.pose.y), now.planners["escape"]
+    return goal if goal is not None and planner.allows(here, (goal.x, goal.y)) else None
+
+
 def _first_in_reach(now: Situation, free: Sequence[Pose2]) -> Pose2 | None:
-    planner = now.site.planner("escape")
+    planner = now.planners["escape"]
     disc = user_disc(now.user, now.site.navigation.escape)
     here = (now.pose.x, now.pose.y)
     return next((goal for goal in free if planner.allows(here, (goal.x, goal.y), disc)), None)

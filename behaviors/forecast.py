@@ -134,7 +134,7 @@ def towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
     vx, vy = vx + share * ax, vy + share * ay
     braking = math.hypot(vx, vy) / (2.0 * acceleration)
     rest = (pose.x + braking * vx, pose.y + braking * vy)
-    if not site.planner(name).allows((pose.x, pose.y), rest):
+    if not now.planners[name].allows((pose.x, pose.y), rest):
         return STILL
     return Twist2(c * wanted_x + s * wanted_y, c * wanted_y - s * wanted_x)
 

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from behaviors.settings import HapticSettings, Settings
-from behaviors.situation import READS, Situation, situation
+from behaviors.situation import WAYS, Situation, situation
 from engine.state import Action, Context, Monitor, On, Run
 from hw.geometry import Pose2, Pose3, wrap
-from states.site import Site
+
+if TYPE_CHECKING:
+    from states.navigation.local_planner import GlobalPlanner
 
 
 def all_poses(haptic: HapticSettings, deep: Pose3) -> Iterator[Pose2]:
@@ -24,15 +27,14 @@ def all_poses(haptic: HapticSettings, deep: Pose3) -> Iterator[Pose2]:
         yield Pose2(x, y, wrap(direction + math.pi))
 
 
-def poses(site: Site, settings: Settings, deep: Pose3) -> tuple[Pose2, ...]:
-    """The Haptic rover poses that are free at Haptic's inflation, in order (R77)."""
-    planner = site.planner("haptic")
+def poses(settings: Settings, planner: GlobalPlanner, deep: Pose3) -> tuple[Pose2, ...]:
+    """The Haptic rover poses that are free for Haptic's planner, in order (R77)."""
     return tuple(p for p in all_poses(settings.haptic, deep) if planner.is_free((p.x, p.y)))
 
 
 def reachable(now: Situation, free: tuple[Pose2, ...]) -> dict[Pose2, float]:
     """The poses that the robot can drive to, in order, with the time that the drive takes, s."""
-    planner, here = now.site.planner("haptic"), (now.pose.x, now.pose.y)
+    planner, here = now.planners["haptic"], (now.pose.x, now.pose.y)
     found = {}
     for goal in free:
         place = (goal.x, goal.y)
@@ -96,10 +98,10 @@ class ChooseHapticPose(Action):
 
     outcomes = ("chosen", "none", "out_of_reach")
     outputs = {"chosen": {"pose": Pose2}}
-    reads = {**READS, "haptic.poses": None}
+    reads = {**WAYS, "haptic.poses": None}
 
     def run(self, ctx: Context, deep: Pose3) -> Run:
-        while (now := situation(ctx)) is None:
+        while (now := situation(ctx, "haptic")) is None:
             yield On("base.pose", "user.pose")
         times = reachable(now, ctx.value("haptic.poses") or ())
         if not times:

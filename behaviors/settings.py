@@ -21,6 +21,7 @@ from engine.files.units import (
 )
 from hw.robot import MotionLimits, RobotModel
 from hw.safety_limits import SafetyLimits
+from hw.sim.sensors import SensorModel
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +87,10 @@ class PlantSettings:
     tracking_delay: Duration
     tracking_noise: Length
     pose_noise: Length
+
+    def sensors(self, seed: int) -> SensorModel:
+        """The same for `hw`."""
+        return SensorModel(self.tracking_delay, self.tracking_noise, self.pose_noise, seed)
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,13 +10,16 @@ from behaviors.settings import Settings
 from engine.signals import Derived, Estimated, Measured, Signal
 from engine.types import Type
 from hw.geometry import Pose2, Pose3, Twist2
-from hw.samples import ArmState, BumperHit, UserPose
+from hw.samples import ArmState, BumperHit, Scan, UserPose
 from states.signals.motion import StillnessEstimator, VelocityEstimator
-from states.site import Site
+from states.site import SUBSYSTEMS, Site, SubsystemName
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from states.navigation.layers import Costmaps
+    from states.navigation.local_planner import GlobalPlanner
 
 TYPES = {kind.__name__: Type(kind.__name__, python=kind) for kind in (Pose2, Pose3, UserPose)}
 
@@ -27,6 +30,7 @@ MEASURED = (
     Measured("base.twist", Twist2, about="velocity in the base frame"),
     Measured("base.mode", str, about="how the wheels are driven: omni or differential"),
     Measured("base.refusal", str, about="why a base that is to drive does not, none while it may"),
+    Measured("base.scan", Scan, about="one turn of a scanner, in base_link"),
     Measured("arm.joints", ArmState),
     Measured("user.pose", UserPose, about="tracked pose of the user, none while it is lost"),
     Measured("vr.haptic_request", Pose3, about="where the user reaches, while they do"),
@@ -44,6 +48,7 @@ def signals(site: Site, settings: Settings) -> tuple[Signal, ...]:
     cells = cache(partial(_cells, site, settings))
     return (
         *MEASURED,
+        *planning(site),
         Estimated(
             "user.velocity", ("user.pose",), partial(VelocityEstimator, user.window), Twist2,
             about="in the map, by least squares; turn of the body as wz",
@@ -66,20 +71,51 @@ def signals(site: Site, settings: Settings) -> tuple[Signal, ...]:
             about="both zones are clear, with hysteresis",
         ),
         Derived(
-            "escape.poses", ("user.pose", "base.pose"),
-            partial(escape.poses, site, settings), tuple,
+            "escape.poses", ("escape.planner", "user.pose", "base.pose"),
+            partial(escape.poses, settings), tuple,
             about="the free Escape poses, in order",
         ),
         Derived(
-            "chase.space", ("user.pose",),
-            partial(chase.space, site, settings, cells), chase.ChaseSpace,
+            "chase.space", ("chase.planner", "user.pose"),
+            partial(chase.space, settings, cells), chase.ChaseSpace,
             about="the cells about the user, best first",
         ),
         Derived(
-            "haptic.poses", ("vr.haptic_request",), partial(haptic.poses, site, settings), tuple,
+            "haptic.poses", ("haptic.planner", "vr.haptic_request"),
+            partial(haptic.poses, settings), tuple,
             about="the free Haptic rover poses, in order",
         ),
     )  # fmt: skip
+
+
+def planning(site: Site) -> tuple[Signal, ...]:
+    """Costmaps and planner of each subsystem."""
+    return tuple(signal for name in SUBSYSTEMS for signal in _planning(site, name))
+
+
+def _planning(site: Site, name: SubsystemName) -> tuple[Signal, Signal]:
+    """`exact` goes by the room alone."""
+    kind = site.navigation.named(name).planner
+    costmap = Estimated(
+        f"{name}.costmap", ("base.pose", "user.pose", "base.scan"),
+        partial(site.costmap_estimator, name), needs=(),
+        about="cells of the map, and about the robot what scans have shown",
+    )  # fmt: skip
+    about = "finds ways for the robot's centre"
+    if kind == "exact":
+        planner = Derived(f"{name}.planner", ("site",), partial(_static, name), about=about)
+    else:
+        on_cells = partial(_on_cells, kind)
+        planner = Derived(f"{name}.planner", (costmap.name,), on_cells, about=about)
+    return costmap, planner
+
+
+def _static(name: SubsystemName, site: Site) -> GlobalPlanner:
+    return site.static_planners[name]
+
+
+def _on_cells(kind: str, costmaps: Costmaps) -> GlobalPlanner:
+    return costmaps.planner(kind)
 
 
 def _distance(user: UserPose, base: Pose2) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from behaviors.settings import Settings
 from engine.state import Context
@@ -12,7 +13,11 @@ from hw.room import Disc, Point
 from hw.safety_limits import OLD_S
 from hw.samples import UserPose
 from states import ages
+from states.navigation.states import PLANNERS, planner_of
 from states.site import Site, SubsystemName
+
+if TYPE_CHECKING:
+    from states.navigation.local_planner import GlobalPlanner
 
 AGE_S = OLD_S
 """Poses and velocities are used up to this age, s; see `states.ages`."""
@@ -22,6 +27,8 @@ SPARE = 0.02
 
 READS: Mapping[str, float | None] = {"site": None, "settings": None, **ages.READS}
 """What a state must declare to ask for a situation."""
+WAYS: Mapping[str, float | None] = {**READS, **PLANNERS}
+"""The same for one with planners."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,6 +37,7 @@ class Situation:
 
     `user` is the user's pose and `velocity` their velocity in the map, turn of the body as wz. All
     of it is of now: where the poses are late, `share` says how much of the speed is left.
+    `planners` are those asked for, by subsystem.
     """
 
     site: Site
@@ -38,6 +46,7 @@ class Situation:
     twist: Twist2
     user: UserPose
     velocity: Twist2
+    planners: Mapping[SubsystemName, GlobalPlanner]
     share: float = 1.0
 
     @property
@@ -63,11 +72,24 @@ class Situation:
         return self.site.slowed(command, self.share, name)
 
 
-def situation(ctx: Context) -> Situation | None:
-    """The present situation; None while something is unknown or too old."""
+def situation(ctx: Context, *subsystems: SubsystemName) -> Situation | None:
+    """The present situation with these planners; None while something is unknown or too old."""
     robot, user = ages.robot(ctx), ages.user(ctx)
     if robot is None or user is None or user.velocity is None:
         return None
-    share = min(robot.share, user.share)
-    site, settings = ctx.value("site"), ctx.value("settings")
-    return Situation(site, settings, robot.pose, robot.twist, user.pose, user.velocity, share)
+    planners = {}
+    for name in subsystems:
+        planner = planner_of(ctx, name)
+        if planner is None:
+            return None
+        planners[name] = planner
+    return Situation(
+        site=ctx.value("site"),
+        settings=ctx.value("settings"),
+        pose=robot.pose,
+        twist=robot.twist,
+        user=user.pose,
+        velocity=user.velocity,
+        planners=planners,
+        share=min(robot.share, user.share),
+    )

@@ -331,17 +331,21 @@ def _is_named(path: str, name: str) -> bool:
 def _declared(
     machine: Machine, known: Catalogue, taken_over: Mapping[str, Any]
 ) -> dict[str, Signal]:
-    """The signals that the chart reads: those of one's own as they are, all others measured."""
-    from behaviors.signals import MEASURED
+    """The signals that the chart reads: those of one's own as they are, all others measured.
 
-    own = {signal.name: signal for signal in known.own_signals if signal.name not in taken_over}
-    events = {signal.name for signal in MEASURED if signal.event}
+    A site that is given says who plans.
+    """
+    from behaviors.signals import MEASURED, planning
+
+    shipped = (*MEASURED, *(planning(taken_over["site"]) if "site" in taken_over else ()))
+    others = (s for s in (*shipped, *known.own_signals) if s.name not in taken_over)
+    own = {s.name: s for s in MEASURED} | {s.name: s for s in others}
     found: dict[str, Signal] = {}
 
     def add(name: str) -> None:
         if name in found:
             return
-        signal = own.get(name) or Measured(name, event=name in events)
+        signal = own.get(name) or Measured(name)
         for source in getattr(signal, "of", ()):
             add(source)
         found[name] = signal

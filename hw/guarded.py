@@ -33,8 +33,8 @@ STOP_LOCK, ARM_LOCK = "stop", "arm"
 REFUSALS = {STOP_LOCK: "the stop line is pulled", ARM_LOCK: "the arm is not folded"}
 FOLDED_RAD = 0.02
 """The arm is folded if every joint is that near to where it is when parked."""
-CYCLE_S = 0.01
-"""Longest time between two cycles, s."""
+CYCLE_NS = 10_000_000
+"""Longest time between two cycles."""
 Hear = Callable[[int, int, Any], None]
 """Takes now and the stamp, ns, and the value of a sample."""
 
@@ -91,6 +91,12 @@ class GuardedBase:
         else:
             self._hears["base.pose"] = partial(self._measure, "base.pose")
             self._hears["base.twist"] = partial(self._measure, "base.twist")
+
+    @property
+    def mode(self) -> DriveMode:
+        """How the wheels are driven; wheels that know of no modes go in all directions."""
+        mode: DriveMode = getattr(self.base, "mode", "omni")
+        return mode
 
     @property
     def hears(self) -> tuple[str, ...]:
@@ -151,7 +157,7 @@ class GuardedBase:
     def samples(self, now_ns: int) -> list[Sample]:
         """Those of the wheels, and what has changed of mode and refusal."""
         found = list(self.base.samples(now_ns))
-        for name, value in (("base.mode", self.base.mode), ("base.refusal", self.refusal)):
+        for name, value in (("base.mode", self.mode), ("base.refusal", self.refusal)):
             if name not in self._told or value != self._told[name]:
                 self._told[name] = value
                 found.append(Sample(name, now_ns, value))
@@ -197,7 +203,7 @@ class GuardedBase:
         """What of the next velocity, ramps included, may go to the motors; see `SafetyChain`."""
         chain, stamp = self.chain, self._stamp_ns
         with self._mutex:
-            chain.holonomic = self.base.mode == "omni"
+            chain.holonomic = self.mode == "omni"
             # a stop does not get old
             record = chain.admit(now_ns, command, now_ns if stamp is None else stamp, pose, twist)
         self._pull_if_latched()

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
-from hw.guarded import CYCLE_S, GuardedBase
+from hw.guarded import CYCLE_NS, GuardedBase
 from hw.interfaces import DriveMode
 from hw.person import Person
 from hw.prop import GripperModel, Prop, WrenchModel
@@ -17,8 +17,6 @@ from hw.scene import Scene
 from hw.sim.arm import JointCourse, begins_at
 from hw.sim.tool import Hand, SimGripper, SimWrench
 from hw.sim.world import World
-
-CYCLE_NS = round(CYCLE_S * 1e9)
 
 
 class MockBase:

@@ -1,13 +1,15 @@
 """What states know of the place they work in: room, robot, limits, navigation values.
 
-The wiring puts one `Site` as the signal `site` at time 0; it never changes during a run.
+The wiring gives one `Site` as the constant signal `site`. Nothing of it changes during a run; what
+is derived from it is made when first asked for and is the same ever after.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, Literal, get_args
 
 from engine.files.units import Angle, Length, Speed
 from hw.geometry import Outline, Pose2, Twist2
@@ -21,12 +23,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from states.arm.motion import Workspace
-    from states.navigation.layers import Layers
+    from states.navigation.layers import CostmapEstimator, Costmaps
     from states.navigation.local_planner import GlobalPlanner, LocalPlanner
     from states.navigation.maps import OccupancyMap
-    from states.navigation.visibility import ExactPlanner
 
 SubsystemName = Literal["chase", "haptic", "escape"]
+SUBSYSTEMS: tuple[SubsystemName, ...] = get_args(SubsystemName)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,42 +106,51 @@ class Site:
     period: float = 1.0 / 30.0
     latency: float = 0.0
     map: OccupancyMap | None = None
-    _exact: dict[float, ExactPlanner] = field(default_factory=dict, init=False, repr=False)
-    _layers: dict[str, Layers] = field(default_factory=dict, init=False, repr=False)
 
-    def planner(self, name: SubsystemName) -> GlobalPlanner:
-        """The planner of a subsystem, made when first asked for."""
-        subsystem, room = self.navigation.named(name), self.room
-        if subsystem.planner != "exact":
-            return self.layers(name).planner
+    @cached_property
+    def static_costmaps(self) -> Mapping[SubsystemName, Costmaps]:
+        """Of each subsystem, from map or room alone."""
+        from states.navigation.layers import costmaps_of, map_of
+
+        drawn = cache(lambda resolution: self.map or map_of(self.room, resolution))
+        found = {}
+        for name in SUBSYSTEMS:
+            subsystem = self.navigation.named(name)
+            values = subsystem.costmap
+            found[name] = costmaps_of(drawn(values.resolution), subsystem.inflation, values)
+        return found
+
+    @cached_property
+    def static_planners(self) -> Mapping[SubsystemName, GlobalPlanner]:
+        """Of each subsystem, by map or room alone: what scans show they do not know.
+
+        A state asks for the signal `<subsystem>.planner` instead.
+        """
         from states.navigation.visibility import ExactPlanner
 
-        inflation = subsystem.inflation
-        if inflation not in self._exact:
-            self._exact[inflation] = ExactPlanner(
-                room.outer, room.obstacles, inflation_radius=inflation
+        @cache
+        def exact(inflation: float) -> ExactPlanner:
+            outer, obstacles = self.room.outer, self.room.obstacles
+            return ExactPlanner(outer, obstacles, inflation_radius=inflation)
+
+        found: dict[SubsystemName, GlobalPlanner] = {}
+        for name in SUBSYSTEMS:
+            subsystem = self.navigation.named(name)
+            on_cells = subsystem.planner != "exact"
+            found[name] = (
+                self.static_costmaps[name].planner(subsystem.planner)
+                if on_cells
+                else exact(subsystem.inflation)
             )
-        return self._exact[inflation]
+        return found
 
-    def layers(self, name: SubsystemName) -> Layers:
-        """The costmaps of a subsystem whose planner is on cells, made when first asked for.
+    def costmap_estimator(self, name: SubsystemName) -> CostmapEstimator:
+        """A new one of the costmaps of a subsystem; one per run."""
+        from states.navigation.layers import CostmapEstimator
 
-        Raises:
-            ValueError: its planner has none.
-        """
-        from states.navigation.layers import PLANNERS, Layers, map_of
+        return CostmapEstimator(self.static_costmaps[name], self.navigation.named(name).costmap)
 
-        subsystem = self.navigation.named(name)
-        if subsystem.planner not in PLANNERS:
-            raise ValueError(f"{name}: planner '{subsystem.planner}' plans without a costmap")
-        if name not in self._layers:
-            values = subsystem.costmap
-            static = self.map or map_of(self.room, values.resolution)
-            layers = Layers(subsystem.planner, static, subsystem.inflation, values)
-            self._layers[name] = layers
-        return self._layers[name]
-
-    def driver(self, name: SubsystemName) -> LocalPlanner:
+    def driver(self, name: SubsystemName, planner: GlobalPlanner) -> LocalPlanner:
         """A new local planner with the values of a subsystem; one per drive."""
         from states.navigation.profile import Limits, ProfilePlanner, Tolerance
 
@@ -151,7 +162,6 @@ class Site:
             min(own.base_yaw_rate, base.max_yaw_rate),
             own.base_yaw_acceleration,
         )
-        planner = self.planner(name)
         tolerance = Tolerance(subsystem.tolerance, subsystem.yaw_tolerance)
         if subsystem.local_planner == "profile":
             return ProfilePlanner(planner, limits, tolerance, latency=self.latency)
@@ -167,18 +177,17 @@ class Site:
         from states.navigation import profile
 
         profile.warm_up()
-        names: tuple[SubsystemName, ...] = ("chase", "haptic", "escape")
-        used = [self.navigation.named(name) for name in names]
+        used = [self.navigation.named(name) for name in SUBSYSTEMS]
         if any(subsystem.planner != "exact" for subsystem in used):
-            from states.navigation import grid_planners
+            from states.navigation import grid_planners, obstacles
 
             grid_planners.warm_up()
+            obstacles.warm_up()
         if any(subsystem.local_planner == "teb" for subsystem in used):
             from states.navigation import teb_planner
 
             teb_planner.warm_up()
-        for name in names:
-            self.planner(name)
+        _ = self.static_planners
 
     def slowed(self, command: Twist2, share: float, name: SubsystemName) -> Twist2:
         """A subsystem's command within this share of its speed; see `states.ages`."""

@@ -101,20 +101,20 @@ def _least(work: Callable[[], object], rounds: int) -> float:
 
 def decisions(site: Site, settings: Any) -> dict[str, Callable[[Situation], Any]]:
     """What each behaviour does between a sample and its decision."""
-    cells = grid(site, settings)
+    cells, planners = grid(site, settings), site.static_planners
 
     def for_chase(now: Situation) -> Any:
-        space = chase.space(site, settings, lambda: cells, now.user)
+        space = chase.space(settings, lambda: cells, planners["chase"], now.user)
         return _step(chase.ChooseChasePose(), now, {"chase.space": space})
 
     def for_haptic(now: Situation) -> Any:
         x, y = now.user.body.transform(settings.haptic.deep_ahead, 0.0)
         deep = Pose3.from_yaw(x, y, settings.haptic.deep_height, now.user.body.yaw)
-        free = haptic.poses(site, settings, deep)
+        free = haptic.poses(settings, planners["haptic"], deep)
         return _step(haptic.ChooseHapticPose(), now, {"haptic.poses": free}, deep=deep)
 
     def for_escape(now: Situation) -> Any:
-        free = escape.poses(site, settings, now.user, now.pose)
+        free = escape.poses(settings, planners["escape"], now.user, now.pose)
         return _step(escape.Flee(), now, {"escape.poses": free, "escape.safe": False})
 
     return {"chase": for_chase, "haptic": for_haptic, "escape": for_escape}
@@ -126,6 +126,7 @@ def _step(state: Action, now: Situation, more: Mapping[str, Any], **inputs: Any)
         "site": now.site, "settings": now.settings, "base.pose": now.pose,
         "base.twist": now.twist, "user.pose": now.user, "user.velocity": now.velocity,
         "arm.joints": None, **more,
+        **{f"{name}.planner": planner for name, planner in now.planners.items()},
     }  # fmt: skip
     run = state.run(_Moment(values), **inputs)  # type: ignore[arg-type]
     try:
@@ -140,18 +141,20 @@ def situations(site: Site, settings: Any, count: int) -> list[Situation]:
     """Robots at random free places, and users who walk up to them; the same every time."""
     rng = np.random.default_rng(SEED)
     low, high = np.min(site.room.outer, axis=0), np.max(site.room.outer, axis=0)
+    planners = site.static_planners
     found: list[Situation] = []
     while len(found) < count:
         x, y = (float(value) for value in rng.uniform(low, high))
         yaw, bearing = (float(value) for value in rng.uniform(-math.pi, math.pi, 2))
         away = float(rng.uniform(NEAR, FAR))
         body = Pose2(x + away * math.cos(bearing), y + away * math.sin(bearing), 0.0)
-        if not (site.planner("chase").is_free((x, y)) and site.room.is_free(body.x, body.y)):
+        if not (planners["chase"].is_free((x, y)) and site.room.is_free(body.x, body.y)):
             continue
         if site.room.clearance(body.x, body.y) < RADIUS:
             continue
         towards = math.atan2(y - body.y, x - body.x)
         user = UserPose(Pose2(body.x, body.y, towards), towards)
         velocity = Twist2(WALK * math.cos(towards), WALK * math.sin(towards))
-        found.append(Situation(site, settings, Pose2(x, y, yaw), Twist2(0.0), user, velocity))
+        pose = Pose2(x, y, yaw)
+        found.append(Situation(site, settings, pose, Twist2(0.0), user, velocity, planners))
     return found

@@ -16,12 +16,14 @@ from behaviors.situation import Situation
 from cobodeck.stage import Options, stage
 from cobodeck.wiring import Setup
 from engine.machine import RUNNING, Leaf
+from engine.signals import Board
 from hw.geometry import STILL, Pose2, Pose3
 from hw.person import Person
 from hw.room import Point
 from hw.samples import UserPose
 from hw.scene import Scene
 from hw.sim.world import World
+from states.navigation.local_planner import GlobalPlanner
 from states.navigation.states import user_disc
 from states.site import Site, SubsystemName
 
@@ -55,17 +57,18 @@ def with_next_drive(moment: Moment, site: Site, settings: Settings) -> Moment:
     """The moment with the way to where Haptic, or else Chase, would send the robot now."""
     if moment.user is None:
         return moment
-    now = Situation(site, settings, moment.robot, STILL, moment.user, STILL)
+    planners = site.static_planners
+    now = Situation(site, settings, moment.robot, STILL, moment.user, STILL, planners)
     goal: Pose2 | None
     if moment.deep is not None:
-        free = poses(site, settings, moment.deep)
+        free = poses(settings, planners["haptic"], moment.deep)
         goal = best_pose(now, reachable(now, free), moment.deep)
-        return replace(moment, path=_path(site, "haptic", moment, goal))
+        return replace(moment, path=_path(site, "haptic", planners["haptic"], moment, goal))
     cells = grid(site, settings)
-    around = space(site, settings, lambda: cells, moment.user)
+    around = space(settings, lambda: cells, planners["chase"], moment.user)
     place = best_cell(now, around)
     goal = None if place is None else Pose2(*place, tangent_yaw(around.centre, place, 0.0))
-    return replace(moment, path=_path(site, "chase", moment, goal))
+    return replace(moment, path=_path(site, "chase", planners["chase"], moment, goal))
 
 
 def after(
@@ -92,8 +95,16 @@ def after(
         caption=f"{world.now_ns * 1e-9:.1f} s, {_doing(running, outcome)}",
     )
     for subsystem, goal in islice(_drives(running), 1):
-        moment = replace(moment, path=_path(setup.site, subsystem, moment, goal))
+        planner = _planner(setup.site, subsystem, loop.wired.board)
+        moment = replace(moment, path=_path(setup.site, subsystem, planner, moment, goal))
     return moment
+
+
+def _planner(site: Site, subsystem: SubsystemName, board: Board) -> GlobalPlanner:
+    """The one that the run goes by."""
+    slot = board.slots.get(f"{subsystem}.planner")
+    newest = None if slot is None else slot.read()
+    return site.static_planners[subsystem] if newest is None else newest.value
 
 
 def _user_of(person: Person | None) -> UserPose | None:
@@ -114,13 +125,17 @@ def _drives(leaves: Iterable[Leaf]) -> Iterable[tuple[SubsystemName, Pose2]]:
 
 
 def _path(
-    site: Site, subsystem: SubsystemName, moment: Moment, goal: Pose2 | None
+    site: Site,
+    subsystem: SubsystemName,
+    planner: GlobalPlanner,
+    moment: Moment,
+    goal: Pose2 | None,
 ) -> tuple[Point, ...]:
     if goal is None:
         return ()
     here, there = (moment.robot.x, moment.robot.y), (goal.x, goal.y)
     disc = user_disc(moment.user, site.navigation.named(subsystem))
-    path = site.planner(subsystem).plan(here, there, disc)
+    path = planner.plan(here, there, disc)
     return () if path is None else path.points
 
 

@@ -50,7 +50,7 @@ def draw_chase(on: Sheet, site: Site, settings: Settings, user: UserPose) -> Non
     cells = grid(site, settings)
     if not len(cells):
         return
-    planner = site.planner("chase")
+    planner = site.static_planners["chase"]
     free = np.array([planner.is_free(centre.transform(x, y)) for x, y, _ in cells.tolist()])
     reach = math.ceil(chase.outer / chase.cell)
     image = np.zeros((2 * reach, 2 * reach, 4))
@@ -109,7 +109,7 @@ def _draw_tangents(on: Sheet, centre: Pose2, free: Array, radius: float, cell: f
 
 def draw_escape(on: Sheet, site: Site, settings: Settings, user: UserPose, robot: Pose2) -> None:
     """The Escape poses in the room, as arrows along the robot's yaw, in order (R106-R110)."""
-    free = set(escape.poses(site, settings, user, robot))
+    free = set(escape.poses(settings, site.static_planners["escape"], user, robot))
     everywhere = enumerate(escape.all_poses(settings.escape, user, robot), 1)
     shown = [(n, pose) for n, pose in everywhere if contains(site.room.outer, pose.x, pose.y)]
     for number, pose in shown:
@@ -125,7 +125,8 @@ def draw_escape(on: Sheet, site: Site, settings: Settings, user: UserPose, robot
 
 def draw_haptic(on: Sheet, site: Site, settings: Settings, deep: Pose3) -> None:
     """The rover poses on their half circle, numbered in order, and the DEEP (R75-R77)."""
-    shape, free = settings.haptic, set(haptic.poses(site, settings, deep))
+    shape, planner = settings.haptic, site.static_planners["haptic"]
+    free = set(haptic.poses(settings, planner, deep))
     half = math.degrees(max((abs(angle) for angle in shape.angles), default=0.0))
     yaw, place = math.degrees(deep.yaw), (deep.x, deep.y)
     size = 2.0 * shape.radius

@@ -13,12 +13,14 @@ from __future__ import annotations
 import math
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
-from hw.guarded import CYCLE_S, GuardedBase
+from hw.guarded import CYCLE_NS, GuardedBase
 from hw.interfaces import DriveMode
 from hw.robot import MotionLimits, RobotModel
 from hw.samples import Sample
+from hw.sim.sensors import Noise, added
 
 _GRAVITY = 9.81
+_EXACT = Pose2(0.0, 0.0)
 _TURN_STEP = 0.01
 """Pieces of a turn, rad, in which the direction of the wanted velocity stays as it is."""
 _TURN_SHARE = math.sqrt(0.5)
@@ -35,12 +37,19 @@ class SimBase:
     `differential` mode the base goes along its heading only, and the curve is widened where speed
     times yaw rate would exceed the acceleration. A change of mode waits for standstill.
 
-    `gate` is asked what may go to the wheels; None: all of it.
+    `gate` is asked what may go to the wheels; None: all of it. `noise` is that of the pose as it is
+    measured, by the gate too; `pose` is the true one.
     """
 
     signals: tuple[str, ...] = ("base.pose", "base.twist")
 
-    def __init__(self, model: RobotModel, limits: MotionLimits, start: Pose2) -> None:
+    def __init__(
+        self,
+        model: RobotModel,
+        limits: MotionLimits,
+        start: Pose2,
+        noise: Noise | None = None,
+    ) -> None:
         base = model.base
         self.pose = start
         self.mode: DriveMode = base.modes[0]
@@ -49,6 +58,7 @@ class SimBase:
         self.energy_j = 0.0
         self.braked = False
         self.gate: GuardedBase | None = None
+        self._noise, self._error = noise, _EXACT
         self._model = base
         self._mass = model.mass
         self._rolling = base.rolling_resistance * model.mass * _GRAVITY
@@ -94,7 +104,8 @@ class SimBase:
         if self._reported == now_ns:
             return []
         self._reported = now_ns
-        return [Sample("base.pose", now_ns, self.pose), Sample("base.twist", now_ns, self.twist)]
+        pose = self._measured()
+        return [Sample("base.pose", now_ns, pose), Sample("base.twist", now_ns, self.twist)]
 
     def block(self, pose: Pose2) -> None:
         """Something solid holds the base: it stands at once, at this pose."""
@@ -110,6 +121,12 @@ class SimBase:
             self._move(max(self._now, self._expires))
             self._target = STILL
         self._move(until_ns)
+        if self._noise is not None:
+            self._error = self._noise.error(until_ns)
+
+    def _measured(self) -> Pose2:
+        """Where the base takes itself to be: the error stays as it is until the next instant."""
+        return self.pose if self._noise is None else added(self.pose, self._error)
 
     def _limited(self, command: Twist2) -> Twist2:
         vx, wz = command.vx, command.wz
@@ -142,7 +159,7 @@ class SimBase:
         turning = max(abs(self._wz), abs(target.wz)) * span
         pieces = max(1, math.ceil(turning / _TURN_STEP))
         if self.gate is not None and span > 0.0:
-            self._go_gated(self.gate, target, since, max(pieces, math.ceil(span / CYCLE_S)))
+            self._go_gated(self.gate, target, since, max(pieces, -(-(until_ns - since) // CYCLE_NS)))
             return
         for _ in range(pieces):
             self._step(self._toward(target, span / pieces, self.braked))
@@ -157,7 +174,7 @@ class SimBase:
             now = since + span * cycle // cycles
             motion = self._toward(target, h, braked)
             command = self._twist(motion)
-            admitted = gate.admit(now, command, self.pose, self.twist)
+            admitted = gate.admit(now, command, self._measured(), self.twist)
             if admitted is not command:
                 motion = self._toward(self._limited(admitted), h, braked=True)
                 command = self._twist(motion)

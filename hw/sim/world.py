@@ -8,10 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Protocol
+from typing import Any, Protocol
 
 from hw.geometry import Pose2, Twist2, wrap
-from hw.guarded import GuardedBase
+from hw.guarded import CYCLE_NS, GuardedBase
 from hw.interfaces import Arm, Base, Part
 from hw.person import RADIUS, Person
 from hw.robot import MotionLimits, RobotModel
@@ -22,6 +22,7 @@ from hw.scene import Scene, SceneError
 from hw.sim.arm import SimArm
 from hw.sim.base import SimBase
 from hw.sim.contact import gap, rectangle_segment_distance, swept_gap
+from hw.sim.sensors import IDEAL, SensorModel
 from hw.sim.surroundings import ScriptedOperator, SimBumper, SimStopLine, SimTrackers, SimVr
 from hw.sim.tool import Hand
 
@@ -92,12 +93,13 @@ class World:
         area_only: bool = False,
         safety: SafetyLimits | None = None,
         latency_ns: int = 0,
+        sensors: SensorModel = IDEAL,
     ) -> None:
         limits = limits or MotionLimits()
         self.scene, self.robot, self.person = scene, robot, person
         self.latency_ns = latency_ns
         start = Pose2(0.0, 0.0) if scene is None else scene.robot_start
-        self.base = base or SimBase(robot, limits, start)
+        self.base = base or SimBase(robot, limits, start, sensors.of_pose)
         self.arm = arm or SimArm(robot.arm, limits)
         self.hand = hand or Hand.of(robot.prop)
         self.now_ns = 0
@@ -128,8 +130,11 @@ class World:
         if person is not None:
             room = None if scene is None or not area_only else scene.room
             parts["vr"] = self._vr = SimVr(person)
-            parts["trackers"] = self._trackers = SimTrackers(person, room)
+            parts["trackers"] = self._trackers = SimTrackers(
+                person, room, round(sensors.tracking_delay * 1e9), sensors.of_tracking
+            )
         self.parts: Mapping[str, Part] = {k: part for k, part in parts.items() if part is not None}
+        self._own: tuple[Any, ...] = ()
         self._check_start()
 
     @property
@@ -141,6 +146,19 @@ class World:
     def truth(self) -> World:
         """Itself: where everything truly is."""
         return self
+
+    def add(self, parts: Mapping[str, Part]) -> None:
+        """Parts of one's own, in place of those of the same names; `advance` moves them on.
+
+        A base of one's own gets a guard too, which lets it go from cycle to cycle.
+        """
+        self._own = tuple(part for part in parts.values() if hasattr(part, "advance"))
+        own: dict[str, Any] = dict(parts)
+        if "base" in own:
+            limits, parked = self.guard.chain.limits, self.robot.arm.parked
+            self.guard = GuardedBase(own["base"], limits, parked, self._line.pull)
+            own["base"] = self.guard
+        self.parts = {**self.parts, **own}
 
     def quiet_until(self) -> int:
         """Something is measured at every instant."""
@@ -167,7 +185,8 @@ class World:
         self._advance(to_ns)
 
     def _advance(self, now_ns: int) -> None:
-        self._elapsed_s, self.now_ns = (now_ns - self.now_ns) * 1e-9, now_ns
+        since_ns, self.now_ns = self.now_ns, now_ns
+        self._elapsed_s = (now_ns - since_ns) * 1e-9
         base, arm, person = self.base, self.arm, self.person
         robot_before = base.pose
         base.braked = arm.braked = self._line.reason is not None
@@ -179,6 +198,17 @@ class World:
         if person is not None:
             self._advance_person(person, robot_before)
         self._operator.step(now_ns)
+        self._advance_own(since_ns, now_ns)
+
+    def _advance_own(self, since_ns: int, now_ns: int) -> None:
+        """Parts of one's own; a base among them from cycle to cycle."""
+        wheels: Any = self.guard.base
+        if wheels is not self.base:
+            for now in range(since_ns, now_ns, CYCLE_NS):
+                self.guard.cycle(now)
+                wheels.advance(min(now + CYCLE_NS, now_ns))
+        for part in self._own:
+            part.advance(now_ns)
 
     def _advance_person(self, person: Person, robot_before: Pose2) -> None:
         body_before = person.body
@@ -186,7 +216,9 @@ class World:
         if self.base.pose is not robot_before or person.body is not body_before:
             self._watch_gap(person, robot_before, body_before)
         assert self._vr is not None
+        assert self._trackers is not None
         self._vr.step(self.now_ns)
+        self._trackers.step()
 
     def _hits_wall(self, pose: Pose2) -> bool:
         return self._walls is not None and self._walls.hit_by(pose)

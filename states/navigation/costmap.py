@@ -26,7 +26,6 @@ from states.navigation.distance import (
     squared_distances,
 )
 from states.navigation.maps import UNKNOWN, OccupancyMap
-from states.navigation.obstacles import ObstacleLayer
 
 Ring = Sequence[Point]
 
@@ -62,10 +61,9 @@ class SpeedZone:
 
 
 class Costmap:
-    """The costs of one navigation subsystem's global or local map.
+    """The costs of one navigation subsystem's global or local map; computed once (R36).
 
-    Without `obstacles` it is computed once (R36). With them, `update` gathers what they have seen
-    since; a layer that rolls with the robot takes the costmap along (R37).
+    `obstacles` are the costs of an `ObstacleLayer` on the same cells.
     """
 
     def __init__(
@@ -75,29 +73,24 @@ class Costmap:
         *,
         static: OccupancyMap | None = None,
         values: StaticValues | None = None,
-        obstacles: ObstacleLayer | None = None,
+        obstacles: Costs | None = None,
         keepouts: Sequence[Ring] = (),
         speed_zones: Sequence[SpeedZone] = (),
     ) -> None:
         self.inflation = inflation
-        self.grid = obstacles.grid if obstacles else grid
+        self.grid = grid
         self.speed_zones = tuple(speed_zones)
-        self._static = static
-        self._static_costs = None if static is None else (values or StaticValues()).costs(static)
-        self._obstacles = obstacles
-        self._keepouts = tuple(keepouts)
-        self._table = inflation.table(self.grid.resolution)
-        self._base = self._base_costs()
-        self.costs = self._raise()
-
-    def update(self) -> None:
-        """Take over what the obstacle layer knows now."""
-        if self._obstacles is None:
-            return
-        if self._obstacles.grid != self.grid:
-            self.grid = self._obstacles.grid
-            self._base = self._base_costs()
-        self.costs = self._raise()
+        costs = np.full((grid.rows, grid.columns), FREE, np.uint8)
+        if static is not None:
+            drawn = (values or StaticValues()).costs(static)
+            costs = sample(drawn, static.resolution, static.map_from_corner, grid)
+        if obstacles is not None:
+            costs = with_maximum(costs, obstacles)
+        squared = squared_distances(costs == LETHAL)
+        table = inflation.table(grid.resolution)
+        self.costs: Costs = inflate(costs, squared, table, inflation.inflate_unknown)
+        for ring in keepouts:
+            self.costs[fill_rings(grid, [ring])] = LETHAL
 
     def cost(self, x: float, y: float, user: Disc | None = None) -> int:
         """Cost of a place, with the user's inflated body; unknown outside the map."""
@@ -112,22 +105,6 @@ class Costmap:
         """The lowest limit of the zones a place lies in, m/s; inf outside of all."""
         inside = (zone.speed for zone in self.speed_zones if contains(zone.ring, x, y))
         return min(inside, default=math.inf)
-
-    def _base_costs(self) -> Costs:
-        if self._static is None or self._static_costs is None:
-            return np.full((self.grid.rows, self.grid.columns), FREE, np.uint8)
-        static = self._static
-        return sample(self._static_costs, static.resolution, static.map_from_corner, self.grid)
-
-    def _raise(self) -> Costs:
-        costs = self._base.copy()
-        if self._obstacles is not None:
-            costs = with_maximum(costs, self._obstacles.costs)
-        squared = squared_distances(costs == LETHAL)
-        costs = inflate(costs, squared, self._table, self.inflation.inflate_unknown)
-        for ring in self._keepouts:
-            costs[fill_rings(self.grid, [ring])] = LETHAL
-        return costs
 
 
 def with_maximum(master: Costs, layer: Costs) -> Costs:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
+from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -51,9 +52,13 @@ class GridPlanner(ABC):
         lethal_cost: int = INSCRIBED,
         allow_unknown: bool = True,
     ) -> None:
+        self.grid, self.costs = grid, costs
         self.lethal_cost = lethal_cost
         self.allow_unknown = allow_unknown
-        self.use(grid, costs)
+        blocked = costs >= lethal_cost
+        if allow_unknown:
+            blocked &= costs != NO_INFORMATION
+        self._free = np.ascontiguousarray(~blocked)
 
     @classmethod
     def in_room(
@@ -73,15 +78,6 @@ class GridPlanner(ABC):
         inflation = Inflation(inflation_radius, inflation_radius)
         costmap = Costmap(grid, inflation, static=map_, keepouts=tuple(keepouts))
         return cls(grid, costmap.costs, allow_unknown=False)
-
-    def use(self, grid: Grid, costs: Costs) -> None:
-        """Plan on these costs from now on."""
-        self.grid, self.costs = grid, costs
-        blocked = costs >= self.lethal_cost
-        if self.allow_unknown:
-            blocked &= costs != NO_INFORMATION
-        self._free = np.ascontiguousarray(~blocked)
-        self._distances: Array | None = None
 
     def plan(
         self, start: Point, goal: Point, user: Disc | None = None, side: int = 0
@@ -120,9 +116,6 @@ class GridPlanner(ABC):
         """
         if self.grid.cell(*place) is None:
             return 0.0
-        if self._distances is None:
-            lethal = np.ascontiguousarray(self.costs == LETHAL)
-            self._distances = distances(lethal, self.grid.resolution)
         between = float(_interpolated(self._distances, *self._in_cells(place)))
         return max(0.0, between - 0.5 * self.grid.resolution)
 
@@ -155,6 +148,10 @@ class GridPlanner(ABC):
         found = _nearest_free(self._free, passable, *self._in_cells(place), around)
         return self._in_map(found) if found[0] >= 0.0 else None
 
+    @cached_property
+    def _distances(self) -> Array:
+        return distances(np.ascontiguousarray(self.costs == LETHAL), self.grid.resolution)
+
     def _in_cells(self, place: Point) -> Point:
         return (
             (place[0] - self.grid.x) / self.grid.resolution,
@@ -183,9 +180,9 @@ class ThetaStarPlanner(GridPlanner):
 class NavfnPlanner(GridPlanner):
     """Potential and gradient as in ROS's global_planner: keeps away from what costs."""
 
-    def use(self, grid: Grid, costs: Costs) -> None:
-        super().use(grid, costs)
-        self._crossing = crossing_costs(costs, self.lethal_cost, self.allow_unknown)
+    @cached_property
+    def _crossing(self) -> Array:
+        return crossing_costs(self.costs, self.lethal_cost, self.allow_unknown)
 
     def _search(self, ends: Array, user: User) -> Array:
         (start_x, start_y), (goal_x, goal_y) = ends.tolist()

@@ -107,7 +107,8 @@ class LocalPlanner(ABC):
     `status` says what the last command was for: `driving`, `arrived` (the goal latched: the robot
     stays where it stopped, unless it is pushed out of twice the tolerance) or `blocked` (there is
     no way; the robot brakes, or leaves the user's disc if it is inside). `path` is the way that
-    the global planner found, None if there is none. `mode` may be changed at any time (R2).
+    the global planner found, None if there is none. `mode` (R2) and the global `planner` may be
+    changed at any time.
     `latency` is how long the base takes to have a velocity that was sent, s: a base that follows
     with this time constant, looked at that much ahead, moves exactly as commanded.
     """
@@ -126,7 +127,7 @@ class LocalPlanner(ABC):
         self.status: Status = "driving"
         self.path: Path | None = None
         self.goal: Pose2 | None = None
-        self._planner = planner
+        self.planner = planner
         self._limits = limits
         self._tolerance = tolerance
         self._pace = Pace(float(limits.speed), float(limits.acceleration), BEND_SHARE, CORNER_ERROR)
@@ -234,10 +235,10 @@ class LocalPlanner(ABC):
         return False
 
     def _way(self, start: Point, goal: Point, user: Disc | None, now: Twist2) -> Path | None:
-        shortest = self._planner.plan(start, goal, user)
+        shortest = self.planner.plan(start, goal, user)
         if user is None or shortest is None or len(shortest.points) == 2:
             return shortest
-        ways = {side: self._planner.plan(start, goal, user, side) for side in (1, -1)}
+        ways = {side: self.planner.plan(start, goal, user, side) for side in (1, -1)}
         times = {
             side: time_from(as_line(way), now.vx, now.vy, self._pace)
             for side, way in ways.items()
@@ -257,7 +258,7 @@ class LocalPlanner(ABC):
             return None
         for margin in (LEAVING_MARGIN, 0.0):
             wider = Disc(user.x, user.y, user.radius + margin)
-            place = self._planner.nearest_free(start, wider)
+            place = self.planner.nearest_free(start, wider)
             if place is not None:
                 return Path.of_points((start, place))
         return None
@@ -298,7 +299,7 @@ class LocalPlanner(ABC):
         time = 0.5 * math.hypot(vx, vy) / self._limits.acceleration
         end = (then[0] + vx * time, then[1] + vy * time)
         slack = EDGE[self.mode]
-        return self._planner.allows(start, then, user, slack) and self._planner.allows(
+        return self.planner.allows(start, then, user, slack) and self.planner.allows(
             then, end, user, slack
         )
 

@@ -88,7 +88,7 @@ class ProfilePlanner(LocalPlanner):
         if either_side:
             self.path = self._way(start, goal, around, now)
         else:
-            self.path = self._planner.plan(start, goal, around)
+            self.path = self.planner.plan(start, goal, around)
         self.status = "blocked" if self.path is None else "driving"
         way_out = self._way_out(start, user)
         if way_out is not None:
@@ -96,7 +96,7 @@ class ProfilePlanner(LocalPlanner):
         if self.path is None:
             return None
         line = as_line(self.path)
-        if not self._planner.is_free(start, around):
+        if not self.planner.is_free(start, around):
             if math.dist(self.path.points[0], self.path.points[1]) > SLACK or len(line) < 3:
                 return line
             line = np.concatenate((line[:1], line[2:]))
@@ -130,7 +130,7 @@ class ProfilePlanner(LocalPlanner):
                 choices.append(_Choice(self._least_gap(pose, now, user, line), line, self))
         present.restore(self)
         for aside in steps_aside(user, self._user_velocity, place, USER_MARGIN):
-            if self._planner.is_free(aside) and self._planner.allows(place, aside, user):
+            if self.planner.is_free(aside) and self.planner.allows(place, aside, user):
                 line = as_line(Path.of_points((place, aside)))
                 choices.append(_Choice(self._least_gap(pose, now, user, line), line, self))
         choices.append(_Choice(self._least_gap(pose, now, user, None), None, self))
@@ -166,7 +166,7 @@ class ProfilePlanner(LocalPlanner):
 
     def _is_clear(self, line: Array, user: Disc | None) -> bool:
         points = [(x, y) for x, y, _ in line[: ARC_PARTS + 4].tolist()]
-        return all(self._planner.allows(a, b, user) for a, b in itertools.pairwise(points))
+        return all(self.planner.allows(a, b, user) for a, b in itertools.pairwise(points))
 
     def _drive(self, pose: Pose2, now: Twist2, line: Array, dt: float) -> Twist2:
         reach = self._limits.acceleration * dt

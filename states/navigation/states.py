@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from engine.files.units import Duration
 from engine.state import Action, Context, Run
 from hw.geometry import Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
 from hw.room import Disc
+from hw.safety_limits import OLD_S
 from hw.samples import UserPose
 from states import ages
-from states.site import Site, Subsystem, SubsystemName
+from states.site import SUBSYSTEMS, Site, Subsystem, SubsystemName
 
+if TYPE_CHECKING:
+    from states.navigation.local_planner import GlobalPlanner
+
+PLANNERS: Mapping[str, float | None] = {f"{name}.planner": OLD_S for name in SUBSYSTEMS}
+"""What a state must declare to ask for planners; their scans may be so old, s."""
 SLOW = 0.1
 """Slower than this the robot has arrived, m/s."""
 
@@ -20,14 +28,15 @@ SLOW = 0.1
 class DriveTo(Action):
     """Drive to a goal by the fastest way round walls and user, with the values of a subsystem.
 
-    The way is planned anew in every tick, and a walking user foreseen. The safety chain is told the
-    goal of `haptic`: a touch is served from there. `no_path`: the goal is not free, or nothing
-    leads there; `stuck`: no nearer to it for `patience`; `lost`: base or user are. In the
-    `mode` differential the robot goes along its heading only (R2), until the drive ends.
+    The way is planned anew in every tick, by what scans have shown so far, and a walking user
+    foreseen. The safety chain is told the goal of `haptic`: a touch is served from there.
+    `no_path`: the goal is not free, or nothing leads there; `stuck`: no nearer to it for
+    `patience`; `lost`: base or user are, or a scanner has fallen silent. In the `mode` differential
+    the robot goes along its heading only (R2), until the drive ends.
     """
 
     outcomes = ("arrived", "no_path", "stuck", "lost")
-    reads = {"site": None, "base.mode": None, "base.refusal": None, **ages.READS}
+    reads = {"site": None, "base.mode": None, "base.refusal": None, **ages.READS, **PLANNERS}
     commands = ("base",)
 
     def __init__(
@@ -42,7 +51,11 @@ class DriveTo(Action):
 
     def run(self, ctx: Context, goal: Pose2) -> Run:
         site: Site = ctx.value("site")
-        driver, subsystem = site.driver(self.subsystem), site.navigation.named(self.subsystem)
+        planner = planner_of(ctx, self.subsystem)
+        if planner is None:
+            return "lost"
+        driver = site.driver(self.subsystem, planner)
+        subsystem = site.navigation.named(self.subsystem)
         driver.mode = self.mode
         driver.go_to(goal)
         progress = Progress(self.patience)
@@ -53,7 +66,8 @@ class DriveTo(Action):
         if touches:
             base.grant(goal)
         try:
-            while (now := ages.around(ctx)) is not None:
+            while (now := ages.around(ctx)) is not None and planner is not None:
+                driver.planner = planner
                 user = user_disc(now.user, subsystem)
                 command = driver.command(now.pose, now.twist, user, site.period, now.walking)
                 if driver.status == "arrived":
@@ -66,6 +80,7 @@ class DriveTo(Action):
                 slowed = site.slowed(command, now.share, self.subsystem)
                 base.drive(slowed, self.subsystem, driver.path.length)
                 yield ctx.value("base.refusal")
+                planner = planner_of(ctx, self.subsystem)
         finally:
             base.release(self.subsystem)
             if own not in (self.mode, None):
@@ -73,6 +88,12 @@ class DriveTo(Action):
             if touches:
                 base.grant(None)
         return "lost"
+
+
+def planner_of(ctx: ages.Reader, name: SubsystemName) -> GlobalPlanner | None:
+    """The planner of a subsystem by what scans have shown; None if they have become too old."""
+    found: GlobalPlanner | None = ctx.value(f"{name}.planner")
+    return found
 
 
 class Progress:

@@ -58,9 +58,11 @@ def situation_of(site_of: Callable[..., Site]) -> Callable[..., Situation]:
         twist: Twist2 | None = None,
         room: Room = HALL,
     ) -> Situation:
-        still = Twist2(0.0)
         site = site_of(profile, room)
-        return Situation(site, profile.settings, pose, twist or still, user, velocity or still)
+        planners = site.static_planners
+        still = Twist2(0.0)
+        moving, walking = twist or still, velocity or still
+        return Situation(site, profile.settings, pose, moving, user, walking, planners)
 
     return make
 
@@ -79,6 +81,8 @@ class FakeContext:
         return self.now + round(seconds * 1e9)
 
     def value(self, signal: str) -> Any:
+        if signal.endswith(".planner") and signal not in self.values:
+            return self.values["site"].static_planners[signal.removesuffix(".planner")]
         return self.values.get(signal)
 
     def sample(self, signal: str) -> Sample | None:

@@ -29,7 +29,8 @@ def cells_of(site: Site, profile: Profile) -> Callable[[], Any]:
 
 
 def space_of(site: Site, profile: Profile, user: UserPose = USER) -> chase.ChaseSpace:
-    return chase.space(site, profile.settings, cells_of(site, profile), user)
+    planner = site.static_planners["chase"]
+    return chase.space(profile.settings, cells_of(site, profile), planner, user)
 
 
 @pytest.mark.requirement(94)

@@ -58,7 +58,8 @@ def test_the_free_cells_are_those_a_metre_from_walls_and_column(
     expected = {_key(place) for place in placed if clearance(place) >= 1.0}
     doubtful = {_key(place) for place in placed if abs(clearance(place) - 1.0) < 1e-6}
 
-    space = chase.space(site, paper.settings, lambda: grid(site, paper.settings), user)
+    planner = site.static_planners["chase"]
+    space = chase.space(paper.settings, lambda: grid(site, paper.settings), planner, user)
     found = {_key(complex(a, b)) for a, b, _ in space.free()}
 
     assert found - doubtful == expected - doubtful
@@ -77,7 +78,8 @@ def test_the_chosen_cell_has_the_largest_weight_of_all_that_can_be_reached(
     """At the side and 2 m away, where both terms of the paper's profile are highest."""
     user = UserPose(Pose2(4.0, 5.0, 0.3), 0.3)
     now = situation_of(paper, Pose2(1.5, 7.5), user, room=room())
-    space = chase.space(now.site, paper.settings, lambda: grid(now.site, paper.settings), user)
+    planner = now.planners["chase"]
+    space = chase.space(paper.settings, lambda: grid(now.site, paper.settings), planner, user)
 
     found = chase.best_cell(now, space)
 

@@ -162,7 +162,7 @@ def test_poses_in_the_inflation_of_a_wall_are_left_out(
     site, user = site_of(profile), UserPose(Pose2(5.0, 10.0), math.pi)
     base = Pose2(3.0, 10.0)
 
-    found = escape.poses(site, profile.settings, user, base)
+    found = escape.poses(profile.settings, site.static_planners["escape"], user, base)
 
     every = list(escape.all_poses(profile.settings.escape, user, base))
     assert 0 < len(found) < len(every)
@@ -184,7 +184,7 @@ class Base:
 
 
 def flee_from(now: Situation, context: Any, base: Base, safe: bool = False) -> Any:
-    poses = escape.poses(now.site, now.settings, now.user, now.pose)
+    poses = escape.poses(now.settings, now.planners["escape"], now.user, now.pose)
     values = {
         "site": now.site, "settings": now.settings, "base.pose": now.pose,
         "base.twist": now.twist, "user.pose": now.user, "user.velocity": now.velocity,

@@ -115,7 +115,8 @@ def test_the_free_ones_of_the_twelve_beside_a_column(
         )
         return min(pose.x, pose.y, 8.0 - pose.x, 8.0 - pose.y, to_column) >= 0.77
 
-    found = escape.poses(site_of(profile, room), profile.settings, user, base)
+    planner = site_of(profile, room).static_planners["escape"]
+    found = escape.poses(profile.settings, planner, user, base)
 
     every = list(escape.all_poses(profile.settings.escape, user, base))
     assert list(found) == [pose for pose in every if is_clear(pose)]

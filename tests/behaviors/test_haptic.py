@@ -88,7 +88,7 @@ def test_two_of_seven_poses_inside_an_obstacle_s_inflation_are_dropped(
     site = site_of(paper, room)
 
     every = list(haptic.all_poses(paper.settings.haptic, DEEP))
-    found = haptic.poses(site, paper.settings, DEEP)
+    found = haptic.poses(paper.settings, site.static_planners["haptic"], DEEP)
 
     dropped = [i for i, pose in enumerate(every) if pose not in found]
     assert dropped == [3, 5]  # +60 and +90 degrees
@@ -110,7 +110,8 @@ def test_before_a_wall_pose_6_needs_2_35_metres(
     """0.85 + cos 60° + 1.0; the poses at ±90° are free nearer, but beside the user."""
     room, _, deep = facing_wall(distance)
 
-    found = haptic.poses(site_of(paper, room), paper.settings, deep)
+    planner = site_of(paper, room).static_planners["haptic"]
+    found = haptic.poses(paper.settings, planner, deep)
 
     ahead = [pose for pose in found if pose.x > deep.x + 0.1]
     assert bool(ahead) is some
@@ -121,7 +122,7 @@ def test_the_given_order_takes_the_first_pose_that_can_be_driven_to(
     paper: Profile, situation_of: Callable[..., Situation]
 ) -> None:
     now = situation_of(paper, Pose2(10.0, 13.0), UserPose(Pose2(9.15, 10.0), 0.0))
-    free = haptic.poses(now.site, paper.settings, DEEP)
+    free = haptic.poses(paper.settings, now.planners["haptic"], DEEP)
 
     def best(poses: tuple[Pose2, ...]) -> Pose2 | None:
         return haptic.best_pose(now, haptic.reachable(now, poses), DEEP)
@@ -137,7 +138,7 @@ def test_tuned_takes_the_quickest_pose_from_which_the_arm_reaches(
 ) -> None:
     for start in (Pose2(10.0, 13.0, 0.0), Pose2(10.0, 7.0, 0.0)):
         now = situation_of(tuned, start, UserPose(Pose2(9.15, 10.0), 0.0))
-        free = haptic.poses(now.site, tuned.settings, DEEP)
+        free = haptic.poses(tuned.settings, now.planners["haptic"], DEEP)
 
         best = haptic.best_pose(now, haptic.reachable(now, free), DEEP)
 
@@ -190,7 +191,7 @@ def test_a_deep_too_high_for_the_arm_is_refused_by_name(
             "base.twist": still,
             "user.pose": UserPose(Pose2(9.15, 10.0), 0.0),
             "user.velocity": still,
-            "haptic.poses": haptic.poses(site, tuned.settings, deep),
+            "haptic.poses": haptic.poses(tuned.settings, site.static_planners["haptic"], deep),
         }
     )
 

@@ -90,8 +90,8 @@ def test_a_site_has_the_room_the_robot_and_the_limits(profile: Profile, robot: A
     site = profile.site(room, robot)
 
     assert site.limits.base_acceleration == profile.robot.base_acceleration
-    assert site.planner("escape").inflation_radius == 0.77
-    assert site.planner("chase") is site.planner("haptic")
+    assert site.static_planners["escape"].inflation_radius == 0.77
+    assert site.static_planners["chase"] is site.static_planners["haptic"]
     declare(signals(site, profile.settings))
 
 

@@ -35,7 +35,7 @@ def situations(make: Callable[..., Situation], profile: Profile, count: int) -> 
 
 
 def has_way(now: Situation, name: Any, goal: Pose2) -> bool:
-    driver, body = now.site.driver(name), now.user.body
+    driver, body = now.site.driver(name, now.planners[name]), now.user.body
     driver.go_to(goal)
     disc = Disc(body.x, body.y, now.site.navigation.named(name).user_radius)
     driver.command(now.pose, STILL, disc, now.site.period)
@@ -48,7 +48,8 @@ def test_each_chase_pose_chosen_has_a_way(
     found = 0
     for now in situations(situation_of, tuned, 150):
         cells = partial(grid, now.site, now.settings)
-        place = chase.best_cell(now, chase.space(now.site, now.settings, cells, now.user))
+        space = chase.space(now.settings, cells, now.planners["chase"], now.user)
+        place = chase.best_cell(now, space)
         if place is not None:
             found += 1
             assert has_way(now, "chase", Pose2(*place, now.pose.yaw)), (now.pose, now.user)
@@ -62,7 +63,8 @@ def test_each_haptic_pose_in_reach_has_a_way(
     for now in situations(situation_of, tuned, 150):
         body = now.user.body
         deep = Pose3.from_yaw(*body.transform(0.85, 0.0), 1.5, body.yaw)
-        for goal in haptic.reachable(now, haptic.poses(now.site, now.settings, deep)):
+        free = haptic.poses(now.settings, now.planners["haptic"], deep)
+        for goal in haptic.reachable(now, free):
             found += 1
             assert has_way(now, "haptic", goal), (now.pose, now.user, goal)
     assert found > 100

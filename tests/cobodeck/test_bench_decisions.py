@@ -39,7 +39,7 @@ def test_in_every_situation_the_user_walks_up_to_a_robot_that_stands_free(place)
         (s.pose, s.user) for s in decisions.situations(site, profile.settings, 30)
     ]
     for now in found:
-        assert site.planner("escape").is_free((now.pose.x, now.pose.y))
+        assert site.static_planners["escape"].is_free((now.pose.x, now.pose.y))
         dx, dy = now.pose.x - now.user.body.x, now.pose.y - now.user.body.y
         assert 1.3 <= math.hypot(dx, dy) <= 2.5
         assert now.velocity.vx * dx + now.velocity.vy * dy == pytest.approx(math.hypot(dx, dy))

@@ -114,7 +114,7 @@ def test_twelve_escape_arrows_have_the_yaw_of_the_robot(hall):
 @pytest.mark.requirement(108)
 def test_escape_poses_that_are_not_free_are_grey_and_those_outside_are_left_out(lab):
     robot, person = Pose2(1.6, 8.4, 0.0), user(3.5, 7.0, 2.5)
-    free = escape.poses(lab.site, lab.settings, person, robot)
+    free = escape.poses(lab.settings, lab.site.static_planners["escape"], person, robot)
     on = lab.draw(Moment(robot, person), ("escape",))
 
     assert 0 < len(free) < 12
@@ -131,7 +131,7 @@ def test_two_of_the_seven_haptic_poses_in_an_obstacle_are_crossed_out(lab):
     deep = next_deep(lab.settings, moment)
     on = lab.draw(Moment(moment.robot, person, deep))
 
-    assert len(haptic.poses(lab.site, lab.settings, deep)) == 5
+    assert len(haptic.poses(lab.settings, lab.site.static_planners["haptic"], deep)) == 5
     assert len(strokes(on, RED)) == 2 * 2
     numbers = [text.get_text() for text in on.axes.texts]
     assert numbers == ["1", "2", "3", "4", "5", "6", "7"]
@@ -145,7 +145,7 @@ def test_the_way_leads_from_the_robot_to_the_goal(lab):
     (way,) = [line for line in on.axes.lines if line.get_color() == PATH]
 
     assert moment.path[0] == (moment.robot.x, moment.robot.y)
-    assert lab.site.planner("chase").is_free(moment.path[-1])
+    assert lab.site.static_planners["chase"].is_free(moment.path[-1])
     assert (way.get_xdata()[-1], way.get_ydata()[-1]) == moment.path[-1]
 
 
@@ -155,7 +155,7 @@ def test_the_way_to_a_touch_leads_to_a_free_haptic_pose(lab):
 
     found = with_next_drive(asking, lab.site, lab.settings)
 
-    free = haptic.poses(lab.site, lab.settings, asking.deep)
+    free = haptic.poses(lab.settings, lab.site.static_planners["haptic"], asking.deep)
     assert found.path[-1] in [(pose.x, pose.y) for pose in free]
 
 

@@ -29,6 +29,8 @@ class FakeContext:
         return self.now + round(seconds * 1e9)
 
     def value(self, signal: str) -> Any:
+        if signal.endswith(".planner") and signal not in self.values:
+            return self.values["site"].static_planners[signal.removesuffix(".planner")]
         return self.values.get(signal)
 
     def sample(self, signal: str) -> Sample | None:

