@@ -76,6 +76,7 @@ class World:
 
     `guard` is the part `base`: it stands in front of the wheels, which are `base`. A stop that it
     latches pulls the stop line. `safety`: the limits of its chain; None: those of the robot.
+    `operator`: a scripted one looks after faults; if not, somebody else has to.
 
     Raises:
         FileError: the robot's outline touches a wall or the person at the start.
@@ -95,6 +96,7 @@ class World:
         safety: SafetyLimits | None = None,
         latency_ns: int = 0,
         sensors: SensorModel = IDEAL,
+        operator: bool = True,
     ) -> None:
         limits = limits or MotionLimits()
         self.scene, self.robot, self.person = scene, robot, person
@@ -116,7 +118,9 @@ class World:
             safety = replace(safety, watched=False)
         self.guard = GuardedBase(self.base, safety, robot.arm.parked, self._line.pull)
         self._bumper = SimBumper(self._line)
-        self._operator = ScriptedOperator(self._line, by_hand=self._push_off)
+        self._operator = None
+        if operator:
+            self._operator = ScriptedOperator(self._line, by_hand=self._push_off)
         parts: dict[str, Part | None] = {
             "base": self.guard,
             "arm": self.arm,
@@ -134,7 +138,7 @@ class World:
             parts["trackers"] = self._trackers = SimTrackers(
                 person, room, round(sensors.tracking_delay * 1e9), sensors.of_tracking
             )
-        self.parts: Mapping[str, Part] = {k: part for k, part in parts.items() if part is not None}
+        self.parts: Mapping[str, Any] = {k: part for k, part in parts.items() if part is not None}
         self._own: tuple[Any, ...] = ()
         self._check_start()
 
@@ -153,7 +157,7 @@ class World:
 
         A base of one's own gets a guard too, which lets it go from cycle to cycle.
         """
-        self._own = tuple(part for part in parts.values() if hasattr(part, "advance"))
+        self._own += tuple(part for part in parts.values() if hasattr(part, "advance"))
         own: dict[str, Any] = dict(parts)
         if "base" in own:
             limits, parked = self.guard.chain.limits, self.robot.arm.parked
@@ -198,7 +202,8 @@ class World:
             self._hit_wall(robot_before)
         if person is not None:
             self._advance_person(person, robot_before)
-        self._operator.step(now_ns)
+        if self._operator is not None:
+            self._operator.step(now_ns)
         self._advance_own(since_ns, now_ns)
 
     def _advance_own(self, since_ns: int, now_ns: int) -> None:
