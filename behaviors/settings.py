@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 from engine.files.finding import did_you_mean
@@ -27,7 +27,9 @@ from engine.files.units import (
 )
 from engine.files.values import Count, Range, above_0
 from hw.prop import Six
-from hw.robot import MotionLimits
+from hw.robot import MotionLimits, RobotModel
+from hw.safety_limits import SafetyLimits
+from hw.sim.sensors import SensorModel
 from states.signals.prediction import PREDICTORS
 
 _QUARTER = 0.5 * math.pi + 1e-9
@@ -88,6 +90,11 @@ class SafetySettings:
     governor: bool
     overlap: Annotated[Length, Range(0.0, 0.5)]
 
+    def limits(self, robot: RobotModel, motion: MotionLimits) -> SafetyLimits:
+        """The same for `hw`."""
+        own = SafetyLimits.of(robot, motion)
+        return replace(own, governor=self.governor, overlap=self.overlap)
+
 
 @dataclass(frozen=True, slots=True)
 class PlantSettings:
@@ -103,6 +110,10 @@ class PlantSettings:
     tracking_delay: Annotated[Duration, Range(0.0, 1.0)]
     tracking_noise: Annotated[Length, Range(0.0, 0.2)]
     pose_noise: Annotated[Length, Range(0.0, 0.2)]
+
+    def sensors(self, seed: int) -> SensorModel:
+        """The same for `hw`."""
+        return SensorModel(self.tracking_delay, self.tracking_noise, self.pose_noise, seed)
 
 
 @dataclass(frozen=True, slots=True)
