@@ -159,7 +159,8 @@ class SimBase:
         turning = max(abs(self._wz), abs(target.wz)) * span
         pieces = max(1, math.ceil(turning / _TURN_STEP))
         if self.gate is not None and span > 0.0:
-            self._go_gated(self.gate, target, since, max(pieces, -(-(until_ns - since) // CYCLE_NS)))
+            cycles = -((since - until_ns) // CYCLE_NS)
+            self._go_gated(self.gate, target, since, max(pieces, cycles))
             return
         for _ in range(pieces):
             self._step(self._toward(target, span / pieces, self.braked))
