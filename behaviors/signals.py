@@ -54,9 +54,9 @@ def signals(site: Site, settings: Settings) -> tuple[Signal, ...]:
             about="in the map, by least squares; turn of the body as wz",
         ),
         Estimated(
-            "user.still", ("user.velocity",),
-            partial(StillnessEstimator, user.still_speed, user.still_turn), float,
-            about="for how long the user has stood still, s",
+            "user.still_since", ("user.velocity",),
+            partial(StillnessEstimator, user.still_speed, user.still_turn), int,
+            about="since when the user has stood still, ns; none while they move",
         ),
         Derived("user.distance", ("user.pose", "base.pose"), _distance, float,
                 about="from the user's body to the robot's centre, m"),

@@ -66,12 +66,15 @@ def stage(
     """Everything for a run, before its first tick.
 
     Raises:
-        Problem: the chart needs what is not there; ValueError of `hw`: the user's file is wrong.
+        Problem: the chart needs what is not there; FileError: the user's file is wrong, or the
+            chart drives and profile and robot do not go together.
     """
     grid, timing = Grid(setup.tick_hz), clock or Virtual()
     if options.tier == 0:
         return Loop(Nothing(), wander(setup, options.seed), grid, clock=timing)
     uses = setup.uses(parameters)
+    if "base" in uses.commands:
+        setup.profile.require_robot(setup.robot, beside_person=uses.person)
     world = _world(setup, _person(setup, uses, options), options)
     world.add(_own_parts(setup, uses))
     reading = time.perf_counter_ns

@@ -129,7 +129,7 @@ def open_setup(
     `robot` takes the place of the scene's; given alone, there is no scene at all.
 
     Raises:
-        Problem: the chart cannot run; ValueError of `hw` and `behaviors`: a file is wrong.
+        Problem: the chart cannot run; FileError: a file is wrong.
     """
     known = catalogue()
     used_profile = load_profile(profile or PROFILE)
@@ -170,19 +170,18 @@ class Wired:
     inlet: Inlet
     base: GuardedBase | None = None
 
-    def is_idle(self, now_ns: int) -> bool:
-        """Would a tick at this instant change nothing?"""
-        return self.run.next_due() > now_ns
-
     def rest(self, now_ns: int) -> None:
         """A tick that is left out: only the velocity that counts is passed on."""
         if self.base is not None:
             self.base.tick(now_ns)
 
-    def tick(self, now_ns: int) -> str | None:
-        """One tick of the run, and then who drives; the chart's outcome once there is one."""
+    def tick(self, now_ns: int, between: bool = False) -> str | None:
+        """One tick of the run, and then who drives; the chart's outcome once there is one.
+
+        `between`: it is none of the grid (rule 13).
+        """
         try:
-            return self.run.tick(now_ns)
+            return self.run.tick(now_ns, between)
         except BaseException:
             self.run.hold()
             raise

@@ -54,7 +54,8 @@ class MockBase:
         Twist2.checked(command.vx, command.vy, command.wz)
         self.commands.append(command)
         sideways = command.vy if self.mode == "omni" else 0.0
-        self._target = Twist2(command.vx, sideways, command.wz)
+        target = Twist2(command.vx, sideways, command.wz)
+        self._target = STILL if target == STILL else target
         self._expires = self._now + self._timeout_ns
 
     def stop(self) -> None:
@@ -203,7 +204,9 @@ class MockGripper(SimGripper):
         opening = self.state.opening if self._goal is None or self.braked else self._goal
         self._goal = None
         opening = self._stopped(self.state.opening, opening)
-        self.state = GripperState(opening, self.between is not None and opening <= self.between)
+        holding = self.between is not None and opening <= self.between
+        if (opening, holding) != (self.state.opening, self.state.holding):
+            self.state = GripperState(opening, holding)
 
 
 class MockWrench(SimWrench):

@@ -159,7 +159,7 @@ class SimBase:
         turning = max(abs(self._wz), abs(target.wz)) * span
         pieces = max(1, math.ceil(turning / _TURN_STEP))
         if self.gate is not None and span > 0.0:
-            cycles = -((since - until_ns) // CYCLE_NS)
+            cycles = -(-(until_ns - since) // CYCLE_NS)
             self._go_gated(self.gate, target, since, max(pieces, cycles))
             return
         for _ in range(pieces):

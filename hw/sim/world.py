@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Protocol
 
+from engine.files.finding import mistake
 from hw.geometry import Pose2, Twist2, wrap
 from hw.guarded import CYCLE_NS, GuardedBase
 from hw.interfaces import Arm, Base, Part
@@ -18,7 +19,7 @@ from hw.robot import MotionLimits, RobotModel
 from hw.room import Room
 from hw.safety_limits import SafetyLimits
 from hw.samples import ArmState
-from hw.scene import Scene, SceneError
+from hw.scene import Scene
 from hw.sim.arm import SimArm
 from hw.sim.base import SimBase
 from hw.sim.contact import gap, rectangle_segment_distance, swept_gap
@@ -77,7 +78,7 @@ class World:
     latches pulls the stop line. `safety`: the limits of its chain; None: those of the robot.
 
     Raises:
-        SceneError: the robot's outline touches a wall or the person at the start.
+        FileError: the robot's outline touches a wall or the person at the start.
     """
 
     def __init__(  # noqa: PLR0913 - most are optional
@@ -277,12 +278,11 @@ class World:
         start = self.base.pose
         place = f"robot.start ({start.x:g}, {start.y:g}, {start.yaw:g})"
         if self._hits_wall(start):
-            raise SceneError(self.scene.name, 0, f"{place}: the robot would touch a wall")
+            raise mistake(self.scene.name, f"{place}: the robot would touch a wall")
         if self.person is not None and self.min_gap <= 0.0:
             body = self.person.body
-            raise SceneError(
+            raise mistake(
                 self.scene.name,
-                0,
                 f"{place}: the robot would touch the person, who starts at "
                 f"({body.x:.2f}, {body.y:.2f}); start one of them elsewhere",
             )

@@ -3,12 +3,13 @@ from dataclasses import replace
 
 import pytest
 
+from engine.files.finding import FileError
 from hw.geometry import Pose2, Twist2
 from hw.live import LivePerson
 from hw.robot import MotionLimits, load_robot
 from hw.safety_limits import SafetyLimits
 from hw.samples import Sample, UserPose
-from hw.scene import SceneError, load_scene
+from hw.scene import load_scene
 from hw.sim.scripted import ScriptedSignals
 from hw.sim.world import World
 from hw.user import open_user
@@ -45,11 +46,11 @@ def test_a_robot_that_starts_in_a_wall_or_a_person_is_refused(tmp_path):
     path = tmp_path / "tight.yaml"
     path.write_text(text)
     scene = load_scene(path)
-    with pytest.raises(SceneError, match="would touch a wall"):
+    with pytest.raises(FileError, match="would touch a wall"):
         World(scene, ROBOT, open_user("live", scene))
     path.write_text(text.replace("x: 0.4, y: 0.4", "x: 3.5, y: 3.0"))
     scene = load_scene(path)
-    with pytest.raises(SceneError, match="would touch the person"):
+    with pytest.raises(FileError, match="would touch the person"):
         World(scene, ROBOT, open_user("live", scene))
 
 
