@@ -270,14 +270,17 @@ class Wheel:
         self.command = STILL
 
 
-def closed(site: Site, name: Any) -> Any:
-    """A planner of this subsystem, a scan having shown a wall 1.3 m away all about the robot."""
+def shown(site: Site, name: Any, marks: Any) -> Any:
+    """A planner of this subsystem, scans having shown these cells of 5 m about the robot."""
     maps = site.static_costmaps[name]
-    across = 0.05 * (np.arange(100) - 49.5)
-    marks = np.where(np.hypot(across, across[:, None]) > 1.3, LETHAL, FREE).astype(np.uint8)
     window = replace(maps.whole.grid, rows=100, columns=100, x=ROBOT.x - 2.5, y=ROBOT.y - 2.5)
     return replace(maps, window=window, marks=marks).planner("theta_star")
 
+
+ACROSS = 0.05 * (np.arange(100) - 49.5)
+CLOSED = np.where(np.hypot(ACROSS, ACROSS[:, None]) > 1.3, LETHAL, FREE).astype(np.uint8)
+POST = np.where(np.hypot(ACROSS + 1.6, ACROSS[:, None] - 0.3) < 0.1, LETHAL, FREE).astype(np.uint8)
+"""A wall 1.3 m away all about the robot; a post 1.6 m behind it."""
 
 FAR, NEAR = UserPose(Pose2(1.0, 6.0, 0.0), 0.0), UserPose(Pose2(3.6, 6.0, 0.0), 0.0)
 DRIVES: list[tuple[Any, UserPose, dict[str, Any], str | None]] = [
@@ -312,7 +315,7 @@ def test_whoever_drives_goes_by_the_newest_scan(
 
     next(run)
     assert wheel.command.speed > 0.01
-    ctx.values |= {f"{name}.planner": closed(site, name) for name in SUBSYSTEMS}
+    ctx.values |= {f"{name}.planner": shown(site, name, CLOSED) for name in SUBSYSTEMS}
     if outcome is None:
         ctx.now += 10**9
         next(run)
@@ -324,15 +327,38 @@ def test_whoever_drives_goes_by_the_newest_scan(
     assert wheel.command.speed < 1e-9
 
 
+def test_who_approaches_goes_round_what_has_been_seen_by_now(
+    tuned: Profile, robot: RobotModel, context: Any
+) -> None:
+    site, wheel = planning(tuned, "theta_star").site(HALL, robot), Wheel()
+    values = {
+        "site": site, "settings": tuned.settings, "base.pose": ROBOT, "base.twist": STILL,
+        "user.pose": FAR, "user.velocity": STILL,
+    }  # fmt: skip
+    ctx = context(values, {"base": SimpleNamespace(**_methods(wheel))})
+    run = Approach(near=2.0).run(ctx)
+    next(run)
+    straight = wheel.command
+
+    ctx.values["chase.planner"] = shown(site, "chase", POST)
+    next(run)
+
+    assert abs(straight.vy) < 0.05 * straight.speed
+    assert wheel.command.vy < -0.2 * wheel.command.speed
+
+
 def _methods(wheel: Wheel) -> dict[str, Any]:
     return {"drive": wheel.drive, "release": wheel.release, "refusal": None}
 
 
-def test_a_way_chosen_is_kept_while_no_scan_comes(
+def test_an_escape_pose_is_kept_while_no_scan_comes(
     paper: Profile, situation_of: Callable[..., Situation], context: Any
 ) -> None:
-    """An Escape pose is chosen once, though another may be the first by now."""
-    now = situation_of(paper, Pose2(10.0, 10.0), UserPose(Pose2(11.9, 10.0, math.pi), math.pi))
+    """Though a column has come between, and another pose would be the first by now."""
+    column = ((8.8, 10.5), (9.2, 10.5), (9.2, 10.9), (8.8, 10.9))
+    room = Room(outer=((0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0)), columns=(column,))
+    user = UserPose(Pose2(11.9, 9.0, math.pi), math.pi)
+    now = situation_of(paper, Pose2(10.0, 9.0), user, room=room)
     poses = escape.poses(now.settings, now.planners["escape"], now.user, now.pose)
     wheel = Wheel()
     values = {
@@ -343,9 +369,17 @@ def test_a_way_chosen_is_kept_while_no_scan_comes(
     ctx = context(values, {"base": SimpleNamespace(**_methods(wheel))})
     run = escape.Flee().run(ctx)
     next(run)
-    first = wheel.command
+    goal = next(pose for pose in poses if wheel.command.speed and _leads(wheel, now.pose, pose))
 
-    ctx.values["escape.poses"] = poses[::-1]
+    here = Pose2(goal.x + 0.5, goal.y + 3.5)
+    assert not now.planners["escape"].allows((here.x, here.y), (goal.x, goal.y))
+    ctx.values |= {"base.pose": here, "escape.poses": poses[::-1]}
     next(run)
 
-    assert wheel.command == first
+    assert _leads(wheel, here, goal)
+
+
+def _leads(wheel: Wheel, here: Pose2, goal: Pose2) -> bool:
+    command = wheel.command.rotated(here.yaw)
+    bearing = math.atan2(command.vy, command.vx)
+    return abs(bearing - math.atan2(goal.y - here.y, goal.x - here.x)) < 1e-6
