@@ -64,11 +64,16 @@ class Profile:
     places: Mapping[tuple[str, str], str]
     sha256: str
 
+    def body(self, robot: RobotModel) -> RobotModel:
+        """The robot, with its arm folded as this profile says."""
+        if self.robot.arm_parked is None:
+            return robot
+        arm = dataclasses.replace(robot.arm, parked=self.robot.arm_parked)
+        return dataclasses.replace(robot, arm=arm)
+
     def site(self, room: Room, robot: RobotModel) -> Site:
         """What the states need of a place, with the values of this profile."""
-        if self.robot.arm_parked is not None:
-            arm = dataclasses.replace(robot.arm, parked=self.robot.arm_parked)
-            robot = dataclasses.replace(robot, arm=arm)
+        robot = self.body(robot)
         fastest = min(self.robot.base_speed, robot.base.max_speed)
         return Site(room, robot, self.robot.limits, self.navigation.capped(fastest))
 

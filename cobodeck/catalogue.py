@@ -2,13 +2,14 @@
 
 Modules are listed as text and imported when the catalogue is made, so that importing this one
 costs nothing. A module gives all subclasses of `Action` and `Monitor` defined in it; a user's
-module may also have `SIGNALS` (a tuple of signals) and `TYPES` (names of types for charts).
+module may also have `SIGNALS` (a tuple of signals), `TYPES` (names of types for charts) and `PARTS`
+(parts of a robot by name: classes that, called without arguments, give the simulated part).
 """
 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -18,6 +19,7 @@ from cobodeck.console import Problem
 from cobodeck.project import Project, projects
 from engine.state import Action, Interface, Monitor, State, StateError, interface
 from engine.types import Type, from_annotation
+from hw.interfaces import PARTS
 
 MODULES = (
     "states.navigation.states",
@@ -29,8 +31,6 @@ MODULES = (
     "behaviors.inform",
 )
 CHARTS = Path(__file__).parent.parent / "charts"
-PARTS = ("base", "arm", "gripper", "vr", "stop_line", "operator")
-"""The parts that states may command."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,13 @@ class Catalogue:
     interfaces: Mapping[str, Interface]
     types: Mapping[str, Type]
     own_signals: tuple[Any, ...]
+    own_parts: Mapping[str, Callable[[], Any]]
     projects: tuple[Project, ...] = ()
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """The names of the parts that states may command."""
+        return (*PARTS, *self.own_parts)
 
     @property
     def signal_names(self) -> set[str]:
@@ -83,6 +89,9 @@ def catalogue(start: Path | None = None) -> Catalogue:
         own_signals=tuple(
             signal for module in modules for signal in getattr(module, "SIGNALS", ())
         ),
+        own_parts={
+            name: part for module in modules for name, part in getattr(module, "PARTS", {}).items()
+        },
         projects=tuple(own),
     )
 

@@ -11,7 +11,7 @@ from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from cobodeck.catalogue import PARTS, Catalogue, shipped_charts
+from cobodeck.catalogue import Catalogue, shipped_charts
 from cobodeck.console import FAILED, Problem
 from engine.chart import Chart
 from engine.check import check
@@ -129,7 +129,7 @@ def findings_of(library: Library, catalogue: Catalogue, files: Iterable[Path]) -
         catalogue.interfaces,
         types=catalogue.types,
         signals=catalogue.signal_names,
-        parts=PARTS,
+        parts=catalogue.parts,
     )
     return [finding for finding in found if finding.place.file in named]
 

@@ -29,7 +29,9 @@ def header(setup: Setup, figures: Mapping[str, Any]) -> dict[str, Any]:
         "python": platform.python_version(),
         "chart": {"name": setup.chart.name, "sha256": setup.chart_sha256},
         "profile": {"name": setup.profile.name, "sha256": setup.profile.sha256},
-        "scene": {"name": setup.scene.name, "sha256": setup.scene.sha256},
+        "scene": None
+        if setup.scene is None
+        else {"name": setup.scene.name, "sha256": setup.scene.sha256},
         "robot": setup.robot.name,
     } | {name: figures.get(name) for name in _RUN}
 
@@ -45,7 +47,8 @@ def own_version() -> str:
 def default_path(setup: Setup, figures: Mapping[str, Any]) -> Path:
     """`out/CHART-SCENE-USER-PROFILE-SEED.trace.jsonl`."""
     user = Path(str(figures["user"]).partition("@")[0]).name.replace("#", "_")
-    parts = (setup.chart.name, setup.scene.name, user, setup.profile.name, str(figures["seed"]))
+    where = setup.robot.name if setup.scene is None else setup.scene.name
+    parts = (setup.chart.name, where, user, setup.profile.name, str(figures["seed"]))
     return FOLDER / ("-".join(parts) + ".trace.jsonl")
 
 

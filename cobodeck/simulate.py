@@ -76,8 +76,9 @@ def _figures(
     run, board = loop.wired.run, loop.wired.board
     return {
         "chart": setup.chart.name,
-        "scene": setup.scene.name,
-        "user": options.user or setup.scene.user,
+        "scene": None if setup.scene is None else setup.scene.name,
+        "robot": setup.robot.name,
+        "user": options.user or (None if setup.scene is None else setup.scene.user),
         "profile": setup.profile.name,
         "tier": options.tier,
         "seed": options.seed,

@@ -74,6 +74,7 @@ def stage(
         return Loop(Nothing(), wander(setup, options.seed), grid, clock=timing)
     uses = setup.uses(parameters)
     world = _world(setup, _person(setup, uses, options), options)
+    world.add(_own_parts(setup, uses))
     reading = time.perf_counter_ns
     wired = wire(setup, world.parts, eager=options.eager, clock=reading, parameters=parameters)
     watching: list[Evaluator | SeparationWatch] = []
@@ -91,12 +92,27 @@ def _person(setup: Setup, uses: Uses, options: Options) -> Person | None:
     Raises:
         Problem: the chart needs a person, and nothing names one.
     """
-    source = options.user or (setup.scene.user if uses.person else None)
+    scene = setup.scene
+    source = options.user or (scene.user if scene is not None and uses.person else None)
+    if scene is None:
+        if source is not None or uses.person:
+            raise Problem("a person needs a room; give one with --scene")
+        return None
     if source is not None:
-        return open_user(source, setup.scene, options.requests, options.stretch_m, options.seed)
+        return open_user(source, scene, options.requests, options.stretch_m, options.seed)
     if uses.person:
-        raise Problem(f"scene {setup.scene.name} names no user; give one with --user")
+        raise Problem(f"scene {scene.name} names no user; give one with --user")
     return None
+
+
+def _own_parts(setup: Setup, uses: Uses) -> dict[str, Any]:
+    """The simulated parts of projects that the chart commands or reads."""
+    made = {name: part() for name, part in setup.catalogue.own_parts.items()}
+    return {
+        name: part
+        for name, part in made.items()
+        if name in uses.commands or not uses.signals.isdisjoint(part.signals)
+    }
 
 
 def refuse_small_floor(setup: Setup) -> None:
@@ -108,6 +124,8 @@ def refuse_small_floor(setup: Setup) -> None:
     from states.navigation.floor_plan import RoomFloor
     from states.navigation.space import shortcoming
 
+    if setup.scene is None:
+        return
     found = shortcoming(RoomFloor(setup.scene.room), setup.profile.navigation.haptic.inflation)
     if found is not None:
         raise Problem(f"scene {setup.scene.name}: {found}", FAILED)
@@ -123,14 +141,15 @@ def _latency(setup: Setup) -> int:
 
 def _world(setup: Setup, person: Person | None, options: Options) -> World:
     if options.mock:
-        return mock_world(setup.scene, setup.site.robot, person)
+        return mock_world(setup.scene, setup.body, person)
     limits = setup.profile.robot.limits
     base = None
     if options.frozen_base:
-        base = FrozenBase(setup.robot, limits, setup.scene.robot_start)
+        start = Pose2(0.0, 0.0) if setup.scene is None else setup.scene.robot_start
+        base = FrozenBase(setup.robot, limits, start)
     safety = SafetyLimits.of(setup.robot, limits) if setup.profile.safety.governor else None
-    robot, late = setup.site.robot, _latency(setup)
-    return World(setup.scene, robot, person, limits, base, safety=safety, latency_ns=late)
+    late = _latency(setup)
+    return World(setup.scene, setup.body, person, limits, base, safety=safety, latency_ns=late)
 
 
 def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:

@@ -42,10 +42,12 @@ def _is_writable(folder: Path) -> bool:
 
 def warm_up(setup: Setup, machine: Machine) -> None:
     """Get everything ready that the reachable states may call."""
-    commanded = {part for leaf in reachable(machine) for part in leaf.interface.commands}
-    if "base" in commanded:
+    leaves = reachable(machine)
+    commanded = {part for leaf in leaves for part in leaf.interface.commands}
+    in_a_room = any("site" in leaf.interface.reads for leaf in leaves)
+    if "base" in commanded and in_a_room:
         _driving(setup)
-    if "arm" in commanded:
+    if "arm" in commanded and in_a_room:
         _reaching(setup)
     # what is loaded by now stays: collecting garbage in a tick need not look through it again
     gc.unfreeze()
@@ -60,6 +62,7 @@ def _driving(setup: Setup) -> None:
     for module in pkgutil.iter_modules(behaviors.__path__, "behaviors."):
         loaded = importlib.import_module(module.name)
         getattr(loaded, "warm_up", _nothing)()
+    assert setup.scene is not None  # there is no site without one
     planner = setup.site.static_planners["chase"]
     start, driver = setup.scene.robot_start, setup.site.driver("chase", planner)
     driver.go_to(start @ Pose2(0.5, 0.0))  # straight ahead, for the ways without a bend

@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import Any
 
 from behaviors.profile import Profile, load_profile
-from behaviors.signals import signals
+from behaviors.signals import MEASURED, signals
 from cobodeck.catalogue import Catalogue, catalogue
 from cobodeck.console import FAILED, Problem
 from cobodeck.inlet import Hears, Inlet
@@ -56,28 +56,40 @@ class Setup:
     chart: Chart
     library: Mapping[str, Chart]
     catalogue: Catalogue
-    scene: Scene
+    scene: Scene | None
     robot: RobotModel
     profile: Profile
     tick_hz: int = TICK_HZ
 
     @cached_property
+    def body(self) -> RobotModel:
+        """The robot, with its arm folded as the profile says."""
+        return self.profile.body(self.robot)
+
+    @cached_property
     def site(self) -> Site:
-        """What the states need of the place."""
+        """What the states need of the place.
+
+        Raises:
+            Problem: there is no scene.
+        """
+        if self.scene is None:
+            raise Problem(f"chart {self.chart.name} needs a room; give one with --scene")
         site = self.profile.site(self.scene.room, self.robot)
         return replace(site, period=1.0 / self.tick_hz, latency=self.profile.plant.latency)
 
     @cached_property
     def signals(self) -> dict[str, Signal]:
-        """All signals there are, by name.
+        """All signals there are, by name; without a scene, of the shipped ones the measured.
 
         Raises:
             Problem: a signal of one's own clashes with another or rests on nothing.
         """
+        shipped: tuple[Signal, ...] = MEASURED
+        if self.scene is not None:
+            shipped = signals(self.site, self.profile.settings)
         try:
-            return declare(
-                (*signals(self.site, self.profile.settings), *self.catalogue.own_signals)
-            )
+            return declare((*shipped, *self.catalogue.own_signals))
         except ValueError as error:
             raise Problem(str(error)) from None
 
@@ -88,6 +100,12 @@ class Setup:
         for name in sorted(reached({self.chart.name}, self.library)):
             digest.update(self.library[name].source.text.encode() + b"\0")
         return digest.hexdigest()
+
+    @property
+    def constants(self) -> dict[str, Callable[[], Any]]:
+        """Values that are put once, at the start, if anybody reads them."""
+        found: dict[str, Callable[[], Any]] = {"settings": lambda: self.profile.settings}
+        return found if self.scene is None else {**found, "site": lambda: self.site}
 
     def uses(self, parameters: Mapping[str, Any] | None = None) -> Uses:
         """What the reachable states of the chart command and read."""
@@ -107,8 +125,11 @@ def open_setup(
     scene: str | None = None,
     profile: str | None = None,
     tick_hz: int = TICK_HZ,
+    robot: str | None = None,
 ) -> Setup:
     """Read and check everything a run needs.
+
+    `robot` takes the place of the scene's; given alone, there is no scene at all.
 
     Raises:
         Problem: the chart cannot run; ValueError of `hw` and `behaviors`: a file is wrong.
@@ -116,14 +137,15 @@ def open_setup(
     known = catalogue()
     used_profile = load_profile(profile or PROFILE)
     opened, library = open_chart(chart, known)
-    place = load_scene(scene or SCENE)
+    place = load_scene(scene or SCENE) if scene is not None or robot is None else None
+    body = robot or (place.robot if place is not None else "")
     applied = used_profile.apply(library)
     return Setup(
         chart=applied[opened.name],
         library=applied,
         catalogue=known,
         scene=place,
-        robot=load_robot(place.robot),
+        robot=load_robot(body),
         profile=used_profile,
         tick_hz=tick_hz,
     )
@@ -198,7 +220,7 @@ def wire(
     """
     machine = setup.machine(parameters)
     leaves = reachable(machine)
-    constants = {"site": setup.site, "settings": setup.profile.settings}
+    constants = setup.constants
     refuse_what_is_missing(leaves, setup.signals, parts, constants)
     wanted = {name for leaf in leaves for name in leaf.interface.reads}
     board = Board(setup.signals, wanted, eager)
@@ -208,7 +230,7 @@ def wire(
     if "base" in parts:
         wheels = Wheels(parts["base"], overlap=setup.profile.safety.overlap)
     run = Run(machine, board, commanded(parts, wheels), freezers=freezers())
-    hears = () if wheels is None else locks_of(wheels, setup.site.robot.arm.parked)
+    hears = () if wheels is None else locks_of(wheels, setup.body.arm.parked)
     heard = {name for name, _ in hears}
     needed = [
         part
@@ -217,7 +239,8 @@ def wire(
     ]
     inlet = Inlet(board, needed, hears)
     for name, value in constants.items():
-        inlet.put(name, value, 0)
+        if board.needs(name):
+            inlet.put(name, value(), 0)
     return Wired(run, board, inlet, wheels)
 
 

@@ -16,19 +16,20 @@ import yaml
 from cobodeck.bench import harness
 from cobodeck.bench.harness import Case, Row, Work
 from cobodeck.bench.states import STATES, Once, Trip, Watch, Working
+from engine.clock import Grid
 from engine.load import load_text
 from engine.machine import Leaf, Machine
 from engine.run import Run
 from engine.signals import Board, Measured, declare
 from engine.state import interface
 
-HZ = 30
+GRID = Grid(30)
 SIGNALS = 20
 NAME = "engine"
 
 
 INTERFACES = {cls.__name__: interface(cls) for cls in STATES}  # type: ignore[arg-type]
-NOWS = [n * 10**9 // HZ for n in range(1 << 17)]
+NOWS = [GRID.instant(n) for n in range(1 << 17)]
 
 PAIR = """
 chart: pair

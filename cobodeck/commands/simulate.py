@@ -30,7 +30,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "chart", nargs="?", type=word, default=CHART, help=f"name or file; default {CHART}"
     )
-    parser.add_argument("--scene", type=word, default=SCENE, help=f"name or file; default {SCENE}")
+    parser.add_argument("--scene", type=word, help=f"name or file; default {SCENE}")
+    parser.add_argument(
+        "--robot", type=word, help="name or file; default the scene's; without --scene: no room"
+    )
     parser.add_argument(
         "--user", type=word, metavar="NAME|random|FILE[#id][@x,y,yaw]", help="default: the scene's"
     )
@@ -95,7 +98,8 @@ def report_on(
     from cobodeck.simulate import simulate
     from cobodeck.wiring import open_setup
 
-    setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz)
+    body = getattr(args, "robot", None) if clock is None else None
+    setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz, body)
     progress = Progress("simulate")
     try:
         result = simulate(
@@ -138,7 +142,9 @@ def _show_error(error: Raised) -> None:
 def summary(figures: Mapping[str, Any], trace: str, ended_by: tuple[str, str] | None = None) -> str:
     """The figures for people; `ended_by` is the node that led to the outcome, and how it ended."""
     f = figures
-    where = f"{f['chart']} in {f['scene']}" if f["tier"] else f["chart"]
+    where = f["chart"]
+    if f["tier"]:
+        where += f" in {f['scene']}" if f["scene"] else f" on {f['robot']}"
     if "requests" in f and f["tier"]:
         where += f" with {f['user']}"
     governor = "governor on" if f["governor"] else "governor off"

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Mapping
-from typing import Protocol
+from typing import Any, Protocol
 
 from hw.geometry import Pose2, Twist2, wrap
 from hw.interfaces import Arm, Base, Part
@@ -134,6 +134,7 @@ class World:
             parts["vr"] = self._vr = SimVr(person)
             parts["trackers"] = self._trackers = SimTrackers(person, room)
         self.parts: Mapping[str, Part] = {k: part for k, part in parts.items() if part is not None}
+        self._own: tuple[Any, ...] = ()
         self._check_start()
 
     @property
@@ -145,6 +146,11 @@ class World:
     def truth(self) -> World:
         """Itself: where everything truly is."""
         return self
+
+    def add(self, parts: Mapping[str, Part]) -> None:
+        """Parts of one's own, in place of those of the same names; `advance` moves them on."""
+        self.parts = {**self.parts, **parts}
+        self._own = tuple(part for part in parts.values() if hasattr(part, "advance"))
 
     def quiet_until(self) -> int:
         """Something is measured at every instant."""
@@ -187,6 +193,8 @@ class World:
         if base.chain is not None:
             self._tell(base.chain)
         self._operator.step(now_ns)
+        for part in self._own:
+            part.advance(now_ns)
 
     def _advance_person(self, person: Person, robot_before: Pose2) -> None:
         body_before = person.body

@@ -16,7 +16,7 @@ from engine.load import Library
 from engine.state import Action, Monitor, State, interface
 
 ENGINE = Path(engine.__file__).parent
-README = (ENGINE / "README.md").read_text(encoding="utf-8")
+README = (ENGINE / "README.md").read_text(encoding="utf-8").partition("## Codes")[2]
 FENCED = r"^### ([A-Z]\d\d) .*?^```yaml\n(.*?)^```$"
 EXAMPLES: dict[str, str] = dict(re.findall(FENCED, README, re.MULTILINE | re.DOTALL))
 

@@ -1,0 +1,295 @@
+"""The one loop: instants, late and missed ticks, what blocks it, how it ends."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import textwrap
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, ClassVar
+
+import pytest
+
+from cobodeck.inlet import Inlet
+from cobodeck.loop import LATE_NS, Loop
+from cobodeck.plants import Nothing
+from cobodeck.wiring import Wired
+from engine.clock import Grid
+from engine.load import load_text
+from engine.machine import Machine
+from engine.run import Run
+from engine.signals import Board, Measured, declare
+from engine.state import Action, Context, Monitor, On, interface
+from engine.state import Run as Steps
+
+ROOT = Path(__file__).resolve().parents[2]
+MS = 10**6
+GRID = Grid(100)
+
+
+class Stepped:
+    """A clock that a test moves on: `spend` lets time pass inside a tick."""
+
+    waits: ClassVar[bool] = True
+
+    def __init__(self) -> None:
+        self.now = 0
+        self.woken: list[int] = []
+
+    def wait(self, until_ns: int) -> int:
+        woken = [at for at in self.woken if at < until_ns]
+        self.woken = [at for at in self.woken if at >= until_ns]
+        self.now = max(self.now, min([until_ns, *woken]))
+        return self.now
+
+    def wake(self) -> None:
+        """Woken by `woken`."""
+
+
+CHART = """
+chart: c
+outcomes: [done, failed]
+any:
+  seen: {watch: Seen, next: {seen: .done}}
+  work: {do: Work, next: {done: .done, error: .failed}}
+"""
+
+
+class Seen(Monitor):
+    """`seen` once the number is above 9."""
+
+    outcomes = ("seen",)
+    reads = {"number": None}
+
+    def run(self, ctx: Context) -> Steps:
+        while (ctx.value("number") or 0.0) <= 9.0:
+            yield On("number")
+        return "seen"
+
+
+class Rig:
+    """A loop on a clock of the test's; `each` is called in every step of the action."""
+
+    def __init__(self, each: Callable[[Any], None] | None = None, **given: Any) -> None:
+        rig = self
+
+        class Work(Action):
+            """Does what the test says in each grid tick."""
+
+            outcomes = ("done",)
+
+            def run(self, ctx: Context) -> Steps:
+                while True:
+                    rig.steps.append(ctx.now)
+                    if each is not None:
+                        each(rig)
+                    yield None
+
+        self.steps: list[int] = []
+        self.clock = Stepped()
+        library = load_text(CHART)
+        known = {cls.__name__: interface(cls) for cls in (Seen, Work)}
+        self.board = Board(declare([Measured("number", float)]))
+        self.run = Run(Machine(library["c"], library, known), self.board)
+        wired = Wired(self.run, self.board, Inlet(self.board, given.pop("sources", ())))
+        self.loop = Loop(Nothing(), wired, GRID, clock=self.clock, **given)
+
+
+def test_ticks_are_at_the_instants_of_the_grid() -> None:
+    rig = Rig()
+    rig.loop.go(50 * MS)
+
+    assert rig.steps == [GRID.instant(n) for n in range(6)]
+    assert (rig.loop.ticks, rig.loop.missed, rig.loop.overruns) == (6, 0, 0)
+
+
+def test_a_tick_a_little_late_keeps_its_instant() -> None:
+    rig = Rig(lambda r: setattr(r.clock, "now", r.clock.now + 10 * MS + LATE_NS // 2))
+    rig.loop.go(50 * MS)
+
+    assert rig.steps[1] == 10 * MS
+
+
+def test_a_late_tick_takes_the_clocks_reading_and_missed_ones_are_not_made_up_for() -> None:
+    def stall(rig: Any) -> None:
+        if len(rig.steps) == 3:
+            rig.clock.now += 55 * MS  # in the tick at 20 ms
+
+    rig = Rig(stall)
+    rig.loop.go(100 * MS)
+
+    assert rig.steps == [0, 10 * MS, 20 * MS, 75 * MS, 80 * MS, 90 * MS, 100 * MS]
+    assert rig.loop.missed == 4  # those at 30, 40, 50 and 60 ms; that at 70 was run late
+    assert rig.loop.ticks == 11
+
+
+def test_plants_move_on_by_the_grid_even_if_a_tick_is_late() -> None:
+    moved: list[int] = []
+
+    class Plant(Nothing):
+        def advance(self, to_ns: int) -> None:
+            moved.append(to_ns)
+
+    rig = Rig(lambda r: setattr(r.clock, "now", r.clock.now + 15 * MS))
+    rig.loop.plant = Plant()
+    rig.loop.go(60 * MS)
+
+    assert all(to == GRID.instant(GRID.last(to)) for to in moved)
+    assert moved == sorted(set(moved))
+
+
+def test_what_is_raised_is_told_as_it_happens() -> None:
+    told: list[str] = []
+
+    def fail(rig: Any) -> None:
+        if len(rig.steps) == 2:
+            raise OSError("no link")
+
+    rig = Rig(fail, tell=lambda error: told.append(str(error)))
+    rig.loop.go(100 * MS)
+
+    assert rig.run.outcome == "failed"
+    assert rig.run.ended_by == ("work", "error")
+    assert len(told) == 1
+    assert re.fullmatch(rf"{re.escape(__file__)}:\d+: OSError: no link", told[0])
+
+
+def test_an_end_from_outside_ends_the_run_with_every_clean_up() -> None:
+    rig = Rig(lambda r: r.loop.stop() if len(r.steps) == 3 else None)
+    rig.loop.go(10**9)
+
+    assert rig.run.outcome == "stopped"
+    assert rig.run.entered == {}
+    assert len(rig.steps) == 3
+
+
+# -- the command line, in a process of its own -------------------------------------------------
+
+STATES = """
+import sys, time
+from engine.state import Action
+
+class Endless(Action):
+    '''Never lets go.'''
+    outcomes = ("done",)
+    def run(self, ctx):
+        print("running", flush=True)
+        while True:
+            pass
+        yield
+
+class Busy(Action):
+    '''Goes on, and says when it is cleaned up.'''
+    outcomes = ("done",)
+    def run(self, ctx):
+        print("running", flush=True)
+        try:
+            while True:
+                yield
+        finally:
+            print("cleaned up", flush=True)
+
+class Exits(Action):
+    '''Tries to end the program.'''
+    outcomes = ("done",)
+    def run(self, ctx):
+        yield
+        sys.exit(0)
+
+class Blocks(Action):
+    '''Takes its time, once.'''
+    outcomes = ("done",)
+    def run(self, ctx):
+        yield
+        end = time.monotonic() + 0.5
+        while time.monotonic() < end:
+            pass
+        yield
+        return "done"
+"""
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    (tmp_path / "pyproject.toml").write_text(
+        '[project]\nname = "own"\n[project.entry-points."cobodeck.states"]\nown = "own_states"\n'
+    )
+    (tmp_path / "own_states.py").write_text(textwrap.dedent(STATES))
+    for state in ("Endless", "Busy", "Exits", "Blocks"):
+        (tmp_path / f"{state.lower()}.yaml").write_text(
+            f"chart: {state.lower()}\noutcomes: [done, failed]\n"
+            f"states:\n  a: {{do: {state}, next: {{done: .done, error: .failed}}}}\n"
+        )
+    return tmp_path
+
+
+def begun(project: Path, *arguments: str) -> subprocess.Popen[str]:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    return subprocess.Popen(
+        [sys.executable, "-m", "cobodeck", *arguments],
+        cwd=project, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_a_run_in_order_with_figures_and_trace(project: Path, number: int) -> None:
+    running = begun(project, "run", "busy.yaml", "--robot", "mock")
+    assert running.stdout is not None
+    assert running.stdout.readline() == "running\n"
+    running.send_signal(number)
+    out, err = running.communicate(timeout=60)
+
+    assert running.returncode == 0, err
+    assert out.startswith("cleaned up\n")
+    assert re.search(r"outcome +stopped", out)
+    assert list((project / "out").glob("busy-*.trace.jsonl"))
+
+
+def test_a_second_control_c_breaks_off_a_state_that_never_ends_and_tells_where(
+    project: Path,
+) -> None:
+    running = begun(project, "run", "endless.yaml", "--robot", "mock")
+    assert running.stdout is not None
+    assert running.stderr is not None
+    assert running.stdout.readline() == "running\n"
+    blocked = running.stderr.readline()
+    assert re.search(r"blocked by a \(Endless\) at .*own_states\.py:\d+", blocked)
+    running.send_signal(signal.SIGINT)
+    running.send_signal(signal.SIGINT)
+    while running.poll() is None:  # two signals may be seen as one
+        try:
+            running.wait(timeout=0.3)
+        except subprocess.TimeoutExpired:
+            running.send_signal(signal.SIGINT)
+    out, err = running.communicate(timeout=60)
+
+    assert running.returncode == 1
+    assert re.search(r"own_states\.py:\d+: KeyboardInterrupt", err)
+    assert re.search(r"outcome +failed: a ended with error", out)
+
+
+def test_a_state_that_exits_fails_and_is_told(project: Path) -> None:
+    running = begun(project, "simulate", "exits.yaml")
+    out, err = running.communicate(timeout=120)
+
+    assert running.returncode == 1
+    assert re.search(r"own_states\.py:\d+: SystemExit: 0", err)
+    assert re.search(r"errors +.*own_states\.py:\d+: SystemExit: 0 in a at 0\.03 s", out)
+
+
+def test_a_state_that_blocks_in_real_time_is_named_and_its_missed_ticks_are_counted(
+    project: Path,
+) -> None:
+    running = begun(project, "run", "blocks.yaml", "--robot", "mock")
+    out, err = running.communicate(timeout=120)
+
+    assert running.returncode == 0
+    assert re.search(r"blocked by a \(Blocks\) at .*own_states\.py:\d+", err)
+    found = re.search(r"(\d+) missed, (\d+) overruns", out)
+    assert found is not None
+    assert int(found[1]) >= 13
+    assert int(found[2]) == 1
