@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from behaviors.settings import Settings
-from behaviors.situation import AGE_S, READS, WAYS, Situation, situation
+from behaviors.situation import AGE_S, CHANGES, READS, WAYS, Situation, situation
 from engine.files.units import Duration, Length, Speed
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from hw.geometry import Pose2, Pose3, wrap
@@ -145,7 +145,7 @@ class ChooseChasePose(Action):
 
     def run(self, ctx: Context) -> Run:
         while (now := situation(ctx, "chase")) is None:
-            yield On("base.pose", "user.pose")
+            yield On("chase.planner", *CHANGES)
         space = ctx.value("chase.space")
         found = best_cell(now, space)
         if found is None:
@@ -182,7 +182,7 @@ class UserFar(Monitor):
             now = situation(ctx)
             if now is not None and distance_soon(now, self.ahead) > self.beyond:
                 return "far"
-            yield On("user.pose")
+            yield On(*CHANGES)
 
 
 class Approach(Action):
@@ -192,7 +192,7 @@ class Approach(Action):
     """
 
     outcomes = ("near", "no_path", "lost")
-    reads = WAYS
+    reads = {**WAYS, "base.refusal": None}
     commands = ("base",)
 
     def __init__(self, near: Length = 3.0, ahead: Duration = 0.0) -> None:
@@ -216,7 +216,7 @@ class Approach(Action):
                 if driver.status == "arrived":
                     return "near"  # within the drive's tolerance of it
                 base.drive(now.slowed(command, "chase"), "chase")
-                yield base.refusal
+                yield ctx.value("base.refusal")
         finally:
             base.release("chase")
         return "lost"
@@ -271,7 +271,7 @@ class UserCrowds(Monitor):
             now = situation(ctx)
             if now is not None and is_crowded(now, self.room, self.ahead, self.walking):
                 return "crowded"
-            yield On("user.pose")
+            yield On(*CHANGES)
 
 
 class MakeRoom(Action):
@@ -282,7 +282,7 @@ class MakeRoom(Action):
     """
 
     outcomes = ("clear", "lost")
-    reads = WAYS
+    reads = {**WAYS, "base.refusal": None}
     commands = ("base",)
 
     def __init__(
@@ -308,7 +308,7 @@ class MakeRoom(Action):
                     again = ctx.after(THINK_S)
                     goal = place_with_room(now, band, goal)
                 base.drive(now.slowed(towards(now, goal, "chase"), "chase"), "chase")
-                yield base.refusal
+                yield ctx.value("base.refusal")
         finally:
             base.release("chase")
         return "lost"

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from behaviors.settings import EscapeSettings, Settings
-from behaviors.situation import AGE_S, WAYS, Situation, situation
+from behaviors.situation import AGE_S, CHANGES, WAYS, Situation, situation
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from hw.geometry import Pose2, Twist2, wrap
 from hw.samples import ArmState, UserPose
@@ -111,7 +111,7 @@ class SafeOnTheWay(Monitor):
         if not ctx.value("settings").escape.safe_on_the_way or ctx.value("escape.safe"):
             yield Until(NEVER_NS)
         while not (ctx.value("escape.safe") and self._can_stop(ctx)):
-            yield On("escape.safe")
+            yield On("escape.safe", "escape.planner", *CHANGES)
         return "safe"
 
     def _can_stop(self, ctx: Context) -> bool:

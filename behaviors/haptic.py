@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from behaviors.settings import HapticSettings, Settings
-from behaviors.situation import WAYS, Situation, situation
+from behaviors.situation import CHANGES, WAYS, Situation, situation
 from engine.state import Action, Context, Monitor, On, Run
 from hw.geometry import Pose2, Pose3, wrap
 
@@ -102,7 +102,7 @@ class ChooseHapticPose(Action):
 
     def run(self, ctx: Context, deep: Pose3) -> Run:
         while (now := situation(ctx, "haptic")) is None:
-            yield On("base.pose", "user.pose")
+            yield On("haptic.planner", *CHANGES)
         times = reachable(now, ctx.value("haptic.poses") or ())
         if not times:
             return "none"

@@ -30,6 +30,9 @@ READS: Mapping[str, float | None] = {"site": None, "settings": None, **ages.READ
 WAYS: Mapping[str, float | None] = {**READS, **PLANNERS}
 """The same for one with planners."""
 
+CHANGES = tuple(ages.READS)
+"""What a situation changes with: a state that goes by it waits for these."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Situation:

@@ -14,6 +14,7 @@ from cobodeck.inlet import Inlet
 from cobodeck.wiring import Setup, Wired
 from engine.machine import Leaf
 from engine.run import Run
+from engine.scripted import perhaps
 from engine.signals import Board
 from engine.state import NEVER_NS, Context, State, Until
 from engine.state import Run as Steps
@@ -54,6 +55,7 @@ def wander(setup: Setup, seed: int) -> Wired:
         chance = random.Random(f"{seed}/{leaf.path}")
         leaf.make = partial(Wandering, leaf, chance)
         leaf.instant = False
+        leaf.produces = perhaps(leaf.interface.outputs)
     parts = {name: _Idle() for leaf in machine.leaves for name in leaf.interface.commands}
     board = Board(setup.signals, ())
     return Wired(Run(machine, board, parts), board, Inlet(board))

@@ -162,6 +162,7 @@ class Rehearsal:
         for leaf in machine.leaves:
             if leaf.path in kept or not (everything or leaf.path in played):
                 leaf.make, leaf.instant = leaf.interface.make, leaf.interface.instant
+                leaf.produces = leaf.interface.outputs
         return {path: list(outcomes) for path, outcomes in played.items()}
 
     # -- while it runs ---------------------------------------------------------------------------

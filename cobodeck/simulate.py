@@ -109,9 +109,11 @@ def _judged(loop: Loop) -> dict[str, Any]:
     world = loop.plant.truth
     if world is None:
         return dict(NOTHING)
+    limits = world.guard.chain.limits
     faults: list[str] = getattr(loop.plant.parts.get("operator"), "faults", [])
     found: dict[str, Any] = {
-        "governor": world.safety is not None,
+        "governor": limits.governor and limits.watched,
+        "person_watched": limits.watched,
         "distance_m": world.base.distance_m,
         "energy_j": world.base.energy_j,
         "wall_hits": world.wall_hits,

@@ -22,7 +22,6 @@ from hw.geometry import Pose2, Pose3
 from hw.mock import mock_world
 from hw.person import Person
 from hw.robot import RobotModel
-from hw.safety import SafetyLimits
 from hw.samples import Joints
 from hw.sim.base import SimBase
 from hw.sim.world import World
@@ -67,12 +66,15 @@ def stage(
     """Everything for a run, before its first tick.
 
     Raises:
-        Problem: the chart needs what is not there; ValueError of `hw`: the user's file is wrong.
+        Problem: the chart needs what is not there; FileError: the user's file is wrong, or the
+            chart drives and profile and robot do not go together.
     """
     grid, timing = Grid(setup.tick_hz), clock or Virtual()
     if options.tier == 0:
         return Loop(Nothing(), wander(setup, options.seed), grid, clock=timing)
     uses = setup.uses(parameters)
+    if "base" in uses.commands:
+        setup.profile.require_robot(setup.robot, beside_person=uses.person)
     world = _world(setup, _person(setup, uses, options), options)
     world.add(_own_parts(setup, uses))
     reading = time.perf_counter_ns
@@ -82,7 +84,7 @@ def stage(
         watching.append(
             Evaluator(world, prop_of(setup.robot), ArmWatch(world, outline_of(setup.robot)))
         )
-    watching.append(SeparationWatch(world.base.safety))
+    watching.append(SeparationWatch(world.guard.chain.cycles))
     return Loop(world, wired, grid, watching, timing, leave_out=not options.eager)
 
 
@@ -140,16 +142,24 @@ def _latency(setup: Setup) -> int:
 
 
 def _world(setup: Setup, person: Person | None, options: Options) -> World:
-    if options.mock:
-        return mock_world(setup.scene, setup.body, person)
     limits = setup.profile.robot.limits
+    safety = setup.profile.safety.limits(setup.robot, limits)
+    if options.mock:
+        return mock_world(setup.scene, setup.body, person, safety)
     base = None
     if options.frozen_base:
         start = Pose2(0.0, 0.0) if setup.scene is None else setup.scene.robot_start
         base = FrozenBase(setup.robot, limits, start)
-    safety = SafetyLimits.of(setup.robot, limits) if setup.profile.safety.governor else None
-    late = _latency(setup)
-    return World(setup.scene, setup.body, person, limits, base, safety=safety, latency_ns=late)
+    return World(
+        setup.scene,
+        setup.body,
+        person,
+        limits,
+        base,
+        safety=safety,
+        latency_ns=_latency(setup),
+        sensors=setup.profile.plant.sensors(options.seed),
+    )
 
 
 def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:

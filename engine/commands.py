@@ -15,8 +15,9 @@ from engine.decide import GRANTED, REFUSED, Writes
 from engine.files.finding import did_you_mean
 from engine.lifecycle import end_with
 from engine.machine import CHOSEN, ENDED, IDLE, WAITING, Box, Leaf, Machine, Vertex
+from engine.outputs import checked
 from engine.replace import obstacles, take_over
-from engine.types import freeze
+from engine.types import ANY, Type
 
 if TYPE_CHECKING:
     from engine.run import Run
@@ -83,7 +84,8 @@ class Force(Command):
         ended = run.abort(vertex, "forced", self.outcome)
         writes: Writes = ()
         if ended == self.outcome:
-            frozen = {k: freeze(value, run.judge.freezers) for k, value in self.outputs.items()}
+            types = output_types(run, vertex, self.outcome)
+            frozen = checked(self.outputs, types, run.judge.freezers)
             writes = tuple(
                 (cell, frozen[name.key if isinstance(vertex, Box) else name])
                 for name, cell in vertex.outputs.get(self.outcome, ())
@@ -103,13 +105,12 @@ class Force(Command):
         if self.outcome not in possible:
             hint = did_you_mean(self.outcome, possible)
             return f"{self.path!r} has no outcome {self.outcome!r}; {hint}"
-        wanted = output_names(vertex, self.outcome)
-        if set(self.outputs) != wanted:
+        types = output_types(run, vertex, self.outcome)
+        if set(self.outputs) != set(types):
             given = sorted(self.outputs)
-            return f"{self.outcome!r} comes with {sorted(wanted)}, given: {given}"
+            return f"{self.outcome!r} comes with {sorted(types)}, given: {given}"
         try:
-            for value in self.outputs.values():
-                freeze(value, run.judge.freezers)
+            checked(self.outputs, types, run.judge.freezers)
         except TypeError as error:
             return str(error)
         return None
@@ -194,8 +195,11 @@ def outcomes_of(vertex: Vertex) -> set[str]:
     return found - {"error"}
 
 
-def output_names(vertex: Vertex, outcome: str) -> set[str]:
-    """The outputs that come with an outcome of a node."""
+def output_types(run: Run, vertex: Vertex, outcome: str) -> Mapping[str, Type]:
+    """The outputs that come with an outcome of a node, and their types."""
     if isinstance(vertex, Leaf):
-        return set(vertex.interface.outputs.get(outcome, ()))
-    return {inner.key for inner, _ in vertex.outputs.get(outcome, ())}
+        return vertex.interface.outputs.get(outcome, {})
+    assert isinstance(vertex, Box)
+    names, machine = [inner.key for inner, _ in vertex.outputs.get(outcome, ())], run.machine
+    declared = machine.library[vertex.chart].outputs[outcome] if names else {}
+    return {name: machine.types.get(declared[name], ANY) for name in names}

@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
+from engine.events import Reader
+from engine.machine import RUNNING
 from engine.signals import Board
 from engine.slots import MeasuredSlot
 from engine.state import ALWAYS_NS, NEVER_NS, Sample
@@ -23,11 +25,12 @@ class Part(Protocol):
 
 
 class LeafContext:
-    """The `Context` of one leaf, bound when the machine is."""
+    """The `Context` of one leaf, bound when the machine is; a change of the chart moves it on."""
 
-    __slots__ = ("_ages", "_bits", "_board", "_cursors", "_parts", "_path")
+    __slots__ = ("_ages", "_bits", "_board", "_parts", "_path", "_readers", "leaf")
 
     def __init__(self, leaf: Leaf, board: Board, parts: Mapping[str, Part]) -> None:
+        self.leaf = leaf
         self._path = leaf.path
         self._board = board
         self._parts = {name: parts[name] for name in leaf.interface.commands if name in parts}
@@ -35,13 +38,22 @@ class LeafContext:
             name: NEVER_NS if age is None else round(age * 1e9)
             for name, age in leaf.interface.reads.items()
         }
-        self._cursors: dict[str, tuple[int, int, int]] = {}
         self._bits: dict[tuple[str, ...], int] = {}
+        self._readers: dict[str, Reader] = {}
+        for name, age in self._ages.items():
+            slot = board.slots.get(name)
+            if isinstance(slot, MeasuredSlot) and slot.event:
+                self._readers[name] = Reader(slot.log, self._is_running)
+            if slot is not None and age < NEVER_NS:
+                board.accept(name, age)
 
     def begin(self) -> None:
-        """Forget what an earlier entry has read."""
-        if self._cursors:
-            self._cursors.clear()
+        """The leaf is entered: events count from now on."""
+        for reader in self._readers.values():
+            reader.begin(self._board.ticks)
+
+    def _is_running(self) -> bool:
+        return self.leaf.status == RUNNING
 
     @property
     def now(self) -> int:
@@ -77,17 +89,11 @@ class LeafContext:
         return 0.0 if newest.stamp == ALWAYS_NS else (self._board.now - newest.stamp) * 1e-9
 
     def events(self, signal: str) -> tuple[Sample, ...]:
-        """What arrived since this state last asked; at first, what arrived in this tick."""
+        """What arrived since this state last asked; at first, since it was entered."""
         self._age(signal)
-        slot = self._board.slots[signal]
-        assert isinstance(slot, MeasuredSlot), f"{signal} is no event signal"
-        tick, start, end = self._cursors.get(signal, (-1, -1, -1))
-        if tick != self._board.ticks:
-            fresh = self._board.fresh & slot.roots
-            first = slot.log_before_tick if fresh else len(slot.log)
-            start, end = (first if end < 0 else end), len(slot.log)
-            self._cursors[signal] = (self._board.ticks, start, end)
-        return tuple(slot.log[start:end])
+        reader = self._readers.get(signal)
+        assert reader is not None, f"{signal} is no event signal"
+        return reader.read(self._board.ticks)
 
     def part(self, name: str) -> Any:
         """A part that the class lists in `commands`."""

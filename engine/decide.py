@@ -7,7 +7,7 @@ from operator import attrgetter
 from typing import Any
 
 from engine.machine import Box, Cell, Leaf, Vertex
-from engine.types import freeze
+from engine.outputs import checked
 
 Writes = tuple[tuple[Cell, Any], ...]
 
@@ -116,16 +116,18 @@ class Judge:
         given: Mapping[str, Any] = {}
         if type(value) is tuple and len(value) == 2:
             value, given = value
-        if type(value) is not str or value not in leaf.interface.outcomes:
+        if isinstance(value, str):
+            value = str.__str__(value)  # a member of a StrEnum counts as its text
+        if value not in leaf.interface.outcomes:
             declared = ", ".join(leaf.interface.outcomes)
             raise UndeclaredOutcome(f"{leaf.path} returned {value!r}; declared: {declared}")
-        produced = leaf.interface.outputs.get(value, {})
+        produced = leaf.produces.get(value, {})
         if not isinstance(given, Mapping) or set(given) != set(produced):
             came = list(given) if isinstance(given, Mapping) else f"a {type(given).__name__}"
             raise UndeclaredOutcome(f"{value!r} came with {came}, declared: {list(produced)}")
         if not produced:
             return value, ()
-        frozen = {name: freeze(item, self.freezers) for name, item in given.items()}
+        frozen = checked(given, produced, self.freezers)
         return value, tuple((cell, frozen[name]) for name, cell in leaf.outputs[value])
 
     def resolve(

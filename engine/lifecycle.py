@@ -272,7 +272,7 @@ class Lifecycle:
         vertex.tries += 1 if counted else 0
         vertex.status = RETRYING
         vertex.wake = self.board.chart_now + max(wait, 1)
-        vertex.mask = 0
+        vertex.mask, vertex.silence = 0, None
         vertex.step = vertex.starter if isinstance(vertex, Leaf) else partial(end_with, AGAIN)
         self.turns.insert(vertex)
 

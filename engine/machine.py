@@ -12,7 +12,7 @@ from operator import attrgetter
 from typing import Any, NamedTuple
 
 from engine.chart import AUTONOMY, Chart, Node, Reference
-from engine.state import NEVER_NS, Interface, State
+from engine.state import NEVER_NS, Interface, On, State
 from engine.types import Type, convert, known_types
 
 IDLE, CHOSEN, RUNNING, ENDED, WAITING, RETRYING, PUT_OFF = range(7)
@@ -42,7 +42,7 @@ class Vertex:
         "asked", "autonomy", "deadline", "depth", "entered", "generator", "go", "guard", "last",
         "leave", "mask", "monitor", "name", "opening", "order", "outputs", "parent", "path",
         "pending", "place", "plain", "priority", "put_off", "rank", "retry", "routes", "signature",
-        "status", "step", "timeout_ns", "tries", "waiting", "wake",
+        "silence", "status", "step", "timeout_ns", "tries", "waiting", "wake",
     )  # fmt: skip
 
     def __init__(self, name: str, path: str, parent: Box | None) -> None:
@@ -70,6 +70,7 @@ class Vertex:
         self.wake = 0
         self.mask = 0
         self.asked = -1  # the tick in which it began to wait for what `mask` says
+        self.silence: tuple[On, int] | None = None  # waited for, since this instant of the run
         self.entered = -1
         self.deadline = NEVER_NS
         self.tries = 0
@@ -91,11 +92,11 @@ def _nothing() -> None:
 
 
 class Leaf(Vertex):
-    """A state class with its arguments."""
+    """A state class with its arguments; `make` and `produces` may be a stand-in's."""
 
     __slots__ = (
-        "commands", "context", "inputs", "instant", "interface", "make", "parameters", "reads",
-        "starter",
+        "commands", "context", "inputs", "instant", "interface", "make", "parameters", "produces",
+        "reads", "starter",
     )  # fmt: skip
 
     def __init__(self, name: str, path: str, parent: Box, interface: Interface) -> None:
@@ -106,6 +107,7 @@ class Leaf(Vertex):
         self.reads = bool(interface.reads)
         self.commands = interface.commands
         self.make: Callable[..., State] = interface.make
+        self.produces = interface.outputs
         self.parameters: dict[str, Any] = {}
         self.inputs: tuple[tuple[str, Cell], ...] = ()
         self.context: Any = None

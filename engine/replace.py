@@ -80,15 +80,23 @@ def take_over(run: Run, new: Machine) -> None:
     run.adopt(new, [pairs[old] for old in old_entered], added)
     for old in old_entered:
         _set_deadline(run, old, pairs[old])
+        _keep_context(old, pairs[old])
 
 
 def _carry(old: Vertex, vertex: Vertex, cells: dict[Cell, Cell]) -> None:
-    for name in ("status", "entered", "wake", "mask", "asked", "tries", "put_off"):
+    for name in ("status", "entered", "wake", "mask", "asked", "silence", "tries", "put_off"):
         setattr(vertex, name, getattr(old, name))
     vertex.pending = tuple((cells[cell], value) for cell, value in old.pending if cell in cells)
     if isinstance(old, Leaf) and isinstance(vertex, Leaf):
         vertex.generator = old.generator
         vertex.step = old.step
+
+
+def _keep_context(old: Vertex, vertex: Vertex) -> None:
+    """A generator goes on with the context it was given, and with the events it has not had."""
+    if isinstance(old, Leaf) and isinstance(vertex, Leaf):
+        vertex.context = old.context
+        vertex.context.leaf = vertex
 
 
 def _set_deadline(run: Run, old: Vertex, vertex: Vertex) -> None:

@@ -51,9 +51,16 @@ class Run(Lifecycle):
         self._commands: deque[Command] = deque()
         self._ended: list[tuple[Vertex, Any]] = []
         self._settling = False
+        self._rests = (-1, 0)  # tick, and until when nothing is due after it
 
-    def tick(self, now: int) -> str | None:  # noqa: C901, PLR0915  the hot loop, in one piece
-        """Run one tick at `now`, in ns since the start; the outcome once there is one."""
+    def tick(self, now: int, between: bool = False) -> str | None:  # noqa: C901, PLR0915  the hot loop, in one piece
+        """Run one tick at `now`, in ns since the start; the outcome once there is one.
+
+        `between`: it is none of the grid. Only leaves that wait with `On` for news that came are
+        stepped, timeouts end what is due, and what that leads to is entered.
+        """
+        if between:
+            return self._tick_between(now)
         board = self.board
         board.now = now
         board.ticks += 1
@@ -66,7 +73,7 @@ class Run(Lifecycle):
         turns = self.turns
         for leaf in turns.monitors:
             if leaf.wake:
-                if leaf.wake > now and not leaf.mask & fresh:
+                if not leaf.mask & fresh and (leaf.wake > now or self._still_heard(leaf)):
                     continue
                 leaf.wake = 0
             try:
@@ -84,7 +91,7 @@ class Run(Lifecycle):
         actions = turns.actions
         for leaf in actions:
             if leaf.wake:
-                if leaf.wake > now and not leaf.mask & fresh:
+                if not leaf.mask & fresh and (leaf.wake > now or self._still_heard(leaf)):
                     continue
                 leaf.wake = 0
             try:
@@ -107,24 +114,76 @@ class Run(Lifecycle):
         self.trace.add(("tick", now, self.machine.root))
         return self.tick(now)
 
+    def _tick_between(self, now: int) -> str | None:
+        board, turns = self.board, self.turns
+        board.begin(now, between=True)
+        if self.outcome is not None or self.paused:
+            return self.outcome
+        fresh = board.fresh
+        for leaf in turns.monitors:
+            if leaf.wake and leaf.mask & fresh:
+                leaf.wake = 0
+                self._step_monitor(leaf)
+        before = [vertex for vertex in turns.actions if vertex.status == CHOSEN]
+        if self._ended:
+            self._decide()
+        if board.chart_now >= self._deadline:
+            self._time_out()
+        self._acting = True
+        for vertex in turns.actions:
+            is_new = vertex.status == CHOSEN and vertex not in before
+            looks = isinstance(vertex, Box) and vertex.news
+            waited = vertex.wake and vertex.mask & fresh
+            if (is_new or looks or waited) and turns.still_has(vertex):
+                self._step_action(vertex)
+        self._acting = False
+        return self.outcome
+
+    def wants_news(self) -> bool:
+        """Whether something has arrived that a state waits for: it deserves a tick between."""
+        if self.paused or self.outcome is not None:
+            return False
+        arrived, turns = self.board.arrived(), self.turns
+        return any(v.wake and v.mask & arrived for v in (*turns.monitors, *turns.actions))
+
+    def next_deadline(self) -> int:
+        """The instant of the first timeout, ns; `NEVER_NS` if there is none."""
+        if self.paused or self.outcome is not None:
+            return NEVER_NS
+        return min(self._deadline + self.board.paused_ns, NEVER_NS)
+
+    def leave_out(self, now: int) -> bool:
+        """Let an instant of the grid pass without a tick, if nothing is due and nothing is new.
+
+        What has arrived is taken all the same. False: this instant needs its tick.
+        """
+        board = self.board
+        if self._commands or self._interrupt is not None:
+            return False
+        if self._rests[0] != board.ticks or now >= self._rests[1]:
+            self._rests = board.ticks, self._due_inside()
+        return now < self._rests[1] and board.rest(now)
+
     def next_due(self) -> int:
         """The instant from which on a tick has something to do, ns, if nothing comes from outside.
 
         Rule 13: ticks before it change nothing and may be left out, unless a sample or a command
         comes for them. At most the present instant: the next tick is needed. `NEVER_NS`: none is.
         """
+        if self.outcome is None and (self._commands or self.board.inbox):
+            return self.board.now
+        return self._due_inside()
+
+    def _due_inside(self) -> int:
         board, turns = self.board, self.turns
-        if self.outcome is not None:
-            return NEVER_NS
-        if self._commands or board.inbox:
-            return board.now
-        if self.paused:
+        if self.outcome is not None or self.paused:
             return NEVER_NS
         if turns.put_off:
             return board.now
         due = self._deadline
         for vertex in (*turns.monitors, *turns.actions):
             if vertex.wake:
+                self._still_heard(vertex)
                 due = min(due, vertex.wake)
             elif vertex.status != WAITING and (not isinstance(vertex, Box) or vertex.news):
                 return board.now
@@ -213,7 +272,8 @@ class Run(Lifecycle):
 
     def _step_action(self, leaf: Vertex) -> None:
         if leaf.wake:
-            if leaf.wake > self.board.chart_now and not leaf.mask & self.board.fresh:
+            asleep = leaf.wake > self.board.chart_now or self._still_heard(leaf)
+            if asleep and not leaf.mask & self.board.fresh:
                 return
             leaf.wake = 0
         try:
@@ -257,16 +317,19 @@ class Run(Lifecycle):
             if len(fresh) > 1:
                 fresh.sort(key=rank)
             for leaf in fresh:
-                try:
-                    yielded = leaf.step()
-                    if yielded is not None:
-                        self._wait(leaf, yielded)
-                except StopIteration as stop:
-                    self._ended.append((leaf, stop.value))
-                except BaseException as error:  # noqa: BLE001
-                    self._ended.append((leaf, self._raised(leaf, error)))
+                self._step_monitor(leaf)
             if self._ended:
                 self._decide_round()
+
+    def _step_monitor(self, leaf: Vertex) -> None:
+        try:
+            yielded = leaf.step()
+            if yielded is not None:
+                self._wait(leaf, yielded)
+        except StopIteration as stop:
+            self._ended.append((leaf, stop.value))
+        except BaseException as error:  # noqa: BLE001
+            self._ended.append((leaf, self._raised(leaf, error)))
 
     def _decide_round(self) -> None:
         ended, self._ended = self._ended, []
@@ -315,15 +378,38 @@ class Run(Lifecycle):
         kind = type(yielded)
         if kind is Until:
             leaf.wake, leaf.mask = (yielded.ns, 0) if yielded.ns > self.board.chart_now else (0, 0)
+            leaf.silence = None
         elif kind is On:
             assert isinstance(leaf, Leaf)
             leaf.wake, leaf.mask = max(yielded.until, 1), leaf.context.bits(yielded.signals)
             leaf.asked = self.board.ticks
+            leaf.silence = None
+            if yielded.older != NEVER_NS:
+                self._await_silence(leaf, yielded)
         elif kind is str:
             self.notes[leaf.path] = yielded
         else:
             message = f"yielded a {kind.__name__}; only None, Until, On and text mean something"
             raise TypeError(message)
+
+    def _await_silence(self, leaf: Leaf, on: On) -> None:
+        for name in on.signals:
+            self.board.accept(name, on.older)
+        leaf.silence = on, self.board.now
+        self._still_heard(leaf)
+
+    def _still_heard(self, leaf: Vertex) -> bool:
+        """Whether a leaf that waits for silence, or for an instant, has to go on waiting.
+
+        It wakes when the signals would have been silent for too long if nothing came; when
+        something did, it is put off.
+        """
+        if leaf.silence is None:
+            return False
+        board, (on, since) = self.board, leaf.silence
+        silent_at = board.silent_at(leaf.mask, on.older, since) - board.paused_ns
+        leaf.wake = max(1, min(on.until, silent_at))
+        return leaf.wake > board.chart_now
 
 
 def _depth(vertex: Vertex) -> tuple[int, int]:

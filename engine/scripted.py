@@ -7,11 +7,13 @@ leaves stay busy. Everything else, order of stepping included, is the engine's o
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from engine.machine import Leaf, Machine
 from engine.state import Context, Outcome, Run, State
+from engine.types import Type
 
 
 class Script:
@@ -30,6 +32,7 @@ class Script:
         for leaf in machine.leaves:
             leaf.make = partial(_Scripted, leaf, self)
             leaf.instant = False
+            leaf.produces = perhaps(leaf.interface.outputs)
 
     def end(self, path: str, outcome: str | Exception, **outputs: Any) -> None:
         """Have the leaf at `path` return `outcome`, or raise it; outputs not given are `None`.
@@ -54,6 +57,14 @@ class Script:
         """What the leaf at `path` ends with now, if it does."""
         ends = self._ends.get(path)
         return ends.pop(0) if ends else None
+
+
+def perhaps(outputs: Mapping[str, Mapping[str, Type]]) -> dict[str, dict[str, Type]]:
+    """Outputs of which a stand-in may leave some out, as `None`."""
+    return {
+        outcome: {name: replace(kind, optional=True) for name, kind in produced.items()}
+        for outcome, produced in outputs.items()
+    }
 
 
 class _Scripted(State):

@@ -7,7 +7,8 @@ from contextlib import suppress
 from operator import is_
 from typing import TYPE_CHECKING, Any
 
-from engine.state import ALWAYS_NS, Sample
+from engine.events import EventLog
+from engine.state import ALWAYS_NS, NEVER_NS, Sample
 
 if TYPE_CHECKING:
     from engine.signals import Board, Derived, Estimated, Measured
@@ -34,29 +35,36 @@ class Slot:
 class MeasuredSlot(Slot):
     """Holds what a part delivered."""
 
-    __slots__ = ("constant", "event", "followers", "log", "log_before_tick", "tick")
+    __slots__ = ("constant", "event", "followers", "heard", "log", "patience", "tick")
 
     def __init__(self, signal: Measured, roots: int) -> None:
         super().__init__(signal.name, roots)
         self.constant = signal.constant
         self.event = signal.event
-        self.log: list[Sample] = []
-        self.log_before_tick = 0
-        self.tick = -1  # of the last arrival
+        self.log = EventLog()
+        self.tick = -1  # of the last news
+        self.heard = -NEVER_NS  # instant of the last arrival, news or not
+        self.patience = NEVER_NS  # the least age, ns, that some reader does not accept any more
         self.followers: list[tuple[EstimatedSlot, int]] = []
 
-    def take(self, sample: Sample, tick: int) -> None:
+    def repeats(self, value: Any, now: int) -> bool:
+        """Does a sample that comes now tell nothing new? Not even that it is still so."""
+        newest = self.newest
+        if newest is None or newest.value is not value or self.event:
+            return False
+        return now - newest.stamp <= self.patience
+
+    def take(self, sample: Sample, interval: int, tick: int) -> None:
         """Accept a sample; a late one does not replace a newer one."""
         self.evaluated += 1
-        self.tick = tick
         if self.event:
-            self.log.append(sample)
+            self.log.add(sample, tick)
         held = Sample(sample.value, ALWAYS_NS) if self.constant else sample
         if self.newest is None or held.stamp >= self.newest.stamp:
             self.newest = held
             self.version += 1
         for follower, index in self.followers:
-            follower.pending.append((tick, sample.stamp, index, held))
+            follower.pending.append((interval, sample.stamp, index, held))
 
 
 class DerivedSlot(Slot):
@@ -107,7 +115,7 @@ class DerivedSlot(Slot):
 
 
 class EstimatedSlot(Slot):
-    """Feeds its estimator every sample once: by tick of arrival, stamp, order of declaration.
+    """Feeds its estimator every sample once: by interval of arrival, stamp, order of declaration.
 
     An estimator that has raised has lost count: from then on every reader gets what it raised.
     """
@@ -138,6 +146,11 @@ class EstimatedSlot(Slot):
         if not self.needed:
             self._speak(0, 0)
 
+    @property
+    def known(self) -> object:
+        """What a reader gets: the value, or what the estimator has raised."""
+        return self.failure if self.newest is None or self.failure else self.newest.value
+
     def read(self) -> Sample | None:
         """The estimate after all samples that have arrived."""
         try:
@@ -159,20 +172,20 @@ class EstimatedSlot(Slot):
         if len(pending) > 1:
             pending.sort(key=_arrival)
         before = self.board.clock()
-        for tick, _, index, sample in pending:
-            self._take(tick, self.names[index], sample)
+        for interval, _, index, sample in pending:
+            self._take(interval, self.names[index], sample)
         self.time_ns += self.board.clock() - before
 
-    def _take(self, tick: int, name: str, sample: Sample) -> None:
+    def _take(self, interval: int, name: str, sample: Sample) -> None:
         self.evaluated += 1
         self.version += 1
         self.estimator.update(name, sample)
         if name in self.needed:
             before = self.stamps.get(name, ALWAYS_NS)
             self.stamps[name] = sample.stamp if before == ALWAYS_NS else max(before, sample.stamp)
-        self._speak(tick, sample.stamp)
+        self._speak(interval, sample.stamp)
 
-    def _speak(self, tick: int, arrived: int) -> None:
+    def _speak(self, interval: int, arrived: int) -> None:
         value = self.estimator.value()
         if value is None or len(self.stamps) < len(self.needed):
             self.newest = None
@@ -180,7 +193,7 @@ class EstimatedSlot(Slot):
         stamp = self.stamp()
         self.newest = Sample(value, ALWAYS_NS if stamp is None else stamp)
         for follower, index in self.followers:
-            follower.pending.append((tick, arrived, index, self.newest))
+            follower.pending.append((interval, arrived, index, self.newest))
 
     def _oldest(self) -> int | None:
         return min(self.stamps.values(), default=None)

@@ -44,16 +44,20 @@ class Until:
 
 
 class On:
-    """Yielded by a state: not before a new sample, whatever its value, or the instant `until`.
+    """Yielded by a state: not before news of a signal, silence of one, or the instant `until`.
 
-    A derived or estimated signal counts as new when a measured one it rests on is.
+    News is a new value of a measured signal, or of one that a derived or estimated signal rests on;
+    the same value object once more is none. Silence is that for longer than `older` s nothing has
+    come of one of these; what was silent before is not waited for. Name every signal that the
+    decision to go on looks at.
     """
 
-    __slots__ = ("signals", "until")
+    __slots__ = ("older", "signals", "until")
 
-    def __init__(self, *signals: str, until: float = NEVER_NS) -> None:
+    def __init__(self, *signals: str, until: float = NEVER_NS, older: float | None = None) -> None:
         self.signals = signals
         self.until = round(until)
+        self.older = NEVER_NS if older is None else round(older * 1e9)
 
 
 Yielded = Until | On | str | None  # text is a note for whoever looks on
@@ -93,7 +97,7 @@ class Context(Protocol):
         ...
 
     def events(self, signal: str) -> tuple[Sample, ...]:
-        """What arrived on an event signal since this state's previous step."""
+        """What arrived on an event signal since this state last asked, or was entered."""
         ...
 
     def part(self, name: str) -> Any:
@@ -187,7 +191,7 @@ def interface(cls: type[State]) -> Interface:
     return Interface(
         name=name,
         monitor=monitor,
-        outcomes=cls.outcomes,
+        outcomes=tuple(map(str.__str__, cls.outcomes)),
         parameters=_arguments(cls, cls.__init__, skip=1) if has_init else {},
         inputs=_inputs(cls),
         outputs=outputs,

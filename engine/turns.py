@@ -143,10 +143,12 @@ class Turns:
         )
 
     def notice(self, vertices: list[Vertex]) -> None:
-        """Wake those for whom a sample came while they had no turn."""
+        """Wake those for whom news came while they had no turn; silence is looked for anew."""
         for vertex in vertices:
             if vertex.mask and self.board.news(vertex.mask, vertex.asked):
                 vertex.wake = 0
+            elif vertex.wake and vertex.silence is not None:
+                vertex.wake = 1
 
     def still_has(self, vertex: Vertex) -> bool:
         """Whether a vertex of a pass begun earlier in this tick is still to be stepped."""

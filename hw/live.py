@@ -45,6 +45,7 @@ class LivePerson:
             before = self._newest.value
             assert isinstance(before, UserPose)
             self._velocity = before.body.distance_to(body) / (elapsed * _NS)
+            pose = before if pose == before else pose
         self._newest = Sample("user.pose", stamp_ns, pose)
 
     def ask(self, deep: Pose3) -> None:

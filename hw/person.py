@@ -84,6 +84,7 @@ class Actor:
         self._robot = start
         self._informed = False
         self._blind_until = 0
+        self._seen = UserPose(start, start.yaw)
         self._routine = self._run()
 
     def step(self, now_ns: int, robot: Pose2, informed: bool) -> None:
@@ -110,7 +111,14 @@ class Actor:
     def _measure(self, now_ns: int) -> Sample | None:
         if now_ns < self._blind_until:
             return None
-        return Sample("user.pose", now_ns, UserPose(self.body, self._head_yaw()))
+        return Sample("user.pose", now_ns, self._seen_at(self.body, self._head_yaw()))
+
+    def _seen_at(self, body: Pose2, head_yaw: float) -> UserPose:
+        """What tracking says of this pose: the same object for as long as nothing has changed."""
+        seen = self._seen
+        if (seen.body is not body and seen.body != body) or seen.head_yaw != head_yaw:
+            self._seen = UserPose(body, head_yaw)
+        return self._seen
 
     def _head_yaw(self) -> float:
         turn = self._head_turn

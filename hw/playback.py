@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from hw.geometry import Pose2, wrap
 from hw.person import Actor, Touch
 from hw.recording import Recording
-from hw.samples import Sample, UserPose
+from hw.samples import Sample
 
 
 class Playback(Actor):
@@ -80,4 +80,5 @@ class Playback(Actor):
         self._reported = newest
         heading = self._headings[newest]
         place = Pose2(self._recording.xs[newest], self._recording.ys[newest], heading)
-        return Sample("user.pose", now_ns - (self._own - stamps[newest]), UserPose(place, heading))
+        stamp = now_ns - (self._own - stamps[newest])
+        return Sample("user.pose", stamp, self._seen_at(place, heading))

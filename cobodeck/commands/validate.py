@@ -1,4 +1,4 @@
-"""Check charts, scenes, robots and profiles; nothing is run.
+"""Check charts, scenes, users, robots, props and profiles; nothing is run.
 
 Without a path: the charts of the project around the present folder, or all shipped files.
 Exit code 0: no errors; 1: errors, with --strict also warnings.
@@ -7,9 +7,11 @@ Exit code 0: no errors; 1: errors, with --strict also warnings.
 from __future__ import annotations
 
 import argparse
-import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cobodeck.catalogue import CHARTS, Catalogue, catalogue
 from cobodeck.console import FAILED, OK, show
@@ -24,16 +26,19 @@ from cobodeck.library import (
 )
 from engine.chart import Chart
 from engine.explore import explore
-from engine.files.finding import Finding, Place, in_order
+from engine.files.finding import FileError, Finding, Place, in_order
+from engine.files.item import gather
 from engine.files.source import Source
 from engine.load import Library, load_files
 from engine.machine import Machine
 from engine.report import FORMATS, report
 
+if TYPE_CHECKING:
+    from behaviors.profile import Profile
+    from hw.robot import RobotModel
+
 WALKED = 2_000
 """Configurations that are walked at most; more are said to be cut."""
-
-_PLACE = re.compile(r"(?P<file>.*?):(?P<line>\d+)(?::(?P<column>\d+))?: (?P<message>.*)", re.DOTALL)
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -55,10 +60,14 @@ def run(args: argparse.Namespace) -> int:
     for finding in errors_in_used(library, known, charts):
         findings.append(finding)
         sources[finding.place.file] = library.sources[finding.place.file]
+    checker = _Checker([file for file, kind in files if kind == "robot"])
     for file, kind in files:
         if kind != "chart":
-            sources[str(file)] = read_source(file)
-            findings += check_file(file, kind)
+            sources[str(file)] = read_source(str(file))
+            findings += checker.findings(file, kind)
+    findings = _once(findings)
+    for name in {place.file for finding in findings for place in _places(finding)}:
+        sources.setdefault(name, read_source(name))
     findings = in_order(strictly(findings) if args.strict else findings)
     show(report(findings, sources, args.format).rstrip("\n"))
     if any(finding.severity == "error" for finding in findings):
@@ -67,6 +76,20 @@ def run(args: argparse.Namespace) -> int:
         for name in _not_used(library, {str(file) for file in charts}):
             show(f"{name}: {_walked(library[name], library, known)}")
     return OK
+
+
+def _once(findings: Iterable[Finding]) -> list[Finding]:
+    """Without those that another file that names theirs has brought up again."""
+    found: dict[tuple[Place, str], Finding] = {}
+    for finding in findings:
+        key = (finding.place, finding.message)
+        if key not in found or not finding.related:
+            found[key] = finding
+    return list(found.values())
+
+
+def _places(finding: Finding) -> list[Place]:
+    return [finding.place, *(place for place, _ in finding.related)]
 
 
 def _not_used(library: Library, files: set[str]) -> list[str]:
@@ -92,83 +115,103 @@ def _default_paths(known: Catalogue) -> list[Path]:
     own = [file for project in known.projects if project.folder for file in project.chart_files()]
     if own:
         return own
-    import hw.robot
-    import hw.scene
-    import hw.script
+    import hw
+    import states.arm
 
-    shipped = [CHARTS, hw.scene.FOLDER, hw.robot.FOLDER, hw.script.FOLDER]
+    shipped = [CHARTS, *(Path(package.__path__[0]) for package in (hw, states.arm))]
     here = Path.cwd()
     return [path.relative_to(here) if path.is_relative_to(here) else path for path in shipped]
 
 
-def check_file(file: Path, kind: str) -> list[Finding]:
-    """The first mistake in a scene, robot, profile or user file."""
-    load = _LOADERS[kind]()
-    try:
-        load(file)
-    except ValueError as error:  # what these readers raise says where and what
-        return [_finding(file, str(error))]
-    return []
+class _Checker:
+    """Loads files of every kind but charts, and says what is wrong with them.
 
+    Args:
+        robots: the robot files that are checked too; profiles must go with one of them, or with a
+            shipped one if there are none.
+    """
 
-def _finding(file: Path, message: str) -> Finding:
-    match = _PLACE.match(message)
-    if match is None:
-        return Finding("D01", message, Place(str(file), 1, 1, 2))
-    line, column = int(match["line"]), int(match["column"] or 1)
-    return Finding("D01", match["message"], Place(str(file), line, column, column + 1))
+    def __init__(self, robots: Sequence[Path]) -> None:
+        self._robots = robots
+        self._loaders: Mapping[str, Callable[[Path], object]] = {
+            "scene": self._scene,
+            "robot": self._robot,
+            "profile": self._profile,
+            "user": self._user,
+            "prop": self._prop,
+            "calibration": self._calibration,
+            "arm": self._arm,
+        }
 
+    def findings(self, file: Path, kind: str) -> tuple[Finding, ...]:
+        """All mistakes in a file and in those that it names."""
+        try:
+            self._loaders[kind](file)
+        except FileError as error:
+            return error.findings
+        return ()
 
-def _scene() -> Callable[[Path], object]:
-    from hw.robot import load_robot
-    from hw.scene import SceneError, load_scene
-    from hw.sim.contact import rectangle_segment_distance
-    from hw.user import open_user
+    def _scene(self, file: Path) -> None:
+        from hw.staging import check_scene
 
-    def load(file: Path) -> None:
-        scene = load_scene(file)
-        outline, start = load_robot(scene.robot).footprint, scene.robot_start
-        inside = start.inverse().transform
-        for x1, y1, x2, y2 in scene.room.segments:
-            wall = inside(x1, y1), inside(x2, y2)
-            if rectangle_segment_distance(outline.half_length, outline.half_width, *wall) <= 0.0:
-                place = f"({start.x:g}, {start.y:g}, {start.yaw:g})"
-                raise SceneError(file, 0, f"robot.start {place}: the robot would touch a wall")
-        if scene.user is not None:
-            open_user(scene.user, scene)
+        check_scene(file)
 
-    return load
+    def _robot(self, file: Path) -> None:
+        from hw.robot import load_robot
 
+        robot = load_robot(file)
+        if robot.arm.urdf is not None:
+            from states.arm.model import manipulator_of
 
-def _robot() -> Callable[[Path], object]:
-    from hw.robot import load_robot
+            manipulator_of(robot)
 
-    return load_robot
+    def _profile(self, file: Path) -> None:
+        from behaviors.profile import load_profile
 
+        profile = load_profile(file)
+        gather((lambda: profile.require(self._charts), lambda: self._fits(profile)))
 
-def _profile() -> Callable[[Path], object]:
-    from behaviors.profile import load_profile
+    def _fits(self, profile: Profile) -> None:
+        """Whether a profile goes with a robot at all; else why it does not with the first."""
+        errors = []
+        for robot in self._known_robots:
+            try:
+                profile.require_robot(robot)
+            except FileError as error:
+                errors.append(error)
+        if errors and len(errors) == len(self._known_robots):
+            raise errors[0]
 
-    charts = load_files(chart_names(catalogue()).values())
-    return lambda file: load_profile(file).require(charts)
+    @cached_property
+    def _charts(self) -> Library:
+        return load_files(chart_names(catalogue()).values())
 
+    @cached_property
+    def _known_robots(self) -> list[RobotModel]:
+        from hw.robot import load_robot, robot_names
 
-def _user() -> Callable[[Path], object]:
-    from hw.script import load_script
+        found = []
+        for robot in self._robots or robot_names():
+            with suppress(FileError):  # told where the robot is checked
+                found.append(load_robot(robot))
+        return found
 
-    return load_script
+    def _user(self, file: Path) -> None:
+        from hw.script import load_script
 
+        load_script(file)
 
-def _anything() -> Callable[[Path], object]:
-    from hw.document import read_document
+    def _prop(self, file: Path) -> None:
+        from hw.prop import load_prop
 
-    return read_document
+        load_prop(file)
 
+    def _calibration(self, file: Path) -> None:
+        from hw.calibration import load_calibration
 
-_LOADERS: dict[str, Callable[[], Callable[[Path], object]]] = {
-    "scene": _scene,
-    "robot": _robot,
-    "profile": _profile,
-    "user": _user,
-    "prop": _anything,
-}
+        load_calibration(file)
+
+    def _arm(self, file: Path) -> None:
+        from states.arm.model import load_manipulator
+
+        load_manipulator(file)

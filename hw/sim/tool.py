@@ -144,25 +144,28 @@ class SimWrench:
     def __init__(self, model: WrenchModel) -> None:
         self._model = model
         self._load = self._zero = NO_LOAD
+        self._reading = self._present()
         self._reported = -1
 
     def press(self, load: WrenchReading) -> None:
         """Act on the flange with this force and torque, in its frame."""
         check_load(load)
         self._load = load
+        self._reading = self._present()
 
     def zero(self) -> None:
         """Take the present reading as no load; see `Wrench`."""
         self._zero = self._load
+        self._reading = self._present()
 
     def samples(self, now_ns: int) -> list[Sample]:
         """The reading of this instant."""
         if self._reported == now_ns:
             return []
         self._reported = now_ns
-        return [Sample("wrench.reading", now_ns, self._reading())]
+        return [Sample("wrench.reading", now_ns, self._reading)]
 
-    def _reading(self) -> WrenchReading:
+    def _present(self) -> WrenchReading:
         model = self._model
         return WrenchReading(
             _without(self._load.force, self._zero.force, model.force),

@@ -155,7 +155,7 @@ def _at_rest(ctx: Context) -> Generator[Yielded, None, Look | None]:
         look = _look(ctx)
         if look is not None and not ctx.value("arm.joints").moving:
             return look
-        yield On("arm.joints", "base.pose", "stop.engaged")
+        yield On("arm.joints", "base.pose", "user.pose", "stop.engaged")
     return None
 
 
@@ -205,7 +205,7 @@ def _follow(
                 workspace = ctx.value("site").workspace
                 if not workspace.is_free(plan.trajectory, since, look, deep):
                     return None
-            yield On("arm.joints", "stop.engaged", until=late)
+            yield On("arm.joints", "base.pose", "user.pose", "stop.engaged", until=late)
         return False
     finally:
         arm.stop()

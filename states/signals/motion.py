@@ -6,7 +6,7 @@ import math
 from collections import deque
 from typing import Protocol
 
-from hw.geometry import Twist2, wrap
+from hw.geometry import STILL, Twist2, wrap
 from hw.samples import UserPose
 
 LEAST_SHARE = 0.3
@@ -33,7 +33,7 @@ class VelocityEstimator:
     A straight line is laid through the poses of the last `window` seconds by least squares: the
     noise of motion capture (1 mm at 120 Hz would be 0.1 m/s between samples) averages out, at the
     price of half a window of delay. After a gap or a jump it begins anew; it is None until a part
-    of the window is filled.
+    of the window is filled, and exactly `STILL` while all poses in it are the same.
     """
 
     def __init__(self, window: float) -> None:
@@ -41,6 +41,7 @@ class VelocityEstimator:
         self._least_ns = round(LEAST_SHARE * window * 1e9)
         self._poses: deque[tuple[int, float, float, float]] = deque()
         self._velocity: Twist2 | None = None
+        self._same_since = 0
 
     def update(self, _signal: str, sample: Stamped) -> None:
         """Take one `UserPose`; late ones are left out."""
@@ -56,12 +57,14 @@ class VelocityEstimator:
                 poses.clear()
             else:
                 yaw = last[3] + wrap(body.yaw - last[3])
+        if not poses or poses[-1][1:] != (body.x, body.y, yaw):
+            self._same_since = stamp
         poses.append((stamp, body.x, body.y, yaw))
         while stamp - poses[0][0] > self._window_ns:
             poses.popleft()
         self._velocity = None
         if len(poses) > 1 and stamp - poses[0][0] >= self._least_ns:
-            self._velocity = _slope(poses)
+            self._velocity = STILL if poses[0][0] >= self._same_since else _slope(poses)
 
     def value(self) -> Twist2 | None:
         """The present estimate."""
@@ -90,24 +93,21 @@ def _slope(poses: deque[tuple[int, float, float, float]]) -> Twist2:
 
 
 class StillnessEstimator:
-    """For how long a person has been slower than both limits, s; 0 while they move (R89)."""
+    """Since when a person has been slower than both limits, ns; None while they move (R89)."""
 
     def __init__(self, speed: float, turn: float) -> None:
         self._speed, self._turn = speed, turn
         self._since: int | None = None
-        self._still: float | None = None
 
     def update(self, _signal: str, sample: Stamped) -> None:
         """Take one velocity."""
         velocity = sample.value
         assert isinstance(velocity, Twist2)
         if velocity.speed >= self._speed or abs(velocity.wz) >= self._turn:
-            self._since, self._still = None, 0.0
-            return
-        if self._since is None:
+            self._since = None
+        elif self._since is None:
             self._since = sample.stamp
-        self._still = max(0.0, (sample.stamp - self._since) * 1e-9)
 
-    def value(self) -> float | None:
-        """Seconds of standing still."""
-        return self._still
+    def value(self) -> int | None:
+        """The stamp of the first velocity of this stand."""
+        return self._since

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from engine.files.units import Angle, Duration, Length
-from engine.state import Action, Context, Monitor, On, Run
+from engine.state import NEVER_NS, Action, Context, Monitor, On, Run
 from hw.geometry import wrap
 from hw.samples import UserPose
 
@@ -20,7 +20,7 @@ class UserSettled(Monitor):
     """
 
     outcomes = ("settled",)
-    reads = {"user.still": STALE_S, "user.pose": STALE_S}
+    reads = {"user.still_since": STALE_S, "user.pose": STALE_S}
 
     def __init__(
         self,
@@ -32,16 +32,28 @@ class UserSettled(Monitor):
 
     def run(self, ctx: Context, since: UserPose | None = None) -> Run:
         while True:
-            still, user = ctx.value("user.still"), ctx.value("user.pose")
-            stands = still is not None and still > self.still_for
-            if stands and user is not None and self._has_moved(since, user):
+            stood, user = _stood(ctx), ctx.value("user.pose")
+            long_enough = stood is not None and stood > self.still_for
+            if long_enough and user is not None and self._has_moved(since, user):
                 return "settled"
-            yield On("user.still")
+            until = NEVER_NS
+            if stood is not None and not long_enough:
+                until = ctx.after(self.still_for - stood) + 1
+            yield On("user.still_since", "user.pose", until=until)
 
     def _has_moved(self, since: UserPose | None, user: UserPose) -> bool:
         if since is None or since.body.distance_to(user.body) > self.moved:
             return True
         return abs(wrap(user.body.yaw - since.body.yaw)) > self.turned
+
+
+def _stood(ctx: Context) -> float | None:
+    """For how long the user has stood still, s, as far as they were seen; None: they do not."""
+    since, newest = ctx.value("user.still_since"), ctx.sample("user.still_since")
+    if since is None or newest is None:
+        return None
+    stood: int = newest.stamp - since
+    return max(0.0, stood * 1e-9)
 
 
 class UserLost(Monitor):
@@ -53,9 +65,10 @@ class UserLost(Monitor):
     def run(self, ctx: Context) -> Run:
         first = ctx.after(STALE_S)  # at the start of a run there may be no pose yet
         while True:
-            if ctx.value("user.pose") is None and ctx.now >= first:
+            seen = ctx.value("user.pose") is not None
+            if not seen and ctx.now >= first:
                 return "lost"
-            yield On("user.pose", until=ctx.after(STALE_S))
+            yield On("user.pose", until=NEVER_NS if seen else first, older=STALE_S)
 
 
 class FaultRaised(Monitor):

@@ -1013,8 +1013,21 @@ class Tenth(float):
     """A number of another library."""
 
 
+class GiveAny(Action):
+    """An action with an output of any type."""
+
+    outcomes = ("done", "failed", "other")
+    outputs = {"done": {"value": object}}
+
+    def run(self, ctx):
+        yield
+        return "done", {"value": None}
+
+
 def test_rule_9_freezers_reach_into_tuples_and_what_cannot_change_passes(bench):
-    b = bench(DATA, freezers={Grid: lambda grid: FrozenGrid(*grid.numbers)})
+    text = DATA.replace("do: Give", "do: GiveAny")
+    freezers = {Grid: lambda grid: FrozenGrid(*grid.numbers)}
+    b = bench(text, states=(GiveAny,), freezers=freezers)
     b.tick()
     given = (Grid(1.0), (Tenth(0.1), Level.LOW, True, b"", None), Reading(Grid(), Level.LOW))
     b.end("give", "done", value=given)

@@ -3,7 +3,8 @@ from pathlib import Path
 
 import pytest
 
-from hw.robot import FOLDER, MotionLimits, RobotError, load_robot
+from engine.files.finding import FileError
+from hw.robot import FOLDER, MotionLimits, load_robot
 
 ROBOT = load_robot("rbkairos_ur10")
 
@@ -55,17 +56,17 @@ def test_joint_angles_out_of_the_limits_are_refused_by_joint(joints, message):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("mass: 130.0", "mass: -1", "3: mass: -1 is out of range"),
-        ("mass: 130.0", "mass: heavy", "mass: needs a number, not 'heavy'"),
+        ("mass: 130.0", "mass: -1", "3:7: mass: -1 is out of range, 1 to 5000 kg is allowed"),
+        ("mass: 130.0", "mass: heavy", "mass: 'heavy' is not a mass; wanted: a mass, in kg, g"),
         ("foam: 0.10", "foam: 0.5", "footprint.foam: no robot is left"),
         ("enclosing_radius: 0.77", "enclosing_radius: 0.7", "half the diagonal"),
         ("modes: [omni, differential]", "modes: [omny]", "did you mean 'omni'"),
-        ("modes: [omni, differential]", "modes: []", "at least one mode"),
+        ("modes: [omni, differential]", "modes: []", "base.modes: is an empty list"),
         ("max_speed: 3.0", "max_sped: 3.0", "did you mean 'max_speed'"),
         ("prop: prop", "prop: brop", "prop: brop: no such prop; did you mean 'prop'?"),
         ("payload: 10.0", "payload: 0.5", "prop: prop weighs 1 kg; the payload is 0.5 kg"),
         ("lower: [-6.283185307179586", "lower: [-1.0", "prop: prop, parked: arm: joint 0 at -2.95"),
-        ("lower: [-6.283185307179586, ", "lower: [", "arm.lower: needs 6 numbers, has 5"),
+        ("lower: [-6.283185307179586, ", "lower: [", "arm.lower: needs 6 values, has 5"),
         ("calibration: null", "calibration: none", "arm.calibration: "),
         ("payload: 10.0", "", "the key 'payload' is missing"),
     ],
@@ -75,13 +76,13 @@ def test_a_wrong_robot_file_is_named_with_line_and_key(tmp_path, old, new, messa
     assert old in text
     path: Path = tmp_path / "robot.yaml"
     path.write_text(text.replace(old, new, 1))
-    with pytest.raises(RobotError) as caught:
+    with pytest.raises(FileError) as caught:
         load_robot(path)
     assert message in str(caught.value)
 
 
 def test_an_unknown_robot_is_answered_with_a_suggestion():
-    with pytest.raises(RobotError, match="did you mean 'rbkairos_ur10'"):
+    with pytest.raises(FileError, match="did you mean 'rbkairos_ur10'"):
         load_robot("rbkairos_ur5")
 
 

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from engine.files.finding import FileError
 from hw.room import Room, ring_fault
-from hw.scene import SceneError, load_scene, scene_names
+from hw.scene import load_scene, scene_names
 
 PLANS = (Path(__file__).resolve().parents[2] / "../shared/data/floorplans").resolve()
 
@@ -98,18 +99,26 @@ def test_an_unknown_parking_spot_names_those_there_are():
         (
             "[[0, 0], [6, 0], [6, 5], [0, 5]]",
             "[[0, 0], [6, 0], [6, 0]]",
-            "3: room.outer: has the s",
+            "3:3: room.outer: has the s",
         ),
         ("[[0, 0], [6, 0], [6, 5], [0, 5]]", "[[0, 0], [6, 0], [3, 0]]", "has no area"),
         ("[[0, 0], [6, 0], [6, 5], [0, 5]]", "[[0, 0], [6, 0]]", "at least 3"),
         ("[[0, 0], [6, 0], [6, 5], [0, 5]]", "[[0, 0], [6, 5], [6, 0], [0, 5]]", "crosses itself"),
-        ("[[0, 0], [6, 0], [6, 5], [0, 5]]", "[[0, 0, 0], [6, 0], [6, 5]]", "needs 2 numbers"),
-        ("[0, 5]", "[0, .nan]", "room.outer[3][1]: needs a number"),
+        (
+            "[[0, 0], [6, 0], [6, 5], [0, 5]]",
+            "[[0, 0, 0], [6, 0], [6, 5]]",
+            "needs 2 values",
+        ),
+        ("[0, 5]", "[0, .nan]", "room.outer[3][1]: '.nan' is not a length"),
         ("outer:", "outter:", "did you mean 'outer'?"),
         ("  outer: [[0, 0], [6, 0], [6, 5], [0, 5]]\n", "", "the key 'outer' is missing"),
         ("scene: mine\n", "", "the key 'scene' is missing"),
         ("robot:", "robots:", "did you mean 'robot'?"),
-        ("{x: 1, y: 1}", "{x: 2.5, y: 2.5}", "5: robot.start: (2.5, 2.5) is not on the free floor"),
+        (
+            "{x: 1, y: 1}",
+            "{x: 2.5, y: 2.5}",
+            "5:9: robot.start: (2.5, 2.5) is not on",
+        ),
         ("{x: 1, y: 1}", "{x: -2, y: 1}", "the room reaches from (0, 0) to (6, 5)"),
         ("[[[2, 2], [3, 2], [3, 3], [2, 3]]]", "[[[20, 2], [30, 2], [30, 3]]]", "lies outside"),
         ("[[[2, 2], [3, 2], [3, 3], [2, 3]]]", "[[2, 2], [3, 2], [3, 3]]", "needs a list"),
@@ -117,14 +126,14 @@ def test_an_unknown_parking_spot_names_those_there_are():
 )
 def test_a_wrong_scene_is_named_with_file_line_and_key(tmp_path, old, new, message):
     assert old in GOOD
-    with pytest.raises(SceneError) as caught:
+    with pytest.raises(FileError) as caught:
         load(tmp_path, GOOD.replace(old, new))
     assert "mine.yaml:" in str(caught.value)
     assert message in str(caught.value)
 
 
 def test_an_unknown_scene_name_is_answered_with_a_suggestion():
-    with pytest.raises(SceneError, match="did you mean 'lab_a'"):
+    with pytest.raises(FileError, match="did you mean 'lab_a'"):
         load_scene("lab_aa")
 
 
@@ -132,7 +141,7 @@ def test_scenes_that_take_their_rooms_from_each_other_are_refused(tmp_path):
     for name, room in (("one", "two"), ("two", "one")):
         text = f"scene: {name}\nroom: {room}\nrobot: {{start: {{x: 1, y: 1}}}}\n"
         (tmp_path / f"{name}.yaml").write_text(text)
-    with pytest.raises(SceneError, match="takes its own from another"):
+    with pytest.raises(FileError, match="takes its own from another"):
         load_scene(tmp_path / "one.yaml")
 
 
@@ -184,5 +193,5 @@ def test_the_largest_free_disc_touches_walls_and_holds_none():
     ],
 )
 def test_a_wrong_touchable_surface_is_named_with_its_line(tmp_path, surface, wrong):
-    with pytest.raises(SceneError, match=rf"mine\.yaml:8: .*{wrong}"):
+    with pytest.raises(FileError, match=rf"mine\.yaml:8:\d+: .*{wrong}"):
         load(tmp_path, f"{GOOD}touchable: [{surface}]\n")

@@ -21,6 +21,7 @@ class FakeContext:
 
     def __init__(self, values: dict[str, Any], parts: dict[str, Any] | None = None) -> None:
         self.values, self.parts = values, parts or {}
+        self.stamps: dict[str, int] = {}
         self.pending: dict[str, list[Sample]] = {}
         self.ages: dict[str, float] = {}
         self.now = 0
@@ -34,7 +35,9 @@ class FakeContext:
         return self.values.get(signal)
 
     def sample(self, signal: str) -> Sample | None:
-        return Sample(self.values[signal], 0) if signal in self.values else None
+        if signal not in self.values:
+            return None
+        return Sample(self.values[signal], self.stamps.get(signal, 0))
 
     def age(self, signal: str) -> float:
         return self.ages.get(signal, 0.0) if self.values.get(signal) is not None else math.inf

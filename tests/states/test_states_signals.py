@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from engine.state import Sample
+from engine.state import NEVER_NS, Sample
 from hw.geometry import Pose2
 from hw.samples import UserPose
 from states.signals.states import (
@@ -26,6 +26,13 @@ def moved(distance: float, turn: float = 0.0) -> UserPose:
     return UserPose(Pose2(1.0 + distance, 1.0, turn), turn)
 
 
+def standing(context: Any, still: float, user: UserPose) -> Any:
+    """What is seen of a user who has stood there for so many seconds."""
+    ctx = context({"user.still_since": 10**9, "user.pose": user})
+    ctx.now = ctx.stamps["user.still_since"] = 10**9 + round(still * 1e9)
+    return ctx
+
+
 @pytest.mark.requirement(89)
 @pytest.mark.parametrize(
     ("still", "distance", "turn", "settled"),
@@ -42,7 +49,7 @@ def moved(distance: float, turn: float = 0.0) -> UserPose:
 def test_a_user_has_settled_after_half_a_second_and_30_cm_or_30_degrees(
     context: Any, take_step: Any, still: float, distance: float, turn: float, settled: bool
 ) -> None:
-    ctx = context({"user.still": still, "user.pose": moved(distance, turn)})
+    ctx = standing(context, still, moved(distance, turn))
 
     outcome = take_step(UserSettled().run(ctx, since=BEFORE))
 
@@ -51,18 +58,41 @@ def test_a_user_has_settled_after_half_a_second_and_30_cm_or_30_degrees(
 
 @pytest.mark.requirement(89)
 def test_before_the_first_goal_standing_still_is_enough(context: Any, take_step: Any) -> None:
-    ctx = context({"user.still": 0.51, "user.pose": BEFORE})
+    ctx = standing(context, 0.51, BEFORE)
 
     assert take_step(UserSettled().run(ctx)) == "settled"
 
 
 @pytest.mark.requirement(89, 125)
 def test_how_long_and_how_far_can_be_chosen(context: Any, take_step: Any) -> None:
-    ctx = context({"user.still": 1.1, "user.pose": moved(0.31)})
+    ctx = standing(context, 1.1, moved(0.31))
 
     assert take_step(UserSettled(still_for=1.2).run(ctx, since=BEFORE)) is None
     assert take_step(UserSettled(moved=0.4).run(ctx, since=BEFORE)) is None
     assert take_step(UserSettled(still_for=1.0).run(ctx, since=BEFORE)) == "settled"
+
+
+@pytest.mark.requirement(89)
+def test_a_user_who_stands_is_looked_at_again_when_they_have_stood_long_enough(
+    context: Any,
+) -> None:
+    ctx = standing(context, 0.2, BEFORE)
+
+    waited = next(UserSettled().run(ctx))
+
+    assert (waited.signals, waited.until) == (("user.still_since", "user.pose"), 1_500_000_001)
+
+
+@pytest.mark.requirement(89)
+@pytest.mark.parametrize("still", [None, 0.7])
+def test_a_user_who_walks_or_has_not_moved_is_looked_at_when_that_changes(
+    context: Any, still: float | None
+) -> None:
+    ctx = standing(context, still or 0.0, BEFORE)
+    if still is None:
+        ctx.values["user.still_since"] = None
+
+    assert next(UserSettled().run(ctx, since=BEFORE)).until == NEVER_NS
 
 
 @pytest.mark.requirement(149)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.state import Sample
-from hw.geometry import Pose2, Twist2, wrap
+from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.samples import UserPose
 from states.signals.motion import StillnessEstimator, VelocityEstimator
 
@@ -99,7 +99,7 @@ def test_late_samples_change_nothing() -> None:
     assert feed(estimator, [(0.5, 9.0, 9.0, 0.0)]) == before
 
 
-def still_after(velocities: list[tuple[float, Twist2]]) -> float | None:
+def still_since(velocities: list[tuple[float, Twist2]]) -> int | None:
     estimator = StillnessEstimator(0.1, 0.3)
     for t, velocity in velocities:
         estimator.update("user.velocity", Sample(velocity, ns(t)))
@@ -107,19 +107,45 @@ def still_after(velocities: list[tuple[float, Twist2]]) -> float | None:
 
 
 @pytest.mark.requirement(89)
-def test_stillness_is_the_time_since_both_limits_were_kept() -> None:
+def test_a_person_is_still_since_both_limits_are_kept() -> None:
     slow, fast = Twist2(0.09, 0.0, 0.29), Twist2(0.11)
 
-    assert still_after([]) is None
-    assert still_after([(0.0, fast)]) == 0.0
-    assert still_after([(0.0, fast), (1.0, slow), (1.5, slow)]) == pytest.approx(0.5)
-    assert still_after([(0.0, slow), (1.0, Twist2(0.0, 0.0, 0.31)), (1.1, slow)]) == 0.0
+    assert still_since([]) is None
+    assert still_since([(0.0, fast)]) is None
+    assert still_since([(0.0, fast), (1.0, slow), (1.5, slow)]) == ns(1.0)
+    assert still_since([(0.0, slow), (1.0, Twist2(0.0, 0.0, 0.31)), (1.1, slow)]) == ns(1.1)
 
 
 @pytest.mark.requirement(89)
 @pytest.mark.parametrize("limit", [Twist2(0.1), Twist2(0.0, 0.0, -0.3)])
 def test_at_the_limit_one_is_not_still(limit: Twist2) -> None:
-    assert still_after([(0.0, limit), (1.0, limit)]) == 0.0
+    assert still_since([(0.0, limit), (1.0, limit)]) is None
+
+
+def test_a_person_who_does_not_move_at_all_has_exactly_the_velocity_still() -> None:
+    estimator = VelocityEstimator(0.3)
+    for i in range(100):
+        found = feed(estimator, [(i / 30, 3.1, 4.7, 0.3)])
+
+    assert found is STILL
+
+
+def test_somebody_who_has_just_stopped_is_not_still_before_the_window_says_so() -> None:
+    estimator = VelocityEstimator(0.3)
+    feed(estimator, walk(100, 1.0, 1.0, 0.0))
+    slower = [feed(estimator, [(1.0 + i / 100, 1.0, 0.0, 0.0)]) for i in range(1, 32)]
+
+    assert all(found is not STILL and found.vx > 0.0 for found in slower[:29])
+    assert slower[-1] is STILL
+
+
+def test_two_poses_of_one_instant_are_one() -> None:
+    once, twice = VelocityEstimator(0.3), VelocityEstimator(0.3)
+    poses = walk(100, 1.0, 1.0, 0.5)
+
+    for pose in poses:
+        feed(once, [pose])
+        assert feed(twice, [pose, (pose[0], 9.0, 9.0, 1.0)]) == once.value()
 
 
 def test_the_delay_of_the_estimate_is_half_the_window() -> None:

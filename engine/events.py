@@ -1,0 +1,89 @@
+"""What has arrived on an event signal, and how far each reader has got.
+
+A reader gets what arrived since it was entered or last asked, however long it slept or was paused
+meanwhile; what arrived in the tick in which it was entered counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from engine.state import Sample
+
+LEAST, MOST = 64, 1 << 16
+"""Samples up to LEAST are never dropped; of more than MOST the oldest always are."""
+
+
+class EventLog:
+    """The samples of one event signal that a running reader can still ask for.
+
+    Positions count all samples ever, from 0.
+    """
+
+    __slots__ = ("_before", "_first", "_limit", "_samples", "_tick", "readers")
+
+    def __init__(self) -> None:
+        self.readers: list[Reader] = []
+        self._samples: list[Sample] = []
+        self._first = 0  # position of the oldest sample kept
+        self._limit = LEAST
+        self._tick = -1  # of the last arrival
+        self._before = 0  # the end before that tick
+
+    def __len__(self) -> int:
+        return len(self._samples)
+
+    @property
+    def end(self) -> int:
+        """The position after the newest sample."""
+        return self._first + len(self._samples)
+
+    def begin_of(self, tick: int) -> int:
+        """The position of the first sample of this tick, which is not over."""
+        return self._before if self._tick == tick else self.end
+
+    def add(self, sample: Sample, tick: int) -> None:
+        """A sample has arrived."""
+        if self._tick != tick:
+            self._tick, self._before = tick, self.end
+        if len(self._samples) >= self._limit:
+            self._trim()
+        self._samples.append(sample)
+
+    def between(self, start: int, end: int) -> tuple[Sample, ...]:
+        """The samples from one position to another, as far as they are kept."""
+        first = self._first
+        return tuple(self._samples[max(0, start - first) : end - first])
+
+    def _trim(self) -> None:
+        self.readers = [reader for reader in self.readers if reader.running()]
+        needed = min((reader.start for reader in self.readers), default=self._before)
+        needed = max(min(needed, self._before), self.end - MOST)
+        del self._samples[: needed - self._first]
+        self._first = needed
+        self._limit = max(LEAST, 2 * len(self._samples))
+
+
+class Reader:
+    """How far one state has got in a log; `running` says whether it may still ask."""
+
+    __slots__ = ("_asked", "_end", "_log", "running", "start")
+
+    def __init__(self, log: EventLog, running: Callable[[], bool]) -> None:
+        self.running = running
+        self.start = self._end = 0
+        self._log = log
+        self._asked = -1  # in which tick
+
+    def begin(self, tick: int) -> None:
+        """The state is entered in this tick."""
+        self.start = self._end = self._log.begin_of(tick)
+        self._asked = -1
+        if self not in self._log.readers:
+            self._log.readers.append(self)
+
+    def read(self, tick: int) -> tuple[Sample, ...]:
+        """What is new; the same for the rest of the tick."""
+        if self._asked != tick:
+            self._asked, self.start, self._end = tick, self._end, self._log.end
+        return self._log.between(self.start, self._end)
