@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from states.navigation.wheels import Wheels
 
 from behaviors import escape
 from behaviors.chase import Approach, MakeRoom
@@ -27,7 +28,6 @@ from hw.samples import UserPose
 from hw.sim.base import SimBase
 from states.navigation.distance import FREE, LETHAL
 from states.navigation.states import DriveTo
-from states.navigation.wheels import Wheels
 from states.site import SUBSYSTEMS, Site
 from tests.scans import scan_of
 

@@ -1,6 +1,6 @@
 """A fake rover that speaks the real one's protocol, and shares no code with its driver.
 
-    python -m PROJECT.fake --port 47101 --battery 20
+python -m PROJECT.fake --port 47101 --battery 20
 """
 
 import argparse
