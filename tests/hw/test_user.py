@@ -402,3 +402,31 @@ def test_a_live_person_ends_when_told():
     person.step(0, FAR, False)
     assert person.finished
     assert person.body == LAB.user_start
+
+
+# ---- what does not change
+
+
+def test_a_person_who_stands_is_the_same_pose_again_and_again(tmp_path):
+    rows = play(walker(tmp_path, "  - stand: 1\n  - walk: {x: 3.0, y: 2.0}\n"), 40)
+    seen = [measured.value for *_, measured in rows]
+    assert all(value is seen[0] for value in seen[:30])
+    assert len({id(value) for value in seen[31:40]}) == 9
+
+
+def test_a_recorded_person_who_stands_is_so_too():
+    rows = play(Playback(straight(), requests=1, touch=Touch(10**9, 10**9, 10**9)), 250)
+    seen = [measured.value for *_, measured in rows if measured is not None]
+    assert all(later is pose for pose, later in itertools.pairwise(seen) if later == pose)
+    assert sum(later is pose for pose, later in itertools.pairwise(seen)) > 80
+
+
+def test_a_live_person_pushed_twice_to_one_place_is_the_same_pose():
+    person = LivePerson(Pose2(0.0, 0.0))
+    poses = []
+    for n, x in enumerate((1.0, 1.0, 2.0)):
+        person.push(tick(n), UserPose(Pose2(x, 0.0), 0.0))
+        person.step(tick(n), FAR, False)
+        poses.append(person.measured.value)
+    assert poses[0] is poses[1]
+    assert poses[2].body.x == 2.0

@@ -164,3 +164,49 @@ def test_nobody_pushes_a_robot_that_is_not_touched():
         person.push(tick(n), UserPose(Pose2(3.0, 8.4), 0.0))
         world.advance(tick(n))
     assert world.base.pose == start
+
+
+class OwnWheels:
+    """A base of one's own, as short as can be."""
+
+    signals = ("base.pose", "base.twist")
+
+    def __init__(self):
+        self.pose, self.twist, self.now = Pose2(0.0, 0.0), Twist2(0.0), 0
+
+    def drive(self, command):
+        self.twist = command
+
+    def stop(self):
+        self.twist = Twist2(0.0)
+
+    def advance(self, until_ns):
+        way = self.twist.vx * (until_ns - self.now) / 1e9
+        self.pose, self.now = Pose2(self.pose.x + way, 0.0), until_ns
+
+    def samples(self, now_ns):
+        return [Sample("base.pose", now_ns, self.pose), Sample("base.twist", now_ns, self.twist)]
+
+
+@pytest.mark.requirement(48)
+def test_a_base_of_ones_own_is_guarded_too():
+    world, wheels = World(None, ROBOT, None), OwnWheels()
+    world.add({"base": wheels})
+    cycles = world.guard.chain.cycles.reader()
+    assert world.parts["base"] is world.guard
+    for n in range(31):
+        world.advance(tick(n))
+        for part in world.parts.values():
+            for sample in part.samples(world.now_ns):
+                world.guard.hear(sample, world.now_ns)
+        world.guard.drive(Twist2(9.0, 0.0, 0.0))
+        world.guard.tick(world.now_ns)
+    assert wheels.pose.x == pytest.approx(3.0)  # the robot's 3 m/s
+    assert len(cycles.take()) >= 100
+    for n in range(31, 36):
+        world.advance(tick(n))
+    assert wheels.twist == Twist2(0.0)
+    assert cycles.take()[-1].reasons in {
+        ("command is old",),
+        ("pose or velocity of the base is not known",),
+    }
