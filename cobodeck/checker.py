@@ -1,4 +1,4 @@
-"""Says what is wrong with scenes, users, robots, props, profiles, calibrations and arms."""
+"""Says what is wrong with scenes, users, robots, props, profiles, calibrations, connections."""
 
 from __future__ import annotations
 
@@ -37,6 +37,7 @@ class Checker:
             "prop": self._prop,
             "calibration": self._calibration,
             "arm": self._arm,
+            "connection": self._connection,
         }
 
     def findings(self, file: Path, kind: str) -> tuple[Finding, ...]:
@@ -56,7 +57,7 @@ class Checker:
         from hw.robot import load_robot
 
         robot = load_robot(file)
-        if robot.arm.urdf is not None:
+        if robot.arm is not None and robot.arm.urdf is not None:
             from states.arm.model import manipulator_of
 
             manipulator_of(robot)
@@ -111,3 +112,8 @@ class Checker:
         from states.arm.model import load_manipulator
 
         load_manipulator(file)
+
+    def _connection(self, file: Path) -> None:
+        from hw.staging import check_connection
+
+        check_connection(file)

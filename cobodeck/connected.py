@@ -77,7 +77,7 @@ def connect(connection: Connection, body: RobotModel, limits: SafetyLimits, now:
     guard = None
     if "base" in parts:
         watched = any("user.pose" in part.signals for part in parts.values())
-        parked = body.arm.parked if "arm" in parts else None
+        parked = body.parked if "arm" in parts else None
         pull = partial(_pull, parts)
         guard = GuardedBase(parts["base"], replace(limits, watched=watched), parked, pull)
         parts["base"] = guard

@@ -96,9 +96,7 @@ def stage(
     wired = wire(setup, world.parts, eager=options.eager, clock=reading, parameters=parameters)
     watching: list[Evaluator | SeparationWatch] = []
     if world.person is not None:
-        watching.append(
-            Evaluator(world, prop_of(setup.robot), ArmWatch(world, outline_of(setup.robot)))
-        )
+        watching.append(_evaluator(world, setup.robot))
     watching.append(SeparationWatch(world.guard.chain.cycles))
     loop = Loop(world, wired, grid, watching, timing, leave_out=not options.eager)
     if operator is not None and options.console is not None:
@@ -139,6 +137,12 @@ def _on_real_parts(
     if options.console is not None:
         operator.attend(options.console, loop.stop)
     return loop
+
+
+def _evaluator(world: World, robot: RobotModel) -> Evaluator:
+    if robot.arm is None:
+        return Evaluator(world, None, None)
+    return Evaluator(world, prop_of(robot), ArmWatch(world, outline_of(robot)))
 
 
 def _person(setup: Setup, uses: Uses, options: Options) -> Person | None:

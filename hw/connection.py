@@ -60,10 +60,15 @@ def load_connection(path: str | Path) -> Connection:
     Raises:
         FileError: every mistake in it, with file, line, column and what would be right.
     """
-    return load_yaml(Path(path), _connection)
+    return load_yaml(Path(path), connection_from)
 
 
-def _connection(item: Item) -> Connection:
+def connection_from(item: Item) -> Connection:
+    """A connection from a mapping as in its file.
+
+    Raises:
+        FileError: every mistake in it.
+    """
     found = record(item, _File)
     served = gather(partial(_served, part) for part in found.parts.values())
     parts = dict(zip(found.parts, served, strict=True))

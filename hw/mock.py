@@ -237,6 +237,6 @@ def mock_world(
         safety=safety,
         operator=operator,
         base=MockBase(robot, Pose2(0.0, 0.0) if scene is None else scene.robot_start),
-        arm=MockArm(robot.arm),
-        hand=mock_hand(robot.prop),
+        arm=None if robot.arm is None else MockArm(robot.arm),
+        hand=None if robot.prop is None else mock_hand(robot.prop),
     )

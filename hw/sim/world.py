@@ -103,8 +103,10 @@ class World:
         self.latency_ns = latency_ns
         start = Pose2(0.0, 0.0) if scene is None else scene.robot_start
         self.base = base or SimBase(robot, limits, start, sensors.of_pose)
-        self.arm = arm or SimArm(robot.arm, limits)
-        self.hand = hand or Hand.of(robot.prop)
+        self.arm = arm
+        if arm is None and robot.arm is not None:
+            self.arm = SimArm(robot.arm, limits)
+        self.hand = hand or (Hand() if robot.prop is None else Hand.of(robot.prop))
         self.now_ns = 0
         self.contacts = 0
         self.wall_hits = 0
@@ -116,7 +118,7 @@ class World:
         safety = safety or SafetyLimits.of(robot, limits)
         if person is None:
             safety = replace(safety, watched=False)
-        self.guard = GuardedBase(self.base, safety, robot.arm.parked, self._line.pull)
+        self.guard = GuardedBase(self.base, safety, robot.parked, self._line.pull)
         self._bumper = SimBumper(self._line)
         self._operator = None
         if operator:
@@ -160,7 +162,7 @@ class World:
         self._own += tuple(part for part in parts.values() if hasattr(part, "advance"))
         own: dict[str, Any] = dict(parts)
         if "base" in own:
-            limits, parked = self.guard.chain.limits, self.robot.arm.parked
+            limits, parked = self.guard.chain.limits, self.robot.parked
             self.guard = GuardedBase(own["base"], limits, parked, self._line.pull)
             own["base"] = self.guard
         self.parts = {**self.parts, **own}
@@ -194,10 +196,12 @@ class World:
         self._elapsed_s = (now_ns - since_ns) * 1e-9
         base, arm, person = self.base, self.arm, self.person
         robot_before = base.pose
-        base.braked = arm.braked = self._line.reason is not None
+        base.braked = braked = self._line.reason is not None
         base.advance(now_ns)
-        arm.advance(now_ns)
-        self.hand.advance(now_ns, braked=arm.braked)
+        if arm is not None:
+            arm.braked = braked
+            arm.advance(now_ns)
+        self.hand.advance(now_ns, braked=braked)
         if base.pose is not robot_before and self._hits_wall(base.pose):
             self._hit_wall(robot_before)
         if person is not None:

@@ -143,6 +143,32 @@ def test_mistakes_of_a_robot_and_of_its_prop_are_told_in_both_files(tmp_path):
     assert [place.line for place, _ in prop.related] == [29]
 
 
+def without(text: str, key: str) -> str:
+    """The text of a robot without one of its last sections."""
+    return text[: text.index(f"{key}:")] + ("" if key == "prop" else text[text.index("prop:") :])
+
+
+def test_a_robot_may_be_without_an_arm(tmp_path):
+    text = (FOLDER / "rbkairos_ur10.yaml").read_text()
+    (tmp_path / "robot.yaml").write_text(text[: text.index("arm:")])
+    found = load_robot(tmp_path / "robot.yaml")
+    assert (found.arm, found.prop, found.parked) == (None, None, None)
+    assert (found.base, found.footprint) == (ROBOT.base, ROBOT.footprint)
+    assert ROBOT.parked == ROBOT.prop.parked
+
+
+@pytest.mark.parametrize(
+    ("key", "message"),
+    [("arm", "22:7: prop: there is no arm to hold it"), ("prop", "22:1: arm: needs a prop")],
+)
+def test_an_arm_and_what_it_holds_go_together(tmp_path, key, message):
+    text = (FOLDER / "rbkairos_ur10.yaml").read_text()
+    (tmp_path / "robot.yaml").write_text(without(text, key))
+    with pytest.raises(FileError) as caught:
+        load_robot(tmp_path / "robot.yaml")
+    assert message in str(caught.value)
+
+
 def test_an_unknown_robot_is_answered_with_a_suggestion():
     with pytest.raises(FileError, match="did you mean 'rbkairos_ur10'"):
         load_robot("rbkairos_ur5")
