@@ -123,6 +123,10 @@ def test_a_changed_chart_takes_the_events_of_its_running_states_along():
     ring(bench, *range(2, 2 * LEAST))  # so many that the log is trimmed
     bench.tick(5)
     assert [list(range(1, 2 * LEAST))] == HEARD
+    for number in range(4 * LEAST):  # nobody listens any more
+        ring(bench, number)
+        bench.tick()
+    assert len(bench.run.board.slots["bell"].log) <= LEAST + 1
 
 
 def test_rule_11_who_waits_for_a_signal_still_does_after_a_change_of_the_chart():

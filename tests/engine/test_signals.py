@@ -109,6 +109,29 @@ def test_a_reader_states_the_age_it_accepts():
     assert bench.run.outcome == "x"
 
 
+def test_a_value_exactly_as_old_as_a_reader_accepts_is_accepted():
+    class Reader(Monitor):
+        """Ends when its signal is too old."""
+
+        outcomes = ("old",)
+        reads = {"a": 0.3}
+
+        def run(self, ctx: Context) -> Run:
+            while ctx.value("a") is not None:
+                yield
+            return "old"
+
+    signals, _ = graph()
+    board = Board(signals)
+    text = "chart: c\noutcomes: [x]\nstates:\n  a: {watch: Reader, next: {old: .x}}\n"
+    bench = Bench(text, states=(Reader,), scripted=False, board=board)
+    board.put("a", 1.0, 0)
+    bench.tick(4)
+    assert (bench.run.board.now, bench.run.outcome) == (3 * 10**8, None)
+    bench.tick()
+    assert bench.run.outcome == "x"
+
+
 def test_a_state_may_only_read_what_it_declares():
     class Sneaky(Monitor):
         """Reads what it has not declared."""
