@@ -192,7 +192,7 @@ class Approach(Action):
     """
 
     outcomes = ("near", "no_path", "lost")
-    reads = WAYS
+    reads = {**WAYS, "base.refusal": None}
     commands = ("base",)
 
     def __init__(self, near: Length = 3.0, ahead: Duration = 0.0) -> None:
@@ -216,7 +216,7 @@ class Approach(Action):
                 if driver.status == "arrived":
                     return "near"  # within the drive's tolerance of it
                 base.drive(now.slowed(command, "chase"), "chase")
-                yield base.refusal
+                yield ctx.value("base.refusal")
         finally:
             base.release("chase")
         return "lost"
@@ -282,7 +282,7 @@ class MakeRoom(Action):
     """
 
     outcomes = ("clear", "lost")
-    reads = WAYS
+    reads = {**WAYS, "base.refusal": None}
     commands = ("base",)
 
     def __init__(
@@ -308,7 +308,7 @@ class MakeRoom(Action):
                     again = ctx.after(THINK_S)
                     goal = place_with_room(now, band, goal)
                 base.drive(now.slowed(towards(now, goal, "chase"), "chase"), "chase")
-                yield base.refusal
+                yield ctx.value("base.refusal")
         finally:
             base.release("chase")
         return "lost"

@@ -16,13 +16,12 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import typing
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, get_args
 
-from behaviors.ranges import contradiction, fault_of
 from behaviors.settings import (
     ChaseSettings,
     EscapeSettings,
@@ -34,24 +33,23 @@ from behaviors.settings import (
     UserSettings,
 )
 from engine.chart import Chart
-from engine.files.finding import did_you_mean
-from engine.files.source import Map, Mark, Source, read
-from engine.types import Mismatch, builtin_types, convert, from_annotation
+from engine.files.finding import CODE, FileError, Finding, Place, did_you_mean
+from engine.files.item import Item, find_file, gather, load_yaml
+from engine.files.record import Name, record
+from engine.files.source import Map
+from engine.files.values import Mismatch
+from engine.types import builtin_types, convert
+from hw.person import RADIUS
 from hw.robot import RobotModel
 from hw.room import Room
-from states.site import Navigation, Site
+from states.site import Navigation, Site, SubsystemName
 
 FOLDER = Path(__file__).parent.parent / "charts" / "profiles"
-T = TypeVar("T")
-
-
-class ProfileError(ValueError):
-    """A profile is wrong or missing; the text starts with `file:line:column:`."""
 
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """A checked profile; `places` says where the parameters of charts stand in its file."""
+    """A checked profile; `places` says where every key stands in its file, by its dotted name."""
 
     name: str
     about: str
@@ -61,7 +59,7 @@ class Profile:
     navigation: Navigation
     settings: Settings
     charts: Mapping[str, Mapping[str, Any]]
-    places: Mapping[tuple[str, str], str]
+    places: Mapping[str, Place]
     sha256: str
 
     def body(self, robot: RobotModel) -> RobotModel:
@@ -84,14 +82,15 @@ class Profile:
         stay as they are.
 
         Raises:
-            ProfileError: a value is not what its parameter takes.
+            FileError: values that are not what their parameters take.
         """
-        return {name: self._applied(chart) for name, chart in library.items()}
+        applied = gather(partial(self._applied, chart) for chart in library.values())
+        return dict(zip(library, applied, strict=True))
 
     def _applied(self, chart: Chart) -> Chart:
         values = self.charts.get(chart.name, {})
-        for name in sorted(values.keys() & chart.parameters.keys()):
-            self._check(chart, name, values[name])
+        given = sorted(values.keys() & chart.parameters.keys())
+        gather(partial(self._check, chart, name, values[name]) for name in given)
         parameters = {
             name: dataclasses.replace(parameter, default=values[name], required=False)
             if name in values
@@ -106,24 +105,59 @@ class Profile:
             if wanted is not None:
                 convert(value, wanted)
         except Mismatch as mismatch:
-            raise self._fail(chart.name, name, str(mismatch)) from None
+            raise self._error(f"charts.{chart.name}.{name}", str(mismatch)) from None
 
     def require(self, library: Mapping[str, Chart]) -> None:
         """Look whether every chart and parameter it names is there.
 
         Raises:
-            ProfileError: the first that is not, or has another type.
+            FileError: those that are not, or have another type.
         """
-        for chart, name in self.places:
-            if chart not in library:
-                raise self._fail(chart, name, f"no such chart; {did_you_mean(chart, library)}")
-            known = library[chart].parameters
-            if name not in known:
-                raise self._fail(chart, name, f"no such parameter; {did_you_mean(name, known)}")
+        named = [(chart, name) for chart, values in self.charts.items() for name in values]
+        gather(partial(self._require, library, chart, name) for chart, name in named)
         self.apply(library)
 
-    def _fail(self, chart: str, name: str, message: str) -> ProfileError:
-        return ProfileError(f"{self.places[chart, name]}: charts.{chart}.{name}: {message}")
+    def _require(self, library: Mapping[str, Chart], chart: str, name: str) -> None:
+        key = f"charts.{chart}.{name}"
+        if chart not in library:
+            raise self._error(key, "no such chart", did_you_mean(chart, library))
+        known = library[chart].parameters
+        if name not in known:
+            raise self._error(key, "no such parameter", did_you_mean(name, known))
+
+    def require_robot(self, robot: RobotModel, *, beside_person: bool = True) -> None:
+        """Look whether its values go with a robot that drives, beside a person or alone.
+
+        A robot that turns on the spot sweeps a disc of half its diagonal: every subsystem keeps
+        that from walls, and that and the person's own radius from the user. Its arm must be able
+        to fold.
+
+        Raises:
+            FileError: the values that do not, each with what the robot needs.
+        """
+        swept = robot.footprint.half_diagonal
+        least = {"inflation": swept}
+        if beside_person:
+            least["user_radius"] = swept + RADIUS
+        errors = [
+            self._error(
+                f"navigation.{name}.{key}",
+                f"{value:g} m is too little for {robot.name}, which needs {needed:.4g} m to turn",
+            )
+            for name in get_args(SubsystemName)
+            for key, needed in least.items()
+            if (value := getattr(self.navigation.named(name), key)) < needed
+        ]
+        if self.robot.arm_parked is not None:
+            try:
+                robot.arm.check(self.robot.arm_parked)
+            except ValueError as refused:
+                errors.append(self._error("robot.arm_parked", f"{robot.name}: {refused}"))
+        if errors:
+            raise FileError(finding for error in errors for finding in error.findings)
+
+    def _error(self, key: str, message: str, hint: str = "") -> FileError:
+        return FileError([Finding(CODE, f"{key}: {message}", self.places[key], hint)])
 
 
 def profile_names() -> tuple[str, ...]:
@@ -135,107 +169,48 @@ def load_profile(name_or_path: str | Path) -> Profile:
     """A profile by name or by file.
 
     Raises:
-        ProfileError: with file, line, key and what would be right.
+        FileError: every mistake in it, with file, line, column and what would be right.
     """
-    name = str(name_or_path)
-    path = (
-        Path(name) if name.endswith((".yaml", ".yml")) or "/" in name else FOLDER / f"{name}.yaml"
+    return load_yaml(find_file(str(name_or_path), FOLDER, "profile"), _profile)
+
+
+@dataclass(frozen=True, slots=True)
+class _Profile:
+    profile: Name
+    about: str
+    robot: RobotSettings
+    safety: SafetySettings
+    plant: PlantSettings
+    navigation: Navigation
+    user: UserSettings
+    escape: EscapeSettings
+    chase: ChaseSettings
+    haptic: HapticSettings
+    charts: Mapping[str, Mapping[str, Item]] = field(default_factory=dict)
+
+
+def _profile(item: Item) -> Profile:
+    read = record(item, _Profile)
+    return Profile(
+        name=read.profile,
+        about=read.about,
+        robot=read.robot,
+        safety=read.safety,
+        plant=read.plant,
+        navigation=read.navigation,
+        settings=Settings(user=read.user, escape=read.escape, chase=read.chase, haptic=read.haptic),
+        charts={
+            chart: {name: value.value for name, value in values.items()}
+            for chart, values in read.charts.items()
+        },
+        places=dict(_places(item)),
+        sha256=hashlib.sha256(item.source.text.encode()).hexdigest(),
     )
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        hint = did_you_mean(name, profile_names())
-        raise ProfileError(f"{name}: no such profile ({error.strerror}); {hint}") from None
-    source = read(data, str(path))
-    if source.findings:
-        first = source.findings[0]
-        raise ProfileError(f"{first.place}: {first.message}")
-    return _Reader(source).profile(hashlib.sha256(data).hexdigest())
 
 
-class _Reader:
-    """Turns one file into a `Profile`."""
-
-    def __init__(self, source: Source) -> None:
-        self.source = source
-
-    def profile(self, sha256: str) -> Profile:
-        raw = self.source.value
-        if not isinstance(raw, Map):
-            raise self.fail((1, 1, 2), "a profile is a mapping; begin with `profile: NAME`")
-        sections = ("robot", "safety", "plant", "navigation", "user", "escape", "chase", "haptic")
-        self.keys(raw, ("profile", "about", *sections), ("charts",), "a profile")
-        return Profile(
-            name=str(raw["profile"]),
-            about=str(raw["about"]),
-            robot=self.section(raw, "robot", RobotSettings),
-            safety=self.section(raw, "safety", SafetySettings),
-            plant=self.section(raw, "plant", PlantSettings),
-            navigation=self.section(raw, "navigation", Navigation),
-            settings=Settings(
-                user=self.section(raw, "user", UserSettings),
-                escape=self.section(raw, "escape", EscapeSettings),
-                chase=self.section(raw, "chase", ChaseSettings),
-                haptic=self.section(raw, "haptic", HapticSettings),
-            ),
-            charts=self.charts(raw),
-            places=self.places(raw),
-            sha256=sha256,
-        )
-
-    def section(self, raw: Map, key: str, kind: type[T]) -> T:
-        inside = self.mapping(raw, key)
-        hints = typing.get_type_hints(kind, include_extras=True)
-        self.keys(inside, tuple(hints), (), repr(key))
-        found: dict[str, Any] = {}
-        for name, hint in hints.items():
-            if dataclasses.is_dataclass(hint):
-                found[name] = self.section(inside, name, typing.cast("type[Any]", hint))
-                continue
-            try:
-                found[name] = convert(inside[name], from_annotation(hint))
-            except Mismatch as mismatch:
-                raise self.fail(inside.values_at[name], f"{key}.{name}: {mismatch}") from None
-            fault = fault_of(kind, name, found[name])
-            if fault is not None:
-                raise self.fail(inside.values_at[name], f"{key}.{name}: {fault}")
-        made = kind(**found)
-        if (odd := contradiction(made)) is not None:
-            raise self.fail(inside.values_at[odd[0]], f"{key}.{odd[0]}: {odd[1]}")
-        return made
-
-    def charts(self, raw: Map) -> Mapping[str, Mapping[str, Any]]:
-        if "charts" not in raw:
-            return {}
-        inside = self.mapping(raw, "charts")
-        return {chart: dict(self.mapping(inside, chart)) for chart in inside}
-
-    def places(self, raw: Map) -> Mapping[tuple[str, str], str]:
-        if "charts" not in raw:
-            return {}
-        inside = self.mapping(raw, "charts")
-        return {
-            (chart, name): str(self.source.place(mark))
-            for chart in inside
-            for name, mark in self.mapping(inside, chart).values_at.items()
-        }
-
-    def mapping(self, raw: Map, key: str) -> Map:
-        value = raw[key]
-        if not isinstance(value, Map):
-            raise self.fail(raw.values_at.get(key, raw.at), f"{key!r} is a mapping of values")
-        return value
-
-    def keys(
-        self, raw: Map, required: tuple[str, ...], optional: tuple[str, ...], where: str
-    ) -> None:
-        for key in raw:
-            if key not in required and key not in optional:
-                hint = did_you_mean(key, (*required, *optional))
-                raise self.fail(raw.keys_at[key], f"unknown key {key!r} in {where}; {hint}")
-        missing = [key for key in required if key not in raw]
-        if missing:
-            raise self.fail(raw.at, f"{where} has no value for {', '.join(missing)}")
-
-    def fail(self, mark: Mark, message: str) -> ProfileError:
-        return ProfileError(f"{self.source.place(mark)}: {message}")
+def _places(item: Item) -> Iterator[tuple[str, Place]]:
+    """Where each key stands."""
+    if isinstance(item.value, Map):
+        for inner in item.mapping().values():
+            yield inner.key, inner.place
+            yield from _places(inner)

@@ -1,25 +1,50 @@
 """Every number and choice of the four behaviours, by name; the values stand in a profile.
 
-Nothing here has a default: a profile is complete, so that no value hides in the code. The wiring
-puts one `Settings` as the signal `settings` at time 0.
+Nothing here has a default: a profile is complete, so that no value hides in the code. Ranges are
+wide: they keep out what cannot be meant (36 rad for 36 deg, a negative inflation), not what is
+unwise. The wiring puts one `Settings` as the signal `settings` at time 0.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Annotated, Literal
 
+from engine.files.finding import did_you_mean
+from engine.files.item import Fault, Item
+from engine.files.record import reader_of
 from engine.files.units import (
     Acceleration,
     Angle,
     AngularAcceleration,
+    AngularJerk,
     AngularSpeed,
     Duration,
     Length,
     Speed,
 )
-from hw.robot import MotionLimits
+from engine.files.values import Count, Range, above_0
+from hw.prop import Six
+from hw.robot import MotionLimits, RobotModel
+from hw.safety_limits import SafetyLimits
+from hw.sim.sensors import SensorModel
+from states.signals.prediction import PREDICTORS
+
+_QUARTER = 0.5 * math.pi + 1e-9
+Behind = Annotated[Angle, Range(-_QUARTER, _QUARTER)]
+"""From the direction away from the user; beyond a right angle a pose is nearer to the user."""
+
+
+def _predictor(item: Item) -> str:
+    name = str(reader_of(str)(item))
+    if name not in PREDICTORS:
+        raise item.error(f"no predictor {name!r}", did_you_mean(name, PREDICTORS))
+    return name
+
+
+Predictor = Annotated[str, _predictor]
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,14 +55,14 @@ class RobotSettings:
     those of the robot's prop.
     """
 
-    base_acceleration: Acceleration
-    base_yaw_acceleration: AngularAcceleration
-    base_speed: Speed
-    base_yaw_rate: AngularSpeed
-    arm_acceleration: AngularAcceleration
-    arm_jerk: float | None
-    tool_speed: Speed | None
-    arm_parked: tuple[Angle, ...] | None
+    base_acceleration: Annotated[Acceleration, above_0(10.0)]
+    base_yaw_acceleration: Annotated[AngularAcceleration, above_0(20.0)]
+    base_speed: Annotated[Speed, above_0(5.0)]
+    base_yaw_rate: Annotated[AngularSpeed, above_0(10.0)]
+    arm_acceleration: Annotated[AngularAcceleration, above_0(50.0)]
+    arm_jerk: Annotated[AngularJerk, above_0(10_000.0)] | None
+    tool_speed: Annotated[Speed, above_0(10.0)] | None
+    arm_parked: Six | None
 
     @property
     def limits(self) -> MotionLimits:
@@ -63,7 +88,12 @@ class SafetySettings:
     """
 
     governor: bool
-    overlap: Length
+    overlap: Annotated[Length, Range(0.0, 0.5)]
+
+    def limits(self, robot: RobotModel, motion: MotionLimits) -> SafetyLimits:
+        """The same for `hw`."""
+        own = SafetyLimits.of(robot, motion)
+        return replace(own, governor=self.governor, overlap=self.overlap)
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,10 +106,14 @@ class PlantSettings:
     of the yaws, in rad.
     """
 
-    latency: Duration
-    tracking_delay: Duration
-    tracking_noise: Length
-    pose_noise: Length
+    latency: Annotated[Duration, Range(0.0, 1.0)]
+    tracking_delay: Annotated[Duration, Range(0.0, 1.0)]
+    tracking_noise: Annotated[Length, Range(0.0, 0.2)]
+    pose_noise: Annotated[Length, Range(0.0, 0.2)]
+
+    def sensors(self, seed: int) -> SensorModel:
+        """The same for `hw`."""
+        return SensorModel(self.tracking_delay, self.tracking_noise, self.pose_noise, seed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,11 +124,11 @@ class UserSettings:
     likely one, making room on the possible ones too.
     """
 
-    window: Duration
-    still_speed: Speed
-    still_turn: AngularSpeed
-    likely: tuple[str, ...]
-    possible: tuple[str, ...]
+    window: Annotated[Duration, above_0(5.0)]
+    still_speed: Annotated[Speed, above_0(2.0)]
+    still_turn: Annotated[AngularSpeed, above_0(10.0)]
+    likely: Annotated[tuple[Predictor, ...], Count(1)]
+    possible: tuple[Predictor, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,17 +142,17 @@ class EscapeSettings:
     """
 
     view: Literal["head", "body"]
-    ahead: Length
-    half_view: Angle
-    around: Length
-    moving: Speed
-    hysteresis: Length
+    ahead: Annotated[Length, above_0(10.0)]
+    half_view: Annotated[Angle, Range(0.0, math.pi)]
+    around: Annotated[Length, above_0(10.0)]
+    moving: Annotated[Speed, Range(0.0, 5.0)]
+    hysteresis: Annotated[Length, Range(0.0, 5.0)]
     predict: bool
-    contact: Length
-    reaction: Duration
-    warning: Duration
-    distances: tuple[Length, ...]
-    angles: tuple[Angle, ...]
+    contact: Annotated[Length, above_0(5.0)]
+    reaction: Annotated[Duration, Range(0.0, 10.0)]
+    warning: Annotated[Duration, Range(0.0, 10.0)]
+    distances: Annotated[tuple[Annotated[Length, above_0(10.0)], ...], Count(1)]
+    angles: Annotated[tuple[Behind, ...], Count(1)]
     order: Literal["given", "earliest"]
     safe_on_the_way: bool
 
@@ -134,19 +168,28 @@ class ChaseSettings:
     """
 
     view: Literal["head", "body"]
-    inner: Length
-    outer: Length
-    cell: Length
-    front: Angle
-    rear: Angle
-    margin: Length | None
-    margin_angle: Angle | None
+    inner: Annotated[Length, above_0(10.0)]
+    outer: Annotated[Length, above_0(10.0)]
+    cell: Annotated[Length, Range(0.01, 1.0)]
+    front: Annotated[Angle, Range(0.0, 2.0 * math.pi)]
+    rear: Annotated[Angle, Range(0.0, 2.0 * math.pi)]
+    margin: Annotated[Length, Range(0.0, 5.0)] | None
+    margin_angle: Annotated[Angle, Range(0.0, math.pi)] | None
     weight: Literal["angle_radius", "time_to_haptic"]
-    best_angle: Angle
-    best_radius: Length
+    best_angle: Annotated[Angle, Range(0.0, math.pi)]
+    best_radius: Annotated[Length, above_0(10.0)]
     pick: Literal["largest", "sample"]
-    tie: float
-    seed: int
+    tie: Annotated[float, Range(0.0, 1.0)]
+    seed: Annotated[int, Range(0, 2**63)]
+
+    def faults(self) -> Iterator[Fault]:
+        """What does not go together, by key."""
+        if self.inner >= self.outer:
+            yield "inner", f"{self.inner:g} is not below outer, {self.outer:g}"
+        if self.front + self.rear >= 2.0 * math.pi:
+            yield "rear", "front and rear cut out the whole turn; nothing is left of the space"
+        if (self.margin is None) != (self.margin_angle is None):
+            yield "margin", "margin and margin_angle go together; give both, or null for both"
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,11 +200,11 @@ class HapticSettings:
     `deep_height` say where Chase expects the next request (R132).
     """
 
-    radius: Length
-    angles: tuple[Angle, ...]
+    radius: Annotated[Length, above_0(3.0)]
+    angles: Annotated[tuple[Annotated[Angle, Range(-math.pi, math.pi)], ...], Count(1)]
     order: Literal["given", "time"]
-    deep_ahead: Length
-    deep_height: Length
+    deep_ahead: Annotated[Length, Range(0.0, 3.0)]
+    deep_height: Annotated[Length, above_0(3.0)]
 
 
 @dataclass(frozen=True, slots=True)

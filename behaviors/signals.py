@@ -28,6 +28,8 @@ MEASURED = (
     Measured("settings", Settings, constant=True, about="values of the behaviours"),
     Measured("base.pose", Pose2, about="map_from_base"),
     Measured("base.twist", Twist2, about="velocity in the base frame"),
+    Measured("base.mode", str, about="how the wheels are driven: omni or differential"),
+    Measured("base.refusal", str, about="why a base that is to drive does not, none while it may"),
     Measured("base.scan", Scan, about="one turn of a scanner, in base_link"),
     Measured("arm.joints", ArmState),
     Measured("user.pose", UserPose, about="tracked pose of the user, none while it is lost"),

@@ -13,6 +13,7 @@ import sys
 from collections.abc import Sequence
 
 from cobodeck.console import FAILED, OK, USAGE, Problem, complain, show
+from engine.files.finding import FileError, did_you_mean
 
 COMMANDS = {
     "validate": "check charts, scenes, robots and profiles",
@@ -46,18 +47,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except OSError as error:
         complain(f"{error.filename or 'file'}: {error.strerror or error}")
         return FAILED
-    except ValueError as error:
-        if not _is_mistake_in_a_file(error):
-            raise
+    except FileError as error:
         complain(str(error))
         return FAILED
-
-
-def _is_mistake_in_a_file(error: ValueError) -> bool:
-    from behaviors.profile import ProfileError
-    from hw.document import FileError
-
-    return isinstance(error, FileError | ProfileError)
 
 
 def _dispatch(given: list[str]) -> int:
@@ -71,8 +63,6 @@ def _dispatch(given: list[str]) -> int:
         return OK
     name, *rest = given
     if name not in COMMANDS:
-        from engine.files.finding import did_you_mean
-
         raise Problem(f"no command {name!r}; {did_you_mean(name, COMMANDS)}")
     module = importlib.import_module(f"cobodeck.commands.{name}")
     parser = argparse.ArgumentParser(f"cobodeck {name}", description=module.__doc__)

@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from engine.files.finding import FileError
+
 if TYPE_CHECKING:
     from behaviors.profile import Profile
     from hw.robot import RobotModel
@@ -25,7 +27,7 @@ def room_checks(scene_name: str, profile_name: str | None = None) -> Iterator[Ch
     """What was looked at, how it is, and what that means.
 
     Raises:
-        FileError: the scene is wrong; ProfileError: the profile is.
+        FileError: the scene or the profile is wrong.
     """
     from behaviors.profile import load_profile
     from cobodeck.wiring import PROFILE
@@ -35,6 +37,10 @@ def room_checks(scene_name: str, profile_name: str | None = None) -> Iterator[Ch
     scene, profile = load_scene(scene_name), load_profile(profile_name or PROFILE)
     robot = load_robot(scene.robot)
     yield "robot", FIT, _outline(robot)
+    try:
+        profile.require_robot(robot)
+    except FileError as error:
+        yield "profile", BAD, str(error)
     yield "escape", FIT, _getting_away(robot, profile)
     yield from _room(scene, profile)
 

@@ -15,12 +15,13 @@ from cobodeck.catalogue import Catalogue, shipped_charts
 from cobodeck.console import FAILED, Problem
 from engine.chart import Chart
 from engine.check import check
-from engine.files.finding import Finding, did_you_mean
-from engine.files.source import Source
+from engine.files.finding import FileError, Finding, did_you_mean
+from engine.files.source import MAX_BYTES, Source
+from engine.files.text import read_text
 from engine.load import Library, load_files
 from engine.report import text
 
-KINDS = ("chart", "scene", "robot", "profile", "user", "prop")
+KINDS = ("chart", "scene", "robot", "profile", "user", "prop", "calibration", "arm")
 SKIPPED = frozenset((".git", ".venv", "venv", "node_modules", "build", "dist", "__pycache__"))
 _HEAD_BYTES = 4096
 
@@ -202,9 +203,9 @@ def reached(names: Iterable[str], library: Mapping[str, Chart]) -> set[str]:
     return found
 
 
-def read_source(file: Path) -> Source:
+def read_source(file: str) -> Source:
     """The text of any file, for showing findings in it."""
     try:
-        return Source(str(file), file.read_text(encoding="utf-8-sig"))
-    except (OSError, UnicodeDecodeError):
-        return Source(str(file), "")
+        return Source(file, read_text(Path(file), MAX_BYTES))
+    except FileError:
+        return Source(file, "")

@@ -116,7 +116,13 @@ class Loop:
     def _next(self, end_ns: int) -> None:
         if self.leave_out and not self.clock.waits:
             self._jump(end_ns)
-        self._tick(self.clock.wait(self.next_ns))
+        due = self.next_ns
+        until = min(due, self.wired.run.next_deadline()) if self.clock.waits else due
+        now = self.clock.wait(until)
+        if now >= due:
+            self._tick(now)
+        else:
+            self._add(now)
 
     def _jump(self, end_ns: int) -> None:
         """Leave out ticks before which the plant has nothing to do or to tell."""
@@ -162,6 +168,7 @@ class Loop:
         self.now_ns = instant
         self.ticks = number + 1
         self.wired.board.interval = number
+        self.wired.board.interval = number
         self.plant.advance(on_grid)
         return instant
 
@@ -172,12 +179,26 @@ class Loop:
         if self._stopping:
             self._stopping = False
             Operator(self.wired.run).stop()
-        if self.leave_out and not self.clock.waits and self.wired.is_idle(now):
+        if self.leave_out and not self.clock.waits and self.wired.run.leave_out(now):
             self.left_out += 1
             self.wired.rest(now)
             return
         self.wired.tick(now)
         self._tell()
+
+    def _add(self, now: int) -> None:
+        """A tick off the grid: a sample has come that somebody waits for, or a timeout is due."""
+        self.wired.inlet.take(now)
+        run = self.wired.run
+        if now <= self.now_ns or not (run.next_deadline() <= now or run.wants_news()):
+            return
+        begin = self.busy_since = time.perf_counter_ns()
+        self.now_ns = now
+        self.added += 1
+        self.wired.tick(now, between=True)
+        self._tell()
+        self.spent_ns[3] += time.perf_counter_ns() - begin
+        self.busy_since = None
 
     def _tell(self) -> None:
         errors = self.wired.run.errors

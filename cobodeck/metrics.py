@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -17,6 +16,7 @@ from cobodeck.separation import SeparationWatch
 from engine.machine import Box
 from engine.run import Run
 from hw.geometry import Pose2, Pose3, wrap
+from hw.log import Log
 from hw.person import Person
 from hw.samples import Joints, UserPose
 from hw.sim.world import World
@@ -182,6 +182,7 @@ class Evaluator:
 
 NOTHING: Mapping[str, Any] = {
     "governor": False,
+    "person_watched": False,
     "requests": None,
     "served": None,
     "refused": None,
@@ -202,7 +203,7 @@ NOTHING: Mapping[str, Any] = {
     "dropouts": [],
     "faults": None,
     "fault_names": {},
-    "separation": SeparationWatch(deque()).report(),
+    "separation": SeparationWatch(Log(1)).report(),
 }
 """The figures of a run without a world."""
 

@@ -15,11 +15,15 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from cobodeck.console import Problem
+from engine.files.finding import FileError
+from engine.files.text import read_bytes, read_text
 
 GROUP = "cobodeck.states"
 FILE = "pyproject.toml"
+MAX_BYTES = 10_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +63,7 @@ def projects(start: Path | None = None) -> list[Project]:
     """The project around a folder, by default the present one, and all that are installed.
 
     Raises:
-        Problem: the project's file cannot be read.
+        Problem: the project's file cannot be read, or is none.
     """
     here = _around((start or Path.cwd()).resolve())
     found = [] if here is None else [here]
@@ -78,7 +82,7 @@ def _installed() -> Iterator[tuple[str, str]]:
     """
     for folder in dict.fromkeys(sys.path):
         for file in sorted(Path(folder or ".").glob("*-info/entry_points.txt")):
-            text = file.read_text(encoding="utf-8", errors="replace")
+            text = read_bytes(file, MAX_BYTES).decode("utf-8", "replace")
             if f"[{GROUP}]" in text:
                 _, _, section = text.partition(f"[{GROUP}]")
                 for line in section.partition("\n[")[0].splitlines():
@@ -101,9 +105,16 @@ def _read(file: Path) -> Project | None:
     import tomllib
 
     try:
-        content = tomllib.loads(file.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise Problem(f"{file}: cannot be read: {error}") from None
-    declared = content.get("project", {}).get("entry-points", {}).get(GROUP, {})
-    modules = tuple(str(value) for value in declared.values())
-    return Project(next(iter(declared)), modules, file.parent) if modules else None
+        found: Any = tomllib.loads(read_text(file, MAX_BYTES))
+    except FileError as error:
+        raise Problem(str(error)) from None
+    except tomllib.TOMLDecodeError as error:
+        raise Problem(f"{file}: is not TOML: {error}") from None
+    for key in ("project", "entry-points", GROUP):
+        found = found.get(key, {})
+        if not isinstance(found, dict):
+            raise Problem(f"{file}: {key!r} is not a table")
+    for name, module in found.items():
+        if not isinstance(module, str):
+            raise Problem(f"{file}: {GROUP}.{name} is not the name of a module")
+    return Project(next(iter(found)), tuple(found.values()), file.parent) if found else None

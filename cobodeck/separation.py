@@ -7,29 +7,27 @@ the measured motion takes. A base that stands has no cycles; it needs no separat
 from __future__ import annotations
 
 import math
-from collections import deque
 from typing import Any
 
-from hw.safety import GRANTED, SafetyRecord
+from hw.log import Log
+from hw.safety_record import GRANTED, SafetyRecord
 
 LONGEST_NS = 10_000_000
 """A cycle counts for no longer than this; between two drives there are none."""
 
 
 class SeparationWatch:
-    """Empties the records of a chain, and keeps what they come to."""
+    """Reads the cycles of a chain, and keeps what they come to."""
 
-    def __init__(self, records: deque[SafetyRecord]) -> None:
-        self._records = records
+    def __init__(self, cycles: Log[SafetyRecord]) -> None:
+        self._cycles = cycles.reader()
         self._stamp = -LONGEST_NS
         self._moving_ns = self._below_ns = self._granted_ns = 0
         self._least_gap = self._least_margin = math.inf
 
     def watch(self, now_ns: int) -> None:  # noqa: ARG002  cycles have stamps of their own
         """Take all records that have come since."""
-        records = self._records
-        while records:
-            record = records.popleft()
+        for record in self._cycles.take():
             lasted = min(LONGEST_NS, record.stamp_ns - self._stamp)
             self._stamp = record.stamp_ns
             gap = record.separation

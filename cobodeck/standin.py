@@ -7,13 +7,9 @@ from typing import Any
 
 
 class StandIn:
-    """A part that takes every command; it counts as moving from any command until `stop`.
-
-    As a base it drives in all directions, and nothing keeps it from that.
-    """
+    """A part that takes every command; it counts as moving from any command until `stop`."""
 
     def __init__(self, name: str) -> None:
-        self.mode, self.refusal = "omni", None
         self.name = name
         self.moving = False
         self.commands: list[tuple[Any, ...]] = []

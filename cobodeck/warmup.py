@@ -10,7 +10,7 @@ import importlib
 import os
 import pkgutil
 import tempfile
-from collections.abc import MutableMapping, Sequence
+from collections.abc import Mapping, MutableMapping, Sequence
 from pathlib import Path
 
 from cobodeck.wiring import Setup, reachable
@@ -22,17 +22,27 @@ ROOT = Path(__file__).parent.parent
 
 def keep_compiled_code(
     environment: MutableMapping[str, str] = os.environ,
-    folders: Sequence[Path] = (ROOT / "states", Path.home() / ".cache"),
+    folders: Sequence[Path] | None = None,
 ) -> str | None:
     """See to it that numba finds a place for its compiled code; what to tell if there is none.
 
-    To be called before numba is imported: without any place it would refuse to work.
+    To be called before numba is imported: without any place it would refuse to work. Places are
+    by default this project and the user's cache, if there is a home to have one.
     """
+    folders = _places(environment) if folders is None else folders
     if "NUMBA_CACHE_DIR" in environment or any(map(_is_writable, folders)):
         return None
     environment["NUMBA_CACHE_DIR"] = tempfile.mkdtemp(prefix="cobodeck-")
-    shown = " nor ".join(map(str, folders))
-    return f"neither {shown} can be written: compiled code is not kept, each start takes longer"
+    shown = " and ".join(map(str, folders))
+    return f"compiled code is not kept, each start takes longer: cannot write to {shown}"
+
+
+def _places(environment: Mapping[str, str]) -> list[Path]:
+    try:
+        homes = [Path(environment["HOME"]) if "HOME" in environment else Path.home()]
+    except RuntimeError:  # neither HOME nor an entry in the list of users
+        homes = []
+    return [ROOT / "states", *(home / ".cache" for home in homes)]
 
 
 def _is_writable(folder: Path) -> bool:

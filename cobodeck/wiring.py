@@ -16,23 +16,20 @@ from behaviors.profile import Profile, load_profile
 from behaviors.signals import MEASURED, signals
 from cobodeck.catalogue import Catalogue, catalogue
 from cobodeck.console import FAILED, Problem
-from cobodeck.inlet import Hears, Inlet
+from cobodeck.inlet import Inlet
 from cobodeck.library import open_chart, reached
 from engine.chart import Chart
 from engine.machine import Box, Leaf, Machine, Vertex
 from engine.run import Run
 from engine.signals import Board, Signal, declare, roots
+from hw.guarded import GuardedBase
 from hw.interfaces import Part
 from hw.robot import RobotModel, load_robot
-from hw.samples import ArmState, Joints, Sample
 from hw.scene import Scene, load_scene
-from states.navigation.wheels import Wheels
 from states.site import Site
 
 CHART, SCENE, PROFILE = "cobodeck", "lab_a", "tuned"
 TICK_HZ = 30
-FOLDED_RAD = 0.02
-"""The arm is folded if every joint is that near to where it is when parked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +129,7 @@ def open_setup(
     `robot` takes the place of the scene's; given alone, there is no scene at all.
 
     Raises:
-        Problem: the chart cannot run; ValueError of `hw` and `behaviors`: a file is wrong.
+        Problem: the chart cannot run; FileError: a file is wrong.
     """
     known = catalogue()
     used_profile = load_profile(profile or PROFILE)
@@ -171,31 +168,25 @@ class Wired:
     run: Run
     board: Board
     inlet: Inlet
-    wheels: Wheels | None = None
-
-    def is_idle(self, now_ns: int) -> bool:
-        """Would a tick at this instant change nothing? Then what has arrived is taken."""
-        return self.run.leave_out(now_ns)
+    base: GuardedBase | None = None
 
     def rest(self, now_ns: int) -> None:
         """A tick that is left out: only the velocity that counts is passed on."""
-        if self.wheels is not None:
-            self.wheels.begin(now_ns)
-            self.wheels.pass_on()
+        if self.base is not None:
+            self.base.tick(now_ns)
 
-    def tick(self, now_ns: int) -> str | None:
-        """One tick of the run, and then who drives; the chart's outcome once there is one."""
-        wheels = self.wheels
-        if wheels is not None:
-            wheels.begin(now_ns)
+    def tick(self, now_ns: int, between: bool = False) -> str | None:
+        """One tick of the run, and then who drives; the chart's outcome once there is one.
+
+        `between`: it is none of the grid (rule 13).
+        """
         try:
-            return self.run.tick(now_ns)
+            return self.run.tick(now_ns, between)
         except BaseException:
             self.run.hold()
             raise
         finally:
-            if wheels is not None:
-                wheels.pass_on()
+            self.rest(now_ns)
 
 
 def wire(
@@ -226,11 +217,8 @@ def wire(
     board = Board(setup.signals, wanted, eager)
     if clock is not None:
         board.clock = clock
-    wheels = None
-    if "base" in parts:
-        wheels = Wheels(parts["base"], overlap=setup.profile.safety.overlap)
-    run = Run(machine, board, commanded(parts, wheels), freezers=freezers())
-    hears = () if wheels is None else locks_of(wheels, setup.body.arm.parked)
+    run = Run(machine, board, commanded(parts), freezers=freezers())
+    hears = [(name, part.hear) for part in parts.values() for name in getattr(part, "hears", ())]
     heard = {name for name, _ in hears}
     needed = [
         part
@@ -241,7 +229,19 @@ def wire(
     for name, value in constants.items():
         if board.needs(name):
             inlet.put(name, value(), 0)
-    return Wired(run, board, inlet, wheels)
+    return Wired(run, board, inlet, guarded(parts))
+
+
+def guarded(parts: Mapping[str, Any]) -> GuardedBase | None:
+    """The base, if there is one.
+
+    Raises:
+        TypeError: whoever opened its wheels has not put a guard in front of them.
+    """
+    base = parts.get("base")
+    if base is not None and not isinstance(base, GuardedBase):
+        raise TypeError(f"part base is a {type(base).__name__}; wrap it in hw.guarded.GuardedBase")
+    return base
 
 
 def refuse_what_is_missing(
@@ -270,30 +270,10 @@ def refuse_what_is_missing(
         raise Problem("this chart cannot run here:\n  " + "\n  ".join(lacking), FAILED)
 
 
-def locks_of(wheels: Wheels, parked: Joints) -> tuple[Hears, ...]:
-    """What keeps the base from driving, whatever the chart does (R46, R48)."""
-
-    def lock(sample: Sample, now_ns: int) -> None:
-        wheels.lock(sample.value is not None, now_ns)
-
-    def fold(sample: Sample, now_ns: int) -> None:
-        state = sample.value
-        assert isinstance(state, ArmState)
-        folded = state.joints == parked or all(
-            abs(a - b) <= FOLDED_RAD for a, b in zip(state.joints, parked, strict=True)
-        )
-        wheels.fold(folded, now_ns)
-
-    return ("stop.engaged", lock), ("arm.joints", fold)
-
-
-def commanded(parts: Mapping[str, Any], wheels: Wheels | None) -> dict[str, Any]:
+def commanded(parts: Mapping[str, Any]) -> dict[str, Any]:
     """The parts as states command them, by name."""
-    named = {"base": wheels} if wheels is not None else {}
-    return named | {
-        name: part if hasattr(part, "stop") else WithoutMotion(part)
-        for name, part in parts.items()
-        if name not in named
+    return {
+        name: part if hasattr(part, "stop") else WithoutMotion(part) for name, part in parts.items()
     }
 
 

@@ -22,7 +22,7 @@ from engine.chart import (
     mark_of,
 )
 from engine.files.finding import Finding, did_you_mean
-from engine.files.source import MAX_BYTES, Map, Mark, Seq, Source, read
+from engine.files.source import Map, Mark, Seq, Source, read, read_file
 
 FORMS: tuple[Form, ...] = ("do", "watch", "use", "states", "any", "all")
 EVERY_NODE = ("next", "in", "out", "timeout", "about")
@@ -70,15 +70,7 @@ def load_files(files: Iterable[Path]) -> Library:
     """Read chart files; unreadable ones become findings."""
     library = Library()
     for file in files:
-        try:
-            with file.open("rb") as stream:
-                data = stream.read(MAX_BYTES + 1)
-        except OSError as error:
-            source = Source(str(file), "")
-            source.report("Y01", f"cannot be read: {error.strerror}", (1, 1, 2))
-            library.add(source)
-            continue
-        library.add(read(data, str(file)))
+        library.add(read_file(file))
     return library
 
 

@@ -13,7 +13,8 @@ from dataclasses import dataclass, is_dataclass, replace
 from enum import Enum
 from typing import Annotated, Any, Literal
 
-from engine.files.units import DIMENSIONS, UNITS, Dimension, quantity
+from engine.files.units import DIMENSIONS, Dimension
+from engine.files.values import Mismatch, boolean, choice, number, shown, text, whole
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,10 +110,6 @@ def _kinds(choices: tuple[Any, ...]) -> set[tuple[type, Any]]:
     return {(type(choice), choice) for choice in choices}
 
 
-class Mismatch(ValueError):
-    """A value in a chart that its type does not allow; the message says what would be right."""
-
-
 def convert(value: Any, wanted: Type) -> Any:
     """A value as written in a chart, as `wanted`.
 
@@ -124,65 +121,18 @@ def convert(value: Any, wanted: Type) -> Any:
             return None
         raise Mismatch(f"nothing given; wanted: {wanted}")
     if wanted.choices:
-        if value in wanted.choices and type(value) in {type(c) for c in wanted.choices}:
-            return value
-        raise Mismatch(f"{value!r} is not one of {', '.join(map(str, wanted.choices))}")
+        return choice(value, wanted.choices)
     reader = _READERS.get(wanted.name)
     if reader is not None:
         return reader(value, wanted)
     if wanted.is_number:
-        return _number(value, wanted)
+        return whole(value) if wanted.name == "integer" else number(value, wanted.name)
     raise Mismatch(f"a {wanted} cannot be written in a chart, only passed on by `in:`")
-
-
-def _number(value: Any, wanted: Type) -> float | int:
-    if isinstance(value, str):
-        return _with_unit(value, wanted)
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise Mismatch(f"{_shown(value)} is not a number; wanted: {_example(wanted)}")
-    if wanted.name == "integer":
-        if value != int(value):
-            raise Mismatch(f"{value!r} is not a whole number")
-        return int(value)
-    return float(value)
-
-
-def _with_unit(text: str, wanted: Type) -> float:
-    found = quantity(text)
-    if found is None or wanted.name == "integer":
-        raise Mismatch(f"{text!r} is not a {wanted}; wanted: {_example(wanted)}")
-    value, dimension = found
-    if dimension != wanted.name and wanted.name != "number":
-        raise Mismatch(f"{text!r} is a {dimension}; wanted: {_example(wanted)}")
-    return value
-
-
-def _example(wanted: Type) -> str:
-    units = [unit for unit, (dimension, _, _) in UNITS.items() if dimension == wanted.name]
-    return f"a {wanted.name}, in {', '.join(units)}" if units else f"a {wanted.name}"
-
-
-def _shown(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return "a mapping"
-    return "a list" if isinstance(value, list) else repr(value)
-
-
-def _text(value: Any, _wanted: Type) -> str:
-    if isinstance(value, str):
-        return value
-    raise Mismatch(f"{_shown(value)} is not text; put it in quotes")
-
-
-def _boolean(value: Any, _wanted: Type) -> bool:
-    if isinstance(value, bool):
-        return value
-    raise Mismatch(f"{_shown(value)} is not true or false")
 
 
 def _list(value: Any, wanted: Type) -> tuple[Any, ...]:
     if not isinstance(value, list | tuple):
-        raise Mismatch(f"{_shown(value)} is not a list")
+        raise Mismatch(f"{shown(value)} is not a list")
     assert wanted.item is not None
     return tuple(convert(item, wanted.item) for item in value)
 
@@ -196,8 +146,8 @@ def _any(value: Any, _wanted: Type) -> Any:
 
 
 _READERS: dict[str, Callable[[Any, Type], Any]] = {
-    "text": _text,
-    "boolean": _boolean,
+    "text": lambda value, _wanted: text(value),
+    "boolean": lambda value, _wanted: boolean(value),
     "list": _list,
     "any": _any,
 }

@@ -8,9 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
-from hw.document import Item
-from hw.prop import Placement, placement_from
+from engine.files.item import Item
+from engine.files.record import reader_of
+from engine.files.text import is_file
+from hw.prop import Placement
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,16 +29,24 @@ class Description:
     mount: Placement
 
 
-def description_from(item: Item, height: float) -> Description:
-    """Builds a description from a mapping; without a mount the base stands upright at `height` m.
+def _file(item: Item) -> Path:
+    """A file by its path from this file's folder."""
+    file = item.folder / str(reader_of(str)(item))
+    if not is_file(file):
+        raise item.error(f"there is no file {file}")
+    return file
 
-    Raises:
-        FileError: with file, line, key and what would be right.
-    """
-    part = item.section(required=("file", "base", "flange"), optional=("mount",))
-    file = Path(item.path).parent / part["file"].text()
-    if not file.is_file():
-        raise part["file"].fail(f"there is no file {file}")
-    above = Placement((0.0, 0.0, height))
-    mount = placement_from(part["mount"]) if "mount" in part else above
-    return Description(file, part["base"].text(), part["flange"].text(), mount)
+
+@dataclass(frozen=True, slots=True)
+class Described:
+    """A description as a robot file has it; without a mount the base stands upright."""
+
+    file: Annotated[Path, _file]
+    base: str
+    flange: str
+    mount: Placement | None = None
+
+    def at(self, height: float) -> Description:
+        """The description of an arm mounted at a height, m, unless it says otherwise itself."""
+        mount = self.mount or Placement((0.0, 0.0, height))
+        return Description(self.file, self.base, self.flange, mount)

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Literal, Protocol
 
-from hw.geometry import Pose2, Twist2
+from hw.geometry import Twist2
 from hw.samples import Joints, Sample, TimedJoints
 
 DriveMode = Literal["omni", "differential"]
@@ -32,7 +32,10 @@ class Part(Protocol):
 
 
 class Base(Part, Protocol):
-    """Wheels. Gives `base.twist`; `base.pose` where the part knows it."""
+    """Wheels. Gives `base.twist`; `base.pose` where the part knows it.
+
+    Nobody commands them but their `GuardedBase` (`hw.guarded`), which is the part `base` of a run.
+    """
 
     @property
     def mode(self) -> DriveMode:
@@ -57,14 +60,6 @@ class Base(Part, Protocol):
 
     def stop(self) -> None:
         """Slow down to standstill within the limits; holds until the next command."""
-        ...
-
-    def grant(self, pose: Pose2 | None) -> None:
-        """The request of the user is served from this pose, map_from_base; None: it is not.
-
-        Only the safety chain of a base looks at it: it lets the base come slowly as near to the
-        user as that pose is, while they ask for it. The end of the request ends the grant.
-        """
         ...
 
 
@@ -175,5 +170,6 @@ PARTS: Mapping[str, type] = {
 """The parts a robot and its surroundings may have, by name; each may be missing.
 
 Projects add parts of their own. Any part may have `stop()`, called whenever something new starts on
-it, and `wake`, set by a loop in real time: a driver calls it when a sample has come.
+it, and `wake`, set by a loop in real time: a driver calls it when a sample has come. A part that
+goes by samples of others names them in `hears` and is given them by `hear(sample, now_ns)`.
 """

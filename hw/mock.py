@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Sequence
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
+from hw.guarded import CYCLE_NS, GuardedBase
 from hw.interfaces import DriveMode
 from hw.person import Person
 from hw.prop import GripperModel, Prop, WrenchModel
 from hw.robot import ArmModel, RobotModel
-from hw.safety import SafetyChain, SafetyRecord
+from hw.safety_limits import SafetyLimits
 from hw.samples import ArmState, GripperState, Joints, Sample, TimedJoints
 from hw.scene import Scene
 from hw.sim.arm import JointCourse, begins_at
@@ -22,11 +22,10 @@ from hw.sim.world import World
 class MockBase:
     """Has the commanded velocity from the next instant on; the pose goes along exact arcs.
 
-    It does as told: no safety chain stands in front of its wheels.
+    `gate` is asked what may go to the wheels; None: all of it.
     """
 
     signals: tuple[str, ...] = ("base.pose", "base.twist")
-    chain: SafetyChain | None = None
 
     def __init__(self, robot: RobotModel, start: Pose2) -> None:
         self.pose = start
@@ -35,9 +34,11 @@ class MockBase:
         self.distance_m = 0.0
         self.energy_j = 0.0
         self.braked = False
+        self.gate: GuardedBase | None = None
         self.commands: list[Twist2] = []
         self._model = robot.base
         self._timeout_ns = round(robot.base.command_timeout * 1e9)
+        self._target = STILL
         self._now = 0
         self._expires = 0
         self._reported = -1
@@ -53,22 +54,14 @@ class MockBase:
         Twist2.checked(command.vx, command.vy, command.wz)
         self.commands.append(command)
         sideways = command.vy if self.mode == "omni" else 0.0
-        twist = Twist2(command.vx, sideways, command.wz)
-        self.twist = STILL if twist == STILL else twist
+        target = Twist2(command.vx, sideways, command.wz)
+        self._target = STILL if target == STILL else target
         self._expires = self._now + self._timeout_ns
 
     def stop(self) -> None:
         """Stand at once; see `Base`."""
         self.commands.append(STILL)
-        self.twist = STILL
-
-    def grant(self, pose: Pose2 | None) -> None:
-        """The mock keeps no distance; see `Base`."""
-
-    @property
-    def safety(self) -> deque[SafetyRecord]:
-        """No cycles of a safety chain."""
-        return deque()
+        self._target = STILL
 
     def samples(self, now_ns: int) -> list[Sample]:
         """Pose and twist of this instant."""
@@ -79,26 +72,45 @@ class MockBase:
 
     def block(self, pose: Pose2) -> None:
         """Something solid holds the base: it stands at once, at this pose."""
-        self.pose, self.twist = pose, STILL
+        self.pose, self.twist, self._target = pose, STILL, STILL
 
     def advance(self, until_ns: int) -> None:
         """Move on to until_ns."""
+        if self.braked:
+            self._target = STILL
         end = min(until_ns, self._expires)
-        if self.twist != STILL and not self.braked and end > self._now:
-            self._move((end - self._now) * 1e-9)
-        if self.braked or self._expires < until_ns:
-            self.twist = STILL
+        if self._target != STILL and end > self._now:
+            self._go(end)
+        if self._target == STILL or self._expires < until_ns:
+            self._target = self.twist = STILL
+            if self.gate is not None:
+                self.gate.rest(self._now)
         self._now = until_ns
 
-    def _move(self, span: float) -> None:
-        twist, turn = self.twist, self.twist.wz * span
-        # chord of the arc: the straight way, shortened and turned by half the turn
-        chord = span if turn == 0.0 else span * math.sin(0.5 * turn) / (0.5 * turn)
-        way = twist.rotated(self.pose.yaw + 0.5 * turn)
-        self.pose = Pose2(
-            self.pose.x + way.vx * chord, self.pose.y + way.vy * chord, wrap(self.pose.yaw + turn)
-        )
-        self.distance_m += twist.speed * span
+    def _go(self, end_ns: int) -> None:
+        """Follow the command to end_ns, as far as the gate lets it, from cycle to cycle."""
+        begun, start, twist = self._now, self.pose, None
+        for now in range(self._now, end_ns, CYCLE_NS):
+            admitted = self._admitted(now)
+            if admitted != twist:
+                begun, start, twist = now, self.pose, admitted
+            end = min(now + CYCLE_NS, end_ns)
+            self.pose, self.twist = _along(start, admitted, (end - begun) * 1e-9), admitted
+            self.distance_m += admitted.speed * (end - now) * 1e-9
+
+    def _admitted(self, now_ns: int) -> Twist2:
+        if self.gate is None:
+            return self._target
+        return self.gate.admit(now_ns, self._target, self.pose, self.twist)
+
+
+def _along(start: Pose2, twist: Twist2, span: float) -> Pose2:
+    """Where an even velocity leads in span s: along an arc."""
+    turn = twist.wz * span
+    # chord of the arc: the straight way, shortened and turned by half the turn
+    chord = span if turn == 0.0 else span * math.sin(0.5 * turn) / (0.5 * turn)
+    way = twist.rotated(start.yaw + 0.5 * turn)
+    return Pose2(start.x + way.vx * chord, start.y + way.vy * chord, wrap(start.yaw + turn))
 
 
 class MockArm:
@@ -210,12 +222,20 @@ def mock_hand(prop: Prop) -> Hand:
     return Hand(gripper, None if prop.wrench is None else MockWrench())
 
 
-def mock_world(scene: Scene | None, robot: RobotModel, person: Person | None) -> World:
-    """A world whose robot is the mock."""
+def mock_world(
+    scene: Scene | None,
+    robot: RobotModel,
+    person: Person | None,
+    safety: SafetyLimits | None = None,
+    operator: bool = True,
+) -> World:
+    """A world whose robot is the mock; nothing but the safety chain slows it down."""
     return World(
         scene,
         robot,
         person,
+        safety=safety,
+        operator=operator,
         base=MockBase(robot, Pose2(0.0, 0.0) if scene is None else scene.robot_start),
         arm=MockArm(robot.arm),
         hand=mock_hand(robot.prop),

@@ -14,21 +14,27 @@ wrench: {force: 100, torque: 10}                            # optional; full sca
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
-from hw.document import FileError, Item, find_file, read_document
+from engine.files.item import Fault, Item, find_file, load_yaml
+from engine.files.record import Name, record
+from engine.files.units import Force, Length, Mass, Speed, Torque
+from engine.files.values import Range, above_0
+from hw.places import AnyAngle
 
 FOLDER = Path(__file__).parent / "props"
+JOINTS = 6
 FLANGE = 6
 """The link that the prop turns with: the last of six."""
 
-Six = tuple[float, float, float, float, float, float]
-Point = tuple[float, float, float]
-
-
-class PropError(FileError):
-    """The file of an end effector is wrong or missing."""
+Coordinate = Annotated[Length, Range(-10.0, 10.0)]
+Point = tuple[Coordinate, Coordinate, Coordinate]
+Angles = tuple[AnyAngle, AnyAngle, AnyAngle]
+Six = tuple[AnyAngle, AnyAngle, AnyAngle, AnyAngle, AnyAngle, AnyAngle]
+Radius = Annotated[Length, Range(0.001, 1.0)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +42,7 @@ class Placement:
     """Where a frame sits in its parent: xyz in m, rpy (fixed axes x, y, z, as in URDF) in rad."""
 
     xyz: Point = (0.0, 0.0, 0.0)
-    rpy: Point = (0.0, 0.0, 0.0)
+    rpy: Angles = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,17 +63,22 @@ class Capsule:
 class GripperModel:
     """Fingers that open to `opening` m at `speed` m/s and hold something `held` m wide."""
 
-    opening: float
-    speed: float
-    held: float
+    opening: Annotated[Length, above_0(0.5)]
+    speed: Annotated[Speed, above_0(1.0)]
+    held: Annotated[Length, above_0(0.5)]
+
+    def faults(self) -> Iterator[Fault]:
+        """What does not go together, by key."""
+        if self.held > self.opening:
+            yield "held", f"{self.held:g} is wider than the opening, {self.opening:g}"
 
 
 @dataclass(frozen=True, slots=True)
 class WrenchModel:
     """Full scale of a force-torque sensor, N and Nm."""
 
-    force: float
-    torque: float
+    force: Annotated[Force, above_0(10_000.0)]
+    torque: Annotated[Torque, above_0(1_000.0)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,81 +114,41 @@ def load_prop(name_or_path: str | Path = "prop") -> Prop:
     """An end effector by name or by file.
 
     Raises:
-        PropError: with file, line, key and what would be right.
+        FileError: every mistake in it, with file, line, column and what would be right.
     """
-    path = find_file(str(name_or_path), FOLDER, "prop", PropError)
-    return prop_from(read_document(path, PropError))
+    return load_yaml(find_file(str(name_or_path), FOLDER, "prop"), _prop)
 
 
-def prop_from(item: Item) -> Prop:
-    """Builds an end effector from a mapping as in its file.
+@dataclass(frozen=True, slots=True)
+class _Capsule:
+    start: Point
+    end: Point
+    radius: Radius
 
-    Raises:
-        FileError: with file, line, key and what would be right.
-    """
-    part = item.section(
-        required=("prop", "mass", "tcp", "capsules", "parked"),
-        optional=("about", "parked_paper", "gripper", "wrench"),
-    )
-    name = part["prop"].text()
+
+@dataclass(frozen=True, slots=True)
+class _Prop:
+    prop: Name
+    mass: Annotated[Mass, Range(0.0, 50.0)]
+    tcp: Placement
+    capsules: tuple[_Capsule, ...]
+    parked: Six
+    parked_paper: Six | None = None
+    about: str = ""
+    gripper: GripperModel | None = None
+    wrench: WrenchModel | None = None
+
+
+def _prop(item: Item) -> Prop:
+    read = record(item, _Prop)
     return Prop(
-        name=name,
-        tcp=placement_from(part["tcp"]),
-        capsules=tuple(_capsule(capsule, name) for capsule in part["capsules"].items()),
-        parked=as_six(part["parked"].numbers(6)),
-        parked_paper=as_six(part.get("parked_paper", part["parked"]).numbers(6)),
-        mass=part["mass"].number(low=0.0),
-        about=part["about"].text() if "about" in part else "",
-        gripper=_gripper(part["gripper"]) if "gripper" in part else None,
-        wrench=_wrench(part["wrench"]) if "wrench" in part else None,
+        name=read.prop,
+        tcp=read.tcp,
+        capsules=tuple(Capsule(FLANGE, read.prop, c.start, c.end, c.radius) for c in read.capsules),
+        parked=read.parked,
+        parked_paper=read.parked_paper or read.parked,
+        mass=read.mass,
+        about=read.about,
+        gripper=read.gripper,
+        wrench=read.wrench,
     )
-
-
-def placement_from(item: Item) -> Placement:
-    """A frame written `{xyz: [x, y, z], rpy: [r, p, y]}`; what is left out is 0."""
-    part = item.section(optional=("xyz", "rpy"))
-    xyz, rpy = (point_from(part[key]) if key in part else (0.0, 0.0, 0.0) for key in ("xyz", "rpy"))
-    return Placement(xyz, rpy)
-
-
-def capsule_from(part: dict[str, Item], link: int, name: str) -> Capsule:
-    """A capsule from its keys `start`, `end` and `radius`."""
-    radius = positive(part["radius"])
-    return Capsule(link, name, point_from(part["start"]), point_from(part["end"]), radius)
-
-
-def point_from(item: Item) -> Point:
-    """Three numbers, m."""
-    x, y, z = item.numbers(3)
-    return x, y, z
-
-
-def positive(item: Item) -> float:
-    """A number above 0."""
-    value = item.number()
-    if value <= 0.0:
-        raise item.fail(f"{value:g} is out of range, it must be above 0")
-    return value
-
-
-def as_six(values: tuple[float, ...]) -> Six:
-    """Six numbers, one per joint."""
-    a, b, c, d, e, f = values
-    return a, b, c, d, e, f
-
-
-def _capsule(item: Item, name: str) -> Capsule:
-    return capsule_from(item.section(required=("start", "end", "radius")), FLANGE, name)
-
-
-def _gripper(item: Item) -> GripperModel:
-    part = item.section(required=GripperModel.__slots__)
-    found = GripperModel(*(positive(part[name]) for name in GripperModel.__slots__))
-    if found.held > found.opening:
-        raise part["held"].fail(f"{found.held:g} is wider than the opening, {found.opening:g}")
-    return found
-
-
-def _wrench(item: Item) -> WrenchModel:
-    part = item.section(required=WrenchModel.__slots__)
-    return WrenchModel(*(positive(part[name]) for name in WrenchModel.__slots__))

@@ -12,7 +12,9 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from hw.document import FAR, FileError, read_text
+from engine.files.finding import mistake
+from engine.files.text import read_text
+from hw.places import FAR
 
 MAX_BYTES = 50_000_000
 MAX_SPAN_S = 1e6
@@ -31,10 +33,6 @@ _NAMES = {
 _TAG_EXPORT = "id;x;y;z;time"
 
 Row = tuple[float, float, float]
-
-
-class RecordingError(FileError):
-    """A recording is wrong, missing, or does not fit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,9 +84,7 @@ class Recording:
         """The walk made as long as `size` (m, longer side of the bounding box), at equal speeds."""
         longer = max(self.size)
         if longer == 0.0:
-            raise RecordingError(
-                self.name, 0, "the person never moves; there is no walk to stretch"
-            )
+            raise mistake(self.name, "the person never moves; there is no walk to stretch")
         scale, (cx, cy) = size / longer, self.middle
         return Recording(
             self.name,
@@ -127,14 +123,14 @@ def read_recording(path: Path, person: str | None = None) -> Recording:
     """The walk of one person in a file.
 
     Raises:
-        RecordingError: with file and line: unknown form, bad numbers, stamps that do not rise,
+        FileError: with file and line: unknown form, bad numbers, stamps that do not rise,
             fewer than two rows, an unknown person, or several without a choice.
     """
     if path.suffix not in (".txt", ".csv"):
-        raise RecordingError(path, 0, f"'{path.suffix}' is no known form; .txt (TUM) or .csv is")
-    lines = read_text(path, RecordingError, MAX_BYTES).splitlines()
+        raise mistake(path, f"'{path.suffix}' is no known form; .txt (TUM) or .csv is")
+    lines = read_text(path, MAX_BYTES).splitlines()
     if path.suffix == ".txt" and person is not None:
-        raise RecordingError(path, 0, f"a TUM file holds one person; leave out '#{person}'")
+        raise mistake(path, f"a TUM file holds one person; leave out '#{person}'")
     people = _tum(path, lines) if path.suffix == ".txt" else _csv(path, lines)
     name = _choose(path, tuple(people), person)
     return _checked(path, f"{path}#{name}" if name else str(path), people[name])
@@ -150,8 +146,8 @@ def _tum(path: Path, lines: list[str]) -> People:
         if not fields or fields[0].startswith("#"):
             continue
         if len(fields) != 8:
-            raise RecordingError(
-                path, number, f"{len(fields)} values; needs 8: stamp tx ty tz qx qy qz qw"
+            raise mistake(
+                path, f"{len(fields)} values; needs 8: stamp tx ty tz qx qy qz qw", number
             )
         t, x, y, *_ = (_number(path, number, field) for field in fields)
         rows.append((number, (t, x, y)))
@@ -172,7 +168,7 @@ def _csv(path: Path, lines: list[str]) -> People:
         fields = line.split(separator)
         if len(fields) != header.count(separator) + 1:
             expected = header.count(separator) + 1
-            raise RecordingError(path, number, f"{len(fields)} values; the header has {expected}")
+            raise mistake(path, f"{len(fields)} values; the header has {expected}", number)
         t, x, y = (
             columns[key][1] * _number(path, number, fields[columns[key][0]]) for key in "txy"
         )
@@ -189,13 +185,11 @@ def _columns(path: Path, header: list[str]) -> dict[str, tuple[int, float]]:
         if key is None or key in found:
             continue
         if unit not in _UNITS or (key == "id" and unit):
-            raise RecordingError(path, 1, f"column '{title.strip()}': unknown unit '{unit}'")
+            raise mistake(path, f"column '{title.strip()}': unknown unit '{unit}'", 1)
         found[key] = (index, _UNITS[unit])
     missing = [key for key in "txy" if key not in found]
     if missing:
-        raise RecordingError(
-            path, 1, f"no column {', '.join(missing)}; the header must be like id,t,x,y"
-        )
+        raise mistake(path, f"no column {', '.join(missing)}; the header must be like id,t,x,y", 1)
     return found
 
 
@@ -205,7 +199,7 @@ def _number(path: Path, line: int, text: str) -> float:
     except ValueError:
         value = _time_of_day(path, line, text.strip())
     if not math.isfinite(value):
-        raise RecordingError(path, line, f"'{text.strip()}' is not a finite number")
+        raise mistake(path, f"'{text.strip()}' is not a finite number", line)
     return value
 
 
@@ -213,41 +207,41 @@ def _time_of_day(path: Path, line: int, text: str) -> float:
     try:
         moment = datetime.fromisoformat(text)
     except ValueError:
-        raise RecordingError(path, line, f"'{text[:40]}' is not a number") from None
+        raise mistake(path, f"'{text[:40]}' is not a number", line) from None
     return (moment.replace(tzinfo=None) - datetime(2000, 1, 1)).total_seconds()
 
 
 def _choose(path: Path, people: tuple[str, ...], wanted: str | None) -> str:
     if not people:
-        raise RecordingError(path, 0, "holds no data")
+        raise mistake(path, "holds no data")
     if wanted is not None and wanted in people:
         return wanted
     if wanted is None and len(people) == 1:
         return people[0]
     listed = ", ".join(people[:20]) + (", ..." if len(people) > 20 else "")
     if wanted is None:
-        raise RecordingError(path, 0, f"holds {len(people)} people; choose one by #id: {listed}")
+        raise mistake(path, f"holds {len(people)} people; choose one by #id: {listed}")
     if people == ("",):
-        raise RecordingError(path, 0, f"has no column of persons; leave out '#{wanted}'")
-    raise RecordingError(path, 0, f"no person '{wanted}'; has {listed}")
+        raise mistake(path, f"has no column of persons; leave out '#{wanted}'")
+    raise mistake(path, f"no person '{wanted}'; has {listed}")
 
 
 def _checked(path: Path, name: str, rows: list[tuple[int, Row]]) -> Recording:
     if len(rows) < 2:
-        raise RecordingError(path, rows[0][0], "is the only row; a walk needs at least two")
+        raise mistake(path, "is the only row; a walk needs at least two", rows[0][0])
     start = rows[0][1][0]
     for line, (t, x, y) in rows:
         if max(abs(x), abs(y)) > FAR:
-            raise RecordingError(path, line, f"({x:g}, {y:g}) m is too far away; wrong unit?")
+            raise mistake(path, f"({x:g}, {y:g}) m is too far away; wrong unit?", line)
         if abs(t - start) > MAX_SPAN_S:
-            raise RecordingError(path, line, f"{t - start:g} s after the first row; wrong unit?")
+            raise mistake(path, f"{t - start:g} s after the first row; wrong unit?", line)
     stamps = [round((row[0] - start) * 1e9) for _, row in rows]
     for i in range(1, len(stamps)):
         if stamps[i] <= stamps[i - 1]:
             line, row = rows[i]
-            raise RecordingError(
-                path, line, f"time {row[0]} is not after {rows[i - 1][1][0]}; sort the rows by time"
-            )
+            before = rows[i - 1][1][0]
+            message = f"time {row[0]} is not after {before}; sort the rows by time"
+            raise mistake(path, message, line)
     return Recording(
         name,
         tuple(stamps),

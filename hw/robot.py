@@ -6,17 +6,29 @@ this file; they come from the profile, as `MotionLimits`.
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
-from hw.calibration import CalibrationError, load_calibration
-from hw.description import Description, description_from
-from hw.document import FileError, Item, find_file, read_document
+from engine.files.item import Fault, Item, find_file, load_yaml
+from engine.files.record import Name, record
+from engine.files.units import (
+    Acceleration,
+    AngularAcceleration,
+    AngularSpeed,
+    Duration,
+    Length,
+    Mass,
+    Ratio,
+    Speed,
+)
+from engine.files.values import Count, Range
+from hw.calibration import load_calibration
+from hw.description import Described, Description
 from hw.interfaces import DriveMode
-from hw.prop import Placement, Prop, PropError, load_prop
+from hw.prop import Placement, Prop, Six, load_prop
 from hw.samples import Joints, TimedJoints
 
 FOLDER = Path(__file__).parent / "robots"
@@ -24,10 +36,10 @@ FOLDER = Path(__file__).parent / "robots"
 
 _SPEED_SLACK = 1.0 + 1e-6
 """Speeds between two points are differences of rounded numbers."""
+_ROUNDED = 1.0 + 1e-3
+"""Wheel rates in robot files are rounded."""
 
-
-class RobotError(FileError):
-    """A robot file is wrong or missing."""
+JointSpeed = Annotated[AngularSpeed, Range(0.01, 20.0)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,10 +49,20 @@ class Footprint:
     `enclosing_radius` is the paper's own figure, larger than half the diagonal.
     """
 
-    length: float
-    width: float
-    foam: float
-    enclosing_radius: float
+    length: Annotated[Length, Range(0.3, 3.0)]
+    width: Annotated[Length, Range(0.3, 3.0)]
+    foam: Annotated[Length, Range(0.0, 0.5)]
+    enclosing_radius: Annotated[Length, Range(0.1, 5.0)]
+
+    def faults(self) -> Iterator[Fault]:
+        """What does not go together, by key."""
+        if 2.0 * self.foam >= min(self.length, self.width):
+            yield "foam", "no robot is left inside the foam; it counts on every side"
+        if self.enclosing_radius < self.half_diagonal:
+            yield (
+                "enclosing_radius",
+                f"is less than half the diagonal of length and width, {self.half_diagonal:.3f} m",
+            )
 
     @property
     def half_length(self) -> float:
@@ -66,17 +88,34 @@ class BaseModel:
     user to braking wheels: figures to measure on the robot, not to wish for.
     """
 
-    modes: tuple[DriveMode, ...]
-    max_speed: float
-    max_yaw_rate: float
-    brake_deceleration: float
-    command_timeout: float
-    wheel_radius: float
-    max_wheel_rate: float
-    half_wheelbase: float
-    half_track: float
-    rolling_resistance: float
-    reaction_time: float = 0.1
+    modes: Annotated[tuple[DriveMode, ...], Count(1, 2)]
+    max_speed: Annotated[Speed, Range(0.05, 10.0)]
+    max_yaw_rate: Annotated[AngularSpeed, Range(0.05, 20.0)]
+    brake_deceleration: Annotated[Acceleration, Range(0.5, 10.0)]
+    command_timeout: Annotated[Duration, Range(0.02, 2.0)]
+    wheel_radius: Annotated[Length, Range(0.01, 0.5)]
+    max_wheel_rate: Annotated[AngularSpeed, Range(0.1, 1000.0)]
+    half_wheelbase: Annotated[Length, Range(0.01, 1.5)]
+    half_track: Annotated[Length, Range(0.01, 1.5)]
+    rolling_resistance: Annotated[Ratio, Range(0.0001, 0.5)]
+    reaction_time: Annotated[Duration, Range(0.02, 1.0)] = 0.1
+
+    def faults(self) -> Iterator[Fault]:
+        """Speeds that the wheels cannot turn to, by key.
+
+        A Mecanum wheel turns at (|v| + lever yaw_rate) / radius at most, the lever being half the
+        wheelbase and half the track; that of a differential base is half the track.
+        """
+        rim = self.max_wheel_rate * self.wheel_radius
+        if self.max_speed > _ROUNDED * rim:
+            yield "max_speed", f"{self.max_speed:g} m/s; the wheels turn to {rim:.4g} m/s at most"
+        lever = self.half_track + ("omni" in self.modes) * self.half_wheelbase
+        if self.max_yaw_rate * lever > _ROUNDED * rim:
+            fastest = rim / lever
+            yield (
+                "max_yaw_rate",
+                f"{self.max_yaw_rate:g} rad/s; the wheels turn it by {fastest:.4g} rad/s at most",
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,6 +183,17 @@ class RobotModel:
     arm: ArmModel
     prop: Prop
 
+    def faults(self) -> Iterator[Fault]:
+        """What the arm cannot carry or hold, by key."""
+        held = self.prop
+        if held.mass > self.payload:
+            weighs = f"{held.name} weighs {held.mass:g} kg"
+            yield "prop", f"{weighs}; the payload is {self.payload:g} kg"
+        try:
+            self.arm.check(held.parked)
+        except ValueError as refused:
+            yield "prop", f"{held.name}, parked: {refused}"
+
 
 @dataclass(frozen=True, slots=True)
 class MotionLimits:
@@ -178,112 +228,70 @@ def load_robot(name_or_path: str | Path, prop: str | Path | None = None) -> Robo
     """A robot by name or by file, with another prop (by name or by file) than its own if asked for.
 
     Raises:
-        RobotError: with file, line, key and what would be right.
+        FileError: every mistake in it, with file, line, column and what would be right.
     """
-    path = find_file(str(name_or_path), FOLDER, "robot", RobotError)
-    content = read_document(path, RobotError).section(
-        required=("robot", "mass", "payload", "footprint", "base", "arm", "prop"),
-        optional=("about",),
-    )
-    payload = content["payload"].number(low=0.0)
-    held = _held(content["prop"], prop, payload)
-    return RobotModel(
-        name=content["robot"].text(),
-        about=content["about"].text() if "about" in content else "",
-        mass=_positive(content["mass"]),
-        payload=payload,
-        footprint=_footprint(content["footprint"]),
-        base=_base(content["base"]),
-        arm=_arm(content["arm"], content["prop"], held),
+    path = find_file(str(name_or_path), FOLDER, "robot")
+    held = None if prop is None else load_prop(prop)
+    return load_yaml(path, lambda item: _robot(item, held))
+
+
+def _held(item: Item) -> Prop:
+    return item.refer(lambda: load_prop(item.target()))
+
+
+def _calibration(item: Item) -> tuple[Placement, ...]:
+    return item.refer(lambda: load_calibration(item.target()))
+
+
+@dataclass(frozen=True, slots=True)
+class _Arm:
+    mount_height: Annotated[Length, Range(0.0, 3.0)]
+    lower: Six
+    upper: Six
+    max_speed: tuple[JointSpeed, JointSpeed, JointSpeed, JointSpeed, JointSpeed, JointSpeed]
+    stop_deceleration: Annotated[AngularAcceleration, Range(0.1, 1000.0)]
+    calibration: Annotated[tuple[Placement, ...], _calibration] | None = None
+    urdf: Described | None = None
+
+    def faults(self) -> Iterator[Fault]:
+        for n, (low, high) in enumerate(zip(self.lower, self.upper, strict=True)):
+            if not low < high:
+                yield f"upper.{n}", f"{high:g} is not above the lower limit {low:g}"
+
+
+@dataclass(frozen=True, slots=True)
+class _Robot:
+    robot: Name
+    mass: Annotated[Mass, Range(1.0, 5000.0)]
+    payload: Annotated[Mass, Range(0.0, 500.0)]
+    footprint: Footprint
+    base: BaseModel
+    arm: _Arm
+    prop: Annotated[Prop, _held]
+    about: str = ""
+
+
+def _robot(item: Item, other: Prop | None) -> RobotModel:
+    read = record(item, _Robot)
+    held = other or read.prop
+    made = RobotModel(
+        name=read.robot,
+        about=read.about,
+        mass=read.mass,
+        payload=read.payload,
+        footprint=read.footprint,
+        base=read.base,
+        arm=ArmModel(
+            mount_height=read.arm.mount_height,
+            lower=read.arm.lower,
+            upper=read.arm.upper,
+            max_speed=read.arm.max_speed,
+            stop_deceleration=read.arm.stop_deceleration,
+            parked=held.parked,
+            calibration=read.arm.calibration,
+            urdf=None if read.arm.urdf is None else read.arm.urdf.at(read.arm.mount_height),
+        ),
         prop=held,
     )
-
-
-def _held(item: Item, other: str | Path | None, payload: float) -> Prop:
-    """What the arm holds, not heavier than it can."""
-    try:
-        found = load_prop(item.text() if other is None else other)
-    except PropError as failure:
-        if other is not None:  # the robot's file is not to blame
-            raise RobotError(failure.path, failure.line, failure.message) from None
-        raise item.fail(str(failure)) from None
-    if found.mass > payload:
-        raise item.fail(f"{found.name} weighs {found.mass:g} kg; the payload is {payload:g} kg")
-    return found
-
-
-def _positive(item: Item) -> float:
-    value = item.number()
-    if value <= 0.0:
-        raise item.fail(f"{value:g} is out of range, it must be above 0")
-    return value
-
-
-def _footprint(item: Item) -> Footprint:
-    part = item.section(required=("length", "width", "foam", "enclosing_radius"))
-    found = Footprint(
-        length=_positive(part["length"]),
-        width=_positive(part["width"]),
-        foam=part["foam"].number(low=0.0),
-        enclosing_radius=_positive(part["enclosing_radius"]),
-    )
-    if 2.0 * found.foam >= min(found.length, found.width):
-        raise part["foam"].fail("no robot is left inside the foam; it counts on every side")
-    if found.enclosing_radius < found.half_diagonal:
-        raise part["enclosing_radius"].fail(
-            f"is less than half the diagonal of length and width, {found.half_diagonal:.3f}"
-        )
-    return found
-
-
-def _base(item: Item) -> BaseModel:
-    numbers = BaseModel.__slots__[1:-1]
-    part = item.section(required=("modes", *numbers), optional=("reaction_time",))
-    modes = tuple(_mode(mode) for mode in part["modes"].items())
-    if not modes:
-        raise part["modes"].fail("at least one mode is needed: omni, differential")
-    found = BaseModel(modes, *(_positive(part[name]) for name in numbers))
-    if "reaction_time" not in part:
-        return found
-    return dataclasses.replace(found, reaction_time=part["reaction_time"].number(low=0.0))
-
-
-def _mode(item: Item) -> DriveMode:
-    return "omni" if item.text(("omni", "differential")) == "omni" else "differential"
-
-
-def _arm(item: Item, holding: Item, held: Prop) -> ArmModel:
-    lists = ("lower", "upper", "max_speed")
-    part = item.section(
-        required=("mount_height", "stop_deceleration", *lists), optional=("calibration", "urdf")
-    )
-    height = part["mount_height"].number(low=0.0)
-    lower, upper, max_speed = (part[name].numbers(len(held.parked)) for name in lists)
-    for low, high, speed in zip(lower, upper, part["max_speed"].items(), strict=True):
-        _positive(speed)
-        if not low < high:
-            raise part["upper"].fail(f"{high:g} is not above the lower limit {low:g}")
-    arm = ArmModel(
-        mount_height=height,
-        lower=lower,
-        upper=upper,
-        max_speed=max_speed,
-        stop_deceleration=_positive(part["stop_deceleration"]),
-        parked=held.parked,
-        calibration=_calibration(part.get("calibration")),
-        urdf=description_from(part["urdf"], height) if "urdf" in part else None,
-    )
-    try:
-        arm.check(held.parked)
-    except ValueError as failure:
-        raise holding.fail(f"{held.name}, parked: {failure}") from None
-    return arm
-
-
-def _calibration(item: Item | None) -> tuple[Placement, ...] | None:
-    if item is None or item.value is None:
-        return None
-    try:
-        return load_calibration(item.text())
-    except CalibrationError as failure:
-        raise item.fail(str(failure)) from None
+    item.require(made.faults())
+    return made

@@ -6,9 +6,14 @@ Checks and distances are plain Python; shapely is loaded only for areas and for 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+from engine.files.item import Fault, Item
+from engine.files.record import reader_of
+from hw.places import Place
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -35,6 +40,27 @@ class Disc:
         return Disc(self.x, self.y, max(self.radius, min(self.radius + margin, nearest)))
 
 
+_corners = reader_of(tuple[Place, ...])
+
+
+def ring(item: Item) -> Ring:
+    """A polygon written as the list of its corners.
+
+    Raises:
+        FileError: a corner is none, or the ring has no area or crosses itself.
+    """
+    corners: Ring = _corners(item)
+    if len(corners) > 1 and corners[0] == corners[-1]:
+        corners = corners[:-1]  # the closed form of GeoJSON is meant well
+    fault = ring_fault(corners)
+    if fault is not None:
+        raise item.error(fault)
+    return corners
+
+
+Polygon = Annotated[Ring, ring]
+
+
 @dataclass(frozen=True)
 class Room:
     """Rings are closed, counted without repeating the first corner, m; either sense of turn.
@@ -42,10 +68,22 @@ class Room:
     `tracked_area` is where the person's tracking works (R6); None: everywhere.
     """
 
-    outer: Ring
-    walls: tuple[Ring, ...] = ()
-    columns: tuple[Ring, ...] = ()
-    tracked_area: Ring | None = None
+    outer: Polygon
+    walls: tuple[Polygon, ...] = ()
+    columns: tuple[Polygon, ...] = ()
+    tracked_area: Polygon | None = None
+
+    def faults(self) -> Iterator[Fault]:
+        """Walls and columns that are not in the room."""
+        for key, rings in (("walls", self.walls), ("columns", self.columns)):
+            for n, ring in enumerate(rings):
+                if not self._reaches(ring):
+                    yield f"{key}.{n}", "lies outside the room's outer ring"
+
+    def _reaches(self, ring: Ring) -> bool:
+        x_low, y_low, x_high, y_high = self.bounds
+        crosses_x = any(x > x_low for x, _ in ring) and any(x < x_high for x, _ in ring)
+        return crosses_x and any(y > y_low for _, y in ring) and any(y < y_high for _, y in ring)
 
     @property
     def obstacles(self) -> tuple[Ring, ...]:

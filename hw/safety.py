@@ -12,7 +12,8 @@ has no queue and no lock, and is called at 100 Hz or more by whoever owns the wh
 
 `command` is what the wheels would be given in the next cycle, ramps included, because behind the
 chain nothing may be slower than the brakes. In this order: stop line and latches, command age, age
-of the user's pose, speed limit, separation governor (R48-R52, R149).
+of the user's pose, speed limit, separation governor (R48-R52, R149). Time that runs backwards
+latches, and what is stamped ahead of the clock counts for nothing: a negative age is never fresh.
 
 The governor takes away only what closes the gap between the outline as it stands, a rectangle, and
 the user's cylinder: the part of the velocity towards the user, and a turn that brings the nearest
@@ -23,12 +24,31 @@ cannot make up for the other while they brake. Going away, and along the side, i
 from __future__ import annotations
 
 import math
-from collections import deque
-from typing import NamedTuple
 
 from hw.geometry import STILL, Pose2, Twist2
+from hw.log import Log
 from hw.person import RADIUS
 from hw.safety_limits import SafetyLimits as SafetyLimits  # who wires a chain needs both
+from hw.safety_record import (
+    BACKWARDS,
+    BASE_UNKNOWN,
+    COMMAND_AHEAD,
+    COMMAND_OLD,
+    GRANTED,
+    LATCHED,
+    NOT_FINITE,
+    RUNS_ON,
+    SEPARATION,
+    SPEED,
+    STOP_LINE,
+    TOO_FAST,
+    USER_AHEAD,
+    USER_LATE,
+    USER_LOST,
+    USER_OLD,
+    USER_UNKNOWN,
+    SafetyRecord,
+)
 from hw.separation import Nearness, UserTrack, nearness
 
 KEPT = 4096
@@ -42,65 +62,31 @@ SLOWER = 1.5
 ROUNDING = 1e-9
 """What was limited before, to the last bit, is not limited again; m/s and rad/s."""
 _NOWHERE = 1e9
-
-USER_LOST = "tracking of the user is lost"
-TOO_FAST = "the base is faster than its limit"
-RUNS_ON = "the base does not stop"
-
-NOT_FINITE = ("a value is not finite",)
-STOP_LINE = ("stop line",)
-LATCHED = ("latched",)
-COMMAND_OLD = ("command is old",)
-USER_UNKNOWN = ("no pose of the user yet",)
-USER_OLD = ("pose of the user is old",)
-USER_LATE = "pose of the user is late"
-SPEED = "speed limit"
-SEPARATION = "separation"
-GRANTED = "granted touch"
-
-
-class SafetyRecord(NamedTuple):
-    """One cycle of the chain.
-
-    `command` and `admitted` are in the base frame; `admitted is command` where nothing was taken
-    away. `separation` is the measured gap S, m, and `needed` the S_p of the measured motion: where
-    S is less and no touch is granted, the robot is nearer than it should be for its speed.
-    `allowed` is the closing speed up to which the governor does nothing, `user_speed` what it took
-    the user for (m/s), `user_age` the age of their pose (s). None: there is no pose yet.
-    """
-
-    stamp_ns: int
-    command: Twist2
-    admitted: Twist2
-    separation: float | None = None
-    needed: float = 0.0
-    allowed: float = 0.0
-    user_speed: float | None = None
-    user_age: float | None = None
-    reasons: tuple[str, ...] = ()
+_ORIGIN = Pose2(0.0, 0.0)
 
 
 class SafetyChain:
-    """See the module. `records` holds the newest cycles, oldest first; whoever reads may clear it.
+    """See the module. `cycles` holds the newest records, for any number of readers.
 
     `stop_line` is why the stop line is pulled, or None; `holonomic` is False for a base that goes
     along its heading only. `latched` is None, or why the stop has latched: then nothing moves until
-    `reset`.
+    `reset`. `refused` is why nothing at all could move in the last cycle; empty if something could.
     """
 
     def __init__(self, limits: SafetyLimits) -> None:
         self.limits = limits
         self.latched: str | None = None
+        self.refused: tuple[str, ...] = ()
         self.stop_line: str | None = None
         self.holonomic = True
-        self.records: deque[SafetyRecord] = deque(maxlen=KEPT)
+        self.cycles: Log[SafetyRecord] = Log(KEPT)
         self._half = limits.footprint.half_length, limits.footprint.half_width
-        self._user = UserTrack()
+        self._user = UserTrack(limits.ahead)
         self._requested = False
         self._served_from: Pose2 | None = None
         self._measured = 0.0
-        self._stopping = False
         self._stand_by_ns: int | None = None
+        self._now_ns: int | None = None
 
     def see(self, now_ns: int, stamp_ns: int, x: float, y: float) -> bool:
         """A pose of the user, map, arrived now; False if it is refused: see `UserTrack`."""
@@ -123,7 +109,7 @@ class SafetyChain:
         """
         if self.latched is None:
             return True
-        lost = self.latched == USER_LOST and self._user.age_s(now_ns) > self.limits.old
+        lost = self.latched == USER_LOST and self._stale(self._user.age_s(now_ns)) != ()
         if lost or self._measured > STANDING:
             return False
         self.latched = None
@@ -134,10 +120,16 @@ class SafetyChain:
 
         It leaves no record.
         """
-        self._watch(now_ns, STILL, self._user.age_s(now_ns))
+        self._watch(now_ns, STILL, self._age(now_ns))
+        self.refused = ()
 
     def admit(
-        self, now_ns: int, command: Twist2, stamp_ns: int, pose: Pose2, twist: Twist2
+        self,
+        now_ns: int,
+        command: Twist2,
+        stamp_ns: int,
+        pose: Pose2 | None,
+        twist: Twist2 | None,
     ) -> SafetyRecord:
         """What the wheels may be told now.
 
@@ -145,23 +137,34 @@ class SafetyChain:
             now_ns: the instant of this cycle.
             command: the next velocity of the wheels, base frame.
             stamp_ns: when whoever drives last said so.
-            pose: map_from_base, measured.
-            twist: measured velocity, base frame.
+            pose: map_from_base, measured; None: not known.
+            twist: measured velocity, base frame; None: not known.
         """
-        age = self._user.age_s(now_ns)
-        finite = _is_finite(command, pose, twist)
-        if finite:
-            self._watch(now_ns, twist, age)
-        refusal = self._refusal(now_ns, stamp_ns, age) if finite else NOT_FINITE
-        self._stopping = bool(refusal)
-        if finite and age < math.inf:
-            record = self._governed(now_ns, age, command, pose, twist, refusal)
+        age = self._age(now_ns)
+        record = None
+        if twist is None or (pose is None and self.limits.watched):
+            self.refused = BASE_UNKNOWN
+        elif not _is_finite(command, pose or _ORIGIN, twist):
+            self.refused = NOT_FINITE
         else:
-            record = SafetyRecord(now_ns, command, STILL, reasons=refusal)
-        self.records.append(record)
+            self._watch(now_ns, twist, age)
+            self.refused = self._refusal(now_ns, stamp_ns, age)
+            if pose is not None and age < math.inf:
+                record = self._governed(now_ns, max(age, 0.0), command, pose, twist)
+        record = record or self._unwatched(now_ns, command)
+        self.cycles.append(record)
         return record
 
     # stop line, latches, ages
+
+    def _age(self, now_ns: int) -> float:
+        """The age of the user's pose, s; infinite if there is none, or if nobody tracks them."""
+        if self._now_ns is not None and now_ns < self._now_ns:
+            self._latch(BACKWARDS)  # no stamp from before the leap means anything any more
+            self._user = UserTrack(self.limits.ahead)
+            self._stand_by_ns = None
+        self._now_ns = now_ns
+        return self._user.age_s(now_ns) if self.limits.watched else math.inf
 
     def _watch(self, now_ns: int, twist: Twist2, age: float) -> None:
         """Latch a stop that must not end by itself."""
@@ -172,7 +175,7 @@ class SafetyChain:
             self._latch(USER_LOST)
         if speed > FASTER * limits.speed or turn > FASTER * limits.yaw_rate:
             self._latch(TOO_FAST)
-        if not self._stopping or self._measured <= STANDING:
+        if not self.refused or self._measured <= STANDING:
             self._stand_by_ns = None
         elif self._stand_by_ns is None:
             within = self._measured / limits.stopping.deceleration
@@ -190,22 +193,30 @@ class SafetyChain:
             return STOP_LINE
         if self.latched is not None:
             return LATCHED
-        if (now_ns - stamp_ns) / 1e9 > self.limits.command_age:
+        since = (now_ns - stamp_ns) / 1e9
+        if since > self.limits.command_age:
             return COMMAND_OLD
+        if since < -self.limits.ahead:
+            return COMMAND_AHEAD
+        return self._stale(age) if self.limits.watched else ()
+
+    def _stale(self, age: float) -> tuple[str, ...]:
+        """Why the pose of the user is not to be used; empty if it is."""
         if age > self.limits.old:
             return USER_OLD if age < math.inf else USER_UNKNOWN
-        return ()
+        return USER_AHEAD if age < -self.limits.ahead else ()
 
     # limits and separation
 
+    def _unwatched(self, now_ns: int, command: Twist2) -> SafetyRecord:
+        """A cycle in which nothing is known of the user."""
+        admitted, reasons = STILL, self.refused
+        if not reasons:
+            admitted, reasons = self._limited(command, 0.0, ())
+        return SafetyRecord(now_ns, command, admitted, reasons=reasons)
+
     def _governed(
-        self,
-        now_ns: int,
-        age: float,
-        command: Twist2,
-        pose: Pose2,
-        twist: Twist2,
-        refusal: tuple[str, ...],
+        self, now_ns: int, age: float, command: Twist2, pose: Pose2, twist: Twist2
     ) -> SafetyRecord:
         limits, user = self.limits, self._user
         near = self._nearness(pose)
@@ -213,14 +224,14 @@ class SafetyChain:
         if age > limits.late:
             speed = max(speed, limits.walking)
         allowed = limits.stopping.allowed(near.gap, speed, age)
-        admitted, reasons = STILL, refusal
-        if not refusal:
+        admitted, reasons = STILL, self.refused
+        if not reasons:
             touch = self._touch_speed(near.gap, age) if self._requested else 0.0
             if touch > allowed:
                 allowed, reasons = touch, (GRANTED,)
             admitted, reasons = self._limited(command, age, reasons)
             slower = near.held_back(admitted, allowed, self.holonomic)
-            if slower is not admitted:
+            if limits.governor and slower is not admitted:
                 admitted, reasons = slower, (*reasons, SEPARATION)
         needed = limits.stopping.needed(near.closing(twist), speed, age)
         return SafetyRecord(
@@ -234,23 +245,24 @@ class SafetyChain:
         return nearness(*self._half, c * dx + s * dy, c * dy - s * dx, RADIUS)
 
     def _touch_speed(self, gap: float, age: float) -> float:
-        """The closing speed towards a user who has asked for a touch and stands still, m/s."""
+        """The closing speed towards a user who has asked for a touch and stands still, m/s.
+
+        It falls with the age of their pose, so that the way covered unseen does not grow.
+        """
         limits, user = self.limits, self._user
-        if user.speed is None or user.speed >= limits.still or age > limits.late:
+        if user.speed is None or user.speed >= limits.still:
             return 0.0
         floor = limits.touch_gap
         if self._served_from is not None:
             floor = max(floor, self._nearness(self._served_from).gap - limits.touch_slack)
-        return min(limits.touch_speed, limits.stopping.allowed_above(floor, gap))
+        fastest = self._share(age) * limits.touch_speed
+        return min(fastest, limits.stopping.allowed_above(floor, gap))
 
     def _limited(
         self, command: Twist2, age: float, reasons: tuple[str, ...]
     ) -> tuple[Twist2, tuple[str, ...]]:
         """The command within the speed limit, which falls to 0 while the pose gets old (R149)."""
-        limits = self.limits
-        share = 1.0
-        if age > limits.late:
-            share = (limits.old - age) / (limits.old - limits.late)
+        limits, share = self.limits, self._share(age)
         speed, turn = math.hypot(command.vx, command.vy), abs(command.wz)
         scale = 1.0
         if speed > share * limits.speed + ROUNDING:
@@ -261,6 +273,11 @@ class SafetyChain:
             return command, reasons
         slower = Twist2(scale * command.vx, scale * command.vy, scale * command.wz)
         return slower, (*reasons, SPEED if share == 1.0 else USER_LATE)
+
+    def _share(self, age: float) -> float:
+        """Of a speed limit, what a pose of this age leaves: all if it is not late, none if old."""
+        limits = self.limits
+        return 1.0 if age <= limits.late else (limits.old - age) / (limits.old - limits.late)
 
 
 def _is_finite(command: Twist2, pose: Pose2, twist: Twist2) -> bool:

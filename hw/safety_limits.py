@@ -76,7 +76,12 @@ class SafetyLimits:
     has asked for a touch may be approached with `touch_speed` down to the gap of the pose they are
     served from, less its tolerance `touch_slack`, and never below `touch_gap`. Poses of the user
     are used up to the age `late`, with less and less speed up to `old`, and not at all then; at
-    `lost` the stop latches.
+    `lost` the stop latches. Commands count up to `command_age`. A stamp may be `ahead` of the clock
+    by as much as clocks differ, and more where poses are predicted.
+
+    `governor` switches the separation step, and nothing else. `watched`: somebody tracks the user
+    of this body; if nobody does, ages of their pose and separation cannot be looked at. With no
+    more than `overlap` to go the rover may drive to a touch while the arm is not folded (R46).
     """
 
     footprint: Footprint
@@ -89,10 +94,14 @@ class SafetyLimits:
     touch_speed: float = 0.25
     touch_gap: float = 0.03
     touch_slack: float = 0.05
-    command_age: float = 0.1
+    command_age: float = 0.08
     late: float = LATE_S
     old: float = OLD_S
     lost: float = 0.5
+    ahead: float = 0.02
+    overlap: float = 0.0
+    governor: bool = True
+    watched: bool = True
 
     def __post_init__(self) -> None:
         for name in self.__slots__[2:]:

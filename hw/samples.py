@@ -5,6 +5,8 @@
 | `user.pose` | `UserPose` | when tracking has it |
 | `base.pose` | `Pose2`, map_from_base | every step (ideal in the reduced simulation) |
 | `base.twist` | `Twist2`, base frame | every step |
+| `base.mode` | how the wheels are driven: `omni` or `differential` | on change |
+| `base.refusal` | why a base that is to drive does not, as text, or None | on change |
 | `arm.joints` | `ArmState` | every step |
 | `vr.haptic_request` | `Pose3` while requested (the DEEP in the map), or None | on change |
 | `vr.release` | `True` | an event: the user lets go of a request |
@@ -21,12 +23,13 @@ What comes on change also comes once at the start.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
 
-from hw.geometry import Pose2, Pose3, Twist2
+from hw.geometry import Pose2, Pose3
 
 Joints = tuple[float, ...]
 TimedJoints = tuple[float, Joints]
@@ -107,23 +110,62 @@ class ImuReading:
 
 
 def is_finite(value: object) -> bool:
-    """Can this value be meant? A pose or velocity with NaN or infinity is no measurement.
+    """Is every number in this value finite? If not, the sample is to be dropped.
 
-    Comparisons with NaN are false, so that it would be taken for a user out of danger.
+    Comparisons with NaN are false, so that it would be taken for a user out of danger. Looks into
+    dataclasses, tuples, lists and arrays; infinity is legal in the ranges of a `Scan` only.
     """
-    total = _SUMS.get(type(value))
-    return total is None or math.isfinite(total(value))
+    kind = type(value)
+    check = _CHECKS.get(kind)
+    if check is None:
+        check = _CHECKS[kind] = _check_of(kind)
+    try:
+        return check(value)
+    except TypeError:  # a text where the class declares a number
+        return False
 
 
-def _sum_of_user(pose: UserPose) -> float:
-    body = pose.body
-    return body.x + body.y + body.yaw + pose.head_yaw
+def _check_of(kind: type) -> Callable[[Any], bool]:
+    """How to look at values of a class; each class is taken apart once."""
+    if dataclasses.is_dataclass(kind):
+        return _check_of_fields(kind)
+    if issubclass(kind, tuple | list):
+        return lambda values: all(map(is_finite, values))
+    if issubclass(kind, float | int):
+        return math.isfinite
+    if hasattr(kind, "dtype"):
+        return lambda array: array.dtype.kind != "f" or math.isfinite(array.sum())
+    return lambda _: True
 
 
-_SUMS: dict[type, Callable[[Any], float]] = {
-    UserPose: _sum_of_user,
-    Pose2: lambda pose: pose.x + pose.y + pose.yaw,
-    Twist2: lambda twist: twist.vx + twist.vy + twist.wz,
-    Pose3: lambda p: p.x + p.y + p.z + p.qx + p.qy + p.qz + p.qw,
-    ArmState: lambda arm: sum(arm.joints) + sum(arm.velocities),
-}
+def _check_of_fields(kind: type) -> Callable[[Any], bool]:
+    """Fields declared as numbers are added up in one expression; others are looked into.
+
+    A sum is finite only if all its terms are.
+    """
+    try:
+        hints = get_type_hints(kind)
+    except NameError:  # imported for type checkers only
+        hints = {}
+    sums, parts = [], []
+    for field in dataclasses.fields(kind):
+        hint = hints.get(field.name)
+        if hint in (float, int):
+            sums.append(f"v.{field.name}")
+        elif get_origin(hint) is tuple and set(get_args(hint)) <= {float, int, ...}:
+            sums.append(f"sum(v.{field.name})")
+        elif hint not in (str, bool):
+            parts.append(f"(v.{field.name} is None or finite(v.{field.name}))")
+    terms = [f"isfinite({' + '.join(sums)})"] if sums else []
+    expression = " and ".join(terms + parts) or "True"
+    names = {"isfinite": math.isfinite, "finite": is_finite}
+    check: Callable[[Any], bool] = eval(f"lambda v: {expression}", names)
+    return check
+
+
+def _is_scan(scan: Scan) -> bool:
+    """The sum of ranges is NaN if one is, or if there is a -inf beside an inf."""
+    return math.isfinite(scan.start + scan.step) and -math.inf < sum(scan.ranges)
+
+
+_CHECKS: dict[type, Callable[[Any], bool]] = {Scan: _is_scan}

@@ -15,24 +15,30 @@
       - approach: {target: robot, stop_at: 1.0, for: 5}  # walk at the robot wherever it goes
       - lose_tracking: 2                   # s without user.pose, while the next steps go on
 
-An `approach` ends at that distance (m, to the robot's centre), after that time, before a wall, or
-when the robot is shown to the person.
+Values may carry units (`stand: 2 min`, `turn: 90 deg`). An `approach` ends at that distance (m, to
+the robot's centre), after that time, before a wall, or when the robot is shown to the person.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Annotated, Any, Literal
 
-from hw.document import FileError, Item, find_file, read_document, suggestion
+from engine.files.finding import Place, did_you_mean
+from engine.files.item import Item, find_file, gather, load_yaml
+from engine.files.record import Name, reader_of, record
+from engine.files.units import Angle, AngularSpeed, Duration, Length, Speed
+from engine.files.values import Count, Range
 from hw.geometry import Pose2, wrap
+from hw.places import AnyAngle, Coordinate, Pose
 
 FOLDER = Path(__file__).parent / "users"
-KINDS = ("walk", "stand", "turn", "look", "request", "approach", "lose_tracking")
 
-
-class ScriptError(FileError):
-    """A user script is wrong or missing."""
+Pace = Annotated[Speed, Range(0.01, 10.0)]
+Span = Annotated[Duration, Range(0.0, 1e6)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +102,7 @@ Step = Walk | Stand | Turn | Look | Request | Approach | LoseTracking
 
 @dataclass(frozen=True, slots=True)
 class Script:
-    """A checked script; rounds None: again and again. Lines name the steps' places in the file."""
+    """A checked script; rounds None: again and again. `places` are those of the steps."""
 
     name: str
     about: str
@@ -105,7 +111,7 @@ class Script:
     turn_rate: float
     rounds: int | None
     steps: tuple[Step, ...]
-    lines: tuple[int, ...]
+    places: tuple[Place, ...]
 
 
 def script_names() -> tuple[str, ...]:
@@ -117,90 +123,109 @@ def load_script(name_or_path: str | Path) -> Script:
     """A script by name or by file.
 
     Raises:
-        ScriptError: with file, line, key and what would be right.
+        FileError: every mistake in it, with file, line, column and what would be right.
     """
-    path = find_file(str(name_or_path), FOLDER, "user", ScriptError)
-    content = read_document(path, ScriptError).section(
-        required=("user", "steps"), optional=("about", "start", "speed", "turn_rate", "repeat")
-    )
-    speed = _rate(content, "speed", 1.5)
-    items = content["steps"].items()
-    if not items:
-        raise content["steps"].fail("needs at least one step")
-    return Script(
-        name=content["user"].text(),
-        about=content["about"].text() if "about" in content else "",
-        path=str(path),
-        start=content["start"].pose() if "start" in content else None,
-        turn_rate=_rate(content, "turn_rate", 3.0),
-        rounds=_rounds(content.get("repeat")),
-        steps=tuple(_step(item, speed) for item in items),
-        lines=tuple(item.line for item in items),
-    )
+    return load_yaml(find_file(str(name_or_path), FOLDER, "user"), _script)
 
 
-def _rate(content: dict[str, Item], key: str, default: float) -> float:
-    if key not in content:
-        return default
-    return content[key].number(low=0.01, high=100.0)
-
-
-def _rounds(item: Item | None) -> int | None:
-    if item is None or item.value is False:
-        return 1
-    if item.value is True:
-        return None
+def _rounds(item: Item) -> int | None:
+    if isinstance(item.value, bool):
+        return None if item.value else 1
     if isinstance(item.value, int) and item.value >= 1:
         return item.value
-    raise item.fail("needs true, false or a whole number of rounds")
+    raise item.error("needs true, false or a whole number of rounds")
+
+
+@dataclass(frozen=True, slots=True)
+class _Script:
+    user: Name
+    steps: Annotated[tuple[Item, ...], Count(1)]
+    about: str = ""
+    start: Pose | None = None
+    speed: Pace = 1.5
+    turn_rate: Annotated[AngularSpeed, Range(0.01, 100.0)] = 3.0
+    repeat: Annotated[int | None, _rounds] = 1
+
+
+def _script(item: Item) -> Script:
+    read = record(item, _Script)
+    return Script(
+        name=read.user,
+        about=read.about,
+        path=item.source.file,
+        start=read.start,
+        turn_rate=read.turn_rate,
+        rounds=read.repeat,
+        steps=tuple(gather(partial(_step, step, read.speed) for step in read.steps)),
+        places=tuple(step.place for step in read.steps),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Walk:
+    x: Coordinate
+    y: Coordinate
+    yaw: AnyAngle | None = None
+    speed: Pace | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Request:
+    hold: Annotated[Duration, Range(0.1, 1e6)]
+    ahead: Annotated[Length, Range(0.0, 3.0)] = 0.85
+    height: Annotated[Length, Range(0.0, 3.0)] = 1.5
+
+
+@dataclass(frozen=True, slots=True)
+class _Approach:
+    target: Literal["robot"]
+    for_: Span
+    stop_at: Annotated[Length, Range(0.0, 100.0)] = 0.0
+    speed: Pace | None = None
 
 
 def _step(item: Item, speed: float) -> Step:
     content = item.mapping()
     if len(content) != 1:
-        raise item.fail(f"a step has one key, one of {', '.join(KINDS)}; has {len(content)}")
+        known = ", ".join(_STEPS)
+        raise item.error(f"a step has one key, one of {known}; it has {len(content)}")
     kind, value = next(iter(content.items()))
-    if kind == "walk":
-        return _walk(value, speed)
-    if kind == "stand":
-        return Stand(_span(value))
-    if kind == "turn":
-        return Turn(wrap(value.number()))
-    if kind == "look":
-        return Look(value.number(-3.2, 3.2))
-    if kind == "request":
-        return _request(value)
-    if kind == "approach":
-        return _approach(value, speed)
-    if kind == "lose_tracking":
-        return LoseTracking(_span(value))
-    raise value.fail(f"no such step{suggestion(kind, KINDS)}")
+    if kind not in _STEPS:
+        raise value.error("no such step", did_you_mean(kind, _STEPS))
+    return _STEPS[kind](value, speed)
 
 
 def _walk(item: Item, speed: float) -> Walk:
-    part = item.section(required=("x", "y"), optional=("yaw", "speed"))
-    yaw = wrap(part["yaw"].number()) if "yaw" in part else None
-    return Walk(part["x"].number(), part["y"].number(), yaw, _rate(part, "speed", speed))
+    read = record(item, _Walk)
+    return Walk(read.x, read.y, None if read.yaw is None else wrap(read.yaw), read.speed or speed)
 
 
-def _request(item: Item) -> Request:
-    part = item.section(required=("hold",), optional=("ahead", "height"))
-    return Request(
-        hold_ns=_span(part["hold"], low=0.1),
-        ahead=part["ahead"].number(low=0.0) if "ahead" in part else 0.85,
-        height=part["height"].number(low=0.0) if "height" in part else 1.5,
-    )
+def _request(item: Item, _speed: float) -> Request:
+    read = record(item, _Request)
+    return Request(_ns(read.hold), read.ahead, read.height)
 
 
 def _approach(item: Item, speed: float) -> Approach:
-    part = item.section(required=("target", "for"), optional=("stop_at", "speed"))
-    part["target"].text(("robot",))
-    return Approach(
-        speed=_rate(part, "speed", speed),
-        stop_at=part["stop_at"].number(low=0.0) if "stop_at" in part else 0.0,
-        span_ns=_span(part["for"]),
-    )
+    read = record(item, _Approach)
+    return Approach(read.speed or speed, read.stop_at, _ns(read.for_))
 
 
-def _span(item: Item, low: float = 0.0) -> int:
-    return round(item.number(low=low, high=1e6) * 1e9)
+def _as(annotation: Any, step: Callable[[float], Step]) -> Callable[[Item, float], Step]:
+    """The reader of a step that is one number."""
+    read = reader_of(annotation)
+    return lambda item, _speed: step(read(item))
+
+
+def _ns(seconds: float) -> int:
+    return round(seconds * 1e9)
+
+
+_STEPS: Mapping[str, Callable[[Item, float], Step]] = {
+    "walk": _walk,
+    "stand": _as(Span, lambda span: Stand(_ns(span))),
+    "turn": _as(AnyAngle, lambda yaw: Turn(wrap(yaw))),
+    "look": _as(Annotated[Angle, Range(-3.2, 3.2)], Look),
+    "request": _request,
+    "approach": _approach,
+    "lose_tracking": _as(Span, lambda span: LoseTracking(_ns(span))),
+}

@@ -14,8 +14,6 @@ _WINDOW_NS = 50_000_000
 """A speed is taken over at least this time, so that the noise of single poses does not show."""
 _GONE_NS = 150_000_000
 """After a longer silence the speed begins anew: nobody knows what happened in between."""
-_CLOCKS_NS = 20_000_000
-"""A stamp may be this far ahead of our clock; farther, it is refused."""
 _FAR = 1e4
 """Nobody is tracked farther than this from the origin of the map, m."""
 _TOUCH = 1e-9
@@ -87,25 +85,27 @@ class UserTrack:
     """Where the user was last seen, and how fast they were: newest wins, nothing is queued.
 
     `x`, `y` in the map and `stamp_ns` are those of the newest pose (None before the first), `speed`
-    is that over the last 50 to 130 ms in m/s, or None while that is unknown.
+    is that over the last 50 to 130 ms in m/s, or None while that is unknown. A stamp may be `ahead`
+    s ahead of our clock.
     """
 
-    __slots__ = ("_early", "_late", "speed", "stamp_ns", "x", "y")
+    __slots__ = ("_ahead_ns", "_early", "_late", "speed", "stamp_ns", "x", "y")
 
-    def __init__(self) -> None:
+    def __init__(self, ahead: float = 0.02) -> None:
+        self._ahead_ns = round(ahead * 1e9)
         self.x = self.y = 0.0
         self.stamp_ns: int | None = None
         self.speed: float | None = None
         self._early = self._late = (0, 0.0, 0.0)
 
     def age_s(self, now_ns: int) -> float:
-        """Age of the newest pose, s; infinite before the first."""
+        """Age of the newest pose, s; infinite before the first, negative if it is ahead of now."""
         return math.inf if self.stamp_ns is None else (now_ns - self.stamp_ns) / 1e9
 
     def see(self, now_ns: int, stamp_ns: int, x: float, y: float) -> bool:
         """Take a pose that arrived now; False: it is nowhere, not newer, or from the future."""
         newest = self.stamp_ns
-        if not (abs(x) < _FAR and abs(y) < _FAR) or stamp_ns > now_ns + _CLOCKS_NS:
+        if not (abs(x) < _FAR and abs(y) < _FAR) or stamp_ns > now_ns + self._ahead_ns:
             return False
         stamp_ns = min(stamp_ns, now_ns)
         if newest is not None and stamp_ns <= newest:

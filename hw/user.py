@@ -15,16 +15,17 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from engine.files.finding import mistake
 from hw import wanderer
 from hw.geometry import Pose2
 from hw.interaction import Interaction
 from hw.live import LivePerson
 from hw.person import RADIUS, Person
 from hw.playback import Playback
-from hw.recording import Recording, RecordingError, read_recording
+from hw.recording import Recording, read_recording
 from hw.room import Room
 from hw.scene import Scene
-from hw.script import ScriptError, load_script
+from hw.script import load_script
 from hw.walker import Walker
 
 _SOURCE = re.compile(r"(?P<file>.+?)(?:#(?P<person>[^#@]*))?(?:@(?P<place>[^@]*))?\Z")
@@ -50,13 +51,13 @@ def parse_source(text: str) -> Source:
     """`FILE[#id][@x,y,yaw]` in its parts.
 
     Raises:
-        RecordingError: the place is not three finite numbers, or the id is empty.
+        FileError: the place is not three finite numbers, or the id is empty.
     """
     found = _SOURCE.match(text)
     if found is None:
-        raise RecordingError(text, 0, "needs FILE[#id][@x,y,yaw]")
+        raise mistake(text, "needs FILE[#id][@x,y,yaw]")
     if found["person"] == "":
-        raise RecordingError(text, 0, "an id must follow '#'")
+        raise mistake(text, "an id must follow '#'")
     if found["place"] is None:
         return Source(Path(found["file"]), found["person"])
     try:
@@ -64,7 +65,7 @@ def parse_source(text: str) -> Source:
     except ValueError:
         numbers = []
     if len(numbers) != 3 or not all(map(math.isfinite, numbers)):
-        raise RecordingError(text, 0, f"'@{found['place']}' needs three numbers, @x,y,yaw (m, rad)")
+        raise mistake(text, f"'@{found['place']}' needs three numbers, @x,y,yaw (m, rad)")
     return Source(Path(found["file"]), found["person"], (numbers[0], numbers[1], numbers[2]))
 
 
@@ -86,7 +87,7 @@ def open_user(
         seed: of what `random` does.
 
     Raises:
-        FileError: RecordingError or ScriptError, with file, line and what would be right.
+        FileError: with file, line and what would be right.
     """
     if not scene.touchable:
         return _open(source, scene, requests, size, seed)
@@ -99,7 +100,7 @@ def _open(source: str, scene: Scene, requests: int | None, size: float | None, s
         return LivePerson(scene.user_start or _middle(scene.room))
     if not is_recording(source):
         if size is not None:
-            raise ScriptError(source, 0, "only a recording can be stretched")
+            raise mistake(source, "only a recording can be stretched")
         if source == wanderer.NAME:
             start = scene.user_start or _middle(scene.room)
             return wanderer.Wanderer(scene.room, start, seed, requests)
@@ -117,14 +118,13 @@ def place_at(recording: Recording, room: Room, place: tuple[float, float, float]
     """The recording with its middle at (x, y), turned by yaw.
 
     Raises:
-        RecordingError: the walk would leave the free floor.
+        FileError: the walk would leave the free floor.
     """
     placed = recording.placed(*place)
     for stamp, x, y in zip(placed.stamps_ns, placed.xs, placed.ys, strict=True):
         if not room.is_free(x, y):
-            raise RecordingError(
+            raise mistake(
                 recording.name,
-                0,
                 f"at @{place[0]:g},{place[1]:g},{place[2]:g} the person would be at "
                 f"({x:.2f}, {y:.2f}) after {stamp * 1e-9:.2f} s, which is not on the free floor",
             )
@@ -135,7 +135,7 @@ def place_in_largest_disc(recording: Recording, room: Room) -> Recording:
     """The recording in the centre of the largest free disc, at the first yaw that fits.
 
     Raises:
-        RecordingError: no yaw in steps of pi/8 keeps the 0.5 m disc on the free floor.
+        FileError: no yaw in steps of pi/8 keeps the 0.5 m disc on the free floor.
     """
     disc = room.largest_free_disc
     for step in range(_STEPS):
@@ -143,9 +143,8 @@ def place_in_largest_disc(recording: Recording, room: Room) -> Recording:
         if _keeps_clear(placed, room):
             return placed
     width, height = recording.size
-    raise RecordingError(
+    raise mistake(
         recording.name,
-        0,
         f"a walk of {width:.2f} m x {height:.2f} m does not fit into the free floor about "
         f"({disc.x:.2f}, {disc.y:.2f}), the centre of the largest free disc (radius "
         f"{disc.radius:.2f} m), at any yaw in steps of pi/8; give a place as @x,y,yaw",

@@ -5,18 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from engine.files.finding import CODE, FileError, Finding, mistake
 from hw.geometry import Pose2
 from hw.pedestrian import Pedestrian
 from hw.person import RADIUS, Touch
 from hw.room import Room
-from hw.script import Approach, Look, LoseTracking, Request, Script, ScriptError, Stand, Turn, Walk
+from hw.script import Approach, Look, LoseTracking, Request, Script, Stand, Turn, Walk
 
 
 class Walker(Pedestrian):
     """Follows a script; ends after its rounds, or after so many requests and the stand after them.
 
     Raises:
-        ScriptError: a walk leaves the free floor, or nothing says where to start.
+        FileError: walks leave the free floor, or nothing says where to start.
     """
 
     def __init__(
@@ -24,9 +25,7 @@ class Walker(Pedestrian):
     ) -> None:
         begin = script.start or start
         if begin is None:
-            raise ScriptError(
-                script.path, 0, "no start, neither here nor as user.start in the scene"
-            )
+            raise mistake(script.path, "no start, neither here nor as user.start in the scene")
         _check_walks(script, room, begin)
         self._script, self._left = script, requests
         super().__init__(room, begin, script.turn_rate)
@@ -89,17 +88,16 @@ class Walker(Pedestrian):
 def _check_walks(script: Script, room: Room, start: Pose2) -> None:
     x, y = start.x, start.y
     if not room.is_free(x, y):
-        raise ScriptError(script.path, 0, f"the start ({x:g}, {y:g}) is not on the free floor")
-    for step, line in zip(script.steps, script.lines, strict=True):
+        raise mistake(script.path, f"the start ({x:g}, {y:g}) is not on the free floor")
+    findings = []
+    for step, place in zip(script.steps, script.places, strict=True):
         if isinstance(step, Approach):
-            return  # where the person is from here on depends on the robot
+            break  # where the person is from here on depends on the robot
         if not isinstance(step, Walk):
             continue
         if not room.sees(x, y, step.x, step.y):
-            raise ScriptError(
-                script.path,
-                line,
-                f"the way from ({x:g}, {y:g}) to ({step.x:g}, {step.y:g}) leaves the free floor; "
-                "go round the wall in several walks",
-            )
+            way = f"the way from ({x:g}, {y:g}) to ({step.x:g}, {step.y:g}) leaves the free floor"
+            findings.append(Finding(CODE, way, place, "go round the wall in several walks"))
         x, y = step.x, step.y
+    if findings:
+        raise FileError(findings)

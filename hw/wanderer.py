@@ -11,11 +11,12 @@ import math
 import random
 from collections.abc import Iterator
 
+from engine.files.finding import mistake
 from hw.geometry import Pose2
 from hw.pedestrian import Pedestrian
 from hw.person import RADIUS, Touch
 from hw.room import Point, Room
-from hw.script import ScriptError, Walk
+from hw.script import Walk
 
 NAME = "random"
 ABOUT = "Wanders about by chance, by --seed: places, headings, speeds, pauses, touches asked for."
@@ -39,14 +40,13 @@ class Wanderer(Pedestrian):
     and the pause after them; None: never.
 
     Raises:
-        ScriptError: the start is nearer than RADIUS to a wall, so that no way leads on.
+        FileError: the start is nearer than RADIUS to a wall, so that no way leads on.
     """
 
     def __init__(self, room: Room, start: Pose2, seed: int, requests: int | None = None) -> None:
         if room.clearance(start.x, start.y) < RADIUS:
-            raise ScriptError(
+            raise mistake(
                 NAME,
-                0,
                 f"the start ({start.x:g}, {start.y:g}) is not {RADIUS:g} m away from walls; "
                 "give user.start in the scene",
             )

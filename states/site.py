@@ -6,12 +6,14 @@ is derived from it is made when first asked for and is the same ever after.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
 from engine.files.units import Angle, Length, Speed
+from engine.files.values import Range, above_0
 from hw.geometry import Outline, Pose2, Twist2
 from hw.robot import MotionLimits, RobotModel
 from hw.room import Room
@@ -40,11 +42,11 @@ class CostmapValues:
     `height` are those of the local window about the robot, m (R37).
     """
 
-    resolution: Length
-    inflation_radius: Length
-    cost_scaling_factor: float
-    width: Length
-    height: Length
+    resolution: Annotated[Length, Range(0.01, 0.25)]
+    inflation_radius: Annotated[Length, Range(0.0, 5.0)]
+    cost_scaling_factor: Annotated[float, Range(0.0, 100.0)]
+    width: Annotated[Length, Range(1.0, 100.0)]
+    height: Annotated[Length, Range(1.0, 100.0)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,11 +61,11 @@ class Subsystem:
 
     planner: Literal["exact", "theta_star", "navfn"]
     local_planner: Literal["profile", "teb"]
-    max_speed: Speed
-    inflation: Length
-    user_radius: Length
-    tolerance: Length
-    yaw_tolerance: Angle
+    max_speed: Annotated[Speed, above_0(5.0)]
+    inflation: Annotated[Length, above_0(5.0)]
+    user_radius: Annotated[Length, above_0(5.0)]
+    tolerance: Annotated[Length, above_0(1.0)]
+    yaw_tolerance: Annotated[Angle, above_0(math.pi)]
     costmap: CostmapValues
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cobodeck.console import FAILED, OK, Problem, show, show_json, table
+from engine.files.finding import FileError
 
 if TYPE_CHECKING:
     from states.arm.model import Manipulator
@@ -145,13 +146,13 @@ def arm_of(robot: str, tool: str | None) -> Manipulator:
     Raises:
         Problem: the length cannot be, or a file is wrong or missing.
     """
-    from hw.robot import RobotError, load_robot
+    from hw.robot import load_robot
     from states.arm.model import manipulator_of
 
     length = _number(tool)
     try:
         arm = manipulator_of(load_robot(robot, prop=tool if length is None else None))
-    except RobotError as error:
+    except FileError as error:
         raise Problem(str(error)) from None
     if length is None:
         return arm

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from cobodeck.arguments import length, word
 from cobodeck.console import FAILED, OK, Problem, show, show_json, table
 from cobodeck.wiring import PROFILE
+from engine.files.source import read_file
 
 if TYPE_CHECKING:
     from behaviors.profile import Profile
@@ -128,14 +129,10 @@ def _floor(place: str, corners: str) -> tuple[str, RoomFloor | MapFloor, tuple[s
 
 def _is_map(place: str) -> bool:
     """A file that says `image:` is a map; one that cannot be read is left to the scene reader."""
-    from hw.document import FileError, read_document
-
     if not Path(place).is_file():
         return False
-    try:
-        return "image" in read_document(Path(place), FileError).mapping()
-    except FileError:
-        return False
+    source = read_file(Path(place))
+    return isinstance(source.value, dict) and "image" in source.value
 
 
 def figures(found: Report) -> dict[str, Any]:

@@ -10,7 +10,8 @@ from engine.chart import Node, Reference, key_mark_of, mark_of
 from engine.check.callee import Callee, parameter_type
 from engine.check.subject import Site, Subject, unknown_key
 from engine.files.source import Map, Mark
-from engine.types import Mismatch, Type, convert, fits
+from engine.files.values import Mismatch
+from engine.types import Type, convert, fits
 
 LONGEST = 1e9  # seconds of a timeout or wait, about 30 years
 

@@ -7,7 +7,8 @@ from typing import Any
 from engine.chart import key_mark_of, mark_of
 from engine.check.subject import Subject
 from engine.files.source import Map, Mark
-from engine.types import ANY, Mismatch, Type, convert, fits
+from engine.files.values import Mismatch
+from engine.types import ANY, Type, convert, fits
 
 
 def check_declarations(subject: Subject) -> None:

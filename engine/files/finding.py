@@ -9,11 +9,16 @@ from typing import Literal, NamedTuple
 
 Severity = Literal["error", "warning"]
 
+CODE = "D01"
+"""Names the rule that a file other than a chart has broken: its keys and values are as wanted."""
 LONGEST_GUESS = 60  # letters of a word that is compared with others; it takes their square
 
 
 class Place(NamedTuple):
-    """A stretch of one file; lines and columns count from 1, the end column is exclusive."""
+    """A stretch of one file; lines and columns count from 1, the end column is exclusive.
+
+    An empty stretch stands for the whole file.
+    """
 
     file: str
     line: int
@@ -21,6 +26,8 @@ class Place(NamedTuple):
     end_column: int
 
     def __str__(self) -> str:
+        if self.end_column == self.column:
+            return self.file
         return f"{self.file}:{self.line}:{self.column}"
 
 
@@ -36,19 +43,54 @@ class Finding:
     related: tuple[tuple[Place, str], ...] = ()
 
 
+class FileError(ValueError):
+    """Files that cannot be used. `findings` holds every mistake, the text has a line for each."""
+
+    def __init__(self, findings: Iterable[Finding]) -> None:
+        self.findings = tuple(in_order(findings))
+        super().__init__(self.findings)
+
+    def __str__(self) -> str:
+        return "\n".join(
+            f"{finding.place}: {finding.message}{_hint(finding)}{_notes(finding)}"
+            for finding in self.findings
+        )
+
+
+def mistake(
+    file: object, message: str, line: int = 0, hint: str = "", code: str = CODE
+) -> FileError:
+    """The error for one mistake in a line of a file, or in the whole of it (line 0)."""
+    place = Place(str(file), line, 1, 2) if line else Place(str(file), 1, 1, 1)
+    return FileError([Finding(code, message, place, hint)])
+
+
 def one_line(finding: Finding) -> str:
     """`file:line:column: error[CODE] message; hint`."""
-    hint = f"; {finding.hint}" if finding.hint else ""
-    return f"{finding.place}: {finding.severity}[{finding.code}] {finding.message}{hint}"
+    return f"{finding.place}: {finding.severity}[{finding.code}] {finding.message}{_hint(finding)}"
+
+
+def _hint(finding: Finding) -> str:
+    return f"; {finding.hint}" if finding.hint else ""
+
+
+def _notes(finding: Finding) -> str:
+    return "".join(f" ({note}: {place})" for place, note in finding.related)
+
+
+def nearest(word: object, known: Iterable[str]) -> str | None:
+    """The known word that a misspelt one most likely stands for."""
+    short = sorted(name for name in set(known) if len(name) <= LONGEST_GUESS)
+    near = difflib.get_close_matches(str(word)[:LONGEST_GUESS], short, n=1, cutoff=0.6)
+    return near[0] if near else None
 
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:
     """A suggestion for a misspelt `word`, or the allowed values when nothing is near."""
     names = sorted(set(known))
-    short = [name for name in names if len(name) <= LONGEST_GUESS]
-    near = difflib.get_close_matches(str(word)[:LONGEST_GUESS], short, n=1, cutoff=0.6)
-    if near:
-        return f"did you mean {near[0]!r}?"
+    near = nearest(word, names)
+    if near is not None:
+        return f"did you mean {near!r}?"
     if not names:
         return "nothing is allowed here"
     shown = ", ".join(names[:12]) + (", …" if len(names) > 12 else "")

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import yaml
 
-from engine.files.finding import Finding, Place
+from engine.files.finding import FileError, Finding, Place
+from engine.files.text import read_bytes
 
 MAX_DEPTH = 64
 MAX_BYTES = 1_000_000
@@ -67,6 +69,15 @@ class Source:
         self.findings.append(Finding(code, message, self.place(mark), hint))
 
 
+def read_file(path: Path) -> Source:
+    """Read a YAML file; every mistake becomes a finding, nothing is raised."""
+    try:
+        data = read_bytes(path, MAX_BYTES)
+    except FileError as error:
+        return Source(str(path), "", findings=list(error.findings))
+    return read(data, str(path))
+
+
 def read(data: bytes, file: str) -> Source:
     """Read YAML bytes; every mistake becomes a finding, nothing is raised."""
     if len(data) > MAX_BYTES:
@@ -99,9 +110,7 @@ def _compose(source: Source) -> None:
         source.value = None
     except yaml.MarkedYAMLError as error:
         source.value = None
-        mark = error.problem_mark or error.context_mark
-        at = (mark.line + 1, mark.column + 1, mark.column + 2) if mark else (1, 1, 2)
-        source.report("Y01", f"not YAML: {error.problem or error.context}", at)
+        _report_form(source, error)
     except yaml.reader.ReaderError as error:
         source.value = None
         good = source.text[: error.position]
@@ -109,6 +118,28 @@ def _compose(source: Source) -> None:
         source.report("Y01", f"a character that YAML forbids: {error.character!r}", at)
     finally:
         loader.dispose()
+
+
+def _report_form(source: Source, error: yaml.MarkedYAMLError) -> None:
+    """What libyaml says, with the place where what it could not end has begun."""
+    lines = source.text.split("\n")
+    at = _within(lines, error.problem_mark or error.context_mark)
+    line = lines[at[0] - 1]
+    is_tab = "\t" in line[: len(line) - len(line.lstrip())]
+    hint = "indent with spaces, not with tabs" if is_tab else ""
+    begun = _within(lines, error.context_mark)
+    notes = ((source.place(begun), error.context),) if error.context and begun != at else ()
+    message = f"not YAML: {error.problem or error.context}"
+    source.findings.append(Finding("Y01", message, source.place(at), hint, related=notes))
+
+
+def _within(lines: list[str], mark: Any) -> Mark:
+    """A mark of libyaml; one behind the end of the text stands at its last line."""
+    if mark is None:
+        return (1, 1, 2)
+    if mark.line < len(lines):
+        return (mark.line + 1, mark.column + 1, mark.column + 2)
+    return (len(lines), len(lines[-1]) + 1, len(lines[-1]) + 2)
 
 
 class _Builder:
@@ -239,16 +270,16 @@ class _Builder:
 
     def _alias(self, event: Any) -> None:
         at = _mark(event)
-        self.source.report("Y03", f"alias *{event.anchor}", at, "write the value out, or `use:`")
+        self.source.report("Y03", f"alias *{event.anchor}", at, "write the value out")
         if type(self.into) is Map and self.key is None:
             raise _GiveUp
         self._put(None, at)
 
     def _no_anchor(self, event: Any, at: Mark) -> None:
         if event.anchor is not None:
-            self.source.report("Y03", f"anchor &{event.anchor}", at, "charts have no anchors")
+            self.source.report("Y03", f"anchor &{event.anchor}", at, "write the value out")
         else:
-            self.source.report("Y03", f"tag {event.tag}", at, "charts have no tags")
+            self.source.report("Y03", f"tag {event.tag}", at, "leave it out")
 
 
 def _mark(event: Any) -> Mark:

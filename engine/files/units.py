@@ -23,8 +23,10 @@ UNITS: dict[str, tuple[str, float, float]] = {
     "m/s2": ("acceleration", 1, 1), "m/s²": ("acceleration", 1, 1),
     "rad/s2": ("angular_acceleration", 1, 1), "rad/s²": ("angular_acceleration", 1, 1),
     "deg/s2": ("angular_acceleration", 3.141592653589793, 180),
-    "kg": ("mass", 1, 1), "g": ("mass", 1, 1e3), "N": ("force", 1, 1), "Hz": ("frequency", 1, 1),
-    "%": ("ratio", 1, 100),
+    "rad/s3": ("angular_jerk", 1, 1), "rad/s³": ("angular_jerk", 1, 1),
+    "deg/s3": ("angular_jerk", 3.141592653589793, 180),
+    "kg": ("mass", 1, 1), "g": ("mass", 1, 1e3), "N": ("force", 1, 1), "Nm": ("torque", 1, 1),
+    "Hz": ("frequency", 1, 1), "%": ("ratio", 1, 100),
 }  # fmt: skip
 _QUANTITY = re.compile(r"([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\s\d].*)\Z")
 
@@ -43,9 +45,18 @@ Speed = Annotated[float, Dimension("speed")]
 AngularSpeed = Annotated[float, Dimension("angular_speed")]
 Acceleration = Annotated[float, Dimension("acceleration")]
 AngularAcceleration = Annotated[float, Dimension("angular_acceleration")]
+AngularJerk = Annotated[float, Dimension("angular_jerk")]
+Mass = Annotated[float, Dimension("mass")]
+Force = Annotated[float, Dimension("force")]
+Torque = Annotated[float, Dimension("torque")]
 Ratio = Annotated[float, Dimension("ratio")]
 
 DIMENSIONS = tuple(dict.fromkeys(dimension for dimension, _, _ in UNITS.values()))
+
+
+def si_unit(dimension: str) -> str:
+    """The unit in which numbers of a dimension are kept; empty if they have none."""
+    return next((u for u, (d, n, per) in UNITS.items() if d == dimension and n == per), "")
 
 
 def quantity(text: str) -> tuple[float, str] | None:

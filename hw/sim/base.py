@@ -4,26 +4,25 @@ Speed and acceleration are limited as lengths of the vector over the floor (R50)
 direction is favoured; a command beyond a limit is scaled as a whole and keeps its direction. Wheel
 rates are limited too: a Mecanum base that goes sideways or turns spends more of them.
 
-With a safety chain the base has its own loop at 100 Hz or more, and the chain is asked in each
-cycle, after the ramps and last before the wheels; what it takes away is braked away.
+With a gate the base has its own loop at 100 Hz or more, and the gate is asked in each cycle, after
+the ramps and last before the wheels; what it takes away is braked away.
 """
 
 from __future__ import annotations
 
 import math
-from collections import deque
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
+from hw.guarded import CYCLE_NS, GuardedBase
 from hw.interfaces import DriveMode
 from hw.robot import MotionLimits, RobotModel
-from hw.safety import SafetyChain, SafetyRecord
 from hw.samples import Sample
+from hw.sim.sensors import Noise, added
 
 _GRAVITY = 9.81
+_EXACT = Pose2(0.0, 0.0)
 _TURN_STEP = 0.01
 """Pieces of a turn, rad, in which the direction of the wanted velocity stays as it is."""
-CYCLE_S = 0.01
-"""Longest cycle of a base with a safety chain, s."""
 _TURN_SHARE = math.sqrt(0.5)
 """Of the acceleration, the share a differential base may spend on curves."""
 
@@ -38,12 +37,19 @@ class SimBase:
     `differential` mode the base goes along its heading only, and the curve is widened where speed
     times yaw rate would exceed the acceleration. A change of mode waits for standstill.
 
-    `chain` is the safety chain in front of the wheels; None: there is none.
+    `gate` is asked what may go to the wheels; None: all of it. `noise` is that of the pose as it is
+    measured, by the gate too; `pose` is the true one.
     """
 
     signals: tuple[str, ...] = ("base.pose", "base.twist")
 
-    def __init__(self, model: RobotModel, limits: MotionLimits, start: Pose2) -> None:
+    def __init__(
+        self,
+        model: RobotModel,
+        limits: MotionLimits,
+        start: Pose2,
+        noise: Noise | None = None,
+    ) -> None:
         base = model.base
         self.pose = start
         self.mode: DriveMode = base.modes[0]
@@ -51,7 +57,8 @@ class SimBase:
         self.distance_m = 0.0
         self.energy_j = 0.0
         self.braked = False
-        self.chain: SafetyChain | None = None
+        self.gate: GuardedBase | None = None
+        self._noise, self._error = noise, _EXACT
         self._model = base
         self._mass = model.mass
         self._rolling = base.rolling_resistance * model.mass * _GRAVITY
@@ -67,8 +74,6 @@ class SimBase:
         self._target = STILL
         self._wanted_mode = self.mode
         self._now = 0
-        self._commanded = 0
-        self._told_to_stop = True
         self._expires = 0
         self._x, self._y, self._yaw = start.x, start.y, start.yaw
         self._vx = self._vy = self._wz = self._kinetic = 0.0
@@ -88,29 +93,19 @@ class SimBase:
         """Go at this velocity; see `Base`."""
         Twist2.checked(command.vx, command.vy, command.wz)
         self._target = self._limited(command)
-        self._commanded, self._told_to_stop = self._now, False
         self._expires = self._now + self._timeout_ns
-
-    def grant(self, pose: Pose2 | None) -> None:
-        """A request is served from this pose; see `Base`."""
-        if self.chain is not None:
-            self.chain.grant(pose)
-
-    @property
-    def safety(self) -> deque[SafetyRecord]:
-        """The newest cycles of the safety chain, oldest first; empty without one."""
-        return deque() if self.chain is None else self.chain.records
 
     def stop(self) -> None:
         """Slow down to standstill; see `Base`."""
-        self._target, self._told_to_stop = STILL, True
+        self._target = STILL
 
     def samples(self, now_ns: int) -> list[Sample]:
         """Pose and twist of this instant."""
         if self._reported == now_ns:
             return []
         self._reported = now_ns
-        return [Sample("base.pose", now_ns, self.pose), Sample("base.twist", now_ns, self.twist)]
+        pose = self._measured()
+        return [Sample("base.pose", now_ns, pose), Sample("base.twist", now_ns, self.twist)]
 
     def block(self, pose: Pose2) -> None:
         """Something solid holds the base: it stands at once, at this pose."""
@@ -126,6 +121,12 @@ class SimBase:
             self._move(max(self._now, self._expires))
             self._target = STILL
         self._move(until_ns)
+        if self._noise is not None:
+            self._error = self._noise.error(until_ns)
+
+    def _measured(self) -> Pose2:
+        """Where the base takes itself to be: the error stays as it is until the next instant."""
+        return self.pose if self._noise is None else added(self.pose, self._error)
 
     def _limited(self, command: Twist2) -> Twist2:
         vx, wz = command.vx, command.wz
@@ -150,32 +151,31 @@ class SimBase:
             self.mode = self._wanted_mode
             if target.vx == 0.0 and target.vy == 0.0 and target.wz == 0.0:
                 self.twist = STILL
-                if self.chain is not None:
-                    self.chain.rest(since)
+                if self.gate is not None:
+                    self.gate.rest(since)
                 return
         elif self.mode != self._wanted_mode:
             target = STILL
         turning = max(abs(self._wz), abs(target.wz)) * span
         pieces = max(1, math.ceil(turning / _TURN_STEP))
-        if self.chain is not None and span > 0.0:
-            self._go_guarded(self.chain, target, since, max(pieces, math.ceil(span / CYCLE_S)))
+        if self.gate is not None and span > 0.0:
+            cycles = -(-(until_ns - since) // CYCLE_NS)
+            self._go_gated(self.gate, target, since, max(pieces, cycles))
             return
         for _ in range(pieces):
             self._step(self._toward(target, span / pieces, self.braked))
         self.pose = Pose2(self._x, self._y, self._yaw)
         self.twist = self._twist((0.0, 0.0, 0.0, (self._vx, self._vy, self._wz)))
 
-    def _go_guarded(self, chain: SafetyChain, target: Twist2, since: int, cycles: int) -> None:
+    def _go_gated(self, gate: GuardedBase, target: Twist2, since: int, cycles: int) -> None:
         span = self._now - since
         h = span * 1e-9 / cycles
-        chain.holonomic = self.mode == "omni"
         braked = self.braked
         for cycle in range(cycles):
             now = since + span * cycle // cycles
             motion = self._toward(target, h, braked)
             command = self._twist(motion)
-            stamp = now if self._told_to_stop else self._commanded  # a stop does not get old
-            admitted = chain.admit(now, command, stamp, self.pose, self.twist).admitted
+            admitted = gate.admit(now, command, self._measured(), self.twist)
             if admitted is not command:
                 motion = self._toward(self._limited(admitted), h, braked=True)
                 command = self._twist(motion)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 
 from hw.geometry import Pose3
 from hw.person import Person
 from hw.room import Room
-from hw.samples import BumperHit, Sample
+from hw.samples import BumperHit, Sample, UserPose
+from hw.sim.sensors import Noise
 
 STILL_SPEED = 0.1
 """Below this speed, m/s, a person counts as standing still."""
@@ -18,32 +20,45 @@ PATIENCE_NS = 5_000_000_000
 
 
 class SimTrackers:
-    """Hands on what tracking saw of the person, and nothing during drop-outs.
+    """Hands on what tracking saw of the person, `delay_ns` later, and nothing during drop-outs.
 
-    With a room, nothing either while the person is outside its tracked area (R6).
+    With a room, nothing either while the person is outside its tracked area (R6). A sample keeps
+    the stamp of when it was seen.
     """
 
     signals: tuple[str, ...] = ("user.pose",)
 
-    def __init__(self, person: Person, room: Room | None = None) -> None:
+    def __init__(
+        self,
+        person: Person,
+        room: Room | None = None,
+        delay_ns: int = 0,
+        noise: Noise | None = None,
+    ) -> None:
         self._person, self._room = person, room
-        self._given: Sample | None = None
+        self._delay_ns, self._noise = delay_ns, noise
+        self._seen: Sample | None = None
+        self._pending: deque[Sample] = deque()
 
-    @property
-    def newest(self) -> Sample | None:
-        """What tracking sees at this instant."""
-        body = self._person.body
+    def step(self) -> None:
+        """Look at the person."""
+        seen, body = self._person.measured, self._person.body
+        if seen is None or seen is self._seen:
+            return
         if self._room is not None and not self._room.is_tracked(body.x, body.y):
-            return None
-        return self._person.measured
+            return
+        self._seen = seen
+        name, stamp, value = seen
+        if self._noise is not None and isinstance(value, UserPose):
+            seen = Sample(name, stamp, self._noise.user(value, stamp))
+        self._pending.append(seen)
 
-    def samples(self, now_ns: int) -> list[Sample]:  # noqa: ARG002
-        """The newest pose, once."""
-        newest = self.newest
-        if newest is None or newest is self._given:
-            return []
-        self._given = newest
-        return [newest]
+    def samples(self, now_ns: int) -> list[Sample]:
+        """What was seen and has arrived since the last call."""
+        arrived, pending = [], self._pending
+        while pending and pending[0].stamp_ns + self._delay_ns <= now_ns:
+            arrived.append(pending.popleft())
+        return arrived
 
 
 class SimVr:

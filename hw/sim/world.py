@@ -6,22 +6,24 @@ Person, room and arm may be missing. All of it is plain Python and deterministic
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Protocol
 
+from engine.files.finding import mistake
 from hw.geometry import Pose2, Twist2, wrap
+from hw.guarded import CYCLE_NS, GuardedBase
 from hw.interfaces import Arm, Base, Part
 from hw.person import RADIUS, Person
 from hw.robot import MotionLimits, RobotModel
 from hw.room import Room
-from hw.safety import SafetyChain, SafetyRecord
 from hw.safety_limits import SafetyLimits
-from hw.samples import ArmState, UserPose
-from hw.scene import Scene, SceneError
+from hw.samples import ArmState
+from hw.scene import Scene
 from hw.sim.arm import SimArm
 from hw.sim.base import SimBase
 from hw.sim.contact import gap, rectangle_segment_distance, swept_gap
+from hw.sim.sensors import IDEAL, SensorModel
 from hw.sim.surroundings import ScriptedOperator, SimBumper, SimStopLine, SimTrackers, SimVr
 from hw.sim.tool import Hand
 
@@ -41,12 +43,7 @@ class MovingBase(Base, Protocol):
     distance_m: float
     energy_j: float
     braked: bool
-    chain: SafetyChain | None
-
-    @property
-    def safety(self) -> deque[SafetyRecord]:
-        """The newest cycles of the safety chain, oldest first; empty without one."""
-        ...
+    gate: GuardedBase | None
 
     def advance(self, until_ns: int) -> None:
         """Move on to until_ns."""
@@ -77,11 +74,12 @@ class World:
     a person. With `area_only` the person is tracked in the room's tracked area only (R6), else
     everywhere. Without a scene the robot starts at the map's origin and meets no walls.
 
-    With `safety` a chain with these limits stands in front of the wheels; `base.safety` holds its
-    newest cycles, and a stop that latches pulls the stop line. None: there is no chain.
+    `guard` is the part `base`: it stands in front of the wheels, which are `base`. A stop that it
+    latches pulls the stop line. `safety`: the limits of its chain; None: those of the robot.
+    `operator`: a scripted one looks after faults; if not, somebody else has to.
 
     Raises:
-        SceneError: the robot's outline touches a wall or the person at the start.
+        FileError: the robot's outline touches a wall or the person at the start.
     """
 
     def __init__(  # noqa: PLR0913 - most are optional
@@ -97,17 +95,16 @@ class World:
         area_only: bool = False,
         safety: SafetyLimits | None = None,
         latency_ns: int = 0,
+        sensors: SensorModel = IDEAL,
+        operator: bool = True,
     ) -> None:
         limits = limits or MotionLimits()
         self.scene, self.robot, self.person = scene, robot, person
         self.latency_ns = latency_ns
         start = Pose2(0.0, 0.0) if scene is None else scene.robot_start
-        self.base = base or SimBase(robot, limits, start)
+        self.base = base or SimBase(robot, limits, start, sensors.of_pose)
         self.arm = arm or SimArm(robot.arm, limits)
         self.hand = hand or Hand.of(robot.prop)
-        self.safety = safety
-        if safety is not None:
-            self.base.chain = SafetyChain(safety)
         self.now_ns = 0
         self.contacts = 0
         self.wall_hits = 0
@@ -116,10 +113,16 @@ class World:
         self.min_gap = math.inf if person is None else self._gap_to(person.body)
         self._walls = None if scene is None else _Walls(scene.room, robot)
         self._line = SimStopLine(self._release)
+        safety = safety or SafetyLimits.of(robot, limits)
+        if person is None:
+            safety = replace(safety, watched=False)
+        self.guard = GuardedBase(self.base, safety, robot.arm.parked, self._line.pull)
         self._bumper = SimBumper(self._line)
-        self._operator = ScriptedOperator(self._line, by_hand=self._push_off)
+        self._operator = None
+        if operator:
+            self._operator = ScriptedOperator(self._line, by_hand=self._push_off)
         parts: dict[str, Part | None] = {
-            "base": self.base,
+            "base": self.guard,
             "arm": self.arm,
             "bumper": self._bumper,
             "stop_line": self._line,
@@ -132,8 +135,10 @@ class World:
         if person is not None:
             room = None if scene is None or not area_only else scene.room
             parts["vr"] = self._vr = SimVr(person)
-            parts["trackers"] = self._trackers = SimTrackers(person, room)
-        self.parts: Mapping[str, Part] = {k: part for k, part in parts.items() if part is not None}
+            parts["trackers"] = self._trackers = SimTrackers(
+                person, room, round(sensors.tracking_delay * 1e9), sensors.of_tracking
+            )
+        self.parts: Mapping[str, Any] = {k: part for k, part in parts.items() if part is not None}
         self._own: tuple[Any, ...] = ()
         self._check_start()
 
@@ -148,9 +153,17 @@ class World:
         return self
 
     def add(self, parts: Mapping[str, Part]) -> None:
-        """Parts of one's own, in place of those of the same names; `advance` moves them on."""
-        self.parts = {**self.parts, **parts}
-        self._own = tuple(part for part in parts.values() if hasattr(part, "advance"))
+        """Parts of one's own, in place of those of the same names; `advance` moves them on.
+
+        A base of one's own gets a guard too, which lets it go from cycle to cycle.
+        """
+        self._own += tuple(part for part in parts.values() if hasattr(part, "advance"))
+        own: dict[str, Any] = dict(parts)
+        if "base" in own:
+            limits, parked = self.guard.chain.limits, self.robot.arm.parked
+            self.guard = GuardedBase(own["base"], limits, parked, self._line.pull)
+            own["base"] = self.guard
+        self.parts = {**self.parts, **own}
 
     def quiet_until(self) -> int:
         """Something is measured at every instant."""
@@ -177,12 +190,11 @@ class World:
         self._advance(to_ns)
 
     def _advance(self, now_ns: int) -> None:
-        self._elapsed_s, self.now_ns = (now_ns - self.now_ns) * 1e-9, now_ns
+        since_ns, self.now_ns = self.now_ns, now_ns
+        self._elapsed_s = (now_ns - since_ns) * 1e-9
         base, arm, person = self.base, self.arm, self.person
         robot_before = base.pose
         base.braked = arm.braked = self._line.reason is not None
-        if base.chain is not None:
-            base.chain.stop_line = self._line.reason
         base.advance(now_ns)
         arm.advance(now_ns)
         self.hand.advance(now_ns, braked=arm.braked)
@@ -190,9 +202,17 @@ class World:
             self._hit_wall(robot_before)
         if person is not None:
             self._advance_person(person, robot_before)
-        if base.chain is not None:
-            self._tell(base.chain)
-        self._operator.step(now_ns)
+        if self._operator is not None:
+            self._operator.step(now_ns)
+        self._advance_own(since_ns, now_ns)
+
+    def _advance_own(self, since_ns: int, now_ns: int) -> None:
+        """Parts of one's own; a base among them from cycle to cycle."""
+        wheels: Any = self.guard.base
+        if wheels is not self.base:
+            for now in range(since_ns, now_ns, CYCLE_NS):
+                self.guard.cycle(now)
+                wheels.advance(min(now + CYCLE_NS, now_ns))
         for part in self._own:
             part.advance(now_ns)
 
@@ -202,7 +222,9 @@ class World:
         if self.base.pose is not robot_before or person.body is not body_before:
             self._watch_gap(person, robot_before, body_before)
         assert self._vr is not None
+        assert self._trackers is not None
         self._vr.step(self.now_ns)
+        self._trackers.step()
 
     def _hits_wall(self, pose: Pose2) -> bool:
         return self._walls is not None and self._walls.hit_by(pose)
@@ -210,20 +232,9 @@ class World:
     def _gap_to(self, body: Pose2) -> float:
         return gap(self.robot.footprint, self.base.pose, body.x, body.y)
 
-    def _tell(self, chain: SafetyChain) -> None:
-        """What the chain has to know by itself, and what others have to know of it."""
-        if self._trackers is not None and self._vr is not None:
-            seen = self._trackers.newest
-            if seen is not None and isinstance(seen.value, UserPose):
-                chain.see(self.now_ns, seen.stamp_ns, seen.value.body.x, seen.value.body.y)
-            chain.request(self._vr.requesting)
-        if chain.latched is not None:
-            self._line.pull(chain.latched)
-
     def _release(self) -> bool:
         """May the stop line be reset?"""
-        chain = self.base.chain
-        free = not self.touching and (chain is None or chain.reset(self.now_ns))
+        free = not self.touching and self.guard.reset(self.now_ns)
         self._touched = self._touched and not free
         return free
 
@@ -272,12 +283,11 @@ class World:
         start = self.base.pose
         place = f"robot.start ({start.x:g}, {start.y:g}, {start.yaw:g})"
         if self._hits_wall(start):
-            raise SceneError(self.scene.name, 0, f"{place}: the robot would touch a wall")
+            raise mistake(self.scene.name, f"{place}: the robot would touch a wall")
         if self.person is not None and self.min_gap <= 0.0:
             body = self.person.body
-            raise SceneError(
+            raise mistake(
                 self.scene.name,
-                0,
                 f"{place}: the robot would touch the person, who starts at "
                 f"({body.x:.2f}, {body.y:.2f}); start one of them elsewhere",
             )

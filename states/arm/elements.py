@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from xml.parsers import expat
 
-from hw.document import FileError
+from engine.files.finding import FileError, mistake
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +23,7 @@ class Element:
     def fail(self, message: str) -> FileError:
         """The error to raise for this element."""
         name = f" '{self.attributes['name']}'" if "name" in self.attributes else ""
-        return FileError(self.path, self.line, f"<{self.tag}>{name} {message}")
+        return mistake(self.path, f"<{self.tag}>{name} {message}", self.line)
 
     def all(self, tag: str) -> Iterator[Element]:
         """Children of this kind."""
@@ -89,7 +89,8 @@ def elements(text: str, path: str) -> Element:
         stack.append(element)
 
     def refuse(*_: object) -> None:
-        raise FileError(path, parser.CurrentLineNumber, "has entities of its own; none are allowed")
+        line = parser.CurrentLineNumber
+        raise mistake(path, "has entities of its own; none are allowed", line)
 
     parser = expat.ParserCreate()
     parser.StartElementHandler = start
@@ -99,5 +100,5 @@ def elements(text: str, path: str) -> Element:
         parser.Parse(text, True)
     except expat.ExpatError as failure:
         reason = expat.errors.messages[failure.code]
-        raise FileError(path, failure.lineno, f"is not XML: {reason}") from None
+        raise mistake(path, f"is not XML: {reason}", failure.lineno) from None
     return top.children[0]

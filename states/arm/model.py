@@ -13,38 +13,36 @@ Frames (metres, radians, right-handed):
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Annotated, Literal, get_args
 
-from hw.document import Item, read_document
-from hw.prop import (
-    Capsule,
-    Placement,
-    Point,
-    Prop,
-    Six,
-    as_six,
-    capsule_from,
-    load_prop,
-    placement_from,
-    point_from,
-)
-from hw.robot import RobotModel
+from engine.files.finding import did_you_mean
+from engine.files.item import Fault, Item, load_yaml
+from engine.files.record import Name, record
+from engine.files.units import Length
+from engine.files.values import Count, Range
+from hw.places import AnyAngle
+from hw.prop import JOINTS, Capsule, Placement, Point, Prop, Radius, Six, load_prop
+from hw.robot import JointSpeed, RobotModel
 
 FOLDER = Path(__file__).parent
-LINKS = ("base", "shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
+LinkName = Literal["base", "shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3"]
+LINKS: tuple[LinkName, ...] = get_args(LinkName)
+_DhLength = Annotated[Length, Range(-5.0, 5.0)]
 
 
 @dataclass(frozen=True, slots=True)
 class Dh:
     """The six lengths of a UR arm, m (Denavit-Hartenberg; a2 and a3 are negative)."""
 
-    d1: float
-    a2: float
-    a3: float
-    d4: float
-    d5: float
-    d6: float
+    d1: _DhLength
+    a2: _DhLength
+    a3: _DhLength
+    d4: _DhLength
+    d5: _DhLength
+    d6: _DhLength
 
     def placements(self) -> tuple[Placement, ...]:
         """Each joint's frame in the link before it, at zero angles."""
@@ -66,6 +64,11 @@ class Box:
     name: str
     low: Point
     high: Point
+
+    def faults(self) -> Iterator[Fault]:
+        """What does not go together, by key."""
+        if not all(a < b for a, b in zip(self.low, self.high, strict=True)):
+            yield "high", f"{self.high} must be above {self.low} in all three"
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +115,7 @@ def manipulator_of(robot: RobotModel) -> Manipulator:
     """The arm of a robot: its mount, its calibration, and what it holds; or that of its URDF.
 
     Raises:
-        FileError, ValueError: the URDF is wrong, or its arm is none that this is made for.
+        FileError: the URDF is wrong, or its arm is none that this is made for.
     """
     arm = load_manipulator().with_tool(robot.prop)
     height, described = robot.arm.mount_height, robot.arm.urdf
@@ -130,82 +133,79 @@ def load_manipulator(path: Path | None = None) -> Manipulator:
     """An arm from its file with the standard prop; without one the UR10 (CB3) on the RB-KAIROS.
 
     Raises:
-        FileError: with file, line, key and what would be right.
+        FileError: every mistake in it, with file, line, column and what would be right.
     """
-    return manipulator_from(read_document(path or FOLDER / "ur10.yaml"), load_prop())
+    tool = load_prop()
+    return load_yaml(path or FOLDER / "ur10.yaml", lambda item: manipulator_from(item, tool))
+
+
+@dataclass(frozen=True, slots=True)
+class _Joint:
+    lower: AnyAngle
+    upper: AnyAngle
+    speed: JointSpeed
+
+    def faults(self) -> Iterator[Fault]:
+        if not self.lower < self.upper:
+            yield "upper", f"{self.upper:g} is not above the lower limit {self.lower:g}"
+
+
+@dataclass(frozen=True, slots=True)
+class _Capsule:
+    link: LinkName
+    start: Point
+    end: Point
+    radius: Radius
+    part: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Arm:
+    arm: Name
+    dh: Dh
+    joints: Mapping[str, _Joint]
+    mount: Placement
+    capsules: tuple[_Capsule, ...]
+    body: Annotated[tuple[Box, ...], Count(1)]
+    about: str = ""
+    apart: tuple[tuple[str, str], ...] = ()
+
+    def faults(self) -> Iterator[Fault]:
+        if len(self.joints) != JOINTS:
+            yield "joints", f"needs {JOINTS} joints, has {len(self.joints)}"
+        known = (*LINKS, *(capsule.part for capsule in self.capsules if capsule.part))
+        for n, pair in enumerate(self.apart):
+            for m, part in enumerate(pair):
+                if part not in known:
+                    yield f"apart.{n}.{m}", f"no link or part {part!r}; {did_you_mean(part, known)}"
 
 
 def manipulator_from(item: Item, tool: Prop) -> Manipulator:
     """Builds an arm from a mapping as in `ur10.yaml`, with this end effector.
 
     Raises:
-        FileError: with file, line, key and what would be right.
+        FileError: every mistake in it, with file, line, column and what would be right.
     """
-    part = item.section(
-        required=("arm", "dh", "joints", "mount", "capsules", "body"),
-        optional=("about", "apart"),
-    )
-    joints = part["joints"].mapping()
-    _require_six(part["joints"], len(joints))
-    numbers = [_joint(joint) for joint in joints.values()]
-    lower, upper, speed = (as_six(column) for column in zip(*numbers, strict=True))
-    dh = part["dh"].section(required=Dh.__slots__)
-    capsules = _capsules(part["capsules"])
+    read = record(item, _Arm)
+    joints = read.joints.values()
     return Manipulator(
-        name=part["arm"].text(),
-        joints=tuple(joints),
-        dh=Dh(*(dh[name].number() for name in Dh.__slots__)),
-        lower=lower,
-        upper=upper,
-        max_speed=speed,
-        mount=placement_from(part["mount"]),
-        capsules=capsules,
-        apart=_apart(part["apart"], capsules) if "apart" in part else (),
-        body=tuple(_box(box) for box in part["body"].items()),
+        name=read.arm,
+        joints=tuple(read.joints),
+        dh=read.dh,
+        lower=_six(joint.lower for joint in joints),
+        upper=_six(joint.upper for joint in joints),
+        max_speed=_six(joint.speed for joint in joints),
+        mount=read.mount,
+        capsules=tuple(
+            Capsule(LINKS.index(c.link), c.part or c.link, c.start, c.end, c.radius)
+            for c in read.capsules
+        ),
+        apart=read.apart,
+        body=read.body,
         tool=tool,
     )
 
 
-def _joint(item: Item) -> tuple[float, float, float]:
-    part = item.section(required=("lower", "upper", "speed"))
-    lower, upper, speed = (part[key].number() for key in ("lower", "upper", "speed"))
-    if not lower < upper:
-        raise part["upper"].fail(f"{upper:g} is not above the lower limit {lower:g}")
-    if speed <= 0.0:
-        raise part["speed"].fail(f"{speed:g} must be above 0")
-    return lower, upper, speed
-
-
-def _capsules(item: Item) -> tuple[Capsule, ...]:
-    return tuple(_capsule(capsule) for capsule in item.items())
-
-
-def _capsule(item: Item) -> Capsule:
-    part = item.section(required=("link", "start", "end", "radius"), optional=("part",))
-    link = part["link"].text(LINKS)
-    name = part["part"].text() if "part" in part else link
-    return capsule_from(part, LINKS.index(link), name)
-
-
-def _box(item: Item) -> Box:
-    part = item.section(required=("name", "low", "high"))
-    low, high = point_from(part["low"]), point_from(part["high"])
-    if not all(a < b for a, b in zip(low, high, strict=True)):
-        raise part["high"].fail(f"{high} must be above {low} in all three")
-    return Box(part["name"].text(), low, high)
-
-
-def _apart(item: Item, capsules: tuple[Capsule, ...]) -> tuple[tuple[str, str], ...]:
-    known = tuple(dict.fromkeys((*LINKS, *(capsule.part for capsule in capsules))))
-    pairs = []
-    for pair in item.items():
-        names = tuple(name.text(known) for name in pair.items())
-        if len(names) != 2:
-            raise pair.fail(f"needs two links or parts, has {len(names)}")
-        pairs.append((names[0], names[1]))
-    return tuple(pairs)
-
-
-def _require_six(item: Item, count: int) -> None:
-    if count != 6:
-        raise item.fail(f"needs 6 joints, has {count}")
+def _six(values: Iterable[float]) -> Six:
+    a, b, c, d, e, f = values
+    return a, b, c, d, e, f

@@ -14,7 +14,8 @@ from typing import Literal
 
 import numpy as np
 
-from hw.document import read_text, suggestion
+from engine.files.finding import did_you_mean
+from engine.files.text import read_text
 from hw.prop import Placement, Point
 from states.arm.elements import Element, elements
 from states.arm.kernels import Array
@@ -111,8 +112,8 @@ class Urdf:
         """
         for link in (base, tip):
             if link not in self.links:
-                known = suggestion(link, tuple(self.links))
-                raise ValueError(f"{self.name}: no link '{link}'{known}")
+                hint = did_you_mean(link, self.links)
+                raise ValueError(f"{self.name}: no link '{link}'; {hint}")
         above = {joint.child: joint for joint in self.joints}
         found: list[Joint] = []
         link = tip
@@ -130,7 +131,7 @@ def read_urdf(path: Path) -> Urdf:
     Raises:
         FileError: with file, line, element and what would be right.
     """
-    return parse_urdf(read_text(path, limit=_LARGEST), str(path))
+    return parse_urdf(read_text(path, _LARGEST), str(path))
 
 
 def parse_urdf(text: str, path: str = "robot.urdf") -> Urdf:
@@ -171,7 +172,8 @@ def _joint(element: Element, links: tuple[str, ...]) -> Joint:
     ends = [element.need(end).text("link") for end in ("parent", "child")]
     for link in ends:
         if link not in links:
-            raise element.fail(f"names a link '{link}' that is not there{suggestion(link, links)}")
+            hint = did_you_mean(link, links)
+            raise element.fail(f"names a link '{link}' that is not there; {hint}")
     axis, limit, mimic = (element.first(tag) for tag in ("axis", "limit", "mimic"))
     along = axis.numbers("xyz", (1.0, 0.0, 0.0)) if axis else (1.0, 0.0, 0.0)
     if kind != "fixed" and math.hypot(*along) < 1e-9:
@@ -242,9 +244,9 @@ def _check_mimics(root: Element, joints: list[Joint]) -> None:
         seen, followed = {joint.name}, joint.mimic
         while followed is not None:
             if followed.joint not in names:
-                known = suggestion(followed.joint, tuple(names))
+                hint = did_you_mean(followed.joint, names)
                 raise root.fail(
-                    f"'{joint.name}' mimics '{followed.joint}', which is not there{known}"
+                    f"'{joint.name}' mimics '{followed.joint}', which is not there; {hint}"
                 )
             if followed.joint in seen:
                 raise root.fail(f"'{joint.name}' mimics itself in the end")

@@ -14,6 +14,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from engine.files.finding import mistake
 from hw.description import Description
 from hw.prop import Capsule, Placement, Six
 from states.arm.kernels import Array
@@ -75,9 +76,13 @@ def described_arm(described: Description, like: Manipulator) -> Manipulator:
     """The arm of a robot file's URDF where it stands, with limits and prop as in `like`.
 
     Raises:
-        FileError, ValueError: as of `read_urdf` and `manipulator_from_urdf`.
+        FileError: the URDF is wrong, or its arm is none that this is made for.
     """
-    found = manipulator_from_urdf(read_urdf(described.file), described.base, described.flange, like)
+    urdf = read_urdf(described.file)
+    try:
+        found = manipulator_from_urdf(urdf, described.base, described.flange, like)
+    except ValueError as refused:
+        raise mistake(described.file, str(refused)) from None
     link_from_flange = matrix(found.tool.tcp)
     held = replace(
         like.tool,

@@ -13,42 +13,37 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.document import FileError
+from engine.files.finding import mistake
+from engine.files.text import read_bytes
 
 Pixels = NDArray[np.uint8]
 
 MAX_PIXELS = 100_000_000
+MAX_BYTES = 400_000_000
 _PNG = b"\x89PNG\r\n\x1a\n"
 _PNG_CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
 _PNG_TYPES = {1: 0, 2: 4, 3: 2, 4: 6}
-
-
-class ImageError(FileError):
-    """An image is missing, damaged or of a kind that maps do not have."""
 
 
 def read_image(path: Path) -> Pixels:
     """The pixels of a PGM or PNG file, whatever its name says.
 
     Raises:
-        ImageError: naming the file and what is wrong with it.
+        FileError: naming the file and what is wrong with it.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as failure:
-        raise ImageError(path, 0, f"cannot be read: {failure.strerror or failure}") from None
+    data = read_bytes(path, MAX_BYTES)
     if data.startswith(_PNG):
         return _Png(path, data).pixels()
     if data[:2] in (b"P5", b"P2"):
         return _read_pgm(path, data)
-    raise ImageError(path, 0, "is neither PGM (P5, P2) nor PNG")
+    raise mistake(path, "is neither PGM (P5, P2) nor PNG")
 
 
 def write_image(path: Path, pixels: Pixels) -> None:
     """Write as the file's suffix says: `.pgm` (one channel) or `.png`.
 
     Raises:
-        ImageError: another suffix, or channels that the format cannot hold.
+        FileError: another suffix, or channels that the format cannot hold.
     """
     rows, columns, channels = pixels.shape
     if path.suffix == ".pgm" and channels == 1:
@@ -56,37 +51,37 @@ def write_image(path: Path, pixels: Pixels) -> None:
     elif path.suffix == ".png":
         path.write_bytes(_png_bytes(pixels))
     else:
-        raise ImageError(path, 0, f"cannot hold {channels} channels; use .pgm for grey, else .png")
+        raise mistake(path, f"cannot hold {channels} channels; use .pgm for grey, else .png")
 
 
 def _size(path: Path, columns: int, rows: int) -> None:
     if columns < 1 or rows < 1:
-        raise ImageError(path, 0, f"has {columns} x {rows} pixels; at least one is needed")
+        raise mistake(path, f"has {columns} x {rows} pixels; at least one is needed")
     if columns * rows > MAX_PIXELS:
-        raise ImageError(path, 0, f"has {columns} x {rows} pixels; at most {MAX_PIXELS:g} are read")
+        raise mistake(path, f"has {columns} x {rows} pixels; at most {MAX_PIXELS:g} are read")
 
 
 def _read_pgm(path: Path, data: bytes) -> Pixels:
     columns, rows, most, start = _pgm_header(path, data)
     _size(path, columns, rows)
     if not 1 <= most <= 65535:
-        raise ImageError(path, 0, f"has {most} as its largest grey; 1 to 65535 is allowed")
+        raise mistake(path, f"has {most} as its largest grey; 1 to 65535 is allowed")
     if data[:2] == b"P2":
         words = data[start:].split()
         if not all(word.isdigit() for word in words):
-            raise ImageError(path, 0, "has a grey that is not a number")
+            raise mistake(path, "has a grey that is not a number")
         if len(words) > columns * rows:
-            raise ImageError(path, 0, f"holds more than its {columns} x {rows} pixels")
+            raise mistake(path, f"holds more than its {columns} x {rows} pixels")
         grey = np.array(words, dtype=np.float64)
     else:
         kind = np.dtype(np.uint8 if most < 256 else ">u2")
         fit = (len(data) - start) // kind.itemsize
         grey = np.frombuffer(data, kind, min(fit, columns * rows), start).astype(np.float64)
         if data[start + columns * rows * kind.itemsize :].strip():
-            raise ImageError(path, 0, f"holds more than its {columns} x {rows} pixels")
+            raise mistake(path, f"holds more than its {columns} x {rows} pixels")
     if len(grey) < columns * rows:
-        raise ImageError(
-            path, 0, f"is cut off: {len(grey)} of {columns} x {rows} = {columns * rows} pixels"
+        raise mistake(
+            path, f"is cut off: {len(grey)} of {columns} x {rows} = {columns * rows} pixels"
         )
     scaled = np.floor(np.minimum(grey, most) * 255.0 / most + 0.5)
     return scaled.astype(np.uint8).reshape(rows, columns, 1)
@@ -109,7 +104,7 @@ def _pgm_header(path: Path, data: bytes) -> tuple[int, int, int, int]:
         elif data[at : at + 1].isspace():
             at += 1
         else:
-            raise ImageError(path, 0, "has no PGM header: width, height and largest grey expected")
+            raise mistake(path, "has no PGM header: width, height and largest grey expected")
     return numbers[0], numbers[1], numbers[2], at + 1
 
 
@@ -120,13 +115,13 @@ class _Png:
         self._path = path
         chunks = self._chunks(data)
         if "IHDR" not in chunks or len(chunks["IHDR"]) != 13:
-            raise ImageError(path, 0, "has no PNG header")
+            raise mistake(path, "has no PNG header")
         header = struct.unpack(">IIBBBBB", chunks["IHDR"])
         self._columns, self._rows, self._depth, self._type = header[:4]
         if self._type not in _PNG_CHANNELS or self._depth not in (1, 2, 4, 8, 16):
-            raise ImageError(path, 0, f"is PNG of unknown type {self._type}, depth {self._depth}")
+            raise mistake(path, f"is PNG of unknown type {self._type}, depth {self._depth}")
         if header[6]:
-            raise ImageError(path, 0, "is an interlaced PNG; save it without interlacing")
+            raise mistake(path, "is an interlaced PNG; save it without interlacing")
         _size(path, self._columns, self._rows)
         self._palette = np.frombuffer(chunks.get("PLTE", b""), np.uint8).reshape(-1, 3)
         self._packed = chunks.get("IDAT", b"")
@@ -149,7 +144,7 @@ class _Png:
                 values = values * (255 // (2**self._depth - 1))
         if self._type == 3:
             if values.max() >= len(self._palette):
-                raise ImageError(self._path, 0, "has a colour that is not in its palette")
+                raise mistake(self._path, "has a colour that is not in its palette")
             return self._palette[values].reshape(self._rows, self._columns, 3)
         return values.astype(np.uint8).reshape(self._rows, self._columns, channels)
 
@@ -162,13 +157,13 @@ class _Png:
             if len(body) < length or at + 12 + length > len(data):
                 break
             if zlib.crc32(name + body) != struct.unpack_from(">I", data, at + 8 + length)[0]:
-                raise ImageError(self._path, 0, "is damaged: a check sum is wrong")
+                raise mistake(self._path, "is damaged: a check sum is wrong")
             key = name.decode("latin-1")
             found[key] = found.get(key, b"") + body
             if key == "IEND":
                 return found
             at += 12 + length
-        raise ImageError(self._path, 0, "is cut off: the end of the PNG is missing")
+        raise mistake(self._path, "is cut off: the end of the PNG is missing")
 
     def _inflate(self, width: int) -> Pixels:
         expected = self._rows * (width + 1)
@@ -177,12 +172,12 @@ class _Png:
             raw = unpack.decompress(self._packed, expected)
             more = unpack.decompress(unpack.unconsumed_tail, 1)
         except zlib.error as failure:
-            raise ImageError(self._path, 0, f"is damaged: {failure}") from None
+            raise mistake(self._path, f"is damaged: {failure}") from None
         if len(raw) < expected:
-            raise ImageError(self._path, 0, f"is cut off: {len(raw)} of {expected} bytes")
+            raise mistake(self._path, f"is cut off: {len(raw)} of {expected} bytes")
         if more:
             size = f"{self._columns} x {self._rows}"
-            raise ImageError(self._path, 0, f"holds more than its {size} pixels")
+            raise mistake(self._path, f"holds more than its {size} pixels")
         return np.frombuffer(raw, np.uint8).reshape(self._rows, width + 1)
 
     def _unfilter(self, filtered: Pixels, step: int) -> Pixels:
@@ -199,7 +194,7 @@ class _Png:
             elif kind in (3, 4):
                 line = _undo_predictor(line.tolist(), above.tolist(), step, kind == 4)
             elif kind != 0:
-                raise ImageError(self._path, 0, f"is damaged: line {row} has filter {kind}")
+                raise mistake(self._path, f"is damaged: line {row} has filter {kind}")
             lines[row] = above = line
         return lines
 

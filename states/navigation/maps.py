@@ -16,15 +16,20 @@ threshold is: `ros1` compares with > and <, `nav2` with >= and <=; map_saver's g
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.document import FileError, Item, read_document
+from engine.files.item import Fault, Item, load_yaml
+from engine.files.record import record
+from engine.files.units import Length
+from engine.files.values import Range
 from hw.geometry import Pose2
+from hw.places import AnyAngle, Coordinate
 from hw.room import Point
 from states.navigation.images import Pixels, read_image, write_image
 
@@ -42,12 +47,7 @@ FINEST, COARSEST = 0.001, 10.0
 LARGEST = 1000.0
 """So is a map that is longer, m."""
 
-_MODES = ("trinary", "scale", "raw")
 _GREYS = {"free": 254, "unknown": 205, "occupied": 0}
-
-
-class MapError(FileError):
-    """A map file is wrong; the text names the file, the line and what would be right."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,26 +88,48 @@ def load_map(path: Path | str, convention: Convention = "ros1") -> OccupancyMap:
     """Read a map_server YAML file and its image.
 
     Raises:
-        MapError: the YAML is wrong.
-        ImageError: the image is missing, cut off or no image.
+        FileError: the YAML is wrong, with every mistake in it; the image is missing, cut off or no
+            image.
     """
-    path = Path(path)
-    content = read_document(path, MapError).mapping()
-    for key in ("image", "resolution", "origin", "occupied_thresh", "free_thresh", "negate"):
-        if key not in content:
-            raise MapError(path, 0, f"the key '{key}' is missing")
-    resolution = _resolution(content["resolution"])
-    pixels = read_image(path.parent / content["image"].text())
+    return load_yaml(Path(path), lambda item: _map(item, convention))
+
+
+def _flag(item: Item) -> bool:
+    if item.value in (0, 1, True, False):
+        return bool(item.value)
+    raise item.error("needs 0 or 1")
+
+
+_Share = Annotated[float, Range(0.0, 1.0)]
+
+
+@dataclass(frozen=True, slots=True)
+class _Map:
+    image: str
+    resolution: Annotated[Length, Range(FINEST, COARSEST)]
+    origin: tuple[Coordinate, Coordinate, AnyAngle]
+    occupied_thresh: _Share
+    free_thresh: _Share
+    negate: Annotated[bool, _flag]
+    mode: Mode = "trinary"
+
+    def faults(self) -> Iterator[Fault]:
+        if self.free_thresh >= self.occupied_thresh:
+            message = f"must be below occupied_thresh, {self.occupied_thresh:g}"
+            yield "free_thresh", f"{self.free_thresh:g} {message}"
+
+
+def _map(item: Item, convention: Convention) -> OccupancyMap:
+    read = record(item, _Map, more=True)
+    resolution = read.resolution
+    pixels = item.inner("image").refer(lambda: read_image(item.folder / read.image))
     if (side := max(pixels.shape[:2]) * resolution) > LARGEST:
         message = f"makes the map {side:g} m long; at most {LARGEST:g} m are allowed"
-        raise content["resolution"].fail(message)
-    thresholds = _thresholds(content)
-    mode: Mode = content["mode"].text(_MODES) if "mode" in content else "trinary"  # type: ignore[assignment]
-    negate = _flag(content["negate"])
-    values = pixel_values(pixels, mode, thresholds, negate, convention)
-    origin = Pose2.checked(*content["origin"].numbers(3))
-    remarks = _remarks(pixels, values, thresholds, mode, negate)
-    return OccupancyMap(_frozen(values[::-1]), resolution, origin, remarks)
+        raise item.inner("resolution").error(message)
+    thresholds = (read.occupied_thresh, read.free_thresh)
+    values = pixel_values(pixels, read.mode, thresholds, read.negate, convention)
+    remarks = _remarks(pixels, values, thresholds, read.mode, read.negate)
+    return OccupancyMap(_frozen(values[::-1]), resolution, Pose2.checked(*read.origin), remarks)
 
 
 def pixel_values(
@@ -184,30 +206,6 @@ def _grey_and_alpha(
         pixels if not has_alpha or (mode, convention) == ("trinary", "ros1") else pixels[..., :-1]
     )
     return averaged.mean(axis=2), alpha
-
-
-def _resolution(item: Item) -> float:
-    """The side of a cell, m."""
-    resolution = item.number()
-    if resolution <= 0.0:
-        raise item.fail(f"{resolution:g} m per pixel; more than 0 is needed")
-    if not FINEST <= resolution <= COARSEST:
-        allowed = f"{FINEST:g} to {COARSEST:g} is allowed"
-        raise item.fail(f"{resolution:g} m per pixel; {allowed}")
-    return resolution
-
-
-def _thresholds(content: dict[str, Item]) -> tuple[float, float]:
-    occupied, free = (content[key].number(0.0, 1.0) for key in ("occupied_thresh", "free_thresh"))
-    if free >= occupied:
-        raise content["free_thresh"].fail(f"{free:g} must be below occupied_thresh, {occupied:g}")
-    return occupied, free
-
-
-def _flag(item: Item) -> bool:
-    if item.value in (0, 1, True, False):
-        return bool(item.value)
-    raise item.fail("needs 0 or 1")
 
 
 def _frozen(values: Values) -> Values:

@@ -36,7 +36,7 @@ class DriveTo(Action):
     """
 
     outcomes = ("arrived", "no_path", "stuck", "lost")
-    reads = {"site": None, **ages.READS, **PLANNERS}
+    reads = {"site": None, "base.mode": None, "base.refusal": None, **ages.READS, **PLANNERS}
     commands = ("base",)
 
     def __init__(
@@ -60,7 +60,7 @@ class DriveTo(Action):
         driver.go_to(goal)
         progress = Progress(self.patience)
         base, touches = ctx.part("base"), self.subsystem == "haptic"
-        own = base.mode
+        own = ctx.value("base.mode")
         if self.mode != own:
             base.use(self.mode)
         if touches:
@@ -79,11 +79,11 @@ class DriveTo(Action):
                     return "stuck"
                 slowed = site.slowed(command, now.share, self.subsystem)
                 base.drive(slowed, self.subsystem, driver.path.length)
-                yield base.refusal
+                yield ctx.value("base.refusal")
                 planner = planner_of(ctx, self.subsystem)
         finally:
             base.release(self.subsystem)
-            if self.mode != own:
+            if own not in (self.mode, None):
                 base.use(own)
             if touches:
                 base.grant(None)

@@ -9,10 +9,12 @@ from typing import Any
 
 import pytest
 
-from behaviors.profile import FOLDER, Profile, ProfileError, load_profile, profile_names
+from behaviors.profile import FOLDER, Profile, load_profile, profile_names
 from behaviors.signals import signals
+from engine.files.finding import FileError
 from engine.load import load_files
 from engine.signals import declare
+from hw.robot import load_robot
 from hw.room import Room
 from states.signals.prediction import PREDICTORS
 
@@ -98,8 +100,8 @@ def test_a_site_has_the_room_the_robot_and_the_limits(profile: Profile, robot: A
 BROKEN = [
     ("base_acceleration: 0.5 m/s2", "base_acceleration: 0.5 m", "base_acceleration.*length"),
     ("inner: 1.5 m", "iner: 1.5 m", "did you mean 'inner'"),
-    ("  cell: 5 cm\n", "", "no value for cell"),
-    ("view: head", "view: feet", "head, body"),
+    ("  cell: 5 cm\n", "", "the key 'cell' is missing"),
+    ("view: head", "view: feet", "body, head"),
     ("safety:", "safty:", "did you mean 'safety'"),
     ("charts: {}", "charts: 3", "mapping"),
     ("moving: 0.2 m/s", "moving: [1]", "moving"),
@@ -114,7 +116,7 @@ def test_a_mistake_is_told_with_its_place(
     assert right in PAPER
     file = written(tmp_path, PAPER.replace(right, wrong, 1))
 
-    with pytest.raises(ProfileError) as failure:
+    with pytest.raises(FileError) as failure:
         load_profile(file)
 
     text = str(failure.value)
@@ -140,16 +142,16 @@ SENSELESS = [  # a wrong sign, a wrong unit, nothing at all
     ("likely: [stays]", "likely: [stys]", "did you mean 'stays'"),
     ("likely: [stays]", "likely: []", "empty"),
     ("half_view: 36 deg", "half_view: 36", "half_view: 36 is out"),
-    ("distances: [1.0 m", "distances: [-1.0 m", "distances: -1 is out"),
+    ("distances: [1.0 m", "distances: [-1.0 m", "distances[0]: -1 is out"),
     ("distances: [1.0 m, 1.75 m, 2.5 m]", "distances: []", "empty"),
-    ("angles: [20 deg", "angles: [120 deg", "angles: 2.09"),
+    ("angles: [20 deg", "angles: [120 deg", "angles[0]: 2.09"),
     ("inner: 1.5 m", "inner: 3.5 m", "3.5 is not below outer"),
     ("cell: 5 cm", "cell: 0 cm", "cell: 0 is out"),
     ("cell: 5 cm", "cell: 0.01 mm", "cell: 1e-05 is out"),
     ("rear: 45 deg", "rear: 330 deg", "nothing is left"),
     ("tie: 0", "tie: .nan", "tie"),
     ("radius: 1.0 m", "radius: 0 m", "radius: 0 is out"),
-    ("arm_parked: [0.39 rad, ", "arm_parked: [", "needs 6 angles, has 5"),
+    ("arm_parked: [0.39 rad, ", "arm_parked: [", "needs 6 values, has 5"),
     ("tool_speed: null", "tool_speed: -1 m/s", "tool_speed: -1 is out"),
 ]
 
@@ -162,7 +164,7 @@ def test_a_value_that_cannot_be_meant_is_refused_with_its_place(
     assert right in PAPER
     line = PAPER[: PAPER.index(right)].count("\n") + 1
 
-    with pytest.raises(ProfileError) as failure:
+    with pytest.raises(FileError) as failure:
         load_profile(written(tmp_path, PAPER.replace(right, wrong, 1)))
 
     assert f"mine.yaml:{line}:" in str(failure.value)
@@ -183,7 +185,7 @@ def test_a_wrong_value_for_a_chart_is_told_with_its_place(
     file = written(tmp_path, PAPER.replace("charts: {}", f"charts: {charts}"))
     library = load_files(sorted(CHARTS.glob("*.yaml")))
 
-    with pytest.raises(ProfileError) as failure:
+    with pytest.raises(FileError) as failure:
         load_profile(file).require(library)
 
     last_line = PAPER.rstrip().count("\n") + 1
@@ -192,7 +194,7 @@ def test_a_wrong_value_for_a_chart_is_told_with_its_place(
 
 
 def test_an_unknown_profile_names_the_known_ones() -> None:
-    with pytest.raises(ProfileError, match="did you mean 'tuned'"):
+    with pytest.raises(FileError, match="did you mean 'tuned'"):
         load_profile("tunde")
 
 
@@ -202,3 +204,55 @@ def test_the_hash_is_that_of_the_file(tmp_path: Path, paper: Profile) -> None:
     assert load_profile("paper").sha256 == paper.sha256
     assert other.sha256 != paper.sha256
     assert other.settings.chase.cell == 0.1
+
+
+def test_all_mistakes_of_a_profile_are_told_at_once(tmp_path: Path) -> None:
+    wrong = PAPER.replace("inner: 1.5 m", "inner: 1.5 s").replace("half_view", "half_veiw")
+    wrong = wrong.replace("latency: 0 s", "latency: 5 s").replace(
+        "{planner: exact", "{planner: exat"
+    )
+
+    with pytest.raises(FileError) as failure:
+        load_profile(written(tmp_path, wrong))
+
+    told = [finding.message.partition(":")[0] for finding in failure.value.findings]
+    assert told == [
+        "plant.latency", "navigation.chase.planner", "navigation.haptic.planner",
+        "navigation.escape.planner", "escape.half_veiw", "chase.inner",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("body", ["rbkairos_ur10", "rbkairos_plus_ur10"])
+def test_the_shipped_profiles_go_with_the_shipped_robots(profile: Profile, body: str) -> None:
+    profile.require_robot(load_robot(body))
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "message"),
+    [
+        ("inflation: 77 cm", "inflation: 72 cm", "navigation.escape.inflation: 0.72 m is too lit"),
+        ("inflation: 1.0 m", "inflation: 30 cm", "needs 0.7254 m to turn"),
+        ("user_radius: 1.27 m", "user_radius: 1.2 m", "user_radius: 1.2 m is too little for rbk"),
+        ("arm_parked: [0.39 rad", "arm_parked: [7 rad", "robot.arm_parked: rbkairos_ur10: arm: "),
+    ],
+)
+def test_a_profile_that_a_robot_cannot_keep_is_told_with_its_place(
+    tmp_path: Path, right: str, wrong: str, message: str
+) -> None:
+    assert right in PAPER
+    line = PAPER[: PAPER.index(right)].count("\n") + 1
+    mine = load_profile(written(tmp_path, PAPER.replace(right, wrong, 1)))
+
+    with pytest.raises(FileError) as failure:
+        mine.require_robot(load_robot("rbkairos_ur10"))
+
+    assert f"mine.yaml:{line}:" in str(failure.value)
+    assert message in str(failure.value)
+
+
+def test_a_robot_that_is_alone_needs_no_room_beside_a_person(tmp_path: Path) -> None:
+    text = PAPER.replace("user_radius: 1.27 m", "user_radius: 1 m")
+
+    load_profile(written(tmp_path, text)).require_robot(
+        load_robot("rbkairos_ur10"), beside_person=False
+    )

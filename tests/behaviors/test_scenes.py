@@ -100,8 +100,8 @@ def test_in_inform_the_base_comes_to_rest_and_stays(sim: Rehearsal, tmp_path: Pa
     sim.until("inform", timeout=5)
     sim.wait(2.0)
 
-    world: Any = sim.run.parts["base"]
-    assert world.twist.speed == 0.0
+    wheels: Any = sim.run.parts["base"].base
+    assert wheels.twist.speed == 0.0
     sim.until("chase", timeout=10)
 
 

@@ -11,19 +11,20 @@ from behaviors.profile import load_profile
 from cobodeck.rehearsal import Rehearsal
 from cobodeck.wiring import open_setup, wire
 from hw.geometry import Pose2, Twist2
+from hw.guarded import GuardedBase
 from hw.live import LivePerson
 from hw.mock import mock_world
-from states.navigation.wheels import Wheels
+from hw.samples import UserPose
 
 DRIVE = "chase/follow/drive/go"
 OUT = (0.0, -1.5, 1.0, 0.0, 1.5, 0.0)
 AHEAD = Twist2(0.3)
 
 
-def wheels_of(sim: Rehearsal) -> Wheels:
-    wheels = sim.run.parts["base"]
-    assert isinstance(wheels, Wheels)
-    return wheels
+def base_of(sim: Rehearsal) -> GuardedBase:
+    base = sim.run.parts["base"]
+    assert isinstance(base, GuardedBase)
+    return base
 
 
 @pytest.fixture(params=["paper", "tuned"])
@@ -33,8 +34,8 @@ def driving(sim: Rehearsal, request: pytest.FixtureRequest) -> Rehearsal:
     sim.start("cobodeck", script, scene="study", profile=request.param)
     sim.until(DRIVE, timeout=60)
     sim.tick(5)
-    assert wheels_of(sim).selected[1:] == ("chase", None)
-    assert wheels_of(sim).refusal is None
+    assert base_of(sim).selected[1:] == ("chase", None)
+    assert base_of(sim).refusal is None
     return sim
 
 
@@ -43,14 +44,14 @@ def test_a_drive_is_refused_while_the_arm_is_not_folded_and_says_why(driving: Re
     driving.run.parts["arm"].move_to(OUT)
     driving.wait(1.0)
 
-    wheels = wheels_of(driving)
+    base = base_of(driving)
     assert DRIVE in driving.active
-    assert wheels.selected == (Twist2(0.0), None, "arm")
+    assert base.selected == (Twist2(0.0), None, "arm")
     driving.wait(1.5)
-    assert wheels.twist == Twist2(0.0)
+    assert base_of(driving).base.twist == Twist2(0.0)
     assert driving.run.notes[DRIVE] == "the arm is not folded"
     driving.until("chase/follow/park", timeout=20)
-    driving.until(lambda: wheels.selected.lock is None, timeout=20)
+    driving.until(lambda: base.selected.lock is None, timeout=20)
     assert driving.run.parts["arm"].state.joints != pytest.approx(OUT, abs=0.1)
 
 
@@ -61,33 +62,35 @@ def test_escape_drives_even_if_the_arm_is_not_folded(driving: Rehearsal) -> None
     driving.end("danger", "required")
     driving.tick()
 
-    assert wheels_of(driving).selected[1:] == ("escape", "arm")
+    assert base_of(driving).selected[1:] == ("escape", "arm")
 
 
 class Rig:
-    """The wheels of a run on the mock, whose states stay out of the way."""
+    """The base of a run on the mock, whose states stay out of the way."""
 
     def __init__(self, overlap: float, chart: str = "cobodeck") -> None:
         setup = open_setup(chart, scene="hall")
         safety = dataclasses.replace(setup.profile.safety, overlap=overlap)
         profile = dataclasses.replace(setup.profile, safety=safety)
         setup = dataclasses.replace(setup, profile=profile)
-        self.world = mock_world(setup.scene, setup.site.robot, LivePerson(Pose2(7.0, 7.0)))
+        self.person, robot = LivePerson(Pose2(7.0, 7.0)), setup.site.robot
+        limits = safety.limits(robot, setup.profile.robot.limits)
+        self.world = mock_world(setup.scene, robot, self.person, limits)
         self.wired = wire(setup, self.world.parts)
         self.now = 0
-        assert self.wired.wheels is not None
-        self.wheels = self.wired.wheels
+        self.base = self.world.guard
+        assert self.wired.base is self.base
 
     def tick(self, source: str | None = None, left: float = 9.0) -> str | None:
         """Who drives after one tick in which a source wants to."""
         self.now += 33_000_000
+        self.person.push(self.now, UserPose(Pose2(7.0, 7.0), 0.0))
         self.world.advance(self.now)
         self.wired.inlet.take(self.now)
-        self.wheels.begin(self.now)
         if source is not None:
-            self.wheels.drive(AHEAD, source, left)
-        self.wheels.pass_on()
-        return self.wheels.selected.source
+            self.base.drive(AHEAD, source, left)
+        self.base.tick(self.now)
+        return self.base.selected.source
 
 
 @pytest.mark.requirement(46)
@@ -98,10 +101,10 @@ def test_no_source_but_escape_drives_with_the_arm_out(source: str) -> None:
     rig.world.parts["arm"].move_to(OUT)
     rig.tick()
     assert rig.tick(source, left=0.0) is None
-    assert rig.wheels.refusal == "the arm is not folded"
+    assert rig.base.refusal == "the arm is not folded"
     assert rig.tick("escape") == "escape"
-    assert rig.wheels.refusal is None
-    rig.wheels.release("escape")
+    assert rig.base.refusal is None
+    rig.base.release("escape")
     rig.world.parts["arm"].move_to(rig.world.robot.arm.parked)
     rig.tick()
     assert rig.tick(source) == source
@@ -129,7 +132,7 @@ def test_it_holds_for_a_chart_that_knows_of_no_arm(tmp_path: Path) -> None:
     rig.world.parts["arm"].move_to(OUT)
     rig.tick()
     assert rig.tick("own") is None
-    assert rig.wheels.selected.lock == "arm"
+    assert rig.base.selected.lock == "arm"
 
 
 @pytest.mark.requirement(46)
@@ -142,7 +145,7 @@ def test_with_the_operators_leave_a_haptic_drive_ends_while_the_arm_unfolds() ->
     assert rig.tick("haptic", left=0.5) == "docking"
     assert rig.tick("haptic", left=1.0) is None  # the way has got longer
     assert rig.tick("haptic", left=0.5) == "docking"
-    rig.wheels.release("haptic")
+    rig.base.release("haptic")
     assert rig.tick() is None
 
 
@@ -154,7 +157,7 @@ def test_a_stop_line_goes_before_everything() -> None:
     rig.tick()
     for source in ("escape", "haptic"):
         assert rig.tick(source, left=0.1) is None
-    assert rig.wheels.refusal == "the stop line is pulled"
+    assert rig.base.refusal == "the stop line is pulled"
 
 
 @pytest.mark.requirement(46)

@@ -10,11 +10,11 @@ from behaviors.profile import load_profile
 from cobodeck.rehearsal import Rehearsal
 from engine.machine import Leaf
 from hw.geometry import Pose2, Twist2
+from hw.guarded import GuardedBase
 from hw.robot import load_robot
 from hw.samples import UserPose
 from hw.scene import load_scene
 from states.navigation.states import DriveTo
-from states.navigation.wheels import Wheels
 from states.site import Site
 
 DRIVE, FLEE = "chase/follow/drive/go", "escape/flee"
@@ -42,14 +42,14 @@ def driving(sim: Rehearsal) -> Rehearsal:
     sim.start("cobodeck", {"chase/danger": [], "escape/clear": []}, scene="study")
     sim.until(DRIVE, timeout=60)
     sim.tick(5)
-    assert wheels_of(sim).selected.source == "chase"
+    assert base_of(sim).selected.source == "chase"
     return sim
 
 
-def wheels_of(sim: Rehearsal) -> Wheels:
-    wheels = sim.run.parts["base"]
-    assert isinstance(wheels, Wheels)
-    return wheels
+def base_of(sim: Rehearsal) -> GuardedBase:
+    base = sim.run.parts["base"]
+    assert isinstance(base, GuardedBase)
+    return base
 
 
 @pytest.mark.requirement(41, 71)
@@ -58,7 +58,7 @@ def test_escape_drives_in_the_tick_in_which_danger_is_seen(driving: Rehearsal) -
     driving.tick()
 
     assert driving.active == ["escape/fault", "escape/tracking", "escape/clear", FLEE]
-    assert wheels_of(driving).selected.source == "escape"
+    assert base_of(driving).selected.source == "escape"
 
 
 @pytest.mark.requirement(42, 71)
@@ -70,30 +70,30 @@ def test_a_navigation_whose_cancel_never_answers_does_not_keep_escape_from_drivi
     never_lets_go(sim)
     sim.until(DRIVE, timeout=60)
     sim.tick(5)
-    wheels = wheels_of(sim)
-    assert wheels.selected[:2] == (WEST, "chase")
+    base = base_of(sim)
+    assert base.selected[:2] == (WEST, "chase")
 
     sim.end("danger", "required")
     for _ in range(10):
-        wheels.drive(WEST, "chase")  # it goes on, whoever has taken over
+        base.drive(WEST, "chase")  # it goes on, whoever has taken over
         sim.tick()
-        assert wheels.selected.source == "escape"
+        assert base.selected.source == "escape"
     sim.end("escape/fault", "raised")
     sim.tick(10)
-    assert wheels.selected[:2] == (WEST, "chase")  # its last word still counts
+    assert base.selected[:2] == (WEST, "chase")  # its last word still counts
     sim.tick(6)
 
     assert "inform/warn" in sim.active
-    assert wheels.selected.source is None
+    assert base.selected.source is None
     sim.wait(1.0)
-    assert wheels.twist.speed == 0.0
+    assert base.base.twist.speed == 0.0
 
 
 @pytest.mark.requirement(42)
 def test_a_drive_that_is_over_has_released_the_base(driving: Rehearsal) -> None:
     driving.until("chase/follow/wait", timeout=30)
 
-    assert wheels_of(driving).selected.source is None
+    assert base_of(driving).selected.source is None
 
 
 @pytest.mark.requirement(42, 149)
@@ -101,13 +101,13 @@ def test_a_drive_that_says_nothing_any_more_is_stopped(driving: Rehearsal) -> No
     leaf = driving.run.machine.vertices[DRIVE]
     leaf.step = lambda: None
     driving.tick(15)
-    assert wheels_of(driving).selected.source == "chase"
+    assert base_of(driving).selected.source == "chase"
 
     driving.wait(2.0)
 
     assert DRIVE in driving.active
-    assert wheels_of(driving).selected.source is None
-    assert wheels_of(driving).twist.speed == 0.0
+    assert base_of(driving).selected.source is None
+    assert base_of(driving).base.twist.speed == 0.0
 
 
 @pytest.mark.requirement(41, 48)
@@ -117,7 +117,7 @@ def test_a_pulled_stop_line_locks_the_base_in_the_tick_in_which_it_is_seen(
     driving.run.parts["stop_line"].pull("button")
     driving.tick()
 
-    assert wheels_of(driving).selected[1:] == (None, "stop")
+    assert base_of(driving).selected[1:] == (None, "stop")
 
 
 @pytest.mark.requirement(41)
@@ -126,18 +126,18 @@ def test_the_operator_s_stop_takes_the_base_from_whoever_drives(driving: Rehears
     driving.tick()
 
     assert driving.outcome is not None
-    assert wheels_of(driving).selected.source is None
+    assert base_of(driving).selected.source is None
 
 
 @pytest.mark.requirement(41)
 def test_in_a_pause_nobody_drives_and_afterwards_the_drive_goes_on(driving: Rehearsal) -> None:
     driving.operator.pause()
     driving.tick()
-    assert wheels_of(driving).selected.source is None
+    assert base_of(driving).selected.source is None
 
     driving.operator.resume()
     driving.tick()
-    assert wheels_of(driving).selected.source == "chase"
+    assert base_of(driving).selected.source == "chase"
 
 
 @pytest.mark.requirement(35, 41)
@@ -146,7 +146,7 @@ def test_each_behaviour_drives_as_itself(sim: Rehearsal) -> None:
     found: dict[str, set[str]] = {}
     for _ in range(3000):
         sim.tick()
-        source = wheels_of(sim).selected.source
+        source = base_of(sim).selected.source
         if source is not None:
             found.setdefault(source, set()).update(p.partition("/")[0] for p in sim.active)
 
@@ -156,7 +156,12 @@ def test_each_behaviour_drives_as_itself(sim: Rehearsal) -> None:
 def test_a_real_drive_works_on_a_stand_in_and_releases_it(sim: Rehearsal, site: Site) -> None:
     found = {"pose": Pose2(3.0, 5.0), "user": UserPose(Pose2(9.0, 9.0), 0.0)}
     script = {"park": "parked", "wait/settled": "settled", "choose": ("chosen", found)}
-    signals = {"site": site, "base.pose": Pose2(3.0, 3.0), "base.twist": Twist2(0.0)}
+    signals = {
+        "site": site,
+        "base.mode": "omni",
+        "base.pose": Pose2(3.0, 3.0),
+        "base.twist": Twist2(0.0),
+    }
     sim.start("chase", script, real=["drive/go"], signals=signals)
 
     sim.tick(3)

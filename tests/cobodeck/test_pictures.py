@@ -245,7 +245,7 @@ WRONG = [  # arguments, exit code, part of the message
     ("", USAGE, "name a CHART, or a room with --scene"),
     ("--scene nowhere", FAILED, "nowhere: no such scene"),
     ("--scene nothing.yaml", FAILED, "nothing.yaml: cannot be read"),
-    ("--scene flat.yaml", FAILED, "flat.yaml:3: room.outer: has no area"),
+    ("--scene flat.yaml", FAILED, "flat.yaml:3:3: room.outer: has no area"),
     ("--scene lab_a -o room.gif", USAGE, "room.gif: unknown form; allowed: pdf, png, svg"),
     ("--scene lab_a -o flat.yaml/room.svg", FAILED, "flat.yaml"),
     ("--scene lab_a --at -1", USAGE, "-1 is no time"),

@@ -7,11 +7,12 @@ from typing import Any
 
 import pytest
 
-from behaviors.profile import FOLDER, ProfileError, load_profile
+from behaviors.profile import FOLDER, load_profile
 from cobodeck.simulate import simulate
 from cobodeck.stage import Options, stage
 from cobodeck.warmup import warm_up
 from cobodeck.wiring import open_setup
+from engine.files.finding import FileError
 
 CHOICES = [
     ("exact", "profile"), ("theta_star", "profile"), ("navfn", "profile"),
@@ -73,7 +74,7 @@ def test_a_planner_that_there_is_not_is_named_with_its_place(
     file = tmp_path / "wrong.yaml"
     file.write_text((FOLDER / "tuned.yaml").read_text().replace(key, wrong, 1))
 
-    with pytest.raises(ProfileError, match=r"wrong.yaml:2\d:\d+: chase.*planner"):
+    with pytest.raises(FileError, match=r"wrong.yaml:2\d:\d+: navigation.chase.*planner"):
         load_profile(file)
 
 

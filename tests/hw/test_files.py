@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hw.document import FileError
+from engine.files.finding import FileError
 from hw.robot import FOLDER as ROBOTS
 from hw.robot import load_robot
 from hw.scene import FOLDER as SCENES
@@ -55,7 +55,11 @@ def test_a_damaged_file_still_loads_or_is_an_error_with_its_name(tmp_path, path,
         except FileError as failure:
             refused.append(failure)
     assert len(refused) >= 10
-    assert all(failure.path.endswith(".yaml") and failure.message for failure in refused)
+    assert all(
+        finding.place.file.endswith(".yaml") and finding.message
+        for failure in refused
+        for finding in failure.findings
+    )
 
 
 def test_the_simulation_is_importable_without_numerical_libraries():
@@ -64,7 +68,7 @@ def test_the_simulation_is_importable_without_numerical_libraries():
         "from hw.scene import load_scene\n"
         "scene = load_scene('study')\n"
         "hw.user.open_user('study', scene).step(0, scene.robot_start, False)\n"
-        "print(sorted({'numpy', 'shapely', 'scipy', 'numba', 'engine'} & set(sys.modules)))\n"
+        "print(sorted({'numpy', 'shapely', 'scipy', 'numba', 'engine.state'} & set(sys.modules)))\n"
     )
     root = Path(__file__).resolve().parents[2]
     done = subprocess.run(

@@ -1,6 +1,7 @@
 """One suite for the parts of every world: simulated and mock (drivers against fakes join later)."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -8,6 +9,7 @@ from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.live import LivePerson
 from hw.mock import mock_world
 from hw.robot import MotionLimits, load_robot
+from hw.safety_limits import SafetyLimits
 from hw.samples import ArmState, BumperHit, GripperState, UserPose, WrenchReading
 from hw.scene import load_scene
 from hw.sim.world import World
@@ -18,16 +20,23 @@ DEEP = Pose3.from_yaw(6.0, 7.0, 1.5, 0.0)
 SOMEWHERE = (0.1, -1.0, 1.2, 0.3, -0.2, 0.5)
 
 
-def simulated(person):
-    return World(SCENE, ROBOT, person, MotionLimits(2.0, 2.0, 5.0))
+MOTION = MotionLimits(2.0, 2.0, 5.0)
+NOBODY_WATCHED = replace(SafetyLimits.of(ROBOT, MOTION), watched=False)
 
 
-def mocked(person):
-    return mock_world(SCENE, ROBOT, person)
+def simulated(person, robot=ROBOT):
+    return World(SCENE, robot, person, MOTION, safety=NOBODY_WATCHED)
+
+
+def mocked(person, robot=ROBOT):
+    return mock_world(SCENE, robot, person, NOBODY_WATCHED)
 
 
 class Rig:
-    """A world with a live person, ticked at 30 Hz, and every sample it gave."""
+    """A world with a live person, ticked at 30 Hz, and every sample it gave.
+
+    Nobody tells the base about the person, so that its parts are tried and not its distance.
+    """
 
     def __init__(self, make):
         self.person = LivePerson(Pose2(7.0, 7.0))
@@ -39,6 +48,8 @@ class Rig:
 
     def ticks(self, count, each=None):
         for _ in range(count):
+            if self.n:
+                self.parts["base"].tick(self.world.now_ns)
             now = self.n * 10**9 // 30
             self.world.advance(now)
             for part in self.parts.values():
@@ -46,9 +57,11 @@ class Rig:
                     assert sample.name in part.signals
                     assert sample.stamp_ns <= now
                     self.got.append(sample)
+                    self.parts["base"].hear(sample, now)
             self.n += 1
             if each is not None:
                 each()
+        self.parts["base"].tick(self.world.now_ns)
 
     def place(self, x, y, yaw=0.0):
         self.person.push(self.world.now_ns + 1, UserPose(Pose2(x, y, yaw), yaw))
@@ -90,6 +103,8 @@ def test_no_name_is_given_by_two_parts(rig):
 
 
 def test_levels_are_told_once_at_the_start(rig):
+    assert rig.values("base.mode") == ["omni"]
+    assert rig.values("base.refusal") == [None]
     assert rig.values("vr.haptic_request") == [None]
     assert rig.values("stop.engaged") == [None]
 
@@ -144,7 +159,7 @@ def test_a_base_without_new_commands_stops_by_itself(rig):
 def test_a_differential_base_ignores_the_sideways_command(rig):
     rig.parts["base"].use("differential")
     rig.drive(Twist2(0.3, 0.4, 0.0), 30)
-    assert rig.parts["base"].mode == "differential"
+    assert rig.values("base.mode")[-1] == "differential"
     assert all(twist.vy == 0.0 for twist in rig.values("base.twist"))
 
 
@@ -283,8 +298,8 @@ def test_a_course_no_arm_can_follow_is_a_bug_of_the_caller(rig, points):
 @pytest.mark.requirement(150)
 def test_a_robot_has_the_fingers_and_the_sensor_of_its_prop(rig, request):
     bare = load_robot("rbkairos_ur10")
-    make = {simulated: World, mocked: mock_world}[request.node.callspec.params["rig"]]
-    parts = make(SCENE, bare, LivePerson(Pose2(7.0, 7.0))).parts
+    make = request.node.callspec.params["rig"]
+    parts = make(LivePerson(Pose2(7.0, 7.0)), bare).parts
     assert not {"gripper", "wrench"} & set(parts)
     assert rig.values("gripper.state")[-1] == GripperState(0.05, holding=True)
     assert rig.values("wrench.reading")[-1] == WrenchReading((0, 0, 0), (0, 0, 0))
@@ -425,6 +440,7 @@ def test_a_pulled_stop_line_stops_everything_and_takes_no_commands(rig):
         moving_for += rig.values("base.twist")[-1] != STILL
     assert moving_for <= 15
     assert rig.values("stop.engaged") == [None, "button"]
+    assert rig.values("base.refusal")[-1] == "the stop line is pulled"
     assert not rig.values("arm.joints")[-1].moving
     assert rig.values("arm.joints")[-1].joints != pytest.approx(SOMEWHERE)
 

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hw.recording import Recording, RecordingError, read_recording
+from engine.files.finding import FileError
+from hw.recording import Recording, read_recording
 
 WALKING = (Path(__file__).resolve().parents[2] / "../shared/data/walking").resolve()
 
@@ -78,26 +79,26 @@ def test_one_person_is_chosen_by_id(tmp_path):
         (CSV, None, "walk.csv: holds 2 people; choose one by #id: 1, 2"),
         (CSV, "3", "walk.csv: no person '3'; has 1, 2"),
         ("t,x,y\n0,0,0\n1,1,1\n", "3", "no column of persons; leave out '#3'"),
-        ("id,t,x,y\n1,0.1,0,0\n1,0.0,0,0\n", None, "walk.csv:3: time 0.0 is not after 0.1; sort"),
-        ("id,t,x,y\n1,0.1,0,0\n1,0.1,0,0\n", None, "walk.csv:3: time 0.1 is not after 0.1"),
-        ("id,t,x,y\n1,0,0,0\n1,1,nan,0\n", None, "walk.csv:3: 'nan' is not a finite number"),
-        ("id,t,x,y\n1,0,0,0\n1,1,1e999,0\n", None, "walk.csv:3: '1e999' is not a finite number"),
-        ("id,t,x,y\n1,0,0,0\n1,1,1e308,0\n", None, "walk.csv:3: (1e+308, 0) m is too far away"),
-        ("id,t,x,y\n1,0,0,0\n1,1e308,0,0\n", None, "walk.csv:3: 1e+308 s after the first"),
-        ("id,t,x,y\n1,0,0,0\n1,one,0,0\n", None, "walk.csv:3: 'one' is not a number"),
-        ("id,t,x,y\n1,0,0,0\n1,1,0\n", None, "walk.csv:3: 3 values; the header has 4"),
-        ("id,t,x,y\n1,0,0,0\n", None, "walk.csv:2: is the only row; a walk needs at least two"),
+        ("id,t,x,y\n1,0.1,0,0\n1,0.0,0,0\n", None, "walk.csv:3:1: time 0.0 is not after 0.1; sort"),
+        ("id,t,x,y\n1,0.1,0,0\n1,0.1,0,0\n", None, "walk.csv:3:1: time 0.1 is not after 0.1"),
+        ("id,t,x,y\n1,0,0,0\n1,1,nan,0\n", None, "walk.csv:3:1: 'nan' is not a finite number"),
+        ("id,t,x,y\n1,0,0,0\n1,1,1e999,0\n", None, "walk.csv:3:1: '1e999' is not a finite number"),
+        ("id,t,x,y\n1,0,0,0\n1,1,1e308,0\n", None, "walk.csv:3:1: (1e+308, 0) m is too far away"),
+        ("id,t,x,y\n1,0,0,0\n1,1e308,0,0\n", None, "walk.csv:3:1: 1e+308 s after the first"),
+        ("id,t,x,y\n1,0,0,0\n1,one,0,0\n", None, "walk.csv:3:1: 'one' is not a number"),
+        ("id,t,x,y\n1,0,0,0\n1,1,0\n", None, "walk.csv:3:1: 3 values; the header has 4"),
+        ("id,t,x,y\n1,0,0,0\n", None, "walk.csv:2:1: is the only row; a walk needs at least two"),
         ("id,t,x,y\n", None, "walk.csv: holds no data"),
-        ("", None, "walk.csv:1: no column t, x, y; the header must be like id,t,x,y"),
-        ("1,0,0,0\n1,1,1,1\n", None, "walk.csv:1: no column t, x, y"),
-        ("id,frame,x,y\n1,0,0,0\n", None, "walk.csv:1: no column t;"),
-        ("id,t,x_ft,y\n1,0,0,0\n", None, "walk.csv:1: column 'x_ft': unknown unit 'ft'"),
-        (b"id,t,x,y\n\xff\xfe\x00\x01", None, "walk.csv:2: is not text"),
-        (b"\x00\x01\x02\x03" * 100, None, "walk.csv:1: no column t, x, y"),
+        ("", None, "walk.csv:1:1: no column t, x, y; the header must be like id,t,x,y"),
+        ("1,0,0,0\n1,1,1,1\n", None, "walk.csv:1:1: no column t, x, y"),
+        ("id,frame,x,y\n1,0,0,0\n", None, "walk.csv:1:1: no column t;"),
+        ("id,t,x_ft,y\n1,0,0,0\n", None, "walk.csv:1:1: column 'x_ft': unknown unit 'ft'"),
+        (b"id,t,x,y\n\xff\xfe\x00\x01", None, "walk.csv:2:1: byte 0xff is not UTF-8"),
+        (b"\x00\x01\x02\x03" * 100, None, "walk.csv:1:1: no column t, x, y"),
     ],
 )
 def test_a_wrong_csv_is_named_with_file_and_line(tmp_path, text, person, message):
-    with pytest.raises(RecordingError) as caught:
+    with pytest.raises(FileError) as caught:
         read_recording(write(tmp_path, text), person)
     assert message in str(caught.value)
 
@@ -105,23 +106,23 @@ def test_a_wrong_csv_is_named_with_file_and_line(tmp_path, text, person, message
 @pytest.mark.parametrize(
     ("text", "person", "message"),
     [
-        ("0 0 0 0 0 0 0 1\n1 1 1\n", None, "walk.txt:2: 3 values; needs 8: stamp tx ty"),
-        ("0 0 0 0 0 0 0 1\n1 a 0 0 0 0 0 1\n", None, "walk.txt:2: 'a' is not a number"),
-        ("0 0 0 0 0 0 0 1\n\n-1 0 0 0 0 0 0 1\n", None, "walk.txt:3: time -1.0 is not after 0.0"),
+        ("0 0 0 0 0 0 0 1\n1 1 1\n", None, "walk.txt:2:1: 3 values; needs 8: stamp tx ty"),
+        ("0 0 0 0 0 0 0 1\n1 a 0 0 0 0 0 1\n", None, "walk.txt:2:1: 'a' is not a number"),
+        ("0 0 0 0 0 0 0 1\n\n-1 0 0 0 0 0 0 1\n", None, "walk.txt:3:1: time -1.0 is not after 0.0"),
         ("# nothing\n", None, "walk.txt: holds no data"),
         (TUM, "1", "walk.txt: a TUM file holds one person; leave out '#1'"),
     ],
 )
 def test_a_wrong_tum_file_is_named_with_file_and_line(tmp_path, text, person, message):
-    with pytest.raises(RecordingError) as caught:
+    with pytest.raises(FileError) as caught:
         read_recording(write(tmp_path, text, "walk.txt"), person)
     assert message in str(caught.value)
 
 
 def test_other_forms_and_missing_files_are_named(tmp_path):
-    with pytest.raises(RecordingError, match=r"'\.bag' is no known form"):
+    with pytest.raises(FileError, match=r"'\.bag' is no known form"):
         read_recording(write(tmp_path, "x", "walk.bag"))
-    with pytest.raises(RecordingError, match="cannot be read"):
+    with pytest.raises(FileError, match="cannot be read"):
         read_recording(tmp_path / "missing.csv")
 
 
@@ -132,8 +133,8 @@ def test_any_bytes_are_a_walk_or_a_recording_error(tmp_path_factory, data):
     path.write_bytes(b"id,t,x,y\n" + data)
     try:
         path_named = read_recording(path).name
-    except RecordingError as failure:
-        path_named = failure.path
+    except FileError as failure:
+        path_named = str(failure)
     assert "walk.csv" in path_named
 
 
@@ -169,7 +170,7 @@ def test_a_stretched_walk_has_the_wanted_box_and_the_same_speeds():
 
 
 def test_a_person_who_never_moves_cannot_be_stretched():
-    with pytest.raises(RecordingError, match="never moves"):
+    with pytest.raises(FileError, match="never moves"):
         Recording("w", (0, 1), (1.0, 1.0), (2.0, 2.0)).stretched(8.0)
 
 

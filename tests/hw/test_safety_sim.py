@@ -1,7 +1,8 @@
 """The simulated base with the safety chain in its loop."""
 
-import itertools
+import dataclasses
 import math
+from itertools import pairwise as pairs
 
 import pytest
 from hypothesis import given, settings
@@ -21,6 +22,7 @@ ROBOT = load_robot("rbkairos_ur10")
 HALL = load_scene("hall")
 CAPS = MotionLimits(1.0, 2.0, 5.0, base_speed=2.5, base_yaw_rate=1.5)
 SAFETY = SafetyLimits.of(ROBOT, CAPS)
+FREE = dataclasses.replace(SAFETY, governor=False)
 CLEARANCE = SAFETY.stopping.clearance
 DEEP = Pose3.from_yaw(6.0, 7.0, 1.5, 0.0)
 AWAY = (30.0, 30.0)
@@ -31,13 +33,24 @@ def gap_of(pose, place):
     return math.hypot(max(0.0, abs(x) - 0.565), max(0.0, abs(y) - 0.455)) - 0.5
 
 
+def hear(world):
+    """What the guard hears of what the parts measure."""
+    for part in world.parts.values():
+        for sample in part.samples(world.now_ns):
+            world.guard.hear(sample, world.now_ns)
+
+
 class Rig:
-    """A world in a hall with a live person, ticked at 30 Hz; every record of the chain."""
+    """A world in a hall with a live person, ticked at 30 Hz; every record of the chain.
+
+    `base` is what states have, `wheels` what moves.
+    """
 
     def __init__(self, person=AWAY, safety=SAFETY, caps=CAPS):
         self.person = LivePerson(Pose2(*person))
         self.world = World(HALL, ROBOT, self.person, caps, safety=safety)
-        self.base = self.world.base
+        self.base, self.wheels = self.world.guard, self.world.base
+        self.cycles = self.base.chain.cycles.reader()
         self.place = person
         self.records = []
         self.n = 0
@@ -51,21 +64,22 @@ class Rig:
                 self.person.push(now, UserPose(Pose2(*self.place), 0.0))
             if command is not None:
                 self.base.drive(command(self) if callable(command) else command)
+                self.base.tick(self.world.now_ns)
             self.world.advance(now)
+            hear(self.world)
             self.n += 1
-            self.records.extend(self.base.safety)
-            self.base.safety.clear()
+            self.records += self.cycles.take()
             if each is not None:
                 each()
 
     @property
     def gap(self):
-        return gap_of(self.base.pose, self.place)
+        return gap_of(self.wheels.pose, self.place)
 
     def towards(self, speed):
         """The command that goes straight to the person."""
-        angle = math.atan2(self.place[1] - self.base.pose.y, self.place[0] - self.base.pose.x)
-        look = angle - self.base.pose.yaw
+        pose = self.wheels.pose
+        look = math.atan2(self.place[1] - pose.y, self.place[0] - pose.x) - pose.yaw
         return Twist2(speed * math.cos(look), speed * math.sin(look), 0.0)
 
 
@@ -85,7 +99,7 @@ def test_the_chain_runs_at_least_a_hundred_times_a_second_while_the_base_moves()
     rig.records.clear()
     rig.ticks(60, Twist2(0.5, 0.2, 0.8))
     stamps = [record.stamp_ns for record in rig.records]
-    assert max(b - a for a, b in itertools.pairwise(stamps)) <= 10_000_000
+    assert max(b - a for a, b in pairs(stamps)) <= 10_000_000
     assert stamps == sorted(set(stamps))
 
 
@@ -107,11 +121,11 @@ def test_a_user_lost_by_a_standing_base_latches_too():
 
 
 def test_far_from_everybody_the_chain_changes_nothing():
-    worlds = [Rig(safety=SAFETY), Rig(safety=None)]
+    worlds = [Rig(safety=SAFETY), Rig(safety=FREE)]
     for rig in worlds:
         rig.ticks(60, Twist2(1.0, 0.4, 0.0))
         rig.ticks(90, STILL)
-    guarded, free = (rig.base.pose for rig in worlds)
+    guarded, free = (rig.wheels.pose for rig in worlds)
     assert guarded.distance_to(free) < 1e-9
     assert not [record for record in worlds[0].records if record.reasons and record.user_age]
 
@@ -123,25 +137,44 @@ def test_what_the_chain_admits_is_what_the_wheels_do():
     rig.ticks(200, lambda r: r.towards(1.5))
     slowed = [record for record in rig.records if record.admitted is not record.command]
     assert slowed
-    for before, after in itertools.pairwise(rig.records):
+    for before, after in pairs(rig.records):
         speed = max(before.admitted.speed, before.command.speed - 3.0 / 100)
         assert after.command.speed <= speed + 1.0 / 100 + 1e-6
 
 
-def test_without_safety_limits_there_is_no_chain_and_the_world_says_so():
-    free, guarded = Rig(safety=None), Rig()
-    assert (free.world.safety, free.base.chain, list(free.base.safety)) == (None, None, [])
-    assert guarded.world.safety is SAFETY
-    free.base.grant(Pose2(0.0, 0.0))
+def test_a_world_has_a_chain_whether_it_is_given_limits_or_not():
+    assert Rig().base.chain.limits is SAFETY
+    world = World(HALL, ROBOT, LivePerson(Pose2(*AWAY)), CAPS)
+    assert world.guard.chain.limits == SAFETY
+    assert world.base.gate is world.parts["base"] is world.guard
 
 
-def test_the_mock_does_as_told_and_has_no_chain():
-    world = mock_world(HALL, ROBOT, LivePerson(Pose2(*ahead(1.2))))
-    world.base.grant(None)
-    world.base.drive(Twist2(0.1, 0.0, 0.0))
-    world.advance(33_000_000)
-    assert (world.safety, list(world.base.safety)) == (None, [])
-    assert world.base.twist.vx == 0.1
+@pytest.mark.requirement(48, 50, 149)
+@pytest.mark.parametrize("governor", [True, False])
+def test_the_mock_does_exactly_as_the_chain_lets_it(governor):
+    place = Pose2(*ahead(1.2)) if governor else Pose2(*AWAY)
+    person = LivePerson(place)
+    safety = dataclasses.replace(SAFETY, governor=governor)
+    world = mock_world(HALL, ROBOT, person, safety)
+    cycles = world.guard.chain.cycles.reader()
+    speeds, start = [], world.base.pose
+    for n in range(1, 14):
+        if n < 8:
+            person.push(n * 33_000_000, UserPose(place, 0.0))
+        world.advance(n * 33_000_000)
+        hear(world)
+        world.guard.drive(Twist2(0.1 if n < 4 else 3.5, 0.0, 0.0))
+        world.guard.tick(world.now_ns)
+        speeds.append(round(world.base.twist.vx, 6))
+        if n == 3:
+            way = start.distance_to(world.base.pose)
+            assert way == pytest.approx(2 * 0.033 * 0.1 * (not governor))
+    if governor:
+        assert set(speeds) == {0.0}
+        return
+    assert speeds[:7] == [0.0, 0.1, 0.1, 0.1, 2.5, 2.5, 2.5]  # the limit
+    assert speeds[-2:] == [0.0, 0.0]  # the user is lost
+    assert cycles.take()[-1].reasons == ("pose of the user is old",)
 
 
 # ---- separation
@@ -161,7 +194,7 @@ def test_a_base_driven_at_a_standing_user_stops_before_the_clearance(speed, side
 
 
 def test_without_the_chain_it_would_have_hit_them():
-    rig = Rig(ahead(5.0), safety=None)
+    rig = Rig(ahead(5.0), safety=FREE)
     rig.ticks(300, lambda r: r.towards(1.5))
     assert rig.world.contacts > 0
 
@@ -186,12 +219,12 @@ def test_however_it_is_driven_the_base_closes_the_gap_no_faster_than_the_gap_all
     rig.ticks(5, STILL, walk=walk)
     for speed, aside, turn, ticks in script:
         for _ in range(ticks):
-            there, before = rig.place, rig.base.pose
+            there, before = rig.place, rig.wheels.pose
             to = rig.towards(speed)
             command = Twist2(to.vx - aside * to.vy, to.vy + aside * to.vx, turning * turn)
             rig.ticks(1, command, walk=walk)
             gap = gap_of(before, there)
-            closing = 30 * (gap - gap_of(rig.base.pose, there)) - excess
+            closing = 30 * (gap - gap_of(rig.wheels.pose, there)) - excess
             needed = (pace + 0.5) * (0.1 + closing / 3) + closing * (0.1 + closing / 6) + 0.35
             if gap <= 0.0:
                 return  # they walked into it
@@ -204,8 +237,11 @@ def test_a_user_who_walks_up_finds_the_base_standing():
     back = START.transform(4.0, 0.0)
     walk = (1.5 * (START.x - back[0]) / 4.0, 1.5 * (START.y - back[1]) / 4.0)
     speeds = []
-    rig.ticks(60, lambda r: r.towards(1.5), walk=walk,
-              each=lambda: speeds.append((rig.gap, rig.towards(1.0), rig.base.twist)))  # fmt: skip
+
+    def look():
+        speeds.append((rig.gap, rig.towards(1.0), rig.wheels.twist))
+
+    rig.ticks(60, lambda r: r.towards(1.5), walk=walk, each=look)
     near = [to.vx * v.vx + to.vy * v.vy for gap, to, v in speeds if gap < CLEARANCE]
     assert near
     assert max(near) < 0.02
@@ -215,14 +251,14 @@ def test_a_user_who_walks_up_finds_the_base_standing():
 def test_a_pursuing_user_never_has_the_way_out_blocked():
     place = ahead(4.0)
     ways = []
-    for safety in (SAFETY, None):
+    for safety in (SAFETY, FREE):
         rig = Rig(place, safety=safety)
         out = Twist2(-1.5, 2.0, 0.0)
         back = START.transform(1.0, 0.0)
         walk = (1.5 * (START.x - back[0]), 1.5 * (START.y - back[1]))
         rig.records.clear()
         rig.ticks(45, out, walk=walk)
-        ways.append(rig.base.pose)
+        ways.append(rig.wheels.pose)
         assert all(record.admitted is record.command for record in rig.records)
     assert ways[0].distance_to(ways[1]) < 1e-9
 
@@ -234,7 +270,7 @@ def test_a_differential_base_is_slowed_down_along_its_heading():
     rig.ticks(200, Twist2(1.0, 0.0, 0.0))
     assert all(record.admitted.vy == 0.0 for record in rig.records)
     assert rig.gap >= CLEARANCE
-    assert START.inverse().transform(rig.base.pose.x, rig.base.pose.y)[1] == pytest.approx(0.0)
+    assert START.inverse().transform(rig.wheels.pose.x, rig.wheels.pose.y)[1] == pytest.approx(0.0)
 
 
 # ---- granted touches
@@ -250,10 +286,10 @@ def test_a_touch_that_was_asked_for_is_served_at_the_gap_of_its_pose():
     speeds = []
 
     def approach(r):
-        left = math.dist((goal.x, goal.y), (r.base.pose.x, r.base.pose.y))
+        left = math.dist((goal.x, goal.y), (r.wheels.pose.x, r.wheels.pose.y))
         return r.towards(min(1.5, left)) if left > 0.005 else STILL
 
-    rig.ticks(300, approach, each=lambda: speeds.append((rig.gap, rig.base.twist.speed)))
+    rig.ticks(300, approach, each=lambda: speeds.append((rig.gap, rig.wheels.twist.speed)))
     assert rig.gap == pytest.approx(0.2, abs=0.01)
     # within the reach of a hand no faster than a touch may be
     assert max(speed for gap, speed in speeds if gap < CLEARANCE) <= 0.25 + 1e-9
@@ -284,8 +320,11 @@ def test_the_stop_line_stops_through_the_chain_too():
     rig.world.parts["stop_line"].pull("button")
     rig.records.clear()
     rig.ticks(20, Twist2(1.5, 0.0, 0.0))
-    assert rig.base.twist == STILL
-    assert {record.reasons for record in rig.records[:5]} == {("stop line",)}
+    assert rig.wheels.twist == STILL
+    # the line brakes the wheels at once, the chain hears of it with the next sample
+    brakes = [before.command.vx - after.command.vx for before, after in pairs(rig.records[:9])]
+    assert brakes == pytest.approx([3.0 / 120] * 8)
+    assert {record.reasons for record in rig.records[4:9]} == {("stop line",)}
 
 
 @pytest.mark.requirement(149)
@@ -295,7 +334,7 @@ def test_a_base_whose_user_is_lost_stops_in_half_a_second_and_waits_for_the_oper
     line, found = rig.world.parts["stop_line"], []
 
     def look():
-        found.append((line.reason, rig.base.twist))
+        found.append((line.reason, rig.wheels.twist))
 
     rig.ticks(100, Twist2(1.0, 0.0, 0.0), tracked=False, each=look)
     assert found[13] == (None, STILL)
@@ -303,7 +342,7 @@ def test_a_base_whose_user_is_lost_stops_in_half_a_second_and_waits_for_the_oper
     rig.ticks(45)
     assert line.reason is None
     rig.ticks(30, Twist2(1.0, 0.0, 0.0))
-    assert rig.base.twist.speed > 0.5
+    assert rig.wheels.twist.speed > 0.5
 
 
 @pytest.mark.requirement(6, 149)
@@ -312,20 +351,23 @@ def test_outside_the_tracked_area_the_chain_sees_nobody_either():
     world = World(lab, ROBOT, LivePerson(Pose2(9.0, 5.0)), CAPS, area_only=True, safety=SAFETY)
     for n in range(1, 30):
         world.person.push(n * 10**9 // 30, UserPose(Pose2(9.0, 3.0), 0.0))
-        world.base.drive(Twist2(0.3, 0.0, 0.0))
         world.advance(n * 10**9 // 30)
+        hear(world)
+        world.guard.drive(Twist2(0.3, 0.0, 0.0))
+        world.guard.tick(world.now_ns)
     assert world.base.twist == STILL
-    assert world.base.safety[-1].reasons == ("no pose of the user yet",)
+    last = world.guard.chain.cycles.reader().take()[-1]
+    assert last.reasons == ("no pose of the user yet",)
 
 
 @pytest.mark.requirement(48)
 def test_a_base_of_a_dead_planner_brakes_after_a_tenth_of_a_second():
     rig = Rig()
     rig.ticks(90, Twist2(1.5, 0.0, 0.0))
-    rig.ticks(3)
-    assert rig.base.twist.speed > 1.4
-    rig.ticks(18)
-    assert rig.base.twist == STILL
+    rig.ticks(2)
+    assert rig.wheels.twist.speed > 1.4
+    rig.ticks(19)
+    assert rig.wheels.twist == STILL
     assert any(record.reasons == ("command is old",) for record in rig.records)
 
 
@@ -333,9 +375,10 @@ def test_a_stop_that_was_told_is_gentle_and_no_old_command():
     rig = Rig()
     rig.ticks(60, Twist2(1.0, 0.0, 0.0))
     rig.base.stop()
+    rig.base.tick(rig.world.now_ns)
     rig.records.clear()
     rig.ticks(20)
-    assert rig.base.twist.speed == pytest.approx(1.0 - 20 / 30, abs=0.05)
+    assert rig.wheels.twist.speed == pytest.approx(1.0 - 20 / 30, abs=0.05)
     assert {record.reasons for record in rig.records} == {()}
 
 
@@ -347,12 +390,14 @@ def test_the_same_run_gives_the_same_records():
     def run():
         scene = load_scene("lab_a")
         world = World(scene, ROBOT, open_user("demo", scene), CAPS, safety=SAFETY)
-        records = []
+        cycles = world.guard.chain.cycles.reader()
         for n in range(600):
             world.advance(n * 10**9 // 30)
-            world.base.drive(Twist2(0.3, 0.05 * math.sin(n / 20), 0.2))
-            records += world.base.safety
-            world.base.safety.clear()
-        return records
+            hear(world)
+            world.guard.drive(Twist2(0.3, 0.05 * math.sin(n / 20), 0.2))
+            world.guard.tick(world.now_ns)
+        return cycles.take()
 
-    assert run() == run()
+    first = run()
+    assert len(first) > 2000
+    assert first == run()

@@ -1,11 +1,23 @@
 """What no part can have measured is told apart from what it can."""
 
+import dataclasses
 import math
+from typing import NamedTuple
 
+import numpy as np
 import pytest
 
 from hw.geometry import Pose2, Pose3, Twist2
-from hw.samples import ArmState, BumperHit, UserPose, is_finite
+from hw.samples import (
+    ArmState,
+    BumperHit,
+    GripperState,
+    ImuReading,
+    Scan,
+    UserPose,
+    WrenchReading,
+    is_finite,
+)
 
 JOINTS = (0.0,) * 5
 BAD = (math.nan, math.inf, -math.inf)
@@ -20,6 +32,10 @@ BAD = (math.nan, math.inf, -math.inf)
         Pose3(1.0, 2.0, 3.0),
         ArmState((*JOINTS, 1.0), (*JOINTS, -1.0)),
         BumperHit(0.5),
+        Scan("front", -1.0, 0.1, (1.0, math.inf, math.inf)),
+        (1.0, (2, None)),
+        np.ones(3),
+        np.array([1, 2]),
         None,
         True,
         "pressed",
@@ -44,3 +60,79 @@ def test_one_bad_number_is_enough(bad):
 
 def test_infinities_that_cancel_are_noticed():
     assert not is_finite(Pose2(math.inf, -math.inf))
+    assert not is_finite(Scan("front", 0.0, 0.1, (math.inf, -math.inf)))
+
+
+class Cell(NamedTuple):
+    """A sample as a project of one's own may have it."""
+
+    name: str
+    volts: float | None
+
+
+@dataclasses.dataclass(frozen=True)
+class Battery:
+    cells: tuple[Cell, ...]
+    charge: float = 0.5
+    warnings: "Unknown" = None  # noqa: F821
+
+
+UPRIGHT = Pose3(0.0, 0.0, 1.0)
+EVERY_NUMBER = [
+    (UserPose(Pose2(0.0, 0.0), 0.0, UPRIGHT, UPRIGHT, UPRIGHT), 4 + 3 * 7),
+    (ArmState((*JOINTS, 0.0), (*JOINTS, 0.0)), 12),
+    (BumperHit(0.0), 1),
+    (GripperState(0.05), 1),
+    (WrenchReading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), 6),
+    (ImuReading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), 6),
+    (Scan("front", 0.0, 0.1, (1.0, 2.0)), 4),
+    (Battery((Cell("a", 3.0), Cell("b", None))), 2),
+    ([1.0, (2.0, 3)], 3),
+]
+
+
+def spoiled(value, place, bad):
+    """A copy whose number at `place`, counted through, is bad; and how many were passed."""
+    if isinstance(value, float | int) and not isinstance(value, bool):
+        return (bad if place == 0 else value), 1
+    if dataclasses.is_dataclass(value):
+        names = [field.name for field in dataclasses.fields(value)]
+        parts, count = _spoiled_parts([getattr(value, name) for name in names], place, bad)
+        return dataclasses.replace(value, **dict(zip(names, parts, strict=True))), count
+    if isinstance(value, tuple | list):
+        parts, count = _spoiled_parts(value, place, bad)
+        make = value._make if hasattr(value, "_make") else type(value)
+        return make(parts), count
+    return value, 0
+
+
+def _spoiled_parts(values, place, bad):
+    parts, count = [], 0
+    for value in values:
+        part, more = spoiled(value, place - count, bad)
+        parts.append(part)
+        count += more
+    return parts, count
+
+
+@pytest.mark.parametrize(("value", "numbers"), EVERY_NUMBER)
+def test_every_number_of_every_sample_is_looked_at(value, numbers):
+    assert is_finite(value)
+    assert spoiled(value, -1, math.nan)[1] == numbers
+    for place in range(numbers):
+        assert not is_finite(spoiled(value, place, math.nan)[0]), place
+
+
+def test_a_range_may_be_infinite_and_no_other_number_of_a_scan():
+    for start, step in ((math.inf, 0.1), (0.0, -math.inf)):
+        assert not is_finite(Scan("front", start, step, (1.0,)))
+    assert not is_finite(Scan("front", 0.0, 0.1, (1.0, -math.inf)))
+
+
+def test_arrays_are_looked_at_too():
+    assert not is_finite(np.array([[1.0, math.nan]]))
+    assert not is_finite((np.array([math.inf]),))
+
+
+def test_a_text_where_a_number_is_declared_is_no_measurement():
+    assert not is_finite(BumperHit("left"))

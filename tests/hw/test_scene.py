@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from engine.files.finding import FileError
 from hw.room import Room, ring_fault
-from hw.scene import SceneError, load_scene, scene_names
+from hw.scene import load_scene, scene_names
 
 PLANS = (Path(__file__).resolve().parents[2] / "../shared/data/floorplans").resolve()
 
@@ -98,18 +99,26 @@ def test_an_unknown_parking_spot_names_those_there_are():
         (
             "[[0, 0], [6, 0], [6, 5], [0, 5]]",
             "[[0, 0], [6, 0], [6, 0]]",
-            "3: room.outer: has the s",
+            "3:3: room.outer: has the s",
         ),
         ("[[0, 0], [6, 0], [6, 5], [0, 5]]", "[[0, 0], [6, 0], [3, 0]]", "has no area"),
         ("[[0, 0], [6, 0], [6, 5], [0, 5]]", "[[0, 0], [6, 0]]", "at least 3"),
         ("[[0, 0], [6, 0], [6, 5], [0, 5]]", "[[0, 0], [6, 5], [6, 0], [0, 5]]", "crosses itself"),
-        ("[[0, 0], [6, 0], [6, 5], [0, 5]]", "[[0, 0, 0], [6, 0], [6, 5]]", "needs 2 numbers"),
-        ("[0, 5]", "[0, .nan]", "room.outer[3][1]: needs a number"),
+        (
+            "[[0, 0], [6, 0], [6, 5], [0, 5]]",
+            "[[0, 0, 0], [6, 0], [6, 5]]",
+            "needs 2 values",
+        ),
+        ("[0, 5]", "[0, .nan]", "room.outer[3][1]: '.nan' is not a length"),
         ("outer:", "outter:", "did you mean 'outer'?"),
         ("  outer: [[0, 0], [6, 0], [6, 5], [0, 5]]\n", "", "the key 'outer' is missing"),
         ("scene: mine\n", "", "the key 'scene' is missing"),
         ("robot:", "robots:", "did you mean 'robot'?"),
-        ("{x: 1, y: 1}", "{x: 2.5, y: 2.5}", "5: robot.start: (2.5, 2.5) is not on the free floor"),
+        (
+            "{x: 1, y: 1}",
+            "{x: 2.5, y: 2.5}",
+            "5:9: robot.start: (2.5, 2.5) is not on",
+        ),
         ("{x: 1, y: 1}", "{x: -2, y: 1}", "the room reaches from (0, 0) to (6, 5)"),
         ("[[[2, 2], [3, 2], [3, 3], [2, 3]]]", "[[[20, 2], [30, 2], [30, 3]]]", "lies outside"),
         ("[[[2, 2], [3, 2], [3, 3], [2, 3]]]", "[[2, 2], [3, 2], [3, 3]]", "needs a list"),
@@ -117,14 +126,14 @@ def test_an_unknown_parking_spot_names_those_there_are():
 )
 def test_a_wrong_scene_is_named_with_file_line_and_key(tmp_path, old, new, message):
     assert old in GOOD
-    with pytest.raises(SceneError) as caught:
+    with pytest.raises(FileError) as caught:
         load(tmp_path, GOOD.replace(old, new))
     assert "mine.yaml:" in str(caught.value)
     assert message in str(caught.value)
 
 
 def test_an_unknown_scene_name_is_answered_with_a_suggestion():
-    with pytest.raises(SceneError, match="did you mean 'lab_a'"):
+    with pytest.raises(FileError, match="did you mean 'lab_a'"):
         load_scene("lab_aa")
 
 
@@ -132,7 +141,7 @@ def test_scenes_that_take_their_rooms_from_each_other_are_refused(tmp_path):
     for name, room in (("one", "two"), ("two", "one")):
         text = f"scene: {name}\nroom: {room}\nrobot: {{start: {{x: 1, y: 1}}}}\n"
         (tmp_path / f"{name}.yaml").write_text(text)
-    with pytest.raises(SceneError, match="takes its own from another"):
+    with pytest.raises(FileError, match="takes its own from another"):
         load_scene(tmp_path / "one.yaml")
 
 
@@ -184,5 +193,57 @@ def test_the_largest_free_disc_touches_walls_and_holds_none():
     ],
 )
 def test_a_wrong_touchable_surface_is_named_with_its_line(tmp_path, surface, wrong):
-    with pytest.raises(SceneError, match=rf"mine\.yaml:8: .*{wrong}"):
+    with pytest.raises(FileError, match=rf"mine\.yaml:8:\d+: .*{wrong}"):
         load(tmp_path, f"{GOOD}touchable: [{surface}]\n")
+
+
+def test_lengths_and_angles_may_carry_units(tmp_path):
+    text = GOOD.replace("[6, 5]", "[600 cm, 5000 mm]").replace("yaw: 0.5", "yaw: 90 deg")
+    scene = load(tmp_path, text)
+    assert scene.room == load(tmp_path, GOOD).room
+    assert scene.parking_spot("corner").yaw == math.pi / 2
+
+
+def test_all_mistakes_of_a_scene_are_told_at_once(tmp_path):
+    wrong = (
+        GOOD.replace("[6, 0]", "[6 kg, 0]").replace("x: 4", "z: 4").replace("0.9, yaw", "a, yaw")
+    )
+    with pytest.raises(FileError) as caught:
+        load(tmp_path, wrong)
+    assert [f.place.line for f in caught.value.findings] == [3, 6, 6, 7]
+
+
+def test_every_pose_off_the_floor_is_told_at_once(tmp_path):
+    wrong = GOOD.replace("x: 1, y: 1", "x: 2.5, y: 2.5").replace("{x: 0.9", "{x: -1")
+    with pytest.raises(FileError) as caught:
+        load(tmp_path, wrong)
+    assert [f.place.line for f in caught.value.findings] == [5, 7]
+
+
+def test_a_wrong_room_of_another_scene_is_told_there_with_a_note(tmp_path):
+    (tmp_path / "other.yaml").write_text(GOOD.replace("[6, 0]", "[6 s, 0]"))
+    with pytest.raises(FileError) as caught:
+        load(tmp_path, "scene: mine\nroom: other\nrobot: {start: {x: 1, y: 1}}\n")
+    (finding,) = caught.value.findings
+    assert (Path(finding.place.file).name, finding.place.line) == ("other.yaml", 3)
+    ((place, note),) = finding.related
+    assert (Path(place.file).name, place.line, place.column, note) == (
+        "mine.yaml", 2, 7, "named here"
+    )  # fmt: skip
+
+
+def test_files_that_a_scene_names_are_looked_for_from_its_own_folder(tmp_path, monkeypatch):
+    text = GOOD.replace("robot: {", "robot: {file: ../bodies/mine.yaml, ")
+    text = text.replace("user: {", "user: {source: 'walk.csv#3', ")
+    (tmp_path / "rooms").mkdir()
+    scene = load(tmp_path / "rooms", text)
+    assert Path(scene.robot) == tmp_path / "rooms/../bodies/mine.yaml"
+    assert scene.user == str(tmp_path / "rooms/walk.csv#3")
+    monkeypatch.chdir(tmp_path)
+    assert load(Path("rooms"), text).sha256 == scene.sha256
+
+
+@pytest.mark.parametrize("name", ["../../out", "a\\b", '"a\\e[2Jb"', '""'])
+def test_a_scene_is_called_by_what_can_be_the_name_of_a_file(tmp_path, name):
+    with pytest.raises(FileError, match="cannot be a name"):
+        load(tmp_path, GOOD.replace("scene: mine", f"scene: {name}"))

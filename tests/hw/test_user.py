@@ -4,14 +4,15 @@ from pathlib import Path
 
 import pytest
 
+from engine.files.finding import FileError
 from hw.geometry import Pose2, Pose3
 from hw.live import LivePerson
 from hw.person import RADIUS, Touch
 from hw.playback import Playback
-from hw.recording import Recording, RecordingError
+from hw.recording import Recording
 from hw.samples import UserPose
 from hw.scene import load_scene
-from hw.script import ScriptError, load_script, script_names
+from hw.script import load_script, script_names
 from hw.user import open_user, parse_source, place_in_largest_disc
 from hw.walker import Walker
 
@@ -140,7 +141,7 @@ def test_a_source_names_file_person_and_place(text, path, person, place):
 
 @pytest.mark.parametrize("text", ["w.txt@1,2", "w.txt@1,2,x", "w.txt@", "w.txt@1,2,nan", "w.csv#"])
 def test_a_source_that_cannot_be_read_says_what_is_needed(text):
-    with pytest.raises(RecordingError, match=r"@x,y,yaw|an id must follow"):
+    with pytest.raises(FileError, match=r"@x,y,yaw|an id must follow"):
         parse_source(text)
 
 
@@ -166,7 +167,7 @@ def test_by_default_the_first_yaw_that_keeps_the_whole_person_on_the_floor_is_ta
 
 def test_a_walk_that_fits_nowhere_is_an_error_that_says_so():
     long = Recording("w", (0, 10**9), (0.0, 20.0), (0.0, 0.0))
-    with pytest.raises(RecordingError, match=r"20.00 m x 0.00 m does not fit .*@x,y,yaw"):
+    with pytest.raises(FileError, match=r"20.00 m x 0.00 m does not fit .*@x,y,yaw"):
         place_in_largest_disc(long, LAB.room)
 
 
@@ -174,7 +175,7 @@ def test_a_place_in_a_wall_is_an_error_that_says_where(tmp_path):
     path = tmp_path / "walk.csv"
     path.write_text("t,x,y\n0,0,0\n1,1,0\n2,2,0\n")
     assert open_user(f"{path}@3,5,0", LAB).body.x == pytest.approx(2.0)
-    with pytest.raises(RecordingError, match=r"would be at \(6.75, 5.15\) after 1.00 s"):
+    with pytest.raises(FileError, match=r"would be at \(6.75, 5.15\) after 1.00 s"):
         open_user(f"{path}@6.75,5.15,0", LAB)
 
 
@@ -306,25 +307,52 @@ def test_a_round_without_time_does_not_hang(tmp_path):
 @pytest.mark.parametrize(
     ("steps", "message"),
     [
-        ("  - walk: {x: 9.0, y: 1.0}\n", "4: the way from (2, 2) to (9, 1) leaves the free floor"),
-        ("  - wolk: {x: 9.0, y: 1.0}\n", "4: steps[0].wolk: no such step; did you mean 'walk'?"),
+        (
+            "  - walk: {x: 9.0, y: 1.0}\n",
+            "4:5: the way from (2, 2) to (9, 1) leaves the",
+        ),
+        ("  - wolk: {x: 9.0, y: 1.0}\n", "4:5: steps[0].wolk: no such step; did you mean 'walk'?"),
         ("  - walk: {x: 3.0}\n", "the key 'y' is missing"),
         ("  - stand: -1\n", "steps[0].stand: -1 is out of range"),
-        ("  - stand: .inf\n", "needs a number"),
+        ("  - stand: .inf\n", "'.inf' is not a duration"),
         ("  - request: {hold: 0}\n", "0.1 to"),
-        ("  - approach: {target: wall, for: 3}\n", "'wall' is unknown; did you mean|known: robot"),
+        ("  - approach: {target: wall, for: 3}\n", "'wall' is not known; allowed: robot"),
         ("  - {stand: 1, turn: 2}\n", "a step has one key"),
-        ("  []\n", "needs at least one step"),
+        ("  []\n", "steps: is an empty list"),
     ],
 )
 def test_a_wrong_script_is_named_with_file_line_and_key(tmp_path, steps, message):
-    with pytest.raises(ScriptError) as caught:
+    with pytest.raises(FileError) as caught:
         walker(tmp_path, steps)
     assert any(part in str(caught.value) for part in message.split("|"))
 
 
+def test_spans_speeds_and_angles_of_a_script_may_carry_units(tmp_path):
+    steps = "  - stand: 2 min\n  - walk: {x: 300 cm, y: 2 m, speed: 3.6 km/h}\n  - turn: 90 deg\n"
+    path = tmp_path / "someone.yaml"
+    path.write_text(f"user: someone\nspeed: 120 cm/s\nsteps:\n{steps}")
+    stand, walk, turn = load_script(path).steps
+    assert stand.span_ns == 120 * 10**9
+    assert (walk.x, walk.y, walk.speed) == (3.0, 2.0, 1.0)
+    assert turn.yaw == math.pi / 2
+
+
+def test_all_wrong_steps_of_a_script_are_told_at_once(tmp_path):
+    steps = "  - stand: 2 m\n  - walk: {x: 3}\n  - look: 90\n  - turn: 0\n"
+    with pytest.raises(FileError) as caught:
+        walker(tmp_path, steps)
+    assert [f.place.line for f in caught.value.findings] == [4, 5, 6]
+
+
+def test_every_walk_that_leaves_the_floor_is_told(tmp_path):
+    steps = "  - walk: {x: 9, y: 1}\n  - walk: {x: 2, y: 2}\n  - stand: 1\n"
+    with pytest.raises(FileError) as caught:
+        walker(tmp_path, steps)
+    assert [f.place.line for f in caught.value.findings] == [4, 5]
+
+
 def test_an_unknown_user_is_answered_with_a_suggestion():
-    with pytest.raises(ScriptError, match="did you mean 'study'"):
+    with pytest.raises(FileError, match="did you mean 'study'"):
         open_user("studi", LAB)
 
 

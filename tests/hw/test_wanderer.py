@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 from shapely.geometry import LineString, Point
 
+from engine.files.finding import FileError
 from hw.geometry import Pose2
 from hw.person import RADIUS
 from hw.scene import load_scene
-from hw.script import ScriptError
 from hw.user import open_user
 
 FAR = Pose2(100.0, 100.0)
@@ -67,12 +67,12 @@ def test_shown_the_robot_the_person_stands_and_then_goes_the_same_way():
 
 
 def test_a_start_beside_a_wall_is_an_error():
-    with pytest.raises(ScriptError, match=r"not 0\.5 m away from walls"):
+    with pytest.raises(FileError, match=r"not 0\.5 m away from walls"):
         open_user("random", replace(LAB, user_start=Pose2(0.3, 5.0)))
 
 
 def test_only_a_recording_can_be_stretched():
-    with pytest.raises(ScriptError, match="stretched"):
+    with pytest.raises(FileError, match="stretched"):
         open_user("random", LAB, size=8.0)
 
 

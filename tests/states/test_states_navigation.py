@@ -8,15 +8,21 @@ from typing import Any
 import pytest
 
 from hw.geometry import Pose2, Twist2
+from hw.guarded import GuardedBase
 from hw.interfaces import DriveMode
+from hw.safety_limits import SafetyLimits
 from hw.samples import UserPose
 from hw.sim.base import SimBase
 from states.navigation.states import DriveTo
-from states.navigation.wheels import Wheels
 from states.site import Site, SubsystemName
 
 HZ = 30
 START = Pose2(2.0, 2.0, 0.0)
+
+
+def alone(base: SimBase, site: Site) -> GuardedBase:
+    """A base about which nobody has to be watched."""
+    return GuardedBase(base, replace(SafetyLimits.of(site.robot, site.limits), watched=False))
 
 
 class Drive:
@@ -31,9 +37,9 @@ class Drive:
         mode: DriveMode = "omni",
     ) -> None:
         self.base = SimBase(site.robot, site.limits, START)
+        self.guard = alone(self.base, site)
         values = {"site": site, "base.pose": START, "base.twist": self.base.twist}
-        self.wheels = Wheels(self.base)
-        self.ctx = context(values, {"base": self.wheels})
+        self.ctx = context(values | {"base.mode": self.base.mode}, {"base": self.guard})
         self.run = DriveTo(name, mode=mode).run(self.ctx, goal)
         self.fastest = self.sideways = 0.0
 
@@ -45,9 +51,8 @@ class Drive:
             self.ctx.values |= {"base.pose": self.base.pose, "base.twist": self.base.twist}
             self.fastest = max(self.fastest, self.base.twist.speed)
             self.sideways = max(self.sideways, abs(self.base.twist.vy))
-            self.wheels.begin(now)
             outcome = take_step(self.run)
-            self.wheels.pass_on()
+            self.guard.tick(now)
             if outcome is not None:
                 return str(outcome)
         return None
@@ -132,7 +137,7 @@ def test_whatever_ends_a_drive_stops_the_base(site: Site, context: Any, take_ste
     assert drive.base.twist.speed > 0.3
 
     drive.run.close()
-    drive.wheels.pass_on()
+    drive.guard.tick(10**9)
     drive.base.advance(4 * 10**9)
 
     assert drive.base.twist.speed == 0.0
@@ -158,8 +163,8 @@ class Rig:
 
     def __init__(self, site: Site, context: Any, late_ns: int = 0) -> None:
         self.base, self.late_ns = SimBase(site.robot, site.limits, START), late_ns
-        self.wheels = Wheels(self.base)
-        self.ctx = context({"site": site}, {"base": self.wheels})
+        self.guard = alone(self.base, site)
+        self.ctx = context({"site": site}, {"base": self.guard})
         self.n = 0
 
     def tick(self, run: Any, take_step: Any) -> Any:
@@ -168,9 +173,8 @@ class Rig:
         self.ctx.now = now
         self.ctx.values |= {"base.pose": self.base.pose, "base.twist": self.base.twist}
         self.base.advance(now + self.late_ns)
-        self.wheels.begin(now)
         outcome = take_step(run)
-        self.wheels.pass_on()
+        self.guard.tick(now)
         self.n += 1
         return outcome
 
@@ -216,7 +220,7 @@ def test_the_chain_is_told_the_pose_a_touch_is_served_from_while_the_drive_lasts
     site: Site, context: Any, take_step: Any, name: SubsystemName, granted: bool
 ) -> None:
     rig, goal, grants = Rig(site, context), Pose2(7.0, 5.0, 0.0), []
-    rig.base.grant = grants.append  # type: ignore[method-assign]
+    rig.guard.grant = grants.append  # type: ignore[method-assign]
     run = DriveTo(name).run(rig.ctx, goal)
     for _ in range(5):
         rig.tick(run, take_step)

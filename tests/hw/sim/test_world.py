@@ -1,12 +1,15 @@
 import math
+from dataclasses import replace
 
 import pytest
 
+from engine.files.finding import FileError
 from hw.geometry import Pose2, Twist2
 from hw.live import LivePerson
 from hw.robot import MotionLimits, load_robot
+from hw.safety_limits import SafetyLimits
 from hw.samples import Sample, UserPose
-from hw.scene import SceneError, load_scene
+from hw.scene import load_scene
 from hw.sim.scripted import ScriptedSignals
 from hw.sim.world import World
 from hw.user import open_user
@@ -43,20 +46,25 @@ def test_a_robot_that_starts_in_a_wall_or_a_person_is_refused(tmp_path):
     path = tmp_path / "tight.yaml"
     path.write_text(text)
     scene = load_scene(path)
-    with pytest.raises(SceneError, match="would touch a wall"):
+    with pytest.raises(FileError, match="would touch a wall"):
         World(scene, ROBOT, open_user("live", scene))
     path.write_text(text.replace("x: 0.4, y: 0.4", "x: 3.5, y: 3.0"))
     scene = load_scene(path)
-    with pytest.raises(SceneError, match="would touch the person"):
+    with pytest.raises(FileError, match="would touch the person"):
         World(scene, ROBOT, open_user("live", scene))
 
 
 @pytest.mark.requirement(56)
 def test_the_least_gap_is_that_of_a_dense_record():
-    world = World(LAB, ROBOT, open_user("demo", LAB), MotionLimits(1.0))
+    safety = replace(SafetyLimits.of(ROBOT, MotionLimits(1.0)), watched=False)
+    world = World(LAB, ROBOT, open_user("demo", LAB), MotionLimits(1.0), safety=safety)
     gaps = []
     for n in range(1500):
-        world.parts["base"].drive(Twist2(0.4, 0.1 * math.sin(n / 30), 0.3))
+        for part in world.parts.values():
+            for sample in part.samples(world.now_ns):
+                world.guard.hear(sample, world.now_ns)
+        world.guard.drive(Twist2(0.4, 0.1 * math.sin(n / 30), 0.3))
+        world.guard.tick(world.now_ns)
         world.advance(tick(n))
         body = world.person.body
         x, y = world.base.pose.inverse().transform(body.x, body.y)
@@ -156,3 +164,49 @@ def test_nobody_pushes_a_robot_that_is_not_touched():
         person.push(tick(n), UserPose(Pose2(3.0, 8.4), 0.0))
         world.advance(tick(n))
     assert world.base.pose == start
+
+
+class OwnWheels:
+    """A base of one's own, as short as can be."""
+
+    signals = ("base.pose", "base.twist")
+
+    def __init__(self):
+        self.pose, self.twist, self.now = Pose2(0.0, 0.0), Twist2(0.0), 0
+
+    def drive(self, command):
+        self.twist = command
+
+    def stop(self):
+        self.twist = Twist2(0.0)
+
+    def advance(self, until_ns):
+        way = self.twist.vx * (until_ns - self.now) / 1e9
+        self.pose, self.now = Pose2(self.pose.x + way, 0.0), until_ns
+
+    def samples(self, now_ns):
+        return [Sample("base.pose", now_ns, self.pose), Sample("base.twist", now_ns, self.twist)]
+
+
+@pytest.mark.requirement(48)
+def test_a_base_of_ones_own_is_guarded_too():
+    world, wheels = World(None, ROBOT, None), OwnWheels()
+    world.add({"base": wheels})
+    cycles = world.guard.chain.cycles.reader()
+    assert world.parts["base"] is world.guard
+    for n in range(31):
+        world.advance(tick(n))
+        for part in world.parts.values():
+            for sample in part.samples(world.now_ns):
+                world.guard.hear(sample, world.now_ns)
+        world.guard.drive(Twist2(9.0, 0.0, 0.0))
+        world.guard.tick(world.now_ns)
+    assert wheels.pose.x == pytest.approx(3.0)  # the robot's 3 m/s
+    assert len(cycles.take()) >= 100
+    for n in range(31, 36):
+        world.advance(tick(n))
+    assert wheels.twist == Twist2(0.0)
+    assert cycles.take()[-1].reasons in {
+        ("command is old",),
+        ("pose or velocity of the base is not known",),
+    }

@@ -4,8 +4,9 @@ import math
 
 import pytest
 
+from engine.files.finding import FileError
+from engine.files.item import parse_yaml
 from hw.calibration import load_calibration
-from hw.document import FileError, parse_document
 from hw.prop import load_prop
 from hw.robot import FOLDER as ROBOTS
 from hw.robot import load_robot
@@ -15,7 +16,7 @@ TEXT = (FOLDER / "ur10.yaml").read_text()
 
 
 def build(text: str):
-    return manipulator_from(parse_document(text, "arm.yaml"), load_prop())
+    return parse_yaml(text, "arm.yaml", lambda item: manipulator_from(item, load_prop()))
 
 
 def test_the_ur10_has_the_makers_lengths(arm):
@@ -41,17 +42,17 @@ def test_the_arm_agrees_with_the_robot_it_stands_on(arm):
     ("old", "new", "message"),
     [
         ("link: shoulder,", "link: sholder,", "did you mean 'shoulder'"),
-        ("radius: 0.081}", "radius: 0}", "must be above 0"),
+        ("radius: 0.081}", "radius: 0}", "radius: 0 is out of range"),
         ("d1: 0.1273, ", "", "'d1' is missing"),
         ("upper: 6.283185307179586, speed: 2.09", "upper: -7, speed: 2.09", "not above the lower"),
-        ("speed: 2.0943951023931953", "speed: -1", "speed: -1 must be above 0"),
-        ("- [wrist_1, wrist_3]", "- [wrist_1]", "needs two links or parts, has 1"),
+        ("speed: 2.0943951023931953", "speed: -1", "speed: -1 is out of range"),
+        ("- [wrist_1, wrist_3]", "- [wrist_1]", "needs 2 values, has 1"),
         ("low: [-0.565, -0.455, 0.0]", "low: [0.6, -0.455, 0.0]", "must be above"),
     ],
 )
 def test_a_wrong_file_is_refused_with_its_place_and_what_would_be_right(old, new, message):
     assert old in TEXT
-    with pytest.raises(FileError, match=rf"arm\.yaml:\d+: .*{message}"):
+    with pytest.raises(FileError, match=rf"arm\.yaml:\d+:\d+: .*{message}"):
         build(TEXT.replace(old, new, 1))
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from engine.files.finding import FileError
 from hw.calibration import load_calibration
-from hw.document import FileError
 from hw.prop import Placement, load_prop
 from hw.robot import FOLDER as ROBOTS
 from hw.robot import load_robot
@@ -99,7 +99,7 @@ def test_every_link_is_where_fixed_turning_sliding_and_mimic_joints_put_it():
             '<link name="floor"/><link name="x"/>',
             "above all others, has floor, x",
         ),
-        ("</robot>", "", r"urdf:\d+: is not XML"),
+        ("</robot>", "", r"urdf:\d+:1: is not XML"),
         ("<robot", "<human", "is not XML"),
         ('<robot name="lift">', '<!DOCTYPE r [<!ENTITY e "x">]><robot name="lift">', "entities"),
         ('<child link="hand"/>', "", "has no <child>"),

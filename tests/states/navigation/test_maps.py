@@ -10,9 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from engine.files.finding import FileError
 from hw.geometry import Pose2
-from states.navigation.images import ImageError, read_image, write_image
-from states.navigation.maps import MapError, OccupancyMap, load_map, pixel_values, save_map
+from states.navigation.images import read_image, write_image
+from states.navigation.maps import OccupancyMap, load_map, pixel_values, save_map
 
 DATA = Path(__file__).resolve().parents[4] / "shared/data/maps"
 YAML = {
@@ -150,20 +151,20 @@ def test_raw_maps_come_back_in_ros1_too(tmp_path):
 @pytest.mark.parametrize("key", list(YAML))
 def test_a_missing_key_is_named_with_the_file(tmp_path, key):
     path = write_map(tmp_path, np.zeros((2, 2, 1)), **{key: None})
-    with pytest.raises(MapError, match=rf"map\.yaml: the key '{key}' is missing"):
+    with pytest.raises(FileError, match=rf"map\.yaml:1:1: the key '{key}' is missing"):
         load_map(path)
 
 
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [
-        ("resolution", "0", "more than 0 is needed"),
-        ("resolution", "-0.05", "more than 0 is needed"),
-        ("resolution", "1e9", "0.001 to 10 is allowed"),
-        ("resolution", "1e-12", "0.001 to 10 is allowed"),
-        ("resolution", ".inf", "needs a number"),
-        ("resolution", "fine", "needs a number"),
-        ("origin", "[0, 0]", "needs 3 numbers, has 2"),
+        ("resolution", "0", "0 is out of range, 0.001 to 10 m"),
+        ("resolution", "-0.05", "out of range, 0.001 to 10 m"),
+        ("resolution", "1e9", "0.001 to 10 m is allowed"),
+        ("resolution", "1e-12", "0.001 to 10 m is allowed"),
+        ("resolution", ".inf", "is not a length"),
+        ("resolution", "fine", "is not a length"),
+        ("origin", "[0, 0]", "needs 3 values, has 2"),
         ("origin", "[0, 0, .nan]", "origin"),
         ("free_thresh", "0.7", "must be below occupied_thresh"),
         ("occupied_thresh", "65", "out of range"),
@@ -173,18 +174,18 @@ def test_a_missing_key_is_named_with_the_file(tmp_path, key):
 )
 def test_a_wrong_value_is_named_with_its_line(tmp_path, key, value, message):
     path = write_map(tmp_path, np.zeros((2, 2, 1)), **{key: value})
-    with pytest.raises(MapError, match=rf"map\.yaml:\d+: .*{message}"):
+    with pytest.raises(FileError, match=rf"map\.yaml:\d+:\d+: .*{message}"):
         load_map(path)
 
 
 def test_a_missing_image_is_named(tmp_path):
     path = write_map(tmp_path, np.zeros((2, 2, 1)), image="gone.pgm")
-    with pytest.raises(ImageError, match=r"gone\.pgm: cannot be read: No such file"):
+    with pytest.raises(FileError, match=r"gone\.pgm: cannot be read: No such file"):
         load_map(path)
 
 
 def test_a_missing_yaml_is_named(tmp_path):
-    with pytest.raises(MapError, match=r"none\.yaml: cannot be read"):
+    with pytest.raises(FileError, match=r"none\.yaml: cannot be read"):
         load_map(tmp_path / "none.yaml")
 
 
@@ -192,13 +193,13 @@ def test_an_image_that_is_cut_off_is_named(tmp_path):
     path = write_map(tmp_path, np.zeros((3, 4, 1)))
     image = tmp_path / "map.pgm"
     image.write_bytes(image.read_bytes()[:-1])
-    with pytest.raises(ImageError, match=r"map\.pgm: is cut off: 11 of 4 x 3 = 12 pixels"):
+    with pytest.raises(FileError, match=r"map\.pgm: is cut off: 11 of 4 x 3 = 12 pixels"):
         load_map(path)
 
 
 def test_a_map_longer_than_a_kilometre_is_refused(tmp_path):
     path = write_map(tmp_path, np.zeros((1, 101, 1)), resolution=10)
-    with pytest.raises(MapError, match="makes the map 1010 m long; at most 1000 m"):
+    with pytest.raises(FileError, match="makes the map 1010 m long; at most 1000 m"):
         load_map(path)
 
 
@@ -229,7 +230,7 @@ def png(size, lines):
 )
 def test_an_image_of_another_size_than_it_says_is_refused(tmp_path, data, message):
     (tmp_path / "map.pgm").write_bytes(data)
-    with pytest.raises(ImageError, match=message):
+    with pytest.raises(FileError, match=message):
         read_image(tmp_path / "map.pgm")
 
 
@@ -256,7 +257,7 @@ def test_an_image_of_the_size_it_says_is_read_with_a_line_end_after_it(tmp_path)
 )
 def test_a_file_that_is_no_map_image_is_refused(tmp_path, data, message):
     (tmp_path / "map.pgm").write_bytes(data)
-    with pytest.raises(ImageError, match=message):
+    with pytest.raises(FileError, match=message):
         read_image(tmp_path / "map.pgm")
 
 
@@ -309,10 +310,10 @@ def test_a_damaged_png_is_refused(tmp_path):
     data = bytearray(path.read_bytes())
     data[45] ^= 1
     path.write_bytes(bytes(data))
-    with pytest.raises(ImageError, match="check sum"):
+    with pytest.raises(FileError, match="check sum"):
         read_image(path)
     path.write_bytes(bytes(data[:-20]))
-    with pytest.raises(ImageError, match=r"check sum|cut off"):
+    with pytest.raises(FileError, match=r"check sum|cut off"):
         read_image(path)
 
 

@@ -62,8 +62,9 @@ LOCKS = (Lock("stop", 255), Lock("arm", 85))
 class Multiplexer:
     """Takes velocities and locks as they come, and says which velocity counts at a time.
 
-    Times are integer nanoseconds and do not go back. Of equal priorities the source named first
-    wins.
+    Times are integer nanoseconds. An offer counts from the first `select` after it; what was
+    offered or switched later than now counts for nothing, as if its time were up. Of equal
+    priorities the source named first wins.
 
     Raises:
         ValueError: a name stands twice, a source never times out, or a priority is not 1 to 255.
@@ -76,17 +77,17 @@ class Multiplexer:
         self._locks = {lock.name: lock for lock in locks}
         self._ranked = [(s, _nanoseconds(s.timeout)) for s in sorted(sources, key=_rank)]
         self._ranked_locks = [(k, _nanoseconds(k.timeout)) for k in sorted(locks, key=_rank)]
-        self._offers: dict[str, tuple[Twist2, int]] = {}
+        self._offers: dict[str, tuple[Twist2, int | None]] = {}
         self._switches: dict[str, tuple[bool, int]] = {}
 
-    def offer(self, name: str, twist: Twist2, now_ns: int) -> None:
+    def offer(self, name: str, twist: Twist2) -> None:
         """A source would like to drive at this velocity, from now until its time-out.
 
         Raises:
             ValueError: the velocity is not finite; what the source offered before still holds.
         """
         source = self._sources[name]
-        self._offers[source.name] = (Twist2.checked(twist.vx, twist.vy, twist.wz), now_ns)
+        self._offers[source.name] = (Twist2.checked(twist.vx, twist.vy, twist.wz), None)
 
     def release(self, name: str) -> None:
         """A source is done: the others take over at once."""
@@ -102,14 +103,17 @@ class Multiplexer:
 
     def select(self, now_ns: int) -> Selected:
         """The velocity that counts now."""
+        for name, (twist, since) in self._offers.items():
+            if since is None:
+                self._offers[name] = (twist, now_ns)
         lock = self._strongest_lock(now_ns)
         floor, blocked_by = (0, None) if lock is None else (lock.priority, lock.name)
         for source, timeout_ns in self._ranked:
             if source.priority < floor:
                 break
-            offer = self._offers.get(source.name)
-            if offer is not None and now_ns - offer[1] <= timeout_ns:
-                return Selected(offer[0], source.name, blocked_by)
+            twist, since = self._offers.get(source.name, (STILL, None))
+            if since is not None and 0 <= now_ns - since <= timeout_ns:
+                return Selected(twist, source.name, blocked_by)
         return Selected(STILL, None, blocked_by)
 
     def _strongest_lock(self, now_ns: int) -> Lock | None:
@@ -118,7 +122,7 @@ class Multiplexer:
             if switch is None:
                 on = timeout_ns > 0
             else:
-                on = switch[0] or (timeout_ns > 0 and now_ns - switch[1] > timeout_ns)
+                on = switch[0] or (timeout_ns > 0 and not 0 <= now_ns - switch[1] <= timeout_ns)
             if on:
                 return lock
         return None

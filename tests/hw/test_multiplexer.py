@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hw.geometry import STILL, Twist2
-from states.navigation.multiplexer import Lock, Multiplexer, Selected, Source
+from hw.multiplexer import Lock, Multiplexer, Selected, Source
 
 SECOND = 1_000_000_000
 FAST, SLOW = Twist2(1.0, 0.5, 0.1), Twist2(0.2)
@@ -14,7 +14,7 @@ FAST, SLOW = Twist2(1.0, 0.5, 0.1), Twist2(0.2)
 
 def test_the_first_source_drives_alone():
     mux = Multiplexer()
-    mux.offer("chase", FAST, 0)
+    mux.offer("chase", FAST)
     assert mux.select(0) == Selected(FAST, "chase", None)
 
 
@@ -26,7 +26,7 @@ def test_nobody_drives_is_a_zero():
 def test_escape_goes_before_haptic_before_chase_whoever_came_last():
     mux = Multiplexer()
     for name in ("escape", "haptic", "chase"):
-        mux.offer(name, Twist2(len(name)), 0)
+        mux.offer(name, Twist2(len(name)))
     assert mux.select(0).source == "escape"
     mux.release("escape")
     assert mux.select(0).source == "haptic"
@@ -37,17 +37,17 @@ def test_escape_goes_before_haptic_before_chase_whoever_came_last():
 @pytest.mark.requirement(71)
 def test_a_higher_source_need_not_wait_for_a_lower_one_that_goes_on_sending():
     mux = Multiplexer()
-    mux.offer("chase", FAST, 0)
-    mux.offer("escape", SLOW, 1)
-    mux.offer("chase", FAST, 2)
+    mux.offer("chase", FAST)
+    mux.offer("escape", SLOW)
+    mux.offer("chase", FAST)
     assert mux.select(2) == Selected(SLOW, "escape", None)
 
 
 @pytest.mark.requirement(42)
 def test_after_a_release_the_lower_source_drives_without_delay():
     mux = Multiplexer()
-    mux.offer("chase", FAST, 0)
-    mux.offer("escape", SLOW, 0)
+    mux.offer("chase", FAST)
+    mux.offer("escape", SLOW)
     mux.release("escape")
     assert mux.select(0) == Selected(FAST, "chase", None)
 
@@ -55,9 +55,22 @@ def test_after_a_release_the_lower_source_drives_without_delay():
 @pytest.mark.requirement(42)
 def test_a_stale_command_times_out_to_zero():
     mux = Multiplexer()
-    mux.offer("chase", FAST, 0)
-    assert mux.select(SECOND // 2).twist == FAST
-    assert mux.select(SECOND // 2 + 1) == Selected(STILL, None, None)
+    mux.offer("chase", FAST)
+    assert mux.select(1).twist == FAST
+    assert mux.select(SECOND // 2 + 1).twist == FAST
+    assert mux.select(SECOND // 2 + 2) == Selected(STILL, None, None)
+
+
+def test_after_a_leap_back_in_time_what_was_said_before_it_counts_no_more():
+    mux = Multiplexer(locks=(Lock("observer", 255, 0.5),))
+    mux.switch("observer", False, 5 * SECOND)
+    mux.offer("chase", FAST)
+    assert mux.select(5 * SECOND).source == "chase"
+    assert mux.select(SECOND) == Selected(STILL, None, "observer")
+    mux.switch("observer", False, SECOND)
+    assert mux.select(SECOND) == Selected(STILL, None, None)
+    mux.offer("chase", FAST)
+    assert mux.select(SECOND).source == "chase"
 
 
 def test_a_release_twice_or_before_any_offer_is_harmless():
@@ -69,7 +82,7 @@ def test_a_release_twice_or_before_any_offer_is_harmless():
 
 def test_a_lock_sends_zero_and_says_its_name():
     mux = Multiplexer()
-    mux.offer("escape", FAST, 0)
+    mux.offer("escape", FAST)
     mux.switch("stop", True, 0)
     assert mux.select(0) == Selected(STILL, None, "stop")
     mux.switch("stop", False, 1)
@@ -79,26 +92,26 @@ def test_a_lock_sends_zero_and_says_its_name():
 def test_a_lock_keeps_off_only_lower_priorities():
     mux = Multiplexer(locks=(Lock("hold", 80),))
     mux.switch("hold", True, 0)
-    mux.offer("chase", FAST, 0)
+    mux.offer("chase", FAST)
     assert mux.select(0) == Selected(STILL, None, "hold")
-    mux.offer("haptic", SLOW, 0)
+    mux.offer("haptic", SLOW)
     assert mux.select(0) == Selected(SLOW, "haptic", "hold")
 
 
 def test_a_lock_with_a_time_out_is_on_until_heard_of_and_when_it_falls_silent():
     mux = Multiplexer(locks=(Lock("observer", 255, 0.5),))
-    mux.offer("escape", FAST, 0)
+    mux.offer("escape", FAST)
     assert mux.select(0).lock == "observer"
     mux.switch("observer", False, 0)
     assert mux.select(0).source == "escape"
-    mux.offer("escape", FAST, SECOND // 2 + 1)
+    mux.offer("escape", FAST)
     assert mux.select(SECOND // 2 + 1).lock == "observer"
 
 
 def test_of_equal_priorities_the_source_named_first_wins():
     mux = Multiplexer((Source("left", 5), Source("right", 5)))
-    mux.offer("right", FAST, 0)
-    mux.offer("left", SLOW, 0)
+    mux.offer("right", FAST)
+    mux.offer("left", SLOW)
     assert mux.select(0).source == "left"
 
 
@@ -107,16 +120,16 @@ def test_of_equal_priorities_the_source_named_first_wins():
 )
 def test_a_velocity_that_is_no_number_is_refused_and_the_last_one_holds(twist):
     mux = Multiplexer()
-    mux.offer("chase", SLOW, 0)
+    mux.offer("chase", SLOW)
     with pytest.raises(ValueError, match="velocity"):
-        mux.offer("chase", twist, 1)
+        mux.offer("chase", twist)
     assert mux.select(1).twist == SLOW
 
 
 def test_names_that_were_not_declared_are_refused():
     mux = Multiplexer()
     with pytest.raises(KeyError):
-        mux.offer("pad", FAST, 0)
+        mux.offer("pad", FAST)
     with pytest.raises(KeyError):
         mux.release("pad")
     with pytest.raises(KeyError):
@@ -188,7 +201,7 @@ def test_in_every_interleaving_exactly_the_source_by_the_rules_drives(history):
         now += event.pause_ns
         log.append((event, now))
         if event.kind == "offer":
-            mux.offer(event.name, Twist2(event.value), now)
+            mux.offer(event.name, Twist2(event.value))
         elif event.kind == "release":
             mux.release(event.name)
         else:

@@ -1,0 +1,198 @@
+"""Values of a YAML file with their places, so that every mistake is told where it stands."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from engine.files import source as yaml
+from engine.files.finding import CODE, FileError, Finding, Place, did_you_mean, mistake
+from engine.files.source import Map, Mark, Seq, Source
+from engine.files.text import is_file
+from engine.files.values import shown
+
+T = TypeVar("T")
+Fault = tuple[str, str]
+"""The key of a value that does not go with the others of its mapping, dotted, and why."""
+SUFFIXES = (".yaml", ".yml", ".txt", ".csv")
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """A value, where it stands, and the dotted key that leads to it."""
+
+    source: Source
+    value: Any
+    at: Mark
+    key: str = ""
+
+    @property
+    def place(self) -> Place:
+        """Where it stands."""
+        return self.source.place(self.at)
+
+    @property
+    def folder(self) -> Path:
+        """The folder that paths in this file are told from."""
+        return Path(self.source.file).parent
+
+    def error(self, message: str, hint: str = "") -> FileError:
+        """The error to raise for this item."""
+        told = f"{self.key}: {message}" if self.key else message
+        return FileError([Finding(CODE, told, self.place, hint)])
+
+    def inner(self, dotted: str) -> Item:
+        """What stands under a dotted key (`walls.0`); the nearest around it if there is none."""
+        found = self
+        for key in dotted.split("."):
+            if isinstance(found.value, Map) and key in found.value:
+                found = found._child(key)
+            elif isinstance(found.value, Seq) and key.isdigit() and int(key) < len(found.value):
+                found = found.items()[int(key)]
+        return found
+
+    def mapping(self) -> dict[str, Item]:
+        """The values of a mapping with free keys."""
+        if not isinstance(self.value, Map):
+            raise self.error(f"needs a mapping (key: value), not {shown(self.value)}")
+        return {key: self._child(key) for key in self.value}
+
+    def items(self) -> list[Item]:
+        """The items of a list."""
+        if not isinstance(self.value, Seq):
+            raise self.error(f"needs a list, not {shown(self.value)}")
+        pairs = zip(self.value, self.value.values_at, strict=True)
+        return [
+            Item(self.source, value, at, f"{self.key}[{n}]") for n, (value, at) in enumerate(pairs)
+        ]
+
+    def key_mark(self, key: str) -> Mark:
+        """Where a key of this mapping stands."""
+        mark: Mark = self.value.keys_at[key]
+        return mark
+
+    def require(self, faults: Iterable[Fault]) -> None:
+        """Refuse what has faults.
+
+        Raises:
+            FileError: every fault, at its key.
+        """
+        findings = [f for key, why in faults for f in self.inner(key).error(why).findings]
+        if findings:
+            raise FileError(findings)
+
+    def target(self) -> str:
+        """The name or path of a file that this text is; paths are told from this file's folder.
+
+        Raises:
+            FileError: it is no text.
+        """
+        if not isinstance(self.value, str):
+            raise self.error(f"{shown(self.value)} is not the name of a file")
+        return str(self.folder / self.value) if is_path(self.value) else self.value
+
+    def refer(self, load: Callable[[], T]) -> T:
+        """What another file holds that this item names.
+
+        Raises:
+            FileError: its mistakes, at their own places, with a note of this one; that there is no
+                such file, here.
+        """
+        try:
+            return load()
+        except FileError as error:
+            raise FileError(map(self._referred, error.findings)) from None
+
+    def _referred(self, finding: Finding) -> Finding:
+        if finding.place == self.place:
+            return finding
+        if is_file(Path(finding.place.file)):
+            note = (self.place, "named here")
+            return dataclasses.replace(finding, related=(*finding.related, note))
+        told = f"{self.key}: {finding.place.file}: {finding.message}"
+        return dataclasses.replace(finding, message=told, place=self.place)
+
+    def _child(self, key: str) -> Item:
+        dotted, value = f"{self.key}.{key}" if self.key else key, self.value[key]
+        is_plain = not isinstance(value, Map | Seq)
+        at = self.value.values_at[key] if is_plain else self.key_mark(key)
+        return Item(self.source, value, at, dotted)
+
+
+def is_path(name: str) -> bool:
+    """Is a file meant, and not a name of one in a known folder?
+
+    What may follow the file of a recording, `#id@x,y,yaw`, does not count.
+    """
+    file = re.split("[#@]", name)[0]
+    return "/" in file or file.endswith(SUFFIXES)
+
+
+def find_file(name: str, folder: Path, kind: str) -> Path:
+    """A file by its path, or by the name of one in a folder of the project.
+
+    Raises:
+        FileError: the folder has no such name.
+    """
+    if is_path(name):
+        return Path(name)
+    known = [path.stem for path in folder.glob("*.yaml")]
+    if name in known:
+        return folder / f"{name}.yaml"
+    raise mistake(name, f"no such {kind}", hint=did_you_mean(name, known))
+
+
+def load_yaml(path: Path, read: Callable[[Item], T]) -> T:
+    """What `read` makes of a file.
+
+    Raises:
+        FileError: every mistake, of form and of content.
+    """
+    return _read(yaml.read_file(path), read)
+
+
+def parse_yaml(text: str, file: str, read: Callable[[Item], T]) -> T:
+    """Like `load_yaml`, for text that is already there."""
+    return _read(yaml.read(text.encode(), file), read)
+
+
+def _read(source: Source, read: Callable[[Item], T]) -> T:
+    if source.value is None and not source.findings:
+        source.report(CODE, "the file is empty", (1, 1, 2))
+    findings = list(source.findings)
+    if source.value is not None:
+        with noted(findings):
+            found = read(Item(source, source.value, getattr(source.value, "at", (1, 1, 2))))
+    if findings:
+        raise FileError(findings)
+    return found
+
+
+def gather(reads: Iterable[Callable[[], T]]) -> list[T]:
+    """What some calls return.
+
+    Raises:
+        FileError: what all those that failed have found.
+    """
+    findings: list[Finding] = []
+    found = []
+    for call in reads:
+        with noted(findings):
+            found.append(call())
+    if findings:
+        raise FileError(findings)
+    return found
+
+
+@contextmanager
+def noted(findings: list[Finding]) -> Iterator[None]:
+    """Takes the findings of a FileError that ends the block."""
+    try:
+        yield
+    except FileError as error:
+        findings += error.findings

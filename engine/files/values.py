@@ -1,0 +1,180 @@
+"""One value as it is written, as what is wanted: numbers with units, text, choices; ranges."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from engine.files.finding import did_you_mean
+from engine.files.units import UNITS, quantity, si_unit
+
+PLAIN, ANY = "", "number"
+"""Stand for a dimension: of numbers without a unit, and of those that may have any."""
+LONGEST = 100
+"""Characters of a name."""
+
+
+class Mismatch(ValueError):
+    """A value that is not what is wanted; the message says what would be right."""
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """From `low` to `high`, SI units and rad; `above`: `low` itself is not allowed."""
+
+    low: float
+    high: float
+    above: bool = False
+
+    def admits(self, value: float) -> bool:
+        """Is the value in it?"""
+        return (self.low < value if self.above else self.low <= value) and value <= self.high
+
+    def require(self, value: float, dimension: str = PLAIN) -> None:
+        """Refuse a value outside.
+
+        Raises:
+            Mismatch: with what is allowed.
+        """
+        if self.admits(value):
+            return
+        unit = si_unit(dimension)
+        begin = f"above {self.low:.4g} up" if self.above else f"{self.low:.4g}"
+        allowed = f"{begin} to {self.high:.4g} {unit}".rstrip()
+        raise Mismatch(f"{value:g} is out of range, {allowed} is allowed")
+
+
+@dataclass(frozen=True, slots=True)
+class Count:
+    """How many items a list has, from `least` to `most`."""
+
+    least: int
+    most: int = 100_000
+
+    def require(self, count: int) -> None:
+        """Refuse a list of another length.
+
+        Raises:
+            Mismatch: with what is allowed.
+        """
+        if self.least <= count <= self.most:
+            return
+        if count == 0:
+            raise Mismatch("is an empty list; at least one value is needed")
+        wanted = f"{self.least}" if self.least == self.most else f"{self.least} to {self.most}"
+        raise Mismatch(f"needs {wanted} values, has {count}")
+
+
+def above_0(high: float) -> Range:
+    """More than nothing, up to `high`."""
+    return Range(0.0, high, above=True)
+
+
+def number(value: Any, dimension: str = PLAIN) -> float:
+    """A number; text with a unit of this dimension counts, in SI units.
+
+    Raises:
+        Mismatch: it is none.
+    """
+    if isinstance(value, str):
+        return _with_unit(value, dimension)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise Mismatch(f"{shown(value)} is not a number; wanted: {_example(dimension)}")
+    return float(value)
+
+
+def whole(value: Any) -> int:
+    """A whole number.
+
+    Raises:
+        Mismatch: it is none.
+    """
+    if isinstance(value, str):
+        raise Mismatch(f"{value!r} is not a whole number")
+    found = number(value)
+    if found != int(found):
+        raise Mismatch(f"{value!r} is not a whole number")
+    return int(value)
+
+
+def text(value: Any) -> str:
+    """Text.
+
+    Raises:
+        Mismatch: it is none.
+    """
+    if isinstance(value, str):
+        return value
+    raise Mismatch(f"{shown(value)} is not text; put it in quotes")
+
+
+def name(value: Any) -> str:
+    """Text by which a thing is called, and a file may be.
+
+    Raises:
+        Mismatch: it is none.
+    """
+    found = text(value)
+    if not 1 <= len(found) <= LONGEST or not found.isprintable() or set(found) & set("/\\"):
+        wanted = f"1 to {LONGEST} printable characters without slashes"
+        raise Mismatch(f"{found[:LONGEST]!r} cannot be a name; wanted: {wanted}")
+    return found
+
+
+def boolean(value: Any) -> bool:
+    """True or false.
+
+    Raises:
+        Mismatch: it is neither.
+    """
+    if isinstance(value, bool):
+        return value
+    raise Mismatch(f"{shown(value)} is not true or false")
+
+
+def choice(value: Any, choices: Iterable[Any]) -> Any:
+    """One of some values, of the same type.
+
+    Raises:
+        Mismatch: it is none of them.
+    """
+    known = tuple(choices)
+    for allowed in known:
+        if value == allowed and type(value) is type(allowed):
+            return value
+    names = [str(allowed) for allowed in known]
+    if isinstance(value, str):
+        raise Mismatch(f"{value!r} is not known; {did_you_mean(value, names)}")
+    raise Mismatch(f"{shown(value)} is not one of {', '.join(names)}")
+
+
+def shown(value: Any) -> str:
+    """A value as a message names it."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, Mapping):
+        return "a mapping"
+    return "a list" if isinstance(value, list) else repr(value)
+
+
+def _with_unit(written: str, dimension: str) -> float:
+    found = quantity(written)
+    if found is None:
+        raise Mismatch(f"{written!r} is not {_a(dimension or ANY)}; wanted: {_example(dimension)}")
+    value, given = found
+    if dimension not in (given, ANY):
+        raise Mismatch(f"{written!r} is {_a(given)}; wanted: {_example(dimension)}")
+    return value
+
+
+def _example(dimension: str) -> str:
+    if dimension == PLAIN:
+        return "a number without a unit"
+    units = [unit for unit, (of, _, _) in UNITS.items() if of == dimension]
+    return f"{_a(dimension)}, in {', '.join(units)}" if units else _a(dimension)
+
+
+def _a(dimension: str) -> str:
+    words = dimension.replace("_", " ")
+    return f"an {words}" if words[0] in "aeiou" else f"a {words}"

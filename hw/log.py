@@ -1,0 +1,63 @@
+"""A bounded log that one thread writes and any number of readers follow, each at its own pace.
+
+Nobody empties it and nothing blocks: the writer overwrites the oldest entry, and a reader who is
+too slow is told how many it has missed.
+"""
+
+from __future__ import annotations
+
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+
+class Log(Generic[T]):
+    """The newest `size` entries."""
+
+    def __init__(self, size: int) -> None:
+        self.size = size
+        self.written = 0
+        self._ring: list[tuple[int, T] | None] = [None] * size
+
+    def append(self, entry: T) -> None:
+        """Add an entry; one thread only."""
+        number = self.written
+        self._ring[number % self.size] = (number, entry)
+        self.written = number + 1
+
+    def reader(self) -> Reader[T]:
+        """A new reader, to whom all that the log still holds is new."""
+        return Reader(self)
+
+    def entry(self, number: int) -> tuple[T] | None:
+        """The entry of this number, from 0; None: it is overwritten, or not written yet."""
+        # number and entry are one object, so that an entry overwritten meanwhile is noticed
+        found = self._ring[number % self.size]
+        return None if found is None or found[0] != number else found[1:]
+
+
+class Reader(Generic[T]):
+    """One reader's place in a log; `missed` counts the entries overwritten before they were read.
+
+    It belongs to one thread.
+    """
+
+    def __init__(self, log: Log[T]) -> None:
+        self.missed = 0
+        self._log = log
+        self._next = max(0, log.written - log.size)
+
+    def take(self) -> list[T]:
+        """All entries since the last call, oldest first."""
+        log, taken = self._log, []
+        end = log.written
+        start = max(self._next, end - log.size)
+        self.missed += start - self._next
+        for number in range(start, end):
+            found = log.entry(number)
+            if found is None:
+                self.missed += 1
+            else:
+                taken.append(found[0])
+        self._next = end
+        return taken

@@ -1,0 +1,42 @@
+"""Places and poses as files write them: `[x, y]` in m, `{x: 1.0, y: 2.0, yaw: 30 deg}`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+from engine.files.item import Item
+from engine.files.record import record
+from engine.files.units import Angle, Length
+from engine.files.values import Range
+from hw.geometry import Pose2
+
+FAR = 1e4
+"""Places farther than this from the origin of the map, m, are taken for a mistake."""
+TURNS = 4.0 * math.pi
+"""So are angles beyond this, rad: they are meant in degrees."""
+
+Coordinate = Annotated[Length, Range(-FAR, FAR)]
+AnyAngle = Annotated[Angle, Range(-TURNS, TURNS)]
+Place = tuple[Coordinate, Coordinate]
+
+
+@dataclass(frozen=True, slots=True)
+class _Pose:
+    x: Coordinate
+    y: Coordinate
+    yaw: AnyAngle = 0.0
+
+
+def pose(item: Item) -> Pose2:
+    """A pose written `{x: 1.0, y: 2.0, yaw: 0.5}`; yaw is 0 if left out.
+
+    Raises:
+        FileError: every mistake in it.
+    """
+    read = record(item, _Pose)
+    return Pose2.checked(read.x, read.y, read.yaw)
+
+
+Pose = Annotated[Pose2, pose]

@@ -1,0 +1,91 @@
+"""How far simulated measurements are from the truth: delay, and noise from streams of their own.
+
+Every draw belongs to seed, source and stamp alone, so that what one source measures, or that
+nobody asks it, changes nothing in another.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import dataclass, replace
+
+from hw.geometry import Pose2, Pose3, wrap
+from hw.samples import UserPose
+
+
+@dataclass(frozen=True, slots=True)
+class SensorModel:
+    """The sensors of a simulated robot and its surroundings; all 0: ideal ones.
+
+    `tracking_delay`: age of a pose of the person on arrival, s. `tracking_noise`, `pose_noise`:
+    standard deviation of each coordinate of the person's and the base's pose, m; of yaws half as
+    much, in rad.
+    """
+
+    tracking_delay: float = 0.0
+    tracking_noise: float = 0.0
+    pose_noise: float = 0.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ("tracking_delay", "tracking_noise", "pose_noise"):
+            if not 0.0 <= getattr(self, name) < math.inf:
+                raise ValueError(f"sensors: {name} is {getattr(self, name)}; a number from 0 on")
+
+    @property
+    def of_tracking(self) -> Noise | None:
+        """The noise of `user.pose`."""
+        return self._noise("user.pose", self.tracking_noise)
+
+    @property
+    def of_pose(self) -> Noise | None:
+        """The noise of `base.pose`."""
+        return self._noise("base.pose", self.pose_noise)
+
+    def _noise(self, source: str, sigma: float) -> Noise | None:
+        return Noise(self.seed, source, sigma) if sigma > 0.0 else None
+
+
+IDEAL = SensorModel()
+
+
+class Noise:
+    """White noise of one source; `sigma` in m, half as much of yaws in rad."""
+
+    def __init__(self, seed: int, source: str, sigma: float) -> None:
+        self._stream = f"{seed}/{source}/"
+        self._sigma = sigma
+
+    def error(self, stamp_ns: int) -> Pose2:
+        """What is added to the coordinates of a pose in the plane with this stamp."""
+        return self._plane(random.Random(f"{self._stream}{stamp_ns}"))
+
+    def user(self, pose: UserPose, stamp_ns: int) -> UserPose:
+        """A person's pose with this stamp, as it is measured."""
+        chance = random.Random(f"{self._stream}{stamp_ns}")
+        return replace(
+            pose,
+            body=added(pose.body, self._plane(chance)),
+            head_yaw=wrap(pose.head_yaw + chance.gauss(0.0, 0.5 * self._sigma)),
+            head=self._moved(pose.head, chance),
+            left_hand=self._moved(pose.left_hand, chance),
+            right_hand=self._moved(pose.right_hand, chance),
+        )
+
+    def _plane(self, chance: random.Random) -> Pose2:
+        sigma = self._sigma
+        return Pose2(
+            chance.gauss(0.0, sigma), chance.gauss(0.0, sigma), chance.gauss(0.0, 0.5 * sigma)
+        )
+
+    def _moved(self, pose: Pose3 | None, chance: random.Random) -> Pose3 | None:
+        if pose is None:
+            return None
+        x, y, z = (value + chance.gauss(0.0, self._sigma) for value in (pose.x, pose.y, pose.z))
+        return replace(pose, x=x, y=y, z=z)
+
+
+def added(pose: Pose2, error: Pose2) -> Pose2:
+    """A pose with an error of its coordinates."""
+    return Pose2(pose.x + error.x, pose.y + error.y, wrap(pose.yaw + error.yaw))
