@@ -13,8 +13,9 @@ from cobodeck.rehearsal import Rehearsal
 from cobodeck.stage import Options, stage
 from cobodeck.wiring import open_setup
 from engine import lifecycle
+from engine.board import Board
 from engine.context import LeafContext
-from engine.signals import Board, Derived, Measured, declare
+from engine.signals import Derived, Measured, declare
 from engine.state import Context, Monitor, On, Run, Sample
 from hw.geometry import Pose2
 from hw.samples import UserPose

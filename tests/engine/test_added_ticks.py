@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from engine.signals import Board, Measured, declare
+from engine.board import Board
+from engine.signals import Measured, declare
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from tests.engine.conftest import Bench
 

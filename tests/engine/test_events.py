@@ -6,8 +6,9 @@ from typing import Any
 
 import pytest
 
+from engine.board import Board
 from engine.events import LEAST, MOST, EventLog, Reader
-from engine.signals import Board, Measured, declare
+from engine.signals import Measured, declare
 from engine.state import Action, Context, On, Run, Sample, Until
 from tests.engine.conftest import Bench
 

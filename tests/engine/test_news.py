@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.signals import Board, Derived, Estimated, Measured, declare
+from engine.board import Board
+from engine.signals import Derived, Estimated, Measured, declare
 from engine.state import NEVER_NS, Context, Monitor, On, Run
 from tests.engine.conftest import Bench
 

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.signals import CATCH_UP, Board, Derived, Estimated, Measured, closure, declare
+from engine.board import CATCH_UP, Board
+from engine.signals import Derived, Estimated, Measured, closure, declare
 from engine.state import Context, Monitor, On, Run
 from tests.engine.conftest import Bench
 
