@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from engine.signals import Board
+from engine.board import Board
 from hw.interfaces import Part
 from hw.samples import Sample, is_finite
 

@@ -18,8 +18,9 @@ from behaviors.chase import Approach, MakeRoom
 from behaviors.profile import Profile
 from behaviors.signals import signals
 from behaviors.situation import Situation
+from engine.board import Board
 from engine.context import LeafContext
-from engine.signals import Board, declare, roots
+from engine.signals import declare, roots
 from engine.state import ALWAYS_NS, Action, interface
 from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.robot import RobotModel
