@@ -23,6 +23,7 @@ from cobodeck.loop import Loop
 from cobodeck.plants import Nothing
 from cobodeck.standin import Parts
 from cobodeck.wiring import Wired
+from engine.board import Board
 from engine.chart import Chart
 from engine.clock import Grid
 from engine.files.finding import did_you_mean
@@ -32,7 +33,7 @@ from engine.operator import Operator
 from engine.report import text as report_text
 from engine.run import Run
 from engine.scripted import Script
-from engine.signals import Board, Measured, Signal
+from engine.signals import Measured, Signal
 
 Outcome = str | tuple[str, Mapping[str, Any]] | Exception
 Outcomes = Outcome | Sequence[Outcome]

@@ -16,8 +16,8 @@ from cobodeck.separation import SeparationWatch
 from cobodeck.stage import Options, refuse_small_floor, stage
 from cobodeck.warmup import warm_up
 from cobodeck.wiring import Setup, Wired
+from engine.board import Usage
 from engine.errors import Raised
-from engine.signals import Usage
 
 
 @dataclass(frozen=True, slots=True)

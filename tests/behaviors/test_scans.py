@@ -11,19 +11,21 @@ from typing import Any
 
 import numpy as np
 import pytest
-from states.navigation.wheels import Wheels
 
 from behaviors import escape
 from behaviors.chase import Approach, MakeRoom
 from behaviors.profile import Profile
 from behaviors.signals import signals
 from behaviors.situation import Situation
+from engine.board import Board
 from engine.context import LeafContext
-from engine.signals import Board, declare, roots
+from engine.signals import declare, roots
 from engine.state import ALWAYS_NS, Action, interface
 from hw.geometry import STILL, Pose2, Pose3, Twist2
+from hw.guarded import GuardedBase
 from hw.robot import RobotModel
 from hw.room import Point, Room
+from hw.safety_limits import SafetyLimits
 from hw.samples import UserPose
 from hw.sim.base import SimBase
 from states.navigation.distance import FREE, LETHAL
@@ -189,12 +191,13 @@ class Drive:
         self.seen, self.posts = seen, posts
         self.silent_after = silent_after
         self.base = SimBase(seen.site.robot, seen.site.limits, Pose2(2.0, 1.5, 0.0))
-        self.wheels = Wheels(self.base)
+        limits = SafetyLimits.of(seen.site.robot, seen.site.limits)
+        self.guard = GuardedBase(self.base, replace(limits, watched=False))
         made = interface(DriveTo)
         leaf: Any = SimpleNamespace(path="drive", interface=made, commands=made.commands)
         seen.board = Board(seen.board.declared, made.reads)
         seen.put("site", seen.site)
-        ctx = LeafContext(leaf, seen.board, {"base": self.wheels})
+        ctx = LeafContext(leaf, seen.board, {"base": self.guard})
         self.run = DriveTo("chase").run(ctx, goal)
         self.nearest = math.inf
 
@@ -204,20 +207,19 @@ class Drive:
             seen.tick += 1
             self.base.advance(seen.now)
             pose = self.base.pose
-            seen.put("base.pose", pose)
-            seen.put("base.twist", self.base.twist)
+            for name, stamp, value in self.guard.samples(seen.now):
+                seen.board.put(name, value, stamp)
             if scanning and seen.tick % 3 == 0:  # 10 Hz
                 seen.put("base.scan", scan_of(*self.posts, sensor=pose))
             seen.board.begin(seen.now)
             for post in self.posts:
                 self.nearest = min(self.nearest, math.dist(post, (pose.x, pose.y)))
-            self.wheels.begin(seen.now)
             try:
                 next(self.run)
             except StopIteration as end:
                 return str(end.value)
             finally:
-                self.wheels.pass_on()
+                self.guard.tick(seen.now)
         return None
 
 
@@ -257,8 +259,6 @@ def test_a_drive_is_lost_when_its_scanner_falls_silent(watching: Callable[..., W
 
 class Wheel:
     """Takes down what drives it."""
-
-    refusal = None
 
     def __init__(self) -> None:
         self.command = STILL
@@ -308,9 +308,9 @@ def test_whoever_drives_goes_by_the_newest_scan(
     values = {
         "site": site, "settings": settings, "base.pose": ROBOT, "base.twist": STILL,
         "user.pose": user, "user.velocity": Twist2(1.0), "arm.joints": None,
-        "escape.poses": poses, "escape.safe": False,
+        "escape.poses": poses, "escape.safe": False, "base.mode": "omni",
     }  # fmt: skip
-    ctx = context(values, {"base": SimpleNamespace(mode="omni", **_methods(wheel))})
+    ctx = context(values, {"base": wheel})
     run = state.run(ctx, **inputs)
 
     next(run)
@@ -335,7 +335,7 @@ def test_who_approaches_goes_round_what_has_been_seen_by_now(
         "site": site, "settings": tuned.settings, "base.pose": ROBOT, "base.twist": STILL,
         "user.pose": FAR, "user.velocity": STILL,
     }  # fmt: skip
-    ctx = context(values, {"base": SimpleNamespace(**_methods(wheel))})
+    ctx = context(values, {"base": wheel})
     run = Approach(near=2.0).run(ctx)
     next(run)
     straight = wheel.command
@@ -345,10 +345,6 @@ def test_who_approaches_goes_round_what_has_been_seen_by_now(
 
     assert abs(straight.vy) < 0.05 * straight.speed
     assert wheel.command.vy < -0.2 * wheel.command.speed
-
-
-def _methods(wheel: Wheel) -> dict[str, Any]:
-    return {"drive": wheel.drive, "release": wheel.release, "refusal": None}
 
 
 def test_an_escape_pose_is_kept_while_no_scan_comes(
@@ -366,7 +362,7 @@ def test_an_escape_pose_is_kept_while_no_scan_comes(
         "user.pose": now.user, "user.velocity": Twist2(-1.0), "arm.joints": None,
         "escape.poses": poses, "escape.safe": False,
     }  # fmt: skip
-    ctx = context(values, {"base": SimpleNamespace(**_methods(wheel))})
+    ctx = context(values, {"base": wheel})
     run = escape.Flee().run(ctx)
     next(run)
     goal = next(pose for pose in poses if wheel.command.speed and _leads(wheel, now.pose, pose))

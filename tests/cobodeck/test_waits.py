@@ -7,13 +7,18 @@ from typing import Any
 
 import pytest
 
+from behaviors.escape import SafeOnTheWay
 from cobodeck.catalogue import catalogue
 from cobodeck.rehearsal import Rehearsal
 from cobodeck.stage import Options, stage
 from cobodeck.wiring import open_setup
 from engine import lifecycle
+from engine.board import Board
 from engine.context import LeafContext
+from engine.signals import Derived, Measured, declare
 from engine.state import Context, Monitor, On, Run, Sample
+from hw.geometry import Pose2
+from hw.samples import UserPose
 from tests.engine.conftest import Bench
 
 
@@ -103,6 +108,25 @@ def test_shipped_states_wait_for_all_that_they_look_at(
     assert watched.waited >= set(shipped())
 
 
+def test_who_waits_to_be_safe_on_the_way_waits_for_what_stops_the_robot(
+    watched: type[Watched],
+) -> None:
+    setup = open_setup("cobodeck", "study")
+    board = Board(setup.signals)
+    board.put("site", setup.site, 0)
+    board.put("settings", setup.profile.settings, 0)
+    text = "chart: c\noutcomes: [x]\nstates:\n  a: {watch: SafeOnTheWay, next: {safe: .x}}\n"
+    bench = Bench(text, states=(SafeOnTheWay,), scripted=False, board=board)
+    for tick in range(10):  # safe, but nobody knows how fast the robot is
+        user = Pose2(1.0, 1.0 + 0.01 * tick)
+        board.put("user.pose", UserPose(user, 0.0), bench.now)
+        board.put("base.pose", Pose2(7.0, 7.0), bench.now)
+        bench.tick()
+    leaf = bench.machine.vertices["a"]
+    assert {"escape.safe", "base.twist"} <= leaf.context.read
+    assert watched.forgotten == {}
+
+
 class Careless(Monitor):
     """Looks at two signals and waits for one."""
 
@@ -116,8 +140,6 @@ class Careless(Monitor):
 
 
 def test_who_forgets_one_is_found(watched: type[Watched]) -> None:
-    from engine.signals import Board, Derived, Measured, declare
-
     signals = [Measured("a"), Measured("b"), Derived("both", ("a", "b"), lambda a, b: a and b)]
     text = "chart: c\noutcomes: [x]\nstates:\n  a: {watch: Careless, next: {seen: .x}}\n"
     Bench(text, states=(Careless,), scripted=False, board=Board(declare(signals))).tick()

@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from engine.signals import Board, Measured, declare
+from engine.board import Board
+from engine.signals import Measured, declare
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from tests.engine.conftest import Bench
 
@@ -81,10 +82,11 @@ def nothing_logged():
     LOG.clear()
 
 
-def at(text: str) -> Bench:
+def at(text: str, **given: Any) -> Bench:
     """A chart after its first tick, at 0."""
     board = Board(declare([Measured("voice"), Measured("other")]))
-    bench = Bench("chart: c\noutcomes: [x]\n" + text, states=STATES, scripted=False, board=board)
+    text = "chart: c\noutcomes: [x]\n" + text
+    bench = Bench(text, states=STATES, scripted=False, board=board, **given)
     bench.tick()
     LOG.clear()
     return bench
@@ -168,6 +170,26 @@ def test_rule_13_what_is_put_off_waits_for_the_grid():
     bench.run.board.put("voice", 2, 100 * MS)
     bench.tick()
     assert bench.active == ["a"]
+
+
+def test_rule_13_what_was_chosen_before_and_had_to_wait_begins_with_the_grid():
+    text = """any:
+  work: {do: Do, autonomy: {done: high}, next: {done: .x, failed: .x, other: .x}}
+  branch:
+    states:
+      hark: {watch: Hark, next: {heard: poll, silence: poll}}
+      poll: {do: Poll, next: {done: .x}}
+"""
+    bench = at(text, level=2)
+    bench.tick()
+    bench.run.board.put("voice", 1, bench.now)
+    bench.tick()
+    assert bench.operator.refuse("work") is None
+    bench.tick()
+    assert ("poll", bench.run.board.now) not in LOG
+    assert between(bench, bench.run.board.now + MS) == []
+    bench.tick()
+    assert ("poll", bench.run.board.now) in LOG
 
 
 def test_rule_13_outcomes_that_are_kept_are_looked_at_in_an_added_tick():

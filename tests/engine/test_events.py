@@ -6,8 +6,9 @@ from typing import Any
 
 import pytest
 
+from engine.board import Board
 from engine.events import LEAST, MOST, EventLog, Reader
-from engine.signals import Board, Measured, declare
+from engine.signals import Measured, declare
 from engine.state import Action, Context, On, Run, Sample, Until
 from tests.engine.conftest import Bench
 
@@ -123,6 +124,10 @@ def test_a_changed_chart_takes_the_events_of_its_running_states_along():
     ring(bench, *range(2, 2 * LEAST))  # so many that the log is trimmed
     bench.tick(5)
     assert [list(range(1, 2 * LEAST))] == HEARD
+    for number in range(4 * LEAST):  # nobody listens any more
+        ring(bench, number)
+        bench.tick()
+    assert len(bench.run.board.slots["bell"].log) <= LEAST + 1
 
 
 def test_rule_11_who_waits_for_a_signal_still_does_after_a_change_of_the_chart():

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.signals import Board, Derived, Estimated, Measured, declare
+from engine.board import Board
+from engine.signals import Derived, Estimated, Measured, declare
 from engine.state import NEVER_NS, Context, Monitor, On, Run
 from tests.engine.conftest import Bench
 
@@ -184,6 +185,16 @@ def test_rule_2_the_instant_comes_before_the_silence():
     bench = waiting(older=0.45, until=0.2)
     bench.tick(10)
     assert ended_at(bench) == 2 * 10**8
+
+
+def test_rule_12_who_tries_again_after_a_silence_does_so_when_its_time_has_come():
+    node = "{watch: Wait, with: {older: 0.2}, retry: {times: 1, on: woken, wait: 0.5 s}"
+    text = f"chart: c\noutcomes: [x]\nstates:\n  a: {node}, next: {{woken: .x}}}}\n"
+    bench = Bench(text, states=(Wait,), scripted=False, board=board())
+    bench.run.board.put("place", SAME, 0)
+    bench.tick(10)
+    entries = [r.time for r in bench.run.trace if r.kind == "enter" and r.subject == "a"]
+    assert entries == [0, 8 * 10**8]
 
 
 def test_rule_11_a_pause_does_not_delay_what_falls_silent_in_it():

@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 import pytest
 
+from engine.board import Board
 from engine.commands import Pause
 from engine.load import load_text
-from engine.signals import Board, Derived, Measured, declare
+from engine.signals import Derived, Measured, declare
 from engine.state import Action, Context, Monitor, On, Run, Until
 from tests.engine.conftest import Part
 

@@ -9,11 +9,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from engine.board import Board
 from engine.clock import Grid
 from engine.machine import Leaf, Machine
 from engine.operator import Operator
 from engine.run import Run
-from engine.signals import Board, Derived, Estimated, Measured, declare
+from engine.signals import Derived, Estimated, Measured, declare
 from engine.state import NEVER_NS, Action, Context, On, Until
 from engine.state import Run as Steps
 from tests.engine.conftest import Bench, Part
