@@ -236,6 +236,8 @@ def test_a_profile_goes_with_a_robot_beside_it_or_with_a_shipped_one(
     assert [found[1] for found in told(capsys, tmp_path)] == [29]
 
     robot = (ROOT / "hw/robots/rbkairos_ur10.yaml").read_text()
+    (tmp_path / "small.yaml").write_text(robot)
+    assert [found[1] for found in told(capsys, tmp_path)] == [29]
     small = robot.replace("length: 1.13", "length: 0.6").replace("width: 0.91", "width: 0.5")
     (tmp_path / "small.yaml").write_text(small)
     assert main(["validate", str(tmp_path)]) == OK
