@@ -64,7 +64,7 @@ class Profile:
 
     def body(self, robot: RobotModel) -> RobotModel:
         """The robot, with its arm folded as this profile says."""
-        if self.robot.arm_parked is None:
+        if self.robot.arm_parked is None or robot.arm is None:
             return robot
         arm = dataclasses.replace(robot.arm, parked=self.robot.arm_parked)
         return dataclasses.replace(robot, arm=arm)
@@ -148,7 +148,7 @@ class Profile:
             for key, needed in least.items()
             if (value := getattr(self.navigation.named(name), key)) < needed
         ]
-        if self.robot.arm_parked is not None:
+        if self.robot.arm_parked is not None and robot.arm is not None:
             try:
                 robot.arm.check(self.robot.arm_parked)
             except ValueError as refused:

@@ -55,8 +55,8 @@ class ArmWatch:
 
     def watch(self) -> None:
         """Look at the true state of this instant."""
-        world, last, was_out = self._world, self._last, self._out
-        moved = world.arm.state.joints is not last.joints
+        last, was_out = self._last, self._out
+        moved = self._joints is not last.joints
         if not (moved or was_out):
             return
         self._last = now = self._look()
@@ -75,9 +75,14 @@ class ArmWatch:
             self.contacts += 1
         self._excused = touching  # one touch counts once
 
+    @property
+    def _joints(self) -> Joints:
+        arm = self._world.arm
+        assert arm is not None, "there is no arm to touch with"
+        return arm.state.joints
+
     def _look(self) -> _Look:
-        world = self._world
-        return _Look(world.base.pose, self._person.body, world.arm.state.joints)
+        return _Look(self._world.base.pose, self._person.body, self._joints)
 
     def _is_out(self, joints: Joints) -> bool:
         ends, radii = self._outline_of(joints)

@@ -49,11 +49,15 @@ class RealTime:
         """Sleep; see `Clock`. A deadline that has passed costs no sleep."""
         if self._start is None:
             self._start = self._reading()
-        left = until_ns - (self._reading() - self._start)
+        left = until_ns - self.now()
         if left > 0:
             self._woken.wait(left * 1e-9)
         self._woken.clear()
-        return self._reading() - self._start
+        return self.now()
+
+    def now(self) -> int:
+        """What it is now, ns; 0 before the first wait. May be called from any thread."""
+        return 0 if self._start is None else self._reading() - self._start
 
     def wake(self) -> None:
         """A sample is there; see `Clock`."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from engine.signals import Board
+from engine.board import Board
 from hw.interfaces import Part
 from hw.samples import Sample, is_finite
 
@@ -30,6 +30,7 @@ class Inlet:
         self.sources = tuple(sources)
         self.refused: dict[str, int] = {}
         self._hears: dict[str, list[Callable[[Sample, int], None]]] = {}
+        self._finite: dict[str, object] = {}  # the newest values that were looked at
         for name, listener in hears:
             self._hears.setdefault(name, []).append(listener)
 
@@ -42,9 +43,11 @@ class Inlet:
     def give(self, sample: Sample, now_ns: int) -> None:
         """Hand on one sample that has arrived now."""
         name, stamp, value = sample
-        if not is_finite(value):
-            self.refused[name] = self.refused.get(name, 0) + 1
-            return
+        if value is not self._finite.get(name):
+            if not is_finite(value):
+                self.refused[name] = self.refused.get(name, 0) + 1
+                return
+            self._finite[name] = value
         if name in self.board.slots:
             self.board.put(name, value, stamp)
         for listener in self._hears.get(name, ()):

@@ -12,10 +12,10 @@ from typing import Any
 
 from cobodeck.inlet import Inlet
 from cobodeck.wiring import Setup, Wired
+from engine.board import Board
 from engine.machine import Leaf
 from engine.run import Run
 from engine.scripted import perhaps
-from engine.signals import Board
 from engine.state import NEVER_NS, Context, State, Until
 from engine.state import Run as Steps
 

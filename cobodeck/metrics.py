@@ -39,13 +39,14 @@ PropOf = Callable[[Pose2, Joints], Pose3]
 class Evaluator:
     """Watches a world from outside; `watch` once per tick.
 
-    `prop_errors` are those of the served requests where the prop was nearest, m and rad;
-    `unserved` is when the others began and ended, ns.
+    `prop_of` and `arm` are None for a robot without an arm, which serves nothing. `prop_errors` are
+    those of the served requests where the prop was nearest, m and rad; `unserved` is when the
+    others began and ended, ns.
     """
 
     world: World
-    prop_of: PropOf
-    arm: ArmWatch
+    prop_of: PropOf | None
+    arm: ArmWatch | None
     requests: int = 0
     response_s: list[float] = field(default_factory=list)
     prop_errors: list[tuple[float, float]] = field(default_factory=list)
@@ -82,7 +83,8 @@ class Evaluator:
             if NEAR_M <= distance <= FAR_M:
                 self.beside_ns += elapsed
         self._watch_tracking()
-        self.arm.watch()
+        if self.arm is not None:
+            self.arm.watch()
         if distance < AHEAD_M or self._danger_since is not None:
             self._watch_zones(now_ns, distance, moving)
         if person.request is not None or self._requested is not None:
@@ -122,13 +124,14 @@ class Evaluator:
             if deep is not None:
                 self.requests += 1
                 self._since = now_ns
-        looked_at = self.world.base.pose, self.world.arm.state.joints
-        if deep is None or not self._is_near(deep):
+        arm, prop_of = self.world.arm, self.prop_of
+        if deep is None or arm is None or prop_of is None or not self._is_near(deep):
             return
+        looked_at = self.world.base.pose, arm.state.joints
         if self._since is None and looked_at == self._looked_at:
             return
         self._looked_at = looked_at
-        self._watch_prop(now_ns, deep, self.prop_of(*looked_at))
+        self._watch_prop(now_ns, deep, prop_of(*looked_at))
 
     def _end_request(self, now_ns: int) -> None:
         if self._since is not None:
@@ -169,7 +172,7 @@ class Evaluator:
             "situations": self.situations,
             "situations_open": int(self._danger_since is not None),
             "time_to_safety_s": spread(self.time_to_safety_s, ("mean", "min", "max")),
-            "contacts": world.contacts + self.arm.contacts,
+            "contacts": world.contacts + (0 if self.arm is None else self.arm.contacts),
             "wall_hits": world.wall_hits,
             "min_gap_m": world.min_gap,
             "walking_s": self.walking_ns / 1e9,

@@ -16,21 +16,24 @@ HELP = "operator: ack, stop (software stop of base and arm), reset, end"
 class ConsoleOperator:
     """Takes words from a stream, one a line, and shows the faults that states report.
 
-    The stop is one of software and no safety device (R54). `end` is called for the word `end`.
+    The stop is one of software and no safety device (R54).
     """
 
     signals: tuple[str, ...] = ("operator.acknowledge",)
 
-    def __init__(
-        self, stop_line: StopLine, end: Callable[[], None], show: Callable[[str], None]
-    ) -> None:
+    def __init__(self, stop_line: StopLine, show: Callable[[str], None]) -> None:
         self.faults: list[str] = []
         self.wake: Callable[[], None] = _nobody
-        self._stop_line, self._end, self._show = stop_line, end, show
+        self._stop_line, self._show, self._end = stop_line, show, _nobody
         self._words: deque[str] = deque()
 
-    def read(self, stream: TextIO) -> None:
-        """Take words from a stream, in a thread of its own that ends with the program."""
+    def attend(self, stream: TextIO, end: Callable[[], None]) -> None:
+        """Take words from a stream, in a thread of its own that ends with the program.
+
+        `end` is called for the word `end`.
+        """
+        self._end = end
+        self._show(HELP)
         threading.Thread(target=self._read, args=(stream,), daemon=True).start()
 
     def report(self, fault: str) -> None:

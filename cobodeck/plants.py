@@ -6,17 +6,28 @@ from collections.abc import Mapping
 from typing import Any, Protocol
 
 from engine.state import NEVER_NS
+from hw.guarded import GuardedBase
 
 
 class Plant(Protocol):
     """A robot with its surroundings: simulated, mocked, real, scripted or recorded.
 
     `parts` are those of `hw.interfaces` and of projects, by name. `latency_ns`: how much later
-    than a tick the plant hears what it decided; 0 where computing takes the time it takes.
+    than a tick the plant hears what it decided; 0 where computing takes the time it takes. `guard`
+    stands in front of the wheels, where there are some.
     """
 
-    parts: Mapping[str, Any]
     latency_ns: int
+
+    @property
+    def parts(self) -> Mapping[str, Any]:
+        """By name."""
+        ...
+
+    @property
+    def guard(self) -> GuardedBase | None:
+        """In front of the wheels."""
+        ...
 
     @property
     def finished(self) -> bool:
@@ -47,6 +58,7 @@ class Nothing:
     def __init__(self, parts: Mapping[str, Any] | None = None) -> None:
         self.parts: Mapping[str, Any] = parts if parts is not None else {}
         self.latency_ns = 0
+        self.guard = None
         self.finished = False
         self.truth = None
 

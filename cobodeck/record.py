@@ -46,7 +46,7 @@ def own_version() -> str:
 
 def default_path(setup: Setup, figures: Mapping[str, Any]) -> Path:
     """`out/CHART-SCENE-USER-PROFILE-SEED.trace.jsonl`."""
-    user = Path(str(figures["user"]).partition("@")[0]).name.replace("#", "_")
+    user = Path(str(figures["user"] or "nobody").partition("@")[0]).name.replace("#", "_")
     where = setup.robot.name if setup.scene is None else setup.scene.name
     parts = (setup.chart.name, where, user, setup.profile.name, str(figures["seed"]))
     return FOLDER / ("-".join(parts) + ".trace.jsonl")

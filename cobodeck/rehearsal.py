@@ -23,6 +23,7 @@ from cobodeck.loop import Loop
 from cobodeck.plants import Nothing
 from cobodeck.standin import Parts
 from cobodeck.wiring import Wired
+from engine.board import Board
 from engine.chart import Chart
 from engine.clock import Grid
 from engine.files.finding import did_you_mean
@@ -32,7 +33,7 @@ from engine.operator import Operator
 from engine.report import text as report_text
 from engine.run import Run
 from engine.scripted import Script
-from engine.signals import Board, Measured, Signal
+from engine.signals import Measured, Signal
 
 Outcome = str | tuple[str, Mapping[str, Any]] | Exception
 Outcomes = Outcome | Sequence[Outcome]
@@ -62,6 +63,7 @@ class Rehearsal:
         signals: Mapping[str, Any] | None = None,
         parameters: Mapping[str, Any] | None = None,
         scene: str | None = None,
+        robot: str | None = None,
         user: str | None = None,
         requests: int | None = None,
         profile: str | None = None,
@@ -77,15 +79,17 @@ class Rehearsal:
             signals: values at the start; these signals are then the test's, whatever they were.
             parameters: of the chart.
             scene: run on the simulated robot in this scene.
+            robot: another body than the scene's; without a scene: in no room.
             user: who walks about in it; by default the scene's user.
             requests: how many touches the user asks for.
             profile: by default `tuned`.
         """
-        if scene is not None:
-            self._start_simulated(chart, scene, user, requests, profile, parameters)
+        if scene is not None or robot is not None:
+            self._start_simulated(chart, scene, robot, user, requests, profile, parameters)
         else:
             self._start_alone(chart, signals or {}, parameters)
-        scripted = self._script_for(script or {}, real, everything=scene is None)
+        alone = scene is None and robot is None
+        scripted = self._script_for(script or {}, real, everything=alone)
         for path, outcomes in scripted.items():
             for outcome in outcomes:
                 self._end(path, outcome)
@@ -109,7 +113,8 @@ class Rehearsal:
     def _start_simulated(
         self,
         chart: str,
-        scene: str,
+        scene: str | None,
+        robot: str | None,
         user: str | None,
         requests: int | None,
         profile: str | None,
@@ -121,7 +126,8 @@ class Rehearsal:
 
         beside = self.folder / chart
         name = str(beside) if beside.is_file() else chart
-        loop = stage(open_setup(name, scene, profile), Options(user, requests), parameters)
+        setup = open_setup(name, scene, profile, HZ, robot)
+        loop = stage(setup, Options(user, requests), parameters)
         self._loop = loop
         for observer in loop.observers:
             if isinstance(observer, Evaluator):

@@ -16,8 +16,8 @@ from cobodeck.separation import SeparationWatch
 from cobodeck.stage import Options, refuse_small_floor, stage
 from cobodeck.warmup import warm_up
 from cobodeck.wiring import Setup, Wired
+from engine.board import Usage
 from engine.errors import Raised
-from engine.signals import Usage
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +95,7 @@ def _figures(
         "trace_sha256": run.trace.sha256(),
         "escapes": visits(run, "escape"),
         "escape_failures": visits(run, "escape", "failed"),
-        **_judged(loop),
+        **(_judged(loop) if options.tier else NOTHING),
         "overruns": loop.overruns,
         "signals": {
             name: {"evaluated": usage.evaluated, "skipped": usage.skipped}
@@ -105,19 +105,17 @@ def _figures(
 
 
 def _judged(loop: Loop) -> dict[str, Any]:
-    """What the observers say, in their own names; nothing of a person where there is none."""
-    world = loop.plant.truth
-    if world is None:
-        return dict(NOTHING)
-    limits = world.guard.chain.limits
-    faults: list[str] = getattr(loop.plant.parts.get("operator"), "faults", [])
-    found: dict[str, Any] = {
-        "governor": limits.governor and limits.watched,
-        "person_watched": limits.watched,
-        "distance_m": world.base.distance_m,
-        "energy_j": world.base.energy_j,
-        "wall_hits": world.wall_hits,
-    }
+    """What is known of robot and person; of what is not there, or nobody can know, nothing."""
+    world, guard = loop.plant.truth, loop.plant.guard
+    found: dict[str, Any] = {}
+    if guard is not None:
+        limits = guard.chain.limits
+        found["governor"] = limits.governor and limits.watched
+        found["person_watched"] = limits.watched
+    if world is not None:
+        found["distance_m"] = world.base.distance_m
+        found["energy_j"] = world.base.energy_j
+        found["wall_hits"] = world.wall_hits
     for observer in loop.observers:
         if isinstance(observer, SeparationWatch):
             found["separation"] = observer.report()
@@ -125,6 +123,7 @@ def _judged(loop: Loop) -> dict[str, Any]:
             observer.finish()
             found |= observer.report()
             found["refusals"] = refusals(loop.wired.run, observer.unserved)
+    faults: list[str] = getattr(loop.plant.parts.get("operator"), "faults", [])
     found["faults"] = len(faults)
     found["fault_names"] = {name: faults.count(name) for name in dict.fromkeys(faults)}
     return found

@@ -6,18 +6,21 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, TextIO
 
 from cobodeck.arm_contact import ArmWatch, OutlineOf
-from cobodeck.clocks import Clock, Virtual
-from cobodeck.console import FAILED, Problem
+from cobodeck.clocks import Clock, RealTime, Virtual
+from cobodeck.connected import connect
+from cobodeck.console import FAILED, REFUSED, Problem, complain
 from cobodeck.logic import wander
 from cobodeck.loop import Loop
 from cobodeck.metrics import Evaluator
+from cobodeck.operators import ConsoleOperator
 from cobodeck.plants import Nothing
 from cobodeck.separation import SeparationWatch
 from cobodeck.wiring import Setup, Uses, wire
 from engine.clock import Grid
+from hw.connection import Connection
 from hw.geometry import Pose2, Pose3
 from hw.mock import mock_world
 from hw.person import Person
@@ -36,7 +39,9 @@ class Options:
     """How to run.
 
     `duration_s` ends a run early, `stretch_m` makes a recording longer, `eager` computes every
-    signal in every tick and leaves no tick out, `mock` takes the robot that does exactly as told.
+    signal in every tick and leaves no tick out, `mock` takes the robot that does exactly as told,
+    `connection` the real parts that it names. `console` has the operator's words, if somebody sits
+    there. `unwatched`: it is known that no part tracks people, and that nobody is near.
     """
 
     user: str | None = None
@@ -48,6 +53,9 @@ class Options:
     eager: bool = False
     frozen_base: bool = False
     mock: bool = False
+    connection: Connection | None = None
+    console: TextIO | None = None
+    unwatched: bool = False
 
 
 class FrozenBase(SimBase):
@@ -75,17 +83,66 @@ def stage(
     uses = setup.uses(parameters)
     if "base" in uses.commands:
         setup.profile.require_robot(setup.robot, beside_person=uses.person)
+    if options.connection is not None:
+        assert isinstance(timing, RealTime), "real parts have a clock of their own"
+        return _on_real_parts(setup, uses, options, options.connection, parameters, timing)
     world = _world(setup, _person(setup, uses, options), options)
     world.add(_own_parts(setup, uses))
+    operator = None
+    if options.console is not None:
+        operator = ConsoleOperator(world.parts["stop_line"], complain)
+        world.add({"operator": operator})
     reading = time.perf_counter_ns
     wired = wire(setup, world.parts, eager=options.eager, clock=reading, parameters=parameters)
     watching: list[Evaluator | SeparationWatch] = []
     if world.person is not None:
-        watching.append(
-            Evaluator(world, prop_of(setup.robot), ArmWatch(world, outline_of(setup.robot)))
-        )
+        watching.append(_evaluator(world, setup.robot))
     watching.append(SeparationWatch(world.guard.chain.cycles))
-    return Loop(world, wired, grid, watching, timing, leave_out=not options.eager)
+    loop = Loop(world, wired, grid, watching, timing, leave_out=not options.eager)
+    if operator is not None and options.console is not None:
+        operator.attend(options.console, loop.stop)
+    return loop
+
+
+def _on_real_parts(
+    setup: Setup,
+    uses: Uses,
+    options: Options,
+    connection: Connection,
+    parameters: Mapping[str, Any] | None,
+    clock: RealTime,
+) -> Loop:
+    """A loop on the parts of a connection; they are closed again if the chart cannot run on them.
+
+    Raises:
+        Problem: something is missing, or nobody watches where people are and it was not said so.
+    """
+    limits = setup.profile.safety.limits(setup.robot, setup.profile.robot.limits)
+    plant = connect(connection, setup.body, limits, clock.now)
+    try:
+        if "base" in uses.commands and not plant.person_watched and not options.unwatched:
+            raise Problem(
+                f"connection {connection.name}: no part tracks people, so that nothing keeps the "
+                "base away from them; if nobody can be near it, say so with --person-unwatched",
+                REFUSED,
+            )
+        operator = ConsoleOperator(plant.parts["stop_line"], complain)
+        plant.parts.setdefault("operator", operator)
+        wired = wire(setup, plant.parts, eager=options.eager, parameters=parameters)
+    except BaseException:
+        plant.close()
+        raise
+    watching = () if plant.guard is None else (SeparationWatch(plant.guard.chain.cycles),)
+    loop = Loop(plant, wired, Grid(setup.tick_hz), watching, clock)
+    if options.console is not None:
+        operator.attend(options.console, loop.stop)
+    return loop
+
+
+def _evaluator(world: World, robot: RobotModel) -> Evaluator:
+    if robot.arm is None:
+        return Evaluator(world, None, None)
+    return Evaluator(world, prop_of(robot), ArmWatch(world, outline_of(robot)))
 
 
 def _person(setup: Setup, uses: Uses, options: Options) -> Person | None:
@@ -145,7 +202,7 @@ def _world(setup: Setup, person: Person | None, options: Options) -> World:
     limits = setup.profile.robot.limits
     safety = setup.profile.safety.limits(setup.robot, limits)
     if options.mock:
-        return mock_world(setup.scene, setup.body, person, safety)
+        return mock_world(setup.scene, setup.body, person, safety, options.console is None)
     base = None
     if options.frozen_base:
         start = Pose2(0.0, 0.0) if setup.scene is None else setup.scene.robot_start

@@ -33,8 +33,8 @@ def keep_compiled_code(
     if "NUMBA_CACHE_DIR" in environment or any(map(_is_writable, folders)):
         return None
     environment["NUMBA_CACHE_DIR"] = tempfile.mkdtemp(prefix="cobodeck-")
-    shown = " nor ".join(map(str, folders))
-    return f"neither {shown} can be written: compiled code is not kept, each start takes longer"
+    shown = " and ".join(map(str, folders))
+    return f"compiled code is not kept, each start takes longer: cannot write to {shown}"
 
 
 def _places(environment: Mapping[str, str]) -> list[Path]:

@@ -18,10 +18,11 @@ from cobodeck.catalogue import Catalogue, catalogue
 from cobodeck.console import FAILED, Problem
 from cobodeck.inlet import Inlet
 from cobodeck.library import open_chart, reached
+from engine.board import Board
 from engine.chart import Chart
 from engine.machine import Box, Leaf, Machine, Vertex
 from engine.run import Run
-from engine.signals import Board, Signal, declare, roots
+from engine.signals import Signal, declare, roots
 from hw.guarded import GuardedBase
 from hw.interfaces import Part
 from hw.robot import RobotModel, load_robot

@@ -6,9 +6,9 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
+from engine.board import Board
 from engine.events import Reader
 from engine.machine import RUNNING
-from engine.signals import Board
 from engine.slots import MeasuredSlot
 from engine.state import ALWAYS_NS, NEVER_NS, Sample
 

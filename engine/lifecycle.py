@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
+from engine.board import Board
 from engine.context import LeafContext, Part
 from engine.decide import (
     AGAIN,
@@ -41,7 +42,6 @@ from engine.machine import (
     open_up,
     plain_edges,
 )
-from engine.signals import Board
 from engine.state import NEVER_NS
 from engine.trace import Trace
 from engine.turns import Turns

@@ -11,11 +11,11 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from engine.board import Board
 from engine.context import Part
 from engine.decide import KEEP, Decision
 from engine.lifecycle import Lifecycle
 from engine.machine import CHOSEN, IDLE, RUNNING, WAITING, Box, Leaf, Machine, Vertex
-from engine.signals import Board
 from engine.state import NEVER_NS, On, Until
 from engine.turns import rank
 

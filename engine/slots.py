@@ -11,7 +11,8 @@ from engine.events import EventLog
 from engine.state import ALWAYS_NS, NEVER_NS, Sample
 
 if TYPE_CHECKING:
-    from engine.signals import Board, Derived, Estimated, Measured
+    from engine.board import Board
+    from engine.signals import Derived, Estimated, Measured
 
 
 class Slot:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from engine.machine import ENDED, IDLE, PUT_OFF, RETRYING, WAITING, Box, Vertex
 
 if TYPE_CHECKING:
-    from engine.signals import Board
+    from engine.board import Board
 
 
 class Turns:

@@ -12,6 +12,7 @@ from typing import Annotated
 
 from engine.files.item import Item
 from engine.files.record import reader_of
+from engine.files.text import is_file
 from hw.prop import Placement
 
 
@@ -31,7 +32,7 @@ class Description:
 def _file(item: Item) -> Path:
     """A file by its path from this file's folder."""
     file = item.folder / str(reader_of(str)(item))
-    if not file.is_file():
+    if not is_file(file):
         raise item.error(f"there is no file {file}")
     return file
 

@@ -86,6 +86,7 @@ class GuardedBase:
         if parked is not None:
             self._hears["arm.joints"] = self._fold
             self._multiplexer.switch(ARM_LOCK, True, 0)
+        self._gated = isinstance(base, Gated)
         if isinstance(base, Gated):
             base.gate = self
         else:
@@ -174,7 +175,7 @@ class GuardedBase:
         """All states were stepped: what they offer counts from now on, or goes on counting."""
         self.selected = selected = self._multiplexer.select(now_ns)
         self._stamp_ns = None if selected.source is None else now_ns
-        if not isinstance(self.base, Gated):
+        if not self._gated:
             return
         if selected.source is None:
             self.base.stop()

@@ -227,6 +227,7 @@ def mock_world(
     robot: RobotModel,
     person: Person | None,
     safety: SafetyLimits | None = None,
+    operator: bool = True,
 ) -> World:
     """A world whose robot is the mock; nothing but the safety chain slows it down."""
     return World(
@@ -234,7 +235,8 @@ def mock_world(
         robot,
         person,
         safety=safety,
+        operator=operator,
         base=MockBase(robot, Pose2(0.0, 0.0) if scene is None else scene.robot_start),
-        arm=MockArm(robot.arm),
-        hand=mock_hand(robot.prop),
+        arm=None if robot.arm is None else MockArm(robot.arm),
+        hand=None if robot.prop is None else mock_hand(robot.prop),
     )

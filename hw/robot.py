@@ -172,7 +172,7 @@ class ArmModel:
 
 @dataclass(frozen=True, slots=True)
 class RobotModel:
-    """A whole robot; kg, m."""
+    """A whole robot; kg, m. One without an arm holds nothing."""
 
     name: str
     about: str
@@ -180,12 +180,19 @@ class RobotModel:
     payload: float
     footprint: Footprint
     base: BaseModel
-    arm: ArmModel
-    prop: Prop
+    arm: ArmModel | None = None
+    prop: Prop | None = None
+
+    @property
+    def parked(self) -> Joints | None:
+        """The joints of the folded arm, rad; None: there is no arm."""
+        return None if self.arm is None else self.arm.parked
 
     def faults(self) -> Iterator[Fault]:
         """What the arm cannot carry or hold, by key."""
         held = self.prop
+        if held is None or self.arm is None:
+            return
         if held.mass > self.payload:
             weighs = f"{held.name} weighs {held.mass:g} kg"
             yield "prop", f"{weighs}; the payload is {self.payload:g} kg"
@@ -258,6 +265,19 @@ class _Arm:
             if not low < high:
                 yield f"upper.{n}", f"{high:g} is not above the lower limit {low:g}"
 
+    def model(self, held: Prop) -> ArmModel:
+        """The arm with what it holds."""
+        return ArmModel(
+            mount_height=self.mount_height,
+            lower=self.lower,
+            upper=self.upper,
+            max_speed=self.max_speed,
+            stop_deceleration=self.stop_deceleration,
+            parked=held.parked,
+            calibration=self.calibration,
+            urdf=None if self.urdf is None else self.urdf.at(self.mount_height),
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class _Robot:
@@ -266,14 +286,20 @@ class _Robot:
     payload: Annotated[Mass, Range(0.0, 500.0)]
     footprint: Footprint
     base: BaseModel
-    arm: _Arm
-    prop: Annotated[Prop, _held]
+    arm: _Arm | None = None
+    prop: Annotated[Prop, _held] | None = None
     about: str = ""
+
+    def faults(self) -> Iterator[Fault]:
+        if self.arm is not None and self.prop is None:
+            yield "arm", "needs a prop, which says how the arm is folded; the key 'prop' is missing"
+        if self.arm is None and self.prop is not None:
+            yield "prop", "there is no arm to hold it; the key 'arm' is missing"
 
 
 def _robot(item: Item, other: Prop | None) -> RobotModel:
     read = record(item, _Robot)
-    held = other or read.prop
+    held = None if read.arm is None else other or read.prop
     made = RobotModel(
         name=read.robot,
         about=read.about,
@@ -281,16 +307,7 @@ def _robot(item: Item, other: Prop | None) -> RobotModel:
         payload=read.payload,
         footprint=read.footprint,
         base=read.base,
-        arm=ArmModel(
-            mount_height=read.arm.mount_height,
-            lower=read.arm.lower,
-            upper=read.arm.upper,
-            max_speed=read.arm.max_speed,
-            stop_deceleration=read.arm.stop_deceleration,
-            parked=held.parked,
-            calibration=read.arm.calibration,
-            urdf=None if read.arm.urdf is None else read.arm.urdf.at(read.arm.mount_height),
-        ),
+        arm=None if read.arm is None or held is None else read.arm.model(held),
         prop=held,
     )
     item.require(made.faults())

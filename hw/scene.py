@@ -28,6 +28,7 @@ from typing import Annotated
 
 from engine.files.item import Fault, Item, find_file, load_yaml
 from engine.files.record import Name, record
+from engine.files.text import is_file
 from engine.files.units import Length
 from engine.files.values import Range
 from hw.geometry import Pose2
@@ -127,7 +128,7 @@ def _room(item: Item) -> Room:
     if not isinstance(item.value, str):
         return record(item, Room)
     beside = item.folder / f"{item.value}.yaml"
-    named = str(beside) if beside.is_file() else item.target()
+    named = str(beside) if is_file(beside) else item.target()
 
     def own(other: Item) -> Room:
         if isinstance(other.inner("room").value, str):

@@ -215,7 +215,7 @@ class Site:
         """Of rover and arm as it stands; None: of the rover alone."""
         footprint = self.robot.footprint
         half = Outline(*2 * (footprint.half_length,), *2 * (footprint.half_width,))
-        if joints is None or joints == self.robot.arm.parked:
+        if joints is None or joints == self.robot.parked:
             return half
         from states.arm.collision import extent
 
@@ -227,5 +227,6 @@ class Site:
         from states.arm.model import manipulator_of
         from states.arm.motion import Workspace
 
-        robot = self.robot
-        return Workspace.of(manipulator_of(robot), robot.arm, self.limits, self.room.segments)
+        held = manipulator_of(self.robot)
+        assert self.robot.arm is not None, "without one there is no manipulator"
+        return Workspace.of(held, self.robot.arm, self.limits, self.room.segments)

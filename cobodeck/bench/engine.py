@@ -16,11 +16,12 @@ import yaml
 from cobodeck.bench import harness
 from cobodeck.bench.harness import Case, Row, Work
 from cobodeck.bench.states import STATES, Once, Trip, Watch, Working
+from engine.board import Board
 from engine.clock import Grid
 from engine.load import load_text
 from engine.machine import Leaf, Machine
 from engine.run import Run
-from engine.signals import Board, Measured, declare
+from engine.signals import Measured, declare
 from engine.state import interface
 
 GRID = Grid(30)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import time
+from typing import ClassVar
+
 from engine.files.units import Length
-from engine.state import Action, Context, Monitor, Run, State
+from engine.state import Action, Context, Monitor, On, Run, State
 
 
 class Watch(Monitor):
@@ -82,6 +85,20 @@ class Go(Action):
     def run(self, ctx: Context) -> Run:
         yield None
         return "arrived"
+
+
+class Delay(Monitor):
+    """Notes how old each sample of `probe`, a wall clock's reading, is at the step for it, ns."""
+
+    outcomes = ("seen",)
+    reads = {"probe": None}
+    noted: ClassVar[list[int]] = []
+
+    def run(self, ctx: Context) -> Run:
+        self.noted.clear()
+        while True:
+            yield On("probe")
+            self.noted.append(time.perf_counter_ns() - ctx.value("probe"))
 
 
 STATES: tuple[type[State], ...] = (Watch, Working, Once, Trip, Take, Give, Go)

@@ -20,6 +20,7 @@ BENCHES = {
     "navigation": "cobodeck.bench.navigation",
     "arm": "cobodeck.bench.arm",
     "simulation": "cobodeck.bench.simulation",
+    "realtime": "cobodeck.bench.realtime",
 }
 WORSE = 1.25
 """A ratio that has grown by more than this is called slower."""

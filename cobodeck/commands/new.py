@@ -1,6 +1,7 @@
 """Begin a project of your own: one package with a chart, a state, a schema, and a test.
 
-It passes `cobodeck validate` and `pytest` at once.
+With --robot a robot of your own: a body, a base behind UDP with its fake, parts, a chart, a test.
+Either passes `cobodeck validate` and `pytest` at once.
 """
 
 from __future__ import annotations
@@ -12,12 +13,13 @@ from pathlib import Path
 
 from cobodeck.console import FAILED, OK, Problem, show
 
-TEMPLATE = Path(__file__).parent.parent / "template"
+TEMPLATES = Path(__file__).parent.parent / "template"
 PLACEHOLDER = "PROJECT"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    parser.add_argument("--robot", action="store_true", help="a robot of your own")
     parser.add_argument("folder", type=Path, metavar="DIR", help="its last part names the package")
 
 
@@ -27,9 +29,10 @@ def run(args: argparse.Namespace) -> int:
     name = package_name(folder)
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise Problem(f"{folder} is there already; choose an empty or new folder", FAILED)
-    for source in sorted(TEMPLATE.rglob("*")):
+    template = TEMPLATES / ("robot" if args.robot else "project")
+    for source in sorted(template.rglob("*")):
         if source.is_file() and "__pycache__" not in source.parts:
-            inside = str(source.relative_to(TEMPLATE)).replace(PLACEHOLDER, name)
+            inside = str(source.relative_to(template)).replace(PLACEHOLDER, name)
             target = folder / inside
             target.parent.mkdir(parents=True, exist_ok=True)
             text = source.read_text(encoding="utf-8")
@@ -37,7 +40,10 @@ def run(args: argparse.Namespace) -> int:
     from cobodeck.commands.schema import schema_of
 
     (folder / name / "chart.schema.json").write_text(schema_of(folder), encoding="utf-8")
-    show(f"{folder}: a chart, a state and its test. Go on with")
+    what = "a robot, its fake, a chart and its test"
+    if not args.robot:
+        what = "a chart, a state and its test"
+    show(f"{folder}: {what}. Go on with")
     show(f"  cd {folder} && cobodeck validate && pytest")
     return OK
 

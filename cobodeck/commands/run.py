@@ -1,15 +1,17 @@
 """Run a chart on a robot, in real time.
 
-There are no drivers for real robots yet; `mock` does exactly as told, at the next tick.
+The robot is `mock`, which does exactly as told, at the next tick, or the file of a connection: it
+says which driver serves which part. At a terminal the operator types: ack, stop, reset, end.
 """
 
 from __future__ import annotations
 
 import argparse
+import sys
 
 from cobodeck.arguments import positive, seconds, word
 from cobodeck.commands import simulate
-from cobodeck.console import REFUSED, Problem
+from cobodeck.console import Problem
 from cobodeck.wiring import PROFILE, SCENE, TICK_HZ
 
 BLOCKED_S = 0.1
@@ -19,8 +21,9 @@ BLOCKED_S = 0.1
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("chart", type=word, metavar="CHART", help="name or file")
-    parser.add_argument("--robot", required=True, help="mock")
-    parser.add_argument("--scene", type=word, default=SCENE, help=f"name or file; default {SCENE}")
+    parser.add_argument("--robot", required=True, help="mock, or a connection's file")
+    about = f"name or file; default {SCENE} for the mock, else no room"
+    parser.add_argument("--scene", type=word, help=about)
     parser.add_argument(
         "--user", type=word, metavar="NAME|FILE", help="default: the one of the scene"
     )
@@ -34,26 +37,32 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--tick-hz", type=positive, default=TICK_HZ, metavar="HZ", help=f"default {TICK_HZ}"
     )
     parser.add_argument("--fast", action="store_true", help="as fast as it goes")
+    parser.add_argument(
+        "--person-unwatched",
+        action="store_true",
+        help="no part tracks people, and nobody can be near: run all the same",
+    )
     parser.add_argument("--json", action="store_true", help="for programs")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run on the mock."""
-    if args.robot != "mock":
-        raise Problem(
-            f"--robot {args.robot}: nothing drives a real robot yet, and a chart has to have "
-            "passed a simulation before; use --robot mock, or cobodeck simulate",
-            REFUSED,
-        )
+    """Run on the mock, or on real parts."""
     from cobodeck.clocks import RealTime, Virtual
     from cobodeck.stage import Options
+    from hw.connection import load_connection
 
+    mock = args.robot == "mock"
+    if not mock and args.fast:
+        raise Problem(f"--fast: {args.robot} has a pace of its own; it is for the mock")
     options = Options(
         user=args.user,
         requests=args.requests,
         seed=args.seed,
         duration_s=args.duration,
-        mock=True,
+        mock=mock,
+        connection=None if mock else load_connection(args.robot),
+        console=None if args.fast or not sys.stdin.isatty() else sys.stdin,
+        unwatched=args.person_unwatched,
     )
     if args.fast:
         return simulate.report_on(args, options, Virtual())

@@ -98,7 +98,9 @@ def report_on(
     from cobodeck.simulate import simulate
     from cobodeck.wiring import open_setup
 
-    body = getattr(args, "robot", None) if clock is None else None
+    body = getattr(args, "robot", None)
+    if clock is not None:  # of `run`: what is named there is no body
+        body = None if options.connection is None else options.connection.model
     setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz, body)
     progress = Progress("simulate")
     try:
@@ -147,7 +149,7 @@ def summary(figures: Mapping[str, Any], trace: str, ended_by: tuple[str, str] | 
         where += f" in {f['scene']}" if f["scene"] else f" on {f['robot']}"
     if "requests" in f and f["tier"]:
         where += f" with {f['user']}"
-    governor = "governor on" if f["governor"] else "governor off"
+    governor = "governor on" if f.get("governor") else "governor off"
     title = f"{where}: {f['profile']} ({governor}), tier {f['tier']}, {f['tick_hz']} Hz"
     speed = f"{f['realtime_factor']:.0f} times real time" if f["realtime_factor"] else "-"
     rows = [
@@ -176,10 +178,12 @@ def _person_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def _robot_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
-    return [
-        ("travelled", f"{f['distance_m']:.1f} m, {f['energy_j'] / 1000:.1f} kJ"),
-        ("faults", _faults(f["fault_names"])),
-    ]
+    rows = [("faults", _faults(f["fault_names"]))]
+    if "distance_m" in f:
+        rows.insert(0, ("travelled", f"{f['distance_m']:.1f} m, {f['energy_j'] / 1000:.1f} kJ"))
+    if not f.get("person_watched", True):
+        rows.append(("person", "not watched: nothing keeps the base away from anybody"))
+    return rows
 
 
 def _ticks(f: Mapping[str, Any]) -> str:

@@ -15,8 +15,8 @@ from behaviors.settings import Settings
 from behaviors.situation import Situation
 from cobodeck.stage import Options, stage
 from cobodeck.wiring import Setup
+from engine.board import Board
 from engine.machine import RUNNING, Leaf
-from engine.signals import Board
 from hw.geometry import STILL, Pose2, Pose3
 from hw.person import Person
 from hw.room import Point

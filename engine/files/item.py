@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 from engine.files import source as yaml
 from engine.files.finding import CODE, FileError, Finding, Place, did_you_mean, mistake
 from engine.files.source import Map, Mark, Seq, Source
+from engine.files.text import is_file
 from engine.files.values import shown
 
 T = TypeVar("T")
@@ -110,7 +111,7 @@ class Item:
     def _referred(self, finding: Finding) -> Finding:
         if finding.place == self.place:
             return finding
-        if Path(finding.place.file).is_file():
+        if is_file(Path(finding.place.file)):
             note = (self.place, "named here")
             return dataclasses.replace(finding, related=(*finding.related, note))
         told = f"{self.key}: {finding.place.file}: {finding.message}"

@@ -110,10 +110,7 @@ def _compose(source: Source) -> None:
         source.value = None
     except yaml.MarkedYAMLError as error:
         source.value = None
-        mark = error.problem_mark or error.context_mark
-        at = (mark.line + 1, mark.column + 1, mark.column + 2) if mark else (1, 1, 2)
-        hint = "indent with spaces, not with tabs" if _is_tab(source.text, at) else ""
-        source.report("Y01", f"not YAML: {error.problem or error.context}", at, hint)
+        _report_form(source, error)
     except yaml.reader.ReaderError as error:
         source.value = None
         good = source.text[: error.position]
@@ -123,10 +120,26 @@ def _compose(source: Source) -> None:
         loader.dispose()
 
 
-def _is_tab(text: str, at: Mark) -> bool:
-    lines = text.split("\n")
-    line = lines[at[0] - 1] if at[0] <= len(lines) else ""
-    return "\t" in line[: len(line) - len(line.lstrip())]
+def _report_form(source: Source, error: yaml.MarkedYAMLError) -> None:
+    """What libyaml says, with the place where what it could not end has begun."""
+    lines = source.text.split("\n")
+    at = _within(lines, error.problem_mark or error.context_mark)
+    line = lines[at[0] - 1]
+    is_tab = "\t" in line[: len(line) - len(line.lstrip())]
+    hint = "indent with spaces, not with tabs" if is_tab else ""
+    begun = _within(lines, error.context_mark)
+    notes = ((source.place(begun), error.context),) if error.context and begun != at else ()
+    message = f"not YAML: {error.problem or error.context}"
+    source.findings.append(Finding("Y01", message, source.place(at), hint, related=notes))
+
+
+def _within(lines: list[str], mark: Any) -> Mark:
+    """A mark of libyaml; one behind the end of the text stands at its last line."""
+    if mark is None:
+        return (1, 1, 2)
+    if mark.line < len(lines):
+        return (mark.line + 1, mark.column + 1, mark.column + 2)
+    return (len(lines), len(lines[-1]) + 1, len(lines[-1]) + 2)
 
 
 class _Builder:

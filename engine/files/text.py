@@ -8,6 +8,14 @@ from pathlib import Path
 from engine.files.finding import FileError, mistake
 
 
+def is_file(path: Path) -> bool:
+    """Is there a regular file; names that no file can have count as those of none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
 def read_bytes(path: Path, limit: int) -> bytes:
     """What a file holds.
 

@@ -76,6 +76,7 @@ class World:
 
     `guard` is the part `base`: it stands in front of the wheels, which are `base`. A stop that it
     latches pulls the stop line. `safety`: the limits of its chain; None: those of the robot.
+    `operator`: a scripted one looks after faults; if not, somebody else has to.
 
     Raises:
         FileError: the robot's outline touches a wall or the person at the start.
@@ -95,14 +96,17 @@ class World:
         safety: SafetyLimits | None = None,
         latency_ns: int = 0,
         sensors: SensorModel = IDEAL,
+        operator: bool = True,
     ) -> None:
         limits = limits or MotionLimits()
         self.scene, self.robot, self.person = scene, robot, person
         self.latency_ns = latency_ns
         start = Pose2(0.0, 0.0) if scene is None else scene.robot_start
         self.base = base or SimBase(robot, limits, start, sensors.of_pose)
-        self.arm = arm or SimArm(robot.arm, limits)
-        self.hand = hand or Hand.of(robot.prop)
+        self.arm = arm
+        if arm is None and robot.arm is not None:
+            self.arm = SimArm(robot.arm, limits)
+        self.hand = hand or (Hand() if robot.prop is None else Hand.of(robot.prop))
         self.now_ns = 0
         self.contacts = 0
         self.wall_hits = 0
@@ -114,9 +118,11 @@ class World:
         safety = safety or SafetyLimits.of(robot, limits)
         if person is None:
             safety = replace(safety, watched=False)
-        self.guard = GuardedBase(self.base, safety, robot.arm.parked, self._line.pull)
+        self.guard = GuardedBase(self.base, safety, robot.parked, self._line.pull)
         self._bumper = SimBumper(self._line)
-        self._operator = ScriptedOperator(self._line, by_hand=self._push_off)
+        self._operator = None
+        if operator:
+            self._operator = ScriptedOperator(self._line, by_hand=self._push_off)
         parts: dict[str, Part | None] = {
             "base": self.guard,
             "arm": self.arm,
@@ -134,7 +140,7 @@ class World:
             parts["trackers"] = self._trackers = SimTrackers(
                 person, room, round(sensors.tracking_delay * 1e9), sensors.of_tracking
             )
-        self.parts: Mapping[str, Part] = {k: part for k, part in parts.items() if part is not None}
+        self.parts: Mapping[str, Any] = {k: part for k, part in parts.items() if part is not None}
         self._own: tuple[Any, ...] = ()
         self._check_start()
 
@@ -153,10 +159,10 @@ class World:
 
         A base of one's own gets a guard too, which lets it go from cycle to cycle.
         """
-        self._own = tuple(part for part in parts.values() if hasattr(part, "advance"))
+        self._own += tuple(part for part in parts.values() if hasattr(part, "advance"))
         own: dict[str, Any] = dict(parts)
         if "base" in own:
-            limits, parked = self.guard.chain.limits, self.robot.arm.parked
+            limits, parked = self.guard.chain.limits, self.robot.parked
             self.guard = GuardedBase(own["base"], limits, parked, self._line.pull)
             own["base"] = self.guard
         self.parts = {**self.parts, **own}
@@ -190,15 +196,18 @@ class World:
         self._elapsed_s = (now_ns - since_ns) * 1e-9
         base, arm, person = self.base, self.arm, self.person
         robot_before = base.pose
-        base.braked = arm.braked = self._line.reason is not None
+        base.braked = braked = self._line.reason is not None
         base.advance(now_ns)
-        arm.advance(now_ns)
-        self.hand.advance(now_ns, braked=arm.braked)
+        if arm is not None:
+            arm.braked = braked
+            arm.advance(now_ns)
+        self.hand.advance(now_ns, braked=braked)
         if base.pose is not robot_before and self._hits_wall(base.pose):
             self._hit_wall(robot_before)
         if person is not None:
             self._advance_person(person, robot_before)
-        self._operator.step(now_ns)
+        if self._operator is not None:
+            self._operator.step(now_ns)
         self._advance_own(since_ns, now_ns)
 
     def _advance_own(self, since_ns: int, now_ns: int) -> None:

@@ -116,16 +116,20 @@ def manipulator_of(robot: RobotModel) -> Manipulator:
 
     Raises:
         FileError: the URDF is wrong, or its arm is none that this is made for.
+        ValueError: the robot has no arm.
     """
-    arm = load_manipulator().with_tool(robot.prop)
-    height, described = robot.arm.mount_height, robot.arm.urdf
+    model, held = robot.arm, robot.prop
+    if model is None or held is None:
+        raise ValueError(f"robot {robot.name} has no arm")
+    arm = load_manipulator().with_tool(held)
+    height, described = model.mount_height, model.urdf
     if height != arm.mount.xyz[2]:
         arm = arm.mounted(height)
     if described is not None:
         from states.arm.urdf_arm import described_arm
 
         arm = described_arm(described, arm)
-    chain = robot.arm.calibration
+    chain = model.calibration
     return arm if chain is None else arm.calibrated(chain)
 
 

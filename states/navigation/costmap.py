@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hw.geometry import Pose2
 from hw.room import Disc, Point, contains
 from states.navigation.cells import Grid, fill_rings, sample
 from states.navigation.distance import (
@@ -115,7 +114,17 @@ def with_maximum(master: Costs, layer: Costs) -> Costs:
 
 
 def both(whole: Costmap, local: Costmap) -> Costs:
-    """The costs of the whole map, raised where the local one is higher (R38)."""
-    corner = Pose2(local.grid.x, local.grid.y)
-    layer = sample(local.costs, local.grid.resolution, corner, whole.grid)
-    return with_maximum(whole.costs, layer)
+    """The costs of the whole map, raised where the local one is higher (R38).
+
+    The cells of the local one must lie on those of the whole.
+    """
+    costs, grid, window = whole.costs.copy(), whole.grid, local.grid
+    row = round((window.y - grid.y) / grid.resolution)
+    column = round((window.x - grid.x) / grid.resolution)
+    low, left = max(0, row), max(0, column)
+    high = max(low, min(grid.rows, row + window.rows))
+    right = max(left, min(grid.columns, column + window.columns))
+    inside = local.costs[low - row : high - row, left - column : right - column]
+    part = costs[low:high, left:right]
+    part[:] = with_maximum(part, inside)
+    return costs

@@ -14,6 +14,7 @@ from behaviors.signals import signals
 from engine.files.finding import FileError
 from engine.load import load_files
 from engine.signals import declare
+from hw.robot import load_robot
 from hw.room import Room
 from states.signals.prediction import PREDICTORS
 
@@ -203,3 +204,55 @@ def test_the_hash_is_that_of_the_file(tmp_path: Path, paper: Profile) -> None:
     assert load_profile("paper").sha256 == paper.sha256
     assert other.sha256 != paper.sha256
     assert other.settings.chase.cell == 0.1
+
+
+def test_all_mistakes_of_a_profile_are_told_at_once(tmp_path: Path) -> None:
+    wrong = PAPER.replace("inner: 1.5 m", "inner: 1.5 s").replace("half_view", "half_veiw")
+    wrong = wrong.replace("latency: 0 s", "latency: 5 s").replace(
+        "{planner: exact", "{planner: exat"
+    )
+
+    with pytest.raises(FileError) as failure:
+        load_profile(written(tmp_path, wrong))
+
+    told = [finding.message.partition(":")[0] for finding in failure.value.findings]
+    assert told == [
+        "plant.latency", "navigation.chase.planner", "navigation.haptic.planner",
+        "navigation.escape.planner", "escape.half_veiw", "chase.inner",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("body", ["rbkairos_ur10", "rbkairos_plus_ur10"])
+def test_the_shipped_profiles_go_with_the_shipped_robots(profile: Profile, body: str) -> None:
+    profile.require_robot(load_robot(body))
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "message"),
+    [
+        ("inflation: 77 cm", "inflation: 72 cm", "navigation.escape.inflation: 0.72 m is too lit"),
+        ("inflation: 1.0 m", "inflation: 30 cm", "needs 0.7254 m to turn"),
+        ("user_radius: 1.27 m", "user_radius: 1.2 m", "user_radius: 1.2 m is too little for rbk"),
+        ("arm_parked: [0.39 rad", "arm_parked: [7 rad", "robot.arm_parked: rbkairos_ur10: arm: "),
+    ],
+)
+def test_a_profile_that_a_robot_cannot_keep_is_told_with_its_place(
+    tmp_path: Path, right: str, wrong: str, message: str
+) -> None:
+    assert right in PAPER
+    line = PAPER[: PAPER.index(right)].count("\n") + 1
+    mine = load_profile(written(tmp_path, PAPER.replace(right, wrong, 1)))
+
+    with pytest.raises(FileError) as failure:
+        mine.require_robot(load_robot("rbkairos_ur10"))
+
+    assert f"mine.yaml:{line}:" in str(failure.value)
+    assert message in str(failure.value)
+
+
+def test_a_robot_that_is_alone_needs_no_room_beside_a_person(tmp_path: Path) -> None:
+    text = PAPER.replace("user_radius: 1.27 m", "user_radius: 1 m")
+
+    load_profile(written(tmp_path, text)).require_robot(
+        load_robot("rbkairos_ur10"), beside_person=False
+    )

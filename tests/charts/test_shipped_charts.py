@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 from cobodeck.wiring import open_setup
+from engine.board import Board
 from engine.explore import Ended, active, after, explore, initial
 from engine.machine import Machine
 from engine.run import Run
 from engine.scripted import Script
-from engine.signals import Board
 
 CHARTS = ("cobodeck", "chase", "haptic", "escape", "inform")
 TICK_NS = 10**8

@@ -111,7 +111,13 @@ def test_a_broken_module_is_named_with_its_line(
     assert message in str(caught.value)
 
 
-@pytest.mark.parametrize("text", ["[project\n", "\x00", ENTRY.format(module="not_there")])
+BROKEN_PROJECTS = [
+    "[project\n", "\x00", ENTRY.format(module="not_there"), "project = 3\n",
+    "[project]\nentry-points = 3\n", "[project.entry-points.'cobodeck.states']\nmine = 3\n",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", BROKEN_PROJECTS)
 def test_a_broken_project_file_is_named(tmp_path: Path, text: str) -> None:
     (tmp_path / "pyproject.toml").write_text(text)
 

@@ -18,11 +18,12 @@ from cobodeck.inlet import Inlet
 from cobodeck.loop import LATE_NS, Loop
 from cobodeck.plants import Nothing
 from cobodeck.wiring import Wired
+from engine.board import Board
 from engine.clock import Grid
 from engine.load import load_text
 from engine.machine import Machine
 from engine.run import Run
-from engine.signals import Board, Measured, declare
+from engine.signals import Measured, declare
 from engine.state import Action, Context, Monitor, On, interface
 from engine.state import Run as Steps
 

@@ -1,6 +1,8 @@
 """A project begun with `new` passes `validate` and `pytest` at once, in processes of their own."""
 
+import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -8,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from cobodeck.__main__ import main
-from cobodeck.console import FAILED, OK
+from cobodeck.console import FAILED, OK, REFUSED
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -74,3 +76,66 @@ def test_its_state_is_ten_lines(project: Path) -> None:
     body = text[text.index("class PersonNear") :]
 
     assert sum(bool(line.strip()) for line in body.splitlines()) == 10
+
+
+# -- a robot of one's own ------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("robots") / "my-rover"
+    assert main(["new", str(folder), "--robot"]) == OK
+    return folder
+
+
+def test_a_robot_of_ones_own_is_valid_even_strictly(robot: Path) -> None:
+    result = python(robot, "-m", "cobodeck", "validate", "--strict")
+
+    assert result.returncode == OK, result.stdout + result.stderr
+    assert "patrol: " in result.stdout
+
+
+def test_the_tests_of_a_robot_of_ones_own_pass(robot: Path) -> None:
+    result = python(robot, "-m", "pytest", "-q", "-p", "cobodeck.pytest_plugin")
+
+    assert result.returncode == 0, result.stdout + result.stderr
+    assert "5 passed" in result.stdout
+
+
+def test_it_patrols_in_simulation_without_a_room_or_a_person(robot: Path) -> None:
+    call = ("-m", "cobodeck", "simulate", "patrol", "--robot", "my_rover/rover.yaml", "--json")
+    result = python(robot, *call)
+
+    assert result.returncode == OK, result.stdout + result.stderr
+    figures = json.loads(result.stdout)
+    assert (figures["outcome"], figures["scene"], figures["user"]) == ("home", None, None)
+    assert figures["person_watched"] is False
+    assert figures["distance_m"] > 4.0
+    assert "requests" not in figures
+
+
+def test_it_is_not_run_where_nobody_watches_people_unless_it_is_said(robot: Path) -> None:
+    call = ("-m", "cobodeck", "run", "patrol", "--robot", "my_rover/rover_udp.yaml")
+    result = python(robot, *call)
+
+    assert result.returncode == REFUSED
+    assert "--person-unwatched" in result.stderr
+
+
+def test_what_a_robot_lacks_is_told_together_before_the_start(robot: Path) -> None:
+    (robot / "my_rover" / "poor.yaml").write_text(
+        (robot / "my_rover" / "rover_udp.yaml").read_text().replace("  lamp:", "  bell:")
+    )
+    call = ("run", "patrol", "--robot", "my_rover/poor.yaml", "--person-unwatched")
+    result = python(robot, "-m", "cobodeck", *call)
+    (robot / "my_rover" / "poor.yaml").unlink()
+
+    assert result.returncode == FAILED
+    assert "this robot lacks part 'lamp', commanded by Light" in result.stderr
+
+
+def test_the_readme_of_a_robot_of_ones_own_names_files_that_exist(robot: Path) -> None:
+    text = (robot / "README.md").read_text()
+
+    for name in re.findall(r"`((?:my_rover|tests)/[\w./]+)`", text):
+        assert (robot / name).is_file(), name

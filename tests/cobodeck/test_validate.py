@@ -141,6 +141,106 @@ def test_findings_for_programs_have_the_same_places(
         assert "line=3" in shown
 
 
+def told(
+    capsys: pytest.CaptureFixture[str], *paths: Path
+) -> list[tuple[str, int, str, list[tuple[str, int]]]]:
+    """File, line, first word and notes of each finding."""
+    assert main(["validate", "--json", *map(str, paths)]) == FAILED
+    return [
+        (
+            Path(found["file"]).name,
+            found["line"],
+            found["message"].partition(":")[0],
+            [(Path(note["file"]).name, note["line"]) for note in found["related"]],
+        )
+        for found in json.loads(capsys.readouterr().out)
+    ]
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Path:
+    """A scene with its own robot, prop and user, each with one mistake or two."""
+    robot = (ROOT / "hw/robots/rbkairos_ur10.yaml").read_text()
+    robot = robot.replace("prop: prop", "prop: ./held.yaml").replace("mass: 130.0", "mass: 0.13")
+    (tmp_path / "body.yaml").write_text(robot)
+    prop = (ROOT / "hw/props/prop.yaml").read_text()
+    (tmp_path / "held.yaml").write_text(prop.replace("mass: 1.0", "mass: -5 kg"))
+    steps = "steps:\n  - stand: 3 m\n  - walk: {x: 1}\n"
+    (tmp_path / "someone.yaml").write_text(f"user: someone\n{steps}")
+    scene = "room: lab_a\nrobot: {file: ./body.yaml, start: {x: 3, y: 5}}\nuser: {source: "
+    (tmp_path / "room.yaml").write_text(f"scene: room\n{scene}./someone.yaml}}\n")
+    return tmp_path
+
+
+def test_mistakes_of_named_files_are_shown_in_them_with_notes_of_who_names_them(
+    own: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert told(capsys, own / "room.yaml") == [
+        ("body.yaml", 3, "mass", [("room.yaml", 3)]),
+        ("held.yaml", 3, "mass", [("body.yaml", 29), ("room.yaml", 3)]),
+        ("someone.yaml", 3, "steps[0].stand", [("room.yaml", 4)]),
+        ("someone.yaml", 4, "steps[1].walk", [("room.yaml", 4)]),
+    ]
+
+
+def test_mistakes_that_several_files_bring_up_are_shown_once(
+    own: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert told(capsys, own) == [
+        ("body.yaml", 3, "mass", []),
+        ("held.yaml", 3, "mass", []),
+        ("someone.yaml", 3, "steps[0].stand", []),
+        ("someone.yaml", 4, "steps[1].walk", []),
+    ]
+
+
+def test_the_line_of_a_mistake_in_a_named_file_is_shown(
+    own: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["validate", str(own / "room.yaml")]) == FAILED
+
+    shown = capsys.readouterr().out
+    assert "mass: -5 kg" in shown
+    assert "robot: {file: ./body.yaml" in shown
+
+
+def test_props_calibrations_and_arms_are_checked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for folder, name, old, new in (
+        ("hw/props", "prop", "radius: 0.05", "radius: 5"),
+        ("hw/calibrations", "robotnik_ur10", "xyz", "xzy"),
+        ("states/arm", "ur10", "speed: 2.09", "speed: 209"),
+    ):
+        text = (ROOT / folder / f"{name}.yaml").read_text()
+        (tmp_path / f"{name}.yaml").write_text(text.replace(old, new, 1))
+
+    assert [(file, line) for file, line, _, _ in told(capsys, tmp_path)] == [
+        ("prop.yaml", 6), ("robotnik_ur10.yaml", 6), ("ur10.yaml", 5)
+    ]  # fmt: skip
+
+
+def test_everything_shipped_is_looked_at(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["validate"]) == OK
+    count = int(re.search(r"in (\d+) files", capsys.readouterr().out)[1])  # type: ignore[index]
+    folders = ("charts", "hw", "states/arm")
+    assert count == sum(len(list((ROOT / folder).rglob("*.yaml"))) for folder in folders)
+
+
+def test_a_profile_goes_with_a_robot_beside_it_or_with_a_shipped_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    profile = (ROOT / "charts/profiles/tuned.yaml").read_text()
+    profile = profile.replace("inflation: 77 cm", "inflation: 50 cm")
+    (tmp_path / "mine.yaml").write_text(profile)
+    assert [found[1] for found in told(capsys, tmp_path)] == [29]
+
+    robot = (ROOT / "hw/robots/rbkairos_ur10.yaml").read_text()
+    small = robot.replace("length: 1.13", "length: 0.6").replace("width: 0.91", "width: 0.5")
+    (tmp_path / "small.yaml").write_text(small)
+    assert main(["validate", str(tmp_path)]) == OK
+
+
 def test_what_a_chart_can_do_is_counted(capsys):
     assert main(["validate"]) == 0
     assert re.search(r"cobodeck: \d+ configurations, \d+ edges, complete", capsys.readouterr().out)

@@ -51,8 +51,7 @@ def test_without_a_place_for_compiled_code_there_is_a_message_and_a_temporary_on
     if os.access(locked, os.W_OK):
         pytest.skip("nothing is locked here")
     assert (
-        message
-        == "neither /proc/self can be written: compiled code is not kept, each start takes longer"
+        message == "compiled code is not kept, each start takes longer: cannot write to /proc/self"
     )
     assert Path(environment["NUMBA_CACHE_DIR"]).is_dir()
     Path(environment["NUMBA_CACHE_DIR"]).rmdir()
@@ -64,3 +63,26 @@ def test_a_place_of_ones_own_is_left_alone(tmp_path: Path) -> None:
     assert keep_compiled_code(environment, []) is None
     assert environment == {"NUMBA_CACHE_DIR": "/elsewhere"}
     assert keep_compiled_code({}, [Path("/proc/self"), tmp_path / "new"]) is None
+
+
+def test_without_home_and_cache_there_is_a_message() -> None:
+    """Nobody's list of users has this number, and nothing says where home is."""
+    program = (
+        "import pathlib\n"
+        "def nowhere(): raise RuntimeError('Could not determine home directory.')\n"
+        "pathlib.Path.home = nowhere\n"
+        "import cobodeck.warmup as warmup\n"
+        "warmup.ROOT = pathlib.Path('/proc/self')\n"
+        "found = {}\n"
+        "print(warmup.keep_compiled_code(found), 'NUMBA_CACHE_DIR' in found)\n"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+
+    if os.access("/proc/self", os.W_OK):
+        pytest.skip("nothing is locked here")
+    assert result.stdout == (
+        "compiled code is not kept, each start takes longer: cannot write to /proc/self/states "
+        "True\n"
+    )

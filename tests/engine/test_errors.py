@@ -11,7 +11,8 @@ from typing import Any
 
 import pytest
 
-from engine.signals import Board, Derived, Measured, declare
+from engine.board import Board
+from engine.signals import Derived, Measured, declare
 from engine.state import Action, Context
 from engine.state import Run as Steps
 

@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 import pytest
 
+from engine.board import Board
 from engine.commands import Pause
 from engine.load import load_text
-from engine.signals import Board, Derived, Measured, declare
+from engine.signals import Derived, Measured, declare
 from engine.state import Action, Context, Monitor, On, Run, Until
 from tests.engine.conftest import Part
 
@@ -1122,6 +1123,19 @@ def test_rule_11_forcing_closes_the_node_and_asks_for_its_outputs(bench):
     assert b.script.inputs["use"] == {"value": 3.0}
 
 
+def test_rule_11_the_chart_time_of_an_instant_is_less_only_by_pauses_that_were_before_it(bench):
+    b = bench(NESTED)
+    for paused in (2, 3):
+        b.tick(5)
+        b.operator.pause()
+        b.tick(paused)
+        b.operator.resume()
+    b.tick(5)
+    assert b.run.pauses == [(500_000_000, 700_000_000), (1_200_000_000, 1_500_000_000)]
+    found = [b.run.chart_time(at * 10**8) for at in (0, 5, 6, 7, 10, 12, 13, 15, 18)]
+    assert found == [at * 10**8 for at in (0, 5, 5, 5, 8, 10, 10, 10, 13)]
+
+
 def test_rule_11_a_lock_makes_outcomes_wait_but_never_guards(bench):
     b = bench(NESTED)
     b.tick()
@@ -1498,6 +1512,45 @@ def test_rule_12_refusal_is_a_further_try(bench):
     b.tick(2)
     assert b.records("enter").count(("enter", "work")) == 2
     assert b.tick() == ["guard", "work", "beside"]
+
+
+def test_rule_12_a_refusal_does_not_count_as_one_of_the_tries(bench):
+    node = "{do: Do, autonomy: {done: high}, retry: {times: 1, on: failed}"
+    ways = "{done: .x, failed: .x, other: .x}"
+    text = f"chart: c\noutcomes: [x]\nstates:\n  a: {node}, next: {ways}}}\n"
+    b = bench(text, level=2)
+    b.tick()
+    for _ in range(3):
+        b.end("a", "done")
+        b.tick()
+        b.operator.refuse("a")
+        b.tick(2)
+    b.end("a", "failed")
+    b.tick(2)
+    assert b.run.outcome is None  # the one further try
+    b.end("a", "failed")
+    b.tick()
+    assert b.run.outcome == "x"
+
+
+def test_rule_12_a_lock_on_a_path_holds_none_whose_name_only_begins_alike(bench):
+    text = """
+chart: c
+outcomes: [x]
+states:
+  a:
+    all:
+      b: {do: Do}
+      bc: {do: Do}
+    next: {done: .x}
+"""
+    b = bench(text)
+    b.tick()
+    assert b.operator.lock("a/b") is None
+    b.end("a/bc", "done")
+    b.end("a/b", "done")
+    b.tick(2)
+    assert b.operator.waiting() == {"a/b": "done"}
 
 
 def test_rule_12_retry_comes_before_autonomy(bench):

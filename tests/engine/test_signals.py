@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.signals import CATCH_UP, Board, Derived, Estimated, Measured, closure, declare
+from engine.board import CATCH_UP, Board
+from engine.signals import Derived, Estimated, Measured, closure, declare
 from engine.state import Context, Monitor, On, Run
 from tests.engine.conftest import Bench
 
@@ -105,6 +106,29 @@ def test_a_reader_states_the_age_it_accepts():
     bench.tick(3)
     assert bench.run.outcome is None
     board.put("a", 1.0, bench.now - 10**8)
+    bench.tick()
+    assert bench.run.outcome == "x"
+
+
+def test_a_value_exactly_as_old_as_a_reader_accepts_is_accepted():
+    class Reader(Monitor):
+        """Ends when its signal is too old."""
+
+        outcomes = ("old",)
+        reads = {"a": 0.3}
+
+        def run(self, ctx: Context) -> Run:
+            while ctx.value("a") is not None:
+                yield
+            return "old"
+
+    signals, _ = graph()
+    board = Board(signals)
+    text = "chart: c\noutcomes: [x]\nstates:\n  a: {watch: Reader, next: {old: .x}}\n"
+    bench = Bench(text, states=(Reader,), scripted=False, board=board)
+    board.put("a", 1.0, 0)
+    bench.tick(4)
+    assert (bench.run.board.now, bench.run.outcome) == (3 * 10**8, None)
     bench.tick()
     assert bench.run.outcome == "x"
 

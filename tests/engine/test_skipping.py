@@ -9,11 +9,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from engine.board import Board
 from engine.clock import Grid
 from engine.machine import Leaf, Machine
 from engine.operator import Operator
 from engine.run import Run
-from engine.signals import Board, Derived, Estimated, Measured, declare
+from engine.signals import Derived, Estimated, Measured, declare
 from engine.state import NEVER_NS, Action, Context, On, Until
 from engine.state import Run as Steps
 from tests.engine.conftest import Bench, Part
@@ -24,16 +25,19 @@ GRID = Grid(10)
 
 
 class Last:
-    """The sum of the last samples of each input."""
+    """The sum of the last samples of each input; the same object while they stay."""
 
     def __init__(self) -> None:
         self.values: dict[str, float] = {}
+        self.sum = 0.0
 
     def update(self, signal: str, sample: Any) -> None:
         self.values[signal] = sample.value
+        found = sum(self.values.values())
+        self.sum = self.sum if found == self.sum else found
 
     def value(self) -> float:
-        return sum(self.values.values())
+        return self.sum
 
 
 SIGNALS = declare(
@@ -63,13 +67,15 @@ class Sleepy:
                 yield Until(ctx.after(chance.random() * 2.0))
             else:
                 until = ctx.after(chance.random() * 3.0) if kind == 2 else NEVER_NS
-                yield On(*chance.sample(NAMES, 2), until=until)
+                older = chance.choice((None, 0.1, 0.35))
+                yield On(*chance.sample(NAMES, 2), until=until, older=older)
             seen += len(ctx.events("e")) + round(ctx.value("sum") or 0) + (ctx.now > 10**9)
+            seen += ctx.value("a") is None
         return self.leaf.interface.outcomes[seen % len(self.leaf.interface.outcomes)]
 
 
 def play(text: str, seed: int, leave_out: bool) -> tuple[Run, int]:
-    """A run of 8 s with samples and commands by chance; how many ticks it took."""
+    """A run of 8 s with samples, repeats and commands by chance; how many ticks it took."""
     chance = random.Random(seed)
     library = decorate(text, chance)
     machine = Machine(library["c"], library, INTERFACES)
@@ -81,14 +87,20 @@ def play(text: str, seed: int, leave_out: bool) -> tuple[Run, int]:
     outside = random.Random(seed + 1)
     run = Run(machine, board, {"base": Part()}, outside.choice((None, None, 2)))
     operator = Operator(run)
-    ticks = 0
+    ticks, level, heard = 0, 0.5, True
     for number in range(80):
         now = GRID.instant(number)
+        if outside.random() < 0.05:
+            board.put("e", outside.random(), now - outside.randrange(10**8))
+        if outside.random() < 0.05:
+            level = outside.random()
         if outside.random() < 0.1:
-            board.put(outside.choice(("a", "e")), outside.random(), now - outside.randrange(10**8))
+            heard = not heard
+        if heard:
+            board.put("a", level, now - outside.randrange(10**8))
         if outside.random() < 0.1:
             bother(operator, machine, outside)
-        if leave_out and now < run.next_due():
+        if leave_out and run.leave_out(now):
             continue
         run.tick(now)
         ticks += 1
@@ -98,7 +110,7 @@ def play(text: str, seed: int, leave_out: bool) -> tuple[Run, int]:
 def with_reads(leaf: Leaf) -> Any:
     from dataclasses import replace
 
-    return replace(leaf.interface, reads=dict.fromkeys(NAMES))
+    return replace(leaf.interface, reads=dict.fromkeys(NAMES) | {"a": 0.3})
 
 
 @settings(
@@ -224,3 +236,31 @@ def test_rule_1_ticks_are_found_from_their_number():
     assert [Grid().instant(n) for n in (0, 1, 2, 3, 30 * 86_400)] == [
         0, 33_333_333, 66_666_666, 10**8, 86_400 * 10**9,
     ]  # fmt: skip
+
+
+class Listen(Action):
+    """Waits for another value, or for silence."""
+
+    outcomes = ("done",)
+    reads = {"voice": 0.2}
+
+    def run(self, ctx: Context) -> Steps:
+        yield On("voice", older=0.2)
+        return "done"
+
+
+@pytest.mark.parametrize("end", ["another value", "silence"])
+def test_rule_13_who_waits_while_a_signal_repeats_needs_no_tick(end):
+    text = "chart: c\noutcomes: [x]\nstates:\n  a: {do: Listen, next: {done: .x}}\n"
+    board = Board(declare([Measured("voice")]))
+    run = Bench(text, states=(Listen,), scripted=False, board=board).run
+    ticked = []
+    for number in range(60):
+        now = GRID.instant(number)
+        if number < 50 or end == "another value":
+            board.put("voice", 1.5 if number < 50 else number + 0.5, now)
+        if not run.leave_out(now):
+            ticked.append(number)
+            run.tick(now)
+    assert ticked[:2] == [0, 50 if end == "another value" else 52]
+    assert next(r.time for r in run.trace if r.kind == "outcome") == GRID.instant(ticked[1])

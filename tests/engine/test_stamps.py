@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from engine.signals import Board, Derived, Estimated, Measured, declare, roots
+from engine.board import Board
+from engine.signals import Derived, Estimated, Measured, declare, roots
 from engine.state import ALWAYS_NS, Context, Monitor, On, Run
 from tests.engine.conftest import Bench
 

@@ -492,3 +492,14 @@ def test_a_wall_touches_the_foam_too_and_is_not_driven_through(rig):
     for pose in rig.values("base.pose"):
         corners = [pose.transform(a, b) for a in (-0.565, 0.565) for b in (-0.455, 0.455)]
         assert all(SCENE.room.is_free(*corner) for corner in corners)
+
+
+def test_while_nothing_changes_parts_give_the_same_values_again(rig):
+    still = Twist2(0.0, 0.0, 0.0)
+    rig.ticks(30, lambda: rig.parts["base"].drive(still))
+    seen = {}
+    for sample in rig.got:
+        seen.setdefault(sample.name, []).append(sample.value)
+    assert {"base.pose", "base.twist", "arm.joints", "gripper.state", "wrench.reading"} <= set(seen)
+    for name, values in seen.items():
+        assert all(value is values[0] for value in values), name

@@ -69,3 +69,44 @@ def test_a_calibration_has_a_frame_for_each_of_six_joints(tmp_path):
         load_calibration(file)
     with pytest.raises(FileError, match="no such calibration"):
         load_calibration("nobody")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place"),
+    [
+        ("mass: 1.7", "mass: -5 kg", (3, 7)),
+        ("mass: 1.7", "mass: 51", (3, 7)),
+        ("radius: 0.065", "radius: 6.5", (6, 54)),
+        ("xyz: [0, 0, 0.25]", "xyz: [0, 0, 25]", (4, 19)),
+        ("rpy: [0, 1.57", "rpy: [0, 90, 1.57", (4, 26)),
+    ],
+)
+def test_what_no_prop_can_be_is_refused_at_its_place(tmp_path, old, new, place):
+    file = tmp_path / "prop.yaml"
+    file.write_text(TEXT.replace(old, new, 1))
+    with pytest.raises(FileError) as caught:
+        load_prop(file)
+    assert caught.value.findings[0].place[1:3] == place
+
+
+def test_props_and_calibrations_may_carry_units(tmp_path):
+    file = tmp_path / "own.yaml"
+    text = TEXT.replace("mass: 1.7", "mass: 1700 g").replace("0.25]", "250 mm]")
+    file.write_text(
+        text.replace("1.5707963267948966", "90 deg").replace("speed: 0.15", "speed: 15 cm/s")
+    )
+    assert load_prop(file) == load_prop("gripped")
+    chain = (CALIBRATIONS / "robotnik_ur10.yaml").read_text()
+    file.write_text(chain.replace("[0, 0, 0.1279592785000426]", "[0, 0, 127.9592785000426 mm]"))
+    assert load_calibration(file) == load_calibration()
+
+
+def test_all_mistakes_of_a_calibration_are_told_at_once(tmp_path):
+    file = tmp_path / "own.yaml"
+    text = (CALIBRATIONS / "robotnik_ur10.yaml").read_text()
+    file.write_text(
+        text.replace("xyz: [0, 0, 0.1279592785000426]", "xyz: [0, 0]").replace("rpy", "rpi", 2)
+    )
+    with pytest.raises(FileError) as caught:
+        load_calibration(file)
+    assert [f.place.line for f in caught.value.findings] == [6, 6, 7]

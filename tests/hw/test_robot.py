@@ -81,6 +81,94 @@ def test_a_wrong_robot_file_is_named_with_line_and_key(tmp_path, old, new, messa
     assert message in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "place", "message"),
+    [
+        ("brake_deceleration: 3.0", "brake_deceleration: 3000", "14:23", "0.5 to 10 m/s2"),
+        ("brake_deceleration: 3.0", "brake_deceleration: 0.4", "14:23", "0.5 to 10 m/s2"),
+        ("reaction_time: 0.1", "reaction_time: 0.01", "15:18", "0.02 to 1 s"),
+        ("length: 1.13", "length: 11.3 cm", "6:11", "0.113 is out of range, 0.3 to 3 m"),
+        ("width: 0.91", "width: 9.1", "7:10", "0.3 to 3 m"),
+        ("command_timeout: 0.5", "command_timeout: 50", "16:20", "0.02 to 2 s"),
+        ("mount_height: 0.511", "mount_height: 51.1", "23:17", "0 to 3 m"),
+        ("payload: 10.0", "payload: 10 t", "4:10", "'10 t' is not a mass"),
+        ("rolling_resistance: 0.05", "rolling_resistance: 5", "21:23", "0.0001 to 0.5"),
+        ("max_wheel_rate: 23.622", "max_wheel_rate: 20", "12:14", "turn to 2.54 m/s at most"),
+        ("max_speed: 3.0", "max_speed: 3.1", "12:14", "3.1 m/s; the wheels turn to 3 m/s at"),
+        ("max_yaw_rate: 3.0", "max_yaw_rate: 8", "13:17", "turn it by 7.026 rad/s at most"),
+        ("2.0943951023931953, 2.09", "120, 2.09", "27:15", "120 is out of range, 0.01 to 20 rad/s"),
+        ("lower: [-6.283185307179586", "lower: [-360", "25:11", "-360 is out of range, -12.57 to"),
+    ],
+)
+def test_what_no_such_robot_can_be_is_refused_at_its_place(tmp_path, old, new, place, message):
+    text = (FOLDER / "rbkairos_ur10.yaml").read_text()
+    assert old in text
+    path: Path = tmp_path / "robot.yaml"
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(FileError) as caught:
+        load_robot(path)
+    assert f"robot.yaml:{place}: " in str(caught.value)
+    assert message in str(caught.value)
+
+
+def test_sizes_and_speeds_of_a_robot_may_carry_units(tmp_path):
+    text = (FOLDER / "rbkairos_ur10.yaml").read_text()
+    for old, new in (
+        ("length: 1.13", "length: 113 cm"), ("max_speed: 3.0", "max_speed: 10.8 km/h"),
+        ("rolling_resistance: 0.05", "rolling_resistance: 5 %"), ("mass: 130.0", "mass: 130 kg"),
+        ("reaction_time: 0.1", "reaction_time: 100 ms"),
+        ("[2.0943951023931953, 2.0943951023931953,", "[120 deg/s, 120 deg/s,"),
+    ):  # fmt: skip
+        assert old in text
+        text = text.replace(old, new)
+    (tmp_path / "robot.yaml").write_text(text)
+    found = load_robot(tmp_path / "robot.yaml")
+    assert (found.footprint, found.base) == (ROBOT.footprint, ROBOT.base)
+    assert found.arm.max_speed == pytest.approx(ROBOT.arm.max_speed)
+
+
+def test_mistakes_of_a_robot_and_of_its_prop_are_told_in_both_files(tmp_path):
+    text = (FOLDER / "rbkairos_ur10.yaml").read_text()
+    path = tmp_path / "robot.yaml"
+    path.write_text(
+        text.replace("mass: 130.0", "mass: 0.13").replace("prop: prop", "prop: ./p.yaml")
+    )
+    held = (FOLDER.parent / "props" / "gripped.yaml").read_text()
+    (tmp_path / "p.yaml").write_text(held.replace("mass: 1.7", "mass: -5 kg"))
+    with pytest.raises(FileError) as caught:
+        load_robot(path)
+    prop, own = caught.value.findings
+    assert (Path(own.place.file).name, own.place.line) == ("robot.yaml", 3)
+    assert (Path(prop.place.file).name, prop.place.line) == ("p.yaml", 3)
+    assert [place.line for place, _ in prop.related] == [29]
+
+
+def without(text: str, key: str) -> str:
+    """The text of a robot without one of its last sections."""
+    return text[: text.index(f"{key}:")] + ("" if key == "prop" else text[text.index("prop:") :])
+
+
+def test_a_robot_may_be_without_an_arm(tmp_path):
+    text = (FOLDER / "rbkairos_ur10.yaml").read_text()
+    (tmp_path / "robot.yaml").write_text(text[: text.index("arm:")])
+    found = load_robot(tmp_path / "robot.yaml")
+    assert (found.arm, found.prop, found.parked) == (None, None, None)
+    assert (found.base, found.footprint) == (ROBOT.base, ROBOT.footprint)
+    assert ROBOT.parked == ROBOT.prop.parked
+
+
+@pytest.mark.parametrize(
+    ("key", "message"),
+    [("arm", "22:7: prop: there is no arm to hold it"), ("prop", "22:1: arm: needs a prop")],
+)
+def test_an_arm_and_what_it_holds_go_together(tmp_path, key, message):
+    text = (FOLDER / "rbkairos_ur10.yaml").read_text()
+    (tmp_path / "robot.yaml").write_text(without(text, key))
+    with pytest.raises(FileError) as caught:
+        load_robot(tmp_path / "robot.yaml")
+    assert message in str(caught.value)
+
+
 def test_an_unknown_robot_is_answered_with_a_suggestion():
     with pytest.raises(FileError, match="did you mean 'rbkairos_ur10'"):
         load_robot("rbkairos_ur5")

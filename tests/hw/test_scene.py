@@ -195,3 +195,55 @@ def test_the_largest_free_disc_touches_walls_and_holds_none():
 def test_a_wrong_touchable_surface_is_named_with_its_line(tmp_path, surface, wrong):
     with pytest.raises(FileError, match=rf"mine\.yaml:8:\d+: .*{wrong}"):
         load(tmp_path, f"{GOOD}touchable: [{surface}]\n")
+
+
+def test_lengths_and_angles_may_carry_units(tmp_path):
+    text = GOOD.replace("[6, 5]", "[600 cm, 5000 mm]").replace("yaw: 0.5", "yaw: 90 deg")
+    scene = load(tmp_path, text)
+    assert scene.room == load(tmp_path, GOOD).room
+    assert scene.parking_spot("corner").yaw == math.pi / 2
+
+
+def test_all_mistakes_of_a_scene_are_told_at_once(tmp_path):
+    wrong = (
+        GOOD.replace("[6, 0]", "[6 kg, 0]").replace("x: 4", "z: 4").replace("0.9, yaw", "a, yaw")
+    )
+    with pytest.raises(FileError) as caught:
+        load(tmp_path, wrong)
+    assert [f.place.line for f in caught.value.findings] == [3, 6, 6, 7]
+
+
+def test_every_pose_off_the_floor_is_told_at_once(tmp_path):
+    wrong = GOOD.replace("x: 1, y: 1", "x: 2.5, y: 2.5").replace("{x: 0.9", "{x: -1")
+    with pytest.raises(FileError) as caught:
+        load(tmp_path, wrong)
+    assert [f.place.line for f in caught.value.findings] == [5, 7]
+
+
+def test_a_wrong_room_of_another_scene_is_told_there_with_a_note(tmp_path):
+    (tmp_path / "other.yaml").write_text(GOOD.replace("[6, 0]", "[6 s, 0]"))
+    with pytest.raises(FileError) as caught:
+        load(tmp_path, "scene: mine\nroom: other\nrobot: {start: {x: 1, y: 1}}\n")
+    (finding,) = caught.value.findings
+    assert (Path(finding.place.file).name, finding.place.line) == ("other.yaml", 3)
+    ((place, note),) = finding.related
+    assert (Path(place.file).name, place.line, place.column, note) == (
+        "mine.yaml", 2, 7, "named here"
+    )  # fmt: skip
+
+
+def test_files_that_a_scene_names_are_looked_for_from_its_own_folder(tmp_path, monkeypatch):
+    text = GOOD.replace("robot: {", "robot: {file: ../bodies/mine.yaml, ")
+    text = text.replace("user: {", "user: {source: 'walk.csv#3', ")
+    (tmp_path / "rooms").mkdir()
+    scene = load(tmp_path / "rooms", text)
+    assert Path(scene.robot) == tmp_path / "rooms/../bodies/mine.yaml"
+    assert scene.user == str(tmp_path / "rooms/walk.csv#3")
+    monkeypatch.chdir(tmp_path)
+    assert load(Path("rooms"), text).sha256 == scene.sha256
+
+
+@pytest.mark.parametrize("name", ["../../out", "a\\b", '"a\\e[2Jb"', '""'])
+def test_a_scene_is_called_by_what_can_be_the_name_of_a_file(tmp_path, name):
+    with pytest.raises(FileError, match="cannot be a name"):
+        load(tmp_path, GOOD.replace("scene: mine", f"scene: {name}"))

@@ -327,6 +327,30 @@ def test_a_wrong_script_is_named_with_file_line_and_key(tmp_path, steps, message
     assert any(part in str(caught.value) for part in message.split("|"))
 
 
+def test_spans_speeds_and_angles_of_a_script_may_carry_units(tmp_path):
+    steps = "  - stand: 2 min\n  - walk: {x: 300 cm, y: 2 m, speed: 3.6 km/h}\n  - turn: 90 deg\n"
+    path = tmp_path / "someone.yaml"
+    path.write_text(f"user: someone\nspeed: 120 cm/s\nsteps:\n{steps}")
+    stand, walk, turn = load_script(path).steps
+    assert stand.span_ns == 120 * 10**9
+    assert (walk.x, walk.y, walk.speed) == (3.0, 2.0, 1.0)
+    assert turn.yaw == math.pi / 2
+
+
+def test_all_wrong_steps_of_a_script_are_told_at_once(tmp_path):
+    steps = "  - stand: 2 m\n  - walk: {x: 3}\n  - look: 90\n  - turn: 0\n"
+    with pytest.raises(FileError) as caught:
+        walker(tmp_path, steps)
+    assert [f.place.line for f in caught.value.findings] == [4, 5, 6]
+
+
+def test_every_walk_that_leaves_the_floor_is_told(tmp_path):
+    steps = "  - walk: {x: 9, y: 1}\n  - walk: {x: 2, y: 2}\n  - stand: 1\n"
+    with pytest.raises(FileError) as caught:
+        walker(tmp_path, steps)
+    assert [f.place.line for f in caught.value.findings] == [4, 5]
+
+
 def test_an_unknown_user_is_answered_with_a_suggestion():
     with pytest.raises(FileError, match="did you mean 'study'"):
         open_user("studi", LAB)
@@ -378,3 +402,31 @@ def test_a_live_person_ends_when_told():
     person.step(0, FAR, False)
     assert person.finished
     assert person.body == LAB.user_start
+
+
+# ---- what does not change
+
+
+def test_a_person_who_stands_is_the_same_pose_again_and_again(tmp_path):
+    rows = play(walker(tmp_path, "  - stand: 1\n  - walk: {x: 3.0, y: 2.0}\n"), 40)
+    seen = [measured.value for *_, measured in rows]
+    assert all(value is seen[0] for value in seen[:30])
+    assert len({id(value) for value in seen[31:40]}) == 9
+
+
+def test_a_recorded_person_who_stands_is_so_too():
+    rows = play(Playback(straight(), requests=1, touch=Touch(10**9, 10**9, 10**9)), 250)
+    seen = [measured.value for *_, measured in rows if measured is not None]
+    assert all(later is pose for pose, later in itertools.pairwise(seen) if later == pose)
+    assert sum(later is pose for pose, later in itertools.pairwise(seen)) > 80
+
+
+def test_a_live_person_pushed_twice_to_one_place_is_the_same_pose():
+    person = LivePerson(Pose2(0.0, 0.0))
+    poses = []
+    for n, x in enumerate((1.0, 1.0, 2.0)):
+        person.push(tick(n), UserPose(Pose2(x, 0.0), 0.0))
+        person.step(tick(n), FAR, False)
+        poses.append(person.measured.value)
+    assert poses[0] is poses[1]
+    assert poses[2].body.x == 2.0

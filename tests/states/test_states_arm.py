@@ -15,8 +15,18 @@ from hw.samples import UserPose
 from hw.sim.arm import SimArm
 from states.arm.kinematics import Chain, forward
 from states.arm.model import load_manipulator
+from states.arm.motion import Look, Workspace
 from states.arm.planning import PLANNERS, Planning, Query
-from states.arm.states import Frame, HoldProp, ParkArm, ReachDeep, Solver, rover_from
+from states.arm.states import (
+    MOVED,
+    TURNED,
+    Frame,
+    HoldProp,
+    ParkArm,
+    ReachDeep,
+    Solver,
+    rover_from,
+)
 from states.site import Site
 
 HZ = 30
@@ -142,6 +152,42 @@ def test_the_planner_goes_by_its_name(
 
     assert move.until_end(take_step, 10) == "reached"
     assert asked
+
+
+@pytest.mark.parametrize(
+    ("base", "user"),
+    [
+        (Pose2(5.02, 4.0, 0.5), None),
+        (Pose2(5.0, 4.0, 0.52), None),
+        (BASE, Pose2(6.9, 5.0)),
+        (BASE, Pose2(7.0, 5.0)),
+    ],
+)
+def test_a_base_that_has_moved_or_turned_and_a_user_make_another_look(
+    base: Pose2, user: Pose2 | None
+) -> None:
+    seen = None if user is None or user.x == 6.9 else Pose2(6.9, 5.0)
+    before = Look(BASE, seen, (0.0,) * 6)
+
+    assert before.is_like(before, MOVED, TURNED)
+    assert not Look(base, user, (0.0,) * 6).is_like(before, MOVED, TURNED)
+
+
+@pytest.mark.requirement(43, 47)
+@pytest.mark.parametrize("turn", [0.0, 0.02, -0.02])
+def test_the_way_of_the_arm_is_looked_at_again_when_the_base_has_turned(
+    site: Site, context: Any, take_step: Any, turn: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    looked = []
+    monkeypatch.setattr(Workspace, "is_free", lambda *given: looked.append(given) or True)
+    move = Move(site, context, ReachDeep(), deep=deep_at(site, 1.2))
+    move.until_end(take_step, 0.5)
+    looked.clear()
+
+    move.ctx.values["base.pose"] = Pose2(BASE.x, BASE.y, BASE.yaw + turn)
+    move.until_end(take_step, 0.1)
+
+    assert len(looked) == (turn != 0.0)
 
 
 @pytest.mark.requirement(45, 71)

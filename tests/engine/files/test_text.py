@@ -7,7 +7,7 @@ import pytest
 
 from engine.files.finding import FileError
 from engine.files.item import load_yaml
-from engine.files.text import read_bytes, read_text
+from engine.files.text import is_file, read_bytes, read_text
 
 
 def test_files_that_cannot_be_read_are_errors_of_the_file(tmp_path):
@@ -26,6 +26,14 @@ def test_a_pipe_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "pipe.yaml")
     with pytest.raises(FileError, match="no regular file"):
         read_bytes(tmp_path / "pipe.yaml", 100)
+
+
+def test_a_name_that_no_file_can_have_is_that_of_none(tmp_path):
+    assert not any(map(is_file, (Path("x" * 5000), Path("a\0b"), tmp_path)))
+    (tmp_path / "file").touch()
+    assert is_file(tmp_path / "file")
+    with pytest.raises(FileError, match="File name too long"):
+        read_bytes(Path("x" * 5000), 10)
 
 
 @pytest.mark.skipif(not Path("/dev/zero").exists(), reason="no /dev/zero")

@@ -321,6 +321,20 @@ def test_an_obstacle_in_either_costmap_blocks():
     assert costs[whole.grid.cell(1.5, 8.5)] == FREE
 
 
+@pytest.mark.requirement(37, 38)
+@pytest.mark.parametrize("corner", [(-2.0, -2.0), (4.0, 1.0), (2.0, 3.0), (9.0, 9.0), (-9.0, 0.0)])
+def test_a_window_over_the_edge_of_the_map_counts_within_it(corner):
+    whole = Costmap(Grid(0.5, 10, 12, 1.0, -1.0), Inflation(0.0, 0.0))
+    window = Grid(0.5, 6, 6, *corner)
+    marks = np.full((6, 6), FREE, np.uint8)
+    marks[0, 0] = marks[3, 4] = LETHAL
+    costs = both(whole, Costmap(window, Inflation(0.0, 0.0), obstacles=marks))
+    for row, column in np.ndindex(10, 12):
+        at = window.cell(*whole.grid.center(row, column))
+        assert costs[row, column] == (FREE if at is None else marks[at])
+    assert not whole.costs.any()
+
+
 def test_the_user_costs_what_the_distance_says_without_any_cells():
     costmap = Costmap(Grid(1.0, 10, 10), Inflation(1.0, 0.455, 3.0))
     user = Disc(5.0, 5.0, 0.5)

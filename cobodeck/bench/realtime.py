@@ -1,0 +1,110 @@
+"""How long it takes in real time from a sample to the state that waits for it.
+
+CoboDeck runs on the mock, at its pace, and beside it a monitor waits for a part of its own, whose
+thread gives a sample 120 times a second. Measured is the time from there to the monitor's step:
+what waits for the next tick of the grid takes half a period, 16.7 ms, on average.
+"""
+
+from __future__ import annotations
+
+import statistics
+import threading
+import time
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+from cobodeck.bench.harness import Row
+from cobodeck.bench.states import Delay
+from cobodeck.clocks import RealTime
+from cobodeck.stage import Options, stage
+from cobodeck.warmup import warm_up
+from cobodeck.wiring import Setup, open_setup
+from engine.load import load_text
+from engine.signals import Measured
+from engine.state import interface
+from hw.samples import Sample
+
+NAME, RATE_HZ = "realtime", 120
+SECONDS = 2.0
+"""Per round."""
+GOAL_MS = 1.0
+CHART = """
+chart: probed
+outcomes: [seen]
+any:
+  probe: {watch: Delay, next: {seen: .seen}}
+  work: {use: cobodeck, next: {error: .seen}}
+"""
+
+
+class Probe:
+    """A part whose samples are the wall clock's readings when they were taken."""
+
+    signals: tuple[str, ...] = ("probe",)
+
+    def __init__(self) -> None:
+        self.wake = _nobody
+        self._arrived: deque[int] = deque()
+        self._over = threading.Event()
+        threading.Thread(target=self._take, daemon=True).start()
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """Those that have come."""
+        count = len(self._arrived)
+        return [Sample("probe", now_ns, self._arrived.popleft()) for _ in range(count)]
+
+    def close(self) -> None:
+        """No more of them."""
+        self._over.set()
+
+    def _take(self) -> None:
+        while not self._over.wait(1.0 / RATE_HZ):
+            self._arrived.append(time.perf_counter_ns())
+            self.wake()
+
+
+def rows(rounds: int = 9) -> Iterator[Row]:
+    """Median and 99th percentile, ms, over all rounds."""
+    found = delays(rounds * SECONDS)
+    for what, share in (("median", 0.5), ("99th percentile", 0.99)):
+        value = statistics.quantiles(found, n=1000)[round(1000 * share) - 1] / 1e6
+        yield Row(
+            NAME, "sample to step", "cobodeck", "samples", len(found),
+            time_us=value * 1e3, error=value, error_unit=f"ms, {what}",
+            goal=GOAL_MS if what == "median" else None,
+        )  # fmt: skip
+
+
+def delays(seconds: float) -> list[int]:
+    """What the monitor has noted in so many seconds, ns."""
+    setup = probed()
+    loop = stage(setup, Options(mock=True), clock=RealTime())
+    warm_up(setup, loop.wired.run.machine)
+    loop.go(round(seconds * 1e9))
+    loop.plant.parts["probe"].close()
+    return list(Delay.noted)
+
+
+def probed() -> Setup:
+    """CoboDeck in its room, with the probe beside it."""
+    setup = open_setup()
+    known = setup.catalogue
+    chart = load_text(CHART)["probed"]
+    own: dict[str, Any] = {"probe": Probe}
+    return replace(
+        setup,
+        chart=chart,
+        library={**setup.library, chart.name: chart},
+        catalogue=replace(
+            known,
+            interfaces={**known.interfaces, "Delay": interface(Delay)},
+            own_signals=(*known.own_signals, Measured("probe", int)),
+            own_parts=own,
+        ),
+    )
+
+
+def _nobody() -> None:
+    """No loop has been started yet."""

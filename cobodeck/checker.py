@@ -1,0 +1,119 @@
+"""Says what is wrong with scenes, users, robots, props, profiles, calibrations, connections."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cobodeck.catalogue import catalogue
+from cobodeck.library import chart_names
+from engine.files.finding import FileError, Finding
+from engine.files.item import gather
+from engine.load import Library, load_files
+
+if TYPE_CHECKING:
+    from behaviors.profile import Profile
+    from hw.robot import RobotModel
+
+
+class Checker:
+    """Loads files of every kind but charts, and says what is wrong with them.
+
+    Args:
+        robots: the robot files that are checked too; profiles must go with one of them, or with a
+            shipped one if there are none.
+    """
+
+    def __init__(self, robots: Sequence[Path]) -> None:
+        self._robots = robots
+        self._loaders: Mapping[str, Callable[[Path], object]] = {
+            "scene": self._scene,
+            "robot": self._robot,
+            "profile": self._profile,
+            "user": self._user,
+            "prop": self._prop,
+            "calibration": self._calibration,
+            "arm": self._arm,
+            "connection": self._connection,
+        }
+
+    def findings(self, file: Path, kind: str) -> tuple[Finding, ...]:
+        """All mistakes in a file and in those that it names."""
+        try:
+            self._loaders[kind](file)
+        except FileError as error:
+            return error.findings
+        return ()
+
+    def _scene(self, file: Path) -> None:
+        from hw.staging import check_scene
+
+        check_scene(file)
+
+    def _robot(self, file: Path) -> None:
+        from hw.robot import load_robot
+
+        robot = load_robot(file)
+        if robot.arm is not None and robot.arm.urdf is not None:
+            from states.arm.model import manipulator_of
+
+            manipulator_of(robot)
+
+    def _profile(self, file: Path) -> None:
+        from behaviors.profile import load_profile
+
+        profile = load_profile(file)
+        gather((lambda: profile.require(self._charts), lambda: self._fits(profile)))
+
+    def _fits(self, profile: Profile) -> None:
+        """Whether a profile goes with a robot at all; else why it does not with the first."""
+        errors = []
+        for robot in self._known_robots:
+            try:
+                profile.require_robot(robot)
+            except FileError as error:
+                errors.append(error)
+        if errors and len(errors) == len(self._known_robots):
+            raise errors[0]
+
+    @cached_property
+    def _charts(self) -> Library:
+        return load_files(chart_names(catalogue()).values())
+
+    @cached_property
+    def _known_robots(self) -> list[RobotModel]:
+        from hw.robot import load_robot, robot_names
+
+        found = []
+        for robot in self._robots or robot_names():
+            with suppress(FileError):  # told where the robot is checked
+                found.append(load_robot(robot))
+        return found
+
+    def _user(self, file: Path) -> None:
+        from hw.script import load_script
+
+        load_script(file)
+
+    def _prop(self, file: Path) -> None:
+        from hw.prop import load_prop
+
+        load_prop(file)
+
+    def _calibration(self, file: Path) -> None:
+        from hw.calibration import load_calibration
+
+        load_calibration(file)
+
+    def _arm(self, file: Path) -> None:
+        from states.arm.model import load_manipulator
+
+        load_manipulator(file)
+
+    def _connection(self, file: Path) -> None:
+        from hw.staging import check_connection
+
+        check_connection(file)

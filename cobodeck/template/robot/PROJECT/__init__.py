@@ -1,0 +1,1 @@
+"""A robot of one's own: body, parts, states, chart."""

@@ -1,0 +1,58 @@
+"""Parts of one's own, simulated: a lamp that charts command, and a battery that they read.
+
+A part gives samples, and takes commands by methods of its own. `PARTS` makes them known.
+"""
+
+from collections.abc import Callable
+
+from engine.signals import Measured
+from hw.samples import Sample
+
+
+class Lamp:
+    """A lamp on the roof. Gives `lamp.lit`, when it changes."""
+
+    signals = ("lamp.lit",)
+
+    def __init__(self, now: Callable[[], int] | None = None) -> None:  # drivers are given a clock
+        self.lit = False
+        self._told: bool | None = None
+
+    def light(self, on: bool) -> None:
+        """Switch it on or off."""
+        self.lit = on
+
+    def stop(self) -> None:
+        """Nothing moves; it stays as it is when another state takes it over."""
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """Is it on?"""
+        if self._told == self.lit:
+            return []
+        self._told = self.lit
+        return [Sample("lamp.lit", now_ns, self.lit)]
+
+
+class Battery:
+    """A battery that lasts 20 s, so that one need not wait. Gives `battery.level`, 0 to 1."""
+
+    signals = ("battery.level",)
+    lasts_s = 20.0
+
+    def __init__(self) -> None:
+        self._now_ns = 0
+
+    def advance(self, to_ns: int) -> None:
+        """Simulated time has gone on."""
+        self._now_ns = to_ns
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """The level of this instant."""
+        return [Sample("battery.level", now_ns, max(0.0, 1.0 - self._now_ns * 1e-9 / self.lasts_s))]
+
+
+PARTS = {"lamp": Lamp, "battery": Battery}
+SIGNALS = (
+    Measured("lamp.lit", bool, about="is the lamp on the roof on?"),
+    Measured("battery.level", float, about="0 is empty, 1 is full"),
+)
