@@ -25,7 +25,7 @@ class ConsoleOperator:
         self.faults: list[str] = []
         self.wake: Callable[[], None] = _nobody
         self._stop_line, self._show, self._end = stop_line, show, _nobody
-        self._words: deque[str] = deque()
+        self._acknowledged: deque[bool] = deque()
 
     def attend(self, stream: TextIO, end: Callable[[], None]) -> None:
         """Take words from a stream, in a thread of its own that ends with the program.
@@ -42,23 +42,12 @@ class ConsoleOperator:
         self._show(f"fault: {fault}; acknowledge with ack")
 
     def say(self, word: str) -> None:
-        """One word of the operator, from any thread; it counts from the next look on."""
-        self._words.append(word.strip().lower())
-        self.wake()
-
-    def samples(self, now_ns: int) -> list[Sample]:
-        """Acknowledgements since the last call; the other words are done at once."""
-        found = []
-        while self._words:
-            word = self._words.popleft()
-            if word == "ack":
-                found.append(Sample("operator.acknowledge", now_ns, True))
-            else:
-                self._do(word)
-        return found
-
-    def _do(self, word: str) -> None:
-        if word == "stop":
+        """One word of the operator, from any thread; a stop waits for no tick."""
+        word = word.strip().lower()
+        if word == "ack":
+            self._acknowledged.append(True)
+            self.wake()
+        elif word == "stop":
             self._stop_line.pull("operator")
         elif word == "reset":
             self._show("reset" if self._stop_line.reset() else "not reset: the cause still holds")
@@ -66,6 +55,14 @@ class ConsoleOperator:
             self._end()
         elif word:
             self._show(f"{word!r} is no command; {HELP}")
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """Acknowledgements since the last call."""
+        count = len(self._acknowledged)
+        return [
+            Sample("operator.acknowledge", now_ns, self._acknowledged.popleft())
+            for _ in range(count)
+        ]
 
     def _read(self, stream: TextIO) -> None:
         for line in stream:

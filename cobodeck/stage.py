@@ -79,7 +79,8 @@ def stage(
     """
     grid, timing = Grid(setup.tick_hz), clock or Virtual()
     if options.tier == 0:
-        return Loop(Nothing(), wander(setup, options.seed), grid, clock=timing)
+        wired = wander(setup, options.seed)
+        return Loop(Nothing(), wired, grid, clock=timing, leave_out=not options.eager)
     uses = setup.uses(parameters)
     if "base" in uses.commands:
         setup.profile.require_robot(setup.robot, beside_person=uses.person)

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from cobodeck.__main__ import COMMANDS, main
+from cobodeck.catalogue import CHARTS
 from cobodeck.console import FAILED, OK, REFUSED, USAGE
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -63,6 +64,10 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "walk.csv").write_text("id,t,x,y\n1,0,a,b\n")
     (tmp_path / "scene.yaml").write_text("scene: x\nroom: nowhere\n")
     (tmp_path / "profile.yaml").write_text("profile: x\nabout: y\nrobot: 5\n")
+    tuned = (CHARTS / "profiles" / "tuned.yaml").read_text()
+    (tmp_path / "near.yaml").write_text(tuned.replace("inflation: 77 cm", "inflation: 30 cm"))
+    os.mkfifo(tmp_path / "pipe.yaml")
+    os.mkfifo(tmp_path / "pipe.csv")
     for name, text in FILES.items():
         (tmp_path / name).write_text(text)
     return tmp_path
@@ -120,6 +125,12 @@ WRONG = [  # arguments, exit code, part of the message
     ("simulate --scene user_out.yaml", FAILED, "(50, 5) is not on the free floor"),
     ("simulate --scene lab_c", FAILED, "did you mean 'lab_b'"),
     ("simulate --profile tunde", FAILED, "did you mean 'tuned'"),
+    ("simulate --profile near.yaml", FAILED, "0.3 m is too little for rbkairos_ur10"),
+    ("validate near.yaml", FAILED, "near.yaml:29:59: error[D01] navigation.escape.inflation"),
+    ("simulate --scene pipe.yaml", FAILED, "pipe.yaml: cannot be read: it is no regular file"),
+    ("simulate --profile pipe.yaml", FAILED, "it is no regular file"),
+    ("simulate --user pipe.yaml", FAILED, "it is no regular file"),
+    ("simulate --user pipe.csv", FAILED, "it is no regular file"),
     ("simulate --user dem", FAILED, "did you mean 'demo'"),
     ("simulate --user nan_user.yaml", FAILED, "nan_user.yaml:2:12: start.x: '.nan' is not"),
     ("simulate --user no_steps.yaml", FAILED, "no_steps.yaml:3:1: steps: is an empty list"),

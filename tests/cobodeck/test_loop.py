@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 import os
+import pty
 import re
 import signal
 import subprocess
 import sys
 import textwrap
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
 import pytest
 
+from cobodeck.clocks import RealTime
 from cobodeck.inlet import Inlet
 from cobodeck.loop import LATE_NS, Loop
 from cobodeck.plants import Nothing
-from cobodeck.wiring import Wired
+from cobodeck.simulate import simulate
+from cobodeck.stage import Options, stage
+from cobodeck.wiring import Wired, open_setup
 from engine.board import Board
 from engine.clock import Grid
 from engine.load import load_text
@@ -26,6 +32,7 @@ from engine.run import Run
 from engine.signals import Measured, declare
 from engine.state import Action, Context, Monitor, On, interface
 from engine.state import Run as Steps
+from hw.samples import Sample
 
 ROOT = Path(__file__).resolve().parents[2]
 MS = 10**6
@@ -294,3 +301,142 @@ def test_a_state_that_blocks_in_real_time_is_named_and_its_missed_ticks_are_coun
     assert found is not None
     assert int(found[1]) >= 13
     assert int(found[2]) == 1
+
+
+# -- on a simulated robot ------------------------------------------------------------------------
+
+
+class Speeds:
+    """Of the base, at each instant of the grid."""
+
+    def __init__(self, world: Any) -> None:
+        self.world, self.speeds = world, []
+
+    def watch(self, now_ns: int) -> None:
+        self.speeds.append(self.world.base.twist.speed)
+
+
+def test_the_robot_hears_what_a_tick_decided_the_plants_latency_later() -> None:
+    """A latency that is not simulated, or a profile's that does not reach the plant, shows here."""
+    moved = {}
+    for latency_ms in (0, 20):
+        setup = open_setup("chase", "study")
+        plant = replace(setup.profile.plant, latency=latency_ms / 1e3)
+        loop = stage(replace(setup, profile=replace(setup.profile, plant=plant)), Options())
+        seen = Speeds(loop.plant)
+        loop.observers = (seen,)
+        while not any(seen.speeds):
+            loop.tick()
+        # from the tick that decided to the next one, 33.3 ms, the base had that much less time
+        moved[latency_ms] = seen.speeds[-1]
+
+    assert moved[0] == pytest.approx(1.0 / 30.0, rel=0.01)  # 1 m/s2 for one period
+    assert moved[20] == pytest.approx(1.0 / 30.0 - 0.02, rel=0.02)
+
+
+def noted(stopped: list[str], name: str, stop: Callable[[], None]) -> None:
+    stopped.append(name)
+    stop()
+
+
+def test_a_tick_that_breaks_leaves_no_part_moving() -> None:
+    """Without the hold of a broken tick the base would drive on until its command is too old."""
+    loop = stage(open_setup("chase", "study"), Options())
+    while loop.plant.base.twist.speed < 0.5:
+        loop.tick()
+    stopped: list[str] = []
+    for name, part in loop.wired.run.parts.items():
+        part.stop = partial(noted, stopped, name, part.stop)
+
+    loop.wired.run.turns = None  # type: ignore[assignment]  # a bug of the engine
+    loop.leave_out = False
+    with pytest.raises(AttributeError):
+        loop.tick()
+
+    assert {"base", "arm"} <= set(stopped)
+    assert loop.wired.base is not None
+    assert loop.wired.base.selected.source is None
+
+
+def test_leaving_ticks_out_of_a_walk_changes_neither_trace_nor_figures() -> None:
+    found = []
+    for eager in (False, True):
+        setup = open_setup("cobodeck", "study")
+        result = simulate(setup, Options(requests=1, eager=eager, duration_s=70.0))
+        found.append(result.figures)
+    counts = {"wall_s", "realtime_factor", "signals", "overruns", "left_out"}
+    both = [{k: v for k, v in figures.items() if k not in counts} for figures in found]
+
+    assert both[0] == both[1]
+    assert found[0]["left_out"] > 0.5 * found[0]["ticks"]
+    assert found[1]["left_out"] == 0
+
+
+def test_logic_alone_leaves_nearly_all_ticks_out() -> None:
+    result = simulate(open_setup("cobodeck"), Options(tier=0, duration_s=2000.0))
+
+    assert result.figures["left_out"] >= 0.98 * result.figures["ticks"]
+    assert result.figures["transitions"] > 500
+
+
+# -- real time -----------------------------------------------------------------------------------
+
+
+def test_a_sample_that_is_waited_for_adds_a_tick_and_steps_only_who_waits() -> None:
+    class Source:
+        signals = ("number",)
+
+        def samples(self, now_ns: int) -> list[Sample]:
+            if not arrived or arrived[0] > now_ns:
+                return []
+            return [Sample("number", arrived.pop(0), 10.0)]
+
+    arrived = [23 * MS]
+    rig = Rig(sources=[Source()])
+    rig.clock.woken = [23 * MS]
+    rig.loop.go(50 * MS)
+
+    assert rig.run.outcome == "done"
+    assert rig.loop.now_ns == 23 * MS
+    assert rig.steps == [0, 10 * MS, 20 * MS]
+    assert rig.loop.added == 1
+
+
+def test_a_wake_up_that_nobody_waits_for_adds_no_tick() -> None:
+    rig = Rig()
+    rig.clock.woken = [23 * MS, 27 * MS]
+    rig.loop.go(50 * MS)
+
+    assert rig.loop.added == 0
+    assert rig.steps == [GRID.instant(n) for n in range(6)]
+
+
+def test_real_time_sleeps_until_it_is_woken() -> None:
+    readings = iter([0, 0, 5, 5, 7])
+    clock = RealTime(lambda: next(readings))
+    clock.wake()
+
+    assert clock.wait(0) == 5
+    assert clock.now() == 5
+    assert clock.now() == 7
+
+
+def test_the_operator_at_a_terminal_stops_resets_and_ends(project: Path) -> None:
+    ours, theirs = pty.openpty()
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    running = subprocess.Popen(
+        [sys.executable, "-m", "cobodeck", "run", "busy.yaml", "--robot", "mock"],
+        cwd=project, env=environment, text=True, stdin=theirs, stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )  # fmt: skip
+    assert running.stdout is not None
+    assert running.stdout.readline() == "running\n"
+    os.write(ours, b"dance\nstop\nreset\nend\n")
+    out, err = running.communicate(timeout=60)
+    os.close(ours)
+
+    assert running.returncode == 0
+    assert "operator: ack, stop" in err
+    assert "'dance' is no command" in err
+    assert "cobodeck: reset" in err
+    assert re.search(r"outcome +stopped", out)

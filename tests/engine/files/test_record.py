@@ -12,7 +12,7 @@ import pytest
 from engine.files.finding import FileError
 from engine.files.item import Fault, Item, parse_yaml
 from engine.files.record import Name, reader_of, record
-from engine.files.units import UNITS, Angle, Length, Mass, si_unit
+from engine.files.units import UNITS, Angle, Length, Mass, quantity, si_unit
 from engine.files.values import Count, Range, above_0
 
 
@@ -164,6 +164,19 @@ def test_more_keys_may_be_allowed():
 def test_an_annotation_that_no_file_can_meet_is_a_bug(annotation):
     with pytest.raises(TypeError):
         reader_of(annotation)
+
+
+@pytest.mark.parametrize(
+    ("written", "value"),
+    [
+        ("36 km/h", 10.0), ("90 deg", math.pi / 2), ("180 deg/s", math.pi), ("250 ms", 0.25),
+        ("2 min", 120.0), ("1 h", 3600.0), ("20 cm", 0.2), ("5 mm", 0.005), ("2 km", 2000.0),
+        ("50 cm/s", 0.5), ("900 g", 0.9), ("5 %", 0.05), ("3 us", 3e-6), ("7 ns", 7e-9),
+        ("30 °", math.pi / 6), ("2 m/s²", 2.0), ("90 deg/s2", math.pi / 2), ("4 Nm", 4.0),
+    ],
+)  # fmt: skip
+def test_units_are_those_of_the_world(written, value):
+    assert quantity(written)[0] == pytest.approx(value, rel=1e-12)
 
 
 @pytest.mark.parametrize("unit", sorted(UNITS))
