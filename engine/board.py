@@ -23,7 +23,7 @@ _EAGER = 1 << 4000  # in `fresh` of an eager board; no signal has this bit
 
 @dataclass(frozen=True, slots=True)
 class Usage:
-    """How often a signal was computed, in how many ticks it was not, and the time it took."""
+    """How often a signal was computed, how often it was not, and the time it took."""
 
     built: bool
     evaluated: int
@@ -230,13 +230,13 @@ class Board:
         return union(self.slots[name] for name in names)
 
     def usage(self) -> dict[str, Usage]:
-        """What was built, computed and skipped."""
+        """What was built and computed, and at how many instants of the grid it was not."""
         found = {}
         for name in self.declared:
             slot = self.slots.get(name)
             if slot is None:
-                found[name] = Usage(False, 0, self.ticks, 0)
+                found[name] = Usage(False, 0, self.interval, 0)
             else:
-                skipped = max(0, self.ticks - slot.evaluated)
+                skipped = max(0, self.interval - slot.evaluated)
                 found[name] = Usage(True, slot.evaluated, skipped, slot.time_ns)
         return found

@@ -49,6 +49,7 @@ from hw.safety_record import (
     USER_UNKNOWN,
     SafetyRecord,
 )
+from hw.samples import is_finite
 from hw.separation import Nearness, UserTrack, nearness
 
 KEPT = 4096
@@ -99,8 +100,11 @@ class SafetyChain:
             self._served_from = None
 
     def grant(self, pose: Pose2 | None) -> None:
-        """The request is served from this pose, map_from_base; None: from no known one."""
-        self._served_from = pose
+        """The request is served from this pose, map_from_base; None: from no known one.
+
+        A pose that is not finite is no known one.
+        """
+        self._served_from = pose if is_finite(pose) else None
 
     def reset(self, now_ns: int) -> bool:
         """Take the latch away; False while its cause holds or the base moves.

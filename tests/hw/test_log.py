@@ -20,6 +20,13 @@ def test_every_reader_gets_every_entry_once_and_in_order():
     assert (first.missed, second.missed) == (0, 0)
 
 
+def test_an_entry_that_is_overwritten_or_not_yet_written_is_none_of_another_number():
+    log = Log(2)
+    for n in range(3):
+        log.append(n)
+    assert [log.entry(n) for n in range(4)] == [None, (1,), (2,), None]
+
+
 def test_a_reader_who_comes_later_finds_what_the_log_still_holds():
     log = Log(3)
     for n in range(5):

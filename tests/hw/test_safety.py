@@ -409,7 +409,9 @@ def test_a_base_whose_place_or_velocity_is_not_known_does_not_move():
         assert record.admitted == STILL
         assert record.reasons == ("pose or velocity of the base is not known",)
     unwatched = SafetyChain(dataclasses.replace(LIMITS, watched=False))
+    unwatched.see(0, 0, 1.1, 0.0)
     assert unwatched.admit(0, BACK, 0, None, STILL).admitted == BACK
+    assert unwatched.admit(0, AHEAD, 0, HERE, STILL).admitted == AHEAD
     assert unwatched.admit(0, BACK, 0, None, None).admitted == STILL
 
 
@@ -558,6 +560,13 @@ def test_a_grant_ends_at_the_gap_of_the_pose_less_its_tolerance(gap, passes):
     uncertain = SafetyLimits(LIMITS.footprint, LIMITS.stopping, 2.5, 1.5, uncertainty=1.6)
     rig.chain.limits = uncertain
     assert (rig.admit(AHEAD).admitted.vx > 0.0) is passes
+
+
+@pytest.mark.parametrize("bad", [Pose2(math.nan, 0.0), Pose2(0.0, 0.0, math.inf)])
+def test_a_grant_that_is_no_pose_is_one_of_no_known_pose(bad):
+    rig = asked(0.2)
+    rig.chain.grant(bad)
+    assert rig.admit(AHEAD).admitted == Twist2(0.25, 0.0, 0.0)
 
 
 def test_the_end_of_a_request_ends_its_grant():
