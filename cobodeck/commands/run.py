@@ -49,9 +49,14 @@ def run(args: argparse.Namespace) -> int:
     """Run on the mock, or on real parts."""
     from cobodeck.clocks import RealTime, Virtual
     from cobodeck.stage import Options
+    from engine.files.item import is_path
     from hw.connection import load_connection
+    from hw.robot import robot_names
 
     mock = args.robot == "mock"
+    if not mock and not is_path(args.robot):
+        known = "a body that nothing drives" if args.robot in robot_names() else "no connection"
+        raise Problem(f"--robot {args.robot}: {known}; use mock, or the file of a connection")
     if not mock and args.fast:
         raise Problem(f"--fast: {args.robot} has a pace of its own; it is for the mock")
     options = Options(

@@ -10,7 +10,7 @@ import pytest
 
 from cobodeck.__main__ import COMMANDS, main
 from cobodeck.catalogue import CHARTS
-from cobodeck.console import FAILED, OK, REFUSED, USAGE
+from cobodeck.console import FAILED, OK, USAGE
 
 ROOT = Path(__file__).resolve().parents[2]
 CHART = """
@@ -111,7 +111,9 @@ WRONG = [  # arguments, exit code, part of the message
     ("simulate mine.yaml --tier 7", USAGE, "invalid choice: 7"),
     ("simulate mine.yaml --seed x", USAGE, "invalid int value: 'x'"),
     ("run mine.yaml", USAGE, "--robot"),
-    ("run mine.yaml --robot rbkairos_ur10", REFUSED, "nothing drives a real robot yet"),
+    ("run mine.yaml --robot rbkairos_ur10", USAGE, "a body that nothing drives; use mock"),
+    ("run mine.yaml --robot mokc", USAGE, "no connection; use mock"),
+    ("run mine.yaml --robot own.yaml --fast", USAGE, "has a pace of its own"),
     ("space nowhere", FAILED, "nowhere: no such scene"),
     ("space lab_a --inflation 0", USAGE, "above 0"),
     ("space lab_a --inflation nan", USAGE, "above 0"),

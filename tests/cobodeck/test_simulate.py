@@ -204,7 +204,7 @@ def test_explaining_tells_what_was_built_and_what_not(
     assert "arm.joints" in built
     assert "ParkArm" in built
     assert "chase.space" in rest
-    assert re.search(r"parts not sampled +.*\bvr\b", rest)
+    assert re.search(r"parts not sampled +.*\bbumper\b", rest)
 
 
 def test_the_mock_runs_the_same_chart_as_fast_as_it_goes(
