@@ -1,0 +1,56 @@
+"""Late poses of the person: served slowly, then not at all, and never with a contact (R149)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from cobodeck.loop import Loop
+from cobodeck.simulate import Result, simulate
+from cobodeck.stage import Options, stage
+from cobodeck.wiring import Setup, open_setup
+
+REQUESTS = 3
+
+
+def delayed(delay_ms: int) -> Setup:
+    setup = open_setup(scene="study")
+    plant = replace(setup.profile.plant, tracking_delay=delay_ms / 1e3)
+    return replace(setup, profile=replace(setup.profile, plant=plant))
+
+
+def result(delay_ms: int, requests: int) -> Result:
+    return simulate(delayed(delay_ms), Options(requests=requests, duration_s=180.0 * requests))
+
+
+@pytest.mark.slow
+@pytest.mark.requirement(149)
+@pytest.mark.parametrize("delay_ms", [0, 20, 40, 67, 100])
+def test_up_to_a_tenth_of_a_second_all_is_served_without_a_contact(delay_ms: int) -> None:
+    figures = result(delay_ms, REQUESTS).figures
+
+    assert (figures["served"], figures["requests"]) == (REQUESTS, REQUESTS)
+    assert figures["contacts"] == 0
+
+
+@pytest.mark.slow
+@pytest.mark.requirement(149)
+def test_the_later_the_poses_the_slower_the_touch() -> None:
+    responses = [result(ms, REQUESTS).figures["response_s"]["mean"] for ms in (0, 40, 100)]
+
+    assert responses == sorted(responses)
+    assert responses[-1] > responses[0] + 2.0
+
+
+@pytest.mark.requirement(149)
+@pytest.mark.parametrize("delay_ms", [140, 180])
+def test_poses_that_are_too_late_leave_it_standing_and_it_says_why(delay_ms: int) -> None:
+    loop: Loop = stage(delayed(delay_ms), Options(requests=1))
+    loop.go(30 * 10**9)
+
+    world = loop.plant.truth
+    assert world is not None
+    assert world.base.distance_m == 0.0
+    assert world.contacts == 0
+    assert set(loop.plant.parts["operator"].faults) == {"tracking of the user is lost"}
