@@ -95,6 +95,7 @@ def test_a_robot_of_ones_own_is_valid_even_strictly(robot: Path) -> None:
     assert "patrol: " in result.stdout
 
 
+@pytest.mark.slow
 def test_the_tests_of_a_robot_of_ones_own_pass(robot: Path) -> None:
     result = python(robot, "-m", "pytest", "-q", "-p", "cobodeck.pytest_plugin")
 
