@@ -118,6 +118,18 @@ def test_what_ends_a_silence_that_a_reader_has_noticed_is_news():
     assert deliver(b, SAME, 301) == b.slots["place"].roots
 
 
+@pytest.mark.parametrize(
+    ("ticked", "stamp", "ends_a_silence"), [(0, 150, False), (0, 151, True), (200, 100, True)]
+)
+def test_what_ends_a_silence_is_known_before_the_tick_that_takes_it(ticked, stamp, ends_a_silence):
+    b = board()
+    b.accept("first", 150)
+    deliver(b, SAME, 0)
+    b.begin(ticked)
+    b.put("place", SAME, stamp)
+    assert b.arrived() == (b.slots["place"].roots if ends_a_silence else 0)
+
+
 class Wait(Monitor):
     """Ends when what it waits for has come; counts how often it was woken."""
 
