@@ -42,7 +42,7 @@ class Uses:
 
     @property
     def person(self) -> bool:
-        """Has it to do with a person?"""
+        """Does it involve a person?"""
         asked = (*self.commands, *self.signals)
         return any(name == "vr" or name.startswith(("user.", "vr.")) for name in asked)
 
@@ -150,7 +150,7 @@ def open_setup(
 
 
 class WithoutMotion:
-    """A part that cannot move, with the `stop` that the engine wants of every part."""
+    """A part that cannot move, with the `stop` that the engine needs from every part."""
 
     def __init__(self, part: Part) -> None:
         self._part = part
@@ -269,6 +269,27 @@ def refuse_what_is_missing(
                 lacking[f"nothing gives signal {root!r}, read by {who}{through}"] = None
     if lacking:
         raise Problem("this chart cannot run here:\n  " + "\n  ".join(lacking), FAILED)
+
+
+def refuse_slow_ticks(setup: Setup, uses: Uses, latency: float = 0.0) -> None:
+    """Look whether the velocity of the base is renewed before the safety chain drops it.
+
+    Args:
+        setup: what is to be run.
+        uses: of the chart; one that does not command the base may tick as slowly as it likes.
+        latency: from a tick to the robot, s, where that is simulated.
+
+    Raises:
+        Problem: it is not, and the base would stop and go.
+    """
+    oldest = 1.0 / setup.tick_hz + latency
+    limits = setup.profile.safety.limits(setup.robot, setup.profile.robot.limits)
+    if "base" in uses.commands and oldest >= limits.command_age:
+        raise Problem(
+            f"at {setup.tick_hz} Hz a velocity of the base is {oldest * 1e3:.1f} ms old before the "
+            f"next one comes; it has to be less than {limits.command_age * 1e3:g} ms, or the safety "
+            "chain stops the base: raise --tick-hz"
+        )
 
 
 def commanded(parts: Mapping[str, Any]) -> dict[str, Any]:
