@@ -50,10 +50,10 @@ def test_one_module_loops_over_ticks() -> None:
         if not isinstance(node, ast.While | ast.For):
             return False
         calls = [n for n in ast.walk(node) if isinstance(n, ast.Call)]
-        return any(
-            ast.unparse(c.func).endswith(("run.tick", "wired.tick", "self._next")) for c in calls
-        )
+        ticks = ("run.tick", "wired.tick", "loop.tick", "self._next")
+        return any(ast.unparse(c.func).endswith(ticks) for c in calls)
 
     found = {name for name in homes_of(loops) if not name.startswith("cobodeck/bench/")}
+    by_hand = {"cobodeck/rehearsal.py"}  # the author of a test ticks
 
-    assert found == {"cobodeck/loop.py"}
+    assert found == {"cobodeck/loop.py"} | by_hand

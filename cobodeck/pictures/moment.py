@@ -71,6 +71,29 @@ def with_next_drive(moment: Moment, site: Site, settings: Settings) -> Moment:
     return replace(moment, path=_path(site, "chase", planners["chase"], moment, goal))
 
 
+class _Trail:
+    """Where robot and user have been in the last `TRAIL_S`; an observer of a loop."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._places: deque[tuple[int, Pose2, Pose2 | None]] = deque()
+
+    def watch(self, now_ns: int) -> None:
+        world, places = self._world, self._places
+        body = None if world.person is None else world.person.body
+        places.append((now_ns, world.base.pose, body))
+        while places[0][0] < now_ns - round(TRAIL_S * 1e9):
+            places.popleft()
+
+    @property
+    def robot(self) -> tuple[Point, ...]:
+        return tuple((pose.x, pose.y) for _, pose, _ in self._places)
+
+    @property
+    def user(self) -> tuple[Point, ...]:
+        return tuple((body.x, body.y) for _, _, body in self._places if body is not None)
+
+
 def after(
     setup: Setup, options: Options, seconds: float, progress: Callable[[str], None] | None = None
 ) -> Moment:
@@ -78,21 +101,17 @@ def after(
     loop = stage(setup, options)
     world = loop.plant.truth
     assert isinstance(world, World)
-    trail: deque[tuple[Pose2, Pose2 | None]] = deque(maxlen=round(TRAIL_S * setup.tick_hz) + 1)
-    outcome = None
-    while loop.next_ns <= seconds * 1e9 and not loop.finished:
-        outcome = loop.tick()
-        trail.append((world.base.pose, None if world.person is None else world.person.body))
-        if progress is not None and not loop.ticks % 256:
-            progress(f"{world.now_ns * 1e-9:.0f} s simulated")
+    trail = _Trail(world)
+    loop.observers = (*loop.observers, trail)
+    loop.go(loop.grid.instant(loop.grid.last(round(seconds * 1e9))), progress)
     running = [leaf for leaf in loop.wired.run.machine.leaves if leaf.status == RUNNING]
     moment = Moment(
         robot=world.base.pose,
         user=_user_of(world.person),
         deep=None if world.person is None else world.person.request,
-        robot_trail=tuple((robot.x, robot.y) for robot, _ in trail),
-        user_trail=tuple((body.x, body.y) for _, body in trail if body is not None),
-        caption=f"{world.now_ns * 1e-9:.1f} s, {_doing(running, outcome)}",
+        robot_trail=trail.robot,
+        user_trail=trail.user,
+        caption=f"{world.now_ns * 1e-9:.1f} s, {_doing(running, loop.wired.run.outcome)}",
     )
     for subsystem, goal in islice(_drives(running), 1):
         planner = _planner(setup.site, subsystem, loop.wired.board)

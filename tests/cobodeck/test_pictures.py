@@ -23,6 +23,7 @@ from hw.geometry import Pose2
 from hw.robot import load_robot
 from hw.samples import UserPose
 from hw.scene import load_scene
+from hw.sim.world import World
 
 
 class Place:
@@ -187,6 +188,15 @@ def test_a_moment_of_a_run_shows_what_goes_on_and_where_to():
     assert asking.caption.startswith("16.0 s, haptic/serve")
     assert asking.robot.distance_to(early.robot) > 1.0
     assert len(asking.robot_trail) == len(asking.user_trail) == 91
+
+
+def test_a_moment_of_a_run_is_the_end_of_it(monkeypatch):
+    closed = []
+    monkeypatch.setattr(World, "close", closed.append)
+
+    after(open_setup("cobodeck", "lab_a"), Options(), 0.5)
+
+    assert [world.now_ns for world in closed] == [500_000_000]
 
 
 def test_a_run_that_ends_before_the_moment_shows_its_end(tmp_path):
