@@ -31,7 +31,7 @@ class Plant(Protocol):
 
     @property
     def finished(self) -> bool:
-        """Has everything happened that is going to?"""
+        """True once everything has happened that is going to."""
         ...
 
     @property
