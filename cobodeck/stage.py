@@ -10,7 +10,7 @@ from typing import Any, TextIO
 
 from cobodeck.arm_contact import ArmWatch, OutlineOf
 from cobodeck.clocks import Clock, RealTime, Virtual
-from cobodeck.connected import connect
+from cobodeck.connected import connect, is_needed
 from cobodeck.console import FAILED, REFUSED, Problem, complain
 from cobodeck.logic import wander
 from cobodeck.loop import Loop
@@ -119,7 +119,7 @@ def _on_real_parts(
         Problem: something is missing, or nobody watches where people are and it was not said so.
     """
     limits = setup.profile.safety.limits(setup.robot, setup.profile.robot.limits)
-    plant = connect(connection, setup.body, limits, clock.now)
+    plant = connect(connection, setup.body, limits, clock.now, uses)
     try:
         if "base" in uses.commands and not plant.person_watched and not options.unwatched:
             raise Problem(
@@ -167,12 +167,8 @@ def _person(setup: Setup, uses: Uses, options: Options) -> Person | None:
 
 def _own_parts(setup: Setup, uses: Uses) -> dict[str, Any]:
     """The simulated parts of projects that the chart commands or reads."""
-    made = {name: part() for name, part in setup.catalogue.own_parts.items()}
-    return {
-        name: part
-        for name, part in made.items()
-        if name in uses.commands or not uses.signals.isdisjoint(part.signals)
-    }
+    parts = setup.catalogue.own_parts
+    return {name: part() for name, part in parts.items() if is_needed(name, part, uses)}
 
 
 def refuse_small_floor(setup: Setup) -> None:

@@ -171,15 +171,16 @@ class Wired:
     inlet: Inlet
     base: GuardedBase | None = None
 
-    def rest(self, now_ns: int) -> None:
-        """A tick that is left out: only the velocity that counts is passed on."""
+    def pass_on(self, stamp_ns: int) -> None:
+        """Give the base the velocity that counts from this instant on, in every tick."""
         if self.base is not None:
-            self.base.tick(now_ns)
+            self.base.tick(stamp_ns)
 
-    def tick(self, now_ns: int, between: bool = False) -> str | None:
+    def tick(self, now_ns: int, stamp_ns: int, between: bool = False) -> str | None:
         """One tick of the run, and then who drives; the chart's outcome once there is one.
 
-        `between`: it is none of the grid (rule 13).
+        `stamp_ns` is the instant of the robot, which may stand between two ticks; `between`: the
+        tick is none of the grid (rule 13).
         """
         try:
             return self.run.tick(now_ns, between)
@@ -187,7 +188,7 @@ class Wired:
             self.run.hold()
             raise
         finally:
-            self.rest(now_ns)
+            self.pass_on(stamp_ns)
 
 
 def wire(
@@ -221,11 +222,11 @@ def wire(
     run = Run(machine, board, commanded(parts), freezers=freezers())
     hears = [(name, part.hear) for part in parts.values() for name in getattr(part, "hears", ())]
     heard = {name for name, _ in hears}
-    needed = [
-        part
-        for part in parts.values()
+    needed = {
+        key: part
+        for key, part in parts.items()
         if any(board.needs(name) or name in heard for name in part.signals)
-    ]
+    }
     inlet = Inlet(board, needed, hears)
     for name, value in constants.items():
         if board.needs(name):

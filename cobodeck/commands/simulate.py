@@ -158,6 +158,7 @@ def summary(figures: Mapping[str, Any], trace: str, ended_by: tuple[str, str] | 
         *(_robot_rows(f) if f["tier"] else ()),
         ("transitions", f"{f['transitions']} in {f['ticks']} ticks{_ticks(f)}"),
         ("errors", _errors(f["errors"])),
+        *((("not let in", _faults(f["refused_samples"])),) if f["refused_samples"] else ()),
         ("outcome", _outcome(f["outcome"], ended_by)),
         ("trace", f"{f['trace_sha256'][:16]} in {trace}"),
     ]
@@ -182,7 +183,7 @@ def _robot_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
     if "distance_m" in f:
         rows.insert(0, ("travelled", f"{f['distance_m']:.1f} m, {f['energy_j'] / 1000:.1f} kJ"))
     if not f.get("person_watched", True):
-        rows.append(("person", "not watched: nothing keeps the base away from anybody"))
+        rows.append(("person", "not watched: nothing keeps the base away from people"))
     return rows
 
 

@@ -103,7 +103,7 @@ class Rig:
         known = {cls.__name__: interface(cls) for cls in (Seen, Work)}
         self.board = Board(declare([Measured("number", float)]))
         self.run = Run(Machine(library["c"], library, known), self.board)
-        wired = Wired(self.run, self.board, Inlet(self.board, given.pop("sources", ())))
+        wired = Wired(self.run, self.board, Inlet(self.board, given.pop("sources", {})))
         self.loop = Loop(Nothing(), wired, GRID, clock=self.clock, **given)
 
 
@@ -392,7 +392,7 @@ def test_a_sample_that_is_waited_for_adds_a_tick_and_steps_only_who_waits() -> N
             return [Sample("number", arrived.pop(0), 10.0)]
 
     arrived = [23 * MS]
-    rig = Rig(sources=[Source()])
+    rig = Rig(sources={"source": Source()})
     rig.clock.woken = [23 * MS]
     rig.loop.go(50 * MS)
 
@@ -437,6 +437,6 @@ def test_the_operator_at_a_terminal_stops_resets_and_ends(project: Path) -> None
 
     assert running.returncode == 0
     assert "operator: ack, stop" in err
-    assert "'dance' is no command" in err
+    assert "'dance' is not a command" in err
     assert "cobodeck: reset" in err
     assert re.search(r"outcome +stopped", out)
