@@ -51,6 +51,9 @@ class Stops:
             if part is not self and hasattr(part, "stop"):
                 try_to(part.stop)
 
+    def stop(self) -> None:
+        """It does not move."""
+
     def reset(self) -> bool:
         """Let the robot move again; False while a cause holds."""
         if self.guard is not None and not self.guard.reset(self._now()):

@@ -106,9 +106,11 @@ class Loop:
                 if progress is not None and not self.ticks % PROGRESS:
                     progress(f"{self.now_ns / 1e9:.0f} s")
         finally:
+            self.busy_since = time.perf_counter_ns()  # a clean-up may block, too
             if self.wired.run.outcome is None:
                 self.wired.run.close()
             self.plant.close()
+            self.busy_since = None
             self._tell()
         return self.now_ns
 

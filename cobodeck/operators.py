@@ -10,7 +10,7 @@ from typing import TextIO
 from hw.interfaces import StopLine
 from hw.samples import Sample
 
-HELP = "operator: ack, stop (software stop of base and arm), reset, end"
+HELP = "operator: ack (a fault), stop (software stop of base and arm), reset (the stop), end"
 
 
 class ConsoleOperator:
@@ -70,6 +70,7 @@ class ConsoleOperator:
                 self.say(line)
             except Exception as error:  # noqa: BLE001  the next word may be a stop
                 self._show(f"{line.strip()}: {type(error).__name__}: {error}")
+        self._show("the operator's words have ended: nothing typed here stops the robot any more")
 
 
 def _nobody() -> None:

@@ -155,8 +155,8 @@ def _person(setup: Setup, uses: Uses, options: Options) -> Person | None:
     scene = setup.scene
     source = options.user or (scene.user if scene is not None and uses.person else None)
     if scene is None:
-        if source is not None or uses.person:
-            raise Problem("a person needs a room; give one with --scene")
+        if source is not None:
+            raise Problem(f"--user {source} needs a room; give one with --scene")
         return None
     if source is not None:
         return open_user(source, scene, options.requests, options.stretch_m, options.seed)

@@ -214,7 +214,8 @@ def wire(
     machine = setup.machine(parameters)
     leaves = reachable(machine)
     constants = setup.constants
-    refuse_what_is_missing(leaves, setup.signals, parts, constants)
+    hint = "; give a room with --scene" if setup.scene is None else ""
+    refuse_what_is_missing(leaves, setup.signals, parts, constants, hint)
     wanted = {name for leaf in leaves for name in leaf.interface.reads}
     board = Board(setup.signals, wanted, eager)
     if clock is not None:
@@ -251,6 +252,7 @@ def refuse_what_is_missing(
     signals: Mapping[str, Signal],
     parts: Mapping[str, Any],
     constants: Iterable[str],
+    hint: str = "",
 ) -> None:
     """Look whether everything is there that the reachable states command and read.
 
@@ -269,7 +271,8 @@ def refuse_what_is_missing(
                 through = "" if root == name else f" through {name!r}"
                 lacking[f"nothing gives signal {root!r}, read by {who}{through}"] = None
     if lacking:
-        raise Problem("this chart cannot run here:\n  " + "\n  ".join(lacking), FAILED)
+        told = "\n  ".join(lacking)
+        raise Problem(f"this chart cannot run here{hint}:\n  {told}", FAILED)
 
 
 def commanded(parts: Mapping[str, Any]) -> dict[str, Any]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext, redirect_stdout
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +18,9 @@ from engine.errors import Raised
 if TYPE_CHECKING:
     from cobodeck.clocks import Clock
     from cobodeck.loop import Loop
+    from cobodeck.simulate import Result
     from cobodeck.stage import Options
+    from cobodeck.wiring import Setup
 
 BLOCKED_S = 5.0
 """A tick that takes longer, s of wall time, is told with what blocks it."""
@@ -95,20 +98,8 @@ def report_on(
         complain(problem)
     from cobodeck import record
     from cobodeck.explain import explain
-    from cobodeck.simulate import simulate
-    from cobodeck.wiring import open_setup
 
-    body = getattr(args, "robot", None)
-    if clock is not None:  # of `run`: what is named there is no body
-        body = None if options.connection is None else options.connection.model
-    setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz, body)
-    progress = Progress("simulate")
-    try:
-        result = simulate(
-            setup, options, progress.at, clock, partial(_looked_after, blocked_s), _show_error
-        )
-    finally:
-        progress.done()
+    result, setup = _run(args, options, clock, blocked_s)
     wanted: Path | None = getattr(args, "record", None)
     file = wanted or record.default_path(setup, result.figures)
     path: Path | None = file
@@ -125,7 +116,30 @@ def report_on(
     if getattr(args, "explain", False):
         (complain if args.json else show)(explain(setup, result))
     not_recorded = wanted is not None and path is None
-    return FAILED if not_recorded or figures["outcome"] in FAILURES else OK
+    failed = figures["outcome"] in FAILURES or figures["errors"]
+    return FAILED if not_recorded or failed else OK
+
+
+def _run(
+    args: argparse.Namespace, options: Options, clock: Clock | None, blocked_s: float
+) -> tuple[Result, Setup]:
+    from cobodeck.simulate import simulate
+    from cobodeck.wiring import open_setup
+
+    body = getattr(args, "robot", None)
+    if clock is not None:  # of `run`: what is named there is no body
+        body = None if options.connection is None else options.connection.model
+    setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz, body)
+    progress = Progress("simulate")
+    aside = redirect_stdout(sys.stderr) if args.json else nullcontext()  # what states print
+    try:
+        with aside:
+            result = simulate(
+                setup, options, progress.at, clock, partial(_looked_after, blocked_s), _show_error
+            )
+    finally:
+        progress.done()
+    return result, setup
 
 
 @contextmanager
