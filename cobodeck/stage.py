@@ -40,8 +40,8 @@ class Options:
 
     `duration_s` ends a run early, `stretch_m` makes a recording longer, `eager` computes every
     signal in every tick and leaves no tick out, `mock` takes the robot that does exactly as told,
-    `connection` the real parts that it names. `console` has the operator's words, if somebody sits
-    there. `unwatched`: it is known that no part tracks people, and that nobody is near.
+    `connection` the real parts that it names. `console` is where the operator types, if there is
+    one; `unwatched` accepts that no part tracks people, because nobody is near.
     """
 
     user: str | None = None

@@ -183,7 +183,7 @@ class GuardedBase:
         return found
 
     def hear(self, sample: Sample, now_ns: int) -> None:
-        """A sample has arrived now; what is not among `hears` is of no concern."""
+        """A sample has arrived now; anything else is ignored."""
         take = self._hears.get(sample.name)
         if take is not None:
             with self._mutex:
@@ -219,7 +219,7 @@ class GuardedBase:
     def admit(
         self, now_ns: int, command: Twist2, pose: Pose2 | None, twist: Twist2 | None
     ) -> Twist2:
-        """What of the next velocity, ramps included, may go to the motors; see `SafetyChain`."""
+        """How much of the next velocity, ramps included, may go to the motors; see `SafetyChain`."""
         chain, stamp = self.chain, self._stamp_ns
         with self._mutex:
             chain.holonomic = self.mode == "omni"

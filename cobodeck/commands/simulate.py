@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cobodeck.wiring import Setup
 
 BLOCKED_S = 5.0
-"""A tick that takes longer, s of wall time, is told with what blocks it."""
+"""Longer ticks, s of wall time, are reported with what blocks them."""
 FAILURES = ("error", "failed")
 """Outcomes of a chart that make the command fail."""
 

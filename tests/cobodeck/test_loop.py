@@ -436,7 +436,7 @@ def test_the_operator_at_a_terminal_stops_resets_and_ends(project: Path) -> None
     os.close(ours)
 
     assert running.returncode == 0
-    assert "operator: ack, stop" in err
+    assert "operator: ack (a fault), stop" in err
     assert "'dance' is not a command" in err
     assert "cobodeck: reset" in err
     assert re.search(r"outcome +stopped", out)
