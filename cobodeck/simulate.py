@@ -46,7 +46,7 @@ def simulate(
     around: Callable[[Loop], AbstractContextManager[object]] = nullcontext,
     tell: Callable[[Raised], None] | None = None,
 ) -> Result:
-    """Run until the user has done, the chart has ended, or the time is over.
+    """Run until the user is done, the chart has ended, or the time is over.
 
     Args:
         setup: what to run.

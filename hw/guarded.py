@@ -219,7 +219,7 @@ class GuardedBase:
     def admit(
         self, now_ns: int, command: Twist2, pose: Pose2 | None, twist: Twist2 | None
     ) -> Twist2:
-        """How much of the next velocity, ramps included, may go to the motors; see `SafetyChain`."""
+        """How much of the next velocity, ramps included, may reach the motors: `SafetyChain`."""
         chain, stamp = self.chain, self._stamp_ns
         with self._mutex:
             chain.holonomic = self.mode == "omni"

@@ -169,8 +169,8 @@ PARTS: Mapping[str, type] = {
 }  # fmt: skip
 """The parts a robot and its surroundings may have, by name; each may be missing.
 
-Projects add parts of their own. `pull`, `reset`, and the `drive` and `stop` of wheels, may be called
-from other threads than `samples` and the commands of states. Any part may have `stop()`, called whenever something new starts on
+Projects add parts of their own. Any part may have `stop()`, called whenever something new starts on
 it, and `wake`, set by a loop in real time: a driver calls it when a sample has come. A part that
-goes by samples of others names them in `hears` and is given them by `hear(sample, now_ns)`.
+needs other parts' samples lists them in `hears` and receives them through `hear(sample, now_ns)`.
+`pull`, `reset`, and `drive` and `stop` of wheels may be called from other threads than the rest.
 """
