@@ -105,12 +105,16 @@ class Board:
             self.inbox.append((name, value, stamp, self.interval))
 
     def arrived(self) -> int:
-        """The bits of what waits for the next tick and is no plain repeat."""
+        """The bits of what waits for the next tick and is no plain repeat.
+
+        What waits came after the last tick, and not before its own stamp.
+        """
         bits = 0
-        for name, value, *_ in self.inbox.copy():
-            newest = self.slots[name].newest
-            if newest is None or newest.value is not value:
-                bits |= self.slots[name].roots
+        for name, value, stamp, _ in self.inbox.copy():
+            slot = self.slots[name]
+            assert isinstance(slot, MeasuredSlot)
+            if not slot.repeats(value, max(self.now, stamp)):
+                bits |= slot.roots
         return bits
 
     def accept(self, name: str, age: int) -> None:
@@ -163,9 +167,9 @@ class Board:
                 compute(slot)
 
     def rest(self, now: int) -> bool:
-        """Take what has arrived, as a tick at this instant of the grid would; is it no news?
+        """Take what has arrived, as a tick at this instant of the grid would.
 
-        If it is, the tick has to follow. Else the instant is over.
+        True if none of it is news: the instant is over. Else the tick has to follow.
         """
         self.now = now
         self.fresh = self._taken

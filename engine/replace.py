@@ -41,9 +41,16 @@ def obstacles(run: Run, new: Machine) -> list[str]:
                 if other.kinds.get(key, kind) != kind
             ]
     for leaf in new.leaves:
-        for name in leaf.interface.reads:
-            if name not in run.board.slots:
-                found.append(f"{leaf.path!r} reads {name!r}, which this run does not have")
+        found += [
+            f"{leaf.path!r} reads {name!r}, which this run does not have"
+            for name in leaf.interface.reads
+            if name not in run.board.slots
+        ]
+        found += [
+            f"{leaf.path!r} commands {name!r}, which this run does not have"
+            for name in leaf.commands
+            if name not in run.parts
+        ]
     return list(dict.fromkeys(found))
 
 

@@ -129,7 +129,10 @@ class Trackers(Part, Protocol):
 
 
 class Vr(Part, Protocol):
-    """The virtual world. Gives `vr.haptic_request`, `vr.release`, `vr.restart`."""
+    """The virtual world. Gives `vr.haptic_request`, `vr.release`, `vr.restart`.
+
+    When its link is lost a driver ends the request under way: `vr.haptic_request` is None.
+    """
 
     def inform(self, show: bool) -> None:
         """Show the robot and the stop sign to the user, or hide them again (R18, R114)."""

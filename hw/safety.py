@@ -94,7 +94,11 @@ class SafetyChain:
         return self._user.see(now_ns, stamp_ns, x, y)
 
     def request(self, level: bool) -> None:
-        """Does the user ask for a touch? The end of a request ends its grant."""
+        """Does the user ask for a touch? The end of a request ends its grant.
+
+        A level that comes on change: silence does not end it, and whoever loses the link to the
+        user says so (`Vr`). Meanwhile a touch still needs a fresh pose of a user who stands.
+        """
         self._requested = level
         if not level:
             self._served_from = None
@@ -146,13 +150,14 @@ class SafetyChain:
         """
         age = self._age(now_ns)
         record = None
-        if twist is None or (pose is None and self.limits.watched):
+        if twist is None:
             self.refused = BASE_UNKNOWN
         elif not _is_finite(command, pose or _ORIGIN, twist):
             self.refused = NOT_FINITE
         else:
             self._watch(now_ns, twist, age)
-            self.refused = self._refusal(now_ns, stamp_ns, age)
+            lost = pose is None and self.limits.watched
+            self.refused = BASE_UNKNOWN if lost else self._refusal(now_ns, stamp_ns, age)
             if pose is not None and age < math.inf:
                 record = self._governed(now_ns, max(age, 0.0), command, pose, twist)
         record = record or self._unwatched(now_ns, command)

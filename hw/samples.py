@@ -23,10 +23,13 @@ What comes on change also comes once at the start.
 
 from __future__ import annotations
 
+import cmath
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
+from enum import Enum
+from types import MemberDescriptorType
 from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
 
 from hw.geometry import Pose2, Pose3
@@ -34,6 +37,10 @@ from hw.geometry import Pose2, Pose3
 Joints = tuple[float, ...]
 TimedJoints = tuple[float, Joints]
 """Where the joints are to be at a time, s from the start of the move."""
+Check = Callable[[Any, int], bool]
+"""Is a value finite, looked into so many levels deep?"""
+DEEPEST = 16
+"""Samples are not nested deeper, and hold no cycles."""
 
 
 class Sample(NamedTuple):
@@ -113,39 +120,84 @@ def is_finite(value: object) -> bool:
     """Is every number in this value finite? If not, the sample is to be dropped.
 
     Comparisons with NaN are false, so that it would be taken for a user out of danger. Looks into
-    dataclasses, tuples, lists and arrays; infinity is legal in the ranges of a `Scan` only.
+    collections, mappings, arrays, dataclasses and the attributes of other objects; infinity is
+    legal in the ranges of a `Scan` only. What cannot be looked at to its end, because it is nested
+    deeper than `DEEPEST` or raises, is no measurement either, nor is an integer beyond all floats.
     """
-    kind = type(value)
-    check = _CHECKS.get(kind)
-    if check is None:
-        check = _CHECKS[kind] = _check_of(kind)
     try:
-        return check(value)
-    except TypeError:  # a text where the class declares a number
+        return _CHECKS[type(value)](value, DEEPEST)
+    except Exception:  # noqa: BLE001  a foreign class may raise anything
         return False
 
 
-def _check_of(kind: type) -> Callable[[Any], bool]:
+def _finite(value: object, left: int) -> bool:
+    return left > 0 and _CHECKS[type(value)](value, left - 1)
+
+
+class _Checks(dict[type, Check]):
     """How to look at values of a class; each class is taken apart once."""
+
+    def __missing__(self, kind: type) -> Check:
+        check = self[kind] = _check_of(kind)
+        return check
+
+
+def _check_of(kind: type) -> Check:
     if dataclasses.is_dataclass(kind):
         return _check_of_fields(kind)
-    if issubclass(kind, tuple | list):
-        return lambda values: all(map(is_finite, values))
-    if issubclass(kind, float | int):
-        return math.isfinite
-    if hasattr(kind, "dtype"):
-        return lambda array: array.dtype.kind != "f" or math.isfinite(array.sum())
-    return lambda _: True
+    if issubclass(kind, complex):
+        return lambda number, _: cmath.isfinite(number)
+    if hasattr(kind, "tolist"):
+        return _is_finite_array
+    if hasattr(kind, "__float__"):
+        return lambda number, _: math.isfinite(number)
+    if issubclass(kind, str | bytes | bytearray | range | type):
+        return lambda *_: True
+    if issubclass(kind, Mapping):
+        return lambda pairs, left: _all_finite(pairs, left) and _all_finite(pairs.values(), left)
+    if issubclass(kind, Collection):
+        return _all_finite
+    if issubclass(kind, Enum):
+        return lambda member, left: _finite(member.value, left)
+    return _check_of_attributes(kind)
 
 
-def _check_of_fields(kind: type) -> Callable[[Any], bool]:
+def _all_finite(values: Iterable[object], left: int) -> bool:
+    return all(_finite(value, left) for value in values)
+
+
+def _is_finite_array(array: Any, left: int) -> bool:
+    """NaN and infinity outlast `abs` and `max`; objects and records are looked at one by one."""
+    kind = getattr(getattr(array, "dtype", None), "kind", None)
+    if kind is None or kind in "OV":
+        return _finite(array.tolist(), left)
+    return kind not in "fc" or array.size == 0 or math.isfinite(abs(array).max())
+
+
+def _check_of_attributes(kind: type) -> Check:
+    slots = [
+        name
+        for cls in kind.__mro__
+        if "__slots__" in vars(cls)
+        for name, member in vars(cls).items()
+        if isinstance(member, MemberDescriptorType)
+    ]
+
+    def check(thing: Any, left: int) -> bool:
+        held = [getattr(thing, name, None) for name in slots]
+        return _all_finite([*held, *getattr(thing, "__dict__", {}).values()], left)
+
+    return check
+
+
+def _check_of_fields(kind: type) -> Check:
     """Fields declared as numbers are added up in one expression; others are looked into.
 
     A sum is finite only if all its terms are.
     """
     try:
         hints = get_type_hints(kind)
-    except NameError:  # imported for type checkers only
+    except Exception:  # noqa: BLE001  a name imported for type checkers only, or no type at all
         hints = {}
     sums, parts = [], []
     for field in dataclasses.fields(kind):
@@ -155,17 +207,17 @@ def _check_of_fields(kind: type) -> Callable[[Any], bool]:
         elif get_origin(hint) is tuple and set(get_args(hint)) <= {float, int, ...}:
             sums.append(f"sum(v.{field.name})")
         elif hint not in (str, bool):
-            parts.append(f"(v.{field.name} is None or finite(v.{field.name}))")
+            parts.append(f"(v.{field.name} is None or finite(v.{field.name}, left))")
     terms = [f"isfinite({' + '.join(sums)})"] if sums else []
     expression = " and ".join(terms + parts) or "True"
-    names = {"isfinite": math.isfinite, "finite": is_finite}
-    check: Callable[[Any], bool] = eval(f"lambda v: {expression}", names)
+    names = {"isfinite": math.isfinite, "finite": _finite}
+    check: Check = eval(f"lambda v, left: {expression}", names)
     return check
 
 
-def _is_scan(scan: Scan) -> bool:
+def _is_scan(scan: Scan, _: int) -> bool:
     """The sum of ranges is NaN if one is, or if there is a -inf beside an inf."""
     return math.isfinite(scan.start + scan.step) and -math.inf < sum(scan.ranges)
 
 
-_CHECKS: dict[type, Callable[[Any], bool]] = {Scan: _is_scan}
+_CHECKS = _Checks({Scan: _is_scan})

@@ -74,7 +74,33 @@ class Answer(Action):
         return "done"
 
 
-STATES = (Poll, Watch, Nap, Hark, Answer)
+class Bell(Monitor):
+    """Ends with the second ring."""
+
+    outcomes = ("rung",)
+    reads = {"bell": None}
+
+    def run(self, ctx: Context) -> Run:
+        yield On("bell")
+        yield On("bell")
+        return "rung"
+
+
+class Back(Monitor):
+    """Ends when the voice is heard again after 150 ms of silence."""
+
+    outcomes = ("back",)
+    reads = {"voice": None}
+
+    def run(self, ctx: Context) -> Run:
+        yield On("voice")
+        yield On("voice", older=0.15)
+        LOG.append(("silent", ctx.now))
+        yield On("voice")
+        return "back"
+
+
+STATES = (Poll, Watch, Nap, Hark, Answer, Bell, Back)
 
 
 @pytest.fixture(autouse=True)
@@ -84,7 +110,7 @@ def nothing_logged():
 
 def at(text: str, **given: Any) -> Bench:
     """A chart after its first tick, at 0."""
-    board = Board(declare([Measured("voice"), Measured("other")]))
+    board = Board(declare([Measured("voice"), Measured("other"), Measured("bell", event=True)]))
     text = "chart: c\noutcomes: [x]\n" + text
     bench = Bench(text, states=STATES, scripted=False, board=board, **given)
     bench.tick()
@@ -249,6 +275,44 @@ def test_rule_13_a_repeat_deserves_no_tick():
     assert not bench.run.wants_news()
     bench.run.board.put("voice", "you", 0)
     assert bench.run.wants_news()
+
+
+def test_rule_13_an_event_deserves_a_tick_though_its_value_is_always_the_same():
+    bench = at("states:\n  a: {watch: Bell, next: {rung: .x}}\n")
+    for now in (50 * MS, 60 * MS):
+        bench.run.board.put("bell", True, now)
+        assert bench.run.wants_news()
+        bench.run.tick(now, between=True)
+    assert bench.run.outcome == "x"
+
+
+def test_rule_13_a_repeat_that_ends_a_silence_deserves_a_tick():
+    bench = at("states:\n  a: {watch: Back, next: {back: .x}}\n")
+    for now in (20 * MS, 80 * MS):
+        bench.run.board.put("voice", "hello", now)
+        bench.run.tick(now, between=True)
+    bench.tick(3)
+    assert LOG == [("silent", 300 * MS)]
+    bench.run.board.put("voice", "hello", 340 * MS)
+    assert bench.run.wants_news()
+    bench.run.tick(340 * MS, between=True)
+    assert bench.run.outcome == "x"
+
+
+def test_rule_13_a_deadline_is_later_by_the_pauses_there_were():
+    text = "{do: Poll, timeout: 230 ms, next: {done: .x, timeout: .x}}"
+    bench = at(f"states:\n  a: {text}\n")
+    bench.operator.pause()
+    bench.tick(2)
+    bench.operator.resume()
+    bench.tick()
+    pause = bench.run.board.paused_ns
+    assert pause == 200 * MS
+    assert bench.run.next_deadline() == 230 * MS + pause
+    bench.run.tick(bench.run.next_deadline() - 1, between=True)
+    assert bench.run.outcome is None
+    bench.run.tick(bench.run.next_deadline(), between=True)
+    assert bench.run.outcome == "x"
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -118,6 +118,18 @@ def test_what_ends_a_silence_that_a_reader_has_noticed_is_news():
     assert deliver(b, SAME, 301) == b.slots["place"].roots
 
 
+@pytest.mark.parametrize(
+    ("ticked", "stamp", "ends_a_silence"), [(0, 150, False), (0, 151, True), (200, 100, True)]
+)
+def test_what_ends_a_silence_is_known_before_the_tick_that_takes_it(ticked, stamp, ends_a_silence):
+    b = board()
+    b.accept("first", 150)
+    deliver(b, SAME, 0)
+    b.begin(ticked)
+    b.put("place", SAME, stamp)
+    assert b.arrived() == (b.slots["place"].roots if ends_a_silence else 0)
+
+
 class Wait(Monitor):
     """Ends when what it waits for has come; counts how often it was woken."""
 
@@ -326,3 +338,23 @@ def test_an_added_tick_does_not_end_the_interval():
     assert board.interval == 1
     board.begin(100)
     assert board.interval == 2
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_a_loop_that_misses_ticks_has_to_tell_or_samples_change_places(told):
+    """Without it, what came before and after the missed ticks is taken for one interval's."""
+    ticked, late = Board(declare(GRAPH)), Board(declare(GRAPH))
+    for board in (ticked, late):
+        board.put("b", (0.0,), 0)
+        board.begin(0)
+        board.put("a", (1.0,), 50)
+    for now in (100, 200, 300):
+        ticked.begin(now)
+    if told:
+        late.interval = 4
+    for board in (ticked, late):
+        board.put("a", (2.0,), 40)
+        board.begin(400)
+    window, usage = late.slots["window"].read(), late.usage()["window"]
+    assert (window == ticked.slots["window"].read()) == told
+    assert (usage.skipped == ticked.usage()["window"].skipped) == told

@@ -1195,6 +1195,14 @@ def test_rule_11_a_replacement_that_changes_what_runs_is_refused(bench):
         assert "'a'" in refused[0]
 
 
+def test_rule_11_a_replacement_that_commands_a_part_which_is_missing_is_refused(bench):
+    b = bench(SEQUENCE, parts={})
+    b.tick()
+    assert replaced(b, SEQUENCE.replace("b: {do: Do,", "b: {do: Drive,"))[0] == [
+        "'b' commands 'base', which this run does not have"
+    ]
+
+
 def test_rule_11_new_children_of_an_active_any_are_entered_next_tick(bench):
     b = bench(TWO_GUARDS)
     b.tick()

@@ -35,14 +35,14 @@ class Rig:
         self.speed = speed
         self.watch(300)
 
-    def watch(self, ms, command=STILL, measured=None, seen=True):
+    def watch(self, ms, command=STILL, measured=None, seen=True, pose=HERE):
         """Let time pass; the last cycle."""
         for _ in range(ms // 10):
             self.now += 10 * MS
             if self.now % (30 * MS) == 0 and seen:
                 self.chain.see(self.now, self.now, self.distance, 0.0)
             self.distance -= self.speed * 0.01
-            record = self.admit(command, measured=measured)
+            record = self.admit(command, measured=measured, pose=pose)
         return record
 
     def admit(self, command, age_ms=0, measured=None, pose=HERE):
@@ -286,6 +286,18 @@ def test_a_stop_that_does_not_stop_the_base_latches():
     assert rig.chain.latched is None
     rig.watch(100, going, going)
     assert rig.chain.latched == "the base does not stop"
+
+
+@pytest.mark.requirement(48)
+def test_a_base_that_runs_on_while_its_place_is_not_known_latches():
+    rig = at(9.0)
+    going = Twist2(1.5, 0.0, 0.0)
+    rig.watch(800, going, going, pose=None)
+    assert rig.chain.latched is None
+    rig.watch(100, going, going, pose=None)
+    assert rig.chain.latched == "the base does not stop"
+    assert rig.chain.refused == ("pose or velocity of the base is not known",)
+    assert rig.admit(BACK).reasons == ("latched",)
 
 
 @pytest.mark.requirement(48)

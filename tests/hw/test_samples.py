@@ -1,6 +1,11 @@
 """What no part can have measured is told apart from what it can."""
 
+import array
+import collections
 import dataclasses
+import decimal
+import enum
+import fractions
 import math
 from typing import NamedTuple
 
@@ -75,6 +80,127 @@ class Battery:
     cells: tuple[Cell, ...]
     charge: float = 0.5
     warnings: "Unknown" = None  # noqa: F821
+
+
+class Motor:
+    """A plain object, with attributes in a dictionary."""
+
+    def __init__(self, current: object, other: object = None) -> None:
+        self.current, self.other = current, other
+
+
+class Servo:
+    """A plain object with slots, one of them never set."""
+
+    __slots__ = ("__angle", "unset")
+
+    def __init__(self, angle: object) -> None:
+        self.__angle = angle
+
+
+class Geared(Servo, Motor):
+    """Both."""
+
+    def __init__(self, angle: object, current: object) -> None:
+        Servo.__init__(self, angle)
+        Motor.__init__(self, current)
+
+
+class Level(enum.Enum):
+    LOW = 0.5
+    NONE = math.nan
+
+
+class Broken:
+    """Cannot be looked at."""
+
+    def __float__(self) -> float:
+        raise RuntimeError("no contact")
+
+
+def nested(depth: int) -> object:
+    value: object = 1.0
+    for _ in range(depth):
+        value = [value]
+    return value
+
+
+HOLDERS = [
+    lambda number: {"volts": number},
+    lambda number: {number: "volts"},
+    lambda number: {number, 1.0},
+    lambda number: frozenset({number}),
+    lambda number: collections.deque([1.0, number]),
+    lambda number: complex(1.0, number),
+    lambda number: complex(number, 1.0),
+    lambda number: decimal.Decimal(number),
+    lambda number: array.array("d", [1.0, number]),
+    lambda number: Motor(number),
+    lambda number: Motor(1.0, Motor(number)),
+    lambda number: Servo(number),
+    lambda number: Geared(number, 1.0),
+    lambda number: Geared(1.0, number),
+    lambda number: Motor({"currents": [(1.0, number)]}),
+    lambda number: Battery((), warnings={"t": Motor(number)}),
+    lambda number: np.float32(number),
+    lambda number: np.array([1.0, number], np.float16),
+    lambda number: np.array([1.0, complex(1.0, number)]),
+    lambda number: np.array([1.0, Motor(number)], object),
+    lambda number: np.array([(1.0, number)], [("x", "f8"), ("y", "f8")]),
+]
+
+
+@pytest.mark.parametrize("bad", BAD)
+@pytest.mark.parametrize("holder", HOLDERS)
+def test_whatever_holds_a_bad_number_is_no_measurement(holder, bad):
+    assert is_finite(holder(1.0))
+    assert not is_finite(holder(bad))
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        {},
+        set(),
+        Level.LOW,
+        Motor,
+        fractions.Fraction(1, 3),
+        range(3),
+        b"raw",
+        print,
+        np.full(100, 60000.0, np.float16),
+        np.array([]),
+        np.array(["text"]),
+        nested(15),
+    ],
+)
+def test_what_holds_no_bad_number_passes_whatever_it_is(value):
+    assert is_finite(value)
+
+
+def cycle() -> Motor:
+    motor = Motor(1.0)
+    motor.other = motor
+    return motor
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        10**400,
+        Pose2(10**400, 1.0),
+        BumperHit(10**400),
+        fractions.Fraction(10**400),
+        decimal.Decimal("sNaN"),
+        Level.NONE,
+        Broken(),
+        nested(17),
+        cycle(),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_what_cannot_be_looked_at_to_its_end_is_no_measurement(value):
+    assert not is_finite(value)
 
 
 UPRIGHT = Pose3(0.0, 0.0, 1.0)

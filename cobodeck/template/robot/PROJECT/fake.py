@@ -15,6 +15,7 @@ class FakeRover:
 
     def __init__(self, port: int, battery_s: float, address: str = "127.0.0.1") -> None:
         self.x = self.y = self.yaw = 0.0
+        self.farthest = 0.0  # the largest x so far, m
         self.velocity = (0.0, 0.0, 0.0)
         self.over = False
         self._battery_s, self._begun = battery_s, time.monotonic()
@@ -54,6 +55,7 @@ class FakeRover:
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         self.x += (c * vx - s * vy) * span
         self.y += (s * vx + c * vy) * span
+        self.farthest = max(self.farthest, self.x)
         self.yaw = math.remainder(self.yaw + wz * span, math.tau)
 
 

@@ -56,16 +56,18 @@ class UdpBase:
     def _listen(self) -> None:
         while True:
             try:
-                told = json.loads(self._socket.recv(1024))
+                datagram = self._socket.recv(1024)
+            except OSError:
+                if self._socket.fileno() < 0:
+                    return  # closed
+                continue  # out of reach, or not started yet
+            try:
+                told = json.loads(datagram)
                 pose = Pose2.checked(told["x"], told["y"], told["yaw"])
                 twist = Twist2.checked(told["vx"], told["vy"], told["wz"])
                 level = float(told["battery"])
-            except ConnectionRefusedError:
-                continue  # not started yet
-            except OSError:
-                return  # closed
-            except (ValueError, KeyError, TypeError):
-                continue  # not ours
+            except Exception:  # whatever it holds
+                continue  # it is not ours
             values = (("base.pose", pose), ("base.twist", twist), ("battery.level", level))
             self._arrived.extend(Sample(name, self._now(), value) for name, value in values)
             self.wake()

@@ -7,7 +7,9 @@ from pathlib import Path
 import pytest
 
 from cobodeck.__main__ import main
+from hw.geometry import Pose2
 from PROJECT.fake import FakeRover
+from PROJECT.udp_base import UdpBase
 
 FOLDER = Path(__file__).parents[1] / "PROJECT"
 
@@ -49,8 +51,35 @@ def test_it_patrols_through_the_driver_against_the_fake(fake, tmp_path, monkeypa
     connection.write_text(text.replace("./rover.yaml", str(FOLDER / "rover.yaml")))
     run = ["run", "patrol", "--robot", str(connection), "--person-unwatched", "--duration", "30"]
     assert main(run) == 0
+    assert fake.farthest > 1.0
     assert abs(fake.x) < 0.1 and abs(fake.y) < 0.1
     assert fake.velocity == (0.0, 0.0, 0.0)
+
+
+NONSENSE = [
+    b"", b"\xff", b"{", b"null", b"7", b'"x"', b"[" * 1000, b"{}",
+    b'{"x": 0, "y": 0, "yaw": 0, "vx": 0, "vy": 0, "wz": 0, "battery": null}',
+    b'{"x": NaN, "y": 0, "yaw": 0, "vx": 0, "vy": 0, "wz": 0, "battery": 1}',
+    b'{"x": 1%s, "y": 0, "yaw": 0, "vx": 0, "vy": 0, "wz": 0, "battery": 1}' % (b"0" * 400),
+    b'{"x": 0, "y": 0, "yaw": 0, "vx": 0, "vy": 0, "wz": 0, "battery": 1%s}' % (b"0" * 400),
+]  # fmt: skip
+
+
+def test_datagrams_of_others_are_not_heard():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rover:
+        rover.bind(("127.0.0.1", 0))
+        base, heard = UdpBase("127.0.0.1", rover.getsockname()[1], lambda: 5), threading.Event()
+        base.wake = heard.set
+        _, peer = rover.recvfrom(1024)
+        for datagram in NONSENSE:
+            rover.sendto(datagram, peer)
+        ours = b'{"x": 1, "y": 2, "yaw": 0, "vx": 0, "vy": 0, "wz": 0, "battery": 0.5}'
+        rover.sendto(ours, peer)
+        assert heard.wait(10.0)
+        pose, _, level = base.samples(5)
+        base.close()
+    assert pose == ("base.pose", 5, Pose2(1.0, 2.0, 0.0))
+    assert level == ("battery.level", 5, 0.5)
 
 
 def test_nobody_there_is_told(tmp_path, monkeypatch):
