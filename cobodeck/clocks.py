@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
+from queue import Empty, SimpleQueue
 from typing import ClassVar, Protocol
 
 
@@ -14,7 +15,7 @@ class Clock(Protocol):
     waits: ClassVar[bool]
 
     def wait(self, until_ns: int) -> int:
-        """Wait until an instant, ns since the start; what it is then, earlier if woken."""
+        """Wait until an instant, ns since the start, or until woken; the time it is then."""
         ...
 
     def wake(self) -> None:
@@ -23,7 +24,7 @@ class Clock(Protocol):
 
 
 class Virtual:
-    """It is always as late as the loop likes."""
+    """Time is whatever the loop asks for."""
 
     waits: ClassVar[bool] = False
 
@@ -43,16 +44,18 @@ class RealTime:
     def __init__(self, reading: Callable[[], int] = time.monotonic_ns) -> None:
         self._reading = reading
         self._start: int | None = None
-        self._woken = threading.Event()
+        self._woken = SimpleQueue[None]()  # can be filled from a signal handler, unlike an Event
 
     def wait(self, until_ns: int) -> int:
         """Sleep; see `Clock`. A deadline that has passed costs no sleep."""
         if self._start is None:
             self._start = self._reading()
         left = until_ns - self.now()
-        if left > 0:
-            self._woken.wait(left * 1e-9)
-        self._woken.clear()
+        with suppress(Empty):
+            if left > 0:
+                self._woken.get(timeout=left * 1e-9)
+            while True:
+                self._woken.get_nowait()
         return self.now()
 
     def now(self) -> int:
@@ -61,4 +64,4 @@ class RealTime:
 
     def wake(self) -> None:
         """A sample is there; see `Clock`."""
-        self._woken.set()
+        self._woken.put(None)

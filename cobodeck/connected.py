@@ -4,30 +4,85 @@ from __future__ import annotations
 
 import importlib
 import threading
-from collections.abc import Callable, Mapping
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 from cobodeck.console import FAILED, Problem
+from cobodeck.wiring import Uses
 from hw.connection import Connection, Served
 from hw.guarded import CYCLE_NS, GuardedBase
+from hw.interfaces import StopLine
 from hw.robot import RobotModel
 from hw.safety_limits import SafetyLimits
-from hw.sim.surroundings import SimStopLine
+from hw.samples import Sample
+from hw.stop_line import StopLatch
 
 Now = Callable[[], int]
+ALWAYS = frozenset(("stop_line", "operator"))
+"""Opened whatever the chart uses."""
+HEARD = frozenset(("user.pose", "vr.haptic_request", "stop.engaged", "arm.joints", "base.pose"))
+"""What the guard of a base goes by: who gives it is opened with the base."""
+CLOSING_S = 1.0
+"""The chain has this long to finish its last cycle, s."""
+
+
+class Stops:
+    """The stop line in front of all parts: who pulls it also stops them, at once.
+
+    `line` is the connection's own, or a latch of software. A reset asks the guard of the wheels
+    first. `pull` may be called from any thread.
+    """
+
+    def __init__(self, line: StopLine, parts: Mapping[str, Any], now: Now) -> None:
+        self.signals = line.signals
+        self.guard: GuardedBase | None = None
+        self._line, self._parts, self._now = line, parts, now
+        self._reason: str | None = None
+
+    def pull(self, reason: str) -> None:
+        """Stop everything and stay so; a part that cannot stop does not keep the others from it."""
+        if self._reason is not None:
+            return
+        self._reason = reason
+        self._line.pull(reason)
+        for part in self._parts.values():
+            if part is not self and hasattr(part, "stop"):
+                try_to(part.stop)
+
+    def stop(self) -> None:
+        """It does not move."""
+
+    def reset(self) -> bool:
+        """Let the robot move again; False while a cause holds."""
+        if self.guard is not None and not self.guard.reset(self._now()):
+            return False
+        if not self._line.reset():
+            return False
+        self._reason = None
+        return True
+
+    def samples(self, now_ns: int) -> Iterable[Sample]:
+        """Those of the line."""
+        return self._line.samples(now_ns)
+
+    def close(self) -> None:
+        """Let go of the line."""
+        getattr(self._line, "close", _nothing)()
 
 
 class Connected:
-    """Parts behind drivers. Wheels get their guard, and a thread that lets it cycle."""
+    """Parts behind drivers; the wheels' guard cycles in a thread of its own."""
 
     def __init__(self, parts: dict[str, Any], guard: GuardedBase | None, now: Now) -> None:
         self.parts = parts
         self.latency_ns = 0
+        self.paced = True
         self.finished = False
         self.truth = None
         self.guard = guard
+        self._failures: deque[tuple[str, Exception]] = deque(maxlen=100)
         self._now, self._over = now, threading.Event()
         self._cycling = threading.Thread(target=self._cycle, name="chain", daemon=True)
         if guard is not None:
@@ -38,6 +93,11 @@ class Connected:
         """Does a part track where people are?"""
         return self.guard is not None and self.guard.chain.limits.watched
 
+    @property
+    def failures(self) -> list[tuple[str, Exception]]:
+        """What parts have raised in threads of their own since the last look."""
+        return [self._failures.popleft() for _ in range(len(self._failures))]
+
     def advance(self, to_ns: int) -> None:
         """The world moves on by itself."""
 
@@ -46,23 +106,39 @@ class Connected:
         return 0
 
     def close(self) -> None:
-        """Stand, and let go of the devices."""
+        """Stand, and let go of the devices; one that cannot does not keep the others from it."""
         self._over.set()
         if self.guard is not None:
-            self._cycling.join()
-            self.guard.base.stop()
-        for part in self.parts.values():
+            self._cycling.join(CLOSING_S)
+            self._try("base", self.guard.base.stop)
+        for name, part in self.parts.items():
             if hasattr(part, "close"):
-                part.close()
+                self._try(name, part.close)
 
     def _cycle(self) -> None:
+        """Whatever the driver of the base raises, the chain goes on, and the robot is stopped."""
         assert self.guard is not None
+        told = None
         while not self._over.wait(0.8e-9 * CYCLE_NS):
-            self.guard.cycle(self._now())
+            try:
+                self.guard.cycle(self._now())
+            except Exception as error:  # noqa: BLE001
+                if repr(error) != told:
+                    told = repr(error)
+                    self._failures.append(("base", error))
+                try_to(self.guard.base.stop)
+                self.parts["stop_line"].pull(f"base: {told}")
+
+    def _try(self, name: str, act: Callable[[], object]) -> None:
+        error = try_to(act)
+        if error is not None:
+            self._failures.append((name, error))
 
 
-def connect(connection: Connection, body: RobotModel, limits: SafetyLimits, now: Now) -> Connected:
-    """Open all parts of a connection.
+def connect(
+    connection: Connection, body: RobotModel, limits: SafetyLimits, now: Now, uses: Uses
+) -> Connected:
+    """Open the parts of a connection that a chart uses, and those that its stop depends on.
 
     Raises:
         Problem: a driver cannot be found or opened; what was opened before is closed again.
@@ -70,30 +146,64 @@ def connect(connection: Connection, body: RobotModel, limits: SafetyLimits, now:
     parts: dict[str, Any] = {}
     try:
         for name, served in connection.parts.items():
-            parts[name] = _opened(name, served, now)
-    except Problem:
-        Connected(parts, None, now).close()
+            driver = _driver(name, served)
+            if is_needed(name, driver, uses):
+                parts[name] = _opened(name, served, driver, now)
+        return _guarded(parts, body, limits, now)
+    except BaseException:
+        for part in parts.values():
+            try_to(getattr(part, "close", _nothing))
         raise
+
+
+def is_needed(name: str, driver: Any, uses: Uses) -> bool:
+    """Is a part commanded, read, or listened to? Whose signals are not known beforehand is."""
+    given = getattr(driver, "signals", None)
+    if name in ALWAYS or name in uses.commands or not isinstance(given, tuple):
+        return True
+    heard = HEARD if "base" in uses.commands else frozenset[str]()
+    return not (uses.signals | heard).isdisjoint(given)
+
+
+def _guarded(parts: dict[str, Any], body: RobotModel, limits: SafetyLimits, now: Now) -> Connected:
     guard = None
+    line: StopLine = parts.get("stop_line") or StopLatch(lambda: True)
+    stops = parts["stop_line"] = Stops(line, parts, now)
     if "base" in parts:
         watched = any("user.pose" in part.signals for part in parts.values())
         parked = body.parked if "arm" in parts else None
-        pull = partial(_pull, parts)
-        guard = GuardedBase(parts["base"], replace(limits, watched=watched), parked, pull)
-        parts["base"] = guard
-    parts.setdefault("stop_line", SimStopLine(lambda: guard is None or guard.reset(now())))
+        guard = GuardedBase(parts["base"], replace(limits, watched=watched), parked, stops.pull)
+        parts["base"] = stops.guard = guard
     return Connected(parts, guard, now)
 
 
-def _pull(parts: Mapping[str, Any], reason: str) -> None:
-    """A stop of the base's guard stops the other parts, too."""
-    parts["stop_line"].pull(reason)
-
-
-def _opened(name: str, served: Served, now: Now) -> Any:
+def try_to(act: Callable[[], object]) -> Exception | None:
+    """Call it; what it raised, if it did."""
     try:
-        driver = getattr(importlib.import_module(served.module), served.driver)
-        return driver(**served.arguments, now=now)
+        act()
     except Exception as error:  # noqa: BLE001  a driver may raise anything
-        told = f"{served.place}: part {name!r} by {served.module}:{served.driver}"
-        raise Problem(f"{told}: {type(error).__name__}: {error}", FAILED) from None
+        return error
+    return None
+
+
+def _driver(name: str, served: Served) -> Any:
+    try:
+        return getattr(importlib.import_module(served.module), served.driver)
+    except Exception as error:  # noqa: BLE001
+        raise _problem(name, served, error) from None
+
+
+def _opened(name: str, served: Served, driver: Any, now: Now) -> Any:
+    try:
+        return driver(**served.arguments, now=now)
+    except Exception as error:  # noqa: BLE001
+        raise _problem(name, served, error) from None
+
+
+def _problem(name: str, served: Served, error: Exception) -> Problem:
+    told = f"{served.place}: part {name!r} by {served.module}:{served.driver}"
+    return Problem(f"{told}: {type(error).__name__}: {error}", FAILED)
+
+
+def _nothing() -> None:
+    """There is nothing to close."""

@@ -25,8 +25,8 @@ def explain(setup: Setup, result: Result) -> str:
     missing = [name for name, used in usage.items() if not used.built]
     sampled = result.wired.inlet.sources
     present = result.loop.plant.parts
-    parts = [name for name, part in present.items() if part in sampled]
-    idle = [name for name, part in present.items() if part not in sampled]
+    parts = [name for name in present if name in sampled]
+    idle = [name for name in present if name not in sampled]
     lines = [
         "",
         table(rows, frozenset((2, 3, 4))),

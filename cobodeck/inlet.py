@@ -2,52 +2,71 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from engine.board import Board
+from engine.signals import Measured
 from hw.interfaces import Part
 from hw.samples import Sample, is_finite
 
 Hears = tuple[str, Callable[[Sample, int], None]]
 """A signal, and who is given its samples with the instant of their arrival, ns."""
+AHEAD_NS = 20_000_000
+"""Clocks may differ by this much, ns; a sample stamped later than that is refused."""
 
 
 class Inlet:
     """Asks the parts for what has arrived, and hands it on.
 
-    A sample in which a number is NaN or infinite has not arrived; `refused` counts them by name.
-    `hears` has the listeners of parts that go by samples themselves, by the names of these.
+    A sample has not arrived if a number in it is NaN or infinite, if its value is not of its
+    signal's type, or if its stamp is no integer or more than `ahead_ns` ahead; `refused` counts
+    these by name. A part that raises is not asked again; `failures` has what it raised.
     """
 
     def __init__(
         self,
         board: Board,
-        sources: Iterable[Part] = (),
+        sources: Mapping[str, Part] | None = None,
         hears: Iterable[Hears] = (),
+        ahead_ns: int = AHEAD_NS,
     ) -> None:
         self.board = board
-        self.sources = tuple(sources)
+        self.sources = dict(sources or {})
         self.refused: dict[str, int] = {}
+        self.failures: list[tuple[str, Exception]] = []
+        self._ahead_ns = ahead_ns
         self._hears: dict[str, list[Callable[[Sample, int], None]]] = {}
-        self._finite: dict[str, object] = {}  # the newest values that were looked at
+        self._fit: dict[str, object] = {}  # the newest values that were looked at
+        self._kinds = {
+            signal.name: signal.type
+            for signal in board.declared.values()
+            if isinstance(signal, Measured) and isinstance(signal.type, type)
+        }
         for name, listener in hears:
             self._hears.setdefault(name, []).append(listener)
 
     def take(self, now_ns: int) -> None:
         """Take what has arrived up to now."""
-        for part in self.sources:
-            for sample in part.samples(now_ns):
-                self.give(sample, now_ns)
+        for name, part in list(self.sources.items()):
+            try:
+                for sample in part.samples(now_ns):
+                    self.give(sample, now_ns)
+            except Exception as error:  # noqa: BLE001  a driver may raise anything
+                self.failures.append((name, error))
+                del self.sources[name]
 
     def give(self, sample: Sample, now_ns: int) -> None:
         """Hand on one sample that has arrived now."""
         name, stamp, value = sample
-        if value is not self._finite.get(name):
-            if not is_finite(value):
+        if not isinstance(stamp, int) or stamp > now_ns + self._ahead_ns:
+            self.refused[name] = self.refused.get(name, 0) + 1
+            return
+        if value is not self._fit.get(name):
+            if not self._fits(name, value):
                 self.refused[name] = self.refused.get(name, 0) + 1
                 return
-            self._finite[name] = value
+            self._fit[name] = value
         if name in self.board.slots:
             self.board.put(name, value, stamp)
         for listener in self._hears.get(name, ()):
@@ -56,3 +75,8 @@ class Inlet:
     def put(self, name: str, value: Any, stamp_ns: int) -> None:
         """Give the board a value that no part measures: a constant, or a test's."""
         self.board.put(name, value, stamp_ns)
+
+    def _fits(self, name: str, value: object) -> bool:
+        kind = self._kinds.get(name, object)
+        right = value is None or isinstance(value, kind) or (kind is float and type(value) is int)
+        return right and is_finite(value)

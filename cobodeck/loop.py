@@ -18,7 +18,7 @@ from cobodeck.clocks import Clock, Virtual
 from cobodeck.plants import Plant
 from cobodeck.wiring import Wired
 from engine.clock import Grid
-from engine.errors import Raised
+from engine.errors import Raised, raised
 from engine.operator import Operator
 
 LATE_NS = 1_000_000
@@ -66,6 +66,7 @@ class Loop:
     spent_ns: list[int] = field(default_factory=lambda: [0, 0, 0, 0])
     busy_since: int | None = None
     _told: int = 0
+    _plant_ns: int = 0
     _stopping: bool = False
 
     @property
@@ -75,7 +76,7 @@ class Loop:
 
     @property
     def finished(self) -> bool:
-        """Whether the chart has ended, or the plant has done."""
+        """Whether the chart has ended, or everything in the plant is over."""
         return self.wired.run.outcome is not None or self.plant.finished
 
     def stop(self) -> None:
@@ -105,9 +106,12 @@ class Loop:
                 if progress is not None and not self.ticks % PROGRESS:
                     progress(f"{self.now_ns / 1e9:.0f} s")
         finally:
+            self.busy_since = time.perf_counter_ns()  # a clean-up may block, too
             if self.wired.run.outcome is None:
-                self.wired.run.hold()
+                self.wired.run.close()
             self.plant.close()
+            self.busy_since = None
+            self._tell()
         return self.now_ns
 
     def _over(self, end_ns: int) -> bool:
@@ -145,15 +149,19 @@ class Loop:
             observer.watch(now)
         seen = clock()
         self._decide(now)
-        end = clock()
         spent[0] += moved - begin
         spent[1] += delivered - moved
         spent[2] += seen - delivered
-        spent[3] += end - seen
+        self._spend(begin, seen)
+        return self.wired.run.outcome
+
+    def _spend(self, begin: int, decided: int) -> None:
+        """A tick is over; wall clock, ns: when it began, and when the chart had its turn."""
+        end = time.perf_counter_ns()
+        self.spent_ns[3] += end - decided
         self.busy_since = None
         if end - begin > self.grid.period_ns:
             self.overruns += 1
-        return self.wired.run.outcome
 
     def _begin(self, now: int) -> int:
         """Move the plant on to the grid; the instant of the tick."""
@@ -168,22 +176,30 @@ class Loop:
         self.now_ns = instant
         self.ticks = number + 1
         self.wired.board.interval = number
-        self.wired.board.interval = number
-        self.plant.advance(on_grid)
+        self._advance(on_grid)
         return instant
+
+    def _advance(self, to_ns: int) -> None:
+        """Move the plant on; one that is there already, because of its latency, stays."""
+        self._plant_ns = max(self._plant_ns, to_ns)
+        self.plant.advance(self._plant_ns)
+
+    def _stamp(self, now: int) -> int:
+        """The instant at which the robot hears what is decided now."""
+        return now if self.plant.paced else min(now, self._plant_ns)
 
     def _decide(self, now: int) -> None:
         """Ask the chart, unless it has nothing to do."""
         if self.plant.latency_ns:
-            self.plant.advance(now + self.plant.latency_ns)
+            self._advance(now + self.plant.latency_ns)
         if self._stopping:
             self._stopping = False
             Operator(self.wired.run).stop()
         if self.leave_out and not self.clock.waits and self.wired.run.leave_out(now):
             self.left_out += 1
-            self.wired.rest(now)
-            return
-        self.wired.tick(now)
+            self.wired.pass_on(self._stamp(now))
+        else:
+            self.wired.tick(now, self._stamp(now))
         self._tell()
 
     def _add(self, now: int) -> None:
@@ -195,13 +211,18 @@ class Loop:
         begin = self.busy_since = time.perf_counter_ns()
         self.now_ns = now
         self.added += 1
-        self.wired.tick(now, between=True)
+        self.wired.tick(now, self._stamp(now), between=True)
         self._tell()
-        self.spent_ns[3] += time.perf_counter_ns() - begin
-        self.busy_since = None
+        self._spend(begin, begin)
 
     def _tell(self) -> None:
+        """Tell what was raised since; a part that has raised stops the robot."""
         errors = self.wired.run.errors
+        failures, self.wired.inlet.failures = self.wired.inlet.failures, []
+        for name, failure in (*failures, *self.plant.failures):
+            errors.append(raised(self.now_ns, f"part {name}", failure))
+            if "stop_line" in self.plant.parts:
+                self.plant.parts["stop_line"].pull(f"part {name}: {errors[-1].kind}")
         if len(errors) > self._told:
             new, self._told = errors[self._told :], len(errors)
             if self.tell is not None:

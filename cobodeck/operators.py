@@ -10,7 +10,7 @@ from typing import TextIO
 from hw.interfaces import StopLine
 from hw.samples import Sample
 
-HELP = "operator: ack, stop (software stop of base and arm), reset, end"
+HELP = "operator: ack (a fault), stop (software stop of base and arm), reset (the stop), end"
 
 
 class ConsoleOperator:
@@ -39,7 +39,7 @@ class ConsoleOperator:
     def report(self, fault: str) -> None:
         """A fault that has to be acknowledged; see `Operator`."""
         self.faults.append(fault)
-        self._show(f"fault: {fault}; acknowledge with ack")
+        self._show(f"fault: {fault}; type ack to acknowledge")
 
     def say(self, word: str) -> None:
         """One word of the operator, from any thread; a stop waits for no tick."""
@@ -54,7 +54,7 @@ class ConsoleOperator:
         elif word == "end":
             self._end()
         elif word:
-            self._show(f"{word!r} is no command; {HELP}")
+            self._show(f"{word!r} is not a command; {HELP}")
 
     def samples(self, now_ns: int) -> list[Sample]:
         """Acknowledgements since the last call."""
@@ -66,7 +66,11 @@ class ConsoleOperator:
 
     def _read(self, stream: TextIO) -> None:
         for line in stream:
-            self.say(line)
+            try:
+                self.say(line)
+            except Exception as error:  # noqa: BLE001  the next word may be a stop
+                self._show(f"{line.strip()}: {type(error).__name__}: {error}")
+        self._show("the operator's words have ended: nothing typed here stops the robot any more")
 
 
 def _nobody() -> None:

@@ -14,10 +14,17 @@ class Plant(Protocol):
 
     `parts` are those of `hw.interfaces` and of projects, by name. `latency_ns`: how much later
     than a tick the plant hears what it decided; 0 where computing takes the time it takes. `guard`
-    stands in front of the wheels, where there are some.
+    stands in front of the wheels, where there are some. `paced`: time passes there by itself, while
+    a simulated plant stands between two calls of `advance`.
     """
 
     latency_ns: int
+    paced: bool
+
+    @property
+    def failures(self) -> list[tuple[str, Exception]]:
+        """What parts have raised in threads of their own since the last look, by their names."""
+        ...
 
     @property
     def parts(self) -> Mapping[str, Any]:
@@ -31,7 +38,7 @@ class Plant(Protocol):
 
     @property
     def finished(self) -> bool:
-        """True once everything has happened that is going to."""
+        """Is everything over that was going to happen?"""
         ...
 
     @property
@@ -58,6 +65,8 @@ class Nothing:
     def __init__(self, parts: Mapping[str, Any] | None = None) -> None:
         self.parts: Mapping[str, Any] = parts if parts is not None else {}
         self.latency_ns = 0
+        self.paced = False
+        self.failures: list[tuple[str, Exception]] = []
         self.guard = None
         self.finished = False
         self.truth = None

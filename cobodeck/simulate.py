@@ -46,7 +46,7 @@ def simulate(
     around: Callable[[Loop], AbstractContextManager[object]] = nullcontext,
     tell: Callable[[Raised], None] | None = None,
 ) -> Result:
-    """Run until the user has done, the chart has ended, or the time is over.
+    """Run until the user is done, the chart has ended, or the time is over.
 
     Args:
         setup: what to run.
@@ -59,10 +59,10 @@ def simulate(
     uses = setup.uses()
     if options.tier and {"base", "vr"} <= uses.commands:
         refuse_small_floor(setup)
+    if options.tier:
+        warm_up(setup, setup.machine())  # before devices are opened and clocks run
     loop = stage(setup, options, clock=clock)
     loop.tell = tell
-    if options.tier:
-        warm_up(setup, loop.wired.run.machine)
     begin = time.perf_counter_ns()
     with around(loop):
         end_ns = loop.go(round(options.duration_s * 1e9), progress)
@@ -90,6 +90,7 @@ def _figures(
         "left_out": loop.left_out,
         "missed": loop.missed,
         "outcome": run.outcome,
+        "refused_samples": loop.wired.inlet.refused,
         "errors": [{"at_s": e.time / 1e9, "node": e.path, "error": str(e)} for e in run.errors],
         "transitions": sum(record.kind == "move" for record in run.trace),
         "trace_sha256": run.trace.sha256(),

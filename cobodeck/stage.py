@@ -10,7 +10,7 @@ from typing import Any, TextIO
 
 from cobodeck.arm_contact import ArmWatch, OutlineOf
 from cobodeck.clocks import Clock, RealTime, Virtual
-from cobodeck.connected import connect
+from cobodeck.connected import connect, is_needed
 from cobodeck.console import FAILED, REFUSED, Problem, complain
 from cobodeck.logic import wander
 from cobodeck.loop import Loop
@@ -40,8 +40,8 @@ class Options:
 
     `duration_s` ends a run early, `stretch_m` makes a recording longer, `eager` computes every
     signal in every tick and leaves no tick out, `mock` takes the robot that does exactly as told,
-    `connection` the real parts that it names. `console` has the operator's words, if somebody sits
-    there. `unwatched`: it is known that no part tracks people, and that nobody is near.
+    `connection` the real parts that it names. `console` is where the operator types, if there is
+    one; `unwatched` accepts that no part tracks people, because nobody is near.
     """
 
     user: str | None = None
@@ -119,7 +119,7 @@ def _on_real_parts(
         Problem: something is missing, or nobody watches where people are and it was not said so.
     """
     limits = setup.profile.safety.limits(setup.robot, setup.profile.robot.limits)
-    plant = connect(connection, setup.body, limits, clock.now)
+    plant = connect(connection, setup.body, limits, clock.now, uses)
     try:
         if "base" in uses.commands and not plant.person_watched and not options.unwatched:
             raise Problem(
@@ -155,8 +155,8 @@ def _person(setup: Setup, uses: Uses, options: Options) -> Person | None:
     scene = setup.scene
     source = options.user or (scene.user if scene is not None and uses.person else None)
     if scene is None:
-        if source is not None or uses.person:
-            raise Problem("a person needs a room; give one with --scene")
+        if source is not None:
+            raise Problem(f"--user {source} needs a room; give one with --scene")
         return None
     if source is not None:
         return open_user(source, scene, options.requests, options.stretch_m, options.seed)
@@ -167,12 +167,8 @@ def _person(setup: Setup, uses: Uses, options: Options) -> Person | None:
 
 def _own_parts(setup: Setup, uses: Uses) -> dict[str, Any]:
     """The simulated parts of projects that the chart commands or reads."""
-    made = {name: part() for name, part in setup.catalogue.own_parts.items()}
-    return {
-        name: part
-        for name, part in made.items()
-        if name in uses.commands or not uses.signals.isdisjoint(part.signals)
-    }
+    parts = setup.catalogue.own_parts
+    return {name: part() for name, part in parts.items() if is_needed(name, part, uses)}
 
 
 def refuse_small_floor(setup: Setup) -> None:

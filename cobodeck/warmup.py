@@ -5,10 +5,12 @@ Only what the chart can come to: a chart that never drives loads no planner.
 
 from __future__ import annotations
 
+import atexit
 import gc
 import importlib
 import os
 import pkgutil
+import shutil
 import tempfile
 from collections.abc import Mapping, MutableMapping, Sequence
 from pathlib import Path
@@ -32,7 +34,8 @@ def keep_compiled_code(
     folders = _places(environment) if folders is None else folders
     if "NUMBA_CACHE_DIR" in environment or any(map(_is_writable, folders)):
         return None
-    environment["NUMBA_CACHE_DIR"] = tempfile.mkdtemp(prefix="cobodeck-")
+    environment["NUMBA_CACHE_DIR"] = folder = tempfile.mkdtemp(prefix="cobodeck-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
     shown = " and ".join(map(str, folders))
     return f"compiled code is not kept, each start takes longer: cannot write to {shown}"
 

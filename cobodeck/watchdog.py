@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
@@ -21,8 +22,8 @@ ENGINE = str(ROOT / "engine")
 
 @contextmanager
 def ending_on_signals(loop: Loop) -> Iterator[None]:
-    """Ctrl-C and TERM end the run in order; a second one breaks off a state that will not end."""
-    signals = (signal.SIGINT, signal.SIGTERM)
+    """Ctrl-C, TERM and HUP end the run in order; a second one breaks off a state that hangs."""
+    signals = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -34,6 +35,8 @@ def ending_on_signals(loop: Loop) -> Iterator[None]:
             raise KeyboardInterrupt
         asked = True
         loop.stop()
+        if loop.busy_since is not None:  # print might be what was interrupted
+            os.write(2, b"cobodeck: ending; once more breaks off a state that does not end\n")
 
     before = {number: signal.signal(number, end) for number in signals}
     try:

@@ -171,15 +171,16 @@ class Wired:
     inlet: Inlet
     base: GuardedBase | None = None
 
-    def rest(self, now_ns: int) -> None:
-        """A tick that is left out: only the velocity that counts is passed on."""
+    def pass_on(self, stamp_ns: int) -> None:
+        """Give the base the velocity that counts from this instant on, in every tick."""
         if self.base is not None:
-            self.base.tick(now_ns)
+            self.base.tick(stamp_ns)
 
-    def tick(self, now_ns: int, between: bool = False) -> str | None:
+    def tick(self, now_ns: int, stamp_ns: int, between: bool = False) -> str | None:
         """One tick of the run, and then who drives; the chart's outcome once there is one.
 
-        `between`: it is none of the grid (rule 13).
+        `stamp_ns` is the instant of the robot, which may stand between two ticks; `between`: the
+        tick is none of the grid (rule 13).
         """
         try:
             return self.run.tick(now_ns, between)
@@ -187,7 +188,7 @@ class Wired:
             self.run.hold()
             raise
         finally:
-            self.rest(now_ns)
+            self.pass_on(stamp_ns)
 
 
 def wire(
@@ -213,7 +214,8 @@ def wire(
     machine = setup.machine(parameters)
     leaves = reachable(machine)
     constants = setup.constants
-    refuse_what_is_missing(leaves, setup.signals, parts, constants)
+    hint = "; give a room with --scene" if setup.scene is None else ""
+    refuse_what_is_missing(leaves, setup.signals, parts, constants, hint)
     wanted = {name for leaf in leaves for name in leaf.interface.reads}
     board = Board(setup.signals, wanted, eager)
     if clock is not None:
@@ -221,11 +223,11 @@ def wire(
     run = Run(machine, board, commanded(parts), freezers=freezers())
     hears = [(name, part.hear) for part in parts.values() for name in getattr(part, "hears", ())]
     heard = {name for name, _ in hears}
-    needed = [
-        part
-        for part in parts.values()
+    needed = {
+        key: part
+        for key, part in parts.items()
         if any(board.needs(name) or name in heard for name in part.signals)
-    ]
+    }
     inlet = Inlet(board, needed, hears)
     for name, value in constants.items():
         if board.needs(name):
@@ -250,6 +252,7 @@ def refuse_what_is_missing(
     signals: Mapping[str, Signal],
     parts: Mapping[str, Any],
     constants: Iterable[str],
+    hint: str = "",
 ) -> None:
     """Look whether everything is there that the reachable states command and read.
 
@@ -268,7 +271,8 @@ def refuse_what_is_missing(
                 through = "" if root == name else f" through {name!r}"
                 lacking[f"nothing gives signal {root!r}, read by {who}{through}"] = None
     if lacking:
-        raise Problem("this chart cannot run here:\n  " + "\n  ".join(lacking), FAILED)
+        told = "\n  ".join(lacking)
+        raise Problem(f"this chart cannot run here{hint}:\n  {told}", FAILED)
 
 
 def refuse_slow_ticks(setup: Setup, uses: Uses, latency: float = 0.0) -> None:
@@ -287,8 +291,8 @@ def refuse_slow_ticks(setup: Setup, uses: Uses, latency: float = 0.0) -> None:
     if "base" in uses.commands and oldest >= limits.command_age:
         raise Problem(
             f"at {setup.tick_hz} Hz a velocity of the base is {oldest * 1e3:.1f} ms old before the "
-            f"next one comes; it has to be less than {limits.command_age * 1e3:g} ms, or the safety "
-            "chain stops the base: raise --tick-hz"
+            f"next one comes; the safety chain stops the base if that is not less than "
+            f"{limits.command_age * 1e3:g} ms: raise --tick-hz"
         )
 
 

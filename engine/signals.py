@@ -139,7 +139,7 @@ def closure(declared: Mapping[str, Signal], wanted: Iterable[str]) -> list[str]:
 def roots(declared: Mapping[str, Signal], wanted: Iterable[str]) -> set[str]:
     """The measured signals that somebody must give for every wanted signal to have a value.
 
-    What an estimator takes without needing it is not among them.
+    What an estimator takes without needing it is not among them, a name that is not declared is.
     """
     found: set[str] = set()
     waiting, seen = [*wanted], set()
@@ -148,8 +148,8 @@ def roots(declared: Mapping[str, Signal], wanted: Iterable[str]) -> set[str]:
         if name in seen:
             continue
         seen.add(name)
-        signal = declared[name]
-        if isinstance(signal, Measured):
+        signal = declared.get(name)
+        if signal is None or isinstance(signal, Measured):
             found.add(name)
         else:
             waiting += signal.needed if isinstance(signal, Estimated) else signal.of

@@ -74,7 +74,10 @@ class GuardedBase:
         self.chain = SafetyChain(limits)
         self.selected = Selected(STILL, None, None)
         self.signals: tuple[str, ...] = (*base.signals, "base.mode", "base.refusal")
-        self._hears: dict[str, Hear] = {"vr.haptic_request": self._ask, "stop.engaged": self._lock}
+        self._hears: dict[str, Hear] = {
+            "vr.haptic_request": self._ask,
+            "stop.engaged": self._hear_stop_line,
+        }
         self._multiplexer = Multiplexer()
         self._parked, self._pull = parked, pull
         self._stamp_ns: int | None = None
@@ -98,6 +101,21 @@ class GuardedBase:
         """How the wheels are driven; wheels that know of no modes go in all directions."""
         mode: DriveMode = getattr(self.base, "mode", "omni")
         return mode
+
+    @property
+    def wake(self) -> Callable[[], None] | None:
+        """What the driver of the wheels calls when a sample has come; None: it does not."""
+        return getattr(self.base, "wake", None)
+
+    @wake.setter
+    def wake(self, wake: Callable[[], None]) -> None:
+        if hasattr(self.base, "wake"):
+            self.base.wake = wake
+
+    def close(self) -> None:
+        """Let go of the wheels."""
+        if hasattr(self.base, "close"):
+            self.base.close()
 
     @property
     def hears(self) -> tuple[str, ...]:
@@ -165,7 +183,7 @@ class GuardedBase:
         return found
 
     def hear(self, sample: Sample, now_ns: int) -> None:
-        """A sample has arrived now; what is not among `hears` is of no concern."""
+        """A sample has arrived now; anything else is ignored."""
         take = self._hears.get(sample.name)
         if take is not None:
             with self._mutex:
@@ -201,7 +219,7 @@ class GuardedBase:
     def admit(
         self, now_ns: int, command: Twist2, pose: Pose2 | None, twist: Twist2 | None
     ) -> Twist2:
-        """What of the next velocity, ramps included, may go to the motors; see `SafetyChain`."""
+        """How much of the next velocity, ramps included, may reach the motors: `SafetyChain`."""
         chain, stamp = self.chain, self._stamp_ns
         with self._mutex:
             chain.holonomic = self.mode == "omni"
@@ -234,7 +252,7 @@ class GuardedBase:
     def _ask(self, now_ns: int, stamp_ns: int, deep: Pose3 | None) -> None:  # noqa: ARG002
         self.chain.request(deep is not None)
 
-    def _lock(self, now_ns: int, stamp_ns: int, reason: str | None) -> None:  # noqa: ARG002
+    def _hear_stop_line(self, now_ns: int, stamp_ns: int, reason: str | None) -> None:  # noqa: ARG002
         self.chain.stop_line = reason
         self._multiplexer.switch(STOP_LOCK, reason is not None, now_ns)
 

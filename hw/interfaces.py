@@ -174,5 +174,6 @@ PARTS: Mapping[str, type] = {
 
 Projects add parts of their own. Any part may have `stop()`, called whenever something new starts on
 it, and `wake`, set by a loop in real time: a driver calls it when a sample has come. A part that
-goes by samples of others names them in `hears` and is given them by `hear(sample, now_ns)`.
+needs other parts' samples lists them in `hears` and receives them through `hear(sample, now_ns)`.
+`pull`, `reset`, and `drive` and `stop` of wheels may be called from other threads than the rest.
 """

@@ -80,8 +80,8 @@ def rows(rounds: int = 9) -> Iterator[Row]:
 def delays(seconds: float) -> list[int]:
     """What the monitor has noted in so many seconds, ns."""
     setup = probed()
+    warm_up(setup, setup.machine())
     loop = stage(setup, Options(mock=True), clock=RealTime())
-    warm_up(setup, loop.wired.run.machine)
     loop.go(round(seconds * 1e9))
     loop.plant.parts["probe"].close()
     return list(Delay.noted)

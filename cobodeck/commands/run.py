@@ -15,7 +15,7 @@ from cobodeck.console import Problem
 from cobodeck.wiring import PROFILE, SCENE, TICK_HZ
 
 BLOCKED_S = 0.1
-"""A tick that takes longer, s, is told with what blocks it: three periods at 30 Hz."""
+"""Longer ticks, s, are reported with what blocks them: three periods at 30 Hz."""
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext, redirect_stdout
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,10 +18,12 @@ from engine.errors import Raised
 if TYPE_CHECKING:
     from cobodeck.clocks import Clock
     from cobodeck.loop import Loop
+    from cobodeck.simulate import Result
     from cobodeck.stage import Options
+    from cobodeck.wiring import Setup
 
 BLOCKED_S = 5.0
-"""A tick that takes longer, s of wall time, is told with what blocks it."""
+"""Longer ticks, s of wall time, are reported with what blocks them."""
 FAILURES = ("error", "failed")
 """Outcomes of a chart that make the command fail."""
 
@@ -95,20 +98,8 @@ def report_on(
         complain(problem)
     from cobodeck import record
     from cobodeck.explain import explain
-    from cobodeck.simulate import simulate
-    from cobodeck.wiring import open_setup
 
-    body = getattr(args, "robot", None)
-    if clock is not None:  # of `run`: what is named there is no body
-        body = None if options.connection is None else options.connection.model
-    setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz, body)
-    progress = Progress("simulate")
-    try:
-        result = simulate(
-            setup, options, progress.at, clock, partial(_looked_after, blocked_s), _show_error
-        )
-    finally:
-        progress.done()
+    result, setup = _run(args, options, clock, blocked_s)
     wanted: Path | None = getattr(args, "record", None)
     file = wanted or record.default_path(setup, result.figures)
     path: Path | None = file
@@ -125,7 +116,30 @@ def report_on(
     if getattr(args, "explain", False):
         (complain if args.json else show)(explain(setup, result))
     not_recorded = wanted is not None and path is None
-    return FAILED if not_recorded or figures["outcome"] in FAILURES else OK
+    failed = figures["outcome"] in FAILURES or figures["errors"]
+    return FAILED if not_recorded or failed else OK
+
+
+def _run(
+    args: argparse.Namespace, options: Options, clock: Clock | None, blocked_s: float
+) -> tuple[Result, Setup]:
+    from cobodeck.simulate import simulate
+    from cobodeck.wiring import open_setup
+
+    body = getattr(args, "robot", None)
+    if clock is not None:  # of `run`: what is named there is no body
+        body = None if options.connection is None else options.connection.model
+    setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz, body)
+    progress = Progress("simulate")
+    aside = redirect_stdout(sys.stderr) if args.json else nullcontext()  # what states print
+    try:
+        with aside:
+            result = simulate(
+                setup, options, progress.at, clock, partial(_looked_after, blocked_s), _show_error
+            )
+    finally:
+        progress.done()
+    return result, setup
 
 
 @contextmanager
@@ -158,6 +172,7 @@ def summary(figures: Mapping[str, Any], trace: str, ended_by: tuple[str, str] | 
         *(_robot_rows(f) if f["tier"] else ()),
         ("transitions", f"{f['transitions']} in {f['ticks']} ticks{_ticks(f)}"),
         ("errors", _errors(f["errors"])),
+        *((("not let in", _faults(f["refused_samples"])),) if f["refused_samples"] else ()),
         ("outcome", _outcome(f["outcome"], ended_by)),
         ("trace", f"{f['trace_sha256'][:16]} in {trace}"),
     ]
@@ -182,7 +197,7 @@ def _robot_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
     if "distance_m" in f:
         rows.insert(0, ("travelled", f"{f['distance_m']:.1f} m, {f['energy_j'] / 1000:.1f} kJ"))
     if not f.get("person_watched", True):
-        rows.append(("person", "not watched: nothing keeps the base away from anybody"))
+        rows.append(("person", "not watched: nothing keeps the base away from people"))
     return rows
 
 

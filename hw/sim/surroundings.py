@@ -10,6 +10,7 @@ from hw.person import Person
 from hw.room import Room
 from hw.samples import BumperHit, Sample, UserPose
 from hw.sim.sensors import Noise
+from hw.stop_line import StopLatch
 
 STILL_SPEED = 0.1
 """Below this speed, m/s, a person counts as standing still."""
@@ -110,45 +111,12 @@ class SimVr:
             self._pending.append(Sample("vr.restart", now_ns, True))
 
 
-class SimStopLine:
-    """A latch: pulled by anyone, reset by the operator once its cause is gone (R49).
-
-    `release` is asked at a reset; it says whether no cause holds any more.
-    """
-
-    signals: tuple[str, ...] = ("stop.engaged",)
-
-    def __init__(self, release: Callable[[], bool]) -> None:
-        self.reason: str | None = None
-        self._release = release
-        self._reported: str | None = "nothing yet"
-
-    def pull(self, reason: str) -> None:
-        """Stop base and arm and stay so; see `StopLine`."""
-        if self.reason is None:
-            self.reason = reason
-
-    def reset(self) -> bool:
-        """Let the robot move again, unless the cause still holds; see `StopLine`."""
-        if not self._release():
-            return False
-        self.reason = None
-        return True
-
-    def samples(self, now_ns: int) -> list[Sample]:
-        """The reason, when it changed."""
-        if self.reason == self._reported:
-            return []
-        self._reported = self.reason
-        return [Sample("stop.engaged", now_ns, self.reason)]
-
-
 class SimBumper:
     """The foam: each new touch is one event, and pulls the stop line (R4, R5)."""
 
     signals: tuple[str, ...] = ("bumper.hit",)
 
-    def __init__(self, stop_line: SimStopLine) -> None:
+    def __init__(self, stop_line: StopLatch) -> None:
         self._stop_line = stop_line
         self._pending: list[Sample] = []
 
@@ -175,7 +143,7 @@ class ScriptedOperator:
 
     def __init__(
         self,
-        stop_line: SimStopLine,
+        stop_line: StopLatch,
         delay_ns: int = 1_000_000_000,
         by_hand: Callable[[], None] | None = None,
     ) -> None:

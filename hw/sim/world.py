@@ -24,8 +24,9 @@ from hw.sim.arm import SimArm
 from hw.sim.base import SimBase
 from hw.sim.contact import gap, rectangle_segment_distance, swept_gap
 from hw.sim.sensors import IDEAL, SensorModel
-from hw.sim.surroundings import ScriptedOperator, SimBumper, SimStopLine, SimTrackers, SimVr
+from hw.sim.surroundings import ScriptedOperator, SimBumper, SimTrackers, SimVr
 from hw.sim.tool import Hand
+from hw.stop_line import StopLatch
 
 PUSHED_OFF, PUSHING = 0.3, 0.3
 """The operator pushes a robot that touches the person off to this gap, m, at this speed, m/s."""
@@ -82,6 +83,9 @@ class World:
         FileError: the robot's outline touches a wall or the person at the start.
     """
 
+    paced = False
+    """Time stands here between two calls of `advance`."""
+
     def __init__(  # noqa: PLR0913 - most are optional
         self,
         scene: Scene | None,
@@ -114,7 +118,7 @@ class World:
         self._elapsed_s = 0.0
         self.min_gap = math.inf if person is None else self._gap_to(person.body)
         self._walls = None if scene is None else _Walls(scene.room, robot)
-        self._line = SimStopLine(self._release)
+        self._line = StopLatch(self._release)
         safety = safety or SafetyLimits.of(robot, limits)
         if person is None:
             safety = replace(safety, watched=False)
@@ -166,6 +170,11 @@ class World:
             self.guard = GuardedBase(own["base"], limits, parked, self._line.pull)
             own["base"] = self.guard
         self.parts = {**self.parts, **own}
+
+    @property
+    def failures(self) -> list[tuple[str, Exception]]:
+        """Simulated parts do not fail."""
+        return []
 
     def quiet_until(self) -> int:
         """Something is measured at every instant."""

@@ -73,7 +73,7 @@ def test_a_profile_switches_the_separation_step_and_nothing_else(profile: str, m
 @pytest.mark.parametrize("profile", ["paper", "tuned"])
 def test_what_the_base_hears_of_is_measured_though_no_state_asks_for_it(profile: str) -> None:
     loop = staged(profile)
-    given = {name for part in loop.wired.inlet.sources for name in part.signals}
+    given = {name for part in loop.wired.inlet.sources.values() for name in part.signals}
     heard = {"user.pose", "vr.haptic_request", "stop.engaged", "arm.joints"}
     assert set(loop.plant.guard.hears) == heard
     assert heard <= given

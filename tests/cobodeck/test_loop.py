@@ -9,6 +9,8 @@ import signal
 import subprocess
 import sys
 import textwrap
+import threading
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -103,7 +105,7 @@ class Rig:
         known = {cls.__name__: interface(cls) for cls in (Seen, Work)}
         self.board = Board(declare([Measured("number", float)]))
         self.run = Run(Machine(library["c"], library, known), self.board)
-        wired = Wired(self.run, self.board, Inlet(self.board, given.pop("sources", ())))
+        wired = Wired(self.run, self.board, Inlet(self.board, given.pop("sources", {})))
         self.loop = Loop(Nothing(), wired, GRID, clock=self.clock, **given)
 
 
@@ -392,7 +394,7 @@ def test_a_sample_that_is_waited_for_adds_a_tick_and_steps_only_who_waits() -> N
             return [Sample("number", arrived.pop(0), 10.0)]
 
     arrived = [23 * MS]
-    rig = Rig(sources=[Source()])
+    rig = Rig(sources={"source": Source()})
     rig.clock.woken = [23 * MS]
     rig.loop.go(50 * MS)
 
@@ -411,14 +413,46 @@ def test_a_wake_up_that_nobody_waits_for_adds_no_tick() -> None:
     assert rig.steps == [GRID.instant(n) for n in range(6)]
 
 
-def test_real_time_sleeps_until_it_is_woken() -> None:
-    readings = iter([0, 0, 5, 5, 7])
-    clock = RealTime(lambda: next(readings))
-    clock.wake()
+def test_real_time_sleeps_until_its_instant() -> None:
+    clock = RealTime()
 
-    assert clock.wait(0) == 5
-    assert clock.now() == 5
-    assert clock.now() == 7
+    assert clock.now() == 0
+    assert clock.wait(20 * MS) >= 20 * MS
+    assert clock.wait(10 * MS) >= 20 * MS  # over already
+
+
+def test_real_time_can_be_woken_from_another_thread_and_from_a_signal() -> None:
+    clock, hour = RealTime(), 3600 * 10**9
+    threading.Timer(0.01, clock.wake).start()
+
+    assert clock.wait(hour) < hour
+    before = signal.signal(signal.SIGUSR1, lambda *_: clock.wake())
+    threading.Timer(0.01, os.kill, (os.getpid(), signal.SIGUSR1)).start()
+    assert clock.wait(hour) < hour
+    signal.signal(signal.SIGUSR1, before)
+
+
+def test_an_added_tick_that_takes_longer_than_a_period_is_an_overrun() -> None:
+    class Source:
+        signals = ("number",)
+
+        def samples(self, now_ns: int) -> list[Sample]:
+            return [Sample("number", now_ns, Slow(1.0))] if now_ns == 23 * MS else []
+
+    class Slow(float):
+        """A number that is compared slowly."""
+
+        def __le__(self, other: object) -> bool:
+            end = time.perf_counter_ns() + 2 * GRID.period_ns
+            while time.perf_counter_ns() < end:
+                pass
+            return True
+
+    rig = Rig(sources={"source": Source()})
+    rig.clock.woken = [23 * MS]
+    rig.loop.go(30 * MS)
+
+    assert (rig.loop.added, rig.loop.overruns) == (1, 1)
 
 
 def test_the_operator_at_a_terminal_stops_resets_and_ends(project: Path) -> None:
@@ -436,7 +470,7 @@ def test_the_operator_at_a_terminal_stops_resets_and_ends(project: Path) -> None
     os.close(ours)
 
     assert running.returncode == 0
-    assert "operator: ack, stop" in err
-    assert "'dance' is no command" in err
+    assert "operator: ack (a fault), stop" in err
+    assert "'dance' is not a command" in err
     assert "cobodeck: reset" in err
     assert re.search(r"outcome +stopped", out)
