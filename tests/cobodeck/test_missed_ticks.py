@@ -90,7 +90,7 @@ def test_samples_are_taken_in_the_order_of_the_intervals_in_which_they_came(stal
     library = load_text(CHART)
     board = Board(declare([Measured("letter"), Estimated("order", ("letter",), Order)]))
     run = Run(Machine(library["c"], library, {"Look": interface(Look)}), board)
-    wired = Wired(run, board, Inlet(board, [Post()]))
+    wired = Wired(run, board, Inlet(board, {"post": Post()}))
     loop = Loop(Nothing(), wired, Grid(100), clock=Stalling(stalls))
 
     loop.go(100 * MS)

@@ -192,7 +192,7 @@ def test_a_moment_of_a_run_shows_what_goes_on_and_where_to():
 
 def test_a_moment_of_a_run_is_the_end_of_it(monkeypatch):
     closed = []
-    monkeypatch.setattr(World, "close", closed.append)
+    monkeypatch.setattr(World, "close", lambda world: closed.append(world))
 
     after(open_setup("cobodeck", "lab_a"), Options(), 0.5)
 
