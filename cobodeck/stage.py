@@ -18,7 +18,7 @@ from cobodeck.metrics import Evaluator
 from cobodeck.operators import ConsoleOperator
 from cobodeck.plants import Nothing
 from cobodeck.separation import SeparationWatch
-from cobodeck.wiring import Setup, Uses, wire
+from cobodeck.wiring import Setup, Uses, refuse_slow_ticks, wire
 from engine.clock import Grid
 from hw.connection import Connection
 from hw.geometry import Pose2, Pose3
@@ -84,6 +84,8 @@ def stage(
     uses = setup.uses(parameters)
     if "base" in uses.commands:
         setup.profile.require_robot(setup.robot, beside_person=uses.person)
+    real = options.mock or options.connection is not None
+    refuse_slow_ticks(setup, uses, 0.0 if real else setup.profile.plant.latency)
     if options.connection is not None:
         assert isinstance(timing, RealTime), "real parts have a clock of their own"
         return _on_real_parts(setup, uses, options, options.connection, parameters, timing)

@@ -112,6 +112,7 @@ WRONG = [  # arguments, exit code, part of the message
     ("simulate mine.yaml --seed x", USAGE, "invalid int value: 'x'"),
     ("run mine.yaml", USAGE, "--robot"),
     ("run mine.yaml --robot rbkairos_ur10", USAGE, "a body that nothing drives; use mock"),
+    ("simulate --tick-hz 10", USAGE, "stops the base if that is not less than 80 ms"),
     ("run mine.yaml --robot mokc", USAGE, "no connection; use mock"),
     ("run mine.yaml --robot own.yaml --fast", USAGE, "has a pace of its own"),
     ("space nowhere", FAILED, "nowhere: no such scene"),
