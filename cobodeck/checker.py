@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hw.robot import RobotModel
 
 
-class Checker:
+class FileChecker:
     """Loads files of every kind but charts, and says what is wrong with them.
 
     Args:

@@ -117,7 +117,7 @@ class Force(Command):
 
 
 @dataclass(frozen=True, slots=True)
-class Lock(Command):
+class SetLock(Command):
     """Let every outcome inside `path` wait for consent, or no longer."""
 
     path: str

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
 from engine.board import Board
-from engine.events import Reader
+from engine.events import EventReader
 from engine.machine import RUNNING
 from engine.slots import MeasuredSlot
 from engine.state import ALWAYS_NS, NEVER_NS, Sample
@@ -39,11 +39,11 @@ class LeafContext:
             for name, age in leaf.interface.reads.items()
         }
         self._bits: dict[tuple[str, ...], int] = {}
-        self._readers: dict[str, Reader] = {}
+        self._readers: dict[str, EventReader] = {}
         for name, age in self._ages.items():
             slot = board.slots.get(name)
             if isinstance(slot, MeasuredSlot) and slot.event:
-                self._readers[name] = Reader(slot.log, self._is_running)
+                self._readers[name] = EventReader(slot.log, self._is_running)
             if slot is not None and age < NEVER_NS:
                 board.accept(name, age)
 

@@ -23,7 +23,7 @@ class EventLog:
     __slots__ = ("_before", "_first", "_limit", "_samples", "_tick", "readers")
 
     def __init__(self) -> None:
-        self.readers: list[Reader] = []
+        self.readers: list[EventReader] = []
         self._samples: list[Sample] = []
         self._first = 0  # position of the oldest sample kept
         self._limit = LEAST
@@ -64,7 +64,7 @@ class EventLog:
         self._limit = max(LEAST, 2 * len(self._samples))
 
 
-class Reader:
+class EventReader:
     """How far one state has got in a log; `running` says whether it may still ask."""
 
     __slots__ = ("_asked", "_end", "_log", "running", "start")

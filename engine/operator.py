@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from engine.chart import AUTONOMY
-from engine.commands import Answer, End, Force, Lock, Pause, Replace, Resume, SetLevel
+from engine.commands import Answer, End, Force, Pause, Replace, Resume, SetLevel, SetLock
 from engine.files.finding import did_you_mean
 from engine.machine import WAITING, Machine
 from engine.replace import obstacles
@@ -53,14 +53,14 @@ class Operator:
         """Let every outcome inside `path` wait for consent."""
         if path not in self._run.machine.vertices:
             return f"no node {path!r}; {did_you_mean(path, self._run.machine.vertices)}"
-        self._run.command(Lock(path))
+        self._run.command(SetLock(path))
         return None
 
     def unlock(self, path: str) -> str | None:
         """Take a lock away; what waited only because of it goes on."""
         if path not in self._run.judge.locks:
             return f"{path!r} is not locked; {did_you_mean(path, self._run.judge.locks)}"
-        self._run.command(Lock(path, locked=False))
+        self._run.command(SetLock(path, locked=False))
         return None
 
     def set_level(self, level: str | None) -> str | None:

@@ -25,9 +25,9 @@ class Log(Generic[T]):
         self._ring[number % self.size] = (number, entry)
         self.written = number + 1
 
-    def reader(self) -> Reader[T]:
+    def reader(self) -> LogReader[T]:
         """A new reader, to whom all that the log still holds is new."""
-        return Reader(self)
+        return LogReader(self)
 
     def entry(self, number: int) -> tuple[T] | None:
         """The entry of this number, from 0; None: it is overwritten, or not written yet."""
@@ -36,7 +36,7 @@ class Log(Generic[T]):
         return None if found is None or found[0] != number else found[1:]
 
 
-class Reader(Generic[T]):
+class LogReader(Generic[T]):
     """One reader's place in a log; `missed` counts the entries overwritten before they were read.
 
     It belongs to one thread.

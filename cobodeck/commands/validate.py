@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from cobodeck.catalogue import CHARTS, Catalogue, catalogue
-from cobodeck.checker import Checker
+from cobodeck.checker import FileChecker
 from cobodeck.console import FAILED, OK, show
 from cobodeck.library import (
     errors_in_used,
@@ -52,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
     for finding in errors_in_used(library, known, charts):
         findings.append(finding)
         sources[finding.place.file] = library.sources[finding.place.file]
-    checker = Checker([file for file, kind in files if kind == "robot"])
+    checker = FileChecker([file for file, kind in files if kind == "robot"])
     for file, kind in files:
         if kind != "chart":
             sources[str(file)] = read_source(str(file))

@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from hw.geometry import Pose2, wrap
 from hw.person import RADIUS
@@ -26,6 +26,7 @@ from states.navigation.distance import Costs, Inflation
 from states.navigation.grid_planners import GridPlanner, NavfnPlanner, ThetaStarPlanner
 from states.navigation.maps import OccupancyMap
 from states.navigation.obstacles import ObstacleLayer
+from states.signals.motion import Stamped
 
 if TYPE_CHECKING:
     from states.site import CostmapValues
@@ -86,16 +87,6 @@ def costmaps_of(static: OccupancyMap, kept: float, values: CostmapValues) -> Cos
     reach = max(kept, values.inflation_radius)
     inflation = Inflation(reach, kept, values.cost_scaling_factor)
     return Costmaps(Costmap(_grid_over(static, values.resolution), inflation, static=static))
-
-
-class Stamped(Protocol):
-    """A value and the instant it was true, ns."""
-
-    @property
-    def value(self) -> object: ...
-
-    @property
-    def stamp(self) -> int: ...
 
 
 class CostmapEstimator:

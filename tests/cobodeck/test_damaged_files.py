@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from cobodeck.catalogue import CHARTS, catalogue
-from cobodeck.checker import Checker
+from cobodeck.checker import FileChecker
 from cobodeck.library import findings_of, kind_of, load_beside, yaml_files
 from engine.files.finding import Finding
 
@@ -29,7 +29,7 @@ def found_in(file: Path, kind: str) -> list[Finding]:
     if kind == "chart":
         known = catalogue()
         return findings_of(load_beside([file], known), known, [file])
-    return list(Checker([]).findings(file, kind))
+    return list(FileChecker([]).findings(file, kind))
 
 
 def replaced(data: bytes, pattern: re.Pattern[bytes], chance: random.Random, new: bytes) -> bytes:

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from engine.board import Board
-from engine.events import LEAST, MOST, EventLog, Reader
+from engine.events import LEAST, MOST, EventLog, EventReader
 from engine.signals import Measured, declare
 from engine.state import Action, Context, On, Run, Sample, Until
 from tests.engine.conftest import Bench
@@ -148,7 +148,7 @@ class Listener:
 
     def __init__(self, log: EventLog) -> None:
         self.runs = True
-        self.reader = Reader(log, lambda: self.runs)
+        self.reader = EventReader(log, lambda: self.runs)
 
 
 def fill(log: EventLog, count: int, tick: int = 0) -> None:
