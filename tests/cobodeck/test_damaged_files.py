@@ -19,6 +19,9 @@ for folder in (CHARTS, ROOT / "hw", ROOT / "states" / "arm"):
     for file in yaml_files(folder):
         SHIPPED.setdefault(kind_of(file) or "none", []).append(file)
 
+ROBOT = ROOT / "cobodeck" / "template" / "robot" / "PROJECT"
+SHIPPED["connection"] = [ROBOT / "rover_udp.yaml"]
+
 BREAKS = (b"\n", b"\r", b"\xc2\x85", b"\xe2\x80\xa8", b"\xe2\x80\xa9")  # of YAML 1.1
 NUMBER = re.compile(rb"(?<![\w.\"'])-?\d+(?:\.\d+)?(?:e-?\d+)?(?![\w.])")
 VALUE = re.compile(rb"(?<=: )[^\s{}\[\],#]+")
@@ -91,6 +94,8 @@ def test_a_damaged_file_is_accepted_or_refused_with_places(tmp_path: Path, kind:
         target = tmp_path / str(n) / shipped.name
         target.parent.mkdir()
         target.write_bytes(data)
+        if kind == "connection":
+            (target.parent / "rover.yaml").write_bytes((ROBOT / "rover.yaml").read_bytes())
 
         findings = found_in(target, kind)
 
@@ -104,7 +109,7 @@ def test_a_damaged_file_is_accepted_or_refused_with_places(tmp_path: Path, kind:
     assert refused >= COUNT // 2
 
 
-OTHER_KINDS = sorted(kind for kind in SHIPPED if kind != "chart")
+OTHER_KINDS = sorted(kind for kind in SHIPPED if kind not in ("chart", "connection"))
 
 
 @pytest.mark.parametrize("kind", OTHER_KINDS)
@@ -131,5 +136,5 @@ def test_every_number_has_bounds_and_a_unit_that_fits(
 
 def test_the_kinds_are_those_that_have_a_reader() -> None:
     assert set(SHIPPED) == {
-        "arm", "calibration", "chart", "profile", "prop", "robot", "scene", "user"
+        "arm", "calibration", "chart", "connection", "profile", "prop", "robot", "scene", "user"
     }  # fmt: skip
