@@ -302,7 +302,7 @@ def test_a_state_that_blocks_in_real_time_is_named_and_its_missed_ticks_are_coun
     found = re.search(r"(\d+) missed, (\d+) overruns", out)
     assert found is not None
     assert int(found[1]) >= 13
-    assert int(found[2]) == 1
+    assert int(found[2]) >= 1  # on a busy machine others take long, too
 
 
 # -- on a simulated robot ------------------------------------------------------------------------
