@@ -38,11 +38,9 @@ class Inlet:
         self._ahead_ns = ahead_ns
         self._hears: dict[str, list[Callable[[Sample, int], None]]] = {}
         self._fit: dict[str, object] = {}  # the newest values that were looked at
-        self._kinds = {
-            signal.name: signal.type
-            for signal in board.declared.values()
-            if isinstance(signal, Measured) and isinstance(signal.type, type)
-        }
+        measured = [s for s in board.declared.values() if isinstance(s, Measured)]
+        self._kinds = {s.name: s.type for s in measured if isinstance(s.type, type)}
+        self._measured = {s.name for s in measured if board.needs(s.name) and not s.constant}
         for name, listener in hears:
             self._hears.setdefault(name, []).append(listener)
 
@@ -67,8 +65,9 @@ class Inlet:
                 self.refused[name] = self.refused.get(name, 0) + 1
                 return
             self._fit[name] = value
-        if name in self.board.slots:
-            self.board.put(name, value, stamp)
+        if name in self._measured:
+            board = self.board
+            board.inbox.append((name, value, stamp, board.interval))
         for listener in self._hears.get(name, ()):
             listener(sample, now_ns)
 

@@ -216,7 +216,8 @@ class Board:
         found = []
         for slot in self._estimated:
             if slot.roots & repeated and not slot.roots & changed:
-                compute(slot)
+                if slot.pending:
+                    compute(slot)
                 found.append((slot, slot.known))
         return found
 

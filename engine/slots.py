@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from contextlib import suppress
 from operator import is_
 from typing import TYPE_CHECKING, Any
 
@@ -214,5 +213,7 @@ def union(slots: Iterable[Slot]) -> int:
 
 def compute(slot: Slot) -> None:
     """Bring a slot up to date though nobody has asked; what it raises, its readers will get."""
-    with suppress(Exception):
+    try:  # noqa: SIM105  a context manager takes twice as long, in every tick
         slot.read()
+    except Exception:  # noqa: BLE001
+        pass
