@@ -12,7 +12,7 @@ from typing import Any
 from cobodeck.console import FAILED, Problem
 from cobodeck.wiring import Uses
 from hw.connection import Connection, Served
-from hw.guarded import CYCLE_NS, GuardedBase
+from hw.guarded import CYCLE_NS, HEARD, GuardedBase
 from hw.interfaces import StopLine
 from hw.robot import RobotModel
 from hw.safety_limits import SafetyLimits
@@ -22,8 +22,6 @@ from hw.stop_line import StopLatch
 Now = Callable[[], int]
 ALWAYS = frozenset(("stop_line", "operator"))
 """Opened whatever the chart uses."""
-HEARD = frozenset(("user.pose", "vr.haptic_request", "stop.engaged", "arm.joints", "base.pose"))
-"""What the guard of a base goes by: who gives it is opened with the base."""
 CLOSING_S = 1.0
 """The chain has this long to finish its last cycle, s."""
 

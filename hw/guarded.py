@@ -33,6 +33,10 @@ STOP_LOCK, ARM_LOCK = "stop", "arm"
 REFUSALS = {STOP_LOCK: "the stop line is pulled", ARM_LOCK: "the arm is not folded"}
 FOLDED_RAD = 0.02
 """The arm is folded if every joint is that near to where it is when parked."""
+HEARD = frozenset((
+    "vr.haptic_request", "stop.engaged", "user.pose", "arm.joints", "base.pose", "base.twist",
+))  # fmt: skip
+"""All that a guard may go by: who gives it is opened with the base."""
 CYCLE_NS = 10_000_000
 """Longest time between two cycles."""
 Hear = Callable[[int, int, Any], None]

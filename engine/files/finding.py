@@ -65,11 +65,6 @@ def mistake(
     return FileError([Finding(code, message, place, hint)])
 
 
-def one_line(finding: Finding) -> str:
-    """`file:line:column: error[CODE] message; hint`."""
-    return f"{finding.place}: {finding.severity}[{finding.code}] {finding.message}{_hint(finding)}"
-
-
 def _hint(finding: Finding) -> str:
     return f"; {finding.hint}" if finding.hint else ""
 

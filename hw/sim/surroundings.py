@@ -75,11 +75,6 @@ class SimVr:
         self._restarted = False
         self._pending = [Sample("vr.haptic_request", 0, None)]
 
-    @property
-    def requesting(self) -> bool:
-        """Does the user ask for a touch?"""
-        return self._request is not None
-
     def inform(self, show: bool) -> None:
         """Show the robot, or hide it; see `Vr`."""
         if show != self.shown:

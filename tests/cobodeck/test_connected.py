@@ -27,6 +27,7 @@ from engine.state import Action, Context, interface
 from engine.state import Run as Steps
 from hw.connection import Connection, Served
 from hw.geometry import STILL, Pose2, Twist2
+from hw.guarded import HEARD, GuardedBase
 from hw.robot import MotionLimits, load_robot
 from hw.safety_limits import SafetyLimits
 from hw.samples import Sample
@@ -196,6 +197,14 @@ def test_only_what_the_chart_uses_is_opened() -> None:
     plant.close()
 
     assert set(OPENED) == {"Base", "Line"}
+
+
+def test_a_guard_goes_by_nothing_for_which_no_part_would_be_opened() -> None:
+    plant = connected(base=(Base, ""), arm=(Arm, ""))
+    plant.close()
+    watched = GuardedBase(OPENED["Base"], LIMITS, BODY.parked)
+
+    assert set(watched.hears) == HEARD
 
 
 def test_who_gives_what_the_guard_hears_is_opened_with_the_base() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from engine.check import check
-from engine.files.finding import Finding, one_line
+from engine.files.finding import Finding
 from engine.files.source import read
 from engine.load import Library
 from tests.engine.check.some_charts import INTERFACES
@@ -13,6 +13,12 @@ from tests.engine.check.some_charts import INTERFACES
 HEAD = "chart: c\noutcomes: [done]\n"
 DATA = "data: {a: {type: number, initial: 1}, t: {type: text, initial: x}}\n"
 WORK = "{do: Work, next: {done: .done, failed: .done}}"
+
+
+def one_line(finding: Finding) -> str:
+    """`file:line:column: error[CODE] message; hint`."""
+    hint = f"; {finding.hint}" if finding.hint else ""
+    return f"{finding.place}: {finding.severity}[{finding.code}] {finding.message}{hint}"
 
 
 def findings(*texts: str) -> list[Finding]:
