@@ -134,19 +134,17 @@ def lock(operator: Operator, run: Run, setup: Setup) -> object:
     return operator.lock("chase")
 
 
-def grant(operator: Operator, run: Run, setup: Setup) -> object:
-    return [operator.consent(path) for path in operator.waiting()] or "nothing waits"
-
-
 def other_machine(operator: Operator, run: Run, setup: Setup) -> object:
     known = setup.catalogue
     return operator.replace(Machine(setup.chart, setup.library, known.interfaces, {}, known.types))
 
 
 def granted(*times: float) -> dict[float, Act]:
-    return {
-        at: lambda op, run, setup: [op.consent(p) for p in op.waiting()] and None for at in times
-    }
+    return dict.fromkeys(times, grant_all)
+
+
+def grant_all(operator: Operator, run: Run, setup: Setup) -> object:
+    return [said for path in operator.waiting() if (said := operator.consent(path))]
 
 
 SHORT = Options(duration_s=9.0)
