@@ -88,7 +88,7 @@ class Record:
                 message = json.loads(found.data)
                 altered = message["crc"] not in _checksums(told, crc)
                 yield Group(_ticked(message), tuple(told[:-1]), altered)
-                crc = zlib.crc32(found.data, message["crc"] ^ _TICK)
+                crc = message["crc"]
                 told.clear()
 
     def _records(self) -> Iterator[object]:
@@ -113,9 +113,6 @@ class Record:
             except Exception as error:  # noqa: BLE001  of mcap, of decompression, of broken lengths
                 if self.broken is not None:
                     self.broken = f"it breaks off: {type(error).__name__} {error}".rstrip()
-
-
-_TICK = zlib.crc32(b"tick")
 
 
 def _checksums(told: Iterable[Told], crc: int) -> Iterator[int]:

@@ -169,8 +169,9 @@ class Recorder:
         t = ticked
         told = f'"at_ns":{t.at_ns},"n":{t.number},"kind":"{t.kind}"'
         told += f',"missed":{t.missed},"late_ns":{t.late_ns}'
-        self._crc = zlib.crc32(told.encode(), self._crc)
-        self._log("tick", schemas.TICK, f'{{{told},"crc":{self._crc}}}')
+        checksum = zlib.crc32(told.encode(), self._crc)
+        self._log("tick", schemas.TICK, f'{{{told},"crc":{checksum}}}')
+        self._crc = checksum
         self._pending = False
         if self._now // SECOND_NS != self._second:
             self._second = self._now // SECOND_NS
