@@ -79,6 +79,8 @@ def _dispatch(given: list[str]) -> int:
     parser = _Parser(f"cobodeck {name}", description=module.__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     module.arguments(parser)
+    about = "import no code of projects, neither from this folder nor installed"
+    parser.add_argument("--no-project", dest="own", action="store_false", help=about)
     try:
         args = parser.parse_args(rest)
     except SystemExit as end:  # argparse has said what is wrong

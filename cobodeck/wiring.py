@@ -124,15 +124,17 @@ def open_setup(
     profile: str | None = None,
     tick_hz: int = TICK_HZ,
     robot: str | None = None,
+    known: Catalogue | None = None,
 ) -> Setup:
     """Read and check everything a run needs.
 
-    `robot` takes the place of the scene's; given alone, there is no scene at all.
+    `robot` takes the place of the scene's; given alone, there is no scene at all. What charts may
+    name is `known`; by default all there is around the present folder.
 
     Raises:
         Problem: the chart cannot run; FileError: a file is wrong.
     """
-    known = catalogue()
+    known = known or catalogue()
     used_profile = load_profile(profile or PROFILE)
     opened, library = open_chart(chart, known)
     place = load_scene(scene or SCENE) if scene is not None or robot is None else None

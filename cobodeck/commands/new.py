@@ -39,7 +39,9 @@ def run(args: argparse.Namespace) -> int:
             target.write_text(text.replace(PLACEHOLDER, name), encoding="utf-8")
     from cobodeck.commands.schema import schema_of
 
-    (folder / name / "chart.schema.json").write_text(schema_of(folder), encoding="utf-8")
+    (folder / name / "chart.schema.json").write_text(
+        schema_of(folder, own=args.own), encoding="utf-8"
+    )
     what = "a robot, its fake, a chart and its test"
     if not args.robot:
         what = "a chart, a state and its test"
