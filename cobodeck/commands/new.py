@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import argparse
 import keyword
+import shlex
+import shutil
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -46,8 +49,24 @@ def run(args: argparse.Namespace) -> int:
     if not args.robot:
         what = "a chart, a state and its test"
     show(f"{folder}: {what}. Go on with")
-    show(f"  cd {folder} && cobodeck validate && pytest")
+    activate = activation()
+    if activate is not None:
+        show(f"  . {shlex.quote(str(activate))}")
+    show(f"  cd {shlex.quote(str(folder))} && cobodeck validate && pytest")
     return OK
+
+
+def activation() -> Path | None:
+    """The script with which a shell finds `cobodeck`; `None` where it finds this one, or none is.
+
+    The programs of a virtual environment stand beside its Python, and so does its script.
+    """
+    programs = Path(sys.executable).parent
+    found = shutil.which("cobodeck")
+    script = programs / "activate"
+    if not script.is_file() or (found is not None and Path(found).parent == programs):
+        return None
+    return script
 
 
 def package_name(folder: Path) -> str:
