@@ -23,6 +23,7 @@ from cobodeck.console import (
     show_what_can_be_shown,
 )
 from engine.files.finding import FileError, did_you_mean
+from engine.files.text import noting
 from engine.files.visible import visible
 
 COMMANDS = {
@@ -32,6 +33,7 @@ COMMANDS = {
     "render": "draw a chart",
     "simulate": "run a chart on the simulated robot",
     "run": "run a chart on a robot",
+    "replay": "do a run again from its record",
     "space": "measure how much of a room or map the robot can use",
     "reach": "tell how high the arm reaches",
     "new": "begin a project of your own",
@@ -85,7 +87,8 @@ def _dispatch(given: list[str]) -> int:
         args = parser.parse_args(rest)
     except SystemExit as end:  # argparse has said what is wrong
         return int(end.code or OK)
-    code = module.run(args)
+    with noting():
+        code = module.run(args)
     return FAILED if code is None else int(code)
 
 

@@ -129,7 +129,7 @@ class Rehearsal:
 
         beside = self.folder / chart
         name = str(beside) if beside.is_file() else chart
-        setup = open_setup(name, scene, profile, HZ, robot, self._catalogue())
+        setup = open_setup(name, scene, profile, HZ, robot, known=self._catalogue())
         loop = stage(setup, Options(user, requests), parameters)
         self._loop = loop
         for observer in loop.observers:

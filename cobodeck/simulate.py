@@ -6,11 +6,13 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from cobodeck.clocks import Clock
+from cobodeck.figures import NOTHING, escape_figures
 from cobodeck.loop import Loop
-from cobodeck.metrics import NOTHING, Evaluator, visits
+from cobodeck.metrics import Evaluator
 from cobodeck.refusals import refusals
 from cobodeck.separation import SeparationWatch
 from cobodeck.stage import Options, refuse_small_floor, stage
@@ -19,13 +21,17 @@ from cobodeck.wiring import Setup, Wired
 from engine.board import Usage
 from engine.errors import Raised
 
+if TYPE_CHECKING:  # its libraries are loaded only where a record is kept
+    from cobodeck.record.recorder import Recorder
+
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What came out of a run."""
+    """What came out of a run; `record_file`: None if none was kept."""
 
     figures: Mapping[str, Any]
     loop: Loop
+    record_file: Path | None = None
 
     @property
     def wired(self) -> Wired:
@@ -45,6 +51,7 @@ def simulate(
     clock: Clock | None = None,
     around: Callable[[Loop], AbstractContextManager[object]] = nullcontext,
     tell: Callable[[Raised], None] | None = None,
+    recorder: Recorder | None = None,
 ) -> Result:
     """Run until the user is done, the chart has ended, or the time is over.
 
@@ -55,24 +62,40 @@ def simulate(
         clock: virtual time by default.
         around: a context in which the loop runs, such as one that ends it on a signal.
         tell: is given what states and parts raise, as it happens.
+        recorder: writes the run down; it is finished with it.
     """
-    uses = setup.uses()
-    if options.tier and {"base", "vr"} <= uses.commands:
+    try:
+        loop = _staged(setup, options, clock, recorder)
+    except BaseException:
+        if recorder is not None:
+            recorder.give_up()
+        raise
+    loop.tell = tell
+    if recorder is not None:
+        recorder.attend(loop)
+    figures, begin = None, time.perf_counter_ns()
+    try:
+        with around(loop):
+            end_ns = loop.go(round(options.duration_s * 1e9), progress)
+        wall_s = (time.perf_counter_ns() - begin) / 1e9
+        figures = figures_of(setup, options, loop, end_ns / 1e9, wall_s)
+    finally:
+        file = None if recorder is None else recorder.finish(figures)
+    return Result(figures, loop, file)
+
+
+def _staged(setup: Setup, options: Options, clock: Clock | None, recorder: Recorder | None) -> Loop:
+    if options.tier and {"base", "vr"} <= setup.uses().commands:
         refuse_small_floor(setup)
     if options.tier:
         warm_up(setup, setup.machine())  # before devices are opened and clocks run
-    loop = stage(setup, options, clock=clock)
-    loop.tell = tell
-    begin = time.perf_counter_ns()
-    with around(loop):
-        end_ns = loop.go(round(options.duration_s * 1e9), progress)
-    wall_s = (time.perf_counter_ns() - begin) / 1e9
-    return Result(_figures(setup, options, loop, end_ns / 1e9, wall_s), loop)
+    return stage(setup, options, clock=clock, tap=None if recorder is None else recorder.tap)
 
 
-def _figures(
+def figures_of(
     setup: Setup, options: Options, loop: Loop, sim_s: float, wall_s: float
 ) -> dict[str, Any]:
+    """The figures of a run that is over, by their names in JSON."""
     run, board = loop.wired.run, loop.wired.board
     return {
         "chart": setup.chart.name,
@@ -94,8 +117,7 @@ def _figures(
         "errors": [{"at_s": e.time / 1e9, "node": e.path, "error": str(e)} for e in run.errors],
         "transitions": sum(record.kind == "move" for record in run.trace),
         "trace_sha256": run.trace.sha256(),
-        "escapes": visits(run, "escape"),
-        "escape_failures": visits(run, "escape", "failed"),
+        **escape_figures(run),
         **(_judged(loop) if options.tier else NOTHING),
         "overruns": loop.overruns,
         "signals": {
@@ -107,23 +129,20 @@ def _figures(
 
 def _judged(loop: Loop) -> dict[str, Any]:
     """What is known of robot and person; of what is not there, or nobody can know, nothing."""
-    world, guard = loop.plant.truth, loop.plant.guard
+    guard = loop.plant.guard
     found: dict[str, Any] = {}
     if guard is not None:
         limits = guard.chain.limits
         found["governor"] = limits.governor and limits.watched
         found["person_watched"] = limits.watched
-    if world is not None:
-        found["distance_m"] = world.base.distance_m
-        found["energy_j"] = world.base.energy_j
-        found["wall_hits"] = world.wall_hits
     for observer in loop.observers:
         if isinstance(observer, SeparationWatch):
             found["separation"] = observer.report()
         if isinstance(observer, Evaluator):
             observer.finish()
             found |= observer.report()
-            found["refusals"] = refusals(loop.wired.run, observer.unserved)
+            if observer.person:
+                found["refusals"] = refusals(loop.wired.run, observer.requests.unserved)
     faults: list[str] = getattr(loop.plant.parts.get("operator"), "faults", [])
     found["faults"] = len(faults)
     found["fault_names"] = {name: faults.count(name) for name in dict.fromkeys(faults)}

@@ -6,6 +6,7 @@ import argparse
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext, redirect_stdout
+from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,12 +19,15 @@ from engine.errors import Raised
 if TYPE_CHECKING:
     from cobodeck.clocks import Clock
     from cobodeck.loop import Loop
+    from cobodeck.record.recorder import Recorder
     from cobodeck.simulate import Result
     from cobodeck.stage import Options
     from cobodeck.wiring import Setup
 
 BLOCKED_S = 5.0
 """Longer ticks, s of wall time, are reported with what blocks them."""
+SHOWN = 3
+"""So many contacts and drop-outs are shown one by one."""
 FAILURES = ("error", "failed")
 """Outcomes of a chart that make the command fail."""
 
@@ -60,7 +64,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--stretch", type=length, metavar="M", help="make the longer side of a recording so long"
     )
-    parser.add_argument("--record", type=Path, metavar="FILE", help="trace file; default in out/")
+    parser.add_argument(
+        "--record",
+        type=Path,
+        metavar="FILE",
+        help="X.mcap: all of the run; else its trace alone, by default in out/",
+    )
     parser.add_argument("--explain", action="store_true", help="what was built and computed")
     parser.add_argument("--no-skip", action="store_true", help="compute every signal, always")
     parser.add_argument("--frozen-base", action="store_true", help="the base stands, to try tests")
@@ -96,28 +105,56 @@ def report_on(
     problem = keep_compiled_code()
     if problem:
         complain(problem)
-    from cobodeck import record
     from cobodeck.explain import explain
 
     result, setup = _run(args, options, clock, blocked_s)
     wanted: Path | None = getattr(args, "record", None)
-    file = wanted or record.default_path(setup, result.figures)
-    path: Path | None = file
-    try:
-        record.write(file, setup, result)
-    except OSError as error:
-        complain(f"no trace file: {file}: {error.strerror}")
-        path = None
-    figures = result.figures
+    path = _write_trace(setup, options, result, wanted)
+    figures = {**result.figures, "trace_file": path and str(path)}
+    figures["record_file"] = result.record_file and str(result.record_file)
     if args.json:
-        show_json({**figures, "trace_file": str(path) if path else None})
+        show_json(figures)
     else:
-        show(summary(figures, str(path or "-"), result.wired.run.ended_by))
+        show(summary(figures, result.wired.run.ended_by))
     if getattr(args, "explain", False):
         (complain if args.json else show)(explain(setup, result))
-    not_recorded = wanted is not None and path is None
+    not_recorded = wanted is not None and wanted not in (path, result.record_file)
     failed = figures["outcome"] in FAILURES or figures["errors"]
     return FAILED if not_recorded or failed else OK
+
+
+def _write_trace(
+    setup: Setup, options: Options, result: Result, wanted: Path | None
+) -> Path | None:
+    """Write the trace file; where it is, None if it cannot be written."""
+    from cobodeck.record import trace_file
+    from cobodeck.record.sink import numbered
+    from cobodeck.record.start import FOLDER, default_name, is_record
+
+    path = wanted
+    if path is None or is_record(path):
+        named = FOLDER / (default_name(setup, options, datetime.now()) + trace_file.ENDING)
+        path = next(free for free in numbered(named) if not free.exists())
+    try:
+        trace_file.write(path, setup, result)
+    except OSError as error:
+        complain(f"no trace file: {path}: {error.strerror}")
+        return None
+    return path
+
+
+def _recorder(
+    args: argparse.Namespace, setup: Setup, options: Options, clock: Clock | None
+) -> Recorder | None:
+    """A run is always written down, a simulation if it is asked for."""
+    from cobodeck.record.start import is_record, recorder
+
+    wanted: Path | None = args.record
+    if wanted is not None and not is_record(wanted):
+        return None
+    if wanted is None and clock is None:
+        return None
+    return recorder(setup, options, wanted, datetime.now(), complain)
 
 
 def _run(
@@ -131,13 +168,20 @@ def _run(
     if clock is not None:  # of `run`: what is named there is no body
         body = None if options.connection is None else options.connection.model
     known = catalogue(own=args.own)
-    setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz, body, known)
+    setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz, body, known=known)
+    recorder = _recorder(args, setup, options, clock)
     progress = Progress("simulate")
     aside = redirect_stdout(sys.stderr) if args.json else nullcontext()  # what states print
     try:
         with aside:
             result = simulate(
-                setup, options, progress.at, clock, partial(_looked_after, blocked_s), _show_error
+                setup,
+                options,
+                progress.at,
+                clock,
+                partial(_looked_after, blocked_s),
+                _show_error,
+                recorder,
             )
     finally:
         progress.done()
@@ -157,7 +201,7 @@ def _show_error(error: Raised) -> None:
     complain(f"at {error.time / 1e9:.2f} s, {error.path or 'a part'}: {error}")
 
 
-def summary(figures: Mapping[str, Any], trace: str, ended_by: tuple[str, str] | None = None) -> str:
+def summary(figures: Mapping[str, Any], ended_by: tuple[str, str] | None = None) -> str:
     """The figures for people; `ended_by` is the node that led to the outcome, and how it ended."""
     f = figures
     where = f["chart"]
@@ -167,6 +211,8 @@ def summary(figures: Mapping[str, Any], trace: str, ended_by: tuple[str, str] | 
         where += f" with {f['user']}"
     governor = "governor on" if f.get("governor") else "governor off"
     title = f"{where}: {f['profile']} ({governor}), tier {f['tier']}, {f['tick_hz']} Hz"
+    if f["measured"]:
+        title += "; measured, not true"
     speed = f"{f['realtime_factor']:.0f} times real time" if f["realtime_factor"] else "-"
     rows = [
         ("simulated", f"{f['sim_s']:.1f} s in {f['wall_s']:.2f} s, {speed}"),
@@ -176,28 +222,32 @@ def summary(figures: Mapping[str, Any], trace: str, ended_by: tuple[str, str] | 
         ("errors", _errors(f["errors"])),
         *((("not let in", _faults(f["refused_samples"])),) if f["refused_samples"] else ()),
         ("outcome", _outcome(f["outcome"], ended_by)),
-        ("trace", f"{f['trace_sha256'][:16]} in {trace}"),
+        ("trace", f"{f['trace_sha256'][:16]} in {f['trace_file'] or '-'}"),
+        *((("record", f["record_file"]),) if f["record_file"] else ()),
     ]
     return f"{title}\n\n{table(rows)}"
 
 
 def _person_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [
-        ("requests served", f"{f['served']} of {f['requests']}{_refused(f['refusals'])}"),
+        ("requests served", _served(f)),
         ("response", _spread(f["response_s"], "s")),
-        ("beside the user", _share(f["beside_share"], f["walking_s"])),
+        ("beside the user", _share(f)),
         ("escapes", f"{f['escapes']}, of which {f['escape_failures']} failed"),
-        ("escape situations", f"{f['situations']}"),
+        ("time of an escape", _spread(f["escape_time_s"], "s")),
+        ("escape situations", _known(f["situations"])),
         ("time to safety", _spread(f["time_to_safety_s"], "s")),
-        ("contacts", f"{f['contacts']}, least gap {f['min_gap_m']:.2f} m"),
+        ("contacts", _contacts(f)),
+        *(("", _contact(contact)) for contact in _worst(f["contact_list"] or ())),
         ("tracking lost", _dropouts(f["dropouts"])),
     ]
 
 
 def _robot_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
     rows = [("faults", _faults(f["fault_names"]))]
-    if "distance_m" in f:
-        rows.insert(0, ("travelled", f"{f['distance_m']:.1f} m, {f['energy_j'] / 1000:.1f} kJ"))
+    if f["distance_m"] is not None:
+        energy = "" if f["energy_j"] is None else f", {f['energy_j'] / 1000:.1f} kJ"
+        rows.insert(0, ("travelled", f"{f['distance_m']:.1f} m{energy}"))
     if not f.get("person_watched", True):
         rows.append(("person", "not watched: nothing keeps the base away from people"))
     return rows
@@ -225,8 +275,15 @@ def _outcome(outcome: str | None, ended_by: tuple[str, str] | None) -> str:
     return f"{outcome}: {ended_by[0]} ended with {ended_by[1]}"
 
 
-def _refused(refusals: Mapping[str, int]) -> str:
-    return "".join(f"; {count} refused: {reason}" for reason, count in refusals.items())
+def _known(count: int | None) -> str:
+    return "-" if count is None else str(count)
+
+
+def _served(f: Mapping[str, Any]) -> str:
+    if f["requests"] is None:
+        return "-"
+    refused = (f"; {count} refused: {reason}" for reason, count in f["refusals"].items())
+    return f"{_known(f['served'])} of {f['requests']}{''.join(refused)}"
 
 
 def _spread(values: Mapping[str, float | None], unit: str) -> str:
@@ -235,17 +292,40 @@ def _spread(values: Mapping[str, float | None], unit: str) -> str:
     return f"{values['mean']:.2f} {unit} ({values['min']:.2f} to {values['max']:.2f})"
 
 
-def _share(share: float | None, walking_s: float) -> str:
-    if share is None:
+def _share(f: Mapping[str, Any]) -> str:
+    if f["beside_share"] is None:
         return "-"
-    return f"1.5 to 4 m away for {share:.0%} of {walking_s:.0f} s of walking"
+    walked = f"1.5 to 4 m away for {f['beside_share']:.0%} of {f['walking_s']:.0f} s of walking"
+    return f"{walked}, 3 to 4 m for {f['beside_share_3_4']:.0%}"
 
 
-def _dropouts(found: list[dict[str, float]]) -> str:
+def _contacts(f: Mapping[str, Any]) -> str:
+    gap = "" if f["min_gap_m"] is None else f"least gap {f['min_gap_m']:.2f} m"
+    if f["contacts"] is None:
+        return f"not known; {gap}" if gap else "not known"
+    caused = f", of which {f['contacts_by_robot']} by the robot" if f["contacts"] else ""
+    slow = f["contacts_slow_arm"]
+    slowly = f" and {slow} by its arm, slowly" if slow else ""
+    return f"{f['contacts']}{caused}{slowly}, {gap}"
+
+
+def _worst(contacts: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """A few to be shown: those by the robot first."""
+    causes = ("robot", "slow_arm", "person")
+    return sorted(contacts, key=lambda contact: causes.index(contact["by"]))[:SHOWN]
+
+
+def _contact(c: Mapping[str, Any]) -> str:
+    granted = ", in a touch asked for" if c["granted"] else ""
+    speeds = f"robot {c['robot_closing_m_s']:.2f} m/s, person {c['person_closing_m_s']:.2f} m/s"
+    return f"{c['at_s']:.1f} s {c['part']} at ({c['x']:.1f}, {c['y']:.1f}), {speeds}{granted}"
+
+
+def _dropouts(found: list[dict[str, float]] | None) -> str:
     if not found:
-        return "never"
-    shown = ", ".join(f"{d['from_s']:.1f} to {d['to_s']:.1f} s" for d in found[:3])
-    more = f" and {len(found) - 3} more" if len(found) > 3 else ""
+        return "-" if found is None else "never"
+    shown = ", ".join(f"{d['from_s']:.1f} to {d['to_s']:.1f} s" for d in found[:SHOWN])
+    more = f" and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
     return f"{len(found)} times: {shown}{more}"
 
 

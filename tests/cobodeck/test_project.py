@@ -14,6 +14,8 @@ from cobodeck.__main__ import COMMANDS, main
 from cobodeck.catalogue import catalogue
 from cobodeck.console import FAILED
 from cobodeck.project import projects
+from cobodeck.record.reader import Record
+from cobodeck.record.replay import setup_of
 
 ROOT = Path(__file__).resolve().parents[2]
 ENTRY = '[project.entry-points."cobodeck.states"]\nown = "own_code.states"\n'
@@ -183,12 +185,14 @@ CALLS = {
     "render": "render chase -o chase.dot",
     "simulate": "simulate --tier 0 --duration 1",
     "run": "run cobodeck --robot mock --fast --duration 1",
+    "replay": "replay first.mcap",
     "space": "space hall",
     "reach": "reach --height 1 --distance 1",
     "new": "new begun",
     "bench": "bench --show results.json",
     "doctor": "doctor",
 }
+SHORT = ("--duration", "1")
 MORE = ("list states", "list signals", "render --scene hall --at 1 -o hall.svg")
 
 
@@ -203,6 +207,8 @@ def test_without_projects_no_code_of_theirs_is_imported(
     monkeypatch.chdir(folder)
     (folder / "results.json").write_bytes((ROOT / "cobodeck/bench/engine.json").read_bytes())
     sys.modules.pop("own_code.states", None)
+    if call == CALLS["replay"]:
+        main(["simulate", "--tier", "0", "--record", "first.mcap", *SHORT, "--no-project"])
 
     main([*call.split(), "--no-project"])
 
@@ -221,6 +227,20 @@ def test_without_projects_installed_ones_are_left_out_too(
 
     assert names(tmp_path) == ["own"]
     assert catalogue(tmp_path, own=False).projects == ()
+
+
+def test_a_record_does_not_say_what_code_is_imported(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    (folder / "pyproject.toml").write_text('[project]\nname = "own"\n')
+    sys.modules.pop("own_code.states", None)
+    main(["simulate", "--tier", "0", "--record", "forged.mcap", *SHORT])
+    record = Record(folder / "forged.mcap")
+    record.attachments[str(folder / "pyproject.toml")] = ENTRY.encode()
+
+    assert setup_of(record).catalogue.projects == ()
+    assert not (folder.parent / "imported").exists()
 
 
 CONNECTION = """connection: strange
@@ -245,6 +265,7 @@ def test_a_driver_of_no_project_is_refused_before_it_is_imported(
     told = capsys.readouterr().err
     package = driver.partition(".")[0]
     assert f"strange.yaml:3:24: part 'base' by {driver}:Base: {package!r} is the package" in told
+    assert not list(folder.glob("out/*"))
     assert not (folder.parent / "imported").exists()
 
 
