@@ -300,9 +300,9 @@ CONNECTION = """
 connection: here
 model: rbkairos_ur10
 parts:
-  base: {driver: "some_drivers:Standing"}
-  trackers: {driver: "some_drivers:Walking"}
-  vr: {driver: "some_drivers:Asking"}
+  base: {driver: "judged_drivers:Standing"}
+  trackers: {driver: "judged_drivers:Walking"}
+  vr: {driver: "judged_drivers:Asking"}
 """
 
 
@@ -311,8 +311,9 @@ def real(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Callable[..., str]:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.syspath_prepend(str(tmp_path))
-    files = {"some_drivers.py": DRIVERS, "waits.yaml": CHART, "here.yaml": CONNECTION}
+    project = '[project]\nname = "own"\n[project.entry-points."cobodeck.states"]\n'
+    (tmp_path / "pyproject.toml").write_text(f'{project}own = "judged_drivers"\n')
+    files = {"judged_drivers.py": DRIVERS, "waits.yaml": CHART, "here.yaml": CONNECTION}
     for name, text in files.items():
         (tmp_path / name).write_text(text)
 

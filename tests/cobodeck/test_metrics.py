@@ -301,7 +301,8 @@ def test_contacts_of_base_and_arm_are_told_in_the_order_of_their_times(course: C
     course.see(4.0, Pose2(1.4, 0.0, math.pi))
 
     listed = course.seen.report()["contact_list"]
-    assert [contact["part"] for contact in listed] == ["forearm", "base", "forearm"]
+    told = [(contact["at_s"], contact["part"]) for contact in listed]
+    assert told == [(1.0, "forearm"), (1.5, "base"), (4.0, "forearm")]
 
 
 def test_an_arm_inside_the_outline_touches_nobody(course: Course) -> None:
