@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from cobodeck.commands.simulate import summary
 from cobodeck.figures import Visit, contact_figures, escape_figures, visits
 from cobodeck.rehearsal import Rehearsal
 from cobodeck.simulate import simulate
 from cobodeck.stage import Options
+from cobodeck.summary import summary
 from cobodeck.wiring import open_setup
 from hw.truth import Contact
 

@@ -350,6 +350,8 @@ def test_where_nobody_can_ask_for_a_touch_all_else_is_judged(real: Any, tmp_path
 def test_the_summary_of_a_run_on_real_parts_says_that_it_was_measured(real: Any) -> None:
     shown = real()
 
-    assert "; measured, not true" in shown.splitlines()[0]
+    title = shown.splitlines()[0]
+    assert title.startswith("waits in lab_a: tuned (")
+    assert title.endswith("; measured, not true")
     assert "requests served    - of 1" in shown
     assert "contacts           not known; least gap" in shown
