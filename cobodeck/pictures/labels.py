@@ -1,0 +1,67 @@
+"""Words beside marks on a sheet, where there is room for them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from matplotlib.patheffects import withStroke
+
+from cobodeck.pictures.canvas import Sheet
+from hw.room import Point
+
+_PT = 1.0 / 72.0
+_WIDTH, _HEIGHT = 0.72, 1.2
+"""Of a letter, in sizes of the font; estimated, so that nothing has to be drawn to know it."""
+_AROUND = tuple(math.radians(angle) for angle in (30, -30, 150, -150, 90, -90, 0, 180))
+_AWAY = (1.0, 2.2)
+
+Area = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Labels:
+    """Knows what is taken already: x and y from, x and y to, in inches from the map's origin."""
+
+    on: Sheet
+    taken: list[Area] = field(default_factory=list)
+
+    def keep_free(self, place: Point, size: float) -> None:
+        """Let nothing be written over a mark of this size, points."""
+        x, y = (self.on.scale * value for value in place)
+        half = 0.5 * size * _PT
+        self.taken.append((x - half, y - half, x + half, y + half))
+
+    def write(self, place: Point, text: str, colour: str, size: float, away: float) -> bool:
+        """Write beside a place, `away` points from it; not at all where there is no room."""
+        width, height = _WIDTH * size * len(text) * _PT, _HEIGHT * size * _PT
+        for factor in _AWAY:
+            for angle in _AROUND:
+                x, y = self._middle(place, angle, factor * away * _PT, width, height)
+                area = (x - width / 2, y - height / 2, x + width / 2, y + height / 2)
+                if self._is_free(area):
+                    self.taken.append(area)
+                    self._put((x / self.on.scale, y / self.on.scale), text, colour, size)
+                    return True
+        return False
+
+    def _middle(
+        self, place: Point, angle: float, away: float, width: float, height: float
+    ) -> Point:
+        x, y = (self.on.scale * value for value in place)
+        across, up = math.cos(angle), math.sin(angle)
+        return x + across * (away + width / 2), y + up * (away + height / 2)
+
+    def _is_free(self, area: Area) -> bool:
+        (x_low, x_high), (y_low, y_high) = self.on.axes.get_xlim(), self.on.axes.get_ylim()
+        s, (left, low, right, high) = self.on.scale, area
+        if left < s * x_low or right > s * x_high or low < s * y_low or high > s * y_high:
+            return False
+        return all(right < a or left > c or high < b or low > d for a, b, c, d in self.taken)
+
+    def _put(self, place: Point, text: str, colour: str, size: float) -> None:
+        written = self.on.axes.text(
+            *place, text, color=colour, fontsize=size, ha="center", va="center", zorder=9.5,
+            fontweight="bold", clip_on=True,
+        )  # fmt: skip
+        written.set_path_effects([withStroke(linewidth=1.8, foreground="white")])

@@ -1,0 +1,26 @@
+"""The picture of a run: the room from above with all that happened in it, and below it the time."""
+
+from __future__ import annotations
+
+from cobodeck.pictures.canvas import Sheet, sheet
+from cobodeck.pictures.course import Course
+from cobodeck.pictures.lanes import draw_lanes, height_in
+from cobodeck.pictures.room import draw_room, draw_tracked_area
+from cobodeck.pictures.tracks import bounds_of, draw_tracks
+
+_NOWHERE = (0.0, 0.0, 8.0, 2.0)
+
+
+def run_picture(course: Course) -> Sheet:
+    """All of a run, or of the part of it that is given, on one sheet."""
+    bounds = bounds_of(course) if course.instants else _NOWHERE
+    on = sheet(bounds, course.title, course.lines, below_in=height_in(course))
+    if course.instants:
+        draw_tracks(on, course)
+    else:
+        on.axes.set_visible(False)
+    if course.room is not None:
+        draw_room(on, course.room)
+        draw_tracked_area(on, course.room)
+    draw_lanes(on, course)
+    return on
