@@ -6,6 +6,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from operator import attrgetter
 
 from engine.trace import Record
@@ -77,6 +78,8 @@ class Course:
         charts: the used charts, by the path of the node that uses them, in document order.
         instants: in order of time; empty where nobody knows where anything was.
         spans: in order of entry.
+        sequences: paths of the containers that go from one child to the next.
+        contacts: None where nobody can know of them.
     """
 
     title: str
@@ -88,8 +91,9 @@ class Course:
     end_s: float
     instants: tuple[Instant, ...] = ()
     spans: tuple[Span, ...] = ()
+    sequences: frozenset[str] = frozenset()
     requests: tuple[Request, ...] = ()
-    contacts: tuple[Contact, ...] = ()
+    contacts: tuple[Contact, ...] | None = None
 
     def between(self, start_s: float | None, end_s: float | None) -> Course:
         """The part from `start_s` to `end_s`; None: from the start, to the end.
@@ -111,7 +115,8 @@ class Course:
             instants=self.during(low, high),
             spans=tuple(s for s in self.spans if s.start_s < high and s.end_s > low),
             requests=tuple(r for r in self.requests if r.start_s < high and r.end_s > low),
-            contacts=tuple(c for c in self.contacts if low <= c.at_ns / 1e9 <= high),
+            contacts=self.contacts
+            and tuple(c for c in self.contacts if low <= c.at_ns / 1e9 <= high),
         )
 
     @cached_property
@@ -120,14 +125,21 @@ class Course:
         holders = {above for path in self.charts for above in _above(path)} | {""}
         paths = dict.fromkeys((*self.charts, *(span.path for span in self.spans)))
         return tuple(
-            path
-            for path in paths
-            if path not in holders and path.rpartition("/")[0] in holders
+            path for path in paths if path not in holders and path.rpartition("/")[0] in holders
         )
 
     def of(self, lane: str) -> tuple[Span, ...]:
         """When the lane was taken."""
         return tuple(span for span in self.spans if span.path == lane)
+
+    def steps(self, lane: str) -> tuple[Span, ...]:
+        """What was done within the lane, one after the other."""
+        below = f"{lane}/"
+        return tuple(
+            span
+            for span in self.spans
+            if span.path.startswith(below) and span.path.rpartition("/")[0] in self.sequences
+        )
 
     def begun(self, chart: str) -> tuple[Span, ...]:
         """When a used chart was entered."""
@@ -144,7 +156,7 @@ class Course:
         found: list[Phase] = []
         active: list[Span] = []
         times = sorted(cuts)
-        for start, end in zip(times, times[1:], strict=False):
+        for start, end in pairwise(times):
             while waiting and waiting[-1].start_s <= start:
                 active.append(waiting.pop())
             active = [span for span in active if span.end_s > start]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from matplotlib.patheffects import withStroke
@@ -15,8 +16,20 @@ _WIDTH, _HEIGHT = 0.72, 1.2
 """Of a letter, in sizes of the font; estimated, so that nothing has to be drawn to know it."""
 _AROUND = tuple(math.radians(angle) for angle in (30, -30, 150, -150, 90, -90, 0, 180))
 _AWAY = (1.0, 2.2)
+_APART = 1.5
 
 Area = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """Words for a mark; `away` is half the mark's size, points, as is the font's `size`."""
+
+    place: Point
+    text: str
+    colour: str
+    size: float
+    away: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,26 +37,33 @@ class Labels:
     """Knows what is taken already: x and y from, x and y to, in inches from the map's origin."""
 
     on: Sheet
+    wanted: list[Label] = field(default_factory=list)
     taken: list[Area] = field(default_factory=list)
 
-    def keep_free(self, place: Point, size: float) -> None:
-        """Let nothing be written over a mark of this size, points."""
+    def mark(self, place: Point, extent: float, text: str, colour: str, size: float) -> None:
+        """Let nothing be written over a mark of this extent, points, and want words beside it."""
         x, y = (self.on.scale * value for value in place)
-        half = 0.5 * size * _PT
+        half = 0.5 * extent * _PT
         self.taken.append((x - half, y - half, x + half, y + half))
+        if text:
+            self.wanted.append(Label(place, text, colour, size, 0.5 * extent + _APART))
 
-    def write(self, place: Point, text: str, colour: str, size: float, away: float) -> bool:
-        """Write beside a place, `away` points from it; not at all where there is no room."""
-        width, height = _WIDTH * size * len(text) * _PT, _HEIGHT * size * _PT
+    def write(self) -> None:
+        """Write what is wanted, in that order; what finds no room is left out."""
+        for label in self.wanted:
+            area = next(filter(self._is_free, self._areas(label)), None)
+            if area is not None:
+                self.taken.append(area)
+                self._put(label, area)
+
+    def _areas(self, label: Label) -> Iterator[Area]:
+        """Where it could stand, the best first."""
+        width = _WIDTH * label.size * len(label.text) * _PT
+        height = _HEIGHT * label.size * _PT
         for factor in _AWAY:
             for angle in _AROUND:
-                x, y = self._middle(place, angle, factor * away * _PT, width, height)
-                area = (x - width / 2, y - height / 2, x + width / 2, y + height / 2)
-                if self._is_free(area):
-                    self.taken.append(area)
-                    self._put((x / self.on.scale, y / self.on.scale), text, colour, size)
-                    return True
-        return False
+                x, y = self._middle(label.place, angle, factor * label.away * _PT, width, height)
+                yield x - width / 2, y - height / 2, x + width / 2, y + height / 2
 
     def _middle(
         self, place: Point, angle: float, away: float, width: float, height: float
@@ -59,9 +79,12 @@ class Labels:
             return False
         return all(right < a or left > c or high < b or low > d for a, b, c, d in self.taken)
 
-    def _put(self, place: Point, text: str, colour: str, size: float) -> None:
+    def _put(self, label: Label, area: Area) -> None:
+        x, y = (
+            0.5 * (low + high) / self.on.scale for low, high in zip(area, area[2:], strict=False)
+        )
         written = self.on.axes.text(
-            *place, text, color=colour, fontsize=size, ha="center", va="center", zorder=9.5,
-            fontweight="bold", clip_on=True,
+            x, y, label.text, color=label.colour, fontsize=label.size, ha="center", va="center",
+            zorder=9.5, fontweight="bold", clip_on=True,
         )  # fmt: skip
         written.set_path_effects([withStroke(linewidth=1.8, foreground="white")])

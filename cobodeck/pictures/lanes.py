@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from cobodeck.metrics import FAR_M, NEAR_M
 from cobodeck.pictures.canvas import Sheet
-from cobodeck.pictures.course import Course, Span
+from cobodeck.pictures.course import Contact, Course, Span
 from engine.draw import GREY, INK
 
 Array = NDArray[np.float64]
@@ -59,8 +59,8 @@ def time_step(course: Course) -> float:
 
 def rows(course: Course) -> list[str]:
     """What has a row of its own, from above."""
-    own = [("requests", course.requests), ("contacts", course.contacts)]
-    return [name for name, found in own if found] + list(course.lanes)
+    own = [("requests", bool(course.requests)), ("contacts", course.contacts is not None)]
+    return [name for name, shown in own if shown] + list(course.lanes)
 
 
 def height_in(course: Course) -> float:
@@ -130,15 +130,17 @@ def _draw_distance(axes: Axes, course: Course) -> None:
     axes.axhline(0.0, color=INK, lw=0.8, zorder=2.0)
     for values, colour, width in ((far, GREY, 1.0), (gaps, INK, 1.3)):
         axes.plot(*thinned(times, values), color=colour, lw=width, zorder=3.0)
-    for contact in course.contacts:
+    for contact in course.contacts or ():
         axes.plot(
             contact.at_ns / 1e9, 0.0, marker="X", ms=7, mfc=BY[contact.by], mec=INK, mew=0.8,
             zorder=5.0, clip_on=False,
         )  # fmt: skip
     axes.set_ylabel("m", fontsize=7.5, color=GREY, rotation=0, loc="top", labelpad=4)
     known = gaps[~np.isnan(gaps)]
-    _beside(axes, float(far[~np.isnan(far)][-1]), "base to person", GREY)
-    _beside(axes, float(known[-1]), f"gap, least {known.min():.2f} m", INK)
+    low = float(known[-1])
+    above = max(float(far[~np.isnan(far)][-1]), low + 0.1 * high)
+    _beside(axes, above, "base to person", GREY)
+    _beside(axes, low, f"gap, least {known.min():.2f} m", INK)
     axes.annotate(
         f"{NEAR_M:g} to {FAR_M:g} m", (1.0, FAR_M), xycoords=("axes fraction", "data"),
         xytext=(-3, -3), textcoords="offset points", fontsize=6.5, color=GREY, ha="right", va="top",
@@ -157,10 +159,12 @@ def thinned(times: Array, values: Array) -> tuple[Array, Array]:
     if len(times) <= 4 * _BINS:
         return times, values
     kept: list[int] = []
-    for chosen in np.array_split(np.arange(len(times)), _BINS):
-        part = values[chosen]
-        extremes = [] if np.isnan(part).all() else [np.nanargmin(part), np.nanargmax(part)]
-        kept += sorted({int(chosen[k]) for k in (0, *extremes, len(chosen) - 1)})
+    for part in np.array_split(np.arange(len(times)), _BINS):
+        known = part[~np.isnan(values[part])]
+        extremes = (
+            (known[values[known].argmin()], known[values[known].argmax()]) if len(known) else ()
+        )
+        kept += sorted({int(k) for k in (part[0], *extremes, part[-1])})
     return times[kept], values[kept]
 
 
@@ -175,8 +179,8 @@ def _draw_rows(axes: Axes, course: Course, names: Sequence[str]) -> None:
         axes.axhline(row + 0.5, color="#eceff2", lw=0.6, zorder=0.5)
         if name == "requests" and row == 0 and course.requests:
             _draw_requests(axes, course, row)
-        elif name == "contacts" and course.contacts and name not in course.lanes:
-            _draw_contacts(axes, course, row)
+        elif name == "contacts" and course.contacts is not None and row < 2:
+            _draw_contacts(axes, course.contacts, row)
         else:
             _draw_lane(axes, course, row, name, colours[name])
     axes.tick_params(axis="y", length=0)
@@ -188,6 +192,7 @@ def _draw_lane(axes: Axes, course: Course, row: int, lane: str, colour: str) -> 
     spans = course.of(lane)
     bars = [(max(s.start_s, course.start_s), min(s.end_s, course.end_s)) for s in spans]
     _bars(axes, course, bars, row, facecolor=colour, edgecolor=colour)
+    _draw_steps(axes, course, row, lane)
     ended = [s for s in spans if s.ended in _UNHAPPY and s.end_s <= course.end_s]
     if ended:
         axes.plot(
@@ -195,6 +200,27 @@ def _draw_lane(axes: Axes, course: Course, row: int, lane: str, colour: str) -> 
         )
     total = sum(end - start for start, end in bars)
     _beside_row(axes, row, f"{len(spans)}×, {total:.1f} s{_failed(ended)}" if spans else "never")
+
+
+def _draw_steps(axes: Axes, course: Course, row: int, lane: str) -> None:
+    """The names of those that last long enough for it."""
+    size, span = 6.5, course.end_s - course.start_s
+    letter_s = 0.72 * size / 72.0 * span / _width_in(axes)
+    for step in course.steps(lane):
+        start, end = max(step.start_s, course.start_s), min(step.end_s, course.end_s)
+        name = step.path.rpartition("/")[2]
+        if end - start > letter_s * (len(name) + 1):
+            axes.vlines((start, end), row - 0.36, row + 0.36, color="white", lw=0.6, zorder=2.5)
+            axes.text(
+                0.5 * (start + end), row, name, fontsize=size, color="white", ha="center",
+                va="center", zorder=3.0, clip_on=True,
+            )  # fmt: skip
+
+
+def _width_in(axes: Axes) -> float:
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    return float(axes.get_position().width * figure.get_figwidth())
 
 
 def _failed(ended: Sequence[Span]) -> str:
@@ -218,13 +244,14 @@ def _draw_requests(axes: Axes, course: Course, row: int) -> None:
     _beside_row(axes, row, f"{len(served)} of {len(course.requests)} served")
 
 
-def _draw_contacts(axes: Axes, course: Course, row: int) -> None:
-    for contact in course.contacts:
+def _draw_contacts(axes: Axes, contacts: Sequence[Contact], row: int) -> None:
+    for contact in contacts:
         axes.plot(
             contact.at_ns / 1e9, row, marker="X", ms=6.5, mfc=BY[contact.by], mec=INK, mew=0.8,
             zorder=4.0, clip_on=False,
         )  # fmt: skip
-    _beside_row(axes, row, f"{len(course.contacts)}×")
+    robots = sum(contact.by == "robot" for contact in contacts)
+    _beside_row(axes, row, f"{len(contacts)}×, {robots} by the robot" if contacts else "none")
 
 
 def _beside_row(axes: Axes, row: int, text: str) -> None:
@@ -249,9 +276,7 @@ def _bars(
         return
     low, high = row - 0.36, row + 0.36
     corners = [
-        corner
-        for a, b in joined
-        for corner in ((a, low), (b, low), (b, high), (a, high), (a, low))
+        corner for a, b in joined for corner in ((a, low), (b, low), (b, high), (a, high), (a, low))
     ]
     codes = [Path.MOVETO, *[Path.LINETO] * 3, Path.CLOSEPOLY] * len(joined)
     look: Mapping[str, Any] = {"linewidth": 0.7, "edgecolor": style["facecolor"], **style}

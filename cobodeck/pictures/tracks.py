@@ -49,7 +49,7 @@ def person_of(instant: Instant) -> Point | None:
 
 
 def bounds_of(course: Course) -> tuple[float, float, float, float]:
-    """x and y from, x and y to, m: the room's, or of all that moved."""
+    """The least x and y, and the greatest, m: the room's, or of all that moved."""
     if course.room is not None:
         return course.room.bounds
     places = [p for i in course.instants for p in (robot_of(i), person_of(i)) if p is not None]
@@ -73,11 +73,10 @@ def draw_tracks(on: Sheet, course: Course) -> None:
     _draw_requests(on, course, labels)
     _draw_events(on, course, labels)
     _draw_marks(on, course, labels)
+    labels.write()
 
 
-def _draw_way(
-    on: Sheet, course: Course, lane: str | None, place_of: PlaceOf, **style: Any
-) -> None:
+def _draw_way(on: Sheet, course: Course, lane: str | None, place_of: PlaceOf, **style: Any) -> None:
     pieces: list[Sequence[Point]] = []
     for phase in course.phases:
         if phase.lane == lane:
@@ -146,15 +145,18 @@ def _draw_ends(on: Sheet, course: Course) -> None:
             draw_disc(on, instant.person, ls=line, lw=1.0, **filled)
     sign: dict[str, Any] = {"lw": 0, "ms": 8}
     if course.footprint is not None:
-        on.explain("robot at the end (start: dashed)", Line2D([], [], marker="s", mfc=FOAM, mec=INK, **sign))
+        robot = Line2D([], [], marker="s", mfc=FOAM, mec=INK, **sign)
+        on.explain("robot at the end (start: dashed)", robot)
     if last.person is not None:
-        on.explain("person at the end (start: dashed)", Line2D([], [], marker="o", mfc=PERSON_FILL, mec=USER, **sign))
+        person = Line2D([], [], marker="o", mfc=PERSON_FILL, mec=USER, **sign)
+        on.explain("person at the end (start: dashed)", person)
 
 
 def draw_outline(on: Sheet, pose: Pose2, shape: Footprint, **style: Any) -> None:
     """The robot's outline, and a line from its middle to its front."""
     length, width = shape.half_length, shape.half_width
-    corners = [pose.transform(i * length, j * width) for i, j in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
+    signs = ((1, 1), (-1, 1), (-1, -1), (1, -1))
+    corners = [pose.transform(i * length, j * width) for i, j in signs]
     on.axes.add_patch(PathPatch(ring_of(corners), ec=INK, zorder=4.0, **style))
     xs, ys = zip((pose.x, pose.y), pose.transform(length, 0.0), strict=True)
     on.axes.plot(xs, ys, color=INK, lw=style["lw"], zorder=4.0)
@@ -182,9 +184,10 @@ def _explain_ways(on: Sheet, course: Course, colours: dict[str | None, str]) -> 
 
 def _draw_contacts(on: Sheet, course: Course, labels: Labels) -> None:
     """Where they touched, and whose it was; of few contacts also the outlines then."""
-    for contact in course.contacts:
+    contacts = course.contacts or ()
+    for contact in contacts:
         place = (contact.x, contact.y)
-        if len(course.contacts) <= MOST_GHOSTS:
+        if len(contacts) <= MOST_GHOSTS:
             then = course.at(contact.at_ns / 1e9)
             if course.footprint is not None:
                 draw_outline(on, then.robot, course.footprint, fill=False, lw=0.6)
@@ -192,12 +195,10 @@ def _draw_contacts(on: Sheet, course: Course, labels: Labels) -> None:
                 draw_disc(on, then.person, fill=False, lw=0.6)
         look: dict[str, Any] = {"marker": "X", "mfc": BY[contact.by], "mec": INK, "mew": 0.9}
         on.axes.plot(*place, ls="", ms=9, zorder=8.5, **look)
-        labels.keep_free(place, 9)
+        text = f"{contact.at_ns / 1e9:.1f} s {contact.part}"
+        labels.mark(place, 9, text, INK, 7.0)
         who = contact.by.replace("_", " ")
         on.explain(f"contact by the {who}", Line2D([], [], lw=0, ms=8, **look))
-    for contact in course.contacts:
-        text = f"{contact.at_ns / 1e9:.1f} s {contact.part}"
-        labels.write((contact.x, contact.y), text, INK, 7.0, 6)
 
 
 def _draw_requests(on: Sheet, course: Course, labels: Labels) -> None:
@@ -208,8 +209,7 @@ def _draw_requests(on: Sheet, course: Course, labels: Labels) -> None:
         look: dict[str, Any] = {"marker": "*", "mfc": colour, "mec": INK, "mew": 0.8}
         for place, numbers in clusters([(_deep(r), r.number) for r in found]):
             on.axes.plot(*place, ls="", ms=11, zorder=8.0, **look)
-            labels.keep_free(place, 11)
-            labels.write(place, f"request {_listed(numbers)}", INK, 7.0, 6)
+            labels.mark(place, 11, f"request {_listed(numbers)}", INK, 7.0)
         if found:
             words = "request, served" if served else "request, not served"
             on.explain(words, Line2D([], [], lw=0, ms=10, **look))
@@ -228,9 +228,8 @@ def _draw_events(on: Sheet, course: Course, labels: Labels) -> None:
         known = [(place, n) for n, place in enumerate(places) if place is not None]
         for place, numbers in clusters(known):
             on.axes.plot(*place, ls="", ms=size, zorder=7.8, **look)
-            labels.keep_free(place, size)
-            if len(numbers) > 1:
-                labels.write(place, f"{len(numbers)}×", BEHAVIOURS[chart], 8.0, 5)
+            text = f"{len(numbers)}×" if len(numbers) > 1 else ""
+            labels.mark(place, size, text, BEHAVIOURS[chart], 8.0)
         if begun:
             sign = Line2D([], [], lw=0, ms=size, **look)
             on.explain(f"{chart} begins (3×: three times)", sign)
@@ -247,8 +246,7 @@ def _draw_marks(on: Sheet, course: Course, labels: Labels) -> None:
         look: dict[str, Any] = {"marker": marker, "mfc": fill, "mec": colour, "mew": 1.0}
         for place, stays in _stays(known):
             on.axes.plot(*place, ls="", ms=4, zorder=7.0, **look)
-            labels.keep_free(place, 4)
-            labels.write(place, _from_to(stays), colour, 6.5, 3.5)
+            labels.mark(place, 4, _from_to(stays), colour, 6.5)
         if known:
             sign = Line2D([], [], lw=0, ms=4, **look)
             on.explain(f"{who} every {step:g} s", sign)
