@@ -90,6 +90,7 @@ def _explain(on: Sheet, course: Course) -> None:
     if course.requests:
         on.explain("asked for a touch …", Patch(fc=WAITED))
         on.explain("… and served", Patch(fc=BEHAVIOURS["haptic"]))
+    if any(request.served_s is None for request in course.requests):
         on.explain("… not served", Patch(fc=UNSERVED, ec=INK, lw=0.7))
 
 

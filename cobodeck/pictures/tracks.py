@@ -29,9 +29,12 @@ MOST_GHOSTS = 8
 """Up to so many contacts, both outlines are shown where they touched."""
 
 _FINE_M = 0.008
+_LONGEST_LIST = 4
 _ARROW_M = 1.6
 _MOST_ARROWS = 40
 _ROBOT, _PERSON = 2.4, 1.3
+_LONG_M, _FINEST = 250.0, 0.25
+"""Lines get finer where the way is longer than this, down to this share."""
 _DOTS = (0, (1.0, 0.9))
 PERSON_FILL = "#b9cdec"
 
@@ -60,8 +63,9 @@ def bounds_of(course: Course) -> tuple[float, float, float, float]:
 def draw_tracks(on: Sheet, course: Course) -> None:
     """Ways, marks of time, and all that happened, with labels where there is room."""
     colours = lane_colours(course)
-    robot = {"lw": _ROBOT, "solid_joinstyle": "round", "zorder": 6.0}
-    person = {"lw": _PERSON, "ls": _DOTS, "dash_capstyle": "butt", "zorder": 5.5}
+    finer = min(1.0, max(_FINEST, _LONG_M / _length(course)))
+    robot = {"lw": finer * _ROBOT, "solid_joinstyle": "round", "zorder": 6.0}
+    person = {"lw": finer * _PERSON, "ls": _DOTS, "dash_capstyle": "butt", "zorder": 5.5}
     for place_of, style in ((person_of, person), (robot_of, robot)):
         for lane, colour in colours.items():
             _draw_way(on, course, lane, place_of, color=colour, **style)
@@ -74,6 +78,12 @@ def draw_tracks(on: Sheet, course: Course) -> None:
     _draw_events(on, course, labels)
     _draw_marks(on, course, labels)
     labels.write()
+
+
+def _length(course: Course) -> float:
+    """Of the robot's way, m; a little more than 0 for one that stands."""
+    steps = zip(course.instants, course.instants[1:], strict=False)
+    return 1e-9 + sum(a.robot.distance_to(b.robot) for a, b in steps)
 
 
 def _draw_way(on: Sheet, course: Course, lane: str | None, place_of: PlaceOf, **style: Any) -> None:
@@ -209,7 +219,7 @@ def _draw_requests(on: Sheet, course: Course, labels: Labels) -> None:
         look: dict[str, Any] = {"marker": "*", "mfc": colour, "mec": INK, "mew": 0.8}
         for place, numbers in clusters([(_deep(r), r.number) for r in found]):
             on.axes.plot(*place, ls="", ms=11, zorder=8.0, **look)
-            labels.mark(place, 11, f"request {_listed(numbers)}", INK, 7.0)
+            labels.mark(place, 11, _listed(numbers), INK, 7.0)
         if found:
             words = "request, served" if served else "request, not served"
             on.explain(words, Line2D([], [], lw=0, ms=10, **look))
@@ -280,11 +290,14 @@ def _from_to(times: Sequence[float]) -> str:
 
 
 def _listed(numbers: Sequence[int]) -> str:
-    """1, 2, 3, 5 as `1–3, 5`."""
+    """1, 2, 3, 5 as `request 1–3, 5`; so many of them where they would make a long list."""
     parts: list[list[int]] = []
     for number in numbers:
         if parts and number == parts[-1][-1] + 1:
             parts[-1].append(number)
         else:
             parts.append([number])
-    return ", ".join(str(p[0]) if len(p) == 1 else f"{p[0]}–{p[-1]}" for p in parts)
+    if len(parts) > _LONGEST_LIST:
+        return f"{len(numbers)} requests"
+    shown = (str(p[0]) if len(p) == 1 else f"{p[0]}–{p[-1]}" for p in parts)
+    return f"request {', '.join(shown)}"

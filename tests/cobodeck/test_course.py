@@ -1,0 +1,134 @@
+"""The course of a run: its lanes, what it was about when, and parts of it."""
+
+from __future__ import annotations
+
+import pytest
+
+from cobodeck.pictures.course import Contact, Course, Instant, Phase, Request, Span, spans_of
+from engine.trace import Record
+from hw.geometry import Pose2, Pose3
+
+CHARTS = {"chase": "chase", "haptic": "haptic", "escape": "escape", "inform": "inform"}
+
+
+def course(*spans: Span, charts: dict[str, str] | None = None, end_s: float = 10.0) -> Course:
+    instants = tuple(Instant(float(t), Pose2(0.1 * t, 0.0)) for t in range(11))
+    deep = Pose3.from_yaw(1.0, 2.0, 1.2, 0.0)
+    return Course(
+        "a run",
+        (),
+        None,
+        None,
+        CHARTS if charts is None else charts,
+        0.0,
+        end_s,
+        instants,
+        spans,
+        frozenset({"chase/follow"}),
+        (Request(1, 1.0, 3.0, deep), Request(2, 5.0, 8.0, deep, 6.0)),
+        (Contact(4_000_000_000, 1.0, 1.0, "base", "robot", 0.3, 0.0),),
+    )
+
+
+def traced(*records: tuple[float, str, str, str]) -> list[Record]:
+    return [
+        Record(round(at * 1e9), kind, path, (detail,) if detail else ())
+        for at, kind, path, detail in records
+    ]
+
+
+def test_a_span_goes_from_entry_to_exit_and_ends_with_the_outcome() -> None:
+    records = traced(
+        (0.0, "enter", "chase", ""),
+        (0.0, "enter", "chase/wait", ""),
+        (2.0, "outcome", "chase", "failed"),
+        (2.0, "exit", "chase/wait", "preempted"),
+        (2.0, "exit", "chase", "outcome"),
+        (2.0, "enter", "escape", ""),
+    )
+
+    assert spans_of(records, 3.0) == (
+        Span("chase", 0.0, 2.0, "failed"),
+        Span("chase/wait", 0.0, 2.0, "preempted"),
+        Span("escape", 2.0, 3.0),
+    )
+
+
+def test_what_lost_against_another_guard_ends_with_that_and_not_with_its_outcome() -> None:
+    records = traced(
+        (0.0, "enter", "request", ""),
+        (1.0, "outcome", "request", "requested"),
+        (1.0, "exit", "request", "lost"),
+    )
+
+    assert spans_of(records, 2.0) == (Span("request", 0.0, 1.0, "lost"),)
+
+
+def test_the_used_charts_are_the_lanes_entered_or_not() -> None:
+    assert course(Span("escape", 0.0, 1.0), Span("escape/flee", 0.0, 1.0)).lanes == tuple(CHARTS)
+
+
+def test_a_chart_that_only_uses_others_is_no_lane_and_what_stands_beside_them_is_one() -> None:
+    charts = {"work": "cobodeck", "work/chase": "chase"}
+    spans = [Span(path, 0.0, 1.0) for path in ("", "dock", "work", "work/chase", "work/rest")]
+
+    assert course(*spans, charts=charts).lanes == ("work/chase", "dock", "work/rest")
+
+
+def test_the_lanes_of_a_chart_that_uses_none_are_its_top_nodes() -> None:
+    spans = [Span(path, 0.0, 1.0) for path in ("", "round", "round/go", "rest")]
+
+    assert course(*spans, charts={}).lanes == ("round", "rest")
+
+
+def test_a_run_is_about_the_lane_entered_last() -> None:
+    spans = Span("watch", 0.0, 10.0), Span("go", 2.0, 4.0), Span("rest", 4.0, 6.0)
+
+    assert course(*spans, charts={}).phases == (
+        Phase(0.0, 2.0, "watch"),
+        Phase(2.0, 4.0, "go"),
+        Phase(4.0, 6.0, "rest"),
+        Phase(6.0, 10.0, "watch"),
+    )
+
+
+def test_where_no_lane_is_active_a_run_is_about_none() -> None:
+    assert course(Span("chase", 2.0, 4.0)).phases == (
+        Phase(0.0, 2.0, None),
+        Phase(2.0, 4.0, "chase"),
+        Phase(4.0, 10.0, None),
+    )
+
+
+def test_a_part_of_a_run_has_what_lies_in_it() -> None:
+    whole = course(Span("chase", 0.0, 2.0), Span("haptic", 2.0, 5.5), Span("chase", 5.5, 10.0))
+
+    part = whole.between(2.5, 4.5)
+
+    assert (part.start_s, part.end_s) == (2.5, 4.5)
+    assert [instant.at_s for instant in part.instants] == [3.0, 4.0]
+    assert part.spans == (Span("haptic", 2.0, 5.5),)
+    assert [request.number for request in part.requests] == [1]
+    assert part.contacts == whole.contacts
+    assert part.phases == (Phase(2.5, 4.5, "haptic"),)
+    assert part.begun("haptic") == ()
+    assert whole.between(4.5, None).contacts == ()
+
+
+def test_a_part_outside_the_run_is_refused() -> None:
+    with pytest.raises(ValueError, match="nothing from 12 to 10 s: the run goes from 0 to 10 s"):
+        course().between(12.0, None)
+
+
+def test_steps_are_the_children_of_sequences_in_a_lane() -> None:
+    paths = ("chase", "chase/danger", "chase/follow", "chase/follow/park", "escape/flee")
+
+    steps = course(*(Span(path, 0.0, 1.0) for path in paths)).steps("chase")
+
+    assert [step.path for step in steps] == ["chase/follow/park"]
+
+
+def test_the_instant_at_a_time_is_the_last_one_up_to_then() -> None:
+    run = course()
+
+    assert [run.at(t).at_s for t in (-1.0, 3.0, 3.9, 99.0)] == [0.0, 3.0, 3.0, 10.0]
