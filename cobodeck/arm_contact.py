@@ -1,34 +1,52 @@
-"""Does the arm touch the person where no touch is granted? Judged on true poses, like the metrics.
+"""Does the arm touch the person? Judged on true poses, like the metrics.
 
 The person is the cylinder of R23 without an upper end, the arm its capsules. While a touch is asked
-for, nothing counts, nor what is left of it until the arm has come away once. An arm inside the
-outline of the rover is the outline's business.
+for, what the arm holds is meant to meet the hand, and so is what is left of that meeting until it
+has come away once; nothing else of the arm is. What touches inside the outline of the rover is the
+outline's business.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.geometry import Pose2, wrap
+from hw.geometry import Pose2
 from hw.person import RADIUS
 from hw.robot import Footprint
 from hw.samples import Joints
-from hw.sim.world import World
+from hw.truth import Contact, Truth
 
 Array = NDArray[np.float64]
-OutlineOf = Callable[[Joints], tuple[Array, Array]]
+CapsulesOf = Callable[[Joints], tuple[Array, Array]]
 """Ends (m, 2, 3) of the capsules' axes in the rover frame, and their radii (m,); m."""
 
-PARTS = 4
-"""Between two looks the motion is cut into so many even parts."""
+LOOKS = 4
+"""The motion since the tick before is looked at so many times."""
+_NOTHING = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
-class _Look:
+class ArmOutline:
+    """The arm as capsules, on a rover with this outline.
+
+    `parts` has a name for each capsule, `held` is the name of what the arm holds.
+    """
+
+    capsules_of: CapsulesOf
+    parts: tuple[str, ...]
+    held: str
+    footprint: Footprint
+
+
+class _Look(NamedTuple):
+    """Robot and person at one instant."""
+
     base: Pose2
     body: Pose2
     joints: Joints
@@ -36,81 +54,116 @@ class _Look:
     def between(self, other: _Look, share: float) -> _Look:
         joints = zip(self.joints, other.joints, strict=True)
         return _Look(
-            _between(self.base, other.base, share),
-            _between(self.body, other.body, share),
+            self.base.between(other.base, share),
+            self.body.between(other.body, share),
             tuple(a + share * (b - a) for a, b in joints),
         )
 
 
+class _Touch(NamedTuple):
+    """A capsule that meets the person: how deep, m below 0, and where along its axis."""
+
+    gap: float
+    capsule: int
+    share: float
+
+
 class ArmWatch:
-    """Counts touches of arm and person; `watch` once per tick."""
+    """Notes each touch of arm and person once; `watch` once per tick."""
 
-    def __init__(self, world: World, outline_of: OutlineOf) -> None:
-        self.contacts = 0
-        assert world.person is not None, "there is nobody to be touched"
-        self._world, self._person, self._outline_of = world, world.person, outline_of
-        self._last = self._look()
-        self._out = self._is_out(self._last.joints)
-        self._excused = False
+    def __init__(self, outline: ArmOutline) -> None:
+        self.contacts: list[Contact] = []
+        self._outline = outline
+        self._last: tuple[int, _Look] | None = None
+        self._out = self._touching = self._meeting = False
 
-    def watch(self) -> None:
-        """Look at the true state of this instant."""
-        last, was_out = self._last, self._out
-        moved = self._joints is not last.joints
-        if not (moved or was_out):
+    def watch(self, now_ns: int, truth: Truth) -> None:
+        """Look at this instant, and at the motion since the one before."""
+        if truth.base is None or truth.body is None or truth.joints is None:
             return
-        self._last = now = self._look()
-        if moved:
+        now = _Look(truth.base, truth.body, truth.joints)
+        since_ns, last = self._last or (now_ns, now)
+        if self._last is None or now.joints != last.joints:
             self._out = self._is_out(now.joints)
-        if not self._out:
-            self._excused = False
-            return
-        if not was_out:
-            last = now  # where the rover was while the arm lay in its outline does not matter
-        if self._person.request is not None:
-            self._excused = True
-            return
-        touching = any(self._gap(last.between(now, k / PARTS)) <= 0.0 for k in range(1, PARTS + 1))
-        if touching and not self._excused:
-            self.contacts += 1
-        self._excused = touching  # one touch counts once
+        self._last = now_ns, now
+        if self._out:
+            self._look_between(last, now, (since_ns, now_ns), truth.request is not None)
+        else:
+            self._touching = self._meeting = False
 
-    @property
-    def _joints(self) -> Joints:
-        arm = self._world.arm
-        assert arm is not None, "there is no arm to touch with"
-        return arm.state.joints
+    def _look_between(self, last: _Look, now: _Look, span: tuple[int, int], granted: bool) -> None:
+        held = self._outline.held
+        looks = [last.between(now, k / LOOKS) for k in range(LOOKS + 1)]
+        found = [self._touches(look) for look in looks[1:]]
+        meets = any(self._part(touch) == held for touches in found for touch in touches)
+        if self._meeting or granted:
+            found = [[t for t in touches if self._part(t) != held] for touches in found]
+        self._meeting = granted or (self._meeting and meets)
+        touching = any(found)
+        if touching and not self._touching:
+            k = next(k for k, touches in enumerate(found) if touches)
+            begin, end = (span[0] + (span[1] - span[0]) * n // LOOKS for n in (k, k + 1))
+            self._note(min(found[k]), (looks[k], looks[k + 1]), (begin, end), granted)
+        self._touching = touching
 
-    def _look(self) -> _Look:
-        return _Look(self._world.base.pose, self._person.body, self._joints)
+    def _note(
+        self, touch: _Touch, looks: tuple[_Look, _Look], span: tuple[int, int], granted: bool
+    ) -> None:
+        (ax, ay), (bx, by) = (self._point(look, touch) for look in looks)
+        before, body = looks[0].body, looks[1].body
+        away = math.hypot(body.x - bx, body.y - by)
+        nx, ny = ((body.x - bx) / away, (body.y - by) / away) if away > 0.0 else (1.0, 0.0)
+        per_s = 1e9 / (span[1] - span[0]) if span[1] > span[0] else 0.0
+        contact = Contact(
+            at_ns=span[1],
+            x=body.x - RADIUS * nx,
+            y=body.y - RADIUS * ny,
+            part=self._part(touch),
+            robot_closing=per_s * (nx * (bx - ax) + ny * (by - ay)),
+            person_closing=-per_s * (nx * (body.x - before.x) + ny * (body.y - before.y)),
+            granted=granted,
+        )
+        self.contacts.append(contact)
+
+    def _part(self, touch: _Touch) -> str:
+        return self._outline.parts[touch.capsule]
+
+    def _point(self, look: _Look, touch: _Touch) -> tuple[float, float]:
+        """The point of the axis, in the map."""
+        start, end = self._outline.capsules_of(look.joints)[0][touch.capsule]
+        x, y, _ = start + touch.share * (end - start)
+        return look.base.transform(float(x), float(y))
 
     def _is_out(self, joints: Joints) -> bool:
-        ends, radii = self._outline_of(joints)
-        return bool((_beyond(self._world.robot.footprint, ends) + radii > 0.0).any())
+        """Does any of the arm come out of the outline?"""
+        ends, radii = self._outline.capsules_of(joints)
+        beyond = (np.abs(ends[:, :, :2]) - self._half).max(axis=(1, 2))
+        return bool((beyond + radii > 0.0).any())
 
-    def _gap(self, look: _Look) -> float:
-        ends, radii = self._outline_of(look.joints)
-        x, y = look.base.inverse().transform(look.body.x, look.body.y)
-        return float((_distances(ends, x, y) - radii).min()) - RADIUS
+    def _touches(self, look: _Look) -> list[_Touch]:
+        """What of the arm meets the person, but for what does so within the outline."""
+        ends, radii = self._outline.capsules_of(look.joints)
+        person = np.array(look.base.inverse().transform(look.body.x, look.body.y))
+        shares, away = _nearest(ends[:, :, :2], person)
+        distances = np.hypot(*away.T)
+        gaps = distances - radii - RADIUS
+        touching = gaps <= 0.0
+        if not touching.any():
+            return []
+        surface = person - away * (1.0 - radii / np.maximum(distances, _NOTHING))[:, None]
+        touching &= (np.abs(surface) >= self._half).any(axis=1)
+        return [_Touch(float(gaps[i]), int(i), float(shares[i])) for i in np.flatnonzero(touching)]
+
+    @property
+    def _half(self) -> Array:
+        """Half length and width of the outline, m."""
+        footprint = self._outline.footprint
+        return np.array((footprint.half_length, footprint.half_width))
 
 
-def _beyond(footprint: Footprint, ends: Array) -> Array:
-    """How far each axis comes out of the outline, m; below 0 inside."""
-    half = np.array((footprint.half_length, footprint.half_width))
-    found: Array = (np.abs(ends[:, :, :2]) - half).max(axis=(1, 2))
-    return found
-
-
-def _distances(ends: Array, x: float, y: float) -> Array:
-    """Distance over the floor of a point of the rover frame to each axis, m."""
-    start, way = ends[:, 0, :2], ends[:, 1, :2] - ends[:, 0, :2]
-    away = np.array((x, y)) - start
-    square = np.maximum((way * way).sum(axis=1), 1e-12)
-    share = np.clip((away * way).sum(axis=1) / square, 0.0, 1.0)
-    found: Array = np.hypot(*(away - share[:, None] * way).T)
-    return found
-
-
-def _between(a: Pose2, b: Pose2, share: float) -> Pose2:
-    yaw = a.yaw + share * wrap(b.yaw - a.yaw)
-    return Pose2(a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), yaw)
+def _nearest(axes: Array, point: Array) -> tuple[Array, Array]:
+    """For each axis (m, 2, 2): the share at which it is nearest to a point, and the way to it."""
+    start, way = axes[:, 0], axes[:, 1] - axes[:, 0]
+    square = np.maximum((way * way).sum(axis=1), _NOTHING)
+    shares = np.clip(((point - start) * way).sum(axis=1) / square, 0.0, 1.0)
+    return shares, point - (start + shares[:, None] * way)

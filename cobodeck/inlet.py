@@ -42,7 +42,16 @@ class Inlet:
         self._kinds = {s.name: s.type for s in measured if isinstance(s.type, type)}
         self._measured = {s.name for s in measured if board.needs(s.name) and not s.constant}
         for name, listener in hears:
-            self._hears.setdefault(name, []).append(listener)
+            self.listen(name, listener)
+
+    def listen(self, name: str, listener: Callable[[Sample, int], None]) -> None:
+        """Give somebody the samples of a signal, as far as they flow: no part is asked for them."""
+        self._hears.setdefault(name, []).append(listener)
+
+    @property
+    def flowing(self) -> set[str]:
+        """The signals of the parts that are asked."""
+        return {name for part in self.sources.values() for name in part.signals}
 
     def take(self, now_ns: int) -> None:
         """Take what has arrived up to now."""

@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 from engine.state import NEVER_NS
 from hw.guarded import GuardedBase
+from hw.truth import Truth
 
 
 class Plant(Protocol):
@@ -42,8 +43,8 @@ class Plant(Protocol):
         ...
 
     @property
-    def truth(self) -> Any | None:
-        """Where everything truly is, for evaluators; None where nobody knows."""
+    def truth(self) -> Truth | None:
+        """Where everything truly is now; None where nobody knows."""
         ...
 
     def advance(self, to_ns: int) -> None:

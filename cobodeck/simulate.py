@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from cobodeck.clocks import Clock
+from cobodeck.figures import NOTHING, escape_figures
 from cobodeck.loop import Loop
-from cobodeck.metrics import NOTHING, Evaluator, visits
+from cobodeck.metrics import Evaluator
 from cobodeck.refusals import refusals
 from cobodeck.separation import SeparationWatch
 from cobodeck.stage import Options, refuse_small_floor, stage
@@ -94,8 +95,7 @@ def _figures(
         "errors": [{"at_s": e.time / 1e9, "node": e.path, "error": str(e)} for e in run.errors],
         "transitions": sum(record.kind == "move" for record in run.trace),
         "trace_sha256": run.trace.sha256(),
-        "escapes": visits(run, "escape"),
-        "escape_failures": visits(run, "escape", "failed"),
+        **escape_figures(run),
         **(_judged(loop) if options.tier else NOTHING),
         "overruns": loop.overruns,
         "signals": {
@@ -107,23 +107,20 @@ def _figures(
 
 def _judged(loop: Loop) -> dict[str, Any]:
     """What is known of robot and person; of what is not there, or nobody can know, nothing."""
-    world, guard = loop.plant.truth, loop.plant.guard
+    guard = loop.plant.guard
     found: dict[str, Any] = {}
     if guard is not None:
         limits = guard.chain.limits
         found["governor"] = limits.governor and limits.watched
         found["person_watched"] = limits.watched
-    if world is not None:
-        found["distance_m"] = world.base.distance_m
-        found["energy_j"] = world.base.energy_j
-        found["wall_hits"] = world.wall_hits
     for observer in loop.observers:
         if isinstance(observer, SeparationWatch):
             found["separation"] = observer.report()
         if isinstance(observer, Evaluator):
             observer.finish()
             found |= observer.report()
-            found["refusals"] = refusals(loop.wired.run, observer.unserved)
+            if observer.person:
+                found["refusals"] = refusals(loop.wired.run, observer.requests.unserved)
     faults: list[str] = getattr(loop.plant.parts.get("operator"), "faults", [])
     found["faults"] = len(faults)
     found["fault_names"] = {name: faults.count(name) for name in dict.fromkeys(faults)}

@@ -8,17 +8,20 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, TextIO
 
-from cobodeck.arm_contact import ArmWatch, OutlineOf
+from cobodeck.arm_contact import ArmOutline, ArmWatch
 from cobodeck.clocks import Clock, RealTime, Virtual
 from cobodeck.connected import connect, is_needed
 from cobodeck.console import FAILED, REFUSED, Problem, complain
+from cobodeck.inlet import Inlet
 from cobodeck.logic import wander
-from cobodeck.loop import Loop
+from cobodeck.loop import Loop, Observer
+from cobodeck.measured import Senses
 from cobodeck.metrics import Evaluator
 from cobodeck.operators import ConsoleOperator
-from cobodeck.plants import Nothing
+from cobodeck.plants import Nothing, Plant
+from cobodeck.requests import RequestWatch
 from cobodeck.separation import SeparationWatch
-from cobodeck.wiring import Setup, Uses, refuse_slow_ticks, wire
+from cobodeck.wiring import Setup, Uses, Wired, refuse_slow_ticks, wire
 from engine.clock import Grid
 from hw.connection import Connection
 from hw.geometry import Pose2, Pose3
@@ -97,10 +100,7 @@ def stage(
         world.add({"operator": operator})
     reading = time.perf_counter_ns
     wired = wire(setup, world.parts, eager=options.eager, clock=reading, parameters=parameters)
-    watching: list[Evaluator | SeparationWatch] = []
-    if world.person is not None:
-        watching.append(_evaluator(world, setup.robot))
-    watching.append(SeparationWatch(world.guard.chain.cycles))
+    watching = watchers(world, wired, setup.robot)
     loop = Loop(world, wired, grid, watching, timing, leave_out=not options.eager)
     if operator is not None and options.console is not None:
         operator.attend(options.console, loop.stop)
@@ -135,17 +135,37 @@ def _on_real_parts(
     except BaseException:
         plant.close()
         raise
-    watching = () if plant.guard is None else (SeparationWatch(plant.guard.chain.cycles),)
+    watching = watchers(plant, wired, setup.robot)
     loop = Loop(plant, wired, Grid(setup.tick_hz), watching, clock)
     if options.console is not None:
         operator.attend(options.console, loop.stop)
     return loop
 
 
-def _evaluator(world: World, robot: RobotModel) -> Evaluator:
-    if robot.arm is None:
-        return Evaluator(world, None, None)
-    return Evaluator(world, prop_of(robot), ArmWatch(world, outline_of(robot)))
+def watchers(plant: Plant, wired: Wired, robot: RobotModel) -> list[Observer]:
+    """Who judges a run: by the truth that the plant knows, or else by the samples that flow."""
+    truth = plant.truth
+    if truth is None:
+        found: list[Observer] = [_by_samples(wired.inlet, robot)]
+    else:
+        found = [_by_truth(plant, robot, truth.body is not None)]
+    if plant.guard is not None:
+        found.append(SeparationWatch(plant.guard.chain.cycles))
+    return found
+
+
+def _by_truth(plant: Plant, robot: RobotModel, person: bool) -> Evaluator:
+    if not person or robot.arm is None:
+        return Evaluator(plant, person)
+    return Evaluator(plant, person, RequestWatch(prop_of(robot)), ArmWatch(arm_outline(robot)))
+
+
+def _by_samples(inlet: Inlet, robot: RobotModel) -> Evaluator:
+    heard = "vr.haptic_request" in inlet.flowing
+    person = heard or "user.pose" in inlet.flowing
+    prop = prop_of(robot) if heard and robot.arm is not None else None
+    senses = Senses(inlet, robot.footprint)
+    return Evaluator(senses, person, RequestWatch(prop, heard), measured=True)
 
 
 def _person(setup: Setup, uses: Uses, options: Options) -> Person | None:
@@ -233,12 +253,14 @@ def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:
     return prop
 
 
-def outline_of(robot: RobotModel) -> OutlineOf:
-    """The arm's capsules in the rover frame, from the joints."""
+def arm_outline(robot: RobotModel) -> ArmOutline:
+    """The arm as capsules."""
     from states.arm.collision import CollisionModel, outline
     from states.arm.model import manipulator_of
 
-    return partial(outline, CollisionModel.of(manipulator_of(robot)))
+    arm = manipulator_of(robot)
+    model = CollisionModel.of(arm)
+    return ArmOutline(partial(outline, model), model.links, arm.tool.name, robot.footprint)
 
 
 def pose_of(m: list[list[float]]) -> Pose3:

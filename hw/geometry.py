@@ -83,6 +83,14 @@ class Pose2:
         """Direction of the other origin seen from this pose, rad, 0 is straight ahead."""
         return wrap(math.atan2(other.y - self.y, other.x - self.x) - self.yaw)
 
+    def between(self, other: Pose2, share: float) -> Pose2:
+        """Where an even motion to the other pose is after a share of it; the yaw not wrapped."""
+        return Pose2(
+            self.x + share * (other.x - self.x),
+            self.y + share * (other.y - self.y),
+            self.yaw + share * wrap(other.yaw - self.yaw),
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class Pose3:

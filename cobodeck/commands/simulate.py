@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 BLOCKED_S = 5.0
 """Longer ticks, s of wall time, are reported with what blocks them."""
+SHOWN = 3
+"""So many contacts and drop-outs are shown one by one."""
 FAILURES = ("error", "failed")
 """Outcomes of a chart that make the command fail."""
 
@@ -165,6 +167,8 @@ def summary(figures: Mapping[str, Any], trace: str, ended_by: tuple[str, str] | 
         where += f" with {f['user']}"
     governor = "governor on" if f.get("governor") else "governor off"
     title = f"{where}: {f['profile']} ({governor}), tier {f['tier']}, {f['tick_hz']} Hz"
+    if f["measured"]:
+        title += "; measured, not true"
     speed = f"{f['realtime_factor']:.0f} times real time" if f["realtime_factor"] else "-"
     rows = [
         ("simulated", f"{f['sim_s']:.1f} s in {f['wall_s']:.2f} s, {speed}"),
@@ -181,21 +185,24 @@ def summary(figures: Mapping[str, Any], trace: str, ended_by: tuple[str, str] | 
 
 def _person_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [
-        ("requests served", f"{f['served']} of {f['requests']}{_refused(f['refusals'])}"),
+        ("requests served", _served(f)),
         ("response", _spread(f["response_s"], "s")),
-        ("beside the user", _share(f["beside_share"], f["walking_s"])),
+        ("beside the user", _share(f)),
         ("escapes", f"{f['escapes']}, of which {f['escape_failures']} failed"),
-        ("escape situations", f"{f['situations']}"),
+        ("time of an escape", _spread(f["escape_time_s"], "s")),
+        ("escape situations", _known(f["situations"])),
         ("time to safety", _spread(f["time_to_safety_s"], "s")),
-        ("contacts", f"{f['contacts']}, least gap {f['min_gap_m']:.2f} m"),
+        ("contacts", _contacts(f)),
+        *(("", _contact(contact)) for contact in _worst(f["contact_list"] or ())),
         ("tracking lost", _dropouts(f["dropouts"])),
     ]
 
 
 def _robot_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
     rows = [("faults", _faults(f["fault_names"]))]
-    if "distance_m" in f:
-        rows.insert(0, ("travelled", f"{f['distance_m']:.1f} m, {f['energy_j'] / 1000:.1f} kJ"))
+    if f["distance_m"] is not None:
+        energy = "" if f["energy_j"] is None else f", {f['energy_j'] / 1000:.1f} kJ"
+        rows.insert(0, ("travelled", f"{f['distance_m']:.1f} m{energy}"))
     if not f.get("person_watched", True):
         rows.append(("person", "not watched: nothing keeps the base away from people"))
     return rows
@@ -223,8 +230,15 @@ def _outcome(outcome: str | None, ended_by: tuple[str, str] | None) -> str:
     return f"{outcome}: {ended_by[0]} ended with {ended_by[1]}"
 
 
-def _refused(refusals: Mapping[str, int]) -> str:
-    return "".join(f"; {count} refused: {reason}" for reason, count in refusals.items())
+def _known(count: int | None) -> str:
+    return "-" if count is None else str(count)
+
+
+def _served(f: Mapping[str, Any]) -> str:
+    if f["requests"] is None:
+        return "-"
+    refused = (f"; {count} refused: {reason}" for reason, count in f["refusals"].items())
+    return f"{_known(f['served'])} of {f['requests']}{''.join(refused)}"
 
 
 def _spread(values: Mapping[str, float | None], unit: str) -> str:
@@ -233,17 +247,40 @@ def _spread(values: Mapping[str, float | None], unit: str) -> str:
     return f"{values['mean']:.2f} {unit} ({values['min']:.2f} to {values['max']:.2f})"
 
 
-def _share(share: float | None, walking_s: float) -> str:
-    if share is None:
+def _share(f: Mapping[str, Any]) -> str:
+    if f["beside_share"] is None:
         return "-"
-    return f"1.5 to 4 m away for {share:.0%} of {walking_s:.0f} s of walking"
+    walked = f"1.5 to 4 m away for {f['beside_share']:.0%} of {f['walking_s']:.0f} s of walking"
+    return f"{walked}, 3 to 4 m for {f['beside_share_3_4']:.0%}"
 
 
-def _dropouts(found: list[dict[str, float]]) -> str:
+def _contacts(f: Mapping[str, Any]) -> str:
+    gap = "" if f["min_gap_m"] is None else f"least gap {f['min_gap_m']:.2f} m"
+    if f["contacts"] is None:
+        return f"not known; {gap}" if gap else "not known"
+    caused = f", of which {f['contacts_by_robot']} by the robot" if f["contacts"] else ""
+    slow = f["contacts_slow_arm"]
+    slowly = f" and {slow} by its arm, slowly" if slow else ""
+    return f"{f['contacts']}{caused}{slowly}, {gap}"
+
+
+def _worst(contacts: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """A few to be shown: those by the robot first."""
+    causes = ("robot", "slow_arm", "person")
+    return sorted(contacts, key=lambda contact: causes.index(contact["by"]))[:SHOWN]
+
+
+def _contact(c: Mapping[str, Any]) -> str:
+    granted = ", in a touch asked for" if c["granted"] else ""
+    speeds = f"robot {c['robot_closing_m_s']:.2f} m/s, person {c['person_closing_m_s']:.2f} m/s"
+    return f"{c['at_s']:.1f} s {c['part']} at ({c['x']:.1f}, {c['y']:.1f}), {speeds}{granted}"
+
+
+def _dropouts(found: list[dict[str, float]] | None) -> str:
     if not found:
-        return "never"
-    shown = ", ".join(f"{d['from_s']:.1f} to {d['to_s']:.1f} s" for d in found[:3])
-    more = f" and {len(found) - 3} more" if len(found) > 3 else ""
+        return "-" if found is None else "never"
+    shown = ", ".join(f"{d['from_s']:.1f} to {d['to_s']:.1f} s" for d in found[:SHOWN])
+    more = f" and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
     return f"{len(found)} times: {shown}{more}"
 
 

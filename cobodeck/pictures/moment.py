@@ -13,16 +13,15 @@ from behaviors.chase_space import grid
 from behaviors.haptic import best_pose, poses, reachable
 from behaviors.settings import Settings
 from behaviors.situation import Situation
+from cobodeck.plants import Plant
 from cobodeck.stage import Options, stage
 from cobodeck.wiring import Setup
 from engine.board import Board
 from engine.machine import RUNNING, Leaf
-from hw.geometry import STILL, Pose2, Pose3
-from hw.person import Person
+from hw.geometry import STILL, Pose2, Pose3, wrap
 from hw.room import Point
 from hw.samples import UserPose
 from hw.scene import Scene
-from hw.sim.world import World
 from states.navigation.local_planner import GlobalPlanner
 from states.navigation.states import user_disc
 from states.site import Site, SubsystemName
@@ -74,15 +73,15 @@ def with_next_drive(moment: Moment, site: Site, settings: Settings) -> Moment:
 class _Trail:
     """Where robot and user have been in the last `TRAIL_S`; an observer of a loop."""
 
-    def __init__(self, world: World) -> None:
-        self._world = world
+    def __init__(self, plant: Plant) -> None:
+        self._plant = plant
         self._places: deque[tuple[int, Pose2, Pose2 | None]] = deque()
 
     def watch(self, now_ns: int) -> None:
-        world, places = self._world, self._places
-        body = None if world.person is None else world.person.body
-        places.append((now_ns, world.base.pose, body))
-        while places[0][0] < now_ns - round(TRAIL_S * 1e9):
+        truth, places = self._plant.truth, self._places
+        if truth is not None and truth.base is not None:
+            places.append((now_ns, truth.base, truth.body))
+        while places and places[0][0] < now_ns - round(TRAIL_S * 1e9):
             places.popleft()
 
     @property
@@ -99,19 +98,22 @@ def after(
 ) -> Moment:
     """The moment after simulating so long, or at the end of a run that ends before."""
     loop = stage(setup, options)
-    world = loop.plant.truth
-    assert isinstance(world, World)
-    trail = _Trail(world)
+    trail = _Trail(loop.plant)
     loop.observers = (*loop.observers, trail)
     loop.go(loop.grid.instant(loop.grid.last(round(seconds * 1e9))), progress)
     running = [leaf for leaf in loop.wired.run.machine.leaves if leaf.status == RUNNING]
+    truth = loop.plant.truth
+    assert truth is not None
+    assert truth.base is not None
     moment = Moment(
-        robot=world.base.pose,
-        user=_user_of(world.person),
-        deep=None if world.person is None else world.person.request,
+        robot=truth.base,
+        user=None
+        if truth.body is None
+        else UserPose(truth.body, wrap(truth.body.yaw + truth.head_turn)),
+        deep=truth.request,
         robot_trail=trail.robot,
         user_trail=trail.user,
-        caption=f"{world.now_ns * 1e-9:.1f} s, {_doing(running, loop.wired.run.outcome)}",
+        caption=f"{loop.now_ns * 1e-9:.1f} s, {_doing(running, loop.wired.run.outcome)}",
     )
     for subsystem, goal in islice(_drives(running), 1):
         planner = _planner(setup.site, subsystem, loop.wired.board)
@@ -124,14 +126,6 @@ def _planner(site: Site, subsystem: SubsystemName, board: Board) -> GlobalPlanne
     slot = board.slots.get(f"{subsystem}.planner")
     newest = None if slot is None else slot.read()
     return site.static_planners[subsystem] if newest is None else newest.value
-
-
-def _user_of(person: Person | None) -> UserPose | None:
-    """The user as tracking sees them; where it does not, as they stand."""
-    if person is None:
-        return None
-    seen = None if person.measured is None else person.measured.value
-    return seen if isinstance(seen, UserPose) else UserPose(person.body, person.body.yaw)
 
 
 def _drives(leaves: Iterable[Leaf]) -> Iterable[tuple[SubsystemName, Pose2]]:

@@ -12,12 +12,33 @@ at 4 m/s relative speed. That both really accelerate misses at most a dt2 / 8: 0
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-from hw.geometry import Pose2, wrap
+from hw.geometry import Pose2, Twist2, wrap
 from hw.person import RADIUS
 from hw.robot import Footprint
+from hw.separation import nearness
 
 _TURN = 0.02
+_HALVINGS = 24
+"""So often a step is halved to find the instant of a touch in it."""
+
+Sweep = tuple[Pose2, Pose2]
+"""Where something was at the begin of a step, and is at its end, in the map."""
+
+
+class Touch(NamedTuple):
+    """How robot and person came together within a step.
+
+    `share` of the step that had passed, place in the map (m), and the closing speeds of the points
+    that touch, along the normal of the contact (m/s; below 0: it went away).
+    """
+
+    share: float
+    x: float
+    y: float
+    robot_closing: float
+    person_closing: float
 
 
 def rectangle_distance(half_length: float, half_width: float, x: float, y: float) -> float:
@@ -57,12 +78,7 @@ def gap(footprint: Footprint, robot: Pose2, x: float, y: float, radius: float = 
     return rectangle_distance(footprint.half_length, footprint.half_width, px, py) - radius
 
 
-def swept_gap(
-    footprint: Footprint,
-    robot: tuple[Pose2, Pose2],
-    person: tuple[Pose2, Pose2],
-    radius: float = RADIUS,
-) -> float:
+def swept_gap(footprint: Footprint, robot: Sweep, person: Sweep, radius: float = RADIUS) -> float:
     """The least gap while both go from their first pose to their second, m."""
     (a, b), (p, q) = robot, person
     turn = wrap(b.yaw - a.yaw)
@@ -84,6 +100,39 @@ def swept_gap(
         )
         before = after
     return least - radius
+
+
+def first_touch(footprint: Footprint, robot: Sweep, person: Sweep, span_s: float) -> Touch:
+    """The beginning of a touch that the swept gap has found in a step of span_s."""
+    early, late = 0.0, 1.0
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (early + late)
+        if swept_gap(footprint, _part(robot, early, middle), _part(person, early, middle)) <= 0.0:
+            late = middle
+        else:
+            early = middle
+    (a, b), (p, q) = robot, person
+    base, body = a.between(b, late), p.between(q, late)
+    seen = _seen_from(base.x, base.y, base.yaw, body.x, body.y)
+    near = nearness(footprint.half_length, footprint.half_width, *seen, RADIUS)
+    normal = Twist2(near.nx, near.ny).rotated(base.yaw)
+    # in no time a robot does not move, and a person who leaps has no speed
+    per_s = 1.0 / span_s if span_s > 0.0 else 0.0
+    driven = normal.vx * (b.x - a.x) + normal.vy * (b.y - a.y) + near.lever * wrap(b.yaw - a.yaw)
+    walked = normal.vx * (q.x - p.x) + normal.vy * (q.y - p.y)
+    deep = near.gap + RADIUS
+    return Touch(
+        late,
+        body.x - deep * normal.vx,
+        body.y - deep * normal.vy,
+        per_s * driven,
+        -per_s * walked,
+    )
+
+
+def _part(sweep: Sweep, start: float, end: float) -> Sweep:
+    before, after = sweep
+    return before.between(after, start), before.between(after, end)
 
 
 def _seen_from(x: float, y: float, yaw: float, px: float, py: float) -> tuple[float, float]:

@@ -16,17 +16,18 @@ from hw.guarded import CYCLE_NS, GuardedBase
 from hw.interfaces import Arm, Base, Part
 from hw.person import RADIUS, Person
 from hw.robot import MotionLimits, RobotModel
-from hw.room import Room
 from hw.safety_limits import SafetyLimits
-from hw.samples import ArmState
+from hw.samples import ArmState, Sample, UserPose
 from hw.scene import Scene
 from hw.sim.arm import SimArm
 from hw.sim.base import SimBase
-from hw.sim.contact import gap, rectangle_segment_distance, swept_gap
+from hw.sim.contact import Sweep, first_touch, gap, swept_gap
 from hw.sim.sensors import IDEAL, SensorModel
 from hw.sim.surroundings import ScriptedOperator, SimBumper, SimTrackers, SimVr
 from hw.sim.tool import Hand
+from hw.sim.walls import Walls
 from hw.stop_line import StopLatch
+from hw.truth import BASE, Contact, Truth
 
 PUSHED_OFF, PUSHING = 0.3, 0.3
 """The operator pushes a robot that touches the person off to this gap, m, at this speed, m/s."""
@@ -69,11 +70,12 @@ class MovingArm(Arm, Protocol):
 class World:
     """A robot, and where there are some, the room and the person around it: a plant of a loop.
 
-    `parts` is what a run is wired to, by name. The other attributes are the truth, for evaluators:
-    `contacts` counts touches of robot and person (swept between steps), `wall_hits` those of robot
-    and room, `min_gap` is the least distance between outline and person so far, m, infinite without
-    a person. With `area_only` the person is tracked in the room's tracked area only (R6), else
-    everywhere. Without a scene the robot starts at the map's origin and meets no walls.
+    `parts` is what a run is wired to, by name. The other attributes are how things are, and `truth`
+    is a snapshot of them: `contacts` are the touches of the robot's outline and the person (swept
+    between steps), `wall_hits` counts those of robot and room, `min_gap` is the least distance
+    between outline and person so far, m, infinite without a person. With `area_only` the person is
+    tracked in the room's tracked area only (R6), else everywhere. Without a scene the robot starts
+    at the map's origin and meets no walls.
 
     `guard` is the part `base`: it stands in front of the wheels, which are `base`. A stop that it
     latches pulls the stop line. `safety`: the limits of its chain; None: those of the robot.
@@ -111,13 +113,13 @@ class World:
         if arm is None and robot.arm is not None:
             self.arm = SimArm(robot.arm, limits)
         self.hand = hand or (Hand() if robot.prop is None else Hand.of(robot.prop))
-        self.now_ns = 0
-        self.contacts = 0
+        self.now_ns, self._elapsed_s = 0, 0.0
+        self.contacts: tuple[Contact, ...] = ()
         self.wall_hits = 0
         self.touching = self._touched = False
-        self._elapsed_s = 0.0
+        self._tracked: tuple[int | None, float] = (None, 0.0)  # stamp, and the turn of the head
         self.min_gap = math.inf if person is None else self._gap_to(person.body)
-        self._walls = None if scene is None else _Walls(scene.room, robot)
+        self._walls = None if scene is None else Walls(scene.room, robot)
         self._line = StopLatch(self._release)
         safety = safety or SafetyLimits.of(robot, limits)
         if person is None:
@@ -154,9 +156,26 @@ class World:
         return self.person is not None and self.person.finished
 
     @property
-    def truth(self) -> World:
-        """Itself: where everything truly is."""
-        return self
+    def truth(self) -> Truth:
+        """Where everything truly is now."""
+        base, arm, person = self.base, self.arm, self.person
+        state = None if arm is None else arm.state
+        return Truth(
+            base=base.pose,
+            joints=None if state is None else state.joints,
+            arm_moving=state is not None and state.moving,
+            body=None if person is None else person.body,
+            speed=0.0 if person is None else person.speed,
+            request=None if person is None else person.request,
+            seen_ns=self._tracked[0],
+            head_turn=self._tracked[1],
+            informed=self.informed,
+            distance_m=base.distance_m,
+            energy_j=base.energy_j,
+            wall_hits=self.wall_hits,
+            min_gap=None if person is None else self.min_gap,
+            contacts=None if person is None else self.contacts,
+        )
 
     def add(self, parts: Mapping[str, Part]) -> None:
         """Parts of one's own, in place of those of the same names; `advance` moves them on.
@@ -232,12 +251,21 @@ class World:
     def _advance_person(self, person: Person, robot_before: Pose2) -> None:
         body_before = person.body
         person.step(self.now_ns, self.base.pose, self.informed)
+        if person.measured is not None:
+            self._see(person.measured)
         if self.base.pose is not robot_before or person.body is not body_before:
             self._watch_gap(person, robot_before, body_before)
         assert self._vr is not None
         assert self._trackers is not None
         self._vr.step(self.now_ns)
         self._trackers.step()
+
+    def _see(self, sample: Sample) -> None:
+        """Tracking had a pose; one with an angle that is no number is none."""
+        pose = sample.value
+        turn = pose.head_yaw - pose.body.yaw if isinstance(pose, UserPose) else math.nan
+        if math.isfinite(turn):
+            self._tracked = sample.stamp_ns, turn
 
     def _hits_wall(self, pose: Pose2) -> bool:
         return self._walls is not None and self._walls.hit_by(pose)
@@ -279,10 +307,24 @@ class World:
         found = swept_gap(footprint, (robot_before, robot), (body_before, body))
         self.min_gap = min(self.min_gap, found)
         if found <= 0.0 and not self.touching:
-            self.contacts += 1
+            self._note_contact(person, (robot_before, robot), (body_before, body))
             self._bumper.touch(self.now_ns, robot.bearing_to(body), "person")
         self.touching = found <= 0.0 and gap(footprint, robot, body.x, body.y) <= 0.0
         self._touched = self._touched or self.touching
+
+    def _note_contact(self, person: Person, robot: Sweep, body: Sweep) -> None:
+        span = self._elapsed_s
+        touch = first_touch(self.robot.footprint, robot, body, span)
+        contact = Contact(
+            at_ns=self.now_ns - round((1.0 - touch.share) * span * 1e9),
+            x=touch.x,
+            y=touch.y,
+            part=BASE,
+            robot_closing=touch.robot_closing,
+            person_closing=touch.person_closing,
+            granted=person.request is not None,
+        )
+        self.contacts = (*self.contacts, contact)
 
     def _hit_wall(self, before: Pose2) -> None:
         self.wall_hits += 1
@@ -304,30 +346,3 @@ class World:
                 f"{place}: the robot would touch the person, who starts at "
                 f"({body.x:.2f}, {body.y:.2f}); start one of them elsewhere",
             )
-
-
-class _Walls:
-    """Does the robot's outline touch a wall? Looks again only when it could have got there."""
-
-    def __init__(self, room: Room, robot: RobotModel) -> None:
-        self._room, self._footprint = room, robot.footprint
-        self._clear = 0.0
-        self._at = Pose2(math.inf, math.inf)
-
-    def hit_by(self, pose: Pose2) -> bool:
-        reach = self._footprint.half_diagonal
-        at = self._at
-        if math.hypot(pose.x - at.x, pose.y - at.y) + reach * abs(pose.yaw - at.yaw) < self._clear:
-            return False
-        self._at, self._clear = pose, self._distance(pose)
-        return self._clear <= 0.0 or not self._room.is_free(pose.x, pose.y)
-
-    def _distance(self, pose: Pose2) -> float:
-        length, width = self._footprint.half_length, self._footprint.half_width
-        base_from_map = pose.inverse()
-        return min(
-            rectangle_segment_distance(
-                length, width, base_from_map.transform(x1, y1), base_from_map.transform(x2, y2)
-            )
-            for x1, y1, x2, y2 in self._room.segments
-        )

@@ -194,7 +194,7 @@ def test_beside_a_walking_user_the_robot_keeps_3_to_4_m(
 
     assert len(kept) > 1500
     assert sum(kept) / len(kept) >= share
-    assert seen.world.contacts == 0
+    assert seen.world.contacts == ()
 
 
 @pytest.mark.requirement(88)
@@ -294,7 +294,7 @@ def test_a_robot_shut_into_a_corner_warns_and_recovers_when_the_user_goes(
     names = [name for _, name in entered]
     assert "escape" in names
     assert "inform" in names
-    assert seen.world.contacts == 0
+    assert seen.world.contacts == ()
     assert seen.world.wall_hits == 0
     # no livelock: a round from one Chase to the next takes its time
     chases = [time for time, name in entered if name == "chase"]
@@ -339,4 +339,4 @@ def test_where_no_haptic_pose_is_free_haptic_fails_and_chase_goes_on(
     assert ended == ["failed"]
     assert seen.entries("haptic/serve/drive") == 0
     assert seen.behaviour == "chase"
-    assert seen.world.contacts == 0
+    assert seen.world.contacts == ()

@@ -49,8 +49,8 @@ def test_poses_that_are_too_late_leave_it_standing_and_it_says_why(delay_ms: int
     loop: Loop = stage(delayed(delay_ms), Options(requests=1))
     loop.go(30 * 10**9)
 
-    world = loop.plant.truth
-    assert world is not None
-    assert world.base.distance_m == 0.0
-    assert world.contacts == 0
+    truth = loop.plant.truth
+    assert truth is not None
+    assert truth.distance_m == 0.0
+    assert truth.contacts == ()
     assert set(loop.plant.parts["operator"].faults) == {"tracking of the user is lost"}

@@ -42,7 +42,7 @@ def test_an_engine_that_dies_while_driving_leaves_a_zero_command_within_a_tenth_
     profile: str, latency: float, mock: bool
 ) -> None:
     loop = staged(profile, mock, latency=latency)
-    base = loop.plant.truth.base
+    base = loop.plant.base
     until(loop, lambda: base.twist.speed >= 0.9)
     cycles, died = loop.plant.guard.chain.cycles.reader(), loop.now_ns
     cycles.take()

@@ -1,54 +1,25 @@
 """The evaluator's figures, for courses of events that are worked out by hand."""
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from cobodeck.arm_contact import ArmWatch
-from cobodeck.metrics import Evaluator, spread
+from cobodeck.arm_contact import ArmOutline, ArmWatch
+from cobodeck.figures import spread
+from cobodeck.metrics import Evaluator
+from cobodeck.requests import RequestWatch
 from cobodeck.simulate import simulate
 from cobodeck.stage import Options
 from cobodeck.wiring import open_setup
 from hw.geometry import Pose2, Pose3
-from hw.robot import RobotModel, load_robot
-from hw.samples import ArmState, Sample, UserPose
+from hw.robot import load_robot
+from hw.truth import Truth
 
 SECOND = 10**9
 ORIGIN, FAR = Pose2(0.0, 0.0), Pose2(9.0, 0.0)
-STILL = ArmState((0.0,) * 6, (0.0,) * 6)
-
-
-@dataclass
-class Person:
-    body: Pose2 = ORIGIN
-    speed: float = 0.0
-    request: Pose3 | None = None
-    measured: Sample | None = None
-
-
-@dataclass
-class Base:
-    pose: Pose2 = FAR
-    distance_m: float = 0.0
-    energy_j: float = 0.0
-
-
-@dataclass
-class Arm:
-    state: ArmState = STILL
-
-
-@dataclass
-class World:
-    person: Person = field(default_factory=Person)
-    base: Base = field(default_factory=Base)
-    arm: Arm = field(default_factory=Arm)
-    robot: RobotModel = field(default_factory=lambda: load_robot("rbkairos_ur10"))
-    contacts: int = 0
-    wall_hits: int = 0
-    min_gap: float = 3.0
 
 
 def forearm(joints):
@@ -57,23 +28,32 @@ def forearm(joints):
 
 
 class Course:
-    """A world that is told what to look like, one second after the other."""
+    """A plant that is told what to look like, one second after the other."""
 
-    def __init__(self) -> None:
-        self.world = World()
+    def __init__(self, part: str = "forearm") -> None:
+        self.truth = Truth(
+            base=FAR,
+            joints=(0.0,) * 6,
+            body=ORIGIN,
+            distance_m=0.0,
+            energy_j=0.0,
+            wall_hits=0,
+            min_gap=3.0,
+            contacts=(),
+        )
         self.prop = Pose3(100.0, 0.0, 0.0)
-        world = self.world
-        arm = ArmWatch(world, forearm)  # type: ignore[arg-type]
-        self.seen = Evaluator(world, lambda base, joints: self.prop, arm)  # type: ignore[arg-type]
+        footprint = load_robot("rbkairos_ur10").footprint
+        arm = ArmWatch(ArmOutline(forearm, (part,), "panel", footprint))
+        self.requests = RequestWatch(lambda base, joints: self.prop)
+        self.seen = Evaluator(self, True, self.requests, arm)
         self.now = 0
+
+    def be(self, **known: Any) -> None:
+        self.truth = self.truth._replace(**known)
 
     def see(self, at: float, robot: Pose2, speed: float = 1.0, turn: float = 0.0) -> None:
         self.now = round(at * SECOND)
-        person = self.world.person
-        person.speed = speed
-        pose = UserPose(person.body, person.body.yaw + turn)
-        person.measured = Sample("user.pose", self.now, pose)
-        self.world.base.pose = robot
+        self.be(base=robot, speed=speed, head_turn=turn, seen_ns=self.now)
         self.seen.watch(self.now)
 
 
@@ -126,7 +106,7 @@ def test_served_is_the_prop_within_2_cm_and_a_tenth_rad(
 ) -> None:
     deep = Pose3.from_yaw(1.0, 0.0, 1.5, 0.0)
     course.see(1, Pose2(1.5, 0.0), 0.0)
-    course.world.person.request = deep
+    course.be(request=deep)
     course.see(2, Pose2(1.5, 0.0), 0.0)
     course.prop = Pose3.from_yaw(1.0 + off, 0.0, 1.5, yaw)
     course.see(5, Pose2(1.5, 0.0), 0.0)
@@ -138,9 +118,9 @@ def test_served_is_the_prop_within_2_cm_and_a_tenth_rad(
 
 
 def test_a_prop_that_comes_after_the_release_serves_nobody(course: Course) -> None:
-    course.world.person.request = Pose3(1.0, 0.0, 1.5)
+    course.be(request=Pose3(1.0, 0.0, 1.5))
     course.see(1, Pose2(1.5, 0.0), 0.0)
-    course.world.person.request = None
+    course.be(request=None)
     course.prop = Pose3(1.0, 0.0, 1.5)
     course.see(2, Pose2(1.5, 0.0), 0.0)
     course.see(3, Pose2(1.5, 0.0), 0.0)
@@ -149,26 +129,48 @@ def test_a_prop_that_comes_after_the_release_serves_nobody(course: Course) -> No
 
 
 @pytest.mark.requirement(44)
-def test_the_error_of_a_served_request_is_that_of_the_prop_at_its_nearest(course: Course) -> None:
-    course.world.person.request = Pose3(1.0, 0.0, 1.2)
-    for at, off, turned in [(1, 0.5, 0.0), (2, 0.015, 0.05), (3, 0.002, 0.01), (4, 0.3, 0.0)]:
+def test_the_error_of_a_served_request_is_that_of_the_prop_once_the_arm_stands(
+    course: Course,
+) -> None:
+    course.be(request=Pose3(1.0, 0.0, 1.2))
+    for at, off, turned, moving in [
+        (1, 0.5, 0.0, False),
+        (2, 0.015, 0.05, True),
+        (3, 0.002, 0.01, True),
+        (4, 0.008, 0.02, False),
+        (5, 0.001, 0.0, False),
+        (6, 0.3, 0.0, True),
+    ]:
         course.prop = Pose3.from_yaw(1.0 + off, 0.0, 1.2, turned)
+        course.be(arm_moving=moving)
         course.see(at, Pose2(1.5, 0.01 * at), 0.0)
 
     figures = course.seen.report()
 
-    assert figures["prop_error_m"]["max"] == pytest.approx(0.002)
-    assert figures["prop_error_rad"]["max"] == pytest.approx(0.01)
+    assert figures["response_s"]["mean"] == 1.0
+    assert figures["prop_error_m"]["max"] == pytest.approx(0.008)
+    assert figures["prop_error_rad"]["max"] == pytest.approx(0.02)
+
+
+def test_an_arm_that_does_not_come_to_stand_has_no_error(course: Course) -> None:
+    course.prop = Pose3(1.0, 0.0, 1.2)
+    for at, request in [(1, course.prop), (2, None), (3, Pose3(2.0, 0.0, 1.2))]:
+        course.be(request=request, arm_moving=at < 2)
+        course.see(at, Pose2(1.5, 0.0), 0.0)
+
+    figures = course.seen.report()
+    assert figures["served"] == 1
+    assert figures["prop_error_m"]["mean"] is None
 
 
 def test_a_request_is_served_once(course: Course) -> None:
     deep = Pose3(1.0, 0.0, 1.5)
     for begin in (1, 11):
         course.prop = deep
-        course.world.person.request = Pose3(1.0, 0.0, 1.5)
+        course.be(request=Pose3(1.0, 0.0, 1.5))
         for second in range(5):
             course.see(begin + second, Pose2(1.5, 0.0), 0.0)
-        course.world.person.request = None
+        course.be(request=None)
         course.see(begin + 6, Pose2(1.5, 0.0), 0.0)
 
     figures = course.seen.report()
@@ -178,17 +180,17 @@ def test_a_request_is_served_once(course: Course) -> None:
 def test_what_is_not_served_is_refused_with_its_times_also_at_the_end(course: Course) -> None:
     for begin, served in ((1, False), (5, True), (9, False)):
         course.prop = Pose3(1.0 if served else 50.0, 0.0, 1.5)
-        course.world.person.request = Pose3(1.0, 0.0, 1.5)
+        course.be(request=Pose3(1.0, 0.0, 1.5))
         course.see(begin, Pose2(1.5, 0.0))
         course.see(begin + 2, Pose2(1.5, 0.01))
         if begin < 9:
-            course.world.person.request = None
+            course.be(request=None)
             course.see(begin + 3, Pose2(1.5, 0.0))
     course.seen.finish()
 
     figures = course.seen.report()
     assert (figures["requests"], figures["served"], figures["refused"]) == (3, 1, 2)
-    assert course.seen.unserved == [(1 * SECOND, 4 * SECOND), (9 * SECOND, 11 * SECOND)]
+    assert course.requests.unserved == [(1 * SECOND, 4 * SECOND), (9 * SECOND, 11 * SECOND)]
 
 
 @pytest.mark.requirement(91)
@@ -203,10 +205,8 @@ def test_the_share_beside_the_user_is_of_walking_time_only(course: Course) -> No
 
 def test_silence_of_tracking_is_noticed_with_its_time(course: Course) -> None:
     course.see(0.1, Pose2(9.0, 0.0))
-    course.world.person.measured = None
     course.seen.watch(SECOND)
     course.see(2.0, Pose2(9.0, 0.0))
-    course.world.person.measured = None
     course.seen.watch(4 * SECOND)
     course.seen.finish()
 
@@ -235,7 +235,7 @@ def test_the_spread_is_that_of_a_sample() -> None:
 
 
 def hold_arm_out(course: Course, reach: float) -> None:
-    course.world.arm.state = ArmState((reach, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0,) * 6)
+    course.be(joints=(reach, 0.0, 0.0, 0.0, 0.0, 0.0))
 
 
 def contacts_of(course: Course) -> int:
@@ -264,17 +264,30 @@ def test_between_two_looks_the_arm_touches_too(course: Course) -> None:
     assert contacts_of(course) == 1
 
 
-def test_a_granted_touch_is_no_contact_until_the_arm_has_come_away_once(course: Course) -> None:
+def test_what_the_arm_holds_may_meet_who_asked_until_it_has_come_away_once() -> None:
+    course = Course("panel")
     hold_arm_out(course, 1.0)
     asked = Pose3(0.4, 0.0, 1.0)
 
     for at, x, request in [(0, 2.5, None), (1, 1.4, asked), (2, 1.4, None), (3, 2.5, None)]:
-        course.world.person.request = request
+        course.be(request=request)
         course.see(at, Pose2(x, 0.0, math.pi))
     assert contacts_of(course) == 0
 
     course.see(4, Pose2(1.4, 0.0, math.pi))
     assert contacts_of(course) == 1
+
+
+def test_a_link_that_touches_who_asked_is_a_contact_once(course: Course) -> None:
+    hold_arm_out(course, 1.0)
+    asked = Pose3(0.4, 0.0, 1.0)
+
+    for at, x, request in [(0, 2.5, None), (1, 1.4, asked), (2, 1.4, None), (3, 2.5, None)]:
+        course.be(request=request)
+        course.see(at, Pose2(x, 0.0, math.pi))
+
+    (contact,) = course.seen.report()["contact_list"]
+    assert (contact["part"], contact["granted"]) == ("forearm", True)
 
 
 def test_an_arm_inside_the_outline_touches_nobody(course: Course) -> None:

@@ -1,0 +1,132 @@
+"""Figures of a run: those of a run without a robot, spreads, and what can be told from the trace.
+
+Figures of things that did not occur are `None`, never 0.
+"""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from cobodeck.separation import SeparationWatch
+from engine.machine import Box
+from engine.run import Run
+from hw.log import Log
+from hw.truth import Contact
+
+
+def spread(values: Iterable[float], names: tuple[str, ...]) -> dict[str, float | None]:
+    """Mean, standard deviation of the sample, least and greatest; `None` where there is none."""
+    found = list(values)
+    if not found:
+        return dict.fromkeys(names)
+    figures: dict[str, float | None] = {
+        "mean": statistics.fmean(found),
+        "sd": statistics.stdev(found) if len(found) > 1 else None,
+        "min": min(found),
+        "max": max(found),
+    }
+    return {name: figures[name] for name in names}
+
+
+def contact_figures(contacts: Sequence[Contact] | None) -> dict[str, Any]:
+    """How many touches there were, by whom, and each of them; None where nobody knows."""
+    causes = None if contacts is None else [contact.by for contact in contacts]
+    return {
+        "contacts": None if causes is None else len(causes),
+        "contacts_by_robot": None if causes is None else causes.count("robot"),
+        "contacts_slow_arm": None if causes is None else causes.count("slow_arm"),
+        "contact_list": None if contacts is None else [_listed(c) for c in contacts],
+    }
+
+
+def _listed(contact: Contact) -> dict[str, Any]:
+    return {
+        "at_s": contact.at_ns / 1e9,
+        "x": contact.x,
+        "y": contact.y,
+        "part": contact.part,
+        "by": contact.by,
+        "robot_closing_m_s": contact.robot_closing,
+        "person_closing_m_s": contact.person_closing,
+        "granted": contact.granted,
+    }
+
+
+class Visit(NamedTuple):
+    """One visit of a chart that another uses: when it was entered, when it ended and how.
+
+    ns since the start; None where it has not ended, or was broken off.
+    """
+
+    entered_ns: int
+    ended_ns: int | None = None
+    outcome: str | None = None
+
+
+def visits(run: Run, chart: str) -> list[Visit]:
+    """The visits of a used chart, in the order of their beginnings."""
+    paths = {
+        vertex.path
+        for vertex in run.machine.vertices.values()
+        if isinstance(vertex, Box) and vertex.chart == chart
+    }
+    found: list[Visit] = []
+    newest: dict[str, int] = {}
+    for record in run.trace:
+        if record.subject not in paths:
+            continue
+        if record.kind == "enter":
+            newest[record.subject] = len(found)
+            found.append(Visit(record.time))
+        elif record.kind == "outcome":
+            n = newest[record.subject]
+            found[n] = Visit(found[n].entered_ns, record.time, record.detail[0])
+    return found
+
+
+def escape_figures(run: Run) -> dict[str, Any]:
+    """How often Escape was entered, how often it failed, and how long those took that did not."""
+    escapes = visits(run, "escape")
+    times = (
+        (escape.ended_ns - escape.entered_ns) / 1e9
+        for escape in escapes
+        if escape.outcome == "safe" and escape.ended_ns is not None
+    )
+    return {
+        "escapes": len(escapes),
+        "escape_failures": sum(escape.outcome == "failed" for escape in escapes),
+        "escape_time_s": spread(times, ("mean", "min", "max")),
+    }
+
+
+NOTHING: Mapping[str, Any] = {
+    "measured": None,
+    "governor": False,
+    "person_watched": False,
+    "requests": None,
+    "served": None,
+    "refused": None,
+    "refusals": {},
+    "response_s": dict.fromkeys(("mean", "sd", "min", "max")),
+    "prop_error_m": dict.fromkeys(("mean", "max")),
+    "prop_error_rad": dict.fromkeys(("mean", "max")),
+    "distance_m": None,
+    "energy_j": None,
+    "situations": None,
+    "situations_open": None,
+    "time_to_safety_s": dict.fromkeys(("mean", "min", "max")),
+    **contact_figures(None),
+    "wall_hits": None,
+    "min_gap_m": None,
+    "walking_s": None,
+    "beside_share": None,
+    "beside_share_3_4": None,
+    "dropouts": [],
+    "faults": None,
+    "fault_names": {},
+    "separation": SeparationWatch(Log(1)).report(),
+    "motion_sha256": None,
+}
+"""The figures of a run without a robot."""

@@ -1,0 +1,88 @@
+"""Which requests were served, how soon and how well: the true prop against the DEEP."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from cobodeck.figures import spread
+from cobodeck.refusals import Span
+from hw.geometry import Pose2, Pose3
+from hw.samples import Joints
+from hw.truth import Truth
+
+SERVED_M, SERVED_RAD = 0.02, 0.1
+"""How near the prop must be to the DEEP (R44)."""
+REACH_M = 2.5
+"""A base farther from the DEEP than this serves nobody."""
+
+PropOf = Callable[[Pose2, Joints], Pose3]
+
+
+@dataclass(slots=True)
+class RequestWatch:
+    """Follows the requests of a person; `watch` once per tick.
+
+    `prop_of` is None for a robot without an arm, which serves nothing; `heard`: can requests be
+    known at all? `prop_errors` are those of the served requests at the instant from which the arm
+    stood, m and rad; `unserved` is when the others began and ended, ns.
+    """
+
+    prop_of: PropOf | None = None
+    heard: bool = True
+    requests: int = 0
+    response_s: list[float] = field(default_factory=list)
+    prop_errors: list[tuple[float, float]] = field(default_factory=list)
+    unserved: list[Span] = field(default_factory=list)
+    _requested: Pose3 | None = None
+    _since: int | None = None
+    _settling: bool = False
+    _seen: bool = False
+
+    def watch(self, now_ns: int, truth: Truth) -> None:
+        """Look at this instant."""
+        deep = truth.request
+        if deep != self._requested:
+            self.end(now_ns)
+            self._requested = deep
+            if deep is not None:
+                self.requests += 1
+                self._since = now_ns
+        base, joints, prop_of = truth.base, truth.joints, self.prop_of
+        if base is None or joints is None or prop_of is None:
+            return
+        self._seen = True
+        if deep is None or math.hypot(deep.x - base.x, deep.y - base.y) >= REACH_M:
+            return
+        if self._since is not None or self._settling:
+            prop = prop_of(base, joints)
+            self._watch_prop(now_ns, prop.distance_to(deep), prop.angle_to(deep), truth.arm_moving)
+
+    def _watch_prop(self, now_ns: int, away: float, turned: float, moving: bool) -> None:
+        if self._since is not None and away <= SERVED_M and turned <= SERVED_RAD:
+            self.response_s.append((now_ns - self._since) / 1e9)
+            self._since, self._settling = None, True
+        if self._settling and not moving:
+            self.prop_errors.append((away, turned))
+            self._settling = False
+
+    def end(self, now_ns: int) -> None:
+        """The request is over, if there is one."""
+        self._settling = False
+        if self._since is not None:
+            self.unserved.append((self._since, now_ns))
+            self._since = None
+
+    def report(self) -> dict[str, Any]:
+        """The figures by their names in JSON."""
+        judged = self.heard and (self._seen or self.prop_of is None)
+        return {
+            "requests": self.requests if self.heard else None,
+            "served": len(self.response_s) if judged else None,
+            "refused": len(self.unserved) if judged else None,
+            "response_s": spread(self.response_s, ("mean", "sd", "min", "max")),
+            "prop_error_m": spread((away for away, _ in self.prop_errors), ("mean", "max")),
+            "prop_error_rad": spread((turned for _, turned in self.prop_errors), ("mean", "max")),
+        }

@@ -1,0 +1,38 @@
+"""Does the robot's outline touch a wall?"""
+
+from __future__ import annotations
+
+import math
+
+from hw.geometry import Pose2
+from hw.robot import RobotModel
+from hw.room import Room
+from hw.sim.contact import rectangle_segment_distance
+
+
+class Walls:
+    """The walls of a room; looks again only when the robot could have got there."""
+
+    def __init__(self, room: Room, robot: RobotModel) -> None:
+        self._room, self._footprint = room, robot.footprint
+        self._clear = 0.0
+        self._at = Pose2(math.inf, math.inf)
+
+    def hit_by(self, pose: Pose2) -> bool:
+        """Does the outline at this pose touch one, or is it out of the room?"""
+        reach = self._footprint.half_diagonal
+        at = self._at
+        if math.hypot(pose.x - at.x, pose.y - at.y) + reach * abs(pose.yaw - at.yaw) < self._clear:
+            return False
+        self._at, self._clear = pose, self._distance(pose)
+        return self._clear <= 0.0 or not self._room.is_free(pose.x, pose.y)
+
+    def _distance(self, pose: Pose2) -> float:
+        length, width = self._footprint.half_length, self._footprint.half_width
+        base_from_map = pose.inverse()
+        return min(
+            rectangle_segment_distance(
+                length, width, base_from_map.transform(x1, y1), base_from_map.transform(x2, y2)
+            )
+            for x1, y1, x2, y2 in self._room.segments
+        )
