@@ -3,29 +3,16 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from operator import attrgetter
 
-from engine.trace import Record
 from hw.geometry import Pose2, Pose3
 from hw.robot import Footprint
 from hw.room import Room
-
-
-@dataclass(frozen=True, slots=True)
-class Contact:
-    """A touch of robot and person."""
-
-    at_ns: int
-    x: float
-    y: float
-    part: str
-    by: str
-    robot_closing: float
-    person_closing: float
+from hw.truth import Contact
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,25 +159,6 @@ class Course:
         """The last instant up to then, or else the first there is."""
         after = bisect_right(self.instants, at_s, key=attrgetter("at_s"))
         return self.instants[max(0, after - 1)]
-
-
-def spans_of(records: Iterable[Record], end_s: float) -> tuple[Span, ...]:
-    """When each node was entered and left; what is still running ends at `end_s`."""
-    found: list[Span] = []
-    running: dict[str, int] = {}
-    outcomes: dict[str, str] = {}
-    for time_ns, kind, path, detail in records:
-        if kind == "enter":
-            running[path] = len(found)
-            found.append(Span(path, time_ns / 1e9, end_s))
-        elif kind == "outcome":
-            outcomes[path] = detail[0]
-        elif kind == "exit" and path in running:
-            number = running.pop(path)
-            outcome = outcomes.pop(path, detail[0])
-            ended = outcome if detail[0] == "outcome" else detail[0]
-            found[number] = replace(found[number], end_s=time_ns / 1e9, ended=ended)
-    return tuple(found)
 
 
 def _above(path: str) -> Iterator[str]:

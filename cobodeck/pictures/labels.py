@@ -6,8 +6,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from matplotlib.patheffects import withStroke
-
 from cobodeck.pictures.canvas import Sheet
 from hw.room import Point
 
@@ -83,8 +81,9 @@ class Labels:
         x, y = (
             0.5 * (low + high) / self.on.scale for low, high in zip(area, area[2:], strict=False)
         )
-        written = self.on.axes.text(
+        # a light ground, not an outline: that would be written as curves, 6 kB a word
+        ground = {"fc": "white", "alpha": 0.72, "lw": 0.0, "boxstyle": "square,pad=0.05"}
+        self.on.axes.text(
             x, y, label.text, color=label.colour, fontsize=label.size, ha="center", va="center",
-            zorder=9.5, fontweight="bold", clip_on=True,
+            zorder=9.5, fontweight="bold", clip_on=True, bbox=ground,
         )  # fmt: skip
-        written.set_path_effects([withStroke(linewidth=1.8, foreground="white")])

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from cobodeck.metrics import FAR_M, NEAR_M
 from cobodeck.pictures.canvas import Sheet
-from cobodeck.pictures.course import Contact, Course, Span
+from cobodeck.pictures.course import Course, Span
 from engine.draw import GREY, INK
+from hw.truth import Contact
 
 Array = NDArray[np.float64]
 
@@ -28,8 +29,13 @@ OTHERS = ("#e69f00", "#56b4e9", "#882255", "#999933", "#332288", "#44aa99")
 NONE = "#9aa5b1"
 WAITED, UNSERVED = "#a8dccb", "#ffffff"
 
-BY = {"robot": INK, "slow_arm": "#8a94a0", "person": "#ffffff"}
-"""What a contact is filled with, by whose it was."""
+_X: dict[str, Any] = {"ls": "", "marker": "X", "mec": INK, "mew": 0.8}
+CONTACT = {
+    "robot": {"mfc": INK, **_X},
+    "slow_arm": {"mfc": NONE, **_X},
+    "person": {"mfc": "w", **_X},
+}
+"""How a contact is marked, by whose it was."""
 
 DISTANCE_IN, LANE_IN, GAP_IN, FOOT_IN = 1.5, 0.24, 0.14, 0.5
 LEFT_IN, RIGHT_IN = 1.15, 1.35
@@ -131,11 +137,7 @@ def _draw_distance(axes: Axes, course: Course) -> None:
     axes.axhline(0.0, color=INK, lw=0.8, zorder=2.0)
     for values, colour, width in ((far, GREY, 1.0), (gaps, INK, 1.3)):
         axes.plot(*thinned(times, values), color=colour, lw=width, zorder=3.0)
-    for contact in course.contacts or ():
-        axes.plot(
-            contact.at_ns / 1e9, 0.0, marker="X", ms=7, mfc=BY[contact.by], mec=INK, mew=0.8,
-            zorder=5.0, clip_on=False,
-        )  # fmt: skip
+    _mark_contacts(axes, course.contacts or (), 0.0)
     axes.set_ylabel("m", fontsize=7.5, color=GREY, rotation=0, loc="top", labelpad=4)
     known = gaps[~np.isnan(gaps)]
     low = float(known[-1])
@@ -246,13 +248,16 @@ def _draw_requests(axes: Axes, course: Course, row: int) -> None:
 
 
 def _draw_contacts(axes: Axes, contacts: Sequence[Contact], row: int) -> None:
-    for contact in contacts:
-        axes.plot(
-            contact.at_ns / 1e9, row, marker="X", ms=6.5, mfc=BY[contact.by], mec=INK, mew=0.8,
-            zorder=4.0, clip_on=False,
-        )  # fmt: skip
+    _mark_contacts(axes, contacts, row)
     robots = sum(contact.by == "robot" for contact in contacts)
     _beside_row(axes, row, f"{len(contacts)}×, {robots} by the robot" if contacts else "none")
+
+
+def _mark_contacts(axes: Axes, contacts: Sequence[Contact], height: float) -> None:
+    for by, look in CONTACT.items():
+        times = [contact.at_ns / 1e9 for contact in contacts if contact.by == by]
+        if times:
+            axes.plot(times, [height] * len(times), ms=7, zorder=5.0, clip_on=False, **look)
 
 
 def _beside_row(axes: Axes, row: int, text: str) -> None:

@@ -15,7 +15,7 @@ from cobodeck.pictures.actors import FOAM, USER
 from cobodeck.pictures.canvas import Sheet
 from cobodeck.pictures.course import Course, Instant, Request
 from cobodeck.pictures.labels import Labels
-from cobodeck.pictures.lanes import BEHAVIOURS, BY, UNSERVED, lane_colours, time_step
+from cobodeck.pictures.lanes import BEHAVIOURS, CONTACT, UNSERVED, lane_colours, time_step
 from cobodeck.pictures.room import ring_of
 from engine.draw import INK
 from hw.geometry import Pose2
@@ -195,20 +195,24 @@ def _explain_ways(on: Sheet, course: Course, colours: dict[str | None, str]) -> 
 def _draw_contacts(on: Sheet, course: Course, labels: Labels) -> None:
     """Where they touched, and whose it was; of few contacts also the outlines then."""
     contacts = course.contacts or ()
+    if len(contacts) <= MOST_GHOSTS:
+        _draw_ghosts(on, course, [contact.at_ns / 1e9 for contact in contacts])
+    for by, look in CONTACT.items():
+        found = [contact for contact in contacts if contact.by == by]
+        if found:
+            on.axes.plot([c.x for c in found], [c.y for c in found], ms=9, zorder=8.5, **look)
+            on.explain(f"contact by the {by.replace('_', ' ')}", Line2D([], [], ms=8, **look))
     for contact in contacts:
-        place = (contact.x, contact.y)
-        if len(contacts) <= MOST_GHOSTS:
-            then = course.at(contact.at_ns / 1e9)
-            if course.footprint is not None:
-                draw_outline(on, then.robot, course.footprint, fill=False, lw=0.6)
-            if then.person is not None:
-                draw_disc(on, then.person, fill=False, lw=0.6)
-        look: dict[str, Any] = {"marker": "X", "mfc": BY[contact.by], "mec": INK, "mew": 0.9}
-        on.axes.plot(*place, ls="", ms=9, zorder=8.5, **look)
         text = f"{contact.at_ns / 1e9:.1f} s {contact.part}"
-        labels.mark(place, 9, text, INK, 7.0)
-        who = contact.by.replace("_", " ")
-        on.explain(f"contact by the {who}", Line2D([], [], lw=0, ms=8, **look))
+        labels.mark((contact.x, contact.y), 9, text, INK, 7.0)
+
+
+def _draw_ghosts(on: Sheet, course: Course, times: Sequence[float]) -> None:
+    for then in map(course.at, times):
+        if course.footprint is not None:
+            draw_outline(on, then.robot, course.footprint, fill=False, lw=0.6)
+        if then.person is not None:
+            draw_disc(on, then.person, fill=False, lw=0.6)
 
 
 def _draw_requests(on: Sheet, course: Course, labels: Labels) -> None:

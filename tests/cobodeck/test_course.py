@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from cobodeck.pictures.course import Contact, Course, Instant, Phase, Request, Span, spans_of
+from cobodeck.figures import visits
+from cobodeck.metrics import Evaluator
+from cobodeck.pictures.course import Course, Instant, Phase, Request, Span
+from cobodeck.pictures.watch import CourseWatch, spans_of, used_charts
+from cobodeck.stage import Options, stage
+from cobodeck.wiring import open_setup
 from engine.trace import Record
 from hw.geometry import Pose2, Pose3
+from hw.truth import Contact
 
 CHARTS = {"chase": "chase", "haptic": "haptic", "escape": "escape", "inform": "inform"}
 
@@ -26,7 +32,7 @@ def course(*spans: Span, charts: dict[str, str] | None = None, end_s: float = 10
         spans,
         frozenset({"chase/follow"}),
         (Request(1, 1.0, 3.0, deep), Request(2, 5.0, 8.0, deep, 6.0)),
-        (Contact(4_000_000_000, 1.0, 1.0, "base", "robot", 0.3, 0.0),),
+        (Contact(4_000_000_000, 1.0, 1.0, "base", 0.3, 0.0, False),),
     )
 
 
@@ -132,3 +138,40 @@ def test_the_instant_at_a_time_is_the_last_one_up_to_then() -> None:
     run = course()
 
     assert [run.at(t).at_s for t in (-1.0, 3.0, 3.9, 99.0)] == [0.0, 3.0, 3.0, 10.0]
+
+
+def test_the_course_of_a_simulated_run_has_what_its_figures_count() -> None:
+    setup = open_setup("cobodeck", "lab_b", "paper")
+    loop = stage(setup, Options("random", 2, seed=1))
+    watch = CourseWatch(setup.robot)
+
+    class Watching:
+        def watch(self, now_ns: int) -> None:
+            watch.watch(now_ns, loop.plant.truth)
+
+    loop.observers = (*loop.observers, Watching())
+    loop.go(10**12)
+    trace = loop.wired.run.trace
+    room = setup.scene.room if setup.scene else None
+    run = watch.course("a run", (), room, used_charts(setup.chart, setup.library), trace)
+    (judge,) = (o for o in loop.observers if isinstance(o, Evaluator))
+    judge.finish()
+    figures = judge.report()
+
+    served = [r.served_s - r.start_s for r in run.requests if r.served_s is not None]
+    assert len(run.requests) == figures["requests"] == 2
+    assert served == pytest.approx(judge.requests.response_s)
+    assert [(c.at_ns / 1e9, c.by) for c in run.contacts or ()] == [
+        (c["at_s"], c["by"]) for c in figures["contact_list"]
+    ]
+    assert run.contacts
+    assert run.charts == CHARTS
+    for name in CHARTS:
+        found = [(span.start_s, span.end_s) for span in run.begun(name)]
+        counted = visits(loop.wired.run, name)
+        assert [start for start, _ in found] == [v.entered_ns / 1e9 for v in counted]
+        ends = [run.end_s if v.ended_ns is None else v.ended_ns / 1e9 for v in counted]
+        assert [end for _, end in found] == ends
+    assert min(i.gap for i in run.instants if i.gap is not None) < 0.02
+    assert run.end_s == loop.now_ns / 1e9
+    assert sum(phase.end_s - phase.start_s for phase in run.phases) == pytest.approx(run.end_s)

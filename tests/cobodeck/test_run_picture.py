@@ -4,25 +4,26 @@ from __future__ import annotations
 
 import itertools
 import math
-import random
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
 
 from cobodeck.pictures.canvas import Sheet, save
-from cobodeck.pictures.course import Contact, Course, Instant, Request, Span
-from cobodeck.pictures.lanes import BEHAVIOURS, BY, rows, thinned, time_step
+from cobodeck.pictures.course import Course, Instant, Request, Span
+from cobodeck.pictures.lanes import BEHAVIOURS, CONTACT, rows, thinned, time_step
 from cobodeck.pictures.run import run_picture
 from cobodeck.pictures.tracks import thinned as thinned_way
 from hw.geometry import Pose2, Pose3
 from hw.robot import load_robot
 from hw.scene import load_scene
 from hw.sim.contact import gap
+from hw.truth import Contact
 
 CHARTS = {name: name for name in ("chase", "haptic", "escape", "inform")}
 LAB = load_scene("lab_a")
@@ -41,7 +42,10 @@ def _instant(t: float) -> Instant:
 
 
 def contact(at_s: float, by: str = "robot") -> Contact:
-    return Contact(round(at_s * 1e9), 2.0 + 0.01 * at_s, 3.0, "base", by, 0.3, 0.1)
+    part, closing = {"robot": ("base", 0.3), "slow_arm": ("wrist", 0.1), "person": ("base", 0.0)}[
+        by
+    ]
+    return Contact(round(at_s * 1e9), 2.0 + 0.01 * at_s, 3.0, part, closing, 0.4, False)
 
 
 def reached(number: int, start_s: float, served_s: float | None = None) -> Request:
@@ -144,14 +148,14 @@ def test_no_contact_of_a_long_run_is_thinned_away(tmp_path: Path) -> None:
     on = run_picture(whole)
     save(on, tmp_path / "long.svg")
 
-    places = [(line.get_xdata()[0], line.get_ydata()[0]) for line in marks(on, "X")]
-    assert places == [(touch.x, touch.y) for touch in contacts]
+    (marked,) = marks(on, "X")
+    assert [*map(tuple, marked.get_xydata())] == [(touch.x, touch.y) for touch in contacts]
     assert (tmp_path / "long.svg").stat().st_size < 1_500_000
 
 
 def test_no_label_on_the_map_is_written_over_another() -> None:
     on = run_picture(course(300.0))
-    renderer = on.figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    renderer = FigureCanvasAgg(on.figure).get_renderer()
 
     boxes = [text.get_window_extent(renderer) for text in on.axes.texts]
 
@@ -180,10 +184,12 @@ def test_what_stays_about_where_it_is_shares_a_mark_with_from_and_to() -> None:
 
 
 def test_a_contact_is_filled_by_whose_it_was() -> None:
-    found = [line.get_markerfacecolor() for line in marks(run_picture(course()), "X")]
+    found = marks(run_picture(course()), "X")
+    at = {line.get_xdata()[0]: line.get_markerfacecolor() for line in found}
 
-    assert found == [BY["robot"], BY["person"], BY["slow_arm"]]
-    assert len(set(found)) == 3
+    for touch in course().contacts or ():
+        assert at[touch.x] == CONTACT[touch.by]["mfc"]
+    assert len(set(at.values())) == 3
 
 
 def test_requests_are_marked_where_the_person_reached_served_or_not() -> None:
