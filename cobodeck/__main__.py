@@ -14,6 +14,7 @@ from collections.abc import Sequence
 
 from cobodeck.console import FAILED, OK, USAGE, Problem, complain, show
 from engine.files.finding import FileError, did_you_mean
+from engine.files.text import noting
 
 COMMANDS = {
     "validate": "check charts, scenes, robots and profiles",
@@ -72,7 +73,8 @@ def _dispatch(given: list[str]) -> int:
         args = parser.parse_args(rest)
     except SystemExit as end:  # argparse has said what is wrong
         return int(end.code or OK)
-    code = module.run(args)
+    with noting():
+        code = module.run(args)
     return FAILED if code is None else int(code)
 
 

@@ -80,6 +80,7 @@ class Connected:
         self.finished = False
         self.truth = None
         self.guard = guard
+        self.cycles = None if guard is None else guard.chain.cycles
         self._failures: deque[tuple[str, Exception]] = deque(maxlen=100)
         self._now, self._over = now, threading.Event()
         self._cycling = threading.Thread(target=self._cycle, name="chain", daemon=True)

@@ -12,6 +12,8 @@ from hw.samples import Sample, is_finite
 
 Hears = tuple[str, Callable[[Sample, int], None]]
 """A signal, and who is given its samples with the instant of their arrival, ns."""
+Tap = Callable[[Sample, int, str | None], None]
+"""Is told of a sample, the instant of its arrival, ns, and why it was not let in."""
 AHEAD_NS = 20_000_000
 """Clocks may differ by this much, ns; a sample stamped later than that is refused."""
 
@@ -21,7 +23,8 @@ class Inlet:
 
     A sample has not arrived if a number in it is NaN or infinite, if its value is not of its
     signal's type, or if its stamp is no integer or more than `ahead_ns` ahead; `refused` counts
-    these by name. A part that raises is not asked again; `failures` has what it raised.
+    these by name. A part that raises is not asked again; `failures` has what it raised. `taps` are
+    told of every sample.
     """
 
     def __init__(
@@ -35,6 +38,7 @@ class Inlet:
         self.sources = dict(sources or {})
         self.refused: dict[str, int] = {}
         self.failures: list[tuple[str, Exception]] = []
+        self.taps: list[Tap] = []
         self._ahead_ns = ahead_ns
         self._hears: dict[str, list[Callable[[Sample, int], None]]] = {}
         self._fit: dict[str, object] = {}  # the newest values that were looked at
@@ -66,14 +70,21 @@ class Inlet:
     def give(self, sample: Sample, now_ns: int) -> None:
         """Hand on one sample that has arrived now."""
         name, stamp, value = sample
-        if not isinstance(stamp, int) or stamp > now_ns + self._ahead_ns:
+        problem = None
+        if not isinstance(stamp, int):
+            problem = "its stamp is no integer"
+        elif stamp > now_ns + self._ahead_ns:
+            problem = "its stamp is ahead"
+        elif value is not self._fit.get(name):
+            if self._fits(name, value):
+                self._fit[name] = value
+            else:
+                problem = "its value is not of its type, or not finite"
+        for tap in self.taps:
+            tap(sample, now_ns, problem)
+        if problem is not None:
             self.refused[name] = self.refused.get(name, 0) + 1
             return
-        if value is not self._fit.get(name):
-            if not self._fits(name, value):
-                self.refused[name] = self.refused.get(name, 0) + 1
-                return
-            self._fit[name] = value
         if name in self._measured:
             board = self.board
             board.inbox.append((name, value, stamp, board.interval))

@@ -12,7 +12,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Literal, NamedTuple, Protocol
 
 from cobodeck.clocks import Clock, Virtual
 from cobodeck.plants import Plant
@@ -35,6 +35,34 @@ class Observer(Protocol):
         ...
 
 
+class Ticked(NamedTuple):
+    """A tick that is over.
+
+    `kind` says what it was: one of the `grid`; an instant of the grid `left_out`, at which samples
+    were taken and the chart was not asked; one `added` off the grid; samples `taken` off the grid
+    without a tick; or the `end` of the run, when what still ran was closed. `number` is that of the
+    grid, `missed` how many of its ticks were skipped before, `late_ns` how late the clock was.
+    """
+
+    at_ns: int
+    number: int
+    kind: Literal["grid", "left_out", "added", "taken", "end"]
+    missed: int = 0
+    late_ns: int = 0
+
+
+class Tap(Protocol):
+    """Somebody who is told of all that the loop does, after it."""
+
+    def failed(self, part: str, error: BaseException) -> None:
+        """A part has raised by itself."""
+        ...
+
+    def tick(self, ticked: Ticked) -> None:
+        """A tick is over."""
+        ...
+
+
 @dataclass(slots=True)
 class Loop:
     """One run on one plant; see the module.
@@ -42,6 +70,7 @@ class Loop:
     Attributes:
         leave_out: leave out ticks in which nothing is due, where time is virtual.
         tell: is given what states and parts raise, as it happens.
+        taps: are told of each tick.
         ticks: instants of the grid so far; `left_out` of them without the chart, `missed` not at
             all. `added` are those off the grid.
         overruns: ticks that took longer than a period.
@@ -57,6 +86,7 @@ class Loop:
     clock: Clock = field(default_factory=Virtual)
     leave_out: bool = True
     tell: Callable[[Raised], None] | None = None
+    taps: Sequence[Tap] = ()
     ticks: int = 0
     left_out: int = 0
     missed: int = 0
@@ -112,6 +142,7 @@ class Loop:
             self.plant.close()
             self.busy_since = None
             self._tell()
+            self._end(Ticked(self.now_ns, self.ticks, "end"))
         return self.now_ns
 
     def _over(self, end_ns: int) -> bool:
@@ -141,6 +172,7 @@ class Loop:
     def _tick(self, now: int) -> str | None:
         clock, spent = time.perf_counter_ns, self.spent_ns
         begin = self.busy_since = clock()
+        before, read = self.missed, now
         now = self._begin(now)
         moved = clock()
         self.wired.inlet.take(now)
@@ -148,12 +180,19 @@ class Loop:
         for observer in self.observers:
             observer.watch(now)
         seen = clock()
-        self._decide(now)
+        asked = self._decide(now)
+        if self.taps:
+            kind: Literal["grid", "left_out"] = "grid" if asked else "left_out"
+            self._end(Ticked(now, self.ticks - 1, kind, self.missed - before, read - now))
         spent[0] += moved - begin
         spent[1] += delivered - moved
         spent[2] += seen - delivered
         self._spend(begin, seen)
         return self.wired.run.outcome
+
+    def _end(self, ticked: Ticked) -> None:
+        for tap in self.taps:
+            tap.tick(ticked)
 
     def _spend(self, begin: int, decided: int) -> None:
         """A tick is over; wall clock, ns: when it began, and when the chart had its turn."""
@@ -188,31 +227,35 @@ class Loop:
         """The instant at which the robot hears what is decided now."""
         return now if self.plant.paced else min(now, self._plant_ns)
 
-    def _decide(self, now: int) -> None:
-        """Ask the chart, unless it has nothing to do."""
+    def _decide(self, now: int) -> bool:
+        """Ask the chart, unless it has nothing to do; whether it was asked."""
         if self.plant.latency_ns:
             self._advance(now + self.plant.latency_ns)
         if self._stopping:
             self._stopping = False
             Operator(self.wired.run).stop()
-        if self.leave_out and not self.clock.waits and self.wired.run.leave_out(now):
+        nothing = self.leave_out and not self.clock.waits and self.wired.run.leave_out(now)
+        if nothing:
             self.left_out += 1
             self.wired.pass_on(self._stamp(now))
         else:
             self.wired.tick(now, self._stamp(now))
         self._tell()
+        return not nothing
 
     def _add(self, now: int) -> None:
         """A tick off the grid: a sample has come that somebody waits for, or a timeout is due."""
         self.wired.inlet.take(now)
         run = self.wired.run
         if now <= self.now_ns or not (run.next_deadline() <= now or run.wants_news()):
+            self._end(Ticked(now, self.ticks, "taken"))
             return
         begin = self.busy_since = time.perf_counter_ns()
         self.now_ns = now
         self.added += 1
         self.wired.tick(now, self._stamp(now), between=True)
         self._tell()
+        self._end(Ticked(now, self.ticks, "added"))
         self._spend(begin, begin)
 
     def _tell(self) -> None:
@@ -221,6 +264,8 @@ class Loop:
         failures, self.wired.inlet.failures = self.wired.inlet.failures, []
         for name, failure in (*failures, *self.plant.failures):
             errors.append(raised(self.now_ns, f"part {name}", failure))
+            for tap in self.taps:
+                tap.failed(name, failure)
             if "stop_line" in self.plant.parts:
                 self.plant.parts["stop_line"].pull(f"part {name}: {errors[-1].kind}")
         if len(errors) > self._told:

@@ -7,6 +7,9 @@ from typing import Any, Protocol
 
 from engine.state import NEVER_NS
 from hw.guarded import GuardedBase
+from hw.log import Log
+from hw.safety_record import SafetyRecord
+from hw.samples import Sample
 from hw.truth import Truth
 
 
@@ -38,6 +41,11 @@ class Plant(Protocol):
         ...
 
     @property
+    def cycles(self) -> Log[SafetyRecord] | None:
+        """The records of the safety chain, where there is one."""
+        ...
+
+    @property
     def finished(self) -> bool:
         """Is everything over that was going to happen?"""
         ...
@@ -60,6 +68,20 @@ class Plant(Protocol):
         ...
 
 
+class Inert:
+    """A part that is there in name only, as in a run that is replayed: it moves nothing."""
+
+    def __init__(self, signals: tuple[str, ...] = ()) -> None:
+        self.signals = signals
+
+    def samples(self, now_ns: int) -> tuple[Sample, ...]:  # noqa: ARG002
+        """None of its own."""
+        return ()
+
+    def pull(self, reason: str) -> None:
+        """Nothing has to be stopped."""
+
+
 class Nothing:
     """No robot and no world: charts alone, with signals from a script or a test."""
 
@@ -69,6 +91,7 @@ class Nothing:
         self.paced = False
         self.failures: list[tuple[str, Exception]] = []
         self.guard = None
+        self.cycles = None
         self.finished = False
         self.truth = None
 

@@ -6,7 +6,8 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from cobodeck.clocks import Clock
 from cobodeck.figures import NOTHING, escape_figures
@@ -20,13 +21,17 @@ from cobodeck.wiring import Setup, Wired
 from engine.board import Usage
 from engine.errors import Raised
 
+if TYPE_CHECKING:  # its libraries are loaded only where a record is kept
+    from cobodeck.record.recorder import Recorder
+
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What came out of a run."""
+    """What came out of a run; `record_file`: None if none was kept."""
 
     figures: Mapping[str, Any]
     loop: Loop
+    record_file: Path | None = None
 
     @property
     def wired(self) -> Wired:
@@ -46,6 +51,7 @@ def simulate(
     clock: Clock | None = None,
     around: Callable[[Loop], AbstractContextManager[object]] = nullcontext,
     tell: Callable[[Raised], None] | None = None,
+    recorder: Recorder | None = None,
 ) -> Result:
     """Run until the user is done, the chart has ended, or the time is over.
 
@@ -56,24 +62,32 @@ def simulate(
         clock: virtual time by default.
         around: a context in which the loop runs, such as one that ends it on a signal.
         tell: is given what states and parts raise, as it happens.
+        recorder: writes the run down; it is finished with it.
     """
     uses = setup.uses()
     if options.tier and {"base", "vr"} <= uses.commands:
         refuse_small_floor(setup)
     if options.tier:
         warm_up(setup, setup.machine())  # before devices are opened and clocks run
-    loop = stage(setup, options, clock=clock)
+    loop = stage(setup, options, clock=clock, tap=None if recorder is None else recorder.tap)
     loop.tell = tell
-    begin = time.perf_counter_ns()
-    with around(loop):
-        end_ns = loop.go(round(options.duration_s * 1e9), progress)
-    wall_s = (time.perf_counter_ns() - begin) / 1e9
-    return Result(_figures(setup, options, loop, end_ns / 1e9, wall_s), loop)
+    if recorder is not None:
+        recorder.attend(loop)
+    figures, begin = None, time.perf_counter_ns()
+    try:
+        with around(loop):
+            end_ns = loop.go(round(options.duration_s * 1e9), progress)
+        wall_s = (time.perf_counter_ns() - begin) / 1e9
+        figures = figures_of(setup, options, loop, end_ns / 1e9, wall_s)
+    finally:
+        file = None if recorder is None else recorder.finish(figures)
+    return Result(figures, loop, file)
 
 
-def _figures(
+def figures_of(
     setup: Setup, options: Options, loop: Loop, sim_s: float, wall_s: float
 ) -> dict[str, Any]:
+    """The figures of a run that is over, by their names in JSON."""
     run, board = loop.wired.run, loop.wired.board
     return {
         "chart": setup.chart.name,

@@ -21,7 +21,7 @@ from cobodeck.operators import ConsoleOperator
 from cobodeck.plants import Nothing, Plant
 from cobodeck.requests import RequestWatch
 from cobodeck.separation import SeparationWatch
-from cobodeck.wiring import Setup, Uses, Wired, refuse_slow_ticks, wire
+from cobodeck.wiring import Setup, Tap, Uses, Wired, refuse_slow_ticks, wire
 from engine.clock import Grid
 from hw.connection import Connection
 from hw.geometry import Pose2, Pose3
@@ -73,8 +73,9 @@ def stage(
     options: Options,
     parameters: Mapping[str, Any] | None = None,
     clock: Clock | None = None,
+    tap: Tap | None = None,
 ) -> Loop:
-    """Everything for a run, before its first tick.
+    """Everything for a run, before its first tick; `tap` as of `wire`.
 
     Raises:
         Problem: the chart needs what is not there; FileError: the user's file is wrong, or the
@@ -91,7 +92,7 @@ def stage(
     refuse_slow_ticks(setup, uses, 0.0 if real else setup.profile.plant.latency)
     if options.connection is not None:
         assert isinstance(timing, RealTime), "real parts have a clock of their own"
-        return _on_real_parts(setup, uses, options, options.connection, parameters, timing)
+        return _on_real_parts(setup, uses, options, options.connection, parameters, timing, tap)
     world = _world(setup, _person(setup, uses, options), options)
     world.add(_own_parts(setup, uses))
     operator = None
@@ -99,7 +100,9 @@ def stage(
         operator = ConsoleOperator(world.parts["stop_line"], complain)
         world.add({"operator": operator})
     reading = time.perf_counter_ns
-    wired = wire(setup, world.parts, eager=options.eager, clock=reading, parameters=parameters)
+    wired = wire(
+        setup, world.parts, eager=options.eager, clock=reading, parameters=parameters, tap=tap
+    )
     watching = watchers(world, wired, setup.robot)
     loop = Loop(world, wired, grid, watching, timing, leave_out=not options.eager)
     if operator is not None and options.console is not None:
@@ -114,6 +117,7 @@ def _on_real_parts(
     connection: Connection,
     parameters: Mapping[str, Any] | None,
     clock: RealTime,
+    tap: Tap | None,
 ) -> Loop:
     """A loop on the parts of a connection; they are closed again if the chart cannot run on them.
 
@@ -131,7 +135,7 @@ def _on_real_parts(
             )
         operator = ConsoleOperator(plant.parts["stop_line"], complain)
         plant.parts.setdefault("operator", operator)
-        wired = wire(setup, plant.parts, eager=options.eager, parameters=parameters)
+        wired = wire(setup, plant.parts, eager=options.eager, parameters=parameters, tap=tap)
     except BaseException:
         plant.close()
         raise
@@ -149,8 +153,8 @@ def watchers(plant: Plant, wired: Wired, robot: RobotModel) -> list[Observer]:
         found: list[Observer] = [_by_samples(wired.inlet, robot)]
     else:
         found = [_by_truth(plant, robot, truth.body is not None)]
-    if plant.guard is not None:
-        found.append(SeparationWatch(plant.guard.chain.cycles))
+    if plant.cycles is not None:
+        found.append(SeparationWatch(plant.cycles))
     return found
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -18,6 +18,7 @@ from cobodeck.catalogue import Catalogue, catalogue
 from cobodeck.console import FAILED, Problem
 from cobodeck.inlet import Inlet
 from cobodeck.library import open_chart, reached
+from cobodeck.plants import Inert
 from engine.board import Board
 from engine.chart import Chart
 from engine.machine import Box, Leaf, Machine, Vertex
@@ -29,6 +30,8 @@ from hw.robot import RobotModel, load_robot
 from hw.scene import Scene, load_scene
 from states.site import Site
 
+Tap = Callable[[str, Any], Any]
+"""Makes what stands in front of a part, from its name and the part."""
 CHART, SCENE, PROFILE = "cobodeck", "lab_a", "tuned"
 TICK_HZ = 30
 
@@ -49,7 +52,7 @@ class Uses:
 
 @dataclass(frozen=True)
 class Setup:
-    """What is to be run, and where; checked."""
+    """What is to be run, and where; checked. `given` is what it was asked for by."""
 
     chart: Chart
     library: Mapping[str, Chart]
@@ -58,6 +61,7 @@ class Setup:
     robot: RobotModel
     profile: Profile
     tick_hz: int = TICK_HZ
+    given: Mapping[str, Any] = field(default_factory=dict)
 
     @cached_property
     def body(self) -> RobotModel:
@@ -124,28 +128,33 @@ def open_setup(
     profile: str | None = None,
     tick_hz: int = TICK_HZ,
     robot: str | None = None,
+    charts: Mapping[str, Chart] | None = None,
 ) -> Setup:
     """Read and check everything a run needs.
 
-    `robot` takes the place of the scene's; given alone, there is no scene at all.
+    `robot` takes the place of the scene's; given alone, there is no scene at all. `charts`: those
+    of an earlier run by name, in place of files; `chart` is one of them.
 
     Raises:
         Problem: the chart cannot run; FileError: a file is wrong.
     """
     known = catalogue()
     used_profile = load_profile(profile or PROFILE)
-    opened, library = open_chart(chart, known)
+    if charts is None:
+        opened, charts = open_chart(chart, known)
+        chart = opened.name
     place = load_scene(scene or SCENE) if scene is not None or robot is None else None
     body = robot or (place.robot if place is not None else "")
-    applied = used_profile.apply(library)
+    applied = used_profile.apply(charts)
     return Setup(
-        chart=applied[opened.name],
+        chart=applied[chart],
         library=applied,
         catalogue=known,
         scene=place,
         robot=load_robot(body),
         profile=used_profile,
         tick_hz=tick_hz,
+        given={"scene": scene, "profile": profile, "robot": robot},
     )
 
 
@@ -198,6 +207,7 @@ def wire(
     eager: bool = False,
     clock: Callable[[], int] | None = None,
     parameters: Mapping[str, Any] | None = None,
+    tap: Tap | None = None,
 ) -> Wired:
     """A run of the setup's chart on these parts.
 
@@ -207,6 +217,7 @@ def wire(
         eager: build and compute every signal in every tick, asked for or not.
         clock: ns; only to report where the time goes.
         parameters: of the chart.
+        tap: makes what states are given in place of a part.
 
     Raises:
         Problem: the chart commands parts, or reads signals, that are not there; all are named.
@@ -220,7 +231,10 @@ def wire(
     board = Board(setup.signals, wanted, eager)
     if clock is not None:
         board.clock = clock
-    run = Run(machine, board, commanded(parts), freezers=freezers())
+    given = commanded(parts)
+    if tap is not None:
+        given = {name: tap(name, part) for name, part in given.items()}
+    run = Run(machine, board, given, freezers=freezers())
     hears = [(name, part.hear) for part in parts.values() for name in getattr(part, "hears", ())]
     heard = {name for name, _ in hears}
     needed = {
@@ -242,6 +256,8 @@ def guarded(parts: Mapping[str, Any]) -> GuardedBase | None:
         TypeError: whoever opened its wheels has not put a guard in front of them.
     """
     base = parts.get("base")
+    if isinstance(base, Inert):
+        return None
     if base is not None and not isinstance(base, GuardedBase):
         raise TypeError(f"part base is a {type(base).__name__}; wrap it in hw.guarded.GuardedBase")
     return base

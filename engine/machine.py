@@ -179,7 +179,8 @@ class Machine:
         self.types = known_types(types or {})
         self.vertices: dict[str, Vertex] = {}
         self.bound = False  # to a run
-        given = chart_parameters(chart, parameters or {}, self.types)
+        self.given = dict(parameters or {})
+        given = chart_parameters(chart, self.given, self.types)
         self.root = self._box(chart.root, None, "", {}, given, chart)
         self._number(self.root)
         for vertex in self.vertices.values():

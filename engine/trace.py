@@ -51,10 +51,11 @@ class Trace:
         for record in self.raw:
             yield from _expanded(record)
 
-    def lines(self) -> Iterator[str]:
-        """Each record in the canonical encoding."""
-        for record in self:
-            yield encode((record.time, record.kind, record.subject, *record.detail))
+    def lines(self, start: int = 0) -> Iterator[str]:
+        """Each record in the canonical encoding; `start`: from this raw record on."""
+        for raw in self.raw[start:]:
+            for record in _expanded(raw):
+                yield encode((record.time, record.kind, record.subject, *record.detail))
 
     def sha256(self) -> str:
         """The hash of the run; notes do not count."""

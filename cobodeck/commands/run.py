@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 
 from cobodeck.arguments import positive, seconds, word
 from cobodeck.commands import simulate
@@ -35,6 +36,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--duration", type=seconds, default=3600.0, metavar="S", help="end by then")
     parser.add_argument(
         "--tick-hz", type=positive, default=TICK_HZ, metavar="HZ", help=f"default {TICK_HZ}"
+    )
+    parser.add_argument(
+        "--record", type=Path, metavar="X.mcap", help="where the run is kept; default in out/"
     )
     parser.add_argument("--fast", action="store_true", help="as fast as it goes")
     parser.add_argument(

@@ -6,6 +6,7 @@ import argparse
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext, redirect_stdout
+from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +19,7 @@ from engine.errors import Raised
 if TYPE_CHECKING:
     from cobodeck.clocks import Clock
     from cobodeck.loop import Loop
+    from cobodeck.record.recorder import Recorder
     from cobodeck.simulate import Result
     from cobodeck.stage import Options
     from cobodeck.wiring import Setup
@@ -62,7 +64,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--stretch", type=length, metavar="M", help="make the longer side of a recording so long"
     )
-    parser.add_argument("--record", type=Path, metavar="FILE", help="trace file; default in out/")
+    parser.add_argument(
+        "--record",
+        type=Path,
+        metavar="FILE",
+        help="X.mcap: all of the run; else its trace alone, by default in out/",
+    )
     parser.add_argument("--explain", action="store_true", help="what was built and computed")
     parser.add_argument("--no-skip", action="store_true", help="compute every signal, always")
     parser.add_argument("--frozen-base", action="store_true", help="the base stands, to try tests")
@@ -98,28 +105,56 @@ def report_on(
     problem = keep_compiled_code()
     if problem:
         complain(problem)
-    from cobodeck import record
     from cobodeck.explain import explain
 
     result, setup = _run(args, options, clock, blocked_s)
     wanted: Path | None = getattr(args, "record", None)
-    file = wanted or record.default_path(setup, result.figures)
-    path: Path | None = file
-    try:
-        record.write(file, setup, result)
-    except OSError as error:
-        complain(f"no trace file: {file}: {error.strerror}")
-        path = None
-    figures = result.figures
+    path = _write_trace(setup, options, result, wanted)
+    figures = {**result.figures, "trace_file": path and str(path)}
+    figures["record_file"] = result.record_file and str(result.record_file)
     if args.json:
-        show_json({**figures, "trace_file": str(path) if path else None})
+        show_json(figures)
     else:
-        show(summary(figures, str(path or "-"), result.wired.run.ended_by))
+        show(summary(figures, result.wired.run.ended_by))
     if getattr(args, "explain", False):
         (complain if args.json else show)(explain(setup, result))
-    not_recorded = wanted is not None and path is None
+    not_recorded = wanted is not None and wanted not in (path, result.record_file)
     failed = figures["outcome"] in FAILURES or figures["errors"]
     return FAILED if not_recorded or failed else OK
+
+
+def _write_trace(
+    setup: Setup, options: Options, result: Result, wanted: Path | None
+) -> Path | None:
+    """Write the trace file; where it is, None if it cannot be written."""
+    from cobodeck.record import trace_file
+    from cobodeck.record.sink import numbered
+    from cobodeck.record.start import FOLDER, default_name, is_record
+
+    path = wanted
+    if path is None or is_record(path):
+        named = FOLDER / (default_name(setup, options, datetime.now()) + trace_file.ENDING)
+        path = next(free for free in numbered(named) if not free.exists())
+    try:
+        trace_file.write(path, setup, result)
+    except OSError as error:
+        complain(f"no trace file: {path}: {error.strerror}")
+        return None
+    return path
+
+
+def _recorder(
+    args: argparse.Namespace, setup: Setup, options: Options, clock: Clock | None
+) -> Recorder | None:
+    """A run is always written down, a simulation if it is asked for."""
+    from cobodeck.record.start import is_record, recorder
+
+    wanted: Path | None = args.record
+    if wanted is not None and not is_record(wanted):
+        return None
+    if wanted is None and clock is None:
+        return None
+    return recorder(setup, options, wanted, datetime.now(), complain)
 
 
 def _run(
@@ -132,12 +167,19 @@ def _run(
     if clock is not None:  # of `run`: what is named there is no body
         body = None if options.connection is None else options.connection.model
     setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz, body)
+    recorder = _recorder(args, setup, options, clock)
     progress = Progress("simulate")
     aside = redirect_stdout(sys.stderr) if args.json else nullcontext()  # what states print
     try:
         with aside:
             result = simulate(
-                setup, options, progress.at, clock, partial(_looked_after, blocked_s), _show_error
+                setup,
+                options,
+                progress.at,
+                clock,
+                partial(_looked_after, blocked_s),
+                _show_error,
+                recorder,
             )
     finally:
         progress.done()
@@ -157,7 +199,7 @@ def _show_error(error: Raised) -> None:
     complain(f"at {error.time / 1e9:.2f} s, {error.path or 'a part'}: {error}")
 
 
-def summary(figures: Mapping[str, Any], trace: str, ended_by: tuple[str, str] | None = None) -> str:
+def summary(figures: Mapping[str, Any], ended_by: tuple[str, str] | None = None) -> str:
     """The figures for people; `ended_by` is the node that led to the outcome, and how it ended."""
     f = figures
     where = f["chart"]
@@ -178,7 +220,8 @@ def summary(figures: Mapping[str, Any], trace: str, ended_by: tuple[str, str] | 
         ("errors", _errors(f["errors"])),
         *((("not let in", _faults(f["refused_samples"])),) if f["refused_samples"] else ()),
         ("outcome", _outcome(f["outcome"], ended_by)),
-        ("trace", f"{f['trace_sha256'][:16]} in {trace}"),
+        ("trace", f"{f['trace_sha256'][:16]} in {f['trace_file'] or '-'}"),
+        *((("record", f["record_file"]),) if f["record_file"] else ()),
     ]
     return f"{title}\n\n{table(rows)}"
 

@@ -3,15 +3,47 @@
 from __future__ import annotations
 
 import stat
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 
 from engine.files.finding import FileError, mistake
+
+_noted: ContextVar[dict[Path, bytes] | None] = ContextVar("noted", default=None)
+_instead: ContextVar[Mapping[Path, bytes]] = ContextVar("instead", default={})  # noqa: B039  never changed
+
+
+@contextmanager
+def noting() -> Iterator[dict[Path, bytes]]:
+    """Keeps what files hold that are read meanwhile, by their paths as they are named."""
+    found: dict[Path, bytes] = {}
+    token = _noted.set(found)
+    try:
+        yield found
+    finally:
+        _noted.reset(token)
+
+
+def noted() -> Mapping[Path, bytes]:
+    """What has been read so far, where somebody keeps it."""
+    return _noted.get() or {}
+
+
+@contextmanager
+def instead(contents: Mapping[Path, bytes]) -> Iterator[None]:
+    """Files that hold something else meanwhile, as another run has read them."""
+    token = _instead.set(contents)
+    try:
+        yield
+    finally:
+        _instead.reset(token)
 
 
 def is_file(path: Path) -> bool:
     """Is there a regular file; names that no file can have count as those of none."""
     try:
-        return path.is_file()
+        return path in _instead.get() or path.is_file()
     except (OSError, ValueError):
         return False
 
@@ -22,6 +54,9 @@ def read_bytes(path: Path, limit: int) -> bytes:
     Raises:
         FileError: it cannot be read, is a folder, a pipe or a device, or is larger than `limit`.
     """
+    other = _instead.get().get(path)
+    if other is not None:
+        return other
     if "\0" in str(path):
         raise _unreadable(path, "no file has such a name")
     try:
@@ -36,6 +71,9 @@ def read_bytes(path: Path, limit: int) -> bytes:
     if len(data) > limit:
         size = max(status.st_size, len(data))
         raise mistake(path, f"the file has {size} bytes", hint=f"at most {limit}", code="Y06")
+    found = _noted.get()
+    if found is not None:
+        found[path] = data
     return data
 
 

@@ -14,9 +14,11 @@ from engine.files.finding import mistake
 from hw.geometry import Pose2, Twist2, wrap
 from hw.guarded import CYCLE_NS, GuardedBase
 from hw.interfaces import Arm, Base, Part
+from hw.log import Log
 from hw.person import RADIUS, Person
 from hw.robot import MotionLimits, RobotModel
 from hw.safety_limits import SafetyLimits
+from hw.safety_record import SafetyRecord
 from hw.samples import ArmState, Sample, UserPose
 from hw.scene import Scene
 from hw.sim.arm import SimArm
@@ -176,6 +178,11 @@ class World:
             min_gap=None if person is None else self.min_gap,
             contacts=None if person is None else self.contacts,
         )
+
+    @property
+    def cycles(self) -> Log[SafetyRecord]:
+        """The records of the safety chain."""
+        return self.guard.chain.cycles
 
     def add(self, parts: Mapping[str, Part]) -> None:
         """Parts of one's own, in place of those of the same names; `advance` moves them on.

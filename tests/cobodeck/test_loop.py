@@ -256,7 +256,7 @@ def test_a_signal_ends_a_run_in_order_with_figures_and_trace(project: Path, numb
     assert running.returncode == 0, err
     assert out.startswith("cleaned up\n")
     assert re.search(r"outcome +stopped", out)
-    assert list((project / "out").glob("busy-*.trace.jsonl"))
+    assert list((project / "out").glob("*-busy-*.trace.jsonl"))
 
 
 def test_a_second_control_c_breaks_off_a_state_that_never_ends_and_tells_where(

@@ -104,7 +104,10 @@ def test_a_trace_file_says_what_was_run(simulated: Any, tmp_path: Path) -> None:
     figures = simulated("--duration", "10", "--seed", "5")
 
     path = tmp_path / figures["trace_file"]
-    assert path == tmp_path / "out" / "cobodeck-lab_a-demo-tuned-5.trace.jsonl"
+    assert path.parent == tmp_path / "out"
+    assert re.fullmatch(
+        r"simulation-cobodeck-lab_a-demo-tuned-5-\d{8}T\d{6}\.trace\.jsonl", path.name
+    )
     head, *lines = [json.loads(line) for line in path.read_text().splitlines()]
     assert head["format"] == "cobodeck trace 1"
     assert head["trace_sha256"] == figures["trace_sha256"]

@@ -13,11 +13,12 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from cobodeck.record.sink import PART
 from cobodeck.simulate import Result
 from cobodeck.wiring import Setup
 
 FORMAT = "cobodeck trace 1"
-FOLDER = Path("out")
+ENDING = ".trace.jsonl"
 _RUN = ("user", "tier", "seed", "tick_hz", "sim_s", "outcome", "trace_sha256")
 
 
@@ -44,18 +45,16 @@ def own_version() -> str:
         return "0"
 
 
-def default_path(setup: Setup, figures: Mapping[str, Any]) -> Path:
-    """`out/CHART-SCENE-USER-PROFILE-SEED.trace.jsonl`."""
-    user = Path(str(figures["user"] or "nobody").partition("@")[0]).name.replace("#", "_")
-    where = setup.robot.name if setup.scene is None else setup.scene.name
-    parts = (setup.chart.name, where, user, setup.profile.name, str(figures["seed"]))
-    return FOLDER / ("-".join(parts) + ".trace.jsonl")
-
-
 def write(path: Path, setup: Setup, result: Result) -> None:
-    """Write the trace file; its folder is made."""
+    """Write the trace file; its folder is made, and a file of this name stays until it is whole."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", encoding="utf-8") as stream:
-        stream.write(json.dumps(header(setup, result.figures), ensure_ascii=False) + "\n")
-        for line in result.wired.run.trace.lines():
-            stream.write(line + "\n")
+    part = path.with_name(path.name + PART)
+    try:
+        with part.open("w", encoding="utf-8") as stream:
+            stream.write(json.dumps(header(setup, result.figures), ensure_ascii=False) + "\n")
+            for line in result.wired.run.trace.lines():
+                stream.write(line + "\n")
+        part.replace(path)
+    except OSError:
+        part.unlink(missing_ok=True)
+        raise

@@ -1,0 +1,1 @@
+"""One record per run (MCAP): what flowed, to be looked at, replayed and compared."""

@@ -1,0 +1,171 @@
+"""What a record says of its run: what was given, what was there, hashes of what was read."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import sys
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from cobodeck.library import reached
+from cobodeck.loop import Loop
+from cobodeck.stage import Options
+from cobodeck.wiring import Setup
+from engine.files.text import noted
+from hw.user import is_recording
+
+FORMAT = "cobodeck record 1"
+ROOT = Path(__file__).parent.parent.parent
+PACKAGES = ("engine", "hw", "states", "behaviors", "cobodeck")
+LIBRARIES = (
+    "cobodeck", "numpy", "scipy", "numba", "shapely", "networkx", "pyyaml", "foxglove-sdk",
+)  # fmt: skip
+LARGEST = 2 << 20
+"""Larger files are known by their hash alone, bytes."""
+
+
+def kind_of(options: Options) -> str:
+    """What kind of plant a run is on."""
+    if options.tier == 0:
+        return "logic"
+    if options.connection is not None:
+        return options.connection.name
+    return "mock" if options.mock else "simulation"
+
+
+def header(
+    setup: Setup, options: Options, loop: Loop, command: Iterable[str], began: str
+) -> dict[str, Any]:
+    """What was run, on what, and with what code.
+
+    Args:
+        setup: what was run.
+        options: how.
+        loop: before its first tick.
+        command: the command line.
+        began: the wall time of the start, ISO 8601.
+    """
+    guard, board = loop.plant.guard, loop.wired.board
+    scene = setup.scene
+    return {
+        "format": FORMAT,
+        "began": began,
+        "command": list(command),
+        "plant": kind_of(options),
+        "real_time": loop.clock.waits,
+        "chart": setup.chart.name,
+        "charts": {name: label(Path(setup.library[name].file)) for name in _charts(setup)},
+        "scene": None if scene is None else {"name": scene.name, "sha256": scene.sha256},
+        "robot": setup.robot.name,
+        "profile": {"name": setup.profile.name, "sha256": setup.profile.sha256},
+        "given": setup.given,
+        "tick_hz": setup.tick_hz,
+        "options": _plain(options),
+        "user": options.user or (None if scene is None else scene.user),
+        "latency_ns": loop.plant.latency_ns,
+        "parts": {name: list(part.signals) for name, part in loop.plant.parts.items()},
+        "signals": list(board.slots),
+        "flowing": sorted(loop.wired.inlet.flowing),
+        "guard": None
+        if guard is None
+        else {"governor": guard.chain.limits.governor, "watched": guard.chain.limits.watched},
+        "versions": versions(),
+        "machine": {"platform": platform.platform(), "processor": platform.machine()},
+        "files": {label(path): sha256(data) for path, data in read_files()},
+        "code": code(setup),
+    }
+
+
+def read_files() -> list[tuple[Path, bytes]]:
+    """What has been read so far, but for what belongs to libraries."""
+    libraries = Path(sys.prefix)
+    return [(path, data) for path, data in noted().items() if not path.is_relative_to(libraries)]
+
+
+def _charts(setup: Setup) -> list[str]:
+    return sorted(reached({setup.chart.name}, setup.library))
+
+
+def _plain(options: Options) -> dict[str, Any]:
+    found = asdict(options)
+    del found["console"], found["connection"]
+    return found
+
+
+def attachments(setup: Setup) -> dict[str, bytes]:
+    """The texts of all files that were read but recorded walks, by their labels."""
+    found = {
+        label(path): data
+        for path, data in read_files()
+        if not is_recording(str(path)) and len(data) <= LARGEST and path.suffix != ".toml"
+    }
+    for name in _charts(setup):
+        chart = setup.library[name]
+        found[label(Path(chart.file))] = chart.source.text.encode()
+    return found
+
+
+def label(path: Path) -> str:
+    """A file as a record names it: those that come with the program from its folder on."""
+    try:
+        return path.resolve().relative_to(ROOT).as_posix()
+    except ValueError:
+        return str(path)
+
+
+def sha256(data: bytes) -> str:
+    """The hash of some bytes."""
+    return hashlib.sha256(data).hexdigest()
+
+
+def versions() -> dict[str, str]:
+    """Of Python and of what computes."""
+    found = {"python": platform.python_version()}
+    for name in LIBRARIES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "0"
+    return found
+
+
+def code(setup: Setup) -> dict[str, str]:
+    """Hashes of the program's packages, and of each module of a project that gives states."""
+    found = {name: _folder_sha256(ROOT / name) for name in PACKAGES}
+    names = {cls.__module__ for cls in setup.catalogue.classes.values()}
+    names |= {module for project in setup.catalogue.projects for module in project.modules}
+    for name in sorted(names):
+        file = getattr(sys.modules.get(name), "__file__", None)
+        if name.partition(".")[0] not in PACKAGES and file is not None:
+            found[name] = sha256(Path(file).read_bytes())
+    return found
+
+
+def _folder_sha256(folder: Path) -> str:
+    digest = hashlib.sha256()
+    for file in sorted(folder.rglob("*.py")):
+        digest.update(file.relative_to(folder).as_posix().encode() + b"\0")
+        digest.update(sha256(file.read_bytes()).encode())
+    return digest.hexdigest()
+
+
+def differences(then: Mapping[str, Any], now: Mapping[str, Any], *names: str) -> list[str]:
+    """What of versions, machine, files and code is not as it was, in words."""
+    found = []
+    for name in names:
+        before, after = then.get(name) or {}, now.get(name) or {}
+        found += [
+            f"{name} {key}: {_short(before.get(key))}, now {_short(after.get(key))}"
+            for key in sorted({*before, *after})
+            if before.get(key) != after.get(key)
+        ]
+    return found
+
+
+def _short(value: Any) -> str:
+    shown = "none" if value is None else str(value)
+    return shown[:12] if len(shown) == 64 else shown

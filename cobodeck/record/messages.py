@@ -1,0 +1,180 @@
+"""The messages of a record that are no samples: calls, commands, errors, cycles, truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields, replace
+from typing import Any, NamedTuple
+
+from cobodeck.library import reached
+from cobodeck.record import values
+from cobodeck.record.schemas import time_of
+from cobodeck.record.values import Unknown, class_of, name_of, quoted, text
+from engine import commands
+from engine.chart import Chart
+from engine.commands import Command, Replace
+from engine.errors import Raised
+from engine.load import load_text
+from engine.machine import Machine
+from hw.geometry import Twist2
+from hw.safety_record import SafetyRecord
+from hw.truth import Truth
+
+Replaced = Callable[[Mapping[str, Any]], Machine]
+ERROR_LEVEL = 4
+"""Of foxglove.Log."""
+
+
+class Call(NamedTuple):
+    """A call of a part by a state: its arguments as JSON, and what came of it."""
+
+    part: str
+    what: str
+    args: str
+    answer: Any = None
+    raised: Any = None
+
+
+def call_text(part: str, what: str, args: str, answer: object, raised: object) -> str:
+    """A call of a part; `args` are JSON already."""
+    told = f'{{"part":{quoted(part)},"what":{quoted(what)},"args":{args}'
+    if answer is not None:
+        told += f',"answer":{text(answer)}'
+    if raised is not None:
+        told += f',"raised":{raised_text(raised)}'
+    return told + "}"
+
+
+def arguments_text(args: tuple[Any, ...], named: Mapping[str, Any]) -> str:
+    """The arguments of a call as JSON."""
+    return text((*args, dict(named)) if named else args)
+
+
+def raised_text(error: Any) -> str:
+    """An exception by its class and its arguments."""
+    return f'{{"class":{quoted(name_of(type(error)))},"args":{text(error.args)}}}'
+
+
+def raised_again(found: Mapping[str, Any]) -> Exception:
+    """The exception again; of a class of the same name, if that class is not there any more."""
+    try:
+        args = values.value(found["args"])
+        kind = class_of(found["class"])
+        if not issubclass(kind, Exception):
+            raise Unknown(found["class"])
+        make: Any = kind.__new__  # its __init__ may want other arguments
+        made: Exception = make(kind, *args)
+        made.args = args
+    except (Unknown, TypeError):
+        name = str(found["class"]).rpartition(".")[2]
+        return _made_up(name)(*map(str, found["args"]))
+    return made
+
+
+def _made_up(name: str) -> type[Exception]:
+    return type(name, (Exception,), {})
+
+
+def failure_text(part: str, error: BaseException) -> str:
+    """What a part has raised by itself."""
+    return f'{{"part":{quoted(part)},"raised":{raised_text(error)}}}'
+
+
+def log_text(error: Raised) -> str:
+    """An error as foxglove.Log."""
+    e = error
+    told = f'"timestamp":{time_of(e.time)},"level":{ERROR_LEVEL},"message":{quoted(str(e))}'
+    return f'{{{told},"name":{quoted(e.path)},"file":{quoted(e.file)},"line":{e.line}}}'
+
+
+def command_text(command: Command) -> str:
+    """An operator's command; of a change of the chart the texts of the new ones."""
+    if isinstance(command, Replace):
+        arguments = text(replacement(command))
+    else:
+        arguments = text({f.name: getattr(command, f.name) for f in fields(command)})  # type: ignore[arg-type]
+    return f'{{"command":"{type(command).__name__}","arguments":{arguments}}}'
+
+
+def replacement(command: Replace) -> dict[str, Any]:
+    """A new machine: its chart and those it uses, with the defaults they run with."""
+    machine = command.machine
+    charts = {}
+    for name in sorted(reached({machine.chart.name}, machine.library)):
+        chart = machine.library[name]
+        charts[name] = (chart.file, chart.source.text, defaults(chart))
+    return {"chart": machine.chart.name, "charts": charts, "parameters": dict(machine.given)}
+
+
+def defaults(chart: Chart) -> dict[str, Any]:
+    """The values of its parameters that need not be given."""
+    return {p.name: p.default for p in chart.parameters.values() if not p.required}
+
+
+def command_again(name: str, arguments: Mapping[str, Any], replaced: Replaced) -> Command:
+    """The command again; `replaced` makes the machine of a change of the chart.
+
+    Raises:
+        Unknown: there is no such command.
+    """
+    if name == Replace.__name__:
+        return Replace(replaced(arguments))
+    kind = getattr(commands, name, None)
+    if not (isinstance(kind, type) and issubclass(kind, Command)):
+        raise Unknown(f"no command {name}")
+    return kind(**arguments)
+
+
+def charts_again(arguments: Mapping[str, Any]) -> dict[str, Chart]:
+    """The charts of a change, by name, with the defaults they ran with."""
+    found = {}
+    for name, (file, written, given) in arguments["charts"].items():
+        chart = load_text(written, file)[name]
+        parameters = {
+            key: replace(parameter, default=given.get(key), required=key not in given)
+            for key, parameter in chart.parameters.items()
+        }
+        found[name] = replace(chart, parameters=parameters)
+    return found
+
+
+def cycle_text(cycle: SafetyRecord) -> str:
+    """A cycle of the safety chain; `admitted` only where it is not the command itself."""
+    c, number = cycle, values.number
+    admitted = "" if c.admitted is c.command else f'"admitted":{_twist(c.admitted)},'
+    return (
+        f'{{"stamp":{c.stamp_ns},"command":{_twist(c.command)},{admitted}'
+        f'"separation":{text(c.separation)},"needed":{number(c.needed)},'
+        f'"allowed":{number(c.allowed)},"user_speed":{text(c.user_speed)},'
+        f'"user_age":{text(c.user_age)},"reasons":{text(c.reasons)}}}'
+    )
+
+
+def _twist(twist: Twist2) -> str:
+    return f"[{twist.vx!r},{twist.vy!r},{twist.wz!r}]"
+
+
+def cycle_again(found: Mapping[str, Any]) -> SafetyRecord:
+    """The cycle again."""
+    command = Twist2(*found["command"])
+    given = {key: values.value(found[key]) for key in _CYCLE}
+    admitted = Twist2(*found["admitted"]) if "admitted" in found else command
+    return SafetyRecord(found["stamp"], command, admitted, **given)
+
+
+_CYCLE = ("separation", "needed", "allowed", "user_speed", "user_age", "reasons")
+
+
+def truth_text(truth: Truth) -> str:
+    """Where everything truly is."""
+    named = zip(truth._fields, truth, strict=True)
+    members = [f'"{name}":{text(held)}' for name, held in named]
+    return f"{{{','.join(members)}}}"
+
+
+def truth_again(found: Mapping[str, Any], before: Truth | None) -> Truth:
+    """The truth again; what is as before is the same object."""
+    held = {name: values.value(found[name]) for name in Truth._fields}
+    if before is not None:
+        held = {k: old if old == held[k] else held[k] for k, old in before._asdict().items()}
+    return Truth(**held)

@@ -1,0 +1,122 @@
+"""The file of a record while it is written: never in the way of a run, never over an older file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from itertools import count
+from pathlib import Path
+
+PART = ".part"
+"""The ending of a file that is still being written."""
+
+
+class Taken(Exception):
+    """There is such a file already."""
+
+
+class Sink:
+    """A file that is written under a temporary name, and named when it is whole.
+
+    What goes wrong while writing stands in `error`; from then on it only counts positions, so that
+    whoever writes goes on. The temporary file stays: `cobodeck recover` reads what is in it.
+
+    Raises:
+        Taken: the file, or one that an earlier run has left unfinished, is there; OSError: it
+            cannot be made.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.part = path.with_name(path.name + PART)
+        self.error: OSError | None = None
+        self._position = self._end = 0
+        if path.exists() or path.is_symlink():
+            raise Taken(f"{path} exists; it is not written over")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            self._file = self.part.open("xb", buffering=0)
+        except FileExistsError:
+            told = f"{self.part} is left from an earlier run; see `cobodeck recover`, or remove it"
+            raise Taken(told) from None
+
+    def write(self, data: bytes | bytearray) -> int:
+        """Write all of it, as far as anybody can tell."""
+        size = len(data)
+        try:
+            left = memoryview(data)
+            while self.error is None and left:
+                left = left[self._file.write(left) or 0 :]
+        except OSError as error:
+            self.error = error
+        self._position += size
+        self._end = max(self._end, self._position)
+        return size
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        """Go to a position."""
+        start = (0, self._position, self._end)[whence]
+        self._position = start + offset
+        if self.error is None:
+            self._file.seek(self._position)
+        return self._position
+
+    def tell(self) -> int:
+        """Where it is."""
+        return self._position
+
+    def flush(self) -> None:
+        """Nothing is kept back."""
+
+    def finish(self) -> Path | None:
+        """Give the whole file its name, the next one that is free; None if it is not whole."""
+        try:
+            if self.error is None:
+                os.fsync(self._file.fileno())
+        except OSError as error:
+            self.error = error
+        self._file.close()
+        if self.error is not None:
+            return None
+        try:
+            return self._named()
+        except OSError as error:
+            self.error = error
+            return None
+
+    def _named(self) -> Path:
+        for path in numbered(self.path):
+            try:
+                os.link(self.part, path)  # unlike a renaming, never over another file
+            except FileExistsError:
+                continue
+            except OSError:  # a file system without links
+                if path.exists():
+                    continue
+                self.part.rename(path)
+                return path
+            self.part.unlink()
+            return path
+        raise AssertionError("numbers do not end")
+
+
+def numbered(path: Path) -> Iterator[Path]:
+    """A path, and others for when it is taken: `run.mcap`, `run-2.mcap` and so on."""
+    yield path
+    stem, dot, ending = path.name.partition(".")
+    for number in count(2):
+        yield path.with_name(f"{stem}-{number}{dot}{ending}")
+
+
+def open_free(path: Path) -> Sink:
+    """A sink of the first name that is free.
+
+    Raises:
+        OSError: it cannot be made.
+    """
+    for candidate in numbered(path):
+        try:
+            return Sink(candidate)
+        except Taken:
+            continue
+    raise AssertionError("numbers do not end")

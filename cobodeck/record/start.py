@@ -1,0 +1,67 @@
+"""Begins records, under names that tell the runs apart."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from cobodeck.console import USAGE, Problem
+from cobodeck.loop import Loop
+from cobodeck.record.header import attachments, header, kind_of
+from cobodeck.record.recorder import Recorder
+from cobodeck.record.sink import PART, Sink, Taken, open_free
+from cobodeck.stage import Options
+from cobodeck.wiring import Setup
+
+FOLDER = Path("out")
+ENDING = ".mcap"
+
+
+def is_record(path: Path | str) -> bool:
+    """Is this the name of a record, or of one that is not finished?"""
+    return str(path).endswith((ENDING, ENDING + PART))
+
+
+def default_name(setup: Setup, options: Options, at: datetime) -> str:
+    """`KIND-CHART-SCENE-PERSON-PROFILE-SEED-TIME`, of letters that are safe in names of files."""
+    where = setup.robot.name if setup.scene is None else setup.scene.name
+    scenes = None if setup.scene is None else setup.scene.user
+    person = Path(str(options.user or scenes or "nobody").partition("@")[0]).name
+    parts = (kind_of(options), setup.chart.name, where, person, setup.profile.name, options.seed)
+    return re.sub(r"[^\w.-]", "_", "-".join([*map(str, parts), f"{at:%Y%m%dT%H%M%S}"]))
+
+
+def recorder(
+    setup: Setup,
+    options: Options,
+    path: Path | None,
+    at: datetime,
+    tell: Callable[[str], None],
+) -> Recorder | None:
+    """A recorder, by default in `out/`; None, and why, where no file can be made.
+
+    Raises:
+        Problem: the file asked for exists.
+    """
+    try:
+        named = FOLDER / (default_name(setup, options, at) + ENDING)
+        sink = open_free(named) if path is None else Sink(path)
+    except Taken as taken:
+        raise Problem(str(taken), USAGE) from None
+    except OSError as error:
+        tell(f"no record: {path or FOLDER}: {error.strerror}")
+        return None
+    began = at.astimezone(UTC).isoformat(timespec="milliseconds")
+    describe = partial(_described, setup, options, began)
+    return Recorder(sink, describe, tell)
+
+
+def _described(
+    setup: Setup, options: Options, began: str, loop: Loop
+) -> tuple[dict[str, Any], dict[str, bytes]]:
+    return header(setup, options, loop, sys.argv, began), attachments(setup)

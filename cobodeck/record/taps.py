@@ -1,0 +1,51 @@
+"""In front of the parts of a run: what states do to them, and what comes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from cobodeck.record.messages import arguments_text
+
+Told = Callable[[str, str, str, object, object], None]
+"""Is given part, what was called, its arguments as JSON, the answer, and what was raised."""
+
+
+class Tapped:
+    """A part; each call of its methods is told, and each look at another attribute of it."""
+
+    def __init__(self, name: str, part: Any, tell: Told) -> None:
+        vars(self).update(_name=name, _part=part, _tell=tell)
+
+    def __getattr__(self, what: str) -> Any:
+        if what.startswith("__"):
+            raise AttributeError(what)
+        try:
+            found = getattr(self._part, what)
+        except AttributeError as error:
+            self._tell(self._name, f".{what}", "[]", None, error)
+            raise
+        if not callable(found):
+            self._tell(self._name, f".{what}", "[]", found, None)
+            return found
+        call = _told(self._name, what, found, self._tell)
+        vars(self)[what] = call
+        return call
+
+    def __setattr__(self, what: str, value: object) -> None:
+        self._tell(self._name, f".{what} =", arguments_text((value,), {}), None, None)
+        setattr(self._part, what, value)
+
+
+def _told(part: str, what: str, act: Callable[..., Any], tell: Told) -> Callable[..., Any]:
+    def call(*args: Any, **named: Any) -> Any:
+        given = arguments_text(args, named)  # as they are now; the part may change them
+        try:
+            answer = act(*args, **named)
+        except BaseException as error:
+            tell(part, what, given, None, error)
+            raise
+        tell(part, what, given, answer, None)
+        return answer
+
+    return call

@@ -1,0 +1,211 @@
+"""Any value as JSON text, and back again without loss.
+
+| value | JSON |
+|---|---|
+| None, bool, str, int, finite float | itself; `1` and `1.0` stay apart |
+| tuple | `[…]` |
+| list, dict | `{"$list": […]}`, `{"$dict": [[key, value], …]}` |
+| inf, nan | `{"$float": "inf"}` |
+| dataclass, named tuple | `{"hw.geometry.Twist2": […]}`, its fields in order |
+| enum member | `{"$enum": ["module.Class", "NAME"]}` |
+| bytes, numpy array | `{"$bytes": base64}`, `{"$array": [dtype, shape, base64]}` |
+| anything else | `{"$opaque": ["module.Class", text]}`, which only compares |
+
+Classes are looked up among the modules that are loaded already: a record imports nothing.
+"""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import json
+import math
+import re
+import sys
+from collections.abc import Callable
+from enum import Enum
+from typing import Any, NamedTuple
+
+from engine.trace import encode
+
+Write = Callable[[Any], str]
+quoted = json.encoder.encode_basestring_ascii
+_ADDRESS = re.compile(r" at 0x[0-9a-f]+")
+
+
+class Opaque(NamedTuple):
+    """A value that could not be written down: its class, and a text of it."""
+
+    kind: str
+    text: str
+
+
+class Unknown(Exception):
+    """A value of a class that is not there any more, or has changed."""
+
+
+def text(value: Any) -> str:
+    """A value as JSON; never raises."""
+    try:
+        return _WRITE[type(value)](value)
+    except Exception:  # noqa: BLE001  a foreign class may raise anything, or hold itself
+        return _opaque(type(value), "")
+
+
+def value(found: Any) -> Any:
+    """The value that parsed JSON stands for.
+
+    Raises:
+        Unknown: there is no such class.
+    """
+    if isinstance(found, list):
+        return tuple([value(item) for item in found])
+    if isinstance(found, dict):
+        [(key, content)] = found.items()
+        read = _READ.get(key)
+        return _instance(key, content) if read is None else read(content)
+    return found
+
+
+class _Writers(dict[type, Write]):
+    """How to write values of a class; each class is looked at once."""
+
+    def __missing__(self, kind: type) -> Write:
+        write = self[kind] = _writer(kind)
+        return write
+
+
+def _writer(kind: type) -> Write:
+    if issubclass(kind, Enum):
+        key = quoted(name_of(kind))
+        return lambda member: f'{{"$enum":[{key},{quoted(member.name)}]}}'
+    if dataclasses.is_dataclass(kind):
+        return _fields(kind, [field.name for field in dataclasses.fields(kind)])
+    if issubclass(kind, tuple) and hasattr(kind, "_fields"):
+        return _fields(kind, list(kind._fields))
+    if issubclass(kind, dict):
+        return _pairs
+    if issubclass(kind, list):
+        return _list
+    if hasattr(kind, "dtype") and hasattr(kind, "tobytes"):
+        return _array
+    return lambda other: _opaque(kind, _ADDRESS.sub("", encode(other)))
+
+
+def _fields(kind: type, names: list[str]) -> Write:
+    key = quoted(name_of(kind))
+
+    def write(held: Any) -> str:
+        items = [_WRITE[type(item)](item) for item in [getattr(held, name) for name in names]]
+        return f"{{{key}:[{','.join(items)}]}}"
+
+    return write
+
+
+def number(held: float) -> str:
+    """A float as JSON."""
+    return repr(held) if math.isfinite(held) else f'{{"$float":"{held!r}"}}'
+
+
+def _items(items: Any) -> str:
+    return f"[{','.join([_WRITE[type(item)](item) for item in items])}]"
+
+
+def _list(items: list[Any]) -> str:
+    return f'{{"$list":{_items(items)}}}'
+
+
+def _pairs(pairs: dict[Any, Any]) -> str:
+    return f'{{"$dict":{_items(pairs.items())}}}'
+
+
+def _array(array: Any) -> str:
+    if array.dtype.hasobject:
+        return _opaque(type(array), encode(array.tolist()))
+    shape, content = _items(array.shape), base64.b64encode(array.tobytes()).decode()
+    return f'{{"$array":["{array.dtype.str}",{shape},"{content}"]}}'
+
+
+def _opaque(kind: type, shown: str) -> str:
+    return f'{{"$opaque":[{quoted(name_of(kind))},{quoted(shown)}]}}'
+
+
+_WRITE = _Writers(
+    {
+        type(None): lambda _: "null",
+        bool: lambda flag: "true" if flag else "false",
+        int: repr,
+        float: number,
+        str: quoted,
+        tuple: _items,
+        list: _list,
+        dict: _pairs,
+        bytes: lambda data: f'{{"$bytes":"{base64.b64encode(data).decode()}"}}',
+    }
+)
+
+
+def name_of(kind: type) -> str:
+    """A class with its module."""
+    return f"{kind.__module__}.{kind.__qualname__}"
+
+
+def class_of(name: str) -> type:
+    """The class of this name, of a module that is loaded.
+
+    Raises:
+        Unknown: there is none.
+    """
+    module = name.rpartition(".")[0]
+    while module and module not in sys.modules:  # a class inside a class
+        module = module.rpartition(".")[0]
+    found: Any = sys.modules.get(module)
+    for part in name[len(module) + 1 :].split(".") if module else ():
+        found = getattr(found, part, None)
+    if not isinstance(found, type) or name_of(found) != name:
+        raise Unknown(f"no class {name}")
+    return found
+
+
+def _instance(name: str, content: list[Any]) -> Any:
+    kind = class_of(name)
+    items = [value(item) for item in content]
+    if issubclass(kind, tuple):
+        make: Any = kind
+        return make._make(items)
+    if not dataclasses.is_dataclass(kind):
+        raise Unknown(f"{name} is no dataclass")
+    fields = dataclasses.fields(kind)
+    if len(fields) != len(items):
+        raise Unknown(f"{name} has {len(fields)} fields now, not {len(items)}")
+    made: Any = object.__new__(kind)
+    for field, item in zip(fields, items, strict=True):
+        object.__setattr__(made, field.name, item)
+    return made
+
+
+def _member(content: list[str]) -> Any:
+    kind = class_of(content[0])
+    members = getattr(kind, "__members__", {})
+    if not issubclass(kind, Enum) or content[1] not in members:
+        raise Unknown(f"{content[0]} has no member {content[1]}")
+    return members[content[1]]
+
+
+def _made_array(content: list[Any]) -> Any:
+    import numpy as np
+
+    kind, shape, data = content
+    made = np.frombuffer(base64.b64decode(data), dtype=kind).reshape(shape)
+    return made[()] if not shape else made
+
+
+_READ: dict[str, Callable[[Any], Any]] = {
+    "$list": lambda items: [value(item) for item in items],
+    "$dict": lambda pairs: {value(key): value(item) for key, item in pairs},
+    "$float": float,
+    "$bytes": base64.b64decode,
+    "$array": _made_array,
+    "$enum": _member,
+    "$opaque": lambda content: Opaque(*content),
+}
