@@ -345,7 +345,7 @@ def setup_of(record: Record) -> Setup:
     """What was run, from the texts in the record and the code of today.
 
     Raises:
-        Problem: states that it needs are not there; FileError: a text is wrong.
+        FileError: a text is wrong.
     """
     header, texts = record.header, record.attachments
     files = {ROOT / name: text for name, text in texts.items()}
@@ -355,7 +355,7 @@ def setup_of(record: Record) -> Setup:
         charts[name] = load_text(texts[file].decode(), file)[name]
     given = header["given"]
     with instead(files):
-        setup = open_setup(
+        return open_setup(
             header["chart"],
             given["scene"],
             given["profile"],
@@ -363,14 +363,21 @@ def setup_of(record: Record) -> Setup:
             given["robot"],
             charts,
         )
-    known = setup.catalogue.classes
-    used = {n.target for chart in charts.values() for n in chart.root.walk() if n.form == "do"}
+
+
+def _require_states(record: Record, setup: Setup) -> None:
+    """Refuse what cannot be done again with the code of today.
+
+    Raises:
+        Problem: states are not there.
+    """
+    known, charts = setup.catalogue.classes, setup.library.values()
+    used = {node.target for chart in charts for node in chart.root.walk() if node.form == "do"}
     if used - known.keys():
         lacking = ", ".join(sorted(used - known.keys()))
         raise Problem(
             f"{record.path}: no states {lacking}; go to the folder of their project", FAILED
         )
-    return setup
 
 
 @dataclass(frozen=True, slots=True)
@@ -395,9 +402,10 @@ def stage_replay(record: Record, around: Tap | None = None) -> Replay:
         around: stands in front of the parts that states are given, as of `wire`.
 
     Raises:
-        Problem, FileError: as of `setup_of`.
+        Problem: states that it needs are not there; FileError: as of `setup_of`.
     """
     setup, cursor, header = setup_of(record), Cursor(record.groups()), record.header
+    _require_states(record, setup)
     options, plant = header["options"], Recorded(header, cursor)
 
     def tap(name: str, part: object) -> Any:

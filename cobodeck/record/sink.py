@@ -7,8 +7,14 @@ from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
 
+ENDING = ".mcap"
 PART = ".part"
 """The ending of a file that is still being written."""
+
+
+def is_record(path: Path | str) -> bool:
+    """Is this the name of a record, or of one that is not finished?"""
+    return str(path).endswith((ENDING, ENDING + PART))
 
 
 class Taken(Exception):
