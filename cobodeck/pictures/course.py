@@ -95,8 +95,11 @@ class Course:
                 f"nothing from {low:g} to {high:g} s: "
                 f"the run goes from {self.start_s:g} to {self.end_s:g} s"
             )
+        if (low, high) == (self.start_s, self.end_s):
+            return self
         return replace(
             self,
+            lines=(*self.lines, f"from {low:g} to {high:g} s of {self.end_s:.1f} s"),
             start_s=low,
             end_s=high,
             instants=self.during(low, high),
