@@ -21,8 +21,8 @@ METRE_IN = 0.62
 """A metre of the room on paper, inches; less for rooms that would not fit on the sheet."""
 LARGEST_IN = 9.0
 LEGEND_IN = 2.75
-NARROWEST_IN = 9.0
-"""Of a sheet with something below the room."""
+NARROWEST_IN, ROOMY_IN = 9.0, 5.5
+"""The least width of a sheet with something below the room; a small room is drawn as wide as it."""
 DPI = 150
 MOST_TICKS = 20
 
@@ -72,7 +72,8 @@ def sheet(
     """
     x_low, y_low, x_high, y_high = bounds
     width, height = x_high - x_low + 2 * _MARGIN_M, y_high - y_low + 2 * _MARGIN_M
-    scale = min(METRE_IN, LARGEST_IN / max(width, height))
+    largest = max(METRE_IN, ROOMY_IN / width) if below_in else METRE_IN
+    scale = min(largest, LARGEST_IN / max(width, height))
     lines = list(lines)
     left, bottom, head = 0.5, 0.5 + below_in, 0.42 + 0.2 * len(lines)
     room_in = (width * scale, max(height * scale, 2.0))

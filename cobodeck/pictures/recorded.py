@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from cobodeck.record.reader import Group, Record
 from cobodeck.record.replay import setup_of
 from cobodeck.record.samples import TOPIC, SampleReader
 from cobodeck.record.sink import ENDING
+from cobodeck.wiring import Setup
 from engine.board import Board
 from engine.trace import Record as Traced
 from hw.robot import Footprint
@@ -70,16 +71,22 @@ def course_of(record: Record, progress: Callable[[str], None] | None = None) -> 
             watch.watch(group.ticked.at_ns, known.truth)
             if progress is not None:
                 progress(f"{group.ticked.at_ns / 1e9:.0f} s")
-    where = setup.robot.name if setup.scene is None else setup.scene.name
-    person = header["user"]
-    title = f"{setup.chart.name} in {where}" + (f" with {Path(person).name}" if person else "")
     return watch.course(
-        title,
+        _title(setup, header),
         _lines(record, known.measured),
         None if setup.scene is None else setup.scene.room,
         used_charts(setup.chart, setup.library),
         trace,
     )
+
+
+def _title(setup: Setup, header: Mapping[str, Any]) -> str:
+    """What was run, where and with whom."""
+    if header["options"]["tier"] == 0:
+        return f"{setup.chart.name}, its logic alone"
+    scene, person = setup.scene, header["user"]
+    where = f"on {setup.robot.name}" if scene is None else f"in {scene.name}"
+    return f"{setup.chart.name} {where}" + (f" with {Path(person).name}" if person else "")
 
 
 def _lines(record: Record, measured: bool) -> tuple[str, ...]:
