@@ -13,7 +13,7 @@ from cobodeck.pictures.course import Course
 from cobodeck.pictures.watch import CourseWatch, used_charts
 from cobodeck.record.messages import truth_again
 from cobodeck.record.reader import Group, Record
-from cobodeck.record.replay import setup_of
+from cobodeck.record.replay import written_setup
 from cobodeck.record.samples import TOPIC, SampleReader
 from cobodeck.record.sink import ENDING
 from cobodeck.wiring import Setup
@@ -59,7 +59,7 @@ def course_of(record: Record, progress: Callable[[str], None] | None = None) -> 
     Raises:
         Problem, FileError: the record does not hold what was run.
     """
-    setup, header = setup_of(record), record.header
+    setup, header = written_setup(record), record.header
     watch, known = CourseWatch(setup.robot), _Known(setup.robot.footprint)
     trace: list[Traced] = []
     for group in record.groups():
