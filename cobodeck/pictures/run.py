@@ -5,6 +5,7 @@ from __future__ import annotations
 from cobodeck.pictures.canvas import Sheet, sheet
 from cobodeck.pictures.course import Course
 from cobodeck.pictures.lanes import draw_lanes, height_in
+from cobodeck.pictures.marks import draw_marks
 from cobodeck.pictures.room import draw_room, draw_tracked_area
 from cobodeck.pictures.tracks import bounds_of, draw_tracks
 from engine.draw import GREY
@@ -19,6 +20,7 @@ def run_picture(course: Course) -> Sheet:
     on = sheet(bounds, course.title, course.lines, below_in=height_in(course))
     if course.instants:
         draw_tracks(on, course)
+        draw_marks(on, course)
         if course.room is not None:
             draw_room(on, course.room)
             draw_tracked_area(on, course.room)

@@ -16,8 +16,9 @@ from matplotlib.patches import PathPatch
 
 from cobodeck.pictures.canvas import Sheet, save
 from cobodeck.pictures.course import Course, Instant, Request, Span
-from cobodeck.pictures.lanes import BEHAVIOURS, CONTACT, rows, thinned, time_step
+from cobodeck.pictures.lanes import rows, thinned
 from cobodeck.pictures.run import run_picture
+from cobodeck.pictures.signs import BEHAVIOURS, CONTACT, time_step
 from cobodeck.pictures.tracks import thinned as thinned_way
 from hw.geometry import Pose2, Pose3
 from hw.robot import load_robot
