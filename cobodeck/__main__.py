@@ -20,7 +20,7 @@ COMMANDS = {
     "validate": "check charts, scenes, robots and profiles",
     "schema": "write the JSON Schema with which editors complete charts",
     "list": "list states, signals, charts, scenes, users, profiles or robots",
-    "render": "draw a chart",
+    "render": "draw a chart, a recorded run or a room",
     "simulate": "run a chart on the simulated robot",
     "run": "run a chart on a robot",
     "replay": "do a run again from its record",

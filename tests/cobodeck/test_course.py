@@ -10,11 +10,32 @@ from cobodeck.pictures.course import Course, Instant, Phase, Request, Span
 from cobodeck.pictures.watch import CourseWatch, spans_of, used_charts
 from cobodeck.stage import Options, stage
 from cobodeck.wiring import open_setup
+from engine.load import load_text
 from engine.trace import Record
 from hw.geometry import Pose2, Pose3
 from hw.truth import Contact
 
 CHARTS = {"chase": "chase", "haptic": "haptic", "escape": "escape", "inform": "inform"}
+
+NESTED = {
+    "outer": """
+chart: outer
+outcomes: [done]
+states:
+  one: {states: {a: {use: middle, next: {done: .done}}}, next: {done: b}}
+  b: {use: last, next: {done: .done}}
+""",
+    "middle": """
+chart: middle
+outcomes: [done]
+any: {two: {use: last, next: {done: .done}}}
+""",
+    "last": """
+chart: last
+outcomes: [done]
+states: {rest: {watch: Wait, next: {done: .done}}}
+""",
+}
 
 
 def course(*spans: Span, charts: dict[str, str] | None = None, end_s: float = 10.0) -> Course:
@@ -79,6 +100,16 @@ def test_a_chart_that_only_uses_others_is_no_lane_and_what_stands_beside_them_is
     spans = [Span(path, 0.0, 1.0) for path in ("", "dock", "work", "work/chase", "work/rest")]
 
     assert course(*spans, charts=charts).lanes == ("work/chase", "dock", "work/rest")
+
+
+def test_charts_used_by_used_charts_are_found_in_document_order() -> None:
+    library = {name: load_text(text, "x.yaml")[name] for name, text in NESTED.items()}
+
+    assert list(used_charts(library["outer"], library).items()) == [
+        ("one/a", "middle"),
+        ("one/a/two", "last"),
+        ("b", "last"),
+    ]
 
 
 def test_the_lanes_of_a_chart_that_uses_none_are_its_top_nodes() -> None:

@@ -154,7 +154,7 @@ def test_no_contact_of_a_long_run_is_thinned_away(tmp_path: Path) -> None:
     assert (tmp_path / "long.svg").stat().st_size < 1_500_000
 
 
-def test_no_label_on_the_map_is_written_over_another() -> None:
+def test_no_label_on_the_map_is_written_over_another_or_over_a_mark() -> None:
     on = run_picture(course(300.0))
     renderer = FigureCanvasAgg(on.figure).get_renderer()
 
@@ -162,6 +162,10 @@ def test_no_label_on_the_map_is_written_over_another() -> None:
 
     assert len(boxes) > 15
     assert not [1 for a, b in itertools.combinations(boxes, 2) if a.overlaps(b)]
+    places = [place for kind in "so*X^8" for mark in marks(on, kind) for place in mark.get_xydata()]
+    assert len(places) > 20
+    for x, y in on.axes.transData.transform(places):
+        assert not [box for box in boxes if box.contains(x, y)]
 
 
 def test_marks_of_time_stand_where_robot_and_person_were_then() -> None:
