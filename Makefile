@@ -10,6 +10,7 @@ demo: .venv/installed
 	@rm -f out/demo.mcap out/demo.mcap.part
 	@$(BIN)/cobodeck simulate cobodeck --scene lab_a --user demo --requests 5 --record out/demo.mcap
 	@$(BIN)/cobodeck render out/demo.mcap -o out/demo.svg
+	@echo; echo "cobodeck is in $(BIN); to call it by its name: . $(BIN)/activate"
 
 test: .venv/installed-dev
 	@$(BIN)/python -m pytest -q -m "not slow" $(PYTEST)

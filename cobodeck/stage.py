@@ -10,7 +10,7 @@ from typing import Any, TextIO
 
 from cobodeck.arm_contact import ArmOutline, ArmWatch
 from cobodeck.clocks import Clock, RealTime, Virtual
-from cobodeck.connected import connect, is_needed
+from cobodeck.connected import connect, is_needed, refuse_strange_drivers
 from cobodeck.console import FAILED, REFUSED, Problem, complain
 from cobodeck.inlet import Inlet
 from cobodeck.logic import wander
@@ -31,6 +31,7 @@ from hw.robot import RobotModel
 from hw.samples import Joints
 from hw.sim.base import SimBase
 from hw.sim.world import World
+from hw.truth import BASE
 from hw.user import open_user
 
 LONGEST_S = 3600.0
@@ -125,6 +126,7 @@ def _on_real_parts(
         Problem: something is missing, or nobody watches where people are and it was not said so.
     """
     limits = setup.profile.safety.limits(setup.robot, setup.profile.robot.limits)
+    refuse_strange_drivers(connection, setup.catalogue.packages)
     plant = connect(connection, setup.body, limits, clock.now, uses)
     try:
         if "base" in uses.commands and not plant.person_watched and not options.unwatched:
@@ -264,7 +266,8 @@ def arm_outline(robot: RobotModel) -> ArmOutline:
 
     arm = manipulator_of(robot)
     model = CollisionModel.of(arm)
-    return ArmOutline(partial(outline, model), model.links, arm.tool.name, robot.footprint)
+    parts = tuple("arm_base" if link == BASE else link for link in model.links)
+    return ArmOutline(partial(outline, model), parts, arm.tool.name, robot.footprint)
 
 
 def pose_of(m: list[list[float]]) -> Pose3:

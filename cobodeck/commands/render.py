@@ -46,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
         raise Problem("name a CHART, a RECORD, or a room with --scene")
     if is_record(args.chart):
         return _draw_run(args)
-    known = catalogue()
+    known = catalogue(own=args.own)
     file = chart_file(args.chart, known)
     output = args.output or Path(f"{file.stem}.svg")
     form = output.suffix.removeprefix(".")

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from cobodeck.catalogue import catalogue
 from cobodeck.console import OK, Problem, Progress, show
 from cobodeck.inlet import Inlet
 from cobodeck.measured import Senses
@@ -59,7 +60,7 @@ def course_of(record: Record, progress: Callable[[str], None] | None = None) -> 
     Raises:
         Problem, FileError: the record does not hold what was run.
     """
-    setup, header = written_setup(record), record.header
+    setup, header = written_setup(record, catalogue(own=False)), record.header
     watch, known = CourseWatch(setup.robot), _Known(setup.robot.footprint)
     trace: list[Traced] = []
     for group in record.groups():

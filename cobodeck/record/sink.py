@@ -90,6 +90,11 @@ class Sink:
             self.error = error
             return None
 
+    def remove(self) -> None:
+        """Leave nothing behind."""
+        self._file.close()
+        self.part.unlink(missing_ok=True)
+
     def _named(self) -> Path:
         for path in numbered(self.path):
             try:
