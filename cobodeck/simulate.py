@@ -64,23 +64,25 @@ def simulate(
         tell: is given what states and parts raise, as it happens.
         recorder: writes the run down; it is finished with it.
     """
-    uses = setup.uses()
-    if options.tier and {"base", "vr"} <= uses.commands:
-        refuse_small_floor(setup)
-    if options.tier:
-        warm_up(setup, setup.machine())  # before devices are opened and clocks run
-    loop = stage(setup, options, clock=clock, tap=None if recorder is None else recorder.tap)
-    loop.tell = tell
-    if recorder is not None:
-        recorder.attend(loop)
-    figures, begin = None, time.perf_counter_ns()
+    figures = file = None
     try:
+        uses = setup.uses()
+        if options.tier and {"base", "vr"} <= uses.commands:
+            refuse_small_floor(setup)
+        if options.tier:
+            warm_up(setup, setup.machine())  # before devices are opened and clocks run
+        loop = stage(setup, options, clock=clock, tap=None if recorder is None else recorder.tap)
+        loop.tell = tell
+        if recorder is not None:
+            recorder.attend(loop)
+        begin = time.perf_counter_ns()
         with around(loop):
             end_ns = loop.go(round(options.duration_s * 1e9), progress)
         wall_s = (time.perf_counter_ns() - begin) / 1e9
         figures = figures_of(setup, options, loop, end_ns / 1e9, wall_s)
     finally:
-        file = None if recorder is None else recorder.finish(figures)
+        if recorder is not None:
+            file = recorder.finish(figures)
     return Result(figures, loop, file)
 
 

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from itertools import count
 from pathlib import Path
 
+ENDING = ".mcap"
 PART = ".part"
 """The ending of a file that is still being written."""
+
+
+def is_record(path: Path | str) -> bool:
+    """Is this the name of a record, or of one that is not finished?"""
+    return str(path).endswith((ENDING, ENDING + PART))
 
 
 class Taken(Exception):
@@ -75,7 +82,7 @@ class Sink:
                 os.fsync(self._file.fileno())
         except OSError as error:
             self.error = error
-        self._file.close()
+        self.close()
         if self.error is not None:
             return None
         try:
@@ -83,6 +90,19 @@ class Sink:
         except OSError as error:
             self.error = error
             return None
+
+    def close(self) -> None:
+        """Write no more; what there is keeps its temporary name."""
+        try:
+            self._file.close()
+        except OSError as error:
+            self.error = self.error or error
+
+    def discard(self) -> None:
+        """Leave nothing."""
+        self.close()
+        with suppress(OSError):
+            self.part.unlink()
 
     def _named(self) -> Path:
         for path in numbered(self.path):
@@ -100,21 +120,24 @@ class Sink:
         raise AssertionError("numbers do not end")
 
 
-def numbered(path: Path) -> Iterator[Path]:
-    """A path, and others for when it is taken: `run.mcap`, `run-2.mcap` and so on."""
+def numbered(path: Path, ending: str | None = None) -> Iterator[Path]:
+    """A path, and others for when it is taken: `run.mcap`, `run-2.mcap` and so on.
+
+    `ending`: what comes after the number, by default the last ending of the name.
+    """
     yield path
-    stem, dot, ending = path.name.partition(".")
+    ending = path.suffix if ending is None else ending
     for number in count(2):
-        yield path.with_name(f"{stem}-{number}{dot}{ending}")
+        yield path.with_name(f"{path.name.removesuffix(ending)}-{number}{ending}")
 
 
-def open_free(path: Path) -> Sink:
-    """A sink of the first name that is free.
+def open_free(path: Path, ending: str | None = None) -> Sink:
+    """A sink of the first name that is free; see `numbered`.
 
     Raises:
         OSError: it cannot be made.
     """
-    for candidate in numbered(path):
+    for candidate in numbered(path, ending):
         try:
             return Sink(candidate)
         except Taken:
