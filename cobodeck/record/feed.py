@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 from collections import deque
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from cobodeck.record.messages import cycle_again, raised_again, truth_again
 from cobodeck.record.reader import Group, Told
 from cobodeck.record.samples import TOPIC, SampleReader
-from cobodeck.record.values import value
+from cobodeck.record.values import Unknown, value
 from hw.safety_record import SafetyRecord
 from hw.samples import Sample
 from hw.truth import Truth
@@ -80,8 +81,9 @@ class Feed:
             return
         found = json.loads(told.data)
         if topic == "refused":
-            stamp, held = value(found["stamp"]), value(found["value"])
-            fed.samples.append(Sample(found["signal"], stamp, held))
+            with suppress(Unknown):  # it would be refused again
+                stamp, held = value(found["stamp"]), value(found["value"])
+                fed.samples.append(Sample(found["signal"], stamp, held))
         elif topic == "operator":
             fed.commands.append(found)
         elif topic == "parts":
@@ -121,5 +123,6 @@ class Feed:
         group = self.now or self.next
         if self.difference is None:
             at = 0 if group is None else group.ticked.at_ns
-            told = f"{what} ({ALTERED})" if self.now is not None and self.now.altered else what
+            altered = self.now is not None and self.now.altered and what != ALTERED
+            told = f"{what} ({ALTERED})" if altered else what
             self.difference = Difference(at, told, str(recorded), str(replayed))

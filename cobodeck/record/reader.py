@@ -107,6 +107,7 @@ class Record:
                 crc = zlib.crc32(found.data, crc ^ zlib.crc32(found.topic.encode()))
                 continue
             message = json.loads(found.data)
+            crc = zlib.crc32(found.data[1 : found.data.rindex(b',"crc"')], crc)
             yield Group(_ticked(message), tuple(told), found, message["crc"] != crc)
             crc = zlib.crc32(found.data, message["crc"] ^ _TICK)
             told.clear()

@@ -11,7 +11,7 @@ import zlib
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from foxglove import Channel
 
@@ -36,7 +36,16 @@ from hw.safety_record import SafetyRecord
 from hw.samples import Sample
 from hw.truth import Truth
 
-Describe = Callable[[Loop], tuple[Mapping[str, Any], Mapping[str, bytes]]]
+
+class Description(NamedTuple):
+    """What is run, as values that JSON has; texts that belong to it, by name; what stands there."""
+
+    header: Mapping[str, Any]
+    attachments: Mapping[str, bytes]
+    scene: str | None = None
+
+
+Describe = Callable[[Loop], Description]
 
 
 class Recorder:
@@ -46,7 +55,7 @@ class Recorder:
 
     Args:
         sink: the file.
-        describe: what is run, as values that JSON has, and the texts that belong to it, by name.
+        describe: what is run.
         tell: is given what went wrong.
     """
 
@@ -77,7 +86,10 @@ class Recorder:
 
     def _begin(self) -> None:
         assert self._loop is not None, "nothing is attended"
-        self._file.begin(*self._describe(self._loop))
+        header, attachments, scene = self._describe(self._loop)
+        self._file.begin(header, attachments)
+        if scene is not None:
+            self._log("scene", schemas.SCENE, scene)
 
     def tap(self, name: str, part: Any) -> Any:
         """A part in front of which each call by a state is written down."""
@@ -139,6 +151,7 @@ class Recorder:
         t = ticked
         told = f'"at_ns":{t.at_ns},"n":{t.number},"kind":"{t.kind}"'
         told += f',"missed":{t.missed},"late_ns":{t.late_ns}'
+        self._crc = zlib.crc32(told.encode(), self._crc)
         self._log("tick", schemas.TICK, f'{{{told},"crc":{self._crc}}}')
         self._pending = False
         self._file.end_tick(self._now)

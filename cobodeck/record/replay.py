@@ -20,7 +20,7 @@ from cobodeck.console import FAILED, Problem
 from cobodeck.logic import wander
 from cobodeck.loop import Loop, Ticked
 from cobodeck.plants import Inert
-from cobodeck.record.feed import Difference, Feed
+from cobodeck.record.feed import ALTERED, Difference, Feed
 from cobodeck.record.header import ROOT
 from cobodeck.record.messages import (
     arguments_text,
@@ -29,7 +29,7 @@ from cobodeck.record.messages import (
     raised_again,
 )
 from cobodeck.record.reader import Record
-from cobodeck.record.values import Opaque, Unknown, value
+from cobodeck.record.values import Unknown, value
 from cobodeck.stage import watchers
 from cobodeck.wiring import Setup, Tap, open_setup, wire
 from engine.clock import Grid
@@ -129,7 +129,10 @@ class StandIn:
     """In place of a part: answers as it was recorded, if it is called as it was recorded."""
 
     def __init__(self, name: str, feed: Feed) -> None:
-        self._name, self._feed = name, feed
+        vars(self).update(_name=name, _feed=feed)
+
+    def __setattr__(self, what: str, held: object) -> None:
+        self._call(f".{what} =", held)
 
     def __getattr__(self, what: str) -> Any:
         calls = self._feed.fed.calls
@@ -158,14 +161,11 @@ class StandIn:
         if "raised" in found:
             raise raised_again(found["raised"])
         try:
-            answer = value(found.get("answer"))
+            return value(found.get("answer"))
         except Unknown as unknown:
-            answer = Opaque(self._name, str(unknown))
-        if isinstance(answer, Opaque):
-            told = f"not to be had again: {answer.text}"
-            self._feed.differ(f"the answer of {self._name}.{found['what']}", "given", told)
+            what = f"the answer of {self._name}.{found['what']}"
+            self._feed.differ(what, json.dumps(found["answer"]), unknown)
             return None
-        return answer
 
 
 def call_of(found: Mapping[str, Any]) -> str:
@@ -239,7 +239,7 @@ class Checker:
         for found in feed.fed.calls:
             feed.differ(f"call of {found['part']}", call_of(found), "no call")
         if group.altered:
-            feed.differ("the messages of this tick", "as their checksum says", "others")
+            feed.differ(ALTERED, "as their checksum says", "others")
         if feed.next is None:
             feed.now = None  # what closes a run that was broken off here is not on record
         elif feed.next.ticked.kind == "end":

@@ -8,12 +8,12 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from cobodeck.console import USAGE, Problem
 from cobodeck.loop import Loop
 from cobodeck.record.header import attachments, header, kind_of
-from cobodeck.record.recorder import Recorder
+from cobodeck.record.recorder import Description, Recorder
+from cobodeck.record.scenery import scene_update
 from cobodeck.record.sink import ENDING, Sink, Taken, open_free
 from cobodeck.stage import Options
 from cobodeck.wiring import Setup
@@ -65,7 +65,8 @@ def recorder(
     return Recorder(sink, describe, tell)
 
 
-def _described(
-    setup: Setup, options: Options, began: str, kind: str, loop: Loop
-) -> tuple[dict[str, Any], dict[str, bytes]]:
-    return header(setup, options, loop, sys.argv, began, kind), attachments(setup)
+def _described(setup: Setup, options: Options, began: str, kind: str, loop: Loop) -> Description:
+    found = header(setup, options, loop, sys.argv, began, kind)
+    scene = setup.scene
+    walls = None if scene is None else scene_update(scene, setup.robot.footprint)
+    return Description(found, attachments(setup), walls)
