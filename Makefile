@@ -8,6 +8,7 @@ BIN := .venv/bin
 demo: .venv/installed
 	@$(BIN)/cobodeck render cobodeck -o out/cobodeck.svg
 	@$(BIN)/cobodeck simulate cobodeck --scene lab_a --user demo --requests 5
+	@echo; echo "cobodeck is in $(BIN); to call it by its name: . $(BIN)/activate"
 
 test: .venv/installed-dev
 	@$(BIN)/python -m pytest -q -m "not slow" $(PYTEST)

@@ -64,26 +64,32 @@ def simulate(
         tell: is given what states and parts raise, as it happens.
         recorder: writes the run down; it is finished with it.
     """
-    figures = file = None
     try:
-        uses = setup.uses()
-        if options.tier and {"base", "vr"} <= uses.commands:
-            refuse_small_floor(setup)
-        if options.tier:
-            warm_up(setup, setup.machine())  # before devices are opened and clocks run
-        loop = stage(setup, options, clock=clock, tap=None if recorder is None else recorder.tap)
-        loop.tell = tell
+        loop = _staged(setup, options, clock, recorder)
+    except BaseException:
         if recorder is not None:
-            recorder.attend(loop)
-        begin = time.perf_counter_ns()
+            recorder.give_up()
+        raise
+    loop.tell = tell
+    if recorder is not None:
+        recorder.attend(loop)
+    figures, begin = None, time.perf_counter_ns()
+    try:
         with around(loop):
             end_ns = loop.go(round(options.duration_s * 1e9), progress)
         wall_s = (time.perf_counter_ns() - begin) / 1e9
         figures = figures_of(setup, options, loop, end_ns / 1e9, wall_s)
     finally:
-        if recorder is not None:
-            file = recorder.finish(figures)
+        file = None if recorder is None else recorder.finish(figures)
     return Result(figures, loop, file)
+
+
+def _staged(setup: Setup, options: Options, clock: Clock | None, recorder: Recorder | None) -> Loop:
+    if options.tier and {"base", "vr"} <= setup.uses().commands:
+        refuse_small_floor(setup)
+    if options.tier:
+        warm_up(setup, setup.machine())  # before devices are opened and clocks run
+    return stage(setup, options, clock=clock, tap=None if recorder is None else recorder.tap)
 
 
 def figures_of(

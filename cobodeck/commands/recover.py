@@ -61,11 +61,11 @@ def _written(record: Record, found: Extent, out: Path | None) -> Path:
     try:
         recover(record, found, sink)
     except BaseException:
-        sink.discard()
+        sink.remove()
         raise
     path = sink.finish()
     if path is None:
-        sink.discard()
+        sink.remove()
         raise Problem(f"{named}: {sink.error and sink.error.strerror}", FAILED)
     return path
 

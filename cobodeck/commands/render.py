@@ -37,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
         return room.draw_scene(args)
     if args.chart is None:
         raise Problem("name a CHART, or a room with --scene")
-    known = catalogue()
+    known = catalogue(own=args.own)
     file = chart_file(args.chart, known)
     output = args.output or Path(f"{file.stem}.svg")
     form = output.suffix.removeprefix(".")

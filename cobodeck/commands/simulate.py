@@ -161,13 +161,15 @@ def _recorder(
 def _run(
     args: argparse.Namespace, options: Options, clock: Clock | None, blocked_s: float
 ) -> tuple[Result, Setup]:
+    from cobodeck.catalogue import catalogue
     from cobodeck.simulate import simulate
     from cobodeck.wiring import open_setup
 
     body = getattr(args, "robot", None)
     if clock is not None:  # of `run`: what is named there is no body
         body = None if options.connection is None else options.connection.model
-    setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz, body)
+    known = catalogue(own=args.own)
+    setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz, body, known=known)
     recorder = _recorder(args, setup, options, clock)
     progress = Progress("simulate")
     aside = redirect_stdout(sys.stderr) if args.json else nullcontext()  # what states print

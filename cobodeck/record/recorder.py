@@ -151,8 +151,9 @@ class Recorder:
         t = ticked
         told = f'"at_ns":{t.at_ns},"n":{t.number},"kind":"{t.kind}"'
         told += f',"missed":{t.missed},"late_ns":{t.late_ns}'
-        self._crc = zlib.crc32(told.encode(), self._crc)
-        self._log("tick", schemas.TICK, f'{{{told},"crc":{self._crc}}}')
+        checksum = zlib.crc32(told.encode(), self._crc)
+        self._log("tick", schemas.TICK, f'{{{told},"crc":{checksum}}}')
+        self._crc = checksum
         self._pending = False
         self._file.end_tick(self._now)
 
@@ -170,14 +171,7 @@ class Recorder:
         self._errors_read = len(run.errors)
 
     def finish(self, figures: Mapping[str, Any] | None = None) -> Path | None:
-        """Write the figures, if there are some, and give the file its name; None: it failed.
-
-        Of what was never attended nothing is left.
-        """
-        if self._loop is None:
-            self._file.close()
-            self._sink.discard()
-            return None
+        """Write the figures, if there are some, and give the file its name; None: it failed."""
         if figures is not None:
             self._guarded(lambda: self._file.write_metadata("result", figures))
         self._guarded(self._file.close)
@@ -186,6 +180,11 @@ class Recorder:
         path = self._sink.finish()
         self._guarded(lambda: None)
         return path
+
+    def give_up(self) -> None:
+        """There is no run after all: leave no file."""
+        self._guarded(self._file.close)
+        self._sink.remove()
 
     # writing
 
@@ -225,7 +224,7 @@ class Recorder:
         )
         told = f"no record: {self._sink.path}: {reason}"
         if self._file.saved_ns is None:
-            self._sink.discard()
+            self._sink.remove()
         else:
             self._sink.close()
             told += f"; `cobodeck recover {self._sink.part}` saves what was written"

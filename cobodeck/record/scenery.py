@@ -38,7 +38,7 @@ def scene_update(scene: Scene, footprint: Footprint) -> str:
         _entity("rover", "base_link", cubes=[rover]),
         _entity("person", "user", cylinders=[person]),
     ]
-    return json.dumps({"deletions": [], "entities": entities})
+    return json.dumps({"deletions": [], "entities": entities}, separators=(",", ":"))
 
 
 def _entity(name: str, frame: str, **primitives: list[Any]) -> dict[str, Any]:

@@ -98,8 +98,8 @@ class Sink:
         except OSError as error:
             self.error = self.error or error
 
-    def discard(self) -> None:
-        """Leave nothing."""
+    def remove(self) -> None:
+        """Leave nothing behind."""
         self.close()
         with suppress(OSError):
             self.part.unlink()

@@ -429,7 +429,7 @@ def altered(path: Path, change: Change) -> Path:
                 channels[key] = Channel(
                     channel.topic, schema=made, message_encoding="json", context=context
                 )
-            data = json.dumps(found, separators=(",", ":")).encode()
+            data = json.dumps(found).encode()
             channels[key].log(data, log_time=message.log_time)
     return copy
 
