@@ -148,7 +148,7 @@ def _checksums(told: Iterable[Told], crc: int) -> Iterator[int]:
         for one in told:
             data = again(one)
             if one.topic == "tick":
-                yield zlib.crc32(data[1 : data.rindex(b',"crc"')], found)
+                yield zlib.crc32(data[1 : max(1, data.rfind(b',"crc"'))], found)
             else:
                 found = zlib.crc32(data, found ^ zlib.crc32(one.topic.encode()))
 
