@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import suppress
+from errno import ENOTDIR
 from itertools import count
 from pathlib import Path
 
@@ -22,6 +23,16 @@ class Taken(Exception):
     """There is such a file already."""
 
 
+def require_free(path: Path) -> None:
+    """Look that there is no such file, and no link either.
+
+    Raises:
+        Taken: there is.
+    """
+    if path.exists() or path.is_symlink():
+        raise Taken(f"{path} exists; it is not written over")
+
+
 class Sink:
     """A file that is written under a temporary name, and named when it is whole.
 
@@ -29,8 +40,8 @@ class Sink:
     whoever writes goes on. The temporary file stays: `cobodeck recover` reads what is in it.
 
     Raises:
-        Taken: the file, or one that an earlier run has left unfinished, is there; OSError: it
-            cannot be made.
+        Taken: the file is there, or it is being written, or was not finished; OSError: it cannot
+            be made.
     """
 
     def __init__(self, path: Path) -> None:
@@ -38,14 +49,13 @@ class Sink:
         self.part = path.with_name(path.name + PART)
         self.error: OSError | None = None
         self._position = self._end = 0
-        if path.exists() or path.is_symlink():
-            raise Taken(f"{path} exists; it is not written over")
-        path.parent.mkdir(parents=True, exist_ok=True)
+        require_free(path)
+        _make_folder(path.parent)
         try:
             self._file = self.part.open("xb", buffering=0)
         except FileExistsError:
-            told = f"{self.part} is left from an earlier run; see `cobodeck recover`, or remove it"
-            raise Taken(told) from None
+            told = "a run is writing it, or was broken off; see `cobodeck recover`, or remove it"
+            raise Taken(f"{self.part} exists: {told}") from None
 
     def write(self, data: bytes | bytearray) -> int:
         """Write all of it, as far as anybody can tell."""
@@ -118,6 +128,13 @@ class Sink:
             self.part.unlink()
             return path
         raise AssertionError("numbers do not end")
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:  # by a file
+        raise NotADirectoryError(ENOTDIR, os.strerror(ENOTDIR), str(folder)) from None
 
 
 def numbered(path: Path, ending: str | None = None) -> Iterator[Path]:
