@@ -128,8 +128,8 @@ def _write_trace(
 ) -> Path | None:
     """Write the trace file; where it is, None if it cannot be written."""
     from cobodeck.record import trace_file
-    from cobodeck.record.sink import numbered
-    from cobodeck.record.start import FOLDER, default_name, is_record
+    from cobodeck.record.sink import is_record, numbered
+    from cobodeck.record.start import FOLDER, default_name
 
     path = wanted
     if path is None or is_record(path):
@@ -147,7 +147,8 @@ def _recorder(
     args: argparse.Namespace, setup: Setup, options: Options, clock: Clock | None
 ) -> Recorder | None:
     """A run is always written down, a simulation if it is asked for."""
-    from cobodeck.record.start import is_record, recorder
+    from cobodeck.record.sink import is_record
+    from cobodeck.record.start import recorder
 
     wanted: Path | None = args.record
     if wanted is not None and not is_record(wanted):

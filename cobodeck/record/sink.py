@@ -3,12 +3,26 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
 
+ENDING = ".mcap"
 PART = ".part"
 """The ending of a file that is still being written."""
+_PERSON = re.compile(rf".+?{re.escape(ENDING)}({re.escape(PART)})?(?P<behind>[#@].*)?")
+
+
+def is_record(path: Path | str) -> bool:
+    """Is this the name of a record, or of one that is not finished?"""
+    return str(path).endswith((ENDING, ENDING + PART))
+
+
+def behind_record(source: str) -> str | None:
+    """What follows the name of a record where a person is named by one; None: they are not."""
+    found = _PERSON.fullmatch(source)
+    return None if found is None else found["behind"] or ""
 
 
 class Taken(Exception):

@@ -14,17 +14,11 @@ from cobodeck.console import USAGE, Problem
 from cobodeck.loop import Loop
 from cobodeck.record.header import attachments, header, kind_of
 from cobodeck.record.recorder import Recorder
-from cobodeck.record.sink import PART, Sink, Taken, open_free
+from cobodeck.record.sink import ENDING, Sink, Taken, open_free
 from cobodeck.stage import Options
 from cobodeck.wiring import Setup
 
 FOLDER = Path("out")
-ENDING = ".mcap"
-
-
-def is_record(path: Path | str) -> bool:
-    """Is this the name of a record, or of one that is not finished?"""
-    return str(path).endswith((ENDING, ENDING + PART))
 
 
 def default_name(setup: Setup, options: Options, at: datetime) -> str:
