@@ -23,6 +23,7 @@ COMMANDS = {
     "render": "draw a chart",
     "simulate": "run a chart on the simulated robot",
     "run": "run a chart on a robot",
+    "replay": "do a run again from its record",
     "space": "measure how much of a room or map the robot can use",
     "reach": "tell how high the arm reaches",
     "new": "begin a project of your own",

@@ -28,6 +28,8 @@ CapsulesOf = Callable[[Joints], tuple[Array, Array]]
 
 LOOKS = 4
 """The motion since the tick before is looked at so many times."""
+SLACK = 0.5
+"""Between two ticks the arm may reach so much farther than at both of them, m."""
 _NOTHING = 1e-12
 
 
@@ -74,8 +76,10 @@ class ArmWatch:
     def __init__(self, outline: ArmOutline) -> None:
         self.contacts: list[Contact] = []
         self._outline = outline
+        self._half = np.array((outline.footprint.half_length, outline.footprint.half_width))
         self._last: tuple[int, _Look] | None = None
-        self._out = self._touching = self._meeting = False
+        self._reach: float | None = None
+        self._touching = self._met = self._meant = False
 
     def watch(self, now_ns: int, truth: Truth) -> None:
         """Look at this instant, and at the motion since the one before."""
@@ -83,28 +87,50 @@ class ArmWatch:
             return
         now = _Look(truth.base, truth.body, truth.joints)
         since_ns, last = self._last or (now_ns, now)
-        if self._last is None or now.joints != last.joints:
-            self._out = self._is_out(now.joints)
-        self._last = now_ns, now
-        if self._out:
-            self._look_between(last, now, (since_ns, now_ns), truth.request is not None)
+        granted = truth.request is not None
+        if self._last is None or now != last:
+            self._last = now_ns, now
+            self._look_between(last, now, (since_ns, now_ns), granted)
         else:
-            self._touching = self._meeting = False
+            self._last = now_ns, last
+        self._meant = granted or (self._meant and self._met)
 
     def _look_between(self, last: _Look, now: _Look, span: tuple[int, int], granted: bool) -> None:
+        found: list[list[_Touch]] = []
+        looks: list[_Look] = []
+        if self._is_near(last, now):
+            looks = [last.between(now, k / LOOKS) for k in range(LOOKS + 1)]
+            found = [self._touches(look) for look in looks[1:]]
         held = self._outline.held
-        looks = [last.between(now, k / LOOKS) for k in range(LOOKS + 1)]
-        found = [self._touches(look) for look in looks[1:]]
-        meets = any(self._part(touch) == held for touches in found for touch in touches)
-        if self._meeting or granted:
+        self._met = any(self._part(touch) == held for touches in found for touch in touches)
+        if self._meant or granted:
             found = [[t for t in touches if self._part(t) != held] for touches in found]
-        self._meeting = granted or (self._meeting and meets)
         touching = any(found)
         if touching and not self._touching:
             k = next(k for k, touches in enumerate(found) if touches)
             begin, end = (span[0] + (span[1] - span[0]) * n // LOOKS for n in (k, k + 1))
             self._note(min(found[k]), (looks[k], looks[k + 1]), (begin, end), granted)
-        self._touching = touching
+        self._touching = touching  # one touch counts once
+
+    def _is_near(self, last: _Look, now: _Look) -> bool:
+        """Does the arm come out of the outline, and can it have touched the person?"""
+        before = self._reach
+        if before is None or now.joints != last.joints:
+            self._reach = self._reach_of(now.joints)
+        assert self._reach is not None
+        if self._reach == 0.0:
+            return False
+        travel = last.base.distance_to(now.base) + last.body.distance_to(now.body)
+        reach = max(self._reach, before or 0.0) + SLACK + travel
+        return now.base.distance_to(now.body) - RADIUS <= reach
+
+    def _reach_of(self, joints: Joints) -> float:
+        """How far the arm reaches from base_link over the floor, m; 0 within the outline."""
+        ends, radii = self._outline.capsules_of(joints)
+        beyond = (np.abs(ends[:, :, :2]) - self._half).max(axis=(1, 2)) + radii
+        if not (beyond > 0.0).any():
+            return 0.0
+        return float((np.hypot(ends[:, :, 0], ends[:, :, 1]).max(axis=1) + radii).max())
 
     def _note(
         self, touch: _Touch, looks: tuple[_Look, _Look], span: tuple[int, int], granted: bool
@@ -134,12 +160,6 @@ class ArmWatch:
         x, y, _ = start + touch.share * (end - start)
         return look.base.transform(float(x), float(y))
 
-    def _is_out(self, joints: Joints) -> bool:
-        """Does any of the arm come out of the outline?"""
-        ends, radii = self._outline.capsules_of(joints)
-        beyond = (np.abs(ends[:, :, :2]) - self._half).max(axis=(1, 2))
-        return bool((beyond + radii > 0.0).any())
-
     def _touches(self, look: _Look) -> list[_Touch]:
         """What of the arm meets the person, but for what does so within the outline."""
         ends, radii = self._outline.capsules_of(look.joints)
@@ -153,12 +173,6 @@ class ArmWatch:
         surface = person - away * (1.0 - radii / np.maximum(distances, _NOTHING))[:, None]
         touching &= (np.abs(surface) >= self._half).any(axis=1)
         return [_Touch(float(gaps[i]), int(i), float(shares[i])) for i in np.flatnonzero(touching)]
-
-    @property
-    def _half(self) -> Array:
-        """Half length and width of the outline, m."""
-        footprint = self._outline.footprint
-        return np.array((footprint.half_length, footprint.half_width))
 
 
 def _nearest(axes: Array, point: Array) -> tuple[Array, Array]:

@@ -32,6 +32,7 @@ from hw.robot import RobotModel
 from hw.samples import Joints
 from hw.sim.base import SimBase
 from hw.sim.world import World
+from hw.truth import BASE
 from hw.user import open_user
 
 LONGEST_S = 3600.0
@@ -269,7 +270,8 @@ def arm_outline(robot: RobotModel) -> ArmOutline:
 
     arm = manipulator_of(robot)
     model = CollisionModel.of(arm)
-    return ArmOutline(partial(outline, model), model.links, arm.tool.name, robot.footprint)
+    parts = tuple("arm_base" if link == BASE else link for link in model.links)
+    return ArmOutline(partial(outline, model), parts, arm.tool.name, robot.footprint)
 
 
 def pose_of(m: list[list[float]]) -> Pose3:

@@ -26,7 +26,7 @@ class Contact:
     Attributes:
         at_ns: when it began, since the start of the run.
         x: where they touched, in the map, m; y likewise.
-        part: `base`, or the link of the arm, or what the arm holds.
+        part: `base`, or the link of the arm (the first is `arm_base`), or what the arm holds.
         robot_closing: speed of the touching point towards the person, along the normal of the
             contact, m/s; below 0 it went away. `person_closing` is that of the person to the robot.
         granted: had the person asked for a touch?

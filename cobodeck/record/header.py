@@ -16,7 +16,7 @@ from cobodeck.loop import Loop
 from cobodeck.record.sink import behind_record
 from cobodeck.stage import Options
 from cobodeck.wiring import Setup
-from engine.files.text import noted
+from engine.files.text import is_file, noted
 from hw.user import is_recording
 
 FORMAT = "cobodeck record 1"
@@ -39,7 +39,7 @@ def kind_of(options: Options) -> str:
 
 
 def header(
-    setup: Setup, options: Options, loop: Loop, command: Iterable[str], began: str
+    setup: Setup, options: Options, loop: Loop, command: Iterable[str], began: str, kind: str
 ) -> dict[str, Any]:
     """What was run, on what, and with what code.
 
@@ -49,6 +49,7 @@ def header(
         loop: before its first tick.
         command: the command line.
         began: the wall time of the start, ISO 8601.
+        kind: what kind of plant it was on.
     """
     guard, board = loop.plant.guard, loop.wired.board
     scene = setup.scene
@@ -56,7 +57,7 @@ def header(
         "format": FORMAT,
         "began": began,
         "command": list(command),
-        "plant": kind_of(options),
+        "plant": kind,
         "real_time": loop.clock.waits,
         "chart": setup.chart.name,
         "charts": {name: label(Path(setup.library[name].file)) for name in _charts(setup)},
@@ -75,7 +76,7 @@ def header(
         if guard is None
         else {"governor": guard.chain.limits.governor, "watched": guard.chain.limits.watched},
         "versions": versions(),
-        "machine": {"platform": platform.platform(), "processor": platform.machine()},
+        "machine": machine(),
         "files": {label(path): sha256(data) for path, data in read_files()} | _of_person(options),
         "code": code(setup),
     }
@@ -162,19 +163,29 @@ def _folder_sha256(folder: Path) -> str:
     return digest.hexdigest()
 
 
-def differences(then: Mapping[str, Any], now: Mapping[str, Any], *names: str) -> list[str]:
-    """What of versions, machine, files and code is not as it was, in words."""
+def changes(then: Mapping[str, Any], setup: Setup) -> list[str]:
+    """What of versions, machine, code and files is not as it was in an earlier run, in words."""
+    now = {"versions": versions(), "machine": machine(), "code": code(setup)}
     found = []
-    for name in names:
-        before, after = then.get(name) or {}, now.get(name) or {}
+    for name, values in now.items():
+        before = then[name]
         found += [
-            f"{name} {key}: {_short(before.get(key))}, now {_short(after.get(key))}"
-            for key in sorted({*before, *after})
-            if before.get(key) != after.get(key)
+            f"{name} {key}: {_short(before.get(key))}, now {_short(values.get(key))}"
+            for key in sorted({*before, *values})
+            if before.get(key) != values.get(key)
         ]
+    for name, hashed in then["files"].items():
+        file = ROOT / name
+        if is_file(file) and sha256(file.read_bytes()) != hashed:
+            found.append(f"{name} has changed; the record's own is used")
     return found
 
 
 def _short(value: Any) -> str:
     shown = "none" if value is None else str(value)
     return shown[:12] if len(shown) == 64 else shown
+
+
+def machine() -> dict[str, str]:
+    """What it runs on."""
+    return {"platform": platform.platform(), "processor": platform.machine()}

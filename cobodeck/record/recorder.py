@@ -11,7 +11,7 @@ import json
 import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import foxglove
 from foxglove import Channel, Context, Schema
@@ -42,7 +42,15 @@ CHUNK_BYTES = 16 << 20
 """A chunk ends with each second, not by its size; this is only a bound."""
 
 
-Describe = Callable[[Loop], tuple[Mapping[str, Any], Mapping[str, bytes]]]
+class Description(NamedTuple):
+    """What is run, as values that JSON has; texts that belong to it, by name; what stands there."""
+
+    header: Mapping[str, Any]
+    attachments: Mapping[str, bytes]
+    scene: str | None = None
+
+
+Describe = Callable[[Loop], Description]
 
 
 class Recorder:
@@ -52,7 +60,7 @@ class Recorder:
 
     Args:
         sink: the file.
-        describe: what is run, as values that JSON has, and the texts that belong to it, by name.
+        describe: what is run.
         tell: is given what went wrong.
     """
 
@@ -90,13 +98,15 @@ class Recorder:
 
     def _begin(self) -> None:
         assert self._loop is not None, "nothing is attended"
-        header, attachments = self._describe(self._loop)
+        header, attachments, scene = self._describe(self._loop)
         self._file.write_metadata("run", packed(header))
         for name, data in attachments.items():
             self._file.attach(
                 log_time=0, create_time=0, name=name, media_type="application/octet-stream",
                 data=data,
             )  # fmt: skip
+        if scene is not None:
+            self._log("scene", schemas.SCENE, scene)
         self._file.flush()
 
     def tap(self, name: str, part: Any) -> Any:
@@ -159,6 +169,7 @@ class Recorder:
         t = ticked
         told = f'"at_ns":{t.at_ns},"n":{t.number},"kind":"{t.kind}"'
         told += f',"missed":{t.missed},"late_ns":{t.late_ns}'
+        self._crc = zlib.crc32(told.encode(), self._crc)
         self._log("tick", schemas.TICK, f'{{{told},"crc":{self._crc}}}')
         self._pending = False
         if self._now // SECOND_NS != self._second:

@@ -8,12 +8,12 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from cobodeck.console import USAGE, Problem
 from cobodeck.loop import Loop
 from cobodeck.record.header import attachments, header, kind_of
-from cobodeck.record.recorder import Recorder
+from cobodeck.record.recorder import Description, Recorder
+from cobodeck.record.scenery import scene_update
 from cobodeck.record.sink import ENDING, Sink, Taken, open_free
 from cobodeck.stage import Options
 from cobodeck.wiring import Setup
@@ -21,12 +21,19 @@ from cobodeck.wiring import Setup
 FOLDER = Path("out")
 
 
-def default_name(setup: Setup, options: Options, at: datetime) -> str:
+def default_name(setup: Setup, options: Options, at: datetime, kind: str | None = None) -> str:
     """`KIND-CHART-SCENE-PERSON-PROFILE-SEED-TIME`, of letters that are safe in names of files."""
     where = setup.robot.name if setup.scene is None else setup.scene.name
     scenes = None if setup.scene is None else setup.scene.user
     person = Path(str(options.user or scenes or "nobody").partition("@")[0]).name
-    parts = (kind_of(options), setup.chart.name, where, person, setup.profile.name, options.seed)
+    parts = (
+        kind or kind_of(options),
+        setup.chart.name,
+        where,
+        person,
+        setup.profile.name,
+        options.seed,
+    )
     return re.sub(r"[^\w.-]", "_", "-".join([*map(str, parts), f"{at:%Y%m%dT%H%M%S}"]))
 
 
@@ -36,14 +43,17 @@ def recorder(
     path: Path | None,
     at: datetime,
     tell: Callable[[str], None],
+    kind: str | None = None,
 ) -> Recorder | None:
     """A recorder, by default in `out/`; None, and why, where no file can be made.
+
+    `kind` of plant: by default what the options say.
 
     Raises:
         Problem: the file asked for exists.
     """
     try:
-        named = FOLDER / (default_name(setup, options, at) + ENDING)
+        named = FOLDER / (default_name(setup, options, at, kind) + ENDING)
         sink = open_free(named) if path is None else Sink(path)
     except Taken as taken:
         raise Problem(str(taken), USAGE) from None
@@ -51,11 +61,12 @@ def recorder(
         tell(f"no record: {path or FOLDER}: {error.strerror}")
         return None
     began = at.astimezone(UTC).isoformat(timespec="milliseconds")
-    describe = partial(_described, setup, options, began)
+    describe = partial(_described, setup, options, began, kind or kind_of(options))
     return Recorder(sink, describe, tell)
 
 
-def _described(
-    setup: Setup, options: Options, began: str, loop: Loop
-) -> tuple[dict[str, Any], dict[str, bytes]]:
-    return header(setup, options, loop, sys.argv, began), attachments(setup)
+def _described(setup: Setup, options: Options, began: str, kind: str, loop: Loop) -> Description:
+    found = header(setup, options, loop, sys.argv, began, kind)
+    scene = setup.scene
+    walls = None if scene is None else scene_update(scene, setup.robot.footprint)
+    return Description(found, attachments(setup), walls)

@@ -24,7 +24,7 @@ import re
 import sys
 from collections.abc import Callable
 from enum import Enum
-from typing import Any, NamedTuple
+from typing import Any
 
 from engine.trace import encode
 
@@ -33,15 +33,8 @@ quoted = json.encoder.encode_basestring_ascii
 _ADDRESS = re.compile(r" at 0x[0-9a-f]+")
 
 
-class Opaque(NamedTuple):
-    """A value that could not be written down: its class, and a text of it."""
-
-    kind: str
-    text: str
-
-
 class Unknown(Exception):
-    """A value of a class that is not there any more, or has changed."""
+    """A value that cannot be had again: its class is not there any more, or was never known."""
 
 
 def text(value: Any) -> str:
@@ -200,6 +193,10 @@ def _made_array(content: list[Any]) -> Any:
     return made[()] if not shape else made
 
 
+def _lost(content: list[str]) -> Any:
+    raise Unknown(f"a {content[0]} cannot be written down; make it a dataclass")
+
+
 _READ: dict[str, Callable[[Any], Any]] = {
     "$list": lambda items: [value(item) for item in items],
     "$dict": lambda pairs: {value(key): value(item) for key, item in pairs},
@@ -207,5 +204,5 @@ _READ: dict[str, Callable[[Any], Any]] = {
     "$bytes": base64.b64decode,
     "$array": _made_array,
     "$enum": _member,
-    "$opaque": lambda content: Opaque(*content),
+    "$opaque": _lost,
 }

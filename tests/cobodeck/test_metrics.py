@@ -195,12 +195,13 @@ def test_what_is_not_served_is_refused_with_its_times_also_at_the_end(course: Co
 
 @pytest.mark.requirement(91)
 def test_the_share_beside_the_user_is_of_walking_time_only(course: Course) -> None:
-    for at, x, speed in [(1, 3, 1), (2, 1.4, 1), (3, 4.1, 1), (4, 3.9, 1), (5, 9, 0)]:
+    for at, x, speed in [(1, 2.9, 1), (2, 1.4, 1), (3, 4.1, 1), (4, 3.9, 1), (5, 3.5, 0)]:
         course.see(at, Pose2(x, 0.0), speed)
 
     figures = course.seen.report()
     assert figures["walking_s"] == 4.0
     assert figures["beside_share"] == 0.5
+    assert figures["beside_share_3_4"] == 0.25
 
 
 def test_silence_of_tracking_is_noticed_with_its_time(course: Course) -> None:
@@ -223,6 +224,7 @@ def test_what_did_not_occur_is_null(course: Course) -> None:
     assert figures["prop_error_m"] == {"mean": None, "max": None}
     assert figures["time_to_safety_s"] == {"mean": None, "min": None, "max": None}
     assert figures["beside_share"] is None
+    assert figures["beside_share_3_4"] is None
 
 
 def test_the_spread_is_that_of_a_sample() -> None:

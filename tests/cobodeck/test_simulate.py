@@ -13,6 +13,7 @@ from cobodeck.console import FAILED, OK
 SPREADS = {
     "response_s": {"mean", "sd", "min", "max"},
     "time_to_safety_s": {"mean", "min", "max"},
+    "escape_time_s": {"mean", "min", "max"},
 }
 NAMES = {
     "chart",
@@ -39,7 +40,15 @@ NAMES = {
     "escape_failures",
     "situations",
     "time_to_safety_s",
+    "escape_time_s",
     "contacts",
+    "contacts_by_robot",
+    "contacts_slow_arm",
+    "contact_list",
+    "beside_share",
+    "beside_share_3_4",
+    "measured",
+    "motion_sha256",
     "min_gap_m",
     "faults",
     "overruns",

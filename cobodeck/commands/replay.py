@@ -1,0 +1,134 @@
+"""Do a run again from its record, with the code of today.
+
+Samples, ticks, commands and the answers of parts are fed again as they were recorded. The trace,
+the times of the ticks and the calls of parts have to come out equal; if not, the first difference
+is told.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cobodeck.console import FAILED, OK, Progress, complain, show, show_json, table
+
+if TYPE_CHECKING:
+    from cobodeck.record.reader import Record
+    from cobodeck.record.recorder import Recorder
+    from cobodeck.record.replay import Replay
+    from cobodeck.wiring import Setup
+
+FOR_EVER_NS = 1 << 61
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("file", type=Path, metavar="RECORD", help="X.mcap")
+    parser.add_argument("--check", action="store_true", help="exit code 1 if anything differs")
+    parser.add_argument("--record", type=Path, metavar="X.mcap", help="keep the replay, too")
+    parser.add_argument("--json", action="store_true", help="for programs")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Replay."""
+    from cobodeck.record.reader import Record
+    from cobodeck.record.replay import setup_of, stage_replay
+    from cobodeck.warmup import keep_compiled_code, warm_up
+
+    problem = keep_compiled_code()
+    if problem:
+        complain(problem)
+    record = Record(args.file)
+    setup = setup_of(record)
+    if record.header["options"]["tier"]:
+        warm_up(setup, setup.machine())
+    recorder = None if args.record is None else _recorder(args.record, setup, record)
+    replay = stage_replay(record, setup, None if recorder is None else recorder.tap)
+    figures, file = _go(replay, record, recorder)
+    found = _found(replay, record, figures, file)
+    if args.json:
+        show_json(found)
+    else:
+        show(_summary(replay, record, found))
+    failed = (args.check and not found["equal"]) or (args.record is not None and file is None)
+    return FAILED if failed else OK
+
+
+def _recorder(path: Path, setup: Setup, record: Record) -> Recorder | None:
+    from cobodeck.record.start import recorder
+
+    options = _options(record)
+    return recorder(setup, options, path, datetime.now(), complain, kind="replay")
+
+
+def _go(
+    replay: Replay, record: Record, recorder: Recorder | None
+) -> tuple[Mapping[str, Any], Path | None]:
+    """Go on to the end; the figures, and where the replay was kept."""
+    import time
+
+    from cobodeck.simulate import figures_of
+
+    loop = replay.loop
+    if recorder is not None:
+        recorder.attend(loop)
+    progress, begin = Progress("replay"), time.perf_counter_ns()
+    try:
+        end_ns = loop.go(FOR_EVER_NS, progress.at)
+    finally:
+        progress.done()
+    wall_s = (time.perf_counter_ns() - begin) / 1e9
+    figures = figures_of(replay.setup, _options(record), loop, end_ns / 1e9, wall_s)
+    guard = record.header["guard"]
+    if guard is not None:
+        figures["governor"] = guard["governor"] and guard["watched"]
+        figures["person_watched"] = guard["watched"]
+    return figures, None if recorder is None else recorder.finish(figures)
+
+
+def _options(record: Record) -> Any:
+    from cobodeck.stage import Options
+
+    return Options(**record.header["options"])
+
+
+def _found(
+    replay: Replay, record: Record, figures: Mapping[str, Any], file: Path | None
+) -> dict[str, Any]:
+    from cobodeck.record.header import changes
+
+    difference, checker = replay.difference, replay.checker
+    return {
+        "record": str(record.path),
+        "since": changes(record.header, replay.setup),
+        "broken": record.broken,
+        "ticks": checker.ticks,
+        "calls": checker.calls,
+        "records": checker.records,
+        "equal": difference is None,
+        "difference": None
+        if difference is None
+        else {"at_s": difference.at_ns / 1e9, **difference._asdict()},
+        "trace_sha256": figures["trace_sha256"],
+        "figures": figures,
+        "record_file": file and str(file),
+    }
+
+
+def _summary(replay: Replay, record: Record, found: Mapping[str, Any]) -> str:
+    h, figures = record.header, found["figures"]
+    where = h["scene"]["name"] if h["scene"] else h["robot"]
+    counts = f"{found['ticks']} ticks, {found['calls']} calls of parts"
+    rows = [
+        ("of", f"{h['plant']}: {h['chart']} in {where}, {figures['sim_s']:.1f} s, {h['began']}"),
+        *(("since then", change) for change in found["since"]),
+        *((("the record", found["broken"]),) if found["broken"] else ()),
+        ("replayed", f"{counts}, {found['records']} records of the trace"),
+        ("result", "equal" if found["equal"] else str(replay.difference)),
+        ("trace", found["trace_sha256"][:16]),
+        *((("record", found["record_file"]),) if found["record_file"] else ()),
+    ]
+    return f"{record.path}\n\n{table(rows)}"

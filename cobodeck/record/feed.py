@@ -1,0 +1,128 @@
+"""Where a replay has got to in its record, and what the record holds for the tick under way."""
+
+from __future__ import annotations
+
+import json
+from collections import deque
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from cobodeck.record.messages import cycle_again, raised_again, truth_again
+from cobodeck.record.reader import Group, Told
+from cobodeck.record.samples import TOPIC, SampleReader
+from cobodeck.record.values import Unknown, value
+from hw.safety_record import SafetyRecord
+from hw.samples import Sample
+from hw.truth import Truth
+
+ALTERED = "the messages of this tick are not those that were written"
+
+
+class Difference(NamedTuple):
+    """The first thing that was not as recorded: when (ns), what, as it was, as it is."""
+
+    at_ns: int
+    what: str
+    recorded: str
+    replayed: str
+
+    def __str__(self) -> str:
+        told = f"at {self.at_ns / 1e9:.3f} s, {self.what}"
+        return f"{told}\n  recorded: {self.recorded}\n  replayed: {self.replayed}"
+
+
+@dataclass(slots=True)
+class Fed:
+    """What a record holds for one tick; `samples` are refused ones, too."""
+
+    samples: list[Sample] = field(default_factory=list)
+    commands: list[Mapping[str, Any]] = field(default_factory=list)
+    calls: deque[Mapping[str, Any]] = field(default_factory=deque)
+    failures: list[tuple[str, Exception]] = field(default_factory=list)
+    cycles: list[SafetyRecord] = field(default_factory=list)
+    trace: list[str] = field(default_factory=list)
+    truth: Truth | None = None
+
+
+class Feed:
+    """Goes through a record from tick to tick; what cannot be read is a difference."""
+
+    def __init__(self, groups: Iterator[Group]) -> None:
+        self._groups = groups
+        self._readers: dict[str, SampleReader] = {}
+        self.now: Group | None = None
+        self.next: Group | None = next(groups, None)
+        self.fed = Fed()
+        self.difference: Difference | None = None
+        if self.next is not None:
+            self.fed.truth = self._truth(self.next)  # how things are before the first tick
+
+    def move(self) -> Group | None:
+        """Go on to the next tick."""
+        self.now, self.next = self.next, next(self._groups, None)
+        self.fed = Fed(truth=self.fed.truth)
+        if self.now is not None:
+            try:
+                for told in self.now.told:
+                    self._take(told)
+            except Exception as error:  # noqa: BLE001  whatever an altered message leads to
+                self.differ(f"{told.topic}: a message", "can be read", f"{error!r}")
+        return self.now
+
+    def _take(self, told: Told) -> None:
+        fed, topic = self.fed, told.topic
+        if topic.startswith(TOPIC):
+            fed.samples.append(self._sample(told))
+            return
+        if topic == "trace":
+            fed.trace.append(told.data[len(b'{"line":') : -1].decode())
+            return
+        found = json.loads(told.data)
+        if topic == "refused":
+            with suppress(Unknown):  # it would be refused again
+                stamp, held = value(found["stamp"]), value(found["value"])
+                fed.samples.append(Sample(found["signal"], stamp, held))
+        elif topic == "operator":
+            fed.commands.append(found)
+        elif topic == "parts":
+            fed.calls.append(found)
+        elif topic == "failures":
+            fed.failures.append((found["part"], raised_again(found["raised"])))
+        elif topic == "safety":
+            fed.cycles.append(cycle_again(found))
+        elif topic == "truth":
+            fed.truth = truth_again(found, fed.truth)
+
+    def _sample(self, told: Told) -> Sample:
+        name = told.topic.removeprefix(TOPIC)
+        reader = self._readers.get(name)
+        if reader is None:
+            reader = self._readers[name] = SampleReader(name)
+        return reader.read(told.schema, told.data)
+
+    def _truth(self, group: Group) -> Truth | None:
+        try:
+            return next((truth_again(found, None) for found in group.of("truth")), None)
+        except Exception:  # noqa: BLE001  it is told once this tick has come
+            return None
+
+    @property
+    def at_end(self) -> bool:
+        """Is the run over, but for what is closed then?"""
+        return self.now is not None and self.now.ticked.kind == "end"
+
+    @property
+    def over(self) -> bool:
+        """Is no tick left, or is there a difference already?"""
+        return self.difference is not None or self.next is None or self.at_end
+
+    def differ(self, what: str, recorded: object, replayed: object) -> None:
+        """Something is not as recorded; only the first counts."""
+        group = self.now or self.next
+        if self.difference is None:
+            at = 0 if group is None else group.ticked.at_ns
+            altered = self.now is not None and self.now.altered and what != ALTERED
+            told = f"{what} ({ALTERED})" if altered else what
+            self.difference = Difference(at, told, str(recorded), str(replayed))

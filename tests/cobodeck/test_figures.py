@@ -1,0 +1,126 @@
+"""Figures that are told from the trace, and contacts as figures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from cobodeck.commands.simulate import summary
+from cobodeck.figures import Visit, contact_figures, escape_figures, visits
+from cobodeck.rehearsal import Rehearsal
+from cobodeck.simulate import simulate
+from cobodeck.stage import Options
+from cobodeck.wiring import open_setup
+from hw.truth import Contact
+
+FLEES = """
+chart: flees
+outcomes: [over]
+states:
+  first: {use: escape, next: {safe: second, failed: second, user_lost: .over, fault: .over}}
+  second: {use: escape, next: {safe: first, failed: first, user_lost: .over, fault: .over}}
+"""
+
+
+def test_the_time_of_an_escape_is_from_entering_it_to_being_safe(sim: Rehearsal) -> None:
+    sim.start(FLEES)
+    for name, seconds, outcome in [
+        ("first/flee", 0.5, "safe"),
+        ("second/flee", 1.0, "no_way"),
+        ("first/clear", 1.5, "safe"),
+    ]:
+        sim.wait(seconds)
+        sim.end(name, outcome)
+        sim.until(name.replace("first", "second") if "first" in name else "first/flee")
+    sim.wait(2.0)
+
+    found = escape_figures(sim.run)
+
+    assert (found["escapes"], found["escape_failures"]) == (4, 1)
+    assert found["escape_time_s"]["min"] == pytest.approx(0.5, abs=0.04)
+    assert found["escape_time_s"]["max"] == pytest.approx(1.5, abs=0.04)
+    assert found["escape_time_s"]["mean"] == pytest.approx(1.0, abs=0.04)
+    assert visits(sim.run, "escape")[-1] == Visit(visits(sim.run, "escape")[-1].entered_ns)
+
+
+def test_without_an_escape_there_is_no_time_of_one(sim: Rehearsal) -> None:
+    sim.start(FLEES)
+
+    found = escape_figures(sim.run)
+
+    assert found["escapes"] == 0
+    assert found["escape_time_s"] == {"mean": None, "min": None, "max": None}
+
+
+CONTACTS = [
+    Contact(12_300_000_000, 1.2, 3.4, "base", 0.4, 0.0, False),
+    Contact(13_000_000_000, 1.0, 3.0, "wrist_2", 0.2, 0.1, True),
+    Contact(15_000_000_000, 2.0, 3.0, "prop", 0.0, 0.7, False),
+]
+
+
+def test_contacts_are_counted_by_whose_doing_they_were() -> None:
+    found = contact_figures(CONTACTS)
+
+    counts = [found[name] for name in ("contacts", "contacts_by_robot", "contacts_slow_arm")]
+    assert counts == [3, 1, 1]
+    assert found["contact_list"][1] == {
+        "at_s": 13.0,
+        "x": 1.0,
+        "y": 3.0,
+        "part": "wrist_2",
+        "by": "slow_arm",
+        "robot_closing_m_s": 0.2,
+        "person_closing_m_s": 0.1,
+        "granted": True,
+    }
+
+
+def test_nobody_touched_is_an_empty_list_and_not_known_is_null() -> None:
+    assert contact_figures([])["contact_list"] == []
+    assert contact_figures([])["contacts_by_robot"] == 0
+    assert set(contact_figures(None).values()) == {None}
+
+
+@pytest.fixture(scope="module")
+def figures() -> dict[str, Any]:
+    """Of a run of no more than an instant."""
+    result = simulate(open_setup(), Options(duration_s=0.1))
+    return {**result.figures, "trace_file": None, "record_file": None}
+
+
+def row(shown: str, name: str) -> str:
+    (line,) = (line for line in shown.splitlines() if line.startswith(f"{name} "))
+    return line[len(name) :].strip()
+
+
+def test_the_summary_tells_each_contact_those_by_the_robot_first(figures: dict[str, Any]) -> None:
+    by_person_first = [CONTACTS[2], CONTACTS[1], CONTACTS[0]]
+
+    shown = summary(figures | contact_figures(by_person_first) | {"min_gap_m": -0.01})
+
+    told = "3, of which 1 by the robot and 1 by its arm, slowly, least gap -0.01 m"
+    assert row(shown, "contacts") == told
+    lines = [line.strip() for line in shown.splitlines()]
+    after = lines.index(f"contacts           {told}") + 1
+    assert lines[after : after + 3] == [
+        "12.3 s base at (1.2, 3.4), robot 0.40 m/s, person 0.00 m/s",
+        "13.0 s wrist_2 at (1.0, 3.0), robot 0.20 m/s, person 0.10 m/s, in a touch asked for",
+        "15.0 s prop at (2.0, 3.0), robot 0.00 m/s, person 0.70 m/s",
+    ]
+
+
+def test_the_summary_of_a_run_without_contacts_says_so_in_a_line(figures: dict[str, Any]) -> None:
+    shown = summary(figures)
+
+    assert row(shown, "contacts").startswith("0, least gap ")
+    assert "measured" not in shown
+
+
+def test_the_summary_tells_both_shares_beside_the_user(figures: dict[str, Any]) -> None:
+    shares = {"beside_share": 0.92, "beside_share_3_4": 0.4, "walking_s": 94.2}
+
+    told = row(summary(figures | shares), "beside the user")
+
+    assert told == "1.5 to 4 m away for 92% of 94 s of walking, 3 to 4 m for 40%"
