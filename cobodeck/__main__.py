@@ -24,6 +24,7 @@ COMMANDS = {
     "simulate": "run a chart on the simulated robot",
     "run": "run a chart on a robot",
     "replay": "do a run again from its record",
+    "compare": "tell how two records of runs differ",
     "space": "measure how much of a room or map the robot can use",
     "reach": "tell how high the arm reaches",
     "new": "begin a project of your own",
