@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from bisect import bisect_left
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from engine.files.finding import mistake
 from hw.geometry import Pose2, Pose3, wrap
@@ -55,8 +56,8 @@ class Recalled(Actor):
 
     Tracking sees what it saw then, head and hands too, with the same stamps, and nothing in its
     drop-outs; between two rows the true body goes straight. While the robot is shown to them their
-    own time slows down to a stand, and all that follows comes so much later; tracking sees them
-    slow down and stand, unless it is in a drop-out, which lasts so much longer.
+    own time slows down to a stand, and all that follows comes so much later: tracking sees them
+    slow down and stand, and a drop-out is over once it has lasted as long as it did.
 
     Raises:
         FileError: they would leave the free floor of this room.
@@ -67,9 +68,8 @@ class Recalled(Actor):
         self._past = past
         self._drop_out_ns = drop_out_ns([row.at_ns for row in past.seen])
         self._own = 0
-        self._way, self._newest, self._asks = 0, -1, -1
-        self._then = start = past.ways[0].body
-        super().__init__(start)
+        self._newest, self._reported_ns = -1, 0
+        super().__init__(past.ways[0].body)
 
     def _run(self) -> Iterator[bool]:
         while self._own + self._budget < self._past.until_ns:
@@ -79,31 +79,46 @@ class Recalled(Actor):
         self._go(self._past.until_ns)
 
     def _go(self, own_ns: int) -> None:
-        past, self._own = self._past, own_ns
-        self._way = max(0, _newest(past.ways, self._way, own_ns))
-        at_ns, body, self._tempo = past.ways[self._way]
-        if own_ns > at_ns and self._way + 1 < len(past.ways):
-            until_ns, to, tempo = past.ways[self._way + 1]
-            share = (own_ns - at_ns) / (until_ns - at_ns)
-            body = body.between(to, share)
-            self._tempo += share * (tempo - self._tempo)
+        self._own = own_ns
+        body, self._tempo = self._true_at(own_ns)
         self._x, self._y, self._yaw = body.x, body.y, wrap(body.yaw)
-        self._asks = _newest(past.asked, self._asks, own_ns)
-        self.request = None if self._asks < 0 else past.asked[self._asks].deep
+        asked = _newest(self._past.asked, own_ns)
+        self.request = None if asked < 0 else self._past.asked[asked].deep
+
+    def _true_at(self, own_ns: int) -> tuple[Pose2, float]:
+        """The body, and its speed, m/s."""
+        ways = self._past.ways
+        row = max(0, _newest(ways, own_ns))
+        at_ns, body, speed = ways[row]
+        if own_ns <= at_ns or row + 1 == len(ways):
+            return body, speed
+        until_ns, to, then = ways[row + 1]
+        share = (own_ns - at_ns) / (until_ns - at_ns)
+        return body.between(to, share), speed + share * (then - speed)
 
     def _measure(self, now_ns: int) -> Sample | None:
-        seen, before = self._past.seen, self._newest
-        self._newest = newest = _newest(seen, before, self._own)
-        if newest > before:
-            self._then = self.body
-            stamp, pose = seen[newest]
-            return Sample("user.pose", now_ns - (self._own - stamp), pose)
-        if self._rate == 1.0 or not 0 <= newest < len(seen) - 1:
+        before, self._newest = self._newest, _newest(self._past.seen, self._own)
+        if self._newest < 0:
             return None
-        stamp, pose = seen[newest]
-        if seen[newest + 1].at_ns - stamp > self._drop_out_ns:
+        stamp, pose = self._past.seen[self._newest]
+        if self._newest > before:
+            self._reported_ns = now_ns - (self._own - stamp)
+            if self._rate == 1.0:
+                return Sample("user.pose", self._reported_ns, pose)
+        elif not self._seen_late(now_ns):
             return None
-        return Sample("user.pose", now_ns, _moved(pose, self._then, self.body))
+        moved = _moved(pose, self._true_at(stamp)[0], self.body)
+        return Sample("user.pose", now_ns, moved)
+
+    def _seen_late(self, now_ns: int) -> bool:
+        """Does tracking see them, though they are later than they were?"""
+        seen, row = self._past.seen, self._newest
+        if row + 1 == len(seen):
+            return False
+        lasts = seen[row + 1].at_ns - seen[row].at_ns
+        if lasts > self._drop_out_ns:
+            return now_ns - self._reported_ns >= lasts
+        return self._rate < 1.0
 
 
 def _moved(seen: UserPose, before: Pose2, now: Pose2) -> UserPose:
@@ -125,11 +140,9 @@ def _upright(body: Pose2) -> Pose3:
     return Pose3.from_yaw(body.x, body.y, 0.0, body.yaw)
 
 
-def _newest(rows: tuple[Stood, ...] | tuple[Seen, ...] | tuple[Asked, ...], n: int, at: int) -> int:
-    """The last row that is not after `at`, ns, looked for from row n on."""
-    while n + 1 < len(rows) and rows[n + 1].at_ns <= at:
-        n += 1
-    return n
+def _newest(rows: Sequence[tuple[Any, ...]], at_ns: int) -> int:
+    """The last row that is not after an instant; -1: there is none."""
+    return bisect_left(rows, (at_ns + 1,)) - 1  # a shorter tuple is before all longer ones
 
 
 def _check_floor(past: Past, room: Room) -> None:
