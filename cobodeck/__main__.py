@@ -35,6 +35,7 @@ COMMANDS = {
     "run": "run a chart on a robot",
     "replay": "do a run again from its record",
     "recover": "make a record whole that was broken off",
+    "compare": "tell how two records of runs differ",
     "space": "measure how much of a room or map the robot can use",
     "reach": "tell how high the arm reaches",
     "new": "begin a project of your own",

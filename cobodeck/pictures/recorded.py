@@ -121,9 +121,10 @@ class _Known:
             self._truth = truth_again(found, self._truth)
         if self._truth is not None:
             return
-        for topic, schema, data in group.told:
-            if topic in self._readers:
-                self._inlet.give(self._readers[topic].read(schema, data), group.ticked.at_ns)
+        for told in group.told:
+            if told.topic in self._readers:
+                sample = self._readers[told.topic].read(told.schema, told.data)
+                self._inlet.give(sample, group.ticked.at_ns)
 
     @property
     def measured(self) -> bool:
