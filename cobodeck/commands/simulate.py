@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cobodeck.arguments import length, positive, seconds, word
-from cobodeck.console import FAILED, OK, Progress, complain, show, show_json
+from cobodeck.console import FAILED, OK, Problem, Progress, complain, show, show_json
 from cobodeck.wiring import CHART, PROFILE, SCENE, TICK_HZ
 from engine.errors import Raised
 
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 BLOCKED_S = 5.0
 """Longer ticks, s of wall time, are reported with what blocks them."""
+SHOWN = 3
+"""So many contacts and drop-outs are shown one by one."""
 FAILURES = ("error", "failed")
 """Outcomes of a chart that make the command fail."""
 
@@ -106,9 +108,10 @@ def report_on(
     from cobodeck.explain import explain
     from cobodeck.summary import summary
 
-    result, setup = _run(args, options, clock, blocked_s)
-    wanted: Path | None = getattr(args, "record", None)
-    path = _write_trace(setup, options, result, wanted)
+    began = datetime.now()
+    result, setup = _run(args, options, clock, blocked_s, began)
+    not_recorded = _keeps_record(args, clock) and result.record_file is None
+    path = _write_trace(setup, options, result, args.record, began, told=not_recorded)
     figures = {**result.figures, "trace_file": path and str(path)}
     figures["record_file"] = result.record_file and str(result.record_file)
     if args.json:
@@ -117,47 +120,82 @@ def report_on(
         show(summary(figures, result.wired.run.ended_by))
     if getattr(args, "explain", False):
         (complain if args.json else show)(explain(setup, result))
-    not_recorded = wanted is not None and wanted not in (path, result.record_file)
+    wanted = args.record is not None
+    lacking = wanted and (not_recorded or (path is None and not _keeps_record(args, clock)))
     failed = figures["outcome"] in FAILURES or figures["errors"]
-    return FAILED if not_recorded or failed else OK
+    return FAILED if lacking or failed else OK
+
+
+def _keeps_record(args: argparse.Namespace, clock: Clock | None) -> bool:
+    """A run is always written down, a simulation if it is asked for."""
+    from cobodeck.record.sink import is_record
+
+    return clock is not None if args.record is None else is_record(args.record)
 
 
 def _write_trace(
-    setup: Setup, options: Options, result: Result, wanted: Path | None
+    setup: Setup,
+    options: Options,
+    result: Result,
+    wanted: Path | None,
+    began: datetime,
+    *,
+    told: bool,
 ) -> Path | None:
-    """Write the trace file; where it is, None if it cannot be written."""
-    from cobodeck.record import trace_file
-    from cobodeck.record.sink import numbered
-    from cobodeck.record.start import FOLDER, default_name, is_record
+    """Write the trace file; where it is, None if it cannot be written.
 
-    path = wanted
-    if path is None or is_record(path):
-        named = FOLDER / (default_name(setup, options, datetime.now()) + trace_file.ENDING)
-        path = next(free for free in numbered(named) if not free.exists())
+    `told`: it was said already that the run cannot be kept, and is not said again.
+    """
+    from cobodeck.record import trace_file
+    from cobodeck.record.sink import is_record, open_free
+    from cobodeck.record.start import FOLDER, default_name
+
+    named, ending = wanted, None
+    if named is None or is_record(named):
+        ending = trace_file.ENDING
+        named = FOLDER / (default_name(setup, options, began) + ending)
+    path, error = None, None
     try:
-        trace_file.write(path, setup, result)
-    except OSError as error:
-        complain(f"no trace file: {path}: {error.strerror}")
-        return None
+        sink = open_free(named, ending)
+        path, error = trace_file.write(sink, setup, result), sink.error
+    except OSError as found:
+        error = found
+    if error is not None and not told:
+        complain(f"no trace file: {error.filename or named}: {error.strerror}")
     return path
 
 
 def _recorder(
-    args: argparse.Namespace, setup: Setup, options: Options, clock: Clock | None
+    args: argparse.Namespace,
+    setup: Setup,
+    options: Options,
+    clock: Clock | None,
+    began: datetime,
 ) -> Recorder | None:
-    """A run is always written down, a simulation if it is asked for."""
-    from cobodeck.record.start import is_record, recorder
+    """Who writes the run down; nobody if only its trace is kept.
 
-    wanted: Path | None = args.record
-    if wanted is not None and not is_record(wanted):
-        return None
-    if wanted is None and clock is None:
-        return None
-    return recorder(setup, options, wanted, datetime.now(), complain)
+    Raises:
+        Problem: a file that was asked for exists.
+    """
+    from cobodeck.record.sink import Taken, require_free
+    from cobodeck.record.start import recorder
+
+    if _keeps_record(args, clock):
+        return recorder(setup, options, args.record, began, complain)
+    try:
+        if args.record is not None:
+            require_free(args.record)
+    except Taken as taken:
+        raise Problem(str(taken)) from None
+    return None
 
 
 def _run(
-    args: argparse.Namespace, options: Options, clock: Clock | None, blocked_s: float
+    args: argparse.Namespace,
+    options: Options,
+    clock: Clock | None,
+    blocked_s: float,
+    began: datetime,
 ) -> tuple[Result, Setup]:
     from cobodeck.catalogue import catalogue
     from cobodeck.simulate import simulate
@@ -168,7 +206,7 @@ def _run(
         body = None if options.connection is None else options.connection.model
     known = catalogue(own=args.own)
     setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz, body, known=known)
-    recorder = _recorder(args, setup, options, clock)
+    recorder = _recorder(args, setup, options, clock, began)
     progress = Progress("simulate")
     aside = redirect_stdout(sys.stderr) if args.json else nullcontext()  # what states print
     try:

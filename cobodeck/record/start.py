@@ -14,17 +14,11 @@ from cobodeck.loop import Loop
 from cobodeck.record.header import attachments, header, kind_of
 from cobodeck.record.recorder import Description, Recorder
 from cobodeck.record.scenery import scene_update
-from cobodeck.record.sink import PART, Sink, Taken, open_free
+from cobodeck.record.sink import ENDING, Sink, Taken, open_free
 from cobodeck.stage import Options
 from cobodeck.wiring import Setup
 
 FOLDER = Path("out")
-ENDING = ".mcap"
-
-
-def is_record(path: Path | str) -> bool:
-    """Is this the name of a record, or of one that is not finished?"""
-    return str(path).endswith((ENDING, ENDING + PART))
 
 
 def default_name(setup: Setup, options: Options, at: datetime, kind: str | None = None) -> str:
@@ -58,13 +52,13 @@ def recorder(
     Raises:
         Problem: the file asked for exists.
     """
+    named = path or FOLDER / (default_name(setup, options, at, kind) + ENDING)
     try:
-        named = FOLDER / (default_name(setup, options, at, kind) + ENDING)
         sink = open_free(named) if path is None else Sink(path)
     except Taken as taken:
         raise Problem(str(taken), USAGE) from None
     except OSError as error:
-        tell(f"no record: {path or FOLDER}: {error.strerror}")
+        tell(f"no record: {error.filename or named}: {error.strerror}")
         return None
     began = at.astimezone(UTC).isoformat(timespec="milliseconds")
     describe = partial(_described, setup, options, began, kind or kind_of(options))
