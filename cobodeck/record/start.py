@@ -37,7 +37,7 @@ def default_name(setup: Setup, options: Options, at: datetime, kind: str | None 
         options.seed,
     )
     short = [str(part)[:_LONGEST] for part in parts]
-    return re.sub(r"[^\w.-]", "_", "-".join([*short, f"{at:%Y%m%dT%H%M%S}"]))
+    return re.sub(r"[^\w.-]", "_", "-".join([*short, f"{at:%Y%m%dT%H%M%S}"]), flags=re.ASCII)
 
 
 def recorder(
