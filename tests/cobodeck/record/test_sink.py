@@ -32,15 +32,16 @@ OLD = "an older file"
 
 
 class Small(io.FileIO):
-    """A file on a disk with room for so many bytes; the write that fills it is a partial one."""
+    """A file on a disk with room for so many bytes, that takes up to `step` bytes at once."""
 
-    room = 0
+    room = 1 << 40
+    step: int | None = None
 
     def write(self, data: Any) -> int:
         left = self.room - self.tell()
         if left <= 0:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        return super().write(data[:left])
+        return super().write(data[:left][: self.step])
 
 
 @pytest.fixture
@@ -264,6 +265,17 @@ def test_two_at_once_of_one_name_are_two_files(tmp_path: Path) -> None:
     assert paths == [tmp_path / name for name in ("a.b.mcap", "a.b-2.mcap", "a.b-3.mcap")]
     assert [path.read_bytes() for path in paths if path] == [b"0", b"1", b"2"]
     assert len(list(tmp_path.iterdir())) == 3
+
+
+def test_what_is_taken_in_pieces_is_whole(
+    disk: Callable[[int], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Small, "step", 7)
+    sink = Sink(tmp_path / "run.mcap")
+
+    assert sink.write(b"a" * 100) == 100
+    assert sink.finish() == sink.path
+    assert sink.path.read_bytes() == b"a" * 100
 
 
 @pytest.mark.parametrize("links", [True, False])
