@@ -19,6 +19,7 @@ from cobodeck.measured import Senses
 from cobodeck.metrics import Evaluator
 from cobodeck.operators import ConsoleOperator
 from cobodeck.plants import Nothing, Plant
+from cobodeck.record.sink import behind_record
 from cobodeck.requests import RequestWatch
 from cobodeck.separation import SeparationWatch
 from cobodeck.wiring import Setup, Tap, Uses, Wired, refuse_slow_ticks, wire
@@ -186,6 +187,10 @@ def _person(setup: Setup, uses: Uses, options: Options) -> Person | None:
         if source is not None:
             raise Problem(f"--user {source} needs a room; give one with --scene")
         return None
+    if source is not None and behind_record(source) is not None:
+        from cobodeck.record.person import recalled  # what reads records is not loaded otherwise
+
+        return recalled(source, scene.room, options.requests, options.stretch_m)
     if source is not None:
         return open_user(source, scene, options.requests, options.stretch_m, options.seed)
     if uses.person:

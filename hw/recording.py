@@ -8,8 +8,10 @@ with an optional person, a time and a place, such as `id,t,x,y`; a unit may stan
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from itertools import pairwise
 from pathlib import Path
 
 from engine.files.finding import mistake
@@ -62,9 +64,7 @@ class Recording:
     @property
     def gap_ns(self) -> int:
         """Rows farther apart than this have a drop-out of tracking between them."""
-        pairs = zip(self.stamps_ns, self.stamps_ns[1:], strict=False)
-        spacings = sorted(later - sooner for sooner, later in pairs)
-        return max(100_000_000, 3 * spacings[len(spacings) // 2])
+        return drop_out_ns(self.stamps_ns)
 
     def gaps(self) -> tuple[tuple[int, int], ...]:
         """Start and end of every drop-out, ns."""
@@ -117,6 +117,12 @@ class Recording:
             speeds.append(speed)
         initial = next((found for found in headings if found is not None), 0.0)
         return tuple(initial if h is None else h for h in headings), tuple(speeds)
+
+
+def drop_out_ns(stamps_ns: Sequence[int]) -> int:
+    """Stamps farther apart than this have a drop-out of tracking between them, ns."""
+    spacings = sorted(later - sooner for sooner, later in pairwise(stamps_ns))
+    return max(100_000_000, 3 * spacings[len(spacings) // 2]) if spacings else 100_000_000
 
 
 def read_recording(path: Path, person: str | None = None) -> Recording:

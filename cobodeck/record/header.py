@@ -13,6 +13,7 @@ from typing import Any
 
 from cobodeck.library import reached
 from cobodeck.loop import Loop
+from cobodeck.record.sink import behind_record
 from cobodeck.stage import Options
 from cobodeck.wiring import Setup
 from engine.files.text import is_file, noted
@@ -76,7 +77,7 @@ def header(
         else {"governor": guard.chain.limits.governor, "watched": guard.chain.limits.watched},
         "versions": versions(),
         "machine": machine(),
-        "files": {label(path): sha256(data) for path, data in read_files()},
+        "files": {label(path): sha256(data) for path, data in read_files()} | _of_person(options),
         "code": code(setup),
     }
 
@@ -85,6 +86,14 @@ def read_files() -> list[tuple[Path, bytes]]:
     """What has been read so far, but for what belongs to libraries."""
     libraries = Path(sys.prefix)
     return [(path, data) for path, data in noted().items() if not path.is_relative_to(libraries)]
+
+
+def _of_person(options: Options) -> dict[str, str]:
+    """The hash of the record that the person comes from; it may be too large to be kept."""
+    if options.user is None or behind_record(options.user) is None:
+        return {}
+    with Path(options.user).open("rb") as stream:
+        return {label(Path(options.user)): hashlib.file_digest(stream, "sha256").hexdigest()}
 
 
 def _charts(setup: Setup) -> list[str]:

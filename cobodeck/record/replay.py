@@ -268,6 +268,31 @@ def counts(line: str) -> bool:
     return json.loads(line)[1] not in ("note", "tick")
 
 
+def written_setup(record: Record, known: Catalogue) -> Setup:
+    """What was run, from the texts in the record; its charts may name what is not `known`.
+
+    Raises:
+        FileError: a text is wrong.
+    """
+    header, texts = record.header, record.attachments
+    files = {ROOT / name: text for name, text in texts.items()}
+    files |= {Path(name): text for name, text in texts.items()}
+    charts = {}
+    for name, file in header["charts"].items():
+        charts[name] = load_text(texts[file].decode(), file)[name]
+    given = header["given"]
+    with instead(files):
+        return open_setup(
+            header["chart"],
+            given["scene"],
+            given["profile"],
+            header["tick_hz"],
+            given["robot"],
+            charts,
+            known,
+        )
+
+
 def setup_of(record: Record, known: Catalogue | None = None) -> Setup:
     """What was run, from the texts in the record and the code of today.
 
@@ -277,25 +302,10 @@ def setup_of(record: Record, known: Catalogue | None = None) -> Setup:
     Raises:
         Problem: states that it needs are not there; FileError: a text is wrong.
     """
-    header, texts = record.header, record.attachments
-    files = {ROOT / name: text for name, text in texts.items()}
-    files |= {Path(name): text for name, text in texts.items()}
-    charts = {}
-    for name, file in header["charts"].items():
-        charts[name] = load_text(texts[file].decode(), file)[name]
-    given = header["given"]
     known = known or catalogue()
-    with instead(files):
-        setup = open_setup(
-            header["chart"],
-            given["scene"],
-            given["profile"],
-            header["tick_hz"],
-            given["robot"],
-            charts,
-            known,
-        )
-    used = {n.target for chart in charts.values() for n in chart.root.walk() if n.form == "do"}
+    setup = written_setup(record, known)
+    charts = setup.library.values()
+    used = {node.target for chart in charts for node in chart.root.walk() if node.form == "do"}
     if used - known.classes.keys():
         lacking = ", ".join(sorted(used - known.classes.keys()))
         raise Problem(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from contextlib import suppress
 from errno import ENOTDIR
@@ -12,6 +13,13 @@ from pathlib import Path
 ENDING = ".mcap"
 PART = ".part"
 """The ending of a file that is still being written."""
+_PERSON = re.compile(rf".+?{re.escape(ENDING)}({re.escape(PART)})?(?P<behind>[#@].*)?")
+
+
+def behind_record(source: str) -> str | None:
+    """What follows the name of a record where a person is named by one; None: they are not."""
+    found = _PERSON.fullmatch(source)
+    return None if found is None else found["behind"] or ""
 
 
 def is_record(path: Path | str) -> bool:

@@ -1,0 +1,269 @@
+"""How two records differ: in what was run, in what came out, and from which instant on.
+
+Both are read once, side by side, tick by tick; neither is held.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import zip_longest
+from typing import Any
+
+from cobodeck.record.header import sha256
+from cobodeck.record.reader import Group, Record
+from cobodeck.record.values import value
+from engine.trace import encode
+from hw.geometry import Pose2, wrap
+
+NEAR_M, NEAR_RAD = 1e-3, 1e-3
+"""Poses that are not farther apart are taken for the same."""
+LEFT_OUT = {"format", "began", "command", "given", "charts", "files"}
+"""Entries that differ between any two runs, that stand in the header twice, or that stand apart."""
+WORDS = {"versions": "version of {}", "code": "code of {}", "parts": "part {}", "options": "{}"}
+"""What an entry inside another is called."""
+ASKED = {"chart", "scene", "robot", "user", "profile", "tier", "seed", "tick_hz"}
+"""Figures that say what was run; the headers have them."""
+COMPUTING = {"wall_s", "realtime_factor", "left_out", "missed", "overruns", "signals"}
+"""Figures of the machine, and of what was left out on it; no part of what came out."""
+LINES = 3
+"""So many lines of a text are shown of each of the two."""
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """One entry of both headers that differs; `lines` of a text, of which `first` shows some."""
+
+    what: str
+    a: Any
+    b: Any
+    lines: int | None = None
+    first: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A figure of both runs by its name in JSON, parts of it behind dots; None: it has none."""
+
+    name: str
+    a: Any
+    b: Any
+
+    @property
+    def same(self) -> bool:
+        """Is it the same in both?"""
+        return encode(self.a) == encode(self.b)
+
+    @property
+    def computing(self) -> bool:
+        """Is it no part of what came out?"""
+        return self.name.partition(".")[0] in COMPUTING
+
+
+@dataclass(slots=True)
+class Traces:
+    """The traces of both, without notes.
+
+    `equal` are the records up to the first that differs, at `at_ns`; `a` and `b` are those two,
+    None where a trace is over. `last` is the move before it: container, child, outcome, next child.
+    """
+
+    equal: int = 0
+    at_ns: int | None = None
+    a: str | None = None
+    b: str | None = None
+    last: tuple[int, str, str, str, str] | None = None
+
+    @property
+    def same(self) -> bool:
+        """Are they equal to their ends?"""
+        return self.at_ns is None
+
+    def take(self, a: Group | None, b: Group | None) -> None:
+        """The records of one instant, of which only one has any, or both."""
+        if self.at_ns is not None and self.a is not None and self.b is not None:
+            return
+        for one, other in zip_longest(_trace(a), _trace(b)):
+            if self.at_ns is not None:
+                self.a, self.b = self.a or _text(one), self.b or _text(other)
+            elif one is None or other is None or encode(one) != encode(other):
+                self.at_ns = min(line[0] for line in (one, other) if line is not None)
+                self.a, self.b = _text(one), _text(other)
+            else:
+                self.equal += 1
+                if one[1] == "move":
+                    self.last = (one[0], *one[2:])
+
+
+_Poses = tuple[Pose2 | None, Pose2 | None]
+
+
+@dataclass(slots=True)
+class Motions:
+    """From which instant on, ns, base and person are elsewhere, as far as both know the truth."""
+
+    known: bool = False
+    base: tuple[int, Pose2, Pose2] | None = None
+    person: tuple[int, Pose2, Pose2] | None = None
+    _poses: list[_Poses] = field(default_factory=lambda: [(None, None), (None, None)])
+
+    def take(self, a: Group | None, b: Group | None) -> None:
+        """The groups of one instant; they are compared if both are there."""
+        if self.base and self.person:
+            return
+        for n, group in enumerate((a, b)):
+            for found in group.of("truth") if group is not None else ():
+                self._poses[n] = value(found["base"]), value(found["body"])
+        (base_a, body_a), (base_b, body_b) = self._poses
+        if a is None or b is None or base_a is None or base_b is None:
+            return
+        self.known = True
+        at_ns = a.ticked.at_ns
+        self.base = self.base or _apart(at_ns, base_a, base_b)
+        self.person = self.person or _apart(at_ns, body_a, body_b)
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """What there is to say of two records; `altered_ns`: the first tick that was altered."""
+
+    headers: tuple[Difference, ...]
+    figures: tuple[Figure, ...]
+    traces: Traces
+    motions: Motions
+    altered_ns: tuple[int | None, int | None]
+
+    @property
+    def same(self) -> bool:
+        """Did the same come out, whatever it took to compute it?"""
+        return self.traces.same and all(f.same or f.computing for f in self.figures)
+
+
+def compare(a: Record, b: Record) -> Comparison:
+    """Read both to their ends; then `result` and `broken` of both are there, too.
+
+    Raises:
+        FileError: one of them cannot be read.
+    """
+    traces, motions = Traces(), Motions()
+    altered: list[int | None] = [None, None]
+    for pair in _together(a.groups(), b.groups()):
+        for n, group in enumerate(pair):
+            if group is not None and group.altered and altered[n] is None:
+                altered[n] = group.ticked.at_ns
+        traces.take(*pair)
+        motions.take(*pair)
+    figures = tuple(_figures(a.result or {}, b.result or {}))
+    return Comparison(tuple(_headers(a, b)), figures, traces, motions, (altered[0], altered[1]))
+
+
+def _together(
+    a: Iterator[Group], b: Iterator[Group]
+) -> Iterator[tuple[Group | None, Group | None]]:
+    """The ticks of both in the order of their instants; of equal instants both."""
+    one, other = next(a, None), next(b, None)
+    while one is not None or other is not None:
+        both = [group.ticked.at_ns for group in (one, other) if group is not None]
+        mine = one if one is not None and one.ticked.at_ns == min(both) else None
+        its = other if other is not None and other.ticked.at_ns == min(both) else None
+        yield mine, its
+        one = one if mine is None else next(a, None)
+        other = other if its is None else next(b, None)
+
+
+def _trace(group: Group | None) -> list[list[Any]]:
+    found = [] if group is None else [told["line"] for told in group.of("trace")]
+    return [line for line in found if line[1] not in ("note", "tick")]
+
+
+def _text(line: list[Any] | None) -> str | None:
+    return None if line is None else encode(line)
+
+
+def _apart(at_ns: int, a: Pose2 | None, b: Pose2 | None) -> tuple[int, Pose2, Pose2] | None:
+    if a is None or b is None or a == b:
+        return None
+    near = a.distance_to(b) <= NEAR_M and abs(wrap(a.yaw - b.yaw)) <= NEAR_RAD
+    return None if near else (at_ns, a, b)
+
+
+# figures
+
+
+def _figures(a: Mapping[str, Any], b: Mapping[str, Any]) -> Iterator[Figure]:
+    one, other = (dict(_flat(found)) for found in (a, b))
+    for name in sorted({*one, *other} - ASKED):
+        yield Figure(name, one.get(name), other.get(name))
+
+
+def _flat(found: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    for name, held in found.items():
+        if isinstance(held, Mapping):
+            yield from _flat(held, f"{before}{name}.")
+        else:
+            yield before + name, held
+
+
+# headers
+
+
+def _headers(a: Record, b: Record) -> Iterator[Difference]:
+    one, other = (dict(_entries(record.header)) for record in (a, b))
+    for what in dict.fromkeys((*one, *other)):
+        if one.get(what) != other.get(what):
+            yield Difference(what, one.get(what), other.get(what))
+    yield from _files(a, b)
+
+
+def _entries(header: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Each entry by its name in words."""
+    for name, held in header.items():
+        if name in LEFT_OUT:
+            continue
+        if not isinstance(held, Mapping):
+            yield name, held
+        elif set(held) == {"name", "sha256"}:
+            yield name, f"{held['name']} {held['sha256']}"
+        else:
+            words = WORDS.get(name, f"{name} {{}}")
+            yield from ((words.format(key), part) for key, part in held.items() if key != "user")
+
+
+def _files(a: Record, b: Record) -> Iterator[Difference]:
+    one, other = _hashes(a), _hashes(b)
+    for name in sorted({*one, *other}):
+        before, after = one.get(name), other.get(name)
+        if before == after:
+            continue
+        texts = [_lines(record, name) for record in (a, b)]
+        if texts[0] is None or texts[1] is None:
+            yield Difference(f"file {name}", before, after)
+        else:
+            yield Difference(f"file {name}", before, after, *_differing(texts[0], texts[1]))
+
+
+def _hashes(record: Record) -> dict[str, str]:
+    attached = {name: sha256(data) for name, data in record.attachments.items()}
+    return {**attached, **record.header["files"]}
+
+
+def _lines(record: Record, name: str) -> list[str] | None:
+    """The text of an attached file; None if there is none, or it is no text."""
+    try:
+        return record.attachments[name].decode().splitlines()
+    except (KeyError, UnicodeDecodeError):
+        return None
+
+
+def _differing(a: list[str], b: list[str]) -> tuple[int, tuple[str, ...]]:
+    """How many lines differ, and those of the first place."""
+    found = difflib.SequenceMatcher(None, a, b, autojunk=False).get_opcodes()
+    places = [(a[i:j], b[k:m], i, k) for tag, i, j, k, m in found if tag != "equal"]
+    count = sum(max(len(mine), len(its)) for mine, its, _, _ in places)
+    if not places:
+        return 0, ("the ends of lines",)
+    mine, its, i, k = places[0]
+    shown = [f"A {n}: {line.strip()}" for n, line in enumerate(mine[:LINES], i + 1)]
+    shown += [f"B {n}: {line.strip()}" for n, line in enumerate(its[:LINES], k + 1)]
+    return count, tuple(shown)
