@@ -17,12 +17,14 @@ class Extent:
     """How much of a record can be relied on.
 
     Attributes:
-        ticks: so many are whole.
-        end_ns: the instant of the last of them, of the run; None: there is none.
+        groups: so many groups of messages are whole; `ticks` of them are ticks, which the end of
+            the run is not.
+        end_ns: the instant of the last group, of the run; None: there is none.
         broken: why there are no more, in words; None: nothing is missing.
         damaged: names of attachments that are not the files that were read.
     """
 
+    groups: int
     ticks: int
     end_ns: int | None
     broken: str | None
@@ -31,15 +33,16 @@ class Extent:
 
 def extent(record: Record) -> Extent:
     """Read a record to its end, or to the first tick whose messages are not all there."""
-    ticks, end_ns, altered = 0, None, None
+    groups, ticks, end_ns, altered = 0, 0, None, None
     for group in record.groups():
         if group.altered:
             altered = f"messages before {group.ticked.at_ns / 1e9:.3f} s are missing or altered"
             break
-        ticks, end_ns = ticks + 1, group.ticked.at_ns
+        groups, end_ns = groups + 1, group.ticked.at_ns
+        ticks += group.ticked.kind != "end"
     files = record.header.get("files", {})
     damaged = (name for name, data in record.attachments.items() if files.get(name) != sha256(data))
-    return Extent(ticks, end_ns, altered or record.broken, tuple(damaged))
+    return Extent(groups, ticks, end_ns, altered or record.broken, tuple(damaged))
 
 
 def recover(record: Record, found: Extent, sink: Sink) -> None:
@@ -57,7 +60,7 @@ def recover(record: Record, found: Extent, sink: Sink) -> None:
             channels[key] = file.channel(told.topic, record.schemas[told.schema])
         channels[key].log(told.data, log_time=told.log_ns)
 
-    for _, group in zip(range(found.ticks), record.groups(), strict=False):
+    for _, group in zip(range(found.groups), record.groups(), strict=False):
         for told in group.told:
             write(told)
         write(group.closing)
