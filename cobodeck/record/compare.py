@@ -227,7 +227,7 @@ def _entries(header: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             yield name, f"{held['name']} {held['sha256']}"
         else:
             words = WORDS.get(name, f"{name} {{}}")
-            yield from ((words.format(key), part) for key, part in held.items() if key != "user")
+            yield from ((words.format(key), part) for key, part in held.items())
 
 
 def _files(a: Record, b: Record) -> Iterator[Difference]:

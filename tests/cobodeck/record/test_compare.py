@@ -13,13 +13,13 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK
-from cobodeck.record.compare import compare
+from cobodeck.record.compare import Comparison, Figure, Motions, Traces, compare
 from cobodeck.record.reader import Group, Record, Told
 
 ROOT = Path(__file__).parents[3]
 RUNS = {
     "demo": (),
-    "again": (),
+    "again": ("--user", "demo"),  # that of the scene
     "eager": ("--no-skip",),
     "paper": ("--profile", "paper"),
     "one": ("--user", "random", "--seed", "1"),
@@ -153,6 +153,17 @@ def test_of_texts_the_first_lines_that_differ_are_shown(tmp_path: Path, capsys: 
     assert "mine.yaml: 1 lines differ, first" in told
     assert f"A {number}: base_speed: 2.0 m/s" in told
     assert f"B {number}: base_speed: 1.5 m/s" in told
+
+
+def test_one_figure_or_one_record_of_the_trace_is_enough_to_differ() -> None:
+    def same(traces: Traces, *figures: Figure) -> bool:
+        return Comparison((), figures, traces, Motions(), (None, None)).same
+
+    machine = Figure("wall_s", 1.0, 2.0), Figure("signals.base.pose.evaluated", 3, 4)
+    assert same(Traces(), *machine, Figure("contacts", 0, 0), Figure("outcome", None, None))
+    assert not same(Traces(), Figure("contacts", 0, 1))
+    assert not same(Traces(), Figure("served", 0, None))
+    assert not same(Traces(at_ns=0), Figure("contacts", 0, 0))
 
 
 class Changed(Record):
