@@ -1,4 +1,4 @@
-# make demo: set up, draw the chart, run the main job.  make test, slow, check: what CI runs.
+# make demo: set up, draw the chart, run the main job, draw the run.  make test, slow, check: what CI runs.
 PYTHON ?= $(or $(shell for p in python3 python3.13 python3.12 python3.11; do \
   $$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done),python3)
 BIN := .venv/bin
@@ -7,7 +7,10 @@ BIN := .venv/bin
 
 demo: .venv/installed
 	@$(BIN)/cobodeck render cobodeck -o out/cobodeck.svg
-	@$(BIN)/cobodeck simulate cobodeck --scene lab_a --user demo --requests 5
+	@rm -f out/demo.mcap out/demo.mcap.part
+	@$(BIN)/cobodeck simulate cobodeck --scene lab_a --user demo --requests 5 --record out/demo.mcap
+	@$(BIN)/cobodeck render out/demo.mcap -o out/demo.svg
+	@echo; echo "cobodeck is in $(BIN); to call it by its name: . $(BIN)/activate"
 
 test: .venv/installed-dev
 	@$(BIN)/python -m pytest -q -m "not slow" $(PYTEST)

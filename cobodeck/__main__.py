@@ -11,19 +11,30 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
+from typing import NoReturn
 
-from cobodeck.console import FAILED, OK, USAGE, Problem, complain, show
+from cobodeck.console import (
+    FAILED,
+    OK,
+    USAGE,
+    Problem,
+    complain,
+    show,
+    show_what_can_be_shown,
+)
 from engine.files.finding import FileError, did_you_mean
 from engine.files.text import noting
+from engine.files.visible import visible
 
 COMMANDS = {
     "validate": "check charts, scenes, robots and profiles",
     "schema": "write the JSON Schema with which editors complete charts",
     "list": "list states, signals, charts, scenes, users, profiles or robots",
-    "render": "draw a chart",
+    "render": "draw a chart, a recorded run or a room",
     "simulate": "run a chart on the simulated robot",
     "run": "run a chart on a robot",
     "replay": "do a run again from its record",
+    "recover": "make a record whole that was broken off",
     "compare": "tell how two records of runs differ",
     "space": "measure how much of a room or map the robot can use",
     "reach": "tell how high the arm reaches",
@@ -35,6 +46,7 @@ COMMANDS = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; the exit code."""
+    show_what_can_be_shown()
     given = list(sys.argv[1:] if argv is None else argv)
     try:
         return _dispatch(given)
@@ -68,9 +80,11 @@ def _dispatch(given: list[str]) -> int:
     if name not in COMMANDS:
         raise Problem(f"no command {name!r}; {did_you_mean(name, COMMANDS)}")
     module = importlib.import_module(f"cobodeck.commands.{name}")
-    parser = argparse.ArgumentParser(f"cobodeck {name}", description=module.__doc__)
+    parser = _Parser(f"cobodeck {name}", description=module.__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     module.arguments(parser)
+    about = "import no code of projects, neither from this folder nor installed"
+    parser.add_argument("--no-project", dest="own", action="store_false", help=about)
     try:
         args = parser.parse_args(rest)
     except SystemExit as end:  # argparse has said what is wrong
@@ -78,6 +92,11 @@ def _dispatch(given: list[str]) -> int:
     with noting():
         code = module.run(args)
     return FAILED if code is None else int(code)
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        super().error(visible(message))
 
 
 def _overview() -> str:

@@ -26,6 +26,14 @@ def seconds(text: str) -> float:
     return _number(text, LONGEST_S, "s")
 
 
+def instant(text: str) -> float:
+    """A time since the start, s."""
+    value = float(text)
+    if not 0.0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text} is no time, s")
+    return value
+
+
 def length(text: str) -> float:
     """A length above 0 m."""
     return _number(text, FARTHEST_M, "m")

@@ -45,6 +45,11 @@ class Catalogue:
     projects: tuple[Project, ...] = ()
 
     @property
+    def packages(self) -> frozenset[str]:
+        """The packages from which drivers may be imported: ours, and those of the projects."""
+        return frozenset(("hw",)).union(*(project.packages for project in self.projects))
+
+    @property
     def parts(self) -> tuple[str, ...]:
         """The names of the parts that states may command."""
         return (*PARTS, *self.own_parts)
@@ -68,15 +73,15 @@ class Catalogue:
         return self.classes[name].__module__
 
 
-def catalogue(start: Path | None = None) -> Catalogue:
-    """Everything shipped, and what the projects around `start` add.
+def catalogue(start: Path | None = None, *, own: bool = True) -> Catalogue:
+    """Everything shipped, and, if `own`, what the projects around `start` and installed ones add.
 
     Raises:
         Problem: a module cannot be imported, a class is no usable state, or a name stands twice.
     """
-    own = projects(start)
+    added = projects(start) if own else []
     modules = [_imported(name) for name in MODULES]
-    for project in own:
+    for project in added:
         project.make_importable()
         modules += [_imported(name) for name in project.modules]
     classes: dict[str, type[State]] = {}
@@ -92,7 +97,7 @@ def catalogue(start: Path | None = None) -> Catalogue:
         own_parts={
             name: part for module in modules for name, part in getattr(module, "PARTS", {}).items()
         },
-        projects=tuple(own),
+        projects=tuple(added),
     )
 
 

@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cobodeck.catalogue import catalogue
+from cobodeck.catalogue import Catalogue
 from cobodeck.library import chart_names
 from engine.files.finding import FileError, Finding
 from engine.files.item import gather
@@ -23,12 +23,13 @@ class FileChecker:
     """Loads files of every kind but charts, and says what is wrong with them.
 
     Args:
+        known: where the charts are that profiles name.
         robots: the robot files that are checked too; profiles must go with one of them, or with a
             shipped one if there are none.
     """
 
-    def __init__(self, robots: Sequence[Path]) -> None:
-        self._robots = robots
+    def __init__(self, known: Catalogue, robots: Sequence[Path]) -> None:
+        self._known, self._robots = known, robots
         self._loaders: Mapping[str, Callable[[Path], object]] = {
             "scene": self._scene,
             "robot": self._robot,
@@ -81,7 +82,7 @@ class FileChecker:
 
     @cached_property
     def _charts(self) -> Library:
-        return load_files(chart_names(catalogue()).values())
+        return load_files(chart_names(self._known).values())
 
     @cached_property
     def _known_robots(self) -> list[RobotModel]:

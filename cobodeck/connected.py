@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -134,6 +134,22 @@ class Connected:
             self._failures.append((name, error))
 
 
+def refuse_strange_drivers(connection: Connection, packages: Container[str]) -> None:
+    """Look whether all drivers are in some packages, before any of them is imported.
+
+    Raises:
+        Problem: one is not.
+    """
+    for name, served in connection.parts.items():
+        package = served.module.partition(".")[0]
+        if package not in packages:
+            raise Problem(
+                f"{_told(name, served)}: {package!r} is the package of no project, so nothing of "
+                "it is imported; run this in the project's folder, without --no-project",
+                FAILED,
+            )
+
+
 def connect(
     connection: Connection, body: RobotModel, limits: SafetyLimits, now: Now, uses: Uses
 ) -> Connected:
@@ -200,8 +216,11 @@ def _opened(name: str, served: Served, driver: Any, now: Now) -> Any:
 
 
 def _problem(name: str, served: Served, error: Exception) -> Problem:
-    told = f"{served.place}: part {name!r} by {served.module}:{served.driver}"
-    return Problem(f"{told}: {type(error).__name__}: {error}", FAILED)
+    return Problem(f"{_told(name, served)}: {type(error).__name__}: {error}", FAILED)
+
+
+def _told(name: str, served: Served) -> str:
+    return f"{served.place}: part {name!r} by {served.module}:{served.driver}"
 
 
 def _nothing() -> None:

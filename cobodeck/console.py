@@ -1,12 +1,19 @@
-"""What all commands share: exit codes, problems that a user can mend, tables, progress."""
+"""What all commands share: exit codes, problems that a user can mend, tables, progress.
+
+Whatever names, files, exceptions and arguments hold, a terminal is shown text and never commands.
+"""
 
 from __future__ import annotations
 
+import codecs
+import io
 import json
 import sys
 import time
 from collections.abc import Iterable, Sequence
 from typing import Any
+
+from engine.files.visible import escaped, visible
 
 OK, FAILED, USAGE, REFUSED = range(4)
 """Exit codes: fine; a finding or a failure; wrong arguments; refused for safety."""
@@ -20,24 +27,40 @@ class Problem(Exception):
         self.code = code
 
 
+_LAYOUT = "\n\t"
+
+
 def show(text: str = "") -> None:
     """Print a result."""
-    print(text)
+    print(visible(text, _LAYOUT))
 
 
 def show_json(value: Any) -> None:
     """Print a result for programs."""
-    print(json.dumps(value, indent=2, ensure_ascii=False))
+    show(json.dumps(value, indent=2, ensure_ascii=False))
 
 
 def complain(message: str) -> None:
     """Say what is wrong, on standard error."""
-    print(f"cobodeck: {message}", file=sys.stderr)
+    print(visible(f"cobodeck: {message}", _LAYOUT), file=sys.stderr)
+
+
+def show_what_can_be_shown() -> None:
+    """Have what a stream's encoding lacks stand as an escape, rather than end the program."""
+    codecs.register_error("cobodeck", _as_escapes)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="cobodeck")
+
+
+def _as_escapes(error: UnicodeError) -> tuple[str, int]:
+    assert isinstance(error, UnicodeEncodeError)
+    return "".join(map(escaped, error.object[error.start : error.end])), error.end
 
 
 def table(rows: Iterable[Sequence[object]], right: frozenset[int] = frozenset()) -> str:
     """Columns of equal width; the columns `right` are aligned to the right."""
-    cells = [["" if cell is None else str(cell) for cell in row] for row in rows]
+    cells = [["" if cell is None else visible(str(cell)) for cell in row] for row in rows]
     widths = [max(len(row[n]) for row in cells) for n in range(len(cells[0]))]
     lines = []
     for row in cells:
@@ -65,7 +88,8 @@ class Progress:
             return
         self._next = time.monotonic() + self._every
         self._shown = True
-        print(f"\r{self._what}: {text}\x1b[K", end="", file=sys.stderr, flush=True)
+        line = visible(f"{self._what}: {text}")
+        print(f"\r{line}\x1b[K", end="", file=sys.stderr, flush=True)
 
     def done(self) -> None:
         """Take the line away."""

@@ -5,19 +5,21 @@ A project is a folder with a `pyproject.toml` that declares modules of state cla
     [project.entry-points."cobodeck.states"]
     mine = "mine.states"
 
-Standing in the folder is enough; once the project is installed it is found from everywhere, by
-the same lines. The charts of a project are the YAML files in the packages of these modules.
+Standing in the folder is enough, or below it in the same repository, if all of it belongs to the
+user; once the project is installed it is found from everywhere, by the same lines. The charts of a
+project are the YAML files in the packages of these modules.
 """
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cobodeck.console import Problem
+from cobodeck.console import Problem, complain
 from engine.files.finding import FileError
 from engine.files.text import read_bytes, read_text
 
@@ -34,10 +36,31 @@ class Project:
     modules: tuple[str, ...]
     folder: Path | None = None
 
+    @property
+    def packages(self) -> frozenset[str]:
+        """The names by which its code is imported."""
+        return frozenset(module.partition(".")[0] for module in self.modules)
+
     def make_importable(self) -> None:
         """Put the project's folder where Python looks for modules."""
         if self.folder is not None and str(self.folder) not in sys.path:
             sys.path.insert(0, str(self.folder))
+
+    def code(self) -> Iterator[Path]:
+        """The project's file, its folder, and all that is in its packages, behind links too."""
+        if self.folder is None:
+            return
+        yield from (self.folder, self.folder / FILE)
+        for package in sorted(self.packages):
+            yield from sorted(self.folder.glob(f"{package}.*"))
+            seen = set()
+            for place, folders, files in os.walk(self.folder / package, followlinks=True):
+                here = Path(place)
+                if here.resolve() in seen:
+                    folders.clear()
+                    continue
+                seen.add(here.resolve())
+                yield from (here, *(here / name for name in files))
 
     def chart_files(self) -> list[Path]:
         """The YAML files of the project's packages."""
@@ -62,26 +85,37 @@ class Project:
 def projects(start: Path | None = None) -> list[Project]:
     """The project around a folder, by default the present one, and all that are installed.
 
+    A project around it whose code may not be imported is told of and left out.
+
     Raises:
         Problem: the project's file cannot be read, or is none.
     """
-    here = _around((start or Path.cwd()).resolve())
-    found = [] if here is None else [here]
+    start = (start or Path.cwd()).resolve()
+    installed = {module: name for name, module in _installed(start)}
+    here = _around(start)
+    found = []
+    if here is not None:
+        why_not = _outside(here, start) or _foreign(here)
+        if not why_not:
+            found.append(here)
+        elif not installed.keys() >= set(here.modules):  # else they are imported from there
+            complain(f"{here.folder}/{FILE}: its states are not imported: {why_not}")
     known = {module for project in found for module in project.modules}
-    for name, module in _installed():
-        if module not in known:
-            found.append(Project(name, (module,)))
-            known.add(module)
-    return found
+    return found + [
+        Project(name, (module,)) for module, name in installed.items() if module not in known
+    ]
 
 
-def _installed() -> Iterator[tuple[str, str]]:
+def _installed(start: Path) -> Iterator[tuple[str, str]]:
     """Names and modules of the entry points that are installed.
 
-    Read by hand: importlib.metadata takes longer than checking all shipped charts.
+    Read by hand: importlib.metadata takes longer than checking all shipped charts. The folder one
+    stands in counts by its project file alone, though `python -m` has it among the installed ones.
     """
-    for folder in dict.fromkeys(sys.path):
-        for file in sorted(Path(folder or ".").glob("*-info/entry_points.txt")):
+    for folder in dict.fromkeys(Path(place).resolve() for place in sys.path):
+        if folder == start:
+            continue
+        for file in sorted(folder.glob("*-info/entry_points.txt")):
             text = read_bytes(file, MAX_BYTES).decode("utf-8", "replace")
             if f"[{GROUP}]" in text:
                 _, _, section = text.partition(f"[{GROUP}]")
@@ -92,13 +126,49 @@ def _installed() -> Iterator[tuple[str, str]]:
 
 
 def _around(start: Path) -> Project | None:
+    """The nearest project file with states, in the folder or above."""
+    top = _top(start)
     for folder in (start, *start.parents):
-        file = folder / FILE
-        if file.is_file():
-            project = _read(file)
-            if project is not None:
-                return project
+        try:
+            project = _read(folder / FILE) if (folder / FILE).is_file() else None
+        except Problem:
+            if folder.is_relative_to(top):
+                raise
+            continue
+        if project is not None:
+            return project
     return None
+
+
+def _top(start: Path) -> Path:
+    """The root of the repository around a folder; the folder itself, if there is none."""
+    return next((place for place in (start, *start.parents) if (place / ".git").exists()), start)
+
+
+def _outside(project: Project, start: Path) -> str:
+    """Why a project is too far above a folder; empty if it is not."""
+    assert project.folder is not None
+    if project.folder.is_relative_to(_top(start)):
+        return ""
+    return f"no repository holds both it and {start}; go to its folder"
+
+
+def _foreign(project: Project) -> str:
+    """What in a project is neither the user's nor root's, in words; empty if nothing is.
+
+    Links count as what they lead to. Where files have no owner that could be told (Windows),
+    nothing is foreign.
+    """
+    if not hasattr(os, "getuid"):
+        return ""
+    for path in project.code():
+        try:
+            owner = path.stat().st_uid
+        except OSError:  # a link to nowhere; what cannot be looked at cannot be imported
+            continue
+        if owner not in (0, os.getuid()):
+            return f"{path} belongs to user {owner}; if you trust it, make it your own (chown)"
+    return ""
 
 
 def _read(file: Path) -> Project | None:
@@ -115,6 +185,6 @@ def _read(file: Path) -> Project | None:
         if not isinstance(found, dict):
             raise Problem(f"{file}: {key!r} is not a table")
     for name, module in found.items():
-        if not isinstance(module, str):
+        if not isinstance(module, str) or not all(map(str.isidentifier, module.split("."))):
             raise Problem(f"{file}: {GROUP}.{name} is not the name of a module")
     return Project(next(iter(found)), tuple(found.values()), file.parent) if found else None

@@ -50,7 +50,7 @@ def sim(request: pytest.FixtureRequest, parts: Parts) -> Iterator[Rehearsal]:
     """Charts in virtual time; see `cobodeck.rehearsal`."""
     from cobodeck.rehearsal import Rehearsal
 
-    rehearsal = Rehearsal(request.path.parent, parts)
+    rehearsal = Rehearsal(request.path.parent, request.config.rootpath, parts)
     yield rehearsal
     rehearsal.finish()
 

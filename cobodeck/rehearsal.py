@@ -42,10 +42,13 @@ HZ = 30
 
 
 class Rehearsal:
-    """Starts charts, lets time pass, and looks at what they did."""
+    """Starts charts, lets time pass, and looks at what they did.
 
-    def __init__(self, folder: Path, parts: Parts | None = None) -> None:
-        self.folder = folder
+    Charts are looked for in `folder`, states and other charts in the project around `root`.
+    """
+
+    def __init__(self, folder: Path, root: Path, parts: Parts | None = None) -> None:
+        self.folder, self.root = folder, root
         self.parts = parts if parts is not None else Parts()
         self.metrics: Callable[[], Mapping[str, Any]] | None = None
         self._known: Catalogue | None = None
@@ -126,7 +129,7 @@ class Rehearsal:
 
         beside = self.folder / chart
         name = str(beside) if beside.is_file() else chart
-        setup = open_setup(name, scene, profile, HZ, robot)
+        setup = open_setup(name, scene, profile, HZ, robot, known=self._catalogue())
         loop = stage(setup, Options(user, requests), parameters)
         self._loop = loop
         for observer in loop.observers:
@@ -151,7 +154,7 @@ class Rehearsal:
 
     def _catalogue(self) -> Catalogue:
         if self._known is None:
-            self._known = catalogue(self.folder)
+            self._known = catalogue(self.root)
         return self._known
 
     def _script_for(

@@ -64,12 +64,12 @@ def simulate(
         tell: is given what states and parts raise, as it happens.
         recorder: writes the run down; it is finished with it.
     """
-    uses = setup.uses()
-    if options.tier and {"base", "vr"} <= uses.commands:
-        refuse_small_floor(setup)
-    if options.tier:
-        warm_up(setup, setup.machine())  # before devices are opened and clocks run
-    loop = stage(setup, options, clock=clock, tap=None if recorder is None else recorder.tap)
+    try:
+        loop = _staged(setup, options, clock, recorder)
+    except BaseException:
+        if recorder is not None:
+            recorder.give_up()
+        raise
     loop.tell = tell
     if recorder is not None:
         recorder.attend(loop)
@@ -82,6 +82,14 @@ def simulate(
     finally:
         file = None if recorder is None else recorder.finish(figures)
     return Result(figures, loop, file)
+
+
+def _staged(setup: Setup, options: Options, clock: Clock | None, recorder: Recorder | None) -> Loop:
+    if options.tier and {"base", "vr"} <= setup.uses().commands:
+        refuse_small_floor(setup)
+    if options.tier:
+        warm_up(setup, setup.machine())  # before devices are opened and clocks run
+    return stage(setup, options, clock=clock, tap=None if recorder is None else recorder.tap)
 
 
 def figures_of(

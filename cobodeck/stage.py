@@ -10,7 +10,7 @@ from typing import Any, TextIO
 
 from cobodeck.arm_contact import ArmOutline, ArmWatch
 from cobodeck.clocks import Clock, RealTime, Virtual
-from cobodeck.connected import connect, is_needed
+from cobodeck.connected import connect, is_needed, refuse_strange_drivers
 from cobodeck.console import FAILED, REFUSED, Problem, complain
 from cobodeck.inlet import Inlet
 from cobodeck.logic import wander
@@ -127,6 +127,7 @@ def _on_real_parts(
         Problem: something is missing, or nobody watches where people are and it was not said so.
     """
     limits = setup.profile.safety.limits(setup.robot, setup.profile.robot.limits)
+    refuse_strange_drivers(connection, setup.catalogue.packages)
     plant = connect(connection, setup.body, limits, clock.now, uses)
     try:
         if "base" in uses.commands and not plant.person_watched and not options.unwatched:

@@ -129,16 +129,18 @@ def open_setup(
     tick_hz: int = TICK_HZ,
     robot: str | None = None,
     charts: Mapping[str, Chart] | None = None,
+    known: Catalogue | None = None,
 ) -> Setup:
     """Read and check everything a run needs.
 
     `robot` takes the place of the scene's; given alone, there is no scene at all. `charts`: those
-    of an earlier run by name, in place of files; `chart` is one of them.
+    of an earlier run by name, in place of files; `chart` is one of them. What charts may name is
+    `known`; by default all there is around the present folder.
 
     Raises:
         Problem: the chart cannot run; FileError: a file is wrong.
     """
-    known = catalogue()
+    known = known or catalogue()
     used_profile = load_profile(profile or PROFILE)
     if charts is None:
         opened, charts = open_chart(chart, known)

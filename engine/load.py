@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -23,6 +22,7 @@ from engine.chart import (
 )
 from engine.files.finding import Finding, did_you_mean
 from engine.files.source import Map, Mark, Seq, Source, read, read_file
+from engine.files.values import is_name
 
 FORMS: tuple[Form, ...] = ("do", "watch", "use", "states", "any", "all")
 EVERY_NODE = ("next", "in", "out", "timeout", "about")
@@ -39,7 +39,6 @@ CHART_KEYS = frozenset(
     ("chart", "about", "parameters", "inputs", "outcomes", "outputs", "data", "when", *CONTAINERS)
 )
 GUESSES = 100  # mistakes of one file for which a near word is looked for
-NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 
 
 class Library(dict[str, Chart]):
@@ -99,7 +98,7 @@ class _Reader:
         if raw.get("chart") in (None, ""):
             at = raw.keys_at.get("chart", raw.at)
             self.report("C02", "'chart' is missing", at, "`chart: NAME`")
-        if name and not NAME.match(name):
+        if name and not is_name(name):
             self.report("C06", f"{name!r} is not a name", mark_of(raw, "chart"), _A_NAME)
         root = self.root(raw)
         if root is None or not name:
@@ -138,7 +137,7 @@ class _Reader:
         nodes = []
         for name, value in inside.items():
             at = inside.keys_at[name]
-            if not NAME.match(name):
+            if not is_name(name):
                 self.report("C06", f"{name!r} is not a name", at, _A_NAME)
             if not isinstance(value, Map):
                 self.report("C03", f"node {name!r} is a mapping", at, "`name: {do: X}`")
@@ -291,7 +290,7 @@ class _Reader:
         value = raw.get("outcomes", Seq(raw.at))
         if isinstance(value, Seq) and all(isinstance(item, str) for item in value):
             for item, at in zip(value, value.values_at, strict=True):
-                if not NAME.match(item) or item in ("error", "timeout", "stopped", "preempted"):
+                if not is_name(item) or item in ("error", "timeout", "stopped", "preempted"):
                     self.report("C06", f"{item!r} is reserved or not a name", at, _A_NAME)
             return tuple(dict.fromkeys(value))
         self.report(
@@ -312,7 +311,7 @@ class _Reader:
         for outcome, named in outputs.items():
             for name, kind in named.items():
                 at = key_mark_of(raw["outputs"], outcome, name)
-                if not NAME.match(name):
+                if not is_name(name):
                     self.report("C06", f"{name!r} is not a name", at, _A_NAME)
                 found.setdefault(name, Key(name, kind, None, False, at))
         return found
@@ -357,7 +356,7 @@ class _Reader:
                     "C03", f"{section}.{name} is a type or a mapping", at, "`{type: number}`"
                 )
                 continue
-            if not NAME.match(name):
+            if not is_name(name):
                 self.report("C06", f"{name!r} is not a name", at, _A_NAME)
             self.unknown_keys(item, allowed, f"{section}.{name}")
             found[name] = make(name, item, at)

@@ -13,6 +13,7 @@ from urllib.parse import quote
 
 from engine.files.finding import Finding, Place
 from engine.files.source import Source
+from engine.files.visible import visible
 
 WIDTH = 100  # columns of a shown source line
 TAB = "    "
@@ -102,12 +103,12 @@ class _Lines:
 
 
 def _block(finding: Finding, lines: _Lines) -> Iterator[str]:
-    yield _clean(f"{finding.place}: {finding.severity}[{finding.code}] {finding.message}")
+    yield visible(f"{finding.place}: {finding.severity}[{finding.code}] {finding.message}")
     yield from _excerpt(finding.place, lines)
     if finding.hint:
-        yield _clean(f"      = help: {finding.hint}")
+        yield visible(f"      = help: {finding.hint}")
     for place, note in finding.related:
-        yield _clean(f"{place}: note: {note}")
+        yield visible(f"{place}: note: {note}")
         yield from _excerpt(place, lines)
 
 
@@ -148,17 +149,8 @@ def _head(shown: str, columns: int) -> str:
 
 
 def _shown(part: str) -> str:
-    """`part` as a terminal may have it: tabs widened, control characters replaced."""
-    return _clean(part.replace("\t", TAB))
-
-
-def _clean(line: str) -> str:
-    if line.isascii() and line.isprintable():
-        return line
-    return "".join("\ufffd" if unicodedata.category(c) in _UNPRINTABLE else c for c in line)
-
-
-_UNPRINTABLE = frozenset(("Cc", "Cf", "Cs", "Zl", "Zp"))
+    """`part` as a terminal may have it: tabs widened, control characters as escapes."""
+    return visible(part.replace("\t", TAB))
 
 
 def _width(shown: str) -> int:

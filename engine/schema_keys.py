@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from engine.chart import AUTONOMY
-from engine.schema_values import NAME, Schema, value_schema
+from engine.files.values import NAME
+from engine.schema_values import Schema, value_schema
 from engine.state import RESERVED_OUTCOMES
 from engine.types import Type
 

@@ -6,11 +6,11 @@ import re
 from typing import Any
 
 from engine.files.units import UNITS
+from engine.files.values import NAME
 from engine.types import Type
 
 Schema = dict[str, Any]
 
-NAME = "[A-Za-z_][A-Za-z0-9_]*"
 REFERENCE = rf"\${NAME}"
 _NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 _WRITTEN = {"text": ["string"], "boolean": ["boolean", "string"], "list": ["array", "string"]}

@@ -17,7 +17,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the list."""
-    found = _LISTS[args.kind]()
+    found = _LISTS[args.kind](args.own)
     if args.json:
         show_json(found)
     elif found:
@@ -37,10 +37,10 @@ def _first_line(text: str) -> str:
     return text.strip().partition("\n")[0]
 
 
-def _states() -> list[dict[str, Any]]:
+def _states(own: bool) -> list[dict[str, Any]]:
     from cobodeck.catalogue import catalogue
 
-    known = catalogue()
+    known = catalogue(own=own)
     return [
         {
             "state": name,
@@ -57,10 +57,11 @@ def _states() -> list[dict[str, Any]]:
     ]
 
 
-def _signals() -> list[dict[str, Any]]:
+def _signals(own: bool) -> list[dict[str, Any]]:
+    from cobodeck.catalogue import catalogue
     from cobodeck.wiring import open_setup
 
-    declared = open_setup().signals
+    declared = open_setup(known=catalogue(own=own)).signals
     return [
         {
             "signal": signal.name,
@@ -73,26 +74,26 @@ def _signals() -> list[dict[str, Any]]:
     ]
 
 
-def _charts() -> list[dict[str, Any]]:
+def _charts(own: bool) -> list[dict[str, Any]]:
     from cobodeck.catalogue import catalogue
     from cobodeck.library import chart_names
     from engine.load import load_files
 
-    library = load_files(chart_names(catalogue()).values())
+    library = load_files(chart_names(catalogue(own=own)).values())
     return [
         {"chart": name, "outcomes": list(chart.outcomes), "file": chart.file, "about": chart.about}
         for name, chart in library.items()
     ]
 
 
-def _scenes() -> list[dict[str, Any]]:
+def _scenes(_own: bool) -> list[dict[str, Any]]:
     from hw.scene import load_scene, scene_names
 
     scenes = [load_scene(name) for name in scene_names()]
     return [{"scene": s.name, "robot": s.robot, "user": s.user, "about": s.about} for s in scenes]
 
 
-def _users() -> list[dict[str, Any]]:
+def _users(_own: bool) -> list[dict[str, Any]]:
     from hw import wanderer
     from hw.script import load_script, script_names
 
@@ -100,13 +101,13 @@ def _users() -> list[dict[str, Any]]:
     return [*scripts, {"user": wanderer.NAME, "about": wanderer.ABOUT}]
 
 
-def _profiles() -> list[dict[str, Any]]:
+def _profiles(_own: bool) -> list[dict[str, Any]]:
     from behaviors.profile import load_profile, profile_names
 
     return [{"profile": name, "about": load_profile(name).about} for name in profile_names()]
 
 
-def _robots() -> list[dict[str, Any]]:
+def _robots(_own: bool) -> list[dict[str, Any]]:
     from hw.robot import load_robot, robot_names
 
     found: list[dict[str, Any]] = [
@@ -115,7 +116,7 @@ def _robots() -> list[dict[str, Any]]:
     return [*found, {"robot": "mock", "about": "Does exactly as told, at the next tick."}]
 
 
-_LISTS: dict[str, Callable[[], list[dict[str, Any]]]] = {
+_LISTS: dict[str, Callable[[bool], list[dict[str, Any]]]] = {
     "states": _states,
     "signals": _signals,
     "charts": _charts,

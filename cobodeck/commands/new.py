@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import argparse
 import keyword
+import shlex
+import shutil
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -39,13 +42,31 @@ def run(args: argparse.Namespace) -> int:
             target.write_text(text.replace(PLACEHOLDER, name), encoding="utf-8")
     from cobodeck.commands.schema import schema_of
 
-    (folder / name / "chart.schema.json").write_text(schema_of(folder), encoding="utf-8")
+    (folder / name / "chart.schema.json").write_text(
+        schema_of(folder, own=args.own), encoding="utf-8"
+    )
     what = "a robot, its fake, a chart and its test"
     if not args.robot:
         what = "a chart, a state and its test"
     show(f"{folder}: {what}. Go on with")
-    show(f"  cd {folder} && cobodeck validate && pytest")
+    activate = activation()
+    if activate is not None:
+        show(f"  . {shlex.quote(str(activate))}")
+    show(f"  cd {shlex.quote(str(folder))} && cobodeck validate && pytest")
     return OK
+
+
+def activation() -> Path | None:
+    """The script with which a shell finds `cobodeck`; `None` where it finds this one, or none is.
+
+    The programs of a virtual environment stand beside its Python, and so does its script.
+    """
+    programs = Path(sys.executable).parent
+    found = shutil.which("cobodeck")
+    script = programs / "activate"
+    if not script.is_file() or (found is not None and Path(found).parent == programs):
+        return None
+    return script
 
 
 def package_name(folder: Path) -> str:

@@ -1,14 +1,16 @@
-"""Draw a chart, as SVG, PNG, PDF, DOT or Mermaid text, or a room; the file's ending decides."""
+"""Draw a chart (SVG, PNG, PDF, DOT or Mermaid text), a recorded run, or a room."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
+from cobodeck.arguments import instant
 from cobodeck.catalogue import catalogue
-from cobodeck.console import FAILED, OK, Problem, show
+from cobodeck.console import FAILED, OK, Problem, complain, show
 from cobodeck.library import chart_file, load_beside
 from cobodeck.pictures import command as room
+from cobodeck.record.sink import is_record
 from engine.draw import FILE_FORMS, CannotRender, dot, render
 from engine.files.finding import did_you_mean
 from engine.load import Library
@@ -21,13 +23,18 @@ LEVELS = 64
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("chart", nargs="?", metavar="CHART", help="name or file")
+    parser.add_argument(
+        "chart", nargs="?", metavar="CHART|RECORD", help="name or file, or X.mcap: a recorded run"
+    )
     parser.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="X.svg, .png, .pdf, .dot or .mmd"
     )
     parser.add_argument(
         "--depth", type=int, default=0, metavar="N", help="levels of used charts; -1: all"
     )
+    for option, what in (("--from", "start"), ("--to", "end")):
+        about = f"{what} of the part of RECORD to draw; default: its own"
+        parser.add_argument(option, dest=f"{what}_s", type=instant, metavar="S", help=about)
     room.arguments(parser)
 
 
@@ -36,8 +43,10 @@ def run(args: argparse.Namespace) -> int:
     if args.scene is not None:
         return room.draw_scene(args)
     if args.chart is None:
-        raise Problem("name a CHART, or a room with --scene")
-    known = catalogue()
+        raise Problem("name a CHART, a RECORD, or a room with --scene")
+    if is_record(args.chart):
+        return _draw_run(args)
+    known = catalogue(own=args.own)
     file = chart_file(args.chart, known)
     output = args.output or Path(f"{file.stem}.svg")
     form = output.suffix.removeprefix(".")
@@ -67,6 +76,16 @@ def run(args: argparse.Namespace) -> int:
     output.write_bytes(data)
     show(str(output))
     return OK
+
+
+def _draw_run(args: argparse.Namespace) -> int:
+    from cobodeck.pictures.recorded import draw_run
+    from cobodeck.warmup import keep_compiled_code
+
+    problem = keep_compiled_code()
+    if problem:
+        complain(problem)
+    return draw_run(Path(args.chart), args.output, args.start_s, args.end_s)
 
 
 def nodes_shown(name: str, library: Library, depth: int, known: dict[tuple[str, int], int]) -> int:

@@ -34,6 +34,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Replay."""
+    from cobodeck.catalogue import catalogue
     from cobodeck.record.reader import Record
     from cobodeck.record.replay import setup_of, stage_replay
     from cobodeck.warmup import keep_compiled_code, warm_up
@@ -42,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
     if problem:
         complain(problem)
     record = Record(args.file)
-    setup = setup_of(record)
+    setup = setup_of(record, catalogue(own=args.own))
     if record.header["options"]["tier"]:
         warm_up(setup, setup.machine())
     recorder = None if args.record is None else _recorder(args.record, setup, record)

@@ -19,7 +19,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print or write the schema."""
-    text = schema_of(None)
+    text = schema_of(None, own=args.own)
     if args.output is None:
         show(text.rstrip("\n"))
         return OK
@@ -29,8 +29,8 @@ def run(args: argparse.Namespace) -> int:
     return OK
 
 
-def schema_of(start: Path | None) -> str:
-    """The schema for charts of the project around `start`, or of the shipped ones."""
-    known = catalogue(start)
+def schema_of(start: Path | None, *, own: bool) -> str:
+    """The schema for charts of the project around `start`, if `own`, and of the shipped ones."""
+    known = catalogue(start, own=own)
     charts = load_files(chart_names(known).values())
     return schema_text(known.interfaces, charts, known.types)

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, redirect_stdout
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from cobodeck.arguments import length, positive, seconds, word
-from cobodeck.console import FAILED, OK, Progress, complain, show, show_json, table
+from cobodeck.console import FAILED, OK, Problem, Progress, complain, show, show_json
 from cobodeck.wiring import CHART, PROFILE, SCENE, TICK_HZ
 from engine.errors import Raised
 
@@ -106,10 +106,12 @@ def report_on(
     if problem:
         complain(problem)
     from cobodeck.explain import explain
+    from cobodeck.summary import summary
 
-    result, setup = _run(args, options, clock, blocked_s)
-    wanted: Path | None = getattr(args, "record", None)
-    path = _write_trace(setup, options, result, wanted)
+    began = datetime.now()
+    result, setup = _run(args, options, clock, blocked_s, began)
+    not_recorded = _keeps_record(args, clock) and result.record_file is None
+    path = _write_trace(setup, options, result, args.record, began, told=not_recorded)
     figures = {**result.figures, "trace_file": path and str(path)}
     figures["record_file"] = result.record_file and str(result.record_file)
     if args.json:
@@ -118,57 +120,93 @@ def report_on(
         show(summary(figures, result.wired.run.ended_by))
     if getattr(args, "explain", False):
         (complain if args.json else show)(explain(setup, result))
-    not_recorded = wanted is not None and wanted not in (path, result.record_file)
+    wanted = args.record is not None
+    lacking = wanted and (not_recorded or (path is None and not _keeps_record(args, clock)))
     failed = figures["outcome"] in FAILURES or figures["errors"]
-    return FAILED if not_recorded or failed else OK
+    return FAILED if lacking or failed else OK
+
+
+def _keeps_record(args: argparse.Namespace, clock: Clock | None) -> bool:
+    """A run is always written down, a simulation if it is asked for."""
+    from cobodeck.record.sink import is_record
+
+    return clock is not None if args.record is None else is_record(args.record)
 
 
 def _write_trace(
-    setup: Setup, options: Options, result: Result, wanted: Path | None
+    setup: Setup,
+    options: Options,
+    result: Result,
+    wanted: Path | None,
+    began: datetime,
+    *,
+    told: bool,
 ) -> Path | None:
-    """Write the trace file; where it is, None if it cannot be written."""
+    """Write the trace file; where it is, None if it cannot be written.
+
+    `told`: it was said already that the run cannot be kept, and is not said again.
+    """
     from cobodeck.record import trace_file
-    from cobodeck.record.sink import is_record, numbered
+    from cobodeck.record.sink import is_record, open_free
     from cobodeck.record.start import FOLDER, default_name
 
-    path = wanted
-    if path is None or is_record(path):
-        named = FOLDER / (default_name(setup, options, datetime.now()) + trace_file.ENDING)
-        path = next(free for free in numbered(named) if not free.exists())
+    named, ending = wanted, None
+    if named is None or is_record(named):
+        ending = trace_file.ENDING
+        named = FOLDER / (default_name(setup, options, began) + ending)
+    path, error = None, None
     try:
-        trace_file.write(path, setup, result)
-    except OSError as error:
-        complain(f"no trace file: {path}: {error.strerror}")
-        return None
+        sink = open_free(named, ending)
+        path, error = trace_file.write(sink, setup, result), sink.error
+    except OSError as found:
+        error = found
+    if error is not None and not told:
+        complain(f"no trace file: {error.filename or named}: {error.strerror}")
     return path
 
 
 def _recorder(
-    args: argparse.Namespace, setup: Setup, options: Options, clock: Clock | None
+    args: argparse.Namespace,
+    setup: Setup,
+    options: Options,
+    clock: Clock | None,
+    began: datetime,
 ) -> Recorder | None:
-    """A run is always written down, a simulation if it is asked for."""
-    from cobodeck.record.sink import is_record
+    """Who writes the run down; nobody if only its trace is kept.
+
+    Raises:
+        Problem: a file that was asked for exists.
+    """
+    from cobodeck.record.sink import Taken, require_free
     from cobodeck.record.start import recorder
 
-    wanted: Path | None = args.record
-    if wanted is not None and not is_record(wanted):
-        return None
-    if wanted is None and clock is None:
-        return None
-    return recorder(setup, options, wanted, datetime.now(), complain)
+    if _keeps_record(args, clock):
+        return recorder(setup, options, args.record, began, complain)
+    try:
+        if args.record is not None:
+            require_free(args.record)
+    except Taken as taken:
+        raise Problem(str(taken)) from None
+    return None
 
 
 def _run(
-    args: argparse.Namespace, options: Options, clock: Clock | None, blocked_s: float
+    args: argparse.Namespace,
+    options: Options,
+    clock: Clock | None,
+    blocked_s: float,
+    began: datetime,
 ) -> tuple[Result, Setup]:
+    from cobodeck.catalogue import catalogue
     from cobodeck.simulate import simulate
     from cobodeck.wiring import open_setup
 
     body = getattr(args, "robot", None)
     if clock is not None:  # of `run`: what is named there is no body
         body = None if options.connection is None else options.connection.model
-    setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz, body)
-    recorder = _recorder(args, setup, options, clock)
+    known = catalogue(own=args.own)
+    setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz, body, known=known)
+    recorder = _recorder(args, setup, options, clock, began)
     progress = Progress("simulate")
     aside = redirect_stdout(sys.stderr) if args.json else nullcontext()  # what states print
     try:
@@ -198,135 +236,3 @@ def _looked_after(blocked_s: float, loop: Loop) -> Iterator[None]:
 
 def _show_error(error: Raised) -> None:
     complain(f"at {error.time / 1e9:.2f} s, {error.path or 'a part'}: {error}")
-
-
-def summary(figures: Mapping[str, Any], ended_by: tuple[str, str] | None = None) -> str:
-    """The figures for people; `ended_by` is the node that led to the outcome, and how it ended."""
-    f = figures
-    where = f["chart"]
-    if f["tier"]:
-        where += f" in {f['scene']}" if f["scene"] else f" on {f['robot']}"
-    if "requests" in f and f["tier"]:
-        where += f" with {f['user']}"
-    governor = "governor on" if f.get("governor") else "governor off"
-    title = f"{where}: {f['profile']} ({governor}), tier {f['tier']}, {f['tick_hz']} Hz"
-    if f["measured"]:
-        title += "; measured, not true"
-    speed = f"{f['realtime_factor']:.0f} times real time" if f["realtime_factor"] else "-"
-    rows = [
-        ("simulated", f"{f['sim_s']:.1f} s in {f['wall_s']:.2f} s, {speed}"),
-        *(_person_rows(f) if f["tier"] and "requests" in f else ()),
-        *(_robot_rows(f) if f["tier"] else ()),
-        ("transitions", f"{f['transitions']} in {f['ticks']} ticks{_ticks(f)}"),
-        ("errors", _errors(f["errors"])),
-        *((("not let in", _faults(f["refused_samples"])),) if f["refused_samples"] else ()),
-        ("outcome", _outcome(f["outcome"], ended_by)),
-        ("trace", f"{f['trace_sha256'][:16]} in {f['trace_file'] or '-'}"),
-        *((("record", f["record_file"]),) if f["record_file"] else ()),
-    ]
-    return f"{title}\n\n{table(rows)}"
-
-
-def _person_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
-    return [
-        ("requests served", _served(f)),
-        ("response", _spread(f["response_s"], "s")),
-        ("beside the user", _share(f)),
-        ("escapes", f"{f['escapes']}, of which {f['escape_failures']} failed"),
-        ("time of an escape", _spread(f["escape_time_s"], "s")),
-        ("escape situations", _known(f["situations"])),
-        ("time to safety", _spread(f["time_to_safety_s"], "s")),
-        ("contacts", _contacts(f)),
-        *(("", _contact(contact)) for contact in _worst(f["contact_list"] or ())),
-        ("tracking lost", _dropouts(f["dropouts"])),
-    ]
-
-
-def _robot_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
-    rows = [("faults", _faults(f["fault_names"]))]
-    if f["distance_m"] is not None:
-        energy = "" if f["energy_j"] is None else f", {f['energy_j'] / 1000:.1f} kJ"
-        rows.insert(0, ("travelled", f"{f['distance_m']:.1f} m{energy}"))
-    if not f.get("person_watched", True):
-        rows.append(("person", "not watched: nothing keeps the base away from people"))
-    return rows
-
-
-def _ticks(f: Mapping[str, Any]) -> str:
-    """Of the ticks: those left out, those missed, those that took too long."""
-    counted = ((f["left_out"], "left out"), (f["missed"], "missed"), (f["overruns"], "overruns"))
-    return "".join(f", {count} {what}" for count, what in counted if count)
-
-
-def _errors(errors: Sequence[Mapping[str, Any]]) -> str:
-    if not errors:
-        return "none"
-    more = f" (the first of {len(errors)})" if len(errors) > 1 else ""
-    first = errors[0]
-    return f"{first['error']} in {first['node'] or 'a part'} at {first['at_s']:.2f} s{more}"
-
-
-def _outcome(outcome: str | None, ended_by: tuple[str, str] | None) -> str:
-    if outcome is None:
-        return "still running"
-    if ended_by is None or not ended_by[0]:
-        return outcome
-    return f"{outcome}: {ended_by[0]} ended with {ended_by[1]}"
-
-
-def _known(count: int | None) -> str:
-    return "-" if count is None else str(count)
-
-
-def _served(f: Mapping[str, Any]) -> str:
-    if f["requests"] is None:
-        return "-"
-    refused = (f"; {count} refused: {reason}" for reason, count in f["refusals"].items())
-    return f"{_known(f['served'])} of {f['requests']}{''.join(refused)}"
-
-
-def _spread(values: Mapping[str, float | None], unit: str) -> str:
-    if values["mean"] is None:
-        return "-"
-    return f"{values['mean']:.2f} {unit} ({values['min']:.2f} to {values['max']:.2f})"
-
-
-def _share(f: Mapping[str, Any]) -> str:
-    if f["beside_share"] is None:
-        return "-"
-    walked = f"1.5 to 4 m away for {f['beside_share']:.0%} of {f['walking_s']:.0f} s of walking"
-    return f"{walked}, 3 to 4 m for {f['beside_share_3_4']:.0%}"
-
-
-def _contacts(f: Mapping[str, Any]) -> str:
-    gap = "" if f["min_gap_m"] is None else f"least gap {f['min_gap_m']:.2f} m"
-    if f["contacts"] is None:
-        return f"not known; {gap}" if gap else "not known"
-    caused = f", of which {f['contacts_by_robot']} by the robot" if f["contacts"] else ""
-    slow = f["contacts_slow_arm"]
-    slowly = f" and {slow} by its arm, slowly" if slow else ""
-    return f"{f['contacts']}{caused}{slowly}, {gap}"
-
-
-def _worst(contacts: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """A few to be shown: those by the robot first."""
-    causes = ("robot", "slow_arm", "person")
-    return sorted(contacts, key=lambda contact: causes.index(contact["by"]))[:SHOWN]
-
-
-def _contact(c: Mapping[str, Any]) -> str:
-    granted = ", in a touch asked for" if c["granted"] else ""
-    speeds = f"robot {c['robot_closing_m_s']:.2f} m/s, person {c['person_closing_m_s']:.2f} m/s"
-    return f"{c['at_s']:.1f} s {c['part']} at ({c['x']:.1f}, {c['y']:.1f}), {speeds}{granted}"
-
-
-def _dropouts(found: list[dict[str, float]] | None) -> str:
-    if not found:
-        return "-" if found is None else "never"
-    shown = ", ".join(f"{d['from_s']:.1f} to {d['to_s']:.1f} s" for d in found[:SHOWN])
-    more = f" and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
-    return f"{len(found)} times: {shown}{more}"
-
-
-def _faults(names: Mapping[str, int]) -> str:
-    return ", ".join(f"{name} ({count})" for name, count in names.items()) or "none"

@@ -43,7 +43,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Check and report."""
-    known = catalogue()
+    known = catalogue(own=args.own)
     files = files_in(args.paths or _default_paths(known))
     charts = [file for file, kind in files if kind == "chart"]
     library = load_beside(charts, known)
@@ -52,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
     for finding in errors_in_used(library, known, charts):
         findings.append(finding)
         sources[finding.place.file] = library.sources[finding.place.file]
-    checker = FileChecker([file for file, kind in files if kind == "robot"])
+    checker = FileChecker(known, [file for file, kind in files if kind == "robot"])
     for file, kind in files:
         if kind != "chart":
             sources[str(file)] = read_source(str(file))

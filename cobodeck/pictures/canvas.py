@@ -20,7 +20,9 @@ FORMS = ("svg", "png", "pdf")
 METRE_IN = 0.62
 """A metre of the room on paper, inches; less for rooms that would not fit on the sheet."""
 LARGEST_IN = 9.0
-LEGEND_IN = 2.6
+LEGEND_IN = 2.75
+NARROWEST_IN, ROOMY_IN = 9.0, 5.5
+"""The least width of a sheet with something below the room; a small room is drawn as wide as it."""
 DPI = 150
 MOST_TICKS = 20
 
@@ -58,15 +60,27 @@ class Sheet:
             self.handlers[type(sign)] = handler
 
 
-def sheet(bounds: tuple[float, float, float, float], title: str, lines: Iterable[str]) -> Sheet:
-    """An empty sheet for a room with these bounds, m, with a title and lines of text under it."""
+def sheet(
+    bounds: tuple[float, float, float, float],
+    title: str,
+    lines: Iterable[str],
+    below_in: float = 0.0,
+) -> Sheet:
+    """An empty sheet for a room with these bounds, m, with a title and lines of text under it.
+
+    `below_in` is left free below the room, inches, for what goes over the whole width.
+    """
     x_low, y_low, x_high, y_high = bounds
     width, height = x_high - x_low + 2 * _MARGIN_M, y_high - y_low + 2 * _MARGIN_M
-    scale = min(METRE_IN, LARGEST_IN / max(width, height))
+    largest = max(METRE_IN, ROOMY_IN / width) if below_in else METRE_IN
+    scale = min(largest, LARGEST_IN / max(width, height))
     lines = list(lines)
-    left, bottom, head = 0.5, 0.5, 0.42 + 0.2 * len(lines)
+    left, bottom, head = 0.5, 0.5 + below_in, 0.42 + 0.2 * len(lines)
     room_in = (width * scale, max(height * scale, 2.0))
-    size = (left + room_in[0] + LEGEND_IN, bottom + room_in[1] + head)
+    size = (
+        max(left + room_in[0] + LEGEND_IN, NARROWEST_IN if below_in else 0.0),
+        bottom + room_in[1] + head,
+    )
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=size, facecolor="white")
         place = (

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cobodeck.arguments import positive, word
+from cobodeck.arguments import instant, positive, word
 from cobodeck.console import OK, Problem, Progress, show
 from cobodeck.wiring import CHART, PROFILE
 from engine.files.finding import did_you_mean
@@ -24,7 +23,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--scene", type=word, metavar="S", help="draw this room, name or file, not a chart"
     )
     parser.add_argument(
-        "--at", type=_time, metavar="T", help="… after T s of a run of CHART; default: its start"
+        "--at", type=instant, metavar="T", help="… after T s of a run of CHART; default: its start"
     )
     parser.add_argument(
         "--user", type=word, metavar="NAME|FILE[#id][@x,y,yaw]", help="… with this user"
@@ -38,13 +37,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SPACES",
         help=f"of {','.join(SPACES)}; default: what the user makes of it",
     )
-
-
-def _time(text: str) -> float:
-    value = float(text)
-    if not 0.0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text} is no time, s")
-    return value
 
 
 def draw_scene(args: argparse.Namespace) -> int:
@@ -86,11 +78,12 @@ def _spaces(text: str | None) -> tuple[str, ...] | None:
 
 
 def _simulated(args: argparse.Namespace) -> Moment:
+    from cobodeck.catalogue import catalogue
     from cobodeck.pictures.moment import after
     from cobodeck.stage import Options
     from cobodeck.wiring import open_setup
 
-    setup = open_setup(args.chart or CHART, args.scene, args.profile)
+    setup = open_setup(args.chart or CHART, args.scene, args.profile, known=catalogue(own=args.own))
     progress = Progress("render")
     try:
         return after(setup, Options(args.user, args.requests), args.at or 0.0, progress.at)

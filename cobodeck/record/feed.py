@@ -76,11 +76,11 @@ class Feed:
         if topic.startswith(TOPIC):
             fed.samples.append(self._sample(told))
             return
-        if topic == "trace":
-            fed.trace.append(told.data[len(b'{"line":') : -1].decode())
-            return
         found = json.loads(told.data)
-        if topic == "refused":
+        if topic == "trace":
+            line = json.dumps(found["line"], separators=(",", ":"), ensure_ascii=False)
+            fed.trace.append(line)
+        elif topic == "refused":
             with suppress(Unknown):  # it would be refused again
                 stamp, held = value(found["stamp"]), value(found["value"])
                 fed.samples.append(Sample(found["signal"], stamp, held))

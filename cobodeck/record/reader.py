@@ -10,6 +10,7 @@ import json
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from os import SEEK_END
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,6 +19,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 
 from cobodeck.loop import Ticked
 from cobodeck.record.header import FORMAT
+from cobodeck.record.schemas import MessageSchema
 from engine.files.finding import mistake
 
 LARGEST = 1 << 30
@@ -25,19 +27,31 @@ LARGEST = 1 << 30
 
 
 class Told(NamedTuple):
-    """One message: its topic, the name of its schema, and its bytes."""
+    """One message: its topic, the name of its schema, its bytes, and its time in the file, ns."""
 
     topic: str
     schema: str
     data: bytes
+    log_ns: int
+
+
+class Values(NamedTuple):
+    """Metadata: values by their names."""
+
+    name: str
+    values: dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """The messages of one tick, in order; `altered`: not those that were written with it."""
+    """The messages of one tick, in order, and the one that closes it.
+
+    `altered`: they are not those that were written with it.
+    """
 
     ticked: Ticked
     told: tuple[Told, ...]
+    closing: Told
     altered: bool = False
 
     def of(self, topic: str) -> list[Any]:
@@ -50,7 +64,8 @@ class Record:
     """A record in a file; `groups` reads it piece by piece, any number of times.
 
     `header` and `attachments` are there at once. Once all groups were read, `result` has the
-    figures, if the run came to its end, and `broken` says why the file ends early, if it does.
+    figures, if the run came to its end, and `broken` says where the file is not whole, if it is
+    not; `schemas` are those of the messages read so far, by name.
 
     Raises:
         FileError: the file cannot be read, or is no record of a run.
@@ -59,63 +74,71 @@ class Record:
     path: Path
     header: Mapping[str, Any] = field(init=False, default_factory=dict)
     attachments: dict[str, bytes] = field(init=False, default_factory=dict)
+    schemas: dict[str, MessageSchema] = field(init=False, default_factory=dict)
     result: Mapping[str, Any] | None = field(init=False, default=None)
     broken: str | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
         for found in self._records():
-            if isinstance(found, Metadata) and found.name == "run":
-                self.header = unpacked(found)
+            if isinstance(found, Values) and found.name == "run":
+                self.header = found.values
             elif isinstance(found, Attachment):
                 self.attachments[found.name] = found.data
             elif isinstance(found, Chunk | DataEnd):
                 break
-        if self.header.get("format") != FORMAT:
-            other = self.header.get("format", self.broken or "it has no header of ours")
-            raise mistake(self.path, f"is no record of a run: {other}", hint=f"{FORMAT!r}")
+        kind = self.header.get("format")
+        if kind is None:
+            why = self.broken or "it has no header of ours"
+            raise mistake(self.path, f"is no record of a run: {why}")
+        if kind != FORMAT:
+            raise mistake(self.path, f"is a {kind!r}, which is not known", hint=f"{FORMAT!r}")
 
     def groups(self) -> Iterator[Group]:
         """Its ticks, in order, up to the last one that is whole."""
         told: list[Told] = []
         crc = 0
         for found in self._records():
-            if isinstance(found, Metadata) and found.name == "result":
-                self.result = unpacked(found)
+            if isinstance(found, Values) and found.name == "result":
+                self.result = found.values
             if not isinstance(found, Told):
                 continue
             told.append(found)
             if found.topic == "tick":
                 message = json.loads(found.data)
                 altered = message["crc"] not in _checksums(told, crc)
-                yield Group(_ticked(message), tuple(told[:-1]), altered)
-                crc = zlib.crc32(found.data, message["crc"] ^ _TICK)
+                yield Group(_ticked(message), tuple(told[:-1]), found, altered)
+                crc = message["crc"]
                 told.clear()
 
     def _records(self) -> Iterator[object]:
-        """What is in the file, messages as `Told`, as far as it is whole."""
-        self.broken = "it breaks off"
-        messages = _Messages()
+        """What is in the file as far as it is whole: `Told`, `Values`, and other records."""
         try:
             stream = self.path.open("rb")
         except OSError as error:
             raise mistake(self.path, f"cannot be read: {error.strerror}") from None
+        self.broken, whole = "it was not read to its end", 0
+        messages = _Messages(self.schemas)
         with stream:
-            reader = StreamReader(stream, emit_chunks=True, record_size_limit=LARGEST)
+            reader = StreamReader(
+                stream, emit_chunks=True, validate_crcs=True, record_size_limit=LARGEST
+            )
             try:
                 for record in reader.records:
-                    if isinstance(record, DataEnd):
-                        self.broken = None
-                    if not isinstance(record, Chunk):
+                    if isinstance(record, Metadata):
+                        yield Values(record.name, unpacked(record))
+                    else:
                         yield record
-                        continue
-                    yield record
-                    yield from messages.of(record)
+                    if isinstance(record, Chunk):
+                        yield from messages.of(record)
+                    whole = stream.tell()
             except Exception as error:  # noqa: BLE001  of mcap, of decompression, of broken lengths
-                if self.broken is not None:
-                    self.broken = f"it breaks off: {type(error).__name__} {error}".rstrip()
-
-
-_TICK = zlib.crc32(b"tick")
+                self.broken = f"it breaks off at byte {whole} of {stream.seek(0, SEEK_END)}"
+                if not whole:
+                    self.broken = "it is no MCAP file"
+                if isinstance(getattr(error, "record", None), DataEnd):
+                    self.broken = f"its first {whole} bytes are not those that were written"
+                return
+        self.broken = None
 
 
 def _checksums(told: Iterable[Told], crc: int) -> Iterator[int]:
@@ -125,7 +148,7 @@ def _checksums(told: Iterable[Told], crc: int) -> Iterator[int]:
         for one in told:
             data = again(one)
             if one.topic == "tick":
-                yield zlib.crc32(data[1 : data.rindex(b',"crc"')], found)
+                yield zlib.crc32(data[1 : max(1, data.rfind(b',"crc"'))], found)
             else:
                 found = zlib.crc32(data, found ^ zlib.crc32(one.topic.encode()))
 
@@ -142,8 +165,9 @@ def _set_again(told: Told) -> bytes:
 class _Messages:
     """Takes chunks apart; topics and schemas are told once, in the first chunk that needs them."""
 
-    def __init__(self) -> None:
-        self._schemas: dict[int, str] = {}
+    def __init__(self, schemas: dict[str, MessageSchema]) -> None:
+        self._schemas = schemas
+        self._names: dict[int, str] = {}
         self._channels: dict[int, tuple[str, str]] = {}
 
     def of(self, chunk: Chunk) -> Iterator[Told]:
@@ -152,11 +176,14 @@ class _Messages:
             raise ValueError(f"a chunk of {chunk.uncompressed_size} bytes")
         for record in breakup_chunk(chunk, validate_crc=True):
             if isinstance(record, Schema):
-                self._schemas[record.id] = record.name
+                self._names[record.id] = record.name
+                self._schemas[record.name] = MessageSchema(
+                    record.name, record.encoding, record.data
+                )
             elif isinstance(record, Channel):
-                self._channels[record.id] = record.topic, self._schemas[record.schema_id]
+                self._channels[record.id] = record.topic, self._names[record.schema_id]
             elif isinstance(record, Message):
-                yield Told(*self._channels[record.channel_id], record.data)
+                yield Told(*self._channels[record.channel_id], record.data, record.log_time)
 
 
 def _ticked(m: Mapping[str, Any]) -> Ticked:

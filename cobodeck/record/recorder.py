@@ -7,18 +7,17 @@ Each tick carries a checksum over all messages so far; what was altered later is
 
 from __future__ import annotations
 
-import json
 import zlib
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import foxglove
-from foxglove import Channel, Context, Schema
-from foxglove.mcap import MCAPCompression, MCAPWriteOptions
+from foxglove import Channel
 
 from cobodeck.loop import Loop, Ticked
 from cobodeck.record import schemas
+from cobodeck.record.mcap_file import McapFile
 from cobodeck.record.messages import (
     call_text,
     command_text,
@@ -36,10 +35,6 @@ from hw.log import LogReader
 from hw.safety_record import SafetyRecord
 from hw.samples import Sample
 from hw.truth import Truth
-
-SECOND_NS = 10**9
-CHUNK_BYTES = 16 << 20
-"""A chunk ends with each second, not by its size; this is only a bound."""
 
 
 class Description(NamedTuple):
@@ -68,17 +63,10 @@ class Recorder:
         self._sink, self._describe, self._tell = sink, describe, tell
         self._broken = False
         self._truth: Truth | None = None
-        self._context = Context()
-        options = MCAPWriteOptions(
-            compression=MCAPCompression.Zstd,
-            compression_threads=0,
-            chunk_size=CHUNK_BYTES,
-            profile="cobodeck",
-        )
-        self._file = foxglove.open_mcap(sink, context=self._context, writer_options=options)
+        self._file = McapFile(sink)
         self._channels: dict[tuple[str, str], tuple[Channel, int]] = {}
         self._samples: dict[str, SampleWriter] = {}
-        self._crc = self._second = self._now = 0
+        self._crc = self._now = 0
         self._pending = False
         self._trace_read = self._commands_read = self._errors_read = 0
         self._cycles: LogReader[SafetyRecord] | None = None
@@ -99,15 +87,9 @@ class Recorder:
     def _begin(self) -> None:
         assert self._loop is not None, "nothing is attended"
         header, attachments, scene = self._describe(self._loop)
-        self._file.write_metadata("run", packed(header))
-        for name, data in attachments.items():
-            self._file.attach(
-                log_time=0, create_time=0, name=name, media_type="application/octet-stream",
-                data=data,
-            )  # fmt: skip
+        self._file.begin(header, attachments)
         if scene is not None:
             self._log("scene", schemas.SCENE, scene)
-        self._file.flush()
 
     def tap(self, name: str, part: Any) -> Any:
         """A part in front of which each call by a state is written down."""
@@ -169,12 +151,11 @@ class Recorder:
         t = ticked
         told = f'"at_ns":{t.at_ns},"n":{t.number},"kind":"{t.kind}"'
         told += f',"missed":{t.missed},"late_ns":{t.late_ns}'
-        self._crc = zlib.crc32(told.encode(), self._crc)
-        self._log("tick", schemas.TICK, f'{{{told},"crc":{self._crc}}}')
+        checksum = zlib.crc32(told.encode(), self._crc)
+        self._log("tick", schemas.TICK, f'{{{told},"crc":{checksum}}}')
+        self._crc = checksum
         self._pending = False
-        if self._now // SECOND_NS != self._second:
-            self._second = self._now // SECOND_NS
-            self._file.flush()
+        self._file.end_tick(self._now)
 
     def _write_run(self, loop: Loop) -> None:
         run = loop.wired.run
@@ -192,11 +173,18 @@ class Recorder:
     def finish(self, figures: Mapping[str, Any] | None = None) -> Path | None:
         """Write the figures, if there are some, and give the file its name; None: it failed."""
         if figures is not None:
-            self._guarded(lambda: self._file.write_metadata("result", packed(figures)))
+            self._guarded(lambda: self._file.write_metadata("result", figures))
         self._guarded(self._file.close)
-        path = None if self._broken else self._sink.finish()
+        if self._broken:
+            return None
+        path = self._sink.finish()
         self._guarded(lambda: None)
         return path
+
+    def give_up(self) -> None:
+        """There is no run after all: leave no file."""
+        self._guarded(self._file.close)
+        self._sink.remove()
 
     # writing
 
@@ -208,37 +196,36 @@ class Recorder:
     ) -> None:
         found = self._channels.get((topic, kind))
         if found is None:
-            found = self._channels[topic, kind] = self._channel(topic, schema or schema_of(kind))
+            channel = self._file.channel(topic, schema or schema_of(kind))
+            found = self._channels[topic, kind] = channel, zlib.crc32(topic.encode())
         channel, key = found
         self._crc = zlib.crc32(data, self._crc ^ key)
         self._pending = True
         channel.log(data, log_time=self._now)
 
-    def _channel(self, topic: str, schema: MessageSchema) -> tuple[Channel, int]:
-        channel = Channel(
-            topic,
-            schema=Schema(name=schema.name, encoding=schema.encoding, data=schema.data),
-            message_encoding=schema.message_encoding,
-            context=self._context,
-        )
-        return channel, zlib.crc32(topic.encode())
-
     def _guarded(self, act: Callable[[], object]) -> None:
         """Whatever goes wrong, the run goes on."""
         if self._broken:
             return
-        problem = None
         try:
             act()
-        except Exception as error:  # noqa: BLE001
-            problem = f"{type(error).__name__}: {error}"
-        if self._sink.error is not None:
-            problem = self._sink.error.strerror or str(self._sink.error)
-        if problem is not None:
-            self._broken = True
-            self._tell(f"no record: {self._sink.path}: {problem}; what there is: {self._sink.part}")
+            error: Exception | None = self._sink.error
+        except Exception as raised:  # noqa: BLE001
+            error = self._sink.error or raised
+        if error is not None:
+            self._break(error)
 
-
-def packed(values: Mapping[str, Any]) -> dict[str, str]:
-    """What metadata of a file can hold: texts; each value is JSON."""
-    return {name: json.dumps(value) for name, value in values.items()}
+    def _break(self, error: Exception) -> None:
+        self._broken = True
+        with suppress(Exception):
+            self._file.close()
+        reason = (
+            error.strerror if isinstance(error, OSError) else f"{type(error).__name__}: {error}"
+        )
+        told = f"no record: {self._sink.path}: {reason}"
+        if self._file.saved_ns is None:
+            self._sink.remove()
+        else:
+            self._sink.close()
+            told += f"; `cobodeck recover {self._sink.part}` saves what was written"
+        self._tell(told)

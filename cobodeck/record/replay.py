@@ -15,6 +15,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Any, ClassVar
 
+from cobodeck.catalogue import Catalogue, catalogue
 from cobodeck.clocks import Clock, Virtual
 from cobodeck.console import FAILED, Problem
 from cobodeck.logic import wander
@@ -267,11 +268,11 @@ def counts(line: str) -> bool:
     return json.loads(line)[1] not in ("note", "tick")
 
 
-def setup_of(record: Record) -> Setup:
-    """What was run, from the texts in the record and the code of today.
+def written_setup(record: Record, known: Catalogue) -> Setup:
+    """What was run, from the texts in the record; its charts may name what is not `known`.
 
     Raises:
-        Problem: states that it needs are not there; FileError: a text is wrong.
+        FileError: a text is wrong.
     """
     header, texts = record.header, record.attachments
     files = {ROOT / name: text for name, text in texts.items()}
@@ -281,18 +282,32 @@ def setup_of(record: Record) -> Setup:
         charts[name] = load_text(texts[file].decode(), file)[name]
     given = header["given"]
     with instead(files):
-        setup = open_setup(
+        return open_setup(
             header["chart"],
             given["scene"],
             given["profile"],
             header["tick_hz"],
             given["robot"],
             charts,
+            known,
         )
-    known = setup.catalogue.classes
-    used = {n.target for chart in charts.values() for n in chart.root.walk() if n.form == "do"}
-    if used - known.keys():
-        lacking = ", ".join(sorted(used - known.keys()))
+
+
+def setup_of(record: Record, known: Catalogue | None = None) -> Setup:
+    """What was run, from the texts in the record and the code of today.
+
+    What its charts may name is `known`, by default all there is around the present folder: it is
+    not for a record to say what code is imported.
+
+    Raises:
+        Problem: states that it needs are not there; FileError: a text is wrong.
+    """
+    known = known or catalogue()
+    setup = written_setup(record, known)
+    charts = setup.library.values()
+    used = {node.target for chart in charts for node in chart.root.walk() if node.form == "do"}
+    if used - known.classes.keys():
+        lacking = ", ".join(sorted(used - known.classes.keys()))
         raise Problem(
             f"{record.path}: no states {lacking}; go to the folder of their project", FAILED
         )

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator
+from contextlib import suppress
+from errno import ENOTDIR
 from itertools import count
 from pathlib import Path
 
@@ -14,19 +16,29 @@ PART = ".part"
 _PERSON = re.compile(rf".+?{re.escape(ENDING)}({re.escape(PART)})?(?P<behind>[#@].*)?")
 
 
-def is_record(path: Path | str) -> bool:
-    """Is this the name of a record, or of one that is not finished?"""
-    return str(path).endswith((ENDING, ENDING + PART))
-
-
 def behind_record(source: str) -> str | None:
     """What follows the name of a record where a person is named by one; None: they are not."""
     found = _PERSON.fullmatch(source)
     return None if found is None else found["behind"] or ""
 
 
+def is_record(path: Path | str) -> bool:
+    """Is this the name of a record, or of one that is not finished?"""
+    return str(path).endswith((ENDING, ENDING + PART))
+
+
 class Taken(Exception):
     """There is such a file already."""
+
+
+def require_free(path: Path) -> None:
+    """Look that there is no such file, and no link either.
+
+    Raises:
+        Taken: there is.
+    """
+    if path.exists() or path.is_symlink():
+        raise Taken(f"{path} exists; it is not written over")
 
 
 class Sink:
@@ -36,8 +48,8 @@ class Sink:
     whoever writes goes on. The temporary file stays: `cobodeck recover` reads what is in it.
 
     Raises:
-        Taken: the file, or one that an earlier run has left unfinished, is there; OSError: it
-            cannot be made.
+        Taken: the file is there, or it is being written, or was not finished; OSError: it cannot
+            be made.
     """
 
     def __init__(self, path: Path) -> None:
@@ -45,14 +57,13 @@ class Sink:
         self.part = path.with_name(path.name + PART)
         self.error: OSError | None = None
         self._position = self._end = 0
-        if path.exists() or path.is_symlink():
-            raise Taken(f"{path} exists; it is not written over")
-        path.parent.mkdir(parents=True, exist_ok=True)
+        require_free(path)
+        _make_folder(path.parent)
         try:
             self._file = self.part.open("xb", buffering=0)
         except FileExistsError:
-            told = f"{self.part} is left from an earlier run; see `cobodeck recover`, or remove it"
-            raise Taken(told) from None
+            told = "a run is writing it, or was broken off; see `cobodeck recover`, or remove it"
+            raise Taken(f"{self.part} exists: {told}") from None
 
     def write(self, data: bytes | bytearray) -> int:
         """Write all of it, as far as anybody can tell."""
@@ -89,7 +100,7 @@ class Sink:
                 os.fsync(self._file.fileno())
         except OSError as error:
             self.error = error
-        self._file.close()
+        self.close()
         if self.error is not None:
             return None
         try:
@@ -97,6 +108,19 @@ class Sink:
         except OSError as error:
             self.error = error
             return None
+
+    def close(self) -> None:
+        """Write no more; what there is keeps its temporary name."""
+        try:
+            self._file.close()
+        except OSError as error:
+            self.error = self.error or error
+
+    def remove(self) -> None:
+        """Leave nothing behind."""
+        self.close()
+        with suppress(OSError):
+            self.part.unlink()
 
     def _named(self) -> Path:
         for path in numbered(self.path):
@@ -114,21 +138,31 @@ class Sink:
         raise AssertionError("numbers do not end")
 
 
-def numbered(path: Path) -> Iterator[Path]:
-    """A path, and others for when it is taken: `run.mcap`, `run-2.mcap` and so on."""
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:  # by a file
+        raise NotADirectoryError(ENOTDIR, os.strerror(ENOTDIR), str(folder)) from None
+
+
+def numbered(path: Path, ending: str | None = None) -> Iterator[Path]:
+    """A path, and others for when it is taken: `run.mcap`, `run-2.mcap` and so on.
+
+    `ending`: what comes after the number, by default the last ending of the name.
+    """
     yield path
-    stem, dot, ending = path.name.partition(".")
+    ending = path.suffix if ending is None else ending
     for number in count(2):
-        yield path.with_name(f"{stem}-{number}{dot}{ending}")
+        yield path.with_name(f"{path.name.removesuffix(ending)}-{number}{ending}")
 
 
-def open_free(path: Path) -> Sink:
-    """A sink of the first name that is free.
+def open_free(path: Path, ending: str | None = None) -> Sink:
+    """A sink of the first name that is free; see `numbered`.
 
     Raises:
         OSError: it cannot be made.
     """
-    for candidate in numbered(path):
+    for candidate in numbered(path, ending):
         try:
             return Sink(candidate)
         except Taken:

@@ -52,13 +52,13 @@ def recorder(
     Raises:
         Problem: the file asked for exists.
     """
+    named = path or FOLDER / (default_name(setup, options, at, kind) + ENDING)
     try:
-        named = FOLDER / (default_name(setup, options, at, kind) + ENDING)
         sink = open_free(named) if path is None else Sink(path)
     except Taken as taken:
         raise Problem(str(taken), USAGE) from None
     except OSError as error:
-        tell(f"no record: {path or FOLDER}: {error.strerror}")
+        tell(f"no record: {error.filename or named}: {error.strerror}")
         return None
     began = at.astimezone(UTC).isoformat(timespec="milliseconds")
     describe = partial(_described, setup, options, began, kind or kind_of(options))

@@ -13,7 +13,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from cobodeck.record.sink import PART
+from cobodeck.record.sink import Sink
 from cobodeck.simulate import Result
 from cobodeck.wiring import Setup
 
@@ -45,16 +45,12 @@ def own_version() -> str:
         return "0"
 
 
-def write(path: Path, setup: Setup, result: Result) -> None:
-    """Write the trace file; its folder is made, and a file of this name stays until it is whole."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(path.name + PART)
-    try:
-        with part.open("w", encoding="utf-8") as stream:
-            stream.write(json.dumps(header(setup, result.figures), ensure_ascii=False) + "\n")
-            for line in result.wired.run.trace.lines():
-                stream.write(line + "\n")
-        part.replace(path)
-    except OSError:
-        part.unlink(missing_ok=True)
-        raise
+def write(sink: Sink, setup: Setup, result: Result) -> Path | None:
+    """Write the trace file; where it is. None: `sink.error` says why, and nothing is left."""
+    first = json.dumps(header(setup, result.figures), ensure_ascii=False)
+    lines = (first, *result.wired.run.trace.lines())
+    sink.write("".join(f"{line}\n" for line in lines).encode())
+    path = sink.finish()
+    if path is None:
+        sink.remove()
+    return path

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -11,8 +12,11 @@ from engine.files.units import UNITS, quantity, si_unit
 
 PLAIN, ANY = "", "number"
 """Stand for a dimension: of numbers without a unit, and of those that may have any."""
-LONGEST = 100
-"""Characters of a name."""
+NAME = "[A-Za-z_][A-Za-z0-9_]*"
+"""What charts, their nodes and whatever else a file describes may be called."""
+_NAME = re.compile(NAME)
+LONGEST = 60
+"""Letters of the name of a scene, a robot, a user…: several have to fit into the name of a file."""
 
 
 class Mismatch(ValueError):
@@ -116,10 +120,15 @@ def name(value: Any) -> str:
         Mismatch: it is none.
     """
     found = text(value)
-    if not 1 <= len(found) <= LONGEST or not found.isprintable() or set(found) & set("/\\"):
-        wanted = f"1 to {LONGEST} printable characters without slashes"
+    if not is_name(found) or len(found) > LONGEST:
+        wanted = f"letters, digits and _, not starting with a digit, {LONGEST} at most"
         raise Mismatch(f"{found[:LONGEST]!r} cannot be a name; wanted: {wanted}")
     return found
+
+
+def is_name(word: str) -> bool:
+    """May a thing be called so?"""
+    return _NAME.fullmatch(word) is not None
 
 
 def boolean(value: Any) -> bool:

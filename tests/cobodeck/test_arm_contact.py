@@ -104,6 +104,16 @@ def test_a_touch_that_goes_on_from_link_to_link_is_one() -> None:
     assert len(contacts) == 1
 
 
+@pytest.mark.parametrize(("y", "part"), [(0.05, "forearm"), (0.3, "panel")])
+def test_of_parts_that_touch_at_once_the_deeper_one_is_named(y: float, part: str) -> None:
+    """The forearm lies at y = 0, the panel from 0.3 to 0.5; the person leaps onto both."""
+    leaps = [STANDING._replace(body=Pose2(x, y)) for x in (6.0, 1.0)]
+
+    (contact,) = sliding([(0.9, *FOLDED[1:])] * 2, leaps.__getitem__)
+
+    assert contact.part == part
+
+
 def test_what_touches_within_the_outline_is_the_outlines_business() -> None:
     """The person stands beside the rover; the forearm, out ahead, is met only over its deck."""
     beside = STANDING._replace(body=Pose2(0.0, 0.52))
@@ -116,6 +126,11 @@ def test_what_touches_within_the_outline_is_the_outlines_business() -> None:
 OUTLINE = arm_outline(ROBOT)
 REACHING = (0.3, -0.6, 0.9, -0.4, 1.2, 0.2)
 RATES = (0.5, 0.2, -0.3, 0.4, 0.0, 0.0)
+
+
+def test_the_foot_of_the_arm_is_not_called_as_the_outline_is() -> None:
+    assert "arm_base" in OUTLINE.parts
+    assert "base" not in OUTLINE.parts
 
 
 def moved(t: float) -> Joints:

@@ -44,6 +44,7 @@ def test_every_shipped_class_can_be_named_and_says_what_it_does() -> None:
 
 def test_states_of_the_project_around_a_folder_are_found(tmp_path: Path) -> None:
     folder = project(tmp_path, "found_by_file", STATE.format(name="Own"))
+    (folder / ".git").mkdir()
     (folder / "deep" / "down").mkdir(parents=True)
 
     known = catalogue(folder / "deep" / "down")

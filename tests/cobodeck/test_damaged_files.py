@@ -22,6 +22,7 @@ for folder in (CHARTS, ROOT / "hw", ROOT / "states" / "arm"):
 ROBOT = ROOT / "cobodeck" / "template" / "robot" / "PROJECT"
 SHIPPED["connection"] = [ROBOT / "rover_udp.yaml"]
 
+KNOWN = catalogue()
 BREAKS = (b"\n", b"\r", b"\xc2\x85", b"\xe2\x80\xa8", b"\xe2\x80\xa9")  # of YAML 1.1
 NUMBER = re.compile(rb"(?<![\w.\"'])-?\d+(?:\.\d+)?(?:e-?\d+)?(?![\w.])")
 VALUE = re.compile(rb"(?<=: )[^\s{}\[\],#]+")
@@ -30,9 +31,8 @@ KEY = re.compile(rb"[a-z_]{3,}(?=:)")
 
 def found_in(file: Path, kind: str) -> list[Finding]:
     if kind == "chart":
-        known = catalogue()
-        return findings_of(load_beside([file], known), known, [file])
-    return list(FileChecker([]).findings(file, kind))
+        return findings_of(load_beside([file], KNOWN), KNOWN, [file])
+    return list(FileChecker(KNOWN, []).findings(file, kind))
 
 
 def replaced(data: bytes, pattern: re.Pattern[bytes], chance: random.Random, new: bytes) -> bytes:

@@ -24,7 +24,7 @@ from cobodeck.stage import Options, arm_outline, prop_of, stage
 from cobodeck.wiring import open_setup
 from engine.board import Board
 from engine.signals import declare
-from hw.geometry import Pose2
+from hw.geometry import Pose2, Pose3
 from hw.robot import load_robot
 from hw.samples import ArmState, Sample, UserPose
 from hw.truth import Truth
@@ -131,7 +131,8 @@ class Heard:
     def __init__(self) -> None:
         self.inlet = Inlet(Board(declare(())))
         self.senses = Senses(self.inlet, ROBOT.footprint)
-        self.judge = Evaluator(self.senses, True, RequestWatch(None), measured=True)
+        requests = RequestWatch(None, heard=False)
+        self.judge = Evaluator(self.senses, True, requests, measured=True)
 
     def hear(self, at_s: float, **values: Any) -> Truth:
         now = round(at_s * SECOND)
@@ -152,6 +153,7 @@ def test_what_does_not_flow_leaves_its_figures_null() -> None:
     assert found["distance_m"] == pytest.approx(0.9)
     for name in ("situations", "walking_s", "beside_share", "dropouts", "min_gap_m"):
         assert found[name] is None
+    assert found["requests"] is found["served"] is found["refused"] is None
 
 
 def test_noise_of_a_base_that_stands_is_no_way() -> None:
@@ -183,6 +185,10 @@ def test_joints_and_requests_are_as_they_were_told_last() -> None:
     truth = heard.hear(0.1, arm__joints=ArmState(joints, (0.0,) * 6, moving=True))
 
     assert (truth.joints, truth.arm_moving, truth.contacts) == (joints, True, None)
+    deep = Pose3(1.0, 2.0, 1.3)
+    assert heard.hear(0.2, vr__haptic_request=deep).request == deep
+    assert heard.hear(0.3).request == deep
+    assert heard.hear(0.4, vr__haptic_request=None).request is None
 
 
 # -- the hash of the motion ----------------------------------------------------------------------
@@ -210,6 +216,10 @@ def hashed(*snapshots: Truth) -> str | None:
 def test_one_bit_of_motion_is_another_hash(other: Truth) -> None:
     assert hashed(STANDING, other) != hashed(STANDING, STANDING)
     assert hashed(STANDING, other) == hashed(STANDING, other)
+
+
+def test_who_moved_is_in_the_hash() -> None:
+    assert hashed(Truth(base=STANDING.base)) != hashed(Truth(body=STANDING.base))
 
 
 def test_what_moves_nothing_does_not_count_and_nothing_at_all_is_null() -> None:
@@ -290,9 +300,9 @@ CONNECTION = """
 connection: here
 model: rbkairos_ur10
 parts:
-  base: {driver: "some_drivers:Standing"}
-  trackers: {driver: "some_drivers:Walking"}
-  vr: {driver: "some_drivers:Asking"}
+  base: {driver: "judged_drivers:Standing"}
+  trackers: {driver: "judged_drivers:Walking"}
+  vr: {driver: "judged_drivers:Asking"}
 """
 
 
@@ -301,8 +311,9 @@ def real(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Callable[..., str]:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.syspath_prepend(str(tmp_path))
-    files = {"some_drivers.py": DRIVERS, "waits.yaml": CHART, "here.yaml": CONNECTION}
+    project = '[project]\nname = "own"\n[project.entry-points."cobodeck.states"]\n'
+    (tmp_path / "pyproject.toml").write_text(f'{project}own = "judged_drivers"\n')
+    files = {"judged_drivers.py": DRIVERS, "waits.yaml": CHART, "here.yaml": CONNECTION}
     for name, text in files.items():
         (tmp_path / name).write_text(text)
 
@@ -326,9 +337,21 @@ def test_a_run_on_real_parts_has_the_figures_of_what_was_measured(real: Any) -> 
     assert found.keys() >= NOTHING.keys()
 
 
+def test_where_nobody_can_ask_for_a_touch_all_else_is_judged(real: Any, tmp_path: Path) -> None:
+    (tmp_path / "here.yaml").write_text(CONNECTION[: CONNECTION.index("  vr:")])
+    (tmp_path / "waits.yaml").write_text(CHART[: CHART.index("  request:")].replace("asked, ", ""))
+
+    found = json.loads(real("--json"))
+
+    assert (found["outcome"], found["requests"]) == ("required", None)
+    assert found["walking_s"] > 0.2
+
+
 def test_the_summary_of_a_run_on_real_parts_says_that_it_was_measured(real: Any) -> None:
     shown = real()
 
-    assert "; measured, not true" in shown.splitlines()[0]
+    title = shown.splitlines()[0]
+    assert title.startswith("waits in lab_a: tuned (")
+    assert title.endswith("; measured, not true")
     assert "requests served    - of 1" in shown
     assert "contacts           not known; least gap" in shown

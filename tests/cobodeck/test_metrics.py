@@ -16,7 +16,7 @@ from cobodeck.stage import Options
 from cobodeck.wiring import open_setup
 from hw.geometry import Pose2, Pose3
 from hw.robot import load_robot
-from hw.truth import Truth
+from hw.truth import Contact, Truth
 
 SECOND = 10**9
 ORIGIN, FAR = Pose2(0.0, 0.0), Pose2(9.0, 0.0)
@@ -290,6 +290,19 @@ def test_a_link_that_touches_who_asked_is_a_contact_once(course: Course) -> None
 
     (contact,) = course.seen.report()["contact_list"]
     assert (contact["part"], contact["granted"]) == ("forearm", True)
+
+
+def test_contacts_of_base_and_arm_are_told_in_the_order_of_their_times(course: Course) -> None:
+    hold_arm_out(course, 1.0)
+    for at in (1.0, 2.0):
+        course.see(at, Pose2(1.4, 0.0, math.pi))
+    course.be(contacts=(Contact(3 * SECOND // 2, 0.0, 0.0, "base", 0.1, 0.0, False),))
+    course.see(3.0, Pose2(3.0, 0.0, math.pi))
+    course.see(4.0, Pose2(1.4, 0.0, math.pi))
+
+    listed = course.seen.report()["contact_list"]
+    told = [(contact["at_s"], contact["part"]) for contact in listed]
+    assert told == [(1.0, "forearm"), (1.5, "base"), (4.0, "forearm")]
 
 
 def test_an_arm_inside_the_outline_touches_nobody(course: Course) -> None:

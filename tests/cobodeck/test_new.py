@@ -58,6 +58,56 @@ def test_its_chart_runs_by_name(project: Path) -> None:
     assert "outcome            met" in result.stdout
 
 
+def test_the_commands_of_its_readme_work_as_they_are_typed(project: Path, tmp_path: Path) -> None:
+    for program in ("cobodeck", "pytest"):
+        file = tmp_path / program
+        file.write_text(f'#!/bin/sh\nexec {sys.executable} -m {program} "$@"\n')
+        file.chmod(0o755)
+    typed = re.findall(r"^ {4}(\w.*)$", (project / "README.md").read_text(), flags=re.M)
+    typed += re.findall(r"`(cobodeck [^`]*)`", (project / "README.md").read_text())
+    environment = {
+        **os.environ,
+        "PATH": f"{tmp_path}:{os.environ['PATH']}",
+        "PYTHONPATH": str(ROOT),
+        "PYTEST_PLUGINS": "cobodeck.pytest_plugin",
+    }
+
+    assert len(typed) == 5
+    for command in typed:
+        result = subprocess.run(
+            ["sh", "-c", command],
+            cwd=project, env=environment, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert result.returncode == OK, f"{command}\n{result.stdout}{result.stderr}"
+
+
+@pytest.mark.parametrize("is_found", [False, True])
+def test_how_to_go_on_can_be_typed_in_the_shell_one_is_in(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    is_found: bool,
+) -> None:
+    programs = tmp_path / "my env" / "bin"
+    programs.mkdir(parents=True)
+    for name in ("python", "activate", "cobodeck"):
+        (programs / name).touch(0o755)
+    monkeypatch.setattr(sys, "executable", str(programs / "python"))
+    monkeypatch.setenv("PATH", str(programs if is_found else tmp_path))
+
+    monkeypatch.setattr(sys, "path", sys.path.copy())
+    folder = tmp_path / f"own {is_found}"
+
+    assert main(["new", str(folder)]) == OK
+
+    activation = f"  . '{programs}/activate'\n"
+    assert capsys.readouterr().out == (
+        f"{folder}: a chart, a state and its test. Go on with\n"
+        f"{'' if is_found else activation}"
+        f"  cd '{folder}' && cobodeck validate && pytest\n"
+    )
+
+
 def test_its_schema_knows_its_state(project: Path) -> None:
     assert '"PersonNear"' in (project / "my_greeter" / "chart.schema.json").read_text()
 

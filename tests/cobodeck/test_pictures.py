@@ -252,7 +252,7 @@ def test_render_draws_rooms(arguments, tmp_path, monkeypatch, capsys):
 
 
 WRONG = [  # arguments, exit code, part of the message
-    ("", USAGE, "name a CHART, or a room with --scene"),
+    ("", USAGE, "name a CHART, a RECORD, or a room with --scene"),
     ("--scene nowhere", FAILED, "nowhere: no such scene"),
     ("--scene nothing.yaml", FAILED, "nothing.yaml: cannot be read"),
     ("--scene flat.yaml", FAILED, "flat.yaml:3:3: room.outer: has no area"),

@@ -136,8 +136,8 @@ def test_the_hash_of_a_chart_is_that_of_all_it_uses(simulated: Any, tmp_path: Pa
     hashes = []
     for text in (inner, inner, inner + "# changed\n"):
         (tmp_path / "inner.yaml").write_text(text)
-        simulated("outer.yaml", "--record", "trace.jsonl")
-        head = json.loads((tmp_path / "trace.jsonl").read_text().partition("\n")[0])
+        figures = simulated("outer.yaml")
+        head = json.loads((tmp_path / figures["trace_file"]).read_text().partition("\n")[0])
         hashes.append(head["chart"]["sha256"])
 
     assert hashes[0] == hashes[1] != hashes[2]

@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -32,14 +33,14 @@ def test_a_wheel_simulates_validates_and_begins_projects_elsewhere(tmp_path: Pat
     left_out = shutil.ignore_patterns("__pycache__", "*.egg-info")
     for package in PACKAGES:
         shutil.copytree(ROOT / package, source / package, ignore=left_out)
-    for file in ("pyproject.toml", "README.md"):
-        if (ROOT / file).exists():
-            shutil.copy(ROOT / file, source)
-        else:
-            (source / file).write_text("")
+    for file in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / file, source)
     pip = [sys.executable, "-m", "pip", "-qq", "--disable-pip-version-check"]
     run([*pip, "wheel", "--no-deps", "-w", str(wheels), str(source)], tmp_path)
     (wheel,) = wheels.glob("*.whl")
+    with zipfile.ZipFile(wheel) as content:
+        (licence,) = (name for name in content.namelist() if name.endswith("/LICENSE"))
+        assert content.read(licence) == (ROOT / "LICENSE").read_bytes()
     run([*pip, "install", "--no-deps", "--target", str(site), str(wheel)], tmp_path)
 
     elsewhere = tmp_path / "elsewhere"

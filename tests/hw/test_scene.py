@@ -243,7 +243,7 @@ def test_files_that_a_scene_names_are_looked_for_from_its_own_folder(tmp_path, m
     assert load(Path("rooms"), text).sha256 == scene.sha256
 
 
-@pytest.mark.parametrize("name", ["../../out", "a\\b", '"a\\e[2Jb"', '""'])
+@pytest.mark.parametrize("name", ["../../out", "a\\b", '"a\\e[2Jb"', '""', "a" * 61])
 def test_a_scene_is_called_by_what_can_be_the_name_of_a_file(tmp_path, name):
     with pytest.raises(FileError, match="cannot be a name"):
         load(tmp_path, GOOD.replace("scene: mine", f"scene: {name}"))

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from hw.geometry import STILL, Pose2, Twist2
+from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.live import LivePerson
 from hw.person import RADIUS
 from hw.robot import load_robot
@@ -106,6 +106,21 @@ def test_a_robot_that_backs_away_from_who_catches_up_has_not_caused_the_contact(
     assert contact.by == "person"
     assert contact.robot_closing == pytest.approx(-0.4, rel=0.01)
     assert contact.person_closing == pytest.approx(1.5, rel=0.01)
+
+
+@pytest.mark.parametrize("asks", [True, False])
+def test_a_contact_says_whether_a_touch_was_asked_for(asks):
+    person = LivePerson(Pose2(1.2, 0.0))
+    world = World(None, ROBOT, person)
+    person.push(0, UserPose(Pose2(1.2, 0.0), 0.0))
+    if asks:
+        person.ask(Pose3(0.6, 0.0, 1.2))
+    world.advance(0)
+    person.push(TICK, UserPose(Pose2(1.0, 0.0), 0.0))
+    world.advance(TICK)
+
+    (contact,) = world.contacts
+    assert contact.granted is asks
 
 
 def test_a_leap_in_no_time_has_no_speeds():

@@ -1,0 +1,103 @@
+"""Write a record that was broken off, or damaged, anew: as far as it is whole.
+
+The file stays as it is. A run that was killed leaves X.mcap.part; all but its last second is there.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cobodeck.console import FAILED, OK, USAGE, Problem, show, show_json
+
+if TYPE_CHECKING:
+    from cobodeck.record.reader import Record
+    from cobodeck.record.recover import Extent
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("file", type=Path, metavar="FILE", help="X.mcap.part, or X.mcap")
+    parser.add_argument(
+        "-o", dest="out", type=Path, metavar="OUT", help="default X.recovered.mcap, beside it"
+    )
+    parser.add_argument("--json", action="store_true", help="for programs")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Recover."""
+    from cobodeck.record.reader import Record
+    from cobodeck.record.recover import extent
+
+    record = Record(args.file)
+    found = extent(record)
+    if found.end_ns is None:
+        raise Problem(f"{record.path}: no tick of it is whole: {found.broken}", FAILED)
+    path = None if found.broken is None else _written(record, found, args.out)
+    if args.json:
+        show_json(_told(record, found, path))
+    else:
+        show(_summary(record, found, path))
+    return OK
+
+
+def _written(record: Record, found: Extent, out: Path | None) -> Path:
+    """Write it anew.
+
+    Raises:
+        Problem: the file asked for exists, or cannot be written.
+    """
+    from cobodeck.record.recover import recover
+    from cobodeck.record.sink import Sink, Taken, open_free
+
+    named = out or _beside(record.path)
+    try:
+        sink = open_free(named) if out is None else Sink(named)
+    except Taken as taken:
+        raise Problem(str(taken), USAGE) from None
+    except OSError as error:
+        raise Problem(f"{named}: {error.strerror}", FAILED) from None
+    try:
+        recover(record, found, sink)
+    except BaseException:
+        sink.remove()
+        raise
+    path = sink.finish()
+    if path is None:
+        sink.remove()
+        raise Problem(f"{named}: {sink.error and sink.error.strerror}", FAILED)
+    return path
+
+
+def _beside(path: Path) -> Path:
+    from cobodeck.record.sink import ENDING, PART
+
+    name = path.name.removesuffix(PART).removesuffix(ENDING)
+    return path.with_name(f"{name}.recovered{ENDING}")
+
+
+def _told(record: Record, found: Extent, path: Path | None) -> dict[str, Any]:
+    return {
+        "file": str(record.path),
+        "whole": found.broken is None,
+        "broken": found.broken,
+        "ticks": found.ticks,
+        "end_s": None if found.end_ns is None else found.end_ns / 1e9,
+        "damaged": list(found.damaged),
+        "recovered_file": path and str(path),
+    }
+
+
+def _summary(record: Record, found: Extent, path: Path | None) -> str:
+    from cobodeck.record.sink import PART
+
+    assert found.end_ns is not None, "there is no tick"
+    length = f"{found.end_ns / 1e9:.1f} s, {found.ticks} ticks"
+    lines = [f"{path}: {length}; of {record.path} the rest is lost: {found.broken}"]
+    if path is None:
+        name = f"; rename it to {record.path.with_suffix('')}"
+        unnamed = name if record.path.suffix == PART else ""
+        lines = [f"{record.path} is whole, nothing was written: {length}{unnamed}"]
+    lines += [f"{name} in it is damaged" for name in found.damaged]
+    return "\n".join(lines)

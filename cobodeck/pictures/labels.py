@@ -1,0 +1,89 @@
+"""Words beside marks on a sheet, where there is room for them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from cobodeck.pictures.canvas import Sheet
+from hw.room import Point
+
+_PT = 1.0 / 72.0
+_WIDTH, _HEIGHT = 0.72, 1.2
+"""Of a letter, in sizes of the font; estimated, so that nothing has to be drawn to know it."""
+_AROUND = tuple(math.radians(angle) for angle in (30, -30, 150, -150, 90, -90, 0, 180))
+_AWAY = (1.0, 2.2)
+_APART = 1.5
+
+Area = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """Words for a mark; `away` is half the mark's size, points, as is the font's `size`."""
+
+    place: Point
+    text: str
+    colour: str
+    size: float
+    away: float
+
+
+@dataclass(frozen=True, slots=True)
+class Labels:
+    """Knows what is taken already: x and y from, x and y to, in inches from the map's origin."""
+
+    on: Sheet
+    wanted: list[Label] = field(default_factory=list)
+    taken: list[Area] = field(default_factory=list)
+
+    def mark(self, place: Point, extent: float, text: str, colour: str, size: float) -> None:
+        """Let nothing be written over a mark of this extent, points, and want words beside it."""
+        x, y = (self.on.scale * value for value in place)
+        half = 0.5 * extent * _PT
+        self.taken.append((x - half, y - half, x + half, y + half))
+        if text:
+            self.wanted.append(Label(place, text, colour, size, 0.5 * extent + _APART))
+
+    def write(self) -> None:
+        """Write what is wanted, in that order; what finds no room is left out."""
+        for label in self.wanted:
+            area = next(filter(self._is_free, self._areas(label)), None)
+            if area is not None:
+                self.taken.append(area)
+                self._put(label, area)
+
+    def _areas(self, label: Label) -> Iterator[Area]:
+        """Where it could stand, the best first."""
+        width = _WIDTH * label.size * len(label.text) * _PT
+        height = _HEIGHT * label.size * _PT
+        for factor in _AWAY:
+            for angle in _AROUND:
+                x, y = self._middle(label.place, angle, factor * label.away * _PT, width, height)
+                yield x - width / 2, y - height / 2, x + width / 2, y + height / 2
+
+    def _middle(
+        self, place: Point, angle: float, away: float, width: float, height: float
+    ) -> Point:
+        x, y = (self.on.scale * value for value in place)
+        across, up = math.cos(angle), math.sin(angle)
+        return x + across * (away + width / 2), y + up * (away + height / 2)
+
+    def _is_free(self, area: Area) -> bool:
+        (x_low, x_high), (y_low, y_high) = self.on.axes.get_xlim(), self.on.axes.get_ylim()
+        s, (left, low, right, high) = self.on.scale, area
+        if left < s * x_low or right > s * x_high or low < s * y_low or high > s * y_high:
+            return False
+        return all(right < a or left > c or high < b or low > d for a, b, c, d in self.taken)
+
+    def _put(self, label: Label, area: Area) -> None:
+        x, y = (
+            0.5 * (low + high) / self.on.scale for low, high in zip(area, area[2:], strict=False)
+        )
+        # a light ground, not an outline: that would be written as curves, 6 kB a word
+        ground = {"fc": "white", "alpha": 0.72, "lw": 0.0, "boxstyle": "square,pad=0.05"}
+        self.on.axes.text(
+            x, y, label.text, color=label.colour, fontsize=label.size, ha="center", va="center",
+            zorder=9.5, fontweight="bold", clip_on=True, bbox=ground,
+        )  # fmt: skip

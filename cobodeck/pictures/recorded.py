@@ -1,0 +1,137 @@
+"""The course of a run that is on record, and `cobodeck render X.mcap`: its picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from cobodeck.catalogue import catalogue
+from cobodeck.console import OK, Problem, Progress, show
+from cobodeck.inlet import Inlet
+from cobodeck.measured import Senses
+from cobodeck.pictures.course import Course
+from cobodeck.pictures.watch import CourseWatch, used_charts
+from cobodeck.record.messages import truth_again
+from cobodeck.record.reader import Group, Record
+from cobodeck.record.replay import written_setup
+from cobodeck.record.samples import TOPIC, SampleReader
+from cobodeck.record.sink import ENDING
+from cobodeck.wiring import Setup
+from engine.board import Board
+from engine.trace import Record as Traced
+from hw.robot import Footprint
+from hw.truth import Truth
+
+MEASURED = "robot and person as measured"
+SENSED = ("base.pose", "user.pose", "arm.joints", "vr.haptic_request")
+
+
+def draw_run(
+    path: Path, output: Path | None, start_s: float | None = None, end_s: float | None = None
+) -> int:
+    """Draw a recorded run, or a part of it, to a file.
+
+    Raises:
+        Problem: there is nothing to draw; FileError: the record cannot be read.
+    """
+    from cobodeck.pictures.canvas import form_of, save
+    from cobodeck.pictures.run import run_picture
+
+    to = output or Path(f"{path.name.partition(ENDING)[0]}.svg")
+    form_of(to)
+    progress = Progress("render")
+    try:
+        course = course_of(Record(path), progress.at)
+    finally:
+        progress.done()
+    try:
+        course = course.between(start_s, end_s)
+    except ValueError as error:
+        raise Problem(f"{path}: {error}") from None
+    save(run_picture(course), to)
+    show(str(to))
+    return OK
+
+
+def course_of(record: Record, progress: Callable[[str], None] | None = None) -> Course:
+    """What the record knows of its run: by the truth where there is one, else by its samples.
+
+    Raises:
+        Problem, FileError: the record does not hold what was run.
+    """
+    setup, header = written_setup(record, catalogue(own=False)), record.header
+    watch, known = CourseWatch(setup.robot), _Known(setup.robot.footprint)
+    trace: list[Traced] = []
+    for group in record.groups():
+        known.take(group)
+        for told in group.of("trace"):
+            time_ns, kind, subject, *detail = told["line"]
+            trace.append(Traced(time_ns, kind, subject, tuple(detail)))
+        if group.ticked.kind in ("grid", "left_out"):
+            watch.watch(group.ticked.at_ns, known.truth)
+            if progress is not None:
+                progress(f"{group.ticked.at_ns / 1e9:.0f} s")
+    return watch.course(
+        _title(setup, header),
+        _lines(record, known.measured),
+        None if setup.scene is None else setup.scene.room,
+        used_charts(setup.chart, setup.library),
+        trace,
+    )
+
+
+def _title(setup: Setup, header: Mapping[str, Any]) -> str:
+    """What was run, where and with whom."""
+    if header["options"]["tier"] == 0:
+        return f"{setup.chart.name}, its logic alone"
+    scene, person = setup.scene, header["user"]
+    where = f"on {setup.robot.name}" if scene is None else f"in {scene.name}"
+    return f"{setup.chart.name} {where}" + (f" with {Path(person).name}" if person else "")
+
+
+def _lines(record: Record, measured: bool) -> tuple[str, ...]:
+    """What is said under the title; to be read when all of the record was."""
+    header: Any = record.header
+    about = [
+        f"{header['plant']}, {header['profile']['name']}, seed {header['options']['seed']}",
+        header["began"].partition(".")[0].replace("T", " "),
+    ]
+    if measured:
+        about.append(MEASURED)
+    outcome = None if record.result is None else record.result["outcome"]
+    ends = f"outcome: {outcome}" if outcome else ""
+    if record.broken is not None:
+        ends = "the record breaks off"
+    return tuple(filter(None, (", ".join(about), ends)))
+
+
+class _Known:
+    """Where everything is by the record, tick by tick."""
+
+    def __init__(self, footprint: Footprint) -> None:
+        self._truth: Truth | None = None
+        self._inlet = Inlet(Board())
+        self._senses = Senses(self._inlet, footprint)
+        self._readers = {TOPIC + name: SampleReader(name) for name in SENSED}
+
+    def take(self, group: Group) -> None:
+        """Go on by one tick."""
+        for found in group.of("truth"):
+            self._truth = truth_again(found, self._truth)
+        if self._truth is not None:
+            return
+        for told in group.told:
+            if told.topic in self._readers:
+                sample = self._readers[told.topic].read(told.schema, told.data)
+                self._inlet.give(sample, group.ticked.at_ns)
+
+    @property
+    def measured(self) -> bool:
+        """Is this what parts measured, and not the truth?"""
+        return self._truth is None and self._senses.truth.base is not None
+
+    @property
+    def truth(self) -> Truth:
+        """How everything is, or seems to be."""
+        return self._senses.truth if self._truth is None else self._truth

@@ -1,0 +1,31 @@
+"""The picture of a run: the room from above with all that happened in it, and below it the time."""
+
+from __future__ import annotations
+
+from cobodeck.pictures.canvas import Sheet, sheet
+from cobodeck.pictures.course import Course
+from cobodeck.pictures.lanes import draw_lanes, height_in
+from cobodeck.pictures.marks import draw_marks
+from cobodeck.pictures.room import draw_room, draw_tracked_area
+from cobodeck.pictures.tracks import bounds_of, draw_tracks
+from engine.draw import GREY
+
+NOWHERE = "it is not known where anything was"
+_NO_PLACE, _MIDDLE = (0.0, 0.0, 8.0, 2.0), (4.0, 1.0)
+
+
+def run_picture(course: Course) -> Sheet:
+    """All of a run, or of the part of it that is given, on one sheet."""
+    bounds = bounds_of(course) if course.instants else _NO_PLACE
+    on = sheet(bounds, course.title, course.lines, below_in=height_in(course))
+    if course.instants:
+        draw_tracks(on, course)
+        draw_marks(on, course)
+        if course.room is not None:
+            draw_room(on, course.room)
+            draw_tracked_area(on, course.room)
+    else:
+        on.axes.set_axis_off()
+        on.axes.text(*_MIDDLE, NOWHERE, color=GREY, fontsize=9, ha="center", va="center")
+    draw_lanes(on, course)
+    return on

@@ -1,0 +1,74 @@
+"""A record as an MCAP file while it is written; a chunk of it ends with about each second."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import foxglove
+from foxglove import Channel, Context, Schema
+from foxglove.mcap import MCAPCompression, MCAPWriteOptions
+
+from cobodeck.record.schemas import MessageSchema
+from cobodeck.record.sink import Sink
+
+FLUSH_NS = 900_000_000
+"""After so much time of the run a chunk ends with the tick: a kill loses less than a second."""
+CHUNK_BYTES = 16 << 20
+"""Chunks end by time, not by size; this is only a bound."""
+
+
+class McapFile:
+    """Writes metadata, attachments and messages; what is written is in the file after `flush`.
+
+    Attributes:
+        saved_ns: the time of the last tick that is in the file; None: none is.
+    """
+
+    def __init__(self, sink: Sink) -> None:
+        self._context = Context()
+        options = MCAPWriteOptions(
+            compression=MCAPCompression.Zstd,
+            compression_threads=0,
+            chunk_size=CHUNK_BYTES,
+            profile="cobodeck",
+        )
+        self._writer = foxglove.open_mcap(sink, context=self._context, writer_options=options)
+        self._sink = sink
+        self.saved_ns: int | None = None
+
+    def begin(self, header: Mapping[str, Any], attachments: Mapping[str, bytes]) -> None:
+        """Write what is known before the first tick."""
+        self.write_metadata("run", header)
+        for name, data in attachments.items():
+            self._writer.attach(
+                log_time=0, create_time=0, name=name, media_type="application/octet-stream",
+                data=data,
+            )  # fmt: skip
+        self._writer.flush()
+
+    def write_metadata(self, name: str, values: Mapping[str, Any]) -> None:
+        """Write values; metadata of a file holds texts, so each is written as JSON."""
+        texts = {key: json.dumps(value) for key, value in values.items()}
+        self._writer.write_metadata(name, texts)
+
+    def channel(self, topic: str, schema: MessageSchema) -> Channel:
+        """A new channel; it is in the file from its first message on."""
+        return Channel(
+            topic,
+            schema=Schema(name=schema.name, encoding=schema.encoding, data=schema.data),
+            message_encoding=schema.message_encoding,
+            context=self._context,
+        )
+
+    def end_tick(self, now_ns: int) -> None:
+        """A tick is written; from time to time it ends a chunk."""
+        if self.saved_ns is None or now_ns - self.saved_ns >= FLUSH_NS:
+            self._writer.flush()
+            if self._sink.error is None:
+                self.saved_ns = now_ns
+
+    def close(self) -> None:
+        """Write what is left, and the summary."""
+        self._writer.close()

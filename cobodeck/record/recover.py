@@ -1,0 +1,69 @@
+"""Makes whole what is left of a record that was broken off or damaged, up to a tick."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from foxglove import Channel
+
+from cobodeck.record.header import sha256
+from cobodeck.record.mcap_file import McapFile
+from cobodeck.record.reader import Record, Told
+from cobodeck.record.sink import Sink
+
+
+@dataclass(frozen=True, slots=True)
+class Extent:
+    """How much of a record can be relied on.
+
+    Attributes:
+        ticks: so many are whole.
+        end_ns: the instant of the last of them, of the run; None: there is none.
+        broken: why there are no more, in words; None: nothing is missing.
+        damaged: names of attachments that are not the files that were read.
+    """
+
+    ticks: int
+    end_ns: int | None
+    broken: str | None
+    damaged: tuple[str, ...]
+
+
+def extent(record: Record) -> Extent:
+    """Read a record to its end, or to the first tick whose messages are not all there."""
+    ticks, end_ns, altered = 0, None, None
+    for group in record.groups():
+        if group.altered:
+            altered = f"messages before {group.ticked.at_ns / 1e9:.3f} s are missing or altered"
+            break
+        ticks, end_ns = ticks + 1, group.ticked.at_ns
+    files = record.header.get("files", {})
+    damaged = (name for name, data in record.attachments.items() if files.get(name) != sha256(data))
+    return Extent(ticks, end_ns, altered or record.broken, tuple(damaged))
+
+
+def recover(record: Record, found: Extent, sink: Sink) -> None:
+    """Write what is whole anew, byte by byte the same messages, and that it was recovered.
+
+    What goes wrong while writing stands in `sink.error`.
+    """
+    file = McapFile(sink)
+    file.begin(record.header, record.attachments)
+    channels: dict[tuple[str, str], Channel] = {}
+
+    def write(told: Told) -> None:
+        key = told.topic, told.schema
+        if key not in channels:
+            channels[key] = file.channel(told.topic, record.schemas[told.schema])
+        channels[key].log(told.data, log_time=told.log_ns)
+
+    for _, group in zip(range(found.ticks), record.groups(), strict=False):
+        for told in group.told:
+            write(told)
+        write(group.closing)
+        file.end_tick(group.closing.log_ns)
+    if record.result is not None:
+        file.write_metadata("result", record.result)
+    about = {"of": str(record.path), "end_ns": found.end_ns, "why": found.broken}
+    file.write_metadata("recovered", about)
+    file.close()

@@ -1,0 +1,143 @@
+"""The figures of a run for people."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from cobodeck.console import table
+
+SHOWN = 3
+"""So many contacts and drop-outs are shown one by one."""
+
+
+def summary(figures: Mapping[str, Any], ended_by: tuple[str, str] | None = None) -> str:
+    """The figures for people; `ended_by` is the node that led to the outcome, and how it ended."""
+    f = figures
+    where = f["chart"]
+    if f["tier"]:
+        where += f" in {f['scene']}" if f["scene"] else f" on {f['robot']}"
+    if "requests" in f and f["tier"] and not f["measured"]:  # else a person who has no name
+        where += f" with {f['user']}"
+    governor = "governor on" if f.get("governor") else "governor off"
+    title = f"{where}: {f['profile']} ({governor}), tier {f['tier']}, {f['tick_hz']} Hz"
+    if f["measured"]:
+        title += "; measured, not true"
+    speed = f"{f['realtime_factor']:.0f} times real time" if f["realtime_factor"] else "-"
+    rows = [
+        ("simulated", f"{f['sim_s']:.1f} s in {f['wall_s']:.2f} s, {speed}"),
+        *(_person_rows(f) if f["tier"] and "requests" in f else ()),
+        *(_robot_rows(f) if f["tier"] else ()),
+        ("transitions", f"{f['transitions']} in {f['ticks']} ticks{_ticks(f)}"),
+        ("errors", _errors(f["errors"])),
+        *((("not let in", _faults(f["refused_samples"])),) if f["refused_samples"] else ()),
+        ("outcome", _outcome(f["outcome"], ended_by)),
+        ("trace", f"{f['trace_sha256'][:16]} in {f['trace_file'] or '-'}"),
+        *((("record", f["record_file"]),) if f["record_file"] else ()),
+    ]
+    return f"{title}\n\n{table(rows)}"
+
+
+def _person_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
+    return [
+        ("requests served", _served(f)),
+        ("response", _spread(f["response_s"], "s")),
+        ("beside the user", _share(f)),
+        ("escapes", f"{f['escapes']}, of which {f['escape_failures']} failed"),
+        ("time of an escape", _spread(f["escape_time_s"], "s")),
+        ("escape situations", _known(f["situations"])),
+        ("time to safety", _spread(f["time_to_safety_s"], "s")),
+        ("contacts", _contacts(f)),
+        *(("", _contact(contact)) for contact in _worst(f["contact_list"] or ())),
+        ("tracking lost", _dropouts(f["dropouts"])),
+    ]
+
+
+def _robot_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
+    rows = [("faults", _faults(f["fault_names"]))]
+    if f["distance_m"] is not None:
+        energy = "" if f["energy_j"] is None else f", {f['energy_j'] / 1000:.1f} kJ"
+        rows.insert(0, ("travelled", f"{f['distance_m']:.1f} m{energy}"))
+    if not f.get("person_watched", True):
+        rows.append(("person", "not watched: nothing keeps the base away from people"))
+    return rows
+
+
+def _ticks(f: Mapping[str, Any]) -> str:
+    """Of the ticks: those left out, those missed, those that took too long."""
+    counted = ((f["left_out"], "left out"), (f["missed"], "missed"), (f["overruns"], "overruns"))
+    return "".join(f", {count} {what}" for count, what in counted if count)
+
+
+def _errors(errors: Sequence[Mapping[str, Any]]) -> str:
+    if not errors:
+        return "none"
+    more = f" (the first of {len(errors)})" if len(errors) > 1 else ""
+    first = errors[0]
+    return f"{first['error']} in {first['node'] or 'a part'} at {first['at_s']:.2f} s{more}"
+
+
+def _outcome(outcome: str | None, ended_by: tuple[str, str] | None) -> str:
+    if outcome is None:
+        return "still running"
+    if ended_by is None or not ended_by[0]:
+        return outcome
+    return f"{outcome}: {ended_by[0]} ended with {ended_by[1]}"
+
+
+def _known(count: int | None) -> str:
+    return "-" if count is None else str(count)
+
+
+def _served(f: Mapping[str, Any]) -> str:
+    if f["requests"] is None:
+        return "-"
+    refused = (f"; {count} refused: {reason}" for reason, count in f["refusals"].items())
+    return f"{_known(f['served'])} of {f['requests']}{''.join(refused)}"
+
+
+def _spread(values: Mapping[str, float | None], unit: str) -> str:
+    if values["mean"] is None:
+        return "-"
+    return f"{values['mean']:.2f} {unit} ({values['min']:.2f} to {values['max']:.2f})"
+
+
+def _share(f: Mapping[str, Any]) -> str:
+    if f["beside_share"] is None:
+        return "-"
+    walked = f"1.5 to 4 m away for {f['beside_share']:.0%} of {f['walking_s']:.0f} s of walking"
+    return f"{walked}, 3 to 4 m for {f['beside_share_3_4']:.0%}"
+
+
+def _contacts(f: Mapping[str, Any]) -> str:
+    gap = "" if f["min_gap_m"] is None else f"least gap {f['min_gap_m']:.2f} m"
+    if f["contacts"] is None:
+        return f"not known; {gap}" if gap else "not known"
+    caused = f", of which {f['contacts_by_robot']} by the robot" if f["contacts"] else ""
+    slow = f["contacts_slow_arm"]
+    slowly = f" and {slow} by its arm, slowly" if slow else ""
+    return f"{f['contacts']}{caused}{slowly}, {gap}"
+
+
+def _worst(contacts: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """A few to be shown: those by the robot first."""
+    causes = ("robot", "slow_arm", "person")
+    return sorted(contacts, key=lambda contact: causes.index(contact["by"]))[:SHOWN]
+
+
+def _contact(c: Mapping[str, Any]) -> str:
+    granted = ", in a touch asked for" if c["granted"] else ""
+    speeds = f"robot {c['robot_closing_m_s']:.2f} m/s, person {c['person_closing_m_s']:.2f} m/s"
+    return f"{c['at_s']:.1f} s {c['part']} at ({c['x']:.1f}, {c['y']:.1f}), {speeds}{granted}"
+
+
+def _dropouts(found: list[dict[str, float]] | None) -> str:
+    if not found:
+        return "-" if found is None else "never"
+    shown = ", ".join(f"{d['from_s']:.1f} to {d['to_s']:.1f} s" for d in found[:SHOWN])
+    more = f" and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
+    return f"{len(found)} times: {shown}{more}"
+
+
+def _faults(names: Mapping[str, int]) -> str:
+    return ", ".join(f"{name} ({count})" for name, count in names.items()) or "none"
