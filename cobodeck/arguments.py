@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import argparse
 import math
+from contextlib import suppress
+from pathlib import Path
+
+from cobodeck.record.sink import ENDING
 
 LONGEST_S = 1e7
 """Four months: longer runs are a mistake."""
@@ -28,10 +32,10 @@ def seconds(text: str) -> float:
 
 def instant(text: str) -> float:
     """A time since the start, s."""
-    value = float(text)
-    if not 0.0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text} is no time, s")
-    return value
+    with suppress(ValueError):
+        if 0.0 <= float(text) < math.inf:
+            return float(text)
+    raise argparse.ArgumentTypeError(f"{text} is no time, s")
 
 
 def length(text: str) -> float:
@@ -44,6 +48,13 @@ def word(text: str) -> str:
     if not text.strip():
         raise argparse.ArgumentTypeError("is empty; give a name or a file")
     return text
+
+
+def new_record(text: str) -> Path:
+    """Where a record is to be written."""
+    if not text.endswith(ENDING):
+        raise argparse.ArgumentTypeError(f"{text!r} does not end in {ENDING}, as records do")
+    return Path(text)
 
 
 def _number(text: str, most: float, unit: str) -> float:
