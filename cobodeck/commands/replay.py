@@ -122,10 +122,10 @@ def _found(
 
 def _summary(replay: Replay, record: Record, found: Mapping[str, Any]) -> str:
     h, figures = record.header, found["figures"]
-    where = h["scene"]["name"] if h["scene"] else h["robot"]
+    where = f"in {h['scene']['name']}" if h["scene"] else f"on {h['robot']}"
     counts = f"{found['ticks']} ticks, {found['calls']} calls of parts"
     rows = [
-        ("of", f"{h['plant']}: {h['chart']} in {where}, {figures['sim_s']:.1f} s, {h['began']}"),
+        ("of", f"{h['plant']}: {h['chart']} {where}, {figures['sim_s']:.1f} s, {h['began']}"),
         *(("since then", change) for change in found["since"]),
         *((("the record", found["broken"]),) if found["broken"] else ()),
         ("replayed", f"{counts}, {found['records']} records of the trace"),
