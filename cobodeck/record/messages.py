@@ -165,11 +165,20 @@ def cycle_again(found: Mapping[str, Any]) -> SafetyRecord:
 _CYCLE = ("separation", "needed", "allowed", "user_speed", "user_age", "reasons")
 
 
-def truth_text(truth: Truth) -> str:
-    """Where everything truly is."""
-    named = zip(truth._fields, truth, strict=True)
-    members = [f'"{name}":{text(held)}' for name, held in named]
-    return f"{{{','.join(members)}}}"
+class TruthWriter:
+    """Writes where everything truly is; remembers the last time, as much stays as it was."""
+
+    def __init__(self) -> None:
+        self._held: tuple[object, ...] = (self,) * len(Truth._fields)  # no truth has it
+        self._members = [""] * len(Truth._fields)
+
+    def write(self, truth: Truth) -> str:
+        """The message."""
+        for n, (held, last) in enumerate(zip(truth, self._held, strict=True)):
+            if held is not last:
+                self._members[n] = f'"{Truth._fields[n]}":{text(held)}'
+        self._held = truth
+        return f"{{{','.join(self._members)}}}"
 
 
 def truth_again(found: Mapping[str, Any], before: Truth | None) -> Truth:
