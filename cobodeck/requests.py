@@ -17,6 +17,8 @@ SERVED_M, SERVED_RAD = 0.02, 0.1
 """How near the prop must be to the DEEP (R44)."""
 REACH_M = 2.5
 """A base farther from the DEEP than this serves nobody."""
+STANDS_NS = 100_000_000
+"""The arm stands if it has not moved for so long; between two moves it pauses for a tick."""
 
 PropOf = Callable[[Pose2, Joints], Pose3]
 
@@ -26,8 +28,8 @@ class RequestWatch:
     """Follows the requests of a person; `watch` once per tick.
 
     `prop_of` is None for a robot without an arm, which serves nothing; `heard`: can requests be
-    known at all? `prop_errors` are those of the served requests at the instant from which the arm
-    stood, m and rad; `unserved` is when the others began and ended, ns.
+    known at all? `prop_errors` are those of the served requests once the arm stood, m and rad;
+    `unserved` is when the others began and ended, ns.
     """
 
     prop_of: PropOf | None = None
@@ -39,6 +41,7 @@ class RequestWatch:
     _requested: Pose3 | None = None
     _since: int | None = None
     _settling: bool = False
+    _still_since: int | None = None
     _seen: bool = False
 
     def watch(self, now_ns: int, truth: Truth) -> None:
@@ -54,17 +57,22 @@ class RequestWatch:
         if base is None or joints is None or prop_of is None:
             return
         self._seen = True
+        if truth.arm_moving:
+            self._still_since = None
+        elif self._still_since is None:
+            self._still_since = now_ns
         if deep is None or math.hypot(deep.x - base.x, deep.y - base.y) >= REACH_M:
             return
         if self._since is not None or self._settling:
             prop = prop_of(base, joints)
-            self._watch_prop(now_ns, prop.distance_to(deep), prop.angle_to(deep), truth.arm_moving)
+            self._watch_prop(now_ns, prop.distance_to(deep), prop.angle_to(deep))
 
-    def _watch_prop(self, now_ns: int, away: float, turned: float, moving: bool) -> None:
+    def _watch_prop(self, now_ns: int, away: float, turned: float) -> None:
         if self._since is not None and away <= SERVED_M and turned <= SERVED_RAD:
             self.response_s.append((now_ns - self._since) / 1e9)
             self._since, self._settling = None, True
-        if self._settling and not moving:
+        still = self._still_since
+        if self._settling and still is not None and now_ns - still >= STANDS_NS:
             self.prop_errors.append((away, turned))
             self._settling = False
 

@@ -49,9 +49,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _sections(records: Iterable[Record], found: Comparison, equal_too: bool) -> Iterable[str]:
-    a, b = records
-    altered = found.altered_ns
-    yield table([("A", _told(a, altered[0])), ("B", _told(b, altered[1]))])
+    told = map(_told, records, found.ends_ns, found.altered_ns)
+    yield table(zip("AB", told, strict=True))
     if found.headers:
         yield "what was run\n" + "\n".join(_header_lines(found.headers))
     else:
@@ -61,8 +60,8 @@ def _sections(records: Iterable[Record], found: Comparison, equal_too: bool) -> 
     yield _motion_section(found)
 
 
-def _told(record: Record, altered_ns: int | None) -> str:
-    told = str(record.path)
+def _told(record: Record, end_ns: int, altered_ns: int | None) -> str:
+    told = f"{record.path}, {end_ns / 1e9:.1f} s"
     if record.broken is not None:
         told += f"; {record.broken}"
     if altered_ns is not None:
@@ -132,14 +131,18 @@ def _trace_section(found: Comparison) -> str:
     t = found.traces
     if t.at_ns is None:
         return f"traces: equal, {t.equal} records"
-    rows = [("A", t.a or "over"), ("B", t.b or "over")]
+    over = [f"over; the record ends at {end_ns / 1e9:.3f} s" for end_ns in found.ends_ns]
+    rows = [("A", t.a or over[0]), ("B", t.b or over[1])]
     if t.last is not None:
         at_ns, container, child, outcome, to = t.last
         inside = f" in {container}" if container else ""
         moved = f"{child} -> {to} by {outcome}{inside}, {at_ns / 1e9:.3f} s"
         rows.insert(0, ("before", moved))
     shown = _indented(table([(name, _cut(text, WIDTH - 10)) for name, text in rows]))
-    return f"traces: differ from {t.at_ns / 1e9:.3f} s on, after {t.equal} equal records\n{shown}"
+    from_when = f"differ from {t.at_ns / 1e9:.3f} s on, after {t.equal} equal records"
+    if t.a is None or t.b is None:
+        from_when = f"equal for {t.equal} records, to the end of {'B' if t.a else 'A'}"
+    return f"traces: {from_when}\n{shown}"
 
 
 def _motion_section(found: Comparison) -> str:
@@ -163,6 +166,8 @@ def _pose(pose: Pose2) -> str:
 def _short(value: Any) -> str:
     if value is None:
         return "-"
+    if isinstance(value, list):
+        value = ", ".join(map(str, value))
     words = [word[:12] if len(word) == 64 else word for word in str(value).split(" ")]
     return _cut(" ".join(words), VALUE)
 
@@ -187,8 +192,13 @@ def _for_programs(records: Iterable[Record], found: Comparison) -> dict[str, Any
     return {
         "same": found.same,
         "records": [
-            {"file": str(r.path), "broken": r.broken, "altered_at_s": _seconds(altered)}
-            for r, altered in zip(records, found.altered_ns, strict=True)
+            {
+                "file": str(record.path),
+                "end_s": _seconds(end),
+                "broken": record.broken,
+                "altered_at_s": _seconds(altered),
+            }
+            for record, end, altered in zip(records, found.ends_ns, found.altered_ns, strict=True)
         ],
         "headers": [
             {"what": d.what, "a": d.a, "b": d.b}

@@ -26,7 +26,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     about = f"name or file; default {SCENE} for the mock, else no room"
     parser.add_argument("--scene", type=word, help=about)
     parser.add_argument(
-        "--user", type=word, metavar="NAME|FILE", help="default: the one of the scene"
+        "--user",
+        type=word,
+        metavar="NAME|FILE",
+        help="as of simulate; default: the one of the scene",
     )
     parser.add_argument("--requests", type=positive, metavar="N", help="end after so many")
     parser.add_argument(

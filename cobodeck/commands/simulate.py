@@ -42,7 +42,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--robot", type=word, help="name or file; default the scene's; without --scene: no room"
     )
     parser.add_argument(
-        "--user", type=word, metavar="NAME|random|FILE[#id][@x,y,yaw]", help="default: the scene's"
+        "--user",
+        type=word,
+        metavar="NAME|random|FILE[#id][@x,y,yaw]",
+        help="X.mcap: the person of a record; default: the scene's",
     )
     parser.add_argument("--requests", type=positive, metavar="N", help="end after so many")
     parser.add_argument(

@@ -126,13 +126,17 @@ class Motions:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """What there is to say of two records; `altered_ns`: the first tick that was altered."""
+    """What there is to say of two records.
+
+    `ends_ns` are the instants of their last ticks, `altered_ns` of the first that was altered.
+    """
 
     headers: tuple[Difference, ...]
     figures: tuple[Figure, ...]
     traces: Traces
     motions: Motions
-    altered_ns: tuple[int | None, int | None]
+    ends_ns: tuple[int, ...]
+    altered_ns: tuple[int | None, ...]
 
     @property
     def same(self) -> bool:
@@ -147,15 +151,20 @@ def compare(a: Record, b: Record) -> Comparison:
         FileError: one of them cannot be read.
     """
     traces, motions = Traces(), Motions()
+    ends = [0, 0]
     altered: list[int | None] = [None, None]
     for pair in _together(a.groups(), b.groups()):
         for n, group in enumerate(pair):
-            if group is not None and group.altered and altered[n] is None:
-                altered[n] = group.ticked.at_ns
+            if group is None:
+                continue
+            ends[n] = group.ticked.at_ns
+            if group.altered and altered[n] is None:
+                altered[n] = ends[n]
         traces.take(*pair)
         motions.take(*pair)
     figures = tuple(_figures(a.result or {}, b.result or {}))
-    return Comparison(tuple(_headers(a, b)), figures, traces, motions, (altered[0], altered[1]))
+    headers = tuple(_headers(a, b))
+    return Comparison(headers, figures, traces, motions, tuple(ends), tuple(altered))
 
 
 def _together(
@@ -227,7 +236,7 @@ def _entries(header: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             yield name, f"{held['name']} {held['sha256']}"
         else:
             words = WORDS.get(name, f"{name} {{}}")
-            yield from ((words.format(key), part) for key, part in held.items() if key != "user")
+            yield from ((words.format(key), part) for key, part in held.items())
 
 
 def _files(a: Record, b: Record) -> Iterator[Difference]:

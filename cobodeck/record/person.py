@@ -70,8 +70,7 @@ class _Reading:
         self.ways: list[Stood] = []
         self.seen: list[Seen] = []
         self.asked: list[Asked] = []
-        flowing = record.header["flowing"]
-        self._sees, self._hears = POSE in flowing, REQUEST in flowing
+        self._sees = POSE in record.header["flowing"]
         self._readers = {TOPIC + name: SampleReader(name) for name in (POSE, REQUEST)}
         self._grid = Grid(record.header["tick_hz"])
         self._truth: Truth | None = None
@@ -99,7 +98,7 @@ class _Reading:
     def _true(self, at_ns: int, truth: Truth) -> None:
         assert truth.body is not None
         self.ways.append(Stood(at_ns, truth.body, truth.speed))
-        if not self._hears and truth.request != (self.asked[-1].deep if self.asked else None):
+        if truth.request != (self.asked[-1].deep if self.asked else None):
             self.asked.append(Asked(at_ns, truth.request))
         if self._sees or truth.seen_ns is None:
             return

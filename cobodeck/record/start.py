@@ -19,6 +19,8 @@ from cobodeck.stage import Options
 from cobodeck.wiring import Setup
 
 FOLDER = Path("out")
+_LONGEST = 30
+"""Letters of each part of a default name; file systems take 255 bytes in all."""
 
 
 def default_name(setup: Setup, options: Options, at: datetime, kind: str | None = None) -> str:
@@ -34,7 +36,8 @@ def default_name(setup: Setup, options: Options, at: datetime, kind: str | None 
         setup.profile.name,
         options.seed,
     )
-    return re.sub(r"[^\w.-]", "_", "-".join([*map(str, parts), f"{at:%Y%m%dT%H%M%S}"]))
+    short = [str(part)[:_LONGEST] for part in parts]
+    return re.sub(r"[^\w.-]", "_", "-".join([*short, f"{at:%Y%m%dT%H%M%S}"]), flags=re.ASCII)
 
 
 def recorder(

@@ -54,9 +54,16 @@ def read_bytes(path: Path, limit: int) -> bytes:
     Raises:
         FileError: it cannot be read, is a folder, a pipe or a device, or is larger than `limit`.
     """
-    other = _instead.get().get(path)
-    if other is not None:
-        return other
+    data = _instead.get().get(path)
+    if data is None:
+        data = _read(path, limit)
+    found = _noted.get()
+    if found is not None:
+        found[path] = data
+    return data
+
+
+def _read(path: Path, limit: int) -> bytes:
     if "\0" in str(path):
         raise _unreadable(path, "no file has such a name")
     try:
@@ -71,9 +78,6 @@ def read_bytes(path: Path, limit: int) -> bytes:
     if len(data) > limit:
         size = max(status.st_size, len(data))
         raise mistake(path, f"the file has {size} bytes", hint=f"at most {limit}", code="Y06")
-    found = _noted.get()
-    if found is not None:
-        found[path] = data
     return data
 
 

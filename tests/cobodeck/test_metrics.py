@@ -137,9 +137,12 @@ def test_the_error_of_a_served_request_is_that_of_the_prop_once_the_arm_stands(
         (1, 0.5, 0.0, False),
         (2, 0.015, 0.05, True),
         (3, 0.002, 0.01, True),
-        (4, 0.008, 0.02, False),
-        (5, 0.001, 0.0, False),
-        (6, 0.3, 0.0, True),
+        (4, 0.006, 0.01, False),  # no more than a pause
+        (4.05, 0.005, 0.01, True),
+        (5, 0.009, 0.03, False),
+        (5.1, 0.008, 0.02, False),
+        (6, 0.001, 0.0, False),
+        (7, 0.3, 0.0, True),
     ]:
         course.prop = Pose3.from_yaw(1.0 + off, 0.0, 1.2, turned)
         course.be(arm_moving=moving)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from engine.check import check
 from engine.files.source import read
-from engine.load import NAME
+from engine.files.values import is_name
 from engine.machine import Machine
 from tests.flexbe.conftest import Play, library_of
 from tests.flexbe.convert import Known, convert
@@ -83,7 +83,7 @@ def test_outcomes_that_mean_something_to_the_engine_get_another_name():
 @settings(deadline=None, max_examples=200)
 @given(st.text())
 def test_an_identifier_is_one_that_charts_allow(name):
-    assert NAME.match(identifier(name))
+    assert is_name(identifier(name))
 
 
 @settings(deadline=None, max_examples=200)

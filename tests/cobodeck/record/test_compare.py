@@ -13,13 +13,13 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK
-from cobodeck.record.compare import compare
+from cobodeck.record.compare import Comparison, Figure, Motions, Traces, compare
 from cobodeck.record.reader import Group, Record, Told
 
 ROOT = Path(__file__).parents[3]
 RUNS = {
     "demo": (),
-    "again": (),
+    "again": ("--user", "demo"),  # that of the scene
     "eager": ("--no-skip",),
     "paper": ("--profile", "paper"),
     "one": ("--user", "random", "--seed", "1"),
@@ -126,13 +126,15 @@ def test_a_record_that_breaks_off_is_equal_up_to_there(shown: Shown, folder: Pat
     code, text = shown("cut.mcap.part", "demo.mcap")
 
     assert code == FAILED
-    assert "A  cut.mcap.part; it breaks off" in text
+    end_s = list(Record(folder / "cut.mcap.part").groups())[-1].ticked.at_ns / 1e9
+    assert f"A  cut.mcap.part, {end_s:.1f} s; it breaks off" in text
+    assert f"over; the record ends at {end_s:.3f} s" in text
     assert "none in A, which did not come to an end" in text
-    assert line_of(text, "A       over")
     assert "motion: equal" in text
     whole = compare(Record(folder / "demo.mcap"), Record(folder / "demo.mcap")).traces
     cut = compare(Record(folder / "cut.mcap.part"), Record(folder / "demo.mcap")).traces
     assert 0 < cut.equal < whole.equal
+    assert f"traces: equal for {cut.equal} records, to the end of A" in text
 
 
 def test_of_texts_the_first_lines_that_differ_are_shown(tmp_path: Path, capsys: Any) -> None:
@@ -153,6 +155,17 @@ def test_of_texts_the_first_lines_that_differ_are_shown(tmp_path: Path, capsys: 
     assert "mine.yaml: 1 lines differ, first" in told
     assert f"A {number}: base_speed: 2.0 m/s" in told
     assert f"B {number}: base_speed: 1.5 m/s" in told
+
+
+def test_one_figure_or_one_record_of_the_trace_is_enough_to_differ() -> None:
+    def same(traces: Traces, *figures: Figure) -> bool:
+        return Comparison((), figures, traces, Motions(), (0, 0), (None, None)).same
+
+    machine = Figure("wall_s", 1.0, 2.0), Figure("signals.base.pose.evaluated", 3, 4)
+    assert same(Traces(), *machine, Figure("contacts", 0, 0), Figure("outcome", None, None))
+    assert not same(Traces(), Figure("contacts", 0, 1))
+    assert not same(Traces(), Figure("served", 0, None))
+    assert not same(Traces(at_ns=0), Figure("contacts", 0, 0))
 
 
 class Changed(Record):
@@ -197,7 +210,9 @@ def moved(told: Told, by: float) -> Told:
 
 
 def test_notes_do_not_count_and_altered_ticks_are_told(folder: Path) -> None:
-    note = Told("trace", "cobodeck.Trace", b'{"line":[7000000000,"note","chase","seen"]}')
+    note = Told(
+        "trace", "cobodeck.Trace", b'{"line":[7000000000,"note","chase","seen"]}', 7 * 10**9
+    )
 
     def change(group: Group) -> Group:
         if group.ticked.at_ns != 7 * 10**9:

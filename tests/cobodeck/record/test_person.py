@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -35,6 +36,13 @@ steps:
   - walk: {x: 5.5, y: 5.0}
   - stand: 2
 """
+ASKING = """user: someone
+steps:
+  - stand: 1.01 s
+  - request: {hold: 3 s}
+  - stand: 1 s
+"""
+ROOT = Path(__file__).parents[3]
 
 
 def recorded(path: Path, user: str, duration_s: float = SECONDS, **given: Any) -> Result:
@@ -80,6 +88,38 @@ def test_they_walk_ask_and_are_seen_alike_whatever_the_robot_does(
     assert now.asked == then.asked
     assert now.seen == then.seen
     assert now.ways == then.ways
+
+
+def test_what_tracking_missed_by_then_it_misses_by_again(demo: Any, tmp_path: Path) -> None:
+    text = (ROOT / "charts/profiles/tuned.yaml").read_text()
+    for name, value in (("tracking_delay", "50 ms"), ("tracking_noise", "1 cm")):
+        text = re.sub(rf"^  {name}: \S+ \S+", f"  {name}: {value}", text, flags=re.MULTILINE)
+    profile = tmp_path / "noisy.yaml"
+    profile.write_text(text)
+    recorded(tmp_path / "noisy.mcap", "demo", 14.0, profile=str(profile))
+    recorded(tmp_path / "again.mcap", str(tmp_path / "noisy.mcap"))
+    then, now = (past(Record(tmp_path / f"{name}.mcap")) for name in ("noisy", "again"))
+    off = [
+        row.pose.body.distance_to(way.body) for row, way in zip(now.seen, now.ways, strict=False)
+    ]
+
+    assert now.seen == then.seen
+    assert 0.005 < sum(off) / len(off) < 0.03
+    assert now.ways == then.ways == past(Record(demo[0])).ways[: len(now.ways)]
+
+
+def test_requests_between_two_ticks_are_made_there_again(tmp_path: Path) -> None:
+    text = (ROOT / "charts/profiles/tuned.yaml").read_text()
+    profile = tmp_path / "late.yaml"
+    profile.write_text(re.sub(r"^  latency: 0 s", "  latency: 20 ms", text, flags=re.MULTILINE))
+    script = tmp_path / "someone.yaml"
+    script.write_text(ASKING)
+    recorded(tmp_path / "a.mcap", str(script), profile=str(profile))
+    recorded(tmp_path / "b.mcap", str(tmp_path / "a.mcap"), profile=str(profile))
+    then, now = (past(Record(tmp_path / f"{name}.mcap")) for name in "ab")
+
+    assert now.asked == then.asked
+    assert [row.at_ns * 30 % 10**9 > 3 * 10**8 for row in now.asked] == [False, True, True]
 
 
 def test_a_drop_out_stays_one(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from engine.files.finding import FileError
 from engine.files.item import load_yaml
-from engine.files.text import is_file, read_bytes, read_text
+from engine.files.text import instead, is_file, noting, read_bytes, read_text
 
 
 def test_files_that_cannot_be_read_are_errors_of_the_file(tmp_path):
@@ -53,3 +53,11 @@ def test_the_line_of_a_byte_that_is_no_text_is_told(tmp_path):
     (tmp_path / "file").write_bytes(b"a\nb\n\xff")
     with pytest.raises(FileError, match=r"file:3:1: byte 0xff is not UTF-8"):
         read_text(tmp_path / "file", 10)
+
+
+def test_what_is_read_in_place_of_a_file_is_noted_as_that_file(tmp_path):
+    path = tmp_path / "a.yaml"
+    path.write_bytes(b"of today")
+    with noting() as noted, instead({path: b"of then"}):
+        assert read_bytes(path, 100) == b"of then"
+    assert noted == {path: b"of then"}
