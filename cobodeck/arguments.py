@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import argparse
 import math
+from pathlib import Path
+
+from cobodeck.record.sink import ENDING, PART
 
 LONGEST_S = 1e7
 """Four months: longer runs are a mistake."""
@@ -44,6 +47,22 @@ def word(text: str) -> str:
     if not text.strip():
         raise argparse.ArgumentTypeError("is empty; give a name or a file")
     return text
+
+
+def kept_file(text: str) -> Path:
+    """A file for a record or a trace; not one that is only half written."""
+    if text.endswith(PART):
+        raise argparse.ArgumentTypeError(
+            f"{text}: names that end in {PART} are of unfinished files"
+        )
+    return Path(text)
+
+
+def record_file(text: str) -> Path:
+    """A file for a record."""
+    if not text.endswith(ENDING):
+        raise argparse.ArgumentTypeError(f"{text}: a record is named X{ENDING}")
+    return Path(text)
 
 
 def _number(text: str, most: float, unit: str) -> float:
