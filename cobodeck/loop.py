@@ -180,9 +180,10 @@ class Loop:
         for observer in self.observers:
             observer.watch(now)
         seen = clock()
-        asked = self._decide(now)
-        if self.taps:
-            kind: Literal["grid", "left_out"] = "grid" if asked else "left_out"
+        kind: Literal["grid", "left_out"] = "grid"
+        try:
+            kind = "grid" if self._decide(now) else "left_out"
+        finally:  # one that Ctrl-C breaks off is a tick, too
             self._end(Ticked(now, self.ticks - 1, kind, self.missed - before, read - now))
         spent[0] += moved - begin
         spent[1] += delivered - moved
