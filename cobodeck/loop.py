@@ -27,6 +27,10 @@ PROGRESS = 1024
 """Progress is told every so many ticks."""
 
 
+Kind = Literal["grid", "left_out", "added", "taken", "end"]
+"""What a tick was; see `Ticked`."""
+
+
 class Observer(Protocol):
     """Somebody who looks at each instant, after the samples and before the chart."""
 
@@ -46,7 +50,7 @@ class Ticked(NamedTuple):
 
     at_ns: int
     number: int
-    kind: Literal["grid", "left_out", "added", "taken", "end"]
+    kind: Kind
     missed: int = 0
     late_ns: int = 0
 
@@ -180,7 +184,7 @@ class Loop:
         for observer in self.observers:
             observer.watch(now)
         seen = clock()
-        kind: Literal["grid", "left_out"] = "grid"
+        kind: Kind = "grid"
         try:
             kind = "grid" if self._decide(now) else "left_out"
         finally:  # one that Ctrl-C breaks off is a tick, too
