@@ -17,6 +17,7 @@ from cobodeck.arguments import record_file
 from cobodeck.console import FAILED, OK, Progress, complain, show, show_json, table
 
 if TYPE_CHECKING:
+    from cobodeck.record.feed import Difference
     from cobodeck.record.reader import Record
     from cobodeck.record.recorder import Recorder
     from cobodeck.record.replay import Replay
@@ -101,7 +102,7 @@ def _found(
     return {
         "record": str(record.path),
         "since": changes(record.header, replay.setup),
-        "broken": record.broken,
+        "broken": record.broken if difference is None else None,  # else nobody has read so far
         "ticks": checker.ticks,
         "calls": checker.calls,
         "records": checker.records,
@@ -124,8 +125,16 @@ def _summary(replay: Replay, record: Record, found: Mapping[str, Any]) -> str:
         *(("since then", change) for change in found["since"]),
         *((("the record", found["broken"]),) if found["broken"] else ()),
         ("replayed", f"{counts}, {found['records']} records of the trace"),
-        ("result", "equal" if found["equal"] else str(replay.difference)),
+        *_result(replay.difference),
         ("trace", found["trace_sha256"][:16]),
         *((("record", found["record_file"]),) if found["record_file"] else ()),
     ]
     return f"{record.path}\n\n{table(rows)}"
+
+
+def _result(difference: Difference | None) -> list[tuple[str, str]]:
+    if difference is None:
+        return [("result", "equal")]
+    d = difference
+    differs = ("differs", f"at {d.at_ns / 1e9:.3f} s, {d.what}")
+    return [differs, ("  recorded", d.recorded), ("  replayed", d.replayed)]

@@ -84,9 +84,8 @@ def header(
 
 
 def read_files() -> list[tuple[Path, bytes]]:
-    """What has been read so far, but for what belongs to libraries."""
-    libraries = Path(sys.prefix)
-    return [(path, data) for path, data in noted().items() if not path.is_relative_to(libraries)]
+    """What has been read so far, but for what says which packages are installed."""
+    return [(path, data) for path, data in noted().items() if path.name != "entry_points.txt"]
 
 
 def _of_person(options: Options) -> dict[str, str]:
