@@ -7,7 +7,7 @@ import math
 from contextlib import suppress
 from pathlib import Path
 
-from cobodeck.record.sink import ENDING
+from cobodeck.record.sink import ENDING, PART
 
 LONGEST_S = 1e7
 """Four months: longer runs are a mistake."""
@@ -50,10 +50,19 @@ def word(text: str) -> str:
     return text
 
 
-def new_record(text: str) -> Path:
-    """Where a record is to be written."""
+def kept_file(text: str) -> Path:
+    """A file for a record or a trace; not one that is only half written."""
+    if text.endswith(PART):
+        raise argparse.ArgumentTypeError(
+            f"{text}: names that end in {PART} are of unfinished files"
+        )
+    return Path(text)
+
+
+def record_file(text: str) -> Path:
+    """A file for a record."""
     if not text.endswith(ENDING):
-        raise argparse.ArgumentTypeError(f"{text!r} does not end in {ENDING}, as records do")
+        raise argparse.ArgumentTypeError(f"{text}: a record is named X{ENDING}")
     return Path(text)
 
 

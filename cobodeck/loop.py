@@ -27,6 +27,10 @@ PROGRESS = 1024
 """Progress is told every so many ticks."""
 
 
+Kind = Literal["grid", "left_out", "added", "taken", "end"]
+"""What a tick was; see `Ticked`."""
+
+
 class Observer(Protocol):
     """Somebody who looks at each instant, after the samples and before the chart."""
 
@@ -46,7 +50,7 @@ class Ticked(NamedTuple):
 
     at_ns: int
     number: int
-    kind: Literal["grid", "left_out", "added", "taken", "end"]
+    kind: Kind
     missed: int = 0
     late_ns: int = 0
 
@@ -180,9 +184,10 @@ class Loop:
         for observer in self.observers:
             observer.watch(now)
         seen = clock()
-        asked = self._decide(now)
-        if self.taps:
-            kind: Literal["grid", "left_out"] = "grid" if asked else "left_out"
+        kind: Kind = "grid"
+        try:
+            kind = "grid" if self._decide(now) else "left_out"
+        finally:  # one that Ctrl-C breaks off is a tick, too
             self._end(Ticked(now, self.ticks - 1, kind, self.missed - before, read - now))
         spent[0] += moved - begin
         spent[1] += delivered - moved

@@ -13,14 +13,14 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.arguments import new_record
+from cobodeck.arguments import record_file
 from cobodeck.console import FAILED, OK, Progress, complain, show, show_json, table
 
 if TYPE_CHECKING:
+    from cobodeck.record.feed import Difference
     from cobodeck.record.reader import Record
     from cobodeck.record.recorder import Recorder
     from cobodeck.record.replay import Replay
-    from cobodeck.wiring import Setup
 
 FOR_EVER_NS = 1 << 61
 
@@ -29,7 +29,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("file", type=Path, metavar="RECORD", help="X.mcap")
     parser.add_argument("--check", action="store_true", help="exit code 1 if anything differs")
-    parser.add_argument("--record", type=new_record, metavar="X.mcap", help="keep the replay, too")
+    parser.add_argument("--record", type=record_file, metavar="X.mcap", help="keep the replay, too")
     parser.add_argument("--json", action="store_true", help="for programs")
 
 
@@ -38,6 +38,7 @@ def run(args: argparse.Namespace) -> int:
     from cobodeck.catalogue import catalogue
     from cobodeck.record.reader import Record
     from cobodeck.record.replay import setup_of, stage_replay
+    from cobodeck.record.start import replay_recorder
     from cobodeck.warmup import keep_compiled_code, warm_up
 
     problem = keep_compiled_code()
@@ -47,7 +48,9 @@ def run(args: argparse.Namespace) -> int:
     setup = setup_of(record, catalogue(own=args.own))
     if record.header["options"]["tier"]:
         warm_up(setup, setup.machine())
-    recorder = None if args.record is None else _recorder(args.record, setup, record)
+    recorder = None
+    if args.record is not None:
+        recorder = replay_recorder(record, setup, args.record, datetime.now(), complain)
     replay = stage_replay(record, setup, None if recorder is None else recorder.tap)
     figures, file = _go(replay, record, recorder)
     found = _found(replay, record, figures, file)
@@ -57,13 +60,6 @@ def run(args: argparse.Namespace) -> int:
         show(_summary(replay, record, found))
     failed = (args.check and not found["equal"]) or (args.record is not None and file is None)
     return FAILED if failed else OK
-
-
-def _recorder(path: Path, setup: Setup, record: Record) -> Recorder | None:
-    from cobodeck.record.start import recorder
-
-    options = _options(record)
-    return recorder(setup, options, path, datetime.now(), complain, kind="replay")
 
 
 def _go(
@@ -106,7 +102,7 @@ def _found(
     return {
         "record": str(record.path),
         "since": changes(record.header, replay.setup),
-        "broken": record.broken,
+        "broken": record.broken if difference is None else None,  # else nobody has read so far
         "ticks": checker.ticks,
         "calls": checker.calls,
         "records": checker.records,
@@ -129,8 +125,16 @@ def _summary(replay: Replay, record: Record, found: Mapping[str, Any]) -> str:
         *(("since then", change) for change in found["since"]),
         *((("the record", found["broken"]),) if found["broken"] else ()),
         ("replayed", f"{counts}, {found['records']} records of the trace"),
-        ("result", "equal" if found["equal"] else str(replay.difference)),
+        *_result(replay.difference),
         ("trace", found["trace_sha256"][:16]),
         *((("record", found["record_file"]),) if found["record_file"] else ()),
     ]
     return f"{record.path}\n\n{table(rows)}"
+
+
+def _result(difference: Difference | None) -> list[tuple[str, str]]:
+    if difference is None:
+        return [("result", "equal")]
+    d = difference
+    differs = ("differs", f"at {d.at_ns / 1e9:.3f} s, {d.what}")
+    return [differs, ("  recorded", d.recorded), ("  replayed", d.replayed)]

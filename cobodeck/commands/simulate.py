@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cobodeck.arguments import length, positive, seconds, word
+from cobodeck.arguments import kept_file, length, positive, seconds, word
 from cobodeck.console import FAILED, OK, Problem, Progress, complain, show, show_json
 from cobodeck.wiring import CHART, PROFILE, SCENE, TICK_HZ
 from engine.errors import Raised
@@ -69,7 +69,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--record",
-        type=Path,
+        type=kept_file,
         metavar="FILE",
         help="X.mcap: all of the run; else its trace alone, by default in out/",
     )

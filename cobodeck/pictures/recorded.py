@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from cobodeck.record.samples import TOPIC, SampleReader
 from cobodeck.record.sink import ENDING
 from cobodeck.wiring import Setup
 from engine.board import Board
+from engine.files.visible import visible
 from engine.trace import Record as Traced
 from hw.robot import Footprint
 from hw.truth import Truth
@@ -64,21 +65,26 @@ def course_of(record: Record, progress: Callable[[str], None] | None = None) -> 
     watch, known = CourseWatch(setup.robot), _Known(setup.robot.footprint)
     trace: list[Traced] = []
     for group in record.groups():
-        known.take(group)
-        for told in group.of("trace"):
-            time_ns, kind, subject, *detail = told["line"]
-            trace.append(Traced(time_ns, kind, subject, tuple(detail)))
+        with record.understood(group):
+            known.take(group)
+            trace += _traced(group)
         if group.ticked.kind in ("grid", "left_out"):
             watch.watch(group.ticked.at_ns, known.truth)
             if progress is not None:
                 progress(f"{group.ticked.at_ns / 1e9:.0f} s")
     return watch.course(
-        _title(setup, header),
-        _lines(record, known.measured),
+        visible(_title(setup, header)),
+        tuple(map(visible, _lines(record, known.measured))),
         None if setup.scene is None else setup.scene.room,
         used_charts(setup.chart, setup.library),
         trace,
     )
+
+
+def _traced(group: Group) -> Iterator[Traced]:
+    for told in group.of("trace"):
+        time_ns, kind, subject, *detail = told["line"]
+        yield Traced(time_ns, kind, subject, tuple(detail))
 
 
 def _title(setup: Setup, header: Mapping[str, Any]) -> str:
@@ -99,7 +105,7 @@ def _lines(record: Record, measured: bool) -> tuple[str, ...]:
     ]
     if measured:
         about.append(MEASURED)
-    outcome = None if record.result is None else record.result["outcome"]
+    outcome = None if record.result is None else record.result.get("outcome")
     ends = f"outcome: {outcome}" if outcome else ""
     if record.broken is not None:
         ends = "the record breaks off"

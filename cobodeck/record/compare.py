@@ -12,8 +12,8 @@ from itertools import zip_longest
 from typing import Any
 
 from cobodeck.record.header import sha256
+from cobodeck.record.messages import truth_again
 from cobodeck.record.reader import Group, Record
-from cobodeck.record.values import value
 from engine.trace import encode
 from hw.geometry import Pose2, wrap
 
@@ -27,8 +27,13 @@ ASKED = {"chart", "scene", "robot", "user", "profile", "tier", "seed", "tick_hz"
 """Figures that say what was run; the headers have them."""
 COMPUTING = {"wall_s", "realtime_factor", "left_out", "missed", "overruns", "signals"}
 """Figures of the machine, and of what was left out on it; no part of what came out."""
+MOVE = ("time", "move", "container", "child", "outcome", "next child")
+"""A record of the trace that tells a move."""
 LINES = 3
 """So many lines of a text are shown of each place of each of the two, and twice as many in all."""
+
+Line = list[Any]
+"""A record of the trace."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,11 +85,11 @@ class Traces:
         """Are they equal to their ends?"""
         return self.at_ns is None
 
-    def take(self, a: Group | None, b: Group | None) -> None:
+    def take(self, a: list[Line], b: list[Line]) -> None:
         """The records of one instant, of which only one has any, or both."""
         if self.at_ns is not None and self.a is not None and self.b is not None:
             return
-        for one, other in zip_longest(_trace(a), _trace(b)):
+        for one, other in zip_longest(a, b):
             if self.at_ns is not None:
                 self.a, self.b = self.a or _text(one), self.b or _text(other)
             elif one is None or other is None or encode(one) != encode(other):
@@ -108,18 +113,18 @@ class Motions:
     person: tuple[int, Pose2, Pose2] | None = None
     _poses: list[_Poses] = field(default_factory=lambda: [(None, None), (None, None)])
 
-    def take(self, a: Group | None, b: Group | None) -> None:
-        """The groups of one instant; they are compared if both are there."""
-        if self.base and self.person:
-            return
-        for n, group in enumerate((a, b)):
-            for found in group.of("truth") if group is not None else ():
-                self._poses[n] = value(found["base"]), value(found["body"])
+    def know(self, n: int, group: Group) -> None:
+        """What is known of A (0) or B (1) from this tick on."""
+        for found in group.of("truth"):
+            truth = truth_again(found, None)
+            self._poses[n] = truth.base, truth.body
+
+    def take(self, at_ns: int) -> None:
+        """Compare an instant that both have."""
         (base_a, body_a), (base_b, body_b) = self._poses
-        if a is None or b is None or base_a is None or base_b is None:
+        if base_a is None or base_b is None:
             return
         self.known = True
-        at_ns = a.ticked.at_ns
         self.base = self.base or _apart(at_ns, base_a, base_b)
         self.person = self.person or _apart(at_ns, body_a, body_b)
 
@@ -154,14 +159,19 @@ def compare(a: Record, b: Record) -> Comparison:
     ends = [0, 0]
     altered: list[int | None] = [None, None]
     for pair in _together(a.groups(), b.groups()):
-        for n, group in enumerate(pair):
+        lines: list[list[Line]] = [[], []]
+        for n, (record, group) in enumerate(zip((a, b), pair, strict=True)):
             if group is None:
                 continue
             ends[n] = group.ticked.at_ns
             if group.altered and altered[n] is None:
                 altered[n] = ends[n]
-        traces.take(*pair)
-        motions.take(*pair)
+            with record.understood(group):
+                lines[n] = _trace(group)
+                motions.know(n, group)
+        traces.take(*lines)
+        if None not in pair:
+            motions.take(ends[0])
     figures = tuple(_figures(a.result or {}, b.result or {}))
     headers = tuple(_headers(a, b))
     return Comparison(headers, figures, traces, motions, tuple(ends), tuple(altered))
@@ -181,12 +191,15 @@ def _together(
         other = other if its is None else next(b, None)
 
 
-def _trace(group: Group | None) -> list[list[Any]]:
-    found = [] if group is None else [told["line"] for told in group.of("trace")]
+def _trace(group: Group) -> list[Line]:
+    found = [told["line"] for told in group.of("trace")]
+    for line in found:
+        if type(line[0]) is not int or (line[1] == "move" and len(line) != len(MOVE)):
+            raise ValueError(f"{line} is no record of a trace")
     return [line for line in found if line[1] not in ("note", "tick")]
 
 
-def _text(line: list[Any] | None) -> str | None:
+def _text(line: Line | None) -> str | None:
     return None if line is None else encode(line)
 
 

@@ -25,6 +25,8 @@ PACKAGES = ("engine", "hw", "states", "behaviors", "cobodeck")
 LIBRARIES = (
     "cobodeck", "numpy", "scipy", "numba", "shapely", "networkx", "pyyaml", "foxglove-sdk",
 )  # fmt: skip
+REPLAY = "replay"
+"""The kind of plant that is a record."""
 LARGEST = 2 << 20
 """Larger files are known by their hash alone, bytes."""
 
@@ -39,7 +41,7 @@ def kind_of(options: Options) -> str:
 
 
 def header(
-    setup: Setup, options: Options, loop: Loop, command: Iterable[str], began: str, kind: str
+    setup: Setup, options: Options, loop: Loop, command: Iterable[str], began: str
 ) -> dict[str, Any]:
     """What was run, on what, and with what code.
 
@@ -49,7 +51,6 @@ def header(
         loop: before its first tick.
         command: the command line.
         began: the wall time of the start, ISO 8601.
-        kind: what kind of plant it was on.
     """
     guard, board = loop.plant.guard, loop.wired.board
     scene = setup.scene
@@ -57,7 +58,7 @@ def header(
         "format": FORMAT,
         "began": began,
         "command": list(command),
-        "plant": kind,
+        "plant": kind_of(options),
         "real_time": loop.clock.waits,
         "chart": setup.chart.name,
         "charts": {name: label(Path(setup.library[name].file)) for name in _charts(setup)},
@@ -83,9 +84,8 @@ def header(
 
 
 def read_files() -> list[tuple[Path, bytes]]:
-    """What has been read so far, but for what belongs to libraries."""
-    libraries = Path(sys.prefix)
-    return [(path, data) for path, data in noted().items() if not path.is_relative_to(libraries)]
+    """What has been read so far, but for what says which packages are installed."""
+    return [(path, data) for path, data in noted().items() if path.name != "entry_points.txt"]
 
 
 def _of_person(options: Options) -> dict[str, str]:
@@ -161,6 +161,21 @@ def _folder_sha256(folder: Path) -> str:
         digest.update(file.relative_to(folder).as_posix().encode() + b"\0")
         digest.update(sha256(file.read_bytes()).encode())
     return digest.hexdigest()
+
+
+def header_of_replay(
+    then: Mapping[str, Any], setup: Setup, command: Iterable[str], began: str
+) -> dict[str, Any]:
+    """What was run once, by the code and on the machine of today."""
+    return {
+        **then,
+        "began": began,
+        "command": list(command),
+        "plant": REPLAY,
+        "versions": versions(),
+        "machine": machine(),
+        "code": code(setup),
+    }
 
 
 def changes(then: Mapping[str, Any], setup: Setup) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import foxglove
@@ -17,6 +17,10 @@ FLUSH_NS = 900_000_000
 """After so much time of the run a chunk ends with the tick: a kill loses less than a second."""
 CHUNK_BYTES = 16 << 20
 """Chunks end by time, not by size; this is only a bound."""
+
+
+Write = Callable[[bytes, int], None]
+"""Writes a message: its bytes, its time in the file, ns."""
 
 
 class McapFile:
@@ -53,14 +57,15 @@ class McapFile:
         texts = {key: json.dumps(value) for key, value in values.items()}
         self._writer.write_metadata(name, texts)
 
-    def channel(self, topic: str, schema: MessageSchema) -> Channel:
+    def channel(self, topic: str, schema: MessageSchema) -> Write:
         """A new channel; it is in the file from its first message on."""
-        return Channel(
+        channel = Channel(
             topic,
             schema=Schema(name=schema.name, encoding=schema.encoding, data=schema.data),
             message_encoding=schema.message_encoding,
             context=self._context,
         )
+        return channel.base.log  # without the checks of `channel.log`, which take as long again
 
     def end_tick(self, now_ns: int) -> None:
         """A tick is written; from time to time it ends a chunk."""

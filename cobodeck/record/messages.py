@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
-from typing import Any, NamedTuple
+from functools import cache
+from types import UnionType
+from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
 
 from cobodeck.library import reached
 from cobodeck.record import values
@@ -18,6 +20,7 @@ from engine.load import load_text
 from engine.machine import Machine
 from hw.geometry import Twist2
 from hw.safety_record import SafetyRecord
+from hw.samples import is_finite
 from hw.truth import Truth
 
 Replaced = Callable[[Mapping[str, Any]], Machine]
@@ -155,26 +158,65 @@ def _twist(twist: Twist2) -> str:
 
 
 def cycle_again(found: Mapping[str, Any]) -> SafetyRecord:
-    """The cycle again."""
+    """The cycle again.
+
+    Raises:
+        TypeError: it is none.
+    """
     command = Twist2(*found["command"])
     given = {key: values.value(found[key]) for key in _CYCLE}
     admitted = Twist2(*found["admitted"]) if "admitted" in found else command
-    return SafetyRecord(found["stamp"], command, admitted, **given)
+    given |= {"stamp_ns": found["stamp"], "command": command, "admitted": admitted}
+    return SafetyRecord(**_fitting(SafetyRecord, given))
 
 
 _CYCLE = ("separation", "needed", "allowed", "user_speed", "user_age", "reasons")
 
 
-def truth_text(truth: Truth) -> str:
-    """Where everything truly is."""
-    named = zip(truth._fields, truth, strict=True)
-    members = [f'"{name}":{text(held)}' for name, held in named]
-    return f"{{{','.join(members)}}}"
+class TruthWriter:
+    """Writes where everything truly is; remembers the last time, as much stays as it was."""
+
+    def __init__(self) -> None:
+        self._held: tuple[object, ...] = (self,) * len(Truth._fields)  # no truth has it
+        self._members = [""] * len(Truth._fields)
+
+    def write(self, truth: Truth) -> str:
+        """The message."""
+        for n, (held, last) in enumerate(zip(truth, self._held, strict=True)):
+            if held is not last:
+                self._members[n] = f'"{Truth._fields[n]}":{text(held)}'
+        self._held = truth
+        return f"{{{','.join(self._members)}}}"
 
 
 def truth_again(found: Mapping[str, Any], before: Truth | None) -> Truth:
-    """The truth again; what is as before is the same object."""
-    held = {name: values.value(found[name]) for name in Truth._fields}
+    """The truth again; what is as before is the same object.
+
+    Raises:
+        TypeError: it is none.
+    """
+    held = _fitting(Truth, {name: values.value(found[name]) for name in Truth._fields})
     if before is not None:
         held = {k: old if old == held[k] else held[k] for k, old in before._asdict().items()}
     return Truth(**held)
+
+
+def _fitting(kind: type, held: dict[str, Any]) -> dict[str, Any]:
+    """The fields of a class, if each is of its type.
+
+    Raises:
+        TypeError: one is not, or a number in it is none.
+    """
+    for name, types in _types_of(kind).items():
+        found = held[name]
+        is_number = float in types and type(found) in (int, float)  # a bound may be infinite
+        if not is_number and not (type(found) in types and is_finite(found)):
+            raise TypeError(f"{name} of a {kind.__name__} is {found!r}")
+    return held
+
+
+@cache
+def _types_of(kind: type) -> dict[str, set[Any]]:
+    hints = get_type_hints(kind).items()
+    some = ((name, get_args(h) if isinstance(h, UnionType) else (h,)) for name, h in hints)
+    return {name: {get_origin(one) or one for one in types} for name, types in some}

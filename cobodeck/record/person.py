@@ -10,7 +10,6 @@ from cobodeck.record.messages import truth_again
 from cobodeck.record.reader import Group, Record
 from cobodeck.record.samples import TOPIC, SampleReader
 from cobodeck.record.sink import behind_record
-from cobodeck.record.values import Unknown
 from engine.clock import Grid
 from engine.files.finding import mistake
 from hw.geometry import wrap
@@ -48,11 +47,9 @@ def past(record: Record) -> Past:
         FileError: the record cannot be read, or nobody is in it.
     """
     reading = _Reading(record)
-    try:
-        for group in record.groups():
+    for group in record.groups():
+        with record.understood(group):
             reading.take(group)
-    except Unknown as unknown:
-        raise mistake(record.path, f"of another version: {unknown}") from None
     ways = reading.ways or _measured_ways(record.path, reading.seen)
     if not ways:
         told = "has no person in it"

@@ -9,17 +9,19 @@ from __future__ import annotations
 import json
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from os import SEEK_END
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 
-from cobodeck.loop import Ticked
+from cobodeck.loop import Kind, Ticked
 from cobodeck.record.header import FORMAT
 from cobodeck.record.schemas import MessageSchema
+from cobodeck.record.shape import misfit
 from engine.files.finding import mistake
 
 LARGEST = 1 << 30
@@ -79,25 +81,34 @@ class Record:
     broken: str | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
+        why = "it has no header of ours"
         for found in self._records():
             if isinstance(found, Values) and found.name == "run":
                 self.header = found.values
             elif isinstance(found, Attachment):
                 self.attachments[found.name] = found.data
-            elif isinstance(found, Chunk | DataEnd):
+            elif isinstance(found, Told | Chunk | DataEnd):
                 break
+        else:
+            why = self.broken or why
         kind = self.header.get("format")
         if kind is None:
-            why = self.broken or "it has no header of ours"
             hint = "`run` and `simulate --record X.mcap` write records"
             raise mistake(self.path, f"is no record of a run: {why}", hint=hint)
         if kind != FORMAT:
             raise mistake(self.path, f"is a {kind!r}, which is not known", hint=f"{FORMAT!r}")
+        wrong = misfit(self.header)
+        if wrong is not None:
+            raise mistake(self.path, f"is no record of a run: its header has no right {wrong!r}")
 
     def groups(self) -> Iterator[Group]:
-        """Its ticks, in order, up to the last one that is whole."""
+        """Its ticks, in order, up to the last one that is whole; there is at least one.
+
+        Raises:
+            FileError: there is none, or the file cannot be read any more.
+        """
         told: list[Told] = []
-        crc = 0
+        crc, begun = 0, False
         for found in self._records():
             if isinstance(found, Values) and found.name == "result":
                 self.result = found.values
@@ -105,11 +116,31 @@ class Record:
                 continue
             told.append(found)
             if found.topic == "tick":
-                message = json.loads(found.data)
-                altered = message["crc"] not in _checksums(told, crc)
-                yield Group(_ticked(message), tuple(told[:-1]), found, altered)
-                crc = message["crc"]
+                try:
+                    ticked, expected = _ticked(found.data)
+                except (ValueError, KeyError, TypeError, RecursionError):
+                    self.broken = f"after {len(told)} messages there is a tick that is none"
+                    break
+                altered = expected not in _checksums(told, crc)
+                yield Group(ticked, tuple(told[:-1]), found, altered)
+                crc, begun = expected, True
                 told.clear()
+        if not begun:
+            raise mistake(self.path, f"no tick of it is whole: {self.broken or 'it has none'}")
+
+    @contextmanager
+    def understood(self, group: Group) -> Iterator[None]:
+        """Within it, whatever cannot be done with the messages of a tick is told of the file.
+
+        Raises:
+            FileError: something was raised within.
+        """
+        try:
+            yield
+        except Exception as error:  # noqa: BLE001  the file may come from anybody
+            at_s = group.ticked.at_ns / 1e9
+            told = f"a message of the tick at {at_s:.3f} s cannot be used: {error!r}"
+            raise mistake(self.path, told) from None
 
     def _records(self) -> Iterator[object]:
         """What is in the file as far as it is whole: `Told`, `Values`, and other records."""
@@ -127,10 +158,11 @@ class Record:
                 for record in reader.records:
                     if isinstance(record, Metadata):
                         yield Values(record.name, unpacked(record))
-                    else:
+                    elif isinstance(record, Chunk):
                         yield record
-                    if isinstance(record, Chunk):
                         yield from messages.of(record)
+                    else:
+                        yield from messages.taken(record)
                     whole = stream.tell()
             except Exception as error:  # noqa: BLE001  of mcap, of decompression, of broken lengths
                 self.broken = f"it breaks off at byte {whole} of {stream.seek(0, SEEK_END)}"
@@ -155,12 +187,15 @@ def _checksums(told: Iterable[Told], crc: int) -> Iterator[int]:
 
 
 def _set_again(told: Told) -> bytes:
-    """The message with the spaces of ours, whoever has copied it."""
+    """The message with the spaces of ours, whoever has copied it; as it is if it is no JSON."""
     if told.schema == "foxglove.LaserScan":
         return told.data
     ascii_only = told.topic != "trace"
-    found = json.loads(told.data)
-    return json.dumps(found, separators=(",", ":"), ensure_ascii=ascii_only).encode()
+    try:
+        found = json.loads(told.data)
+        return json.dumps(found, separators=(",", ":"), ensure_ascii=ascii_only).encode()
+    except (ValueError, RecursionError):
+        return told.data
 
 
 class _Messages:
@@ -171,24 +206,37 @@ class _Messages:
         self._names: dict[int, str] = {}
         self._channels: dict[int, tuple[str, str]] = {}
 
-    def of(self, chunk: Chunk) -> Iterator[Told]:
+    def of(self, chunk: Chunk) -> Iterator[object]:
         """The messages of a chunk; none if a byte of it is wrong."""
         if chunk.uncompressed_size > LARGEST:
             raise ValueError(f"a chunk of {chunk.uncompressed_size} bytes")
         for record in breakup_chunk(chunk, validate_crc=True):
-            if isinstance(record, Schema):
-                self._names[record.id] = record.name
-                self._schemas[record.name] = MessageSchema(
-                    record.name, record.encoding, record.data
-                )
-            elif isinstance(record, Channel):
-                self._channels[record.id] = record.topic, self._names[record.schema_id]
-            elif isinstance(record, Message):
-                yield Told(*self._channels[record.channel_id], record.data, record.log_time)
+            yield from self.taken(record)
+
+    def taken(self, record: object) -> Iterator[object]:
+        """A record, of which schemas and topics are kept, and messages become `Told`."""
+        if isinstance(record, Schema):
+            self._names[record.id] = record.name
+            self._schemas[record.name] = MessageSchema(record.name, record.encoding, record.data)
+        elif isinstance(record, Channel):
+            self._channels[record.id] = record.topic, self._names[record.schema_id]
+        elif isinstance(record, Message):
+            yield Told(*self._channels[record.channel_id], record.data, record.log_time)
+        else:
+            yield record
 
 
-def _ticked(m: Mapping[str, Any]) -> Ticked:
-    return Ticked(m["at_ns"], m["n"], m["kind"], m["missed"], m["late_ns"])
+def _ticked(data: bytes) -> tuple[Ticked, int]:
+    """A tick, and the checksum with it.
+
+    Raises:
+        ValueError, KeyError, TypeError, RecursionError: it is none.
+    """
+    m = json.loads(data)
+    numbers = m["at_ns"], m["n"], m["missed"], m["late_ns"], m["crc"]
+    if {type(number) for number in numbers} != {int} or m["kind"] not in get_args(Kind):
+        raise ValueError("is no tick")
+    return Ticked(m["at_ns"], m["n"], m["kind"], m["missed"], m["late_ns"]), m["crc"]
 
 
 def unpacked(found: Metadata) -> dict[str, Any]:

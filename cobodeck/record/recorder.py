@@ -13,18 +13,16 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from foxglove import Channel
-
 from cobodeck.loop import Loop, Ticked
 from cobodeck.record import schemas
-from cobodeck.record.mcap_file import McapFile
+from cobodeck.record.mcap_file import McapFile, Write
 from cobodeck.record.messages import (
+    TruthWriter,
     call_text,
     command_text,
     cycle_text,
     failure_text,
     log_text,
-    truth_text,
 )
 from cobodeck.record.samples import TOPIC, SampleWriter, schema_of
 from cobodeck.record.schemas import MessageSchema
@@ -63,8 +61,9 @@ class Recorder:
         self._sink, self._describe, self._tell = sink, describe, tell
         self._broken = False
         self._truth: Truth | None = None
+        self._truths = TruthWriter()
         self._file = McapFile(sink)
-        self._channels: dict[tuple[str, str], tuple[Channel, int]] = {}
+        self._channels: dict[tuple[str, str], tuple[Write, int]] = {}
         self._samples: dict[str, SampleWriter] = {}
         self._crc = self._now = 0
         self._pending = False
@@ -132,7 +131,7 @@ class Recorder:
         truth = self._loop.plant.truth
         if truth is not None and truth != self._truth:
             self._truth = truth
-            self._log("truth", schemas.TRUTH, truth_text(truth))
+            self._log("truth", schemas.TRUTH, self._truths.write(truth))
         for cycle in self._cycles.take() if self._cycles is not None else ():
             self._log("safety", schemas.CYCLE, cycle_text(cycle))
 
@@ -196,12 +195,12 @@ class Recorder:
     ) -> None:
         found = self._channels.get((topic, kind))
         if found is None:
-            channel = self._file.channel(topic, schema or schema_of(kind))
-            found = self._channels[topic, kind] = channel, zlib.crc32(topic.encode())
-        channel, key = found
+            write = self._file.channel(topic, schema or schema_of(kind))
+            found = self._channels[topic, kind] = write, zlib.crc32(topic.encode())
+        write, key = found
         self._crc = zlib.crc32(data, self._crc ^ key)
         self._pending = True
-        channel.log(data, log_time=self._now)
+        write(data, self._now)
 
     def _guarded(self, act: Callable[[], object]) -> None:
         """Whatever goes wrong, the run goes on."""

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from foxglove import Channel
-
 from cobodeck.record.header import sha256
-from cobodeck.record.mcap_file import McapFile
+from cobodeck.record.mcap_file import McapFile, Write
 from cobodeck.record.reader import Record, Told
 from cobodeck.record.sink import Sink
 
@@ -52,13 +50,13 @@ def recover(record: Record, found: Extent, sink: Sink) -> None:
     """
     file = McapFile(sink)
     file.begin(record.header, record.attachments)
-    channels: dict[tuple[str, str], Channel] = {}
+    channels: dict[tuple[str, str], Write] = {}
 
     def write(told: Told) -> None:
         key = told.topic, told.schema
         if key not in channels:
             channels[key] = file.channel(told.topic, record.schemas[told.schema])
-        channels[key].log(told.data, log_time=told.log_ns)
+        channels[key](told.data, told.log_ns)
 
     for _, group in zip(range(found.groups), record.groups(), strict=False):
         for told in group.told:

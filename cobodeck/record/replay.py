@@ -18,6 +18,7 @@ from typing import Any, ClassVar
 from cobodeck.catalogue import Catalogue, catalogue
 from cobodeck.clocks import Clock, Virtual
 from cobodeck.console import FAILED, Problem
+from cobodeck.library import findings_of
 from cobodeck.logic import wander
 from cobodeck.loop import Loop, Ticked
 from cobodeck.plants import Inert
@@ -34,9 +35,11 @@ from cobodeck.record.values import Unknown, value
 from cobodeck.stage import watchers
 from cobodeck.wiring import Setup, Tap, open_setup, wire
 from engine.clock import Grid
+from engine.files.finding import FileError, mistake
 from engine.files.text import instead
-from engine.load import load_text
+from engine.load import Library, load_text
 from engine.machine import Machine
+from engine.report import text
 from engine.run import Run
 from engine.state import NEVER_NS
 from hw.log import Log
@@ -275,11 +278,9 @@ def written_setup(record: Record, known: Catalogue) -> Setup:
         FileError: a text is wrong.
     """
     header, texts = record.header, record.attachments
-    files = {ROOT / name: text for name, text in texts.items()}
-    files |= {Path(name): text for name, text in texts.items()}
-    charts = {}
-    for name, file in header["charts"].items():
-        charts[name] = load_text(texts[file].decode(), file)[name]
+    files = {ROOT / name: held for name, held in texts.items()}
+    files |= {Path(name): held for name, held in texts.items()}
+    charts = _written_charts(record)
     given = header["given"]
     with instead(files):
         return open_setup(
@@ -293,6 +294,26 @@ def written_setup(record: Record, known: Catalogue) -> Setup:
         )
 
 
+def _written_charts(record: Record) -> Library:
+    """The charts from their texts.
+
+    Raises:
+        FileError: one is wrong, or not there.
+    """
+    library = Library()
+    for name, file in record.header["charts"].items():
+        try:
+            found = load_text(record.attachments[file].decode(), file)
+            library[name] = found[name]
+        except (KeyError, UnicodeDecodeError):
+            raise mistake(record.path, f"holds no chart {name!r}") from None
+        library.findings += found.findings
+        library.sources |= found.sources
+    if library.findings:
+        raise FileError(library.findings)
+    return library
+
+
 def setup_of(record: Record, known: Catalogue | None = None) -> Setup:
     """What was run, from the texts in the record and the code of today.
 
@@ -300,7 +321,7 @@ def setup_of(record: Record, known: Catalogue | None = None) -> Setup:
     not for a record to say what code is imported.
 
     Raises:
-        Problem: states that it needs are not there; FileError: a text is wrong.
+        Problem: states that it needs are not there, or others; FileError: a text is wrong.
     """
     known = known or catalogue()
     setup = written_setup(record, known)
@@ -311,6 +332,12 @@ def setup_of(record: Record, known: Catalogue | None = None) -> Setup:
         raise Problem(
             f"{record.path}: no states {lacking}; go to the folder of their project", FAILED
         )
+    library = _written_charts(record)
+    files = [Path(chart.file) for chart in charts]
+    errors = [f for f in findings_of(library, known, files) if f.severity == "error"]
+    if errors:
+        told = text(errors, library.sources).rstrip()
+        raise Problem(f"{record.path}: cannot run with the states of today\n{told}", FAILED)
     return setup
 
 

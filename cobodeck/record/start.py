@@ -6,70 +6,80 @@ import re
 import sys
 from collections.abc import Callable
 from datetime import UTC, datetime
-from functools import partial
 from pathlib import Path
 
 from cobodeck.console import USAGE, Problem
 from cobodeck.loop import Loop
-from cobodeck.record.header import attachments, header, kind_of
-from cobodeck.record.recorder import Description, Recorder
+from cobodeck.record.header import attachments, header, header_of_replay, kind_of
+from cobodeck.record.reader import Record
+from cobodeck.record.recorder import Describe, Description, Recorder
 from cobodeck.record.scenery import scene_update
 from cobodeck.record.sink import ENDING, Sink, Taken, open_free
 from cobodeck.stage import Options
 from cobodeck.wiring import Setup
 
+Tell = Callable[[str], None]
 FOLDER = Path("out")
 _LONGEST = 30
 """Letters of each part of a default name; file systems take 255 bytes in all."""
 
 
-def default_name(setup: Setup, options: Options, at: datetime, kind: str | None = None) -> str:
+def default_name(setup: Setup, options: Options, at: datetime) -> str:
     """`KIND-CHART-SCENE-PERSON-PROFILE-SEED-TIME`, of letters that are safe in names of files."""
     where = setup.robot.name if setup.scene is None else setup.scene.name
     scenes = None if setup.scene is None else setup.scene.user
     person = Path(str(options.user or scenes or "nobody").partition("@")[0]).name
-    parts = (
-        kind or kind_of(options),
-        setup.chart.name,
-        where,
-        person,
-        setup.profile.name,
-        options.seed,
-    )
+    profile, seed = setup.profile.name, options.seed
+    parts = (kind_of(options), setup.chart.name, where, person, profile, seed)
     short = [str(part)[:_LONGEST] for part in parts]
     return re.sub(r"[^\w.-]", "_", "-".join([*short, f"{at:%Y%m%dT%H%M%S}"]), flags=re.ASCII)
 
 
 def recorder(
-    setup: Setup,
-    options: Options,
-    path: Path | None,
-    at: datetime,
-    tell: Callable[[str], None],
-    kind: str | None = None,
+    setup: Setup, options: Options, path: Path | None, at: datetime, tell: Tell
 ) -> Recorder | None:
-    """A recorder, by default in `out/`; None, and why, where no file can be made.
-
-    `kind` of plant: by default what the options say.
+    """A recorder of a run, by default in `out/`; None, and why, where no file can be made.
 
     Raises:
         Problem: the file asked for exists.
     """
-    named = path or FOLDER / (default_name(setup, options, at, kind) + ENDING)
+
+    def describe(loop: Loop) -> Description:
+        found = header(setup, options, loop, sys.argv, _utc(at))
+        return Description(found, attachments(setup), _walls(setup))
+
+    named = path or FOLDER / (default_name(setup, options, at) + ENDING)
+    return _opened(named, path is None, describe, tell)
+
+
+def replay_recorder(
+    record: Record, setup: Setup, path: Path, at: datetime, tell: Tell
+) -> Recorder | None:
+    """A recorder of a replay, with the header and the texts of what it replays.
+
+    Raises:
+        Problem: the file exists.
+    """
+    found = header_of_replay(record.header, setup, sys.argv, _utc(at))
+    about = Description(found, record.attachments, _walls(setup))
+    return _opened(path, False, lambda _: about, tell)
+
+
+def _opened(path: Path, any_number: bool, describe: Describe, tell: Tell) -> Recorder | None:
     try:
-        sink = open_free(named) if path is None else Sink(path)
+        sink = open_free(path) if any_number else Sink(path)
     except Taken as taken:
         raise Problem(str(taken), USAGE) from None
     except OSError as error:
-        tell(f"no record: {error.filename or named}: {error.strerror}")
+        tell(f"no record: {error.filename or path}: {error.strerror}")
         return None
-    began = at.astimezone(UTC).isoformat(timespec="milliseconds")
-    describe = partial(_described, setup, options, began, kind or kind_of(options))
     return Recorder(sink, describe, tell)
 
 
-def _described(setup: Setup, options: Options, began: str, kind: str, loop: Loop) -> Description:
-    found = header(setup, options, loop, sys.argv, began, kind)
+def _utc(at: datetime) -> str:
+    return at.astimezone(UTC).isoformat(timespec="milliseconds")
+
+
+def _walls(setup: Setup) -> str | None:
     scene = setup.scene
-    walls = None if scene is None else scene_update(scene, setup.robot.footprint)
-    return Description(found, attachments(setup), walls)
+    return None if scene is None else scene_update(scene, setup.robot.footprint)

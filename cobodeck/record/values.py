@@ -5,6 +5,7 @@
 | None, bool, str, int, finite float | itself; `1` and `1.0` stay apart |
 | tuple | `[…]` |
 | list, dict | `{"$list": […]}`, `{"$dict": [[key, value], …]}` |
+| set, frozenset | `{"$set": […]}`, `{"$frozenset": […]}`, in the order of their texts |
 | inf, nan | `{"$float": "inf"}` |
 | dataclass, named tuple | `{"hw.geometry.Twist2": […]}`, its fields in order |
 | enum member | `{"$enum": ["module.Class", "NAME"]}` |
@@ -112,6 +113,10 @@ def _pairs(pairs: dict[Any, Any]) -> str:
     return f'{{"$dict":{_items(pairs.items())}}}'
 
 
+def _members(key: str) -> Callable[[Any], str]:
+    return lambda held: f'{{"{key}":[{",".join(sorted(_WRITE[type(m)](m) for m in held))}]}}'
+
+
 def _array(array: Any) -> str:
     if array.dtype.hasobject:
         return _opaque(type(array), encode(array.tolist()))
@@ -133,6 +138,8 @@ _WRITE = _Writers(
         tuple: _items,
         list: _list,
         dict: _pairs,
+        set: _members("$set"),
+        frozenset: _members("$frozenset"),
         bytes: lambda data: f'{{"$bytes":"{base64.b64encode(data).decode()}"}}',
     }
 )
@@ -200,6 +207,8 @@ def _lost(content: list[str]) -> Any:
 _READ: dict[str, Callable[[Any], Any]] = {
     "$list": lambda items: [value(item) for item in items],
     "$dict": lambda pairs: {value(key): value(item) for key, item in pairs},
+    "$set": lambda items: {value(item) for item in items},
+    "$frozenset": lambda items: frozenset(value(item) for item in items),
     "$float": float,
     "$bytes": base64.b64decode,
     "$array": _made_array,

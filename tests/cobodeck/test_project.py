@@ -186,6 +186,8 @@ CALLS = {
     "simulate": "simulate --tier 0 --duration 1",
     "run": "run cobodeck --robot mock --fast --duration 1",
     "replay": "replay first.mcap",
+    "recover": "recover first.mcap",
+    "compare": "compare first.mcap first.mcap",
     "space": "space hall",
     "reach": "reach --height 1 --distance 1",
     "new": "new begun",
@@ -207,7 +209,7 @@ def test_without_projects_no_code_of_theirs_is_imported(
     monkeypatch.chdir(folder)
     (folder / "results.json").write_bytes((ROOT / "cobodeck/bench/engine.json").read_bytes())
     sys.modules.pop("own_code.states", None)
-    if call == CALLS["replay"]:
+    if "first.mcap" in call:
         main(["simulate", "--tier", "0", "--record", "first.mcap", *SHORT, "--no-project"])
 
     main([*call.split(), "--no-project"])

@@ -228,8 +228,9 @@ def test_the_truth_comes_back_and_what_stays_is_the_same_object() -> None:
     first = Truth(Pose2(1.0, 2.0), (0.1, 0.2), body=Pose2(3.0, 4.0), min_gap=math.inf)
     second = first._replace(body=Pose2(3.0, 5.0), contacts=(contact,), request=Pose3(1.0, 2.0, 3.0))
 
-    one = messages.truth_again(json.loads(messages.truth_text(first)), None)
-    two = messages.truth_again(json.loads(messages.truth_text(second)), one)
+    writer = messages.TruthWriter()
+    one = messages.truth_again(json.loads(writer.write(first)), None)
+    two = messages.truth_again(json.loads(writer.write(second)), one)
 
     assert alike(one, first)
     assert alike(two, second)
