@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from contextlib import suppress
 from pathlib import Path
 
 from cobodeck.record.sink import ENDING, PART
@@ -31,10 +32,10 @@ def seconds(text: str) -> float:
 
 def instant(text: str) -> float:
     """A time since the start, s."""
-    value = float(text)
-    if not 0.0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text} is no time, s")
-    return value
+    with suppress(ValueError):
+        if 0.0 <= float(text) < math.inf:
+            return float(text)
+    raise argparse.ArgumentTypeError(f"{text} is no time, s")
 
 
 def length(text: str) -> float:
@@ -58,10 +59,10 @@ def kept_file(text: str) -> Path:
     return Path(text)
 
 
-def record_file(text: str) -> Path:
-    """A file for a record."""
+def new_record(text: str) -> Path:
+    """Where a record is to be written."""
     if not text.endswith(ENDING):
-        raise argparse.ArgumentTypeError(f"{text}: a record is named X{ENDING}")
+        raise argparse.ArgumentTypeError(f"{text!r} does not end in {ENDING}, as records do")
     return Path(text)
 
 

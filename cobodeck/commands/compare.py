@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -77,7 +78,8 @@ def _header_lines(differences: Iterable[Difference]) -> Iterable[str]:
         elif d.lines is None:
             rows.append((d.what, _short(d.a), _short(d.b)))
         else:
-            texts.append(f"{d.what}: {d.lines} lines differ, first")
+            lines = "1 line differs" if d.lines == 1 else f"{d.lines} lines differ"
+            texts.append(f"{d.what}: {lines}")
             texts += [f"    {_cut(line, WIDTH - 6)}" for line in d.first]
     if rows:
         yield _indented(table([("", "A", "B"), *((_cut(w, 38), x, y) for w, x, y in rows)]))
@@ -132,7 +134,10 @@ def _trace_section(found: Comparison) -> str:
     if t.at_ns is None:
         return f"traces: equal, {t.equal} records"
     over = [f"over; the record ends at {end_ns / 1e9:.3f} s" for end_ns in found.ends_ns]
-    rows = [("A", t.a or over[0]), ("B", t.b or over[1])]
+    rows = [
+        (name, _event(line) if line else end)
+        for name, line, end in zip("AB", (t.a, t.b), over, strict=True)
+    ]
     if t.last is not None:
         at_ns, container, child, outcome, to = t.last
         inside = f" in {container}" if container else ""
@@ -143,6 +148,13 @@ def _trace_section(found: Comparison) -> str:
     if t.a is None or t.b is None:
         from_when = f"equal for {t.equal} records, to the end of {'B' if t.a else 'A'}"
     return f"traces: {from_when}\n{shown}"
+
+
+def _event(line: str) -> str:
+    """A line of a trace with its time behind."""
+    at_ns, *told = json.loads(line)
+    words = (str(word) if isinstance(word, str) else json.dumps(word) for word in told)
+    return f"{' '.join(words)}, {at_ns / 1e9:.3f} s"
 
 
 def _motion_section(found: Comparison) -> str:

@@ -9,6 +9,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from cobodeck.arguments import new_record
 from cobodeck.console import FAILED, OK, USAGE, Problem, show, show_json
 
 if TYPE_CHECKING:
@@ -20,7 +21,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("file", type=Path, metavar="FILE", help="X.mcap.part, or X.mcap")
     parser.add_argument(
-        "-o", dest="out", type=Path, metavar="OUT", help="default X.recovered.mcap, beside it"
+        "-o",
+        dest="out",
+        type=new_record,
+        metavar="Y.mcap",
+        help="default X.recovered.mcap, beside it",
     )
     parser.add_argument("--json", action="store_true", help="for programs")
 

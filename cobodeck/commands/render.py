@@ -40,12 +40,18 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Draw."""
+    if args.chart is not None and is_record(args.chart):
+        return _draw_run(args)
+    if args.start_s is not None or args.end_s is not None:
+        raise Problem("--from and --to are for records of runs, X.mcap")
     if args.scene is not None:
         return room.draw_scene(args)
     if args.chart is None:
         raise Problem("name a CHART, a RECORD, or a room with --scene")
-    if is_record(args.chart):
-        return _draw_run(args)
+    return _draw_chart(args)
+
+
+def _draw_chart(args: argparse.Namespace) -> int:
     known = catalogue(own=args.own)
     file = chart_file(args.chart, known)
     output = args.output or Path(f"{file.stem}.svg")
@@ -79,6 +85,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _draw_run(args: argparse.Namespace) -> int:
+    if args.scene is not None:
+        raise Problem(f"{args.chart}: a record has its own room; leave out --scene")
     from cobodeck.pictures.recorded import draw_run
     from cobodeck.warmup import keep_compiled_code
 

@@ -13,7 +13,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.arguments import record_file
+from cobodeck.arguments import new_record
 from cobodeck.console import FAILED, OK, Progress, complain, show, show_json, table
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("file", type=Path, metavar="RECORD", help="X.mcap")
     parser.add_argument("--check", action="store_true", help="exit code 1 if anything differs")
-    parser.add_argument("--record", type=record_file, metavar="X.mcap", help="keep the replay, too")
+    parser.add_argument("--record", type=new_record, metavar="X.mcap", help="keep the replay, too")
     parser.add_argument("--json", action="store_true", help="for programs")
 
 
@@ -118,10 +118,10 @@ def _found(
 
 def _summary(replay: Replay, record: Record, found: Mapping[str, Any]) -> str:
     h, figures = record.header, found["figures"]
-    where = h["scene"]["name"] if h["scene"] else h["robot"]
+    where = f"in {h['scene']['name']}" if h["scene"] else f"on {h['robot']}"
     counts = f"{found['ticks']} ticks, {found['calls']} calls of parts"
     rows = [
-        ("of", f"{h['plant']}: {h['chart']} in {where}, {figures['sim_s']:.1f} s, {h['began']}"),
+        ("of", f"{h['plant']}: {h['chart']} {where}, {figures['sim_s']:.1f} s, {h['began']}"),
         *(("since then", change) for change in found["since"]),
         *((("the record", found["broken"]),) if found["broken"] else ()),
         ("replayed", f"{counts}, {found['records']} records of the trace"),

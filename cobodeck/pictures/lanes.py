@@ -24,7 +24,7 @@ from hw.truth import Contact
 Array = NDArray[np.float64]
 
 DISTANCE_IN, LANE_IN, GAP_IN, FOOT_IN = 1.5, 0.24, 0.14, 0.5
-LEFT_IN, RIGHT_IN = 1.15, 1.35
+LEFT_IN, RIGHT_IN = 1.15, 1.45
 
 _BINS = 1200
 _SMALLEST = 1.0 / 1500.0
@@ -172,7 +172,8 @@ def _draw_lane(axes: Axes, course: Course, row: int, lane: str, colour: str) -> 
             [s.end_s for s in ended], [row] * len(ended), zorder=4.0, clip_on=False, **_FAILED
         )
     total = sum(end - start for start, end in bars)
-    _beside_row(axes, row, f"{len(spans)}×, {total:.1f} s{_failed(ended)}" if spans else "never")
+    lasted = f"{total:.0f} s" if total >= 100.0 else f"{total:.1f} s"
+    _beside_row(axes, row, f"{len(spans)}×, {lasted}{_failed(ended)}" if spans else "never")
 
 
 def _draw_steps(axes: Axes, course: Course, row: int, lane: str) -> None:

@@ -137,7 +137,7 @@ def _from_to(times: Sequence[float]) -> str:
 
 
 def _listed(numbers: Sequence[int]) -> str:
-    """1, 2, 3, 5 as `request 1–3, 5`; so many of them where they would make a long list."""
+    """1, 2, 3, 5 as `requests 1–3, 5`; so many of them where they would make a long list."""
     parts: list[list[int]] = []
     for number in numbers:
         if parts and number == parts[-1][-1] + 1:
@@ -147,4 +147,4 @@ def _listed(numbers: Sequence[int]) -> str:
     if len(parts) > _LONGEST_LIST:
         return f"{len(numbers)} requests"
     shown = (str(p[0]) if len(p) == 1 else f"{p[0]}–{p[-1]}" for p in parts)
-    return f"request {', '.join(shown)}"
+    return f"request{'s' * (len(numbers) > 1)} {', '.join(shown)}"

@@ -24,7 +24,7 @@ from engine.trace import Record as Traced
 from hw.robot import Footprint
 from hw.truth import Truth
 
-MEASURED = "robot and person as measured"
+MEASURED = "poses as measured"
 SENSED = ("base.pose", "user.pose", "arm.joints", "vr.haptic_request")
 
 

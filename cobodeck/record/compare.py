@@ -6,7 +6,7 @@ Both are read once, side by side, tick by tick; neither is held.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import zip_longest
 from typing import Any
@@ -30,7 +30,7 @@ COMPUTING = {"wall_s", "realtime_factor", "left_out", "missed", "overruns", "sig
 MOVE = ("time", "move", "container", "child", "outcome", "next child")
 """A record of the trace that tells a move."""
 LINES = 3
-"""So many lines of a text are shown of each of the two."""
+"""So many lines of a text are shown of each place of each of the two, and twice as many in all."""
 
 Line = list[Any]
 """A record of the trace."""
@@ -253,16 +253,34 @@ def _entries(header: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 
 
 def _files(a: Record, b: Record) -> Iterator[Difference]:
-    one, other = _hashes(a), _hashes(b)
-    for name in sorted({*one, *other}):
-        before, after = one.get(name), other.get(name)
-        if before == after:
-            continue
-        texts = [_lines(record, name) for record in (a, b)]
-        if texts[0] is None or texts[1] is None:
-            yield Difference(f"file {name}", before, after)
-        else:
-            yield Difference(f"file {name}", before, after, *_differing(texts[0], texts[1]))
+    """The charts and the profile that were run, wherever they lay; all other files by name."""
+    used = [_used(record) for record in (a, b)]
+    apart = {file for files in used for file in files.values()}
+    one, other = (_read(*given, apart) for given in zip((a, b), used, strict=True))
+    for what in sorted({*one, *other}):
+        (before, mine), (after, its) = (found.get(what, (None, None)) for found in (one, other))
+        if before != after:
+            lines = () if mine is None or its is None else _differing(mine, its)
+            yield Difference(what, before, after, *lines)
+
+
+def _used(record: Record) -> dict[str, str]:
+    """The files of the charts and of the profile that were run, by what they are."""
+    header = record.header
+    found = {f"chart {name}": file for name, file in header["charts"].items()}
+    for file, told in _hashes(record).items():
+        if told == header["profile"]["sha256"]:
+            found["text of the profile"] = file
+    return found
+
+
+def _read(
+    record: Record, used: Mapping[str, str], apart: Container[str]
+) -> dict[str, tuple[str, list[str] | None]]:
+    """Hash and text of what is used, and of the files that are not kept apart."""
+    hashes = _hashes(record)
+    files = {**used, **{f"file {name}": name for name in hashes if name not in apart}}
+    return {what: (hashes[file], _lines(record, file)) for what, file in files.items()}
 
 
 def _hashes(record: Record) -> dict[str, str]:
@@ -279,13 +297,14 @@ def _lines(record: Record, name: str) -> list[str] | None:
 
 
 def _differing(a: list[str], b: list[str]) -> tuple[int, tuple[str, ...]]:
-    """How many lines differ, and those of the first place."""
+    """How many lines differ, and some of them, from the first place on."""
     found = difflib.SequenceMatcher(None, a, b, autojunk=False).get_opcodes()
     places = [(a[i:j], b[k:m], i, k) for tag, i, j, k, m in found if tag != "equal"]
     count = sum(max(len(mine), len(its)) for mine, its, _, _ in places)
     if not places:
         return 0, ("the ends of lines",)
-    mine, its, i, k = places[0]
-    shown = [f"A {n}: {line.strip()}" for n, line in enumerate(mine[:LINES], i + 1)]
-    shown += [f"B {n}: {line.strip()}" for n, line in enumerate(its[:LINES], k + 1)]
-    return count, tuple(shown)
+    shown: list[str] = []
+    for mine, its, i, k in places:
+        shown += [f"A {n}: {line.strip()}" for n, line in enumerate(mine[:LINES], i + 1)]
+        shown += [f"B {n}: {line.strip()}" for n, line in enumerate(its[:LINES], k + 1)]
+    return count, tuple(shown[: 2 * LINES])

@@ -93,7 +93,8 @@ class Record:
             why = self.broken or why
         kind = self.header.get("format")
         if kind is None:
-            raise mistake(self.path, f"is no record of a run: {why}")
+            hint = "`run` and `simulate --record X.mcap` write records"
+            raise mistake(self.path, f"is no record of a run: {why}", hint=hint)
         if kind != FORMAT:
             raise mistake(self.path, f"is a {kind!r}, which is not known", hint=f"{FORMAT!r}")
         wrong = misfit(self.header)

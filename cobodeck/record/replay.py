@@ -325,8 +325,8 @@ def setup_of(record: Record, known: Catalogue | None = None) -> Setup:
     """
     known = known or catalogue()
     setup = written_setup(record, known)
-    charts = setup.library.values()
-    used = {node.target for chart in charts for node in chart.root.walk() if node.form == "do"}
+    nodes = (node for chart in setup.library.values() for node in chart.root.walk())
+    used = {node.target for node in nodes if node.form in ("do", "watch")}
     if used - known.classes.keys():
         lacking = ", ".join(sorted(used - known.classes.keys()))
         raise Problem(

@@ -9,6 +9,8 @@ from __future__ import annotations
 import json
 from typing import Any, NamedTuple
 
+from hw.truth import Truth
+
 NUMBER, INTEGER, TEXT, FLAG = ({"type": t} for t in ("number", "integer", "string", "boolean"))
 ANY: dict[str, Any] = {}
 TIME = {"type": "object", "properties": {"sec": INTEGER, "nsec": INTEGER}}
@@ -71,8 +73,18 @@ COMMAND = schema("cobodeck.Command", command=TEXT, arguments=ANY)
 CALL = schema("cobodeck.Call", part=TEXT, what=TEXT, args=ANY, answer=ANY, raised=ANY)
 FAILURE = schema("cobodeck.Failure", part=TEXT, raised=ANY)
 TRACE = schema("cobodeck.Trace", line={"type": "array"})
-CYCLE = schema("cobodeck.SafetyCycle", cycle=ANY)
-TRUTH = schema("cobodeck.Truth", truth=ANY)
+CYCLE = schema(
+    "cobodeck.SafetyCycle",
+    stamp=INTEGER,
+    **dict.fromkeys(
+        (
+            "command", "admitted", "separation", "needed", "allowed", "user_speed", "user_age",
+            "reasons",
+        ),
+        ANY,
+    ),
+)  # fmt: skip
+TRUTH = schema("cobodeck.Truth", **dict.fromkeys(Truth._fields, ANY))
 TICK = schema(
     "cobodeck.Tick",
     at_ns=INTEGER,

@@ -154,6 +154,19 @@ def test_no_contact_of_a_long_run_is_thinned_away(tmp_path: Path) -> None:
     assert (tmp_path / "long.svg").stat().st_size < 1_500_000
 
 
+def test_however_often_all_that_is_said_beside_the_lanes_is_on_the_sheet() -> None:
+    ends = [Span(name, 2.0 * k, 2.0 * k + 1.9, "failed") for k in range(999) for name in CHARTS]
+    contacts = tuple(contact(2.0 * k) for k in range(999))
+    on = run_picture(replace(course(2000.0, *ends), contacts=contacts))
+    renderer = FigureCanvasAgg(on.figure).get_renderer()
+
+    (axes,) = (a for a in on.figure.axes if a.get_xlabel() == "time, s")
+    beside = {text.get_text(): text.get_window_extent(renderer).x1 for text in axes.texts}
+    assert "999×, 1898 s, 999 failed" in beside
+    assert "999×, 999 by the robot" in beside
+    assert max(beside.values()) < on.figure.bbox.width
+
+
 def test_no_label_on_the_map_is_written_over_another_or_over_a_mark() -> None:
     on = run_picture(course(300.0))
     renderer = FigureCanvasAgg(on.figure).get_renderer()
@@ -204,6 +217,13 @@ def test_requests_are_marked_where_the_person_reached_served_or_not() -> None:
         (2.0, BEHAVIOURS["haptic"]),
         (3.0, "#ffffff"),
     ]
+
+
+def test_requests_at_one_place_share_a_mark() -> None:
+    asked = tuple(replace(reached(1, 10.0 * n, 10.0 * n + 1.0), number=n) for n in (1, 2, 3, 5))
+    on = run_picture(replace(course(), requests=asked))
+
+    assert "requests 1–3, 5" in {text.get_text() for text in on.axes.texts}
 
 
 def test_a_request_has_a_bar_until_it_is_served_and_another_until_it_ends() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -87,7 +88,7 @@ def test_of_two_profiles_every_figure_that_differs_is_shown_with_its_difference(
 
     assert code == FAILED
     assert line_of(text, "profile")[1::2] == ["tuned", "paper"]
-    assert line_of(text, "file charts/profiles/paper.yaml")[2] == "-"
+    assert re.search(r"text of the profile: \d+ lines differ\n      A 1: profile: tuned\n", text)
     found = line_of(text, "distance_m")
     change = b["distance_m"] - a["distance_m"]
     assert float(found[1]) == pytest.approx(a["distance_m"], rel=1e-5)
@@ -137,7 +138,25 @@ def test_a_record_that_breaks_off_is_equal_up_to_there(shown: Shown, folder: Pat
     assert f"traces: equal for {cut.equal} records, to the end of A" in text
 
 
-def test_of_texts_the_first_lines_that_differ_are_shown(tmp_path: Path, capsys: Any) -> None:
+def test_a_chart_is_compared_with_that_of_the_same_name_wherever_both_lay(
+    tmp_path: Path, capsys: Any
+) -> None:
+    for name, still in (("here", "0.5 s"), ("there", "0.8 s")):
+        shutil.copytree(ROOT / "charts", tmp_path / name)
+        chart = tmp_path / name / "chase.yaml"
+        chart.write_text(chart.read_text().replace("default: 0.5 s", f"default: {still}"))
+        simulated(tmp_path / f"{name}.mcap", str(tmp_path / name / "cobodeck.yaml"))
+    capsys.readouterr()
+    main(["compare", str(tmp_path / "here.mcap"), str(tmp_path / "there.mcap")])
+    told = capsys.readouterr().out.partition("what was run\n")[2].splitlines()
+
+    assert told[0] == "  chart chase: 1 line differs"
+    assert re.match(r"      A 5: still_for: .*default: 0\.5 s", told[1])
+    assert re.match(r"      B 5: still_for: .*default: 0\.8 s", told[2])
+    assert told[3] == ""
+
+
+def test_of_texts_some_lines_that_differ_are_shown(tmp_path: Path, capsys: Any) -> None:
     text = (ROOT / "charts/profiles/tuned.yaml").read_text()
     profile = tmp_path / "mine.yaml"
     for name, speed in (("a", "2.0"), ("b", "1.5")):
@@ -145,14 +164,15 @@ def test_of_texts_the_first_lines_that_differ_are_shown(tmp_path: Path, capsys: 
             f"  base_speed: {speed} m/s" if line.startswith("  base_speed:") else line
             for line in text.splitlines()
         ]
-        profile.write_text("\n".join(lines))
+        profile.write_text("\n".join([f"profile: {name}", *lines[1:]]))
         simulated(tmp_path / f"{name}.mcap", "--profile", str(profile))
     capsys.readouterr()
     main(["compare", str(tmp_path / "a.mcap"), str(tmp_path / "b.mcap")])
     told = capsys.readouterr().out
 
     number = 1 + next(n for n, line in enumerate(lines) if line.startswith("  base_speed:"))
-    assert "mine.yaml: 1 lines differ, first" in told
+    assert "text of the profile: 2 lines differ" in told
+    assert "A 1: profile: a" in told
     assert f"A {number}: base_speed: 2.0 m/s" in told
     assert f"B {number}: base_speed: 1.5 m/s" in told
 

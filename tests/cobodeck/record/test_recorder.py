@@ -78,6 +78,7 @@ def test_another_library_reads_it(kept: tuple[Path, Result]) -> None:
             counted[channel.topic] += 1
             found = json.loads(message.data, parse_constant=pytest.fail)  # no NaN in JSON
             assert FIELDS.get(schema.name, set()) <= found.keys()
+            assert found.keys() <= json.loads(schema.data)["properties"].keys(), schema.name
             assert message.log_time >= last
             last = message.log_time
         summary = reader.get_summary()

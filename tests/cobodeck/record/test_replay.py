@@ -17,10 +17,11 @@ from foxglove import Channel, Context, Schema
 from mcap.reader import make_reader
 
 from cobodeck.clocks import Clock
+from cobodeck.console import Problem
 from cobodeck.loop import Loop
 from cobodeck.record.feed import ALTERED
 from cobodeck.record.reader import Record
-from cobodeck.record.replay import Replay, stage_replay
+from cobodeck.record.replay import Replay, setup_of, stage_replay
 from cobodeck.record.start import recorder
 from cobodeck.simulate import Result, simulate
 from cobodeck.stage import Options
@@ -313,6 +314,16 @@ class Weigh(Action):
             yield Until(ctx.after(0.1))
 
 
+class Heavy(Monitor):
+    \"\"\"Waits for a load.\"\"\"
+
+    outcomes = ("heavy",)
+
+    def run(self, ctx):
+        while True:
+            yield On("scale.weight")
+
+
 class Breaks(Action):
     \"\"\"Raises.\"\"\"
 
@@ -370,6 +381,22 @@ def test_answers_looks_and_failures_of_parts_of_ones_own_are_given_again(
     assert replay.difference is None, str(replay.difference)
     again = [(e.path, e.kind, e.text) for e in replay.loop.wired.run.errors]
     assert again == [(e.path, e.kind, e.text) for e in result.wired.run.errors]
+
+
+@pytest.mark.parametrize("lacking", ["Weigh", "Breaks", "Heavy"])
+def test_what_a_project_gave_is_looked_for_in_its_folder(
+    lacking: str, own_project: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "run.mcap"
+    watched = CHART + "  unused: {watch: Heavy, next: {heavy: breaks}}\n"
+    (own_project / "weighing.yaml").write_text(watched)
+    recorded(path, Options(duration_s=1.0), chart="weighing.yaml", robot="rbkairos_ur10")
+    states = own_project / "weighing_states.py"
+    states.write_text(OWN.replace(f"class {lacking}(", f"class Other{lacking}("))
+    monkeypatch.delitem(sys.modules, "weighing_states")
+
+    with pytest.raises(Problem, match=f"no states {lacking}; go to the folder of their project"):
+        setup_of(Record(path))
 
 
 def test_real_time_misses_and_adds_ticks_and_is_the_same_again(
