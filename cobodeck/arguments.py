@@ -59,10 +59,10 @@ def kept_file(text: str) -> Path:
     return Path(text)
 
 
-def record_file(text: str) -> Path:
-    """A file for a record."""
+def new_record(text: str) -> Path:
+    """Where a record is to be written."""
     if not text.endswith(ENDING):
-        raise argparse.ArgumentTypeError(f"{text}: a record is named X{ENDING}")
+        raise argparse.ArgumentTypeError(f"{text!r} does not end in {ENDING}, as records do")
     return Path(text)
 
 

@@ -9,7 +9,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.arguments import record_file
+from cobodeck.arguments import new_record
 from cobodeck.console import FAILED, OK, USAGE, Problem, show, show_json
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o",
         dest="out",
-        type=record_file,
+        type=new_record,
         metavar="Y.mcap",
         help="default X.recovered.mcap, beside it",
     )

@@ -13,7 +13,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.arguments import record_file
+from cobodeck.arguments import new_record
 from cobodeck.console import FAILED, OK, Progress, complain, show, show_json, table
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("file", type=Path, metavar="RECORD", help="X.mcap")
     parser.add_argument("--check", action="store_true", help="exit code 1 if anything differs")
-    parser.add_argument("--record", type=record_file, metavar="X.mcap", help="keep the replay, too")
+    parser.add_argument("--record", type=new_record, metavar="X.mcap", help="keep the replay, too")
     parser.add_argument("--json", action="store_true", help="for programs")
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from cobodeck.arguments import positive, record_file, seconds, word
+from cobodeck.arguments import new_record, positive, seconds, word
 from cobodeck.commands import simulate
 from cobodeck.console import Problem
 from cobodeck.wiring import PROFILE, SCENE, TICK_HZ
@@ -40,10 +40,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--tick-hz", type=positive, default=TICK_HZ, metavar="HZ", help=f"default {TICK_HZ}"
     )
     parser.add_argument(
-        "--record",
-        type=record_file,
-        metavar="X.mcap",
-        help="where the run is kept; default in out/",
+        "--record", type=new_record, metavar="X.mcap", help="where the run is kept; default in out/"
     )
     parser.add_argument("--fast", action="store_true", help="as fast as it goes")
     parser.add_argument(
