@@ -1,4 +1,4 @@
-"""Tell how two records of runs differ: what was run, what came out, and from when on."""
+"""Tell how two recorded runs differ: what was run, what came out, and from when on."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("b", type=Path, metavar="B", help="the other one")
     parser.add_argument("--all", action="store_true", help="figures that are equal, too")
     parser.add_argument("--json", action="store_true", help="for programs")
-    parser.epilog = "Exit code 0: same trace and same figures but for those of the machine; else 1."
+    parser.epilog = "Exit code 0: same trace and figures, those of the machine aside; else 1."
 
 
 def run(args: argparse.Namespace) -> int:

@@ -1,6 +1,6 @@
-"""Write a record that was broken off, or damaged, anew: as far as it is whole.
+"""Save what is whole of a record that was cut off or damaged, in a file of its own.
 
-The file stays as it is. A run that was killed leaves X.mcap.part; all but its last second is there.
+A run that was killed leaves X.mcap.part, with all but its last second. That file stays as it is.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("file", type=Path, metavar="FILE", help="X.mcap.part, or X.mcap")
+    parser.add_argument("file", type=Path, metavar="FILE", help="X.mcap.part or X.mcap")
     parser.add_argument(
         "-o",
         dest="out",

@@ -33,7 +33,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--depth", type=int, default=0, metavar="N", help="levels of used charts; -1: all"
     )
     for option, what in (("--from", "start"), ("--to", "end")):
-        about = f"{what} of the part of RECORD to draw; default: its own"
+        about = f"{what} of what is drawn of RECORD; default: its own"
         parser.add_argument(option, dest=f"{what}_s", type=instant, metavar="S", help=about)
     room.arguments(parser)
 

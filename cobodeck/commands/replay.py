@@ -1,8 +1,8 @@
-"""Do a run again from its record, with the code of today.
+"""Do a recorded run again, with today's code.
 
-Samples, ticks, commands and the answers of parts are fed again as they were recorded. The trace,
-the times of the ticks and the calls of parts have to come out equal; if not, the first difference
-is told.
+Samples, ticks, commands and the answers of parts are given as they were recorded; charts, profile,
+room and robot are those in the record. The trace, the times of the ticks and the calls of parts
+have to come out equal; if not, the first difference is told.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ FOR_EVER_NS = 1 << 61
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("file", type=Path, metavar="RECORD", help="X.mcap")
+    parser.add_argument("file", type=Path, metavar="RECORD", help="X.mcap or X.mcap.part")
     parser.add_argument("--check", action="store_true", help="exit code 1 if anything differs")
     parser.add_argument("--record", type=new_record, metavar="X.mcap", help="keep the replay, too")
     parser.add_argument("--json", action="store_true", help="for programs")

@@ -171,6 +171,6 @@ def _explain_ways(on: Sheet, course: Course, colours: dict[str | None, str]) -> 
     for lane, colour in colours.items():
         if lane in present:
             on.explain(lane or "no behaviour", Line2D([], [], color=colour, lw=4.0))
-    on.explain("way of the robot", Line2D([], [], color=INK, lw=_ROBOT))
+    on.explain("path of the robot", Line2D([], [], color=INK, lw=_ROBOT))
     if any(instant.person is not None for instant in course.instants):
-        on.explain("way of the person", Line2D([], [], color=INK, lw=_PERSON, ls=_DOTS))
+        on.explain("path of the person", Line2D([], [], color=INK, lw=_PERSON, ls=_DOTS))

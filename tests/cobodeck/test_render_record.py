@@ -89,7 +89,7 @@ def test_a_part_is_drawn_and_says_so(record: Path, tmp_path: Path, capsys: Any) 
     assert capsys.readouterr().out == f"{output}\n"
     words = re.findall(r">([^<>\n]+)</text>", output.read_text())
     assert any(re.fullmatch(r"from 10 to 30 s of \d+\.\d s", line) for line in words)
-    assert {"chase", "haptic", "escape", "inform", "requests", "way of the robot"} <= {*words}
+    assert {"chase", "haptic", "escape", "inform", "requests", "path of the robot"} <= {*words}
 
 
 def test_the_picture_has_the_name_of_the_record_and_stands_in_the_working_directory(

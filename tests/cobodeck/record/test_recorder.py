@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from collections import Counter
 from datetime import UTC, datetime
 from pathlib import Path
@@ -94,6 +96,19 @@ def test_another_library_reads_it(kept: tuple[Path, Result]) -> None:
     root = Path(__file__).parents[3]
     assert texts["hw/scenes/study.yaml"] == (root / "hw/scenes/study.yaml").read_bytes()
     assert texts["charts/chase.yaml"] == (root / "charts/chase.yaml").read_bytes()
+
+
+def test_the_analysis_on_the_page_works_as_it_stands(kept: tuple[Path, Result]) -> None:
+    page = (Path(__file__).parents[3] / "cobodeck/record/README.md").read_text()
+    code = page.partition("```python\n")[2].partition("```")[0]
+    command = [sys.executable, "-c", code, str(kept[0])]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    rows = [[float(number) for number in line.split()] for line in done.stdout.splitlines()]
+
+    assert rows[0][0] == 0.0
+    assert rows[-1][0] == pytest.approx(kept[1].figures["sim_s"], abs=0.1)
+    gap = kept[1].figures["min_gap_m"]
+    assert gap + 0.5 < min(distance for _, distance in rows) < gap + 1.5
 
 
 def test_poses_are_what_viewers_take_them_for(kept: tuple[Path, Result]) -> None:
