@@ -333,7 +333,7 @@ def setup_of(record: Record, known: Catalogue | None = None) -> Setup:
             f"{record.path}: no states {lacking}; go to the folder of their project", FAILED
         )
     library = _written_charts(record)
-    files = [Path(chart.file) for chart in charts]
+    files = [Path(chart.file) for chart in library.values()]
     errors = [f for f in findings_of(library, known, files) if f.severity == "error"]
     if errors:
         told = text(errors, library.sources).rstrip()
