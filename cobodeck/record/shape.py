@@ -5,67 +5,58 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-NAMED = {"name": str, "sha256": str}
-NUMBER = (int, float)
-TEXT = (None, str)
-TEXTS = {str: str}
-HEADER: Mapping[str, Any] = {
-    "began": str,
-    "command": [str],
-    "plant": str,
-    "real_time": bool,
-    "chart": str,
-    "charts": TEXTS,
-    "scene": (None, NAMED),
-    "robot": str,
-    "profile": NAMED,
-    "given": {"scene": TEXT, "profile": str, "robot": TEXT},
-    "tick_hz": int,
-    "options": {
-        "user": TEXT,
-        "requests": (None, int),
-        "stretch_m": (None, *NUMBER),
-        "tier": int,
-        "seed": int,
-        "duration_s": NUMBER,
-        "eager": bool,
-        "frozen_base": bool,
-        "mock": bool,
-        "unwatched": bool,
-    },
-    "user": TEXT,
-    "latency_ns": int,
-    "parts": {str: [str]},
-    "signals": [str],
-    "flowing": [str],
-    "guard": (None, {"governor": bool, "watched": bool}),
-    "versions": TEXTS,
-    "machine": TEXTS,
-    "files": TEXTS,
-    "code": TEXTS,
-}
-"""Its entries: a class, `[of items]`, `{str: of values}`, `{entry: of it}`, or one of several."""
+TEXT, FLAG, WHOLE, NUMBER = ({"type": t} for t in ("string", "boolean", "integer", "number"))
+MAYBE = {"type": ["string", "null"]}
+TEXTS = {"type": "object", "additionalProperties": TEXT}
+WORDS = {"type": "array", "items": TEXT}
+
+
+def _object(**entries: Any) -> dict[str, Any]:
+    return {"type": "object", "properties": entries, "required": list(entries)}
+
+
+def _or_none(schema: dict[str, Any]) -> dict[str, Any]:
+    return {"anyOf": [schema, {"type": "null"}]}
+
+
+NAMED = _object(name=TEXT, sha256=TEXT)
+OPTIONS = _object(
+    user=MAYBE, requests=_or_none(WHOLE), stretch_m=_or_none(NUMBER), tier=WHOLE, seed=WHOLE,
+    duration_s=NUMBER, eager=FLAG, frozen_base=FLAG, mock=FLAG, unwatched=FLAG,
+) | {"additionalProperties": False}  # fmt: skip
+HEADER = _object(
+    began=TEXT,
+    command=WORDS,
+    plant=TEXT,
+    real_time=FLAG,
+    chart=TEXT,
+    charts=TEXTS,
+    scene=_or_none(NAMED),
+    robot=TEXT,
+    profile=NAMED,
+    given=_object(scene=MAYBE, profile=MAYBE, robot=MAYBE),
+    tick_hz={"type": "integer", "minimum": 1},
+    options=OPTIONS,
+    user=MAYBE,
+    latency_ns=WHOLE,
+    parts={"type": "object", "additionalProperties": WORDS},
+    signals=WORDS,
+    flowing=WORDS,
+    guard=_or_none(_object(governor=FLAG, watched=FLAG)),
+    versions=TEXTS,
+    machine=TEXTS,
+    files=TEXTS,
+    code=TEXTS,
+)
+"""A JSON Schema."""
 
 
 def misfit(header: Mapping[str, Any]) -> str | None:
     """The first entry that is missing or not of its kind, by its name; None: all fit."""
-    for name, shape in HEADER.items():
-        if name not in header or not _fits(header[name], shape):
-            return name
-    if header["tick_hz"] < 1:
-        return "tick_hz"
+    from jsonschema import Draft202012Validator
+    from jsonschema.exceptions import best_match
+
+    error = best_match(Draft202012Validator(HEADER).iter_errors(dict(header)))
+    if error is not None:
+        return ".".join(map(str, error.absolute_path)) or error.message
     return None if header["chart"] in header["charts"] else "chart"
-
-
-def _fits(value: Any, shape: Any) -> bool:
-    if isinstance(shape, tuple):
-        return any(_fits(value, one) for one in shape)
-    if isinstance(shape, list):
-        return isinstance(value, list) and all(_fits(item, shape[0]) for item in value)
-    if not isinstance(shape, dict):
-        return value is None if shape is None else type(value) is shape
-    if not isinstance(value, dict):
-        return False
-    if str in shape:
-        return all(_fits(held, shape[str]) for held in value.values())
-    return value.keys() == shape.keys() and all(_fits(value[k], shape[k]) for k in shape)
