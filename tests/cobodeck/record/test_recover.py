@@ -54,11 +54,13 @@ def recovered(path: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
 
 
 def opened(path: Path) -> Record | None:
-    """A record; None: it says that it is none."""
+    """The record in a file; None if not one tick of it is whole."""
     try:
-        return Record(path)
+        record = Record(path)
+        next(record.groups())
     except FileError:
         return None
+    return record
 
 
 def replay_to_its_end(path: Path) -> int:
