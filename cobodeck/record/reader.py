@@ -144,6 +144,8 @@ class Record:
 
     def _records(self) -> Iterator[object]:
         """What is in the file as far as it is whole: `Told`, `Values`, and other records."""
+        if self.path.exists() and not self.path.is_file():  # a pipe would be waited for
+            raise mistake(self.path, "cannot be read: it is no regular file")
         try:
             stream = self.path.open("rb")
         except OSError as error:
