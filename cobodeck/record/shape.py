@@ -19,7 +19,7 @@ HEADER: Mapping[str, Any] = {
     "scene": (None, NAMED),
     "robot": str,
     "profile": NAMED,
-    "given": {"scene": TEXT, "profile": str, "robot": TEXT},
+    "given": {"scene": TEXT, "profile": TEXT, "robot": TEXT},
     "tick_hz": int,
     "options": {
         "user": TEXT,
