@@ -38,7 +38,8 @@ def run(args: argparse.Namespace) -> int:
     record = Record(args.file)
     found = extent(record)
     if found.end_ns is None:
-        raise Problem(f"{record.path}: no tick of it is whole: {found.broken}", FAILED)
+        told = found.broken or "it has none"
+        raise Problem(f"{record.path}: no tick of it is whole: {told}", FAILED)
     path = None if found.broken is None else _written(record, found, args.out)
     if args.json:
         show_json(_told(record, found, path))

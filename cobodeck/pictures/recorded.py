@@ -12,7 +12,7 @@ from cobodeck.inlet import Inlet
 from cobodeck.measured import Senses
 from cobodeck.pictures.course import Course
 from cobodeck.pictures.watch import CourseWatch, used_charts
-from cobodeck.record.messages import truth_again
+from cobodeck.record.messages import trace_line, truth_again
 from cobodeck.record.reader import Group, Record
 from cobodeck.record.replay import written_setup
 from cobodeck.record.samples import TOPIC, SampleReader
@@ -61,6 +61,7 @@ def course_of(record: Record, progress: Callable[[str], None] | None = None) -> 
     Raises:
         Problem, FileError: the record does not hold what was run.
     """
+    record.require_ticks()
     setup, header = written_setup(record, catalogue(own=False)), record.header
     watch, known = CourseWatch(setup.robot), _Known(setup.robot.footprint)
     trace: list[Traced] = []
@@ -83,7 +84,7 @@ def course_of(record: Record, progress: Callable[[str], None] | None = None) -> 
 
 def _traced(group: Group) -> Iterator[Traced]:
     for told in group.of("trace"):
-        time_ns, kind, subject, *detail = told["line"]
+        time_ns, kind, subject, *detail = trace_line(told)
         yield Traced(time_ns, kind, subject, tuple(detail))
 
 

@@ -12,7 +12,7 @@ from itertools import zip_longest
 from typing import Any
 
 from cobodeck.record.header import sha256
-from cobodeck.record.messages import truth_again
+from cobodeck.record.messages import trace_line, truth_again
 from cobodeck.record.reader import Group, Record
 from engine.trace import encode
 from hw.geometry import Pose2, wrap
@@ -27,8 +27,6 @@ ASKED = {"chart", "scene", "robot", "user", "profile", "tier", "seed", "tick_hz"
 """Figures that say what was run; the headers have them."""
 COMPUTING = {"wall_s", "realtime_factor", "left_out", "missed", "overruns", "signals"}
 """Figures of the machine, and of what was left out on it; no part of what came out."""
-MOVE = ("time", "move", "container", "child", "outcome", "next child")
-"""A record of the trace that tells a move."""
 LINES = 3
 """So many lines of a text are shown of each place of each of the two, and twice as many in all."""
 
@@ -155,6 +153,8 @@ def compare(a: Record, b: Record) -> Comparison:
     Raises:
         FileError: one of them cannot be read.
     """
+    for record in (a, b):
+        record.require_ticks()
     traces, motions = Traces(), Motions()
     ends = [0, 0]
     altered: list[int | None] = [None, None]
@@ -192,10 +192,7 @@ def _together(
 
 
 def _trace(group: Group) -> list[Line]:
-    found = [told["line"] for told in group.of("trace")]
-    for line in found:
-        if type(line[0]) is not int or (line[1] == "move" and len(line) != len(MOVE)):
-            raise ValueError(f"{line} is no record of a trace")
+    found = [trace_line(told) for told in group.of("trace")]
     return [line for line in found if line[1] not in ("note", "tick")]
 
 

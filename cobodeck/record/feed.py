@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from cobodeck.record.messages import cycle_again, raised_again, truth_again
+from cobodeck.record.messages import cycle_again, raised_again, trace_line, truth_again
 from cobodeck.record.reader import Group, Told
 from cobodeck.record.samples import TOPIC, SampleReader
 from cobodeck.record.values import Unknown, value
@@ -78,16 +78,16 @@ class Feed:
             return
         found = json.loads(told.data)
         if topic == "trace":
-            line = json.dumps(found["line"], separators=(",", ":"), ensure_ascii=False)
+            line = json.dumps(trace_line(found), separators=(",", ":"), ensure_ascii=False)
             fed.trace.append(line)
         elif topic == "refused":
             with suppress(Unknown):  # it would be refused again
                 stamp, held = value(found["stamp"]), value(found["value"])
                 fed.samples.append(Sample(found["signal"], stamp, held))
         elif topic == "operator":
-            fed.commands.append(found)
+            fed.commands.append(_named(found, "command"))
         elif topic == "parts":
-            fed.calls.append(found)
+            fed.calls.append(_named(found, "part", "what"))
         elif topic == "failures":
             fed.failures.append((found["part"], raised_again(found["raised"])))
         elif topic == "safety":
@@ -126,3 +126,13 @@ class Feed:
             altered = self.now is not None and self.now.altered and what != ALTERED
             told = f"{what} ({ALTERED})" if altered else what
             self.difference = Difference(at, told, str(recorded), str(replayed))
+
+
+def _named(found: Any, *names: str) -> Mapping[str, Any]:
+    """A message, if it is an object that has these texts, and what was given with them."""
+    if not isinstance(found, dict) or not all(isinstance(found.get(name), str) for name in names):
+        raise ValueError(f"it lacks {' or '.join(names)}")
+    given = found.get("arguments" if "command" in names else "args")
+    if not isinstance(given, list | dict):
+        raise ValueError(f"nothing was given to {names[-1]}")
+    return found

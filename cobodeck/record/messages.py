@@ -26,6 +26,8 @@ from hw.truth import Truth
 Replaced = Callable[[Mapping[str, Any]], Machine]
 ERROR_LEVEL = 4
 """Of foxglove.Log."""
+DETAILS = {"outcome": 1, "exit": 1, "move": 3, "data": 2, "error": 1, "note": 1}
+"""So many details has a record of the trace at least; see `engine.trace.Record`."""
 
 
 class Call(NamedTuple):
@@ -88,6 +90,20 @@ def log_text(error: Raised) -> str:
     e = error
     told = f'"timestamp":{time_of(e.time)},"level":{ERROR_LEVEL},"message":{quoted(str(e))}'
     return f'{{{told},"name":{quoted(e.path)},"file":{quoted(e.file)},"line":{e.line}}}'
+
+
+def trace_line(found: Mapping[str, Any]) -> list[Any]:
+    """A record of the trace: time in ns, kind, subject, and what else belongs to it.
+
+    Raises:
+        ValueError: it is none.
+    """
+    line: list[Any] = found["line"]
+    time_ns, kind, subject, *detail = line
+    right = type(time_ns) is int and isinstance(kind, str) and isinstance(subject, str)
+    if not right or len(detail) < DETAILS.get(kind, 0):
+        raise ValueError(f"{line} is no record of a trace")
+    return line
 
 
 def command_text(command: Command) -> str:

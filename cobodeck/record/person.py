@@ -46,6 +46,7 @@ def past(record: Record) -> Past:
     Raises:
         FileError: the record cannot be read, or nobody is in it.
     """
+    record.require_ticks()
     reading = _Reading(record)
     for group in record.groups():
         with record.understood(group):

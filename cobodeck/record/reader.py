@@ -16,16 +16,19 @@ from pathlib import Path
 from typing import Any, NamedTuple, get_args
 
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Message, Metadata, Schema
-from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.stream_reader import StreamReader
 
 from cobodeck.loop import Kind, Ticked
+from cobodeck.record.chunks import records_of
 from cobodeck.record.header import FORMAT
 from cobodeck.record.schemas import MessageSchema
 from cobodeck.record.shape import misfit
 from engine.files.finding import mistake
 
-LARGEST = 1 << 30
-"""No chunk of ours is as large, bytes."""
+LARGEST = 1 << 28
+"""No attachment of ours is as large, bytes."""
+MOST = 1 << 18
+"""No tick of ours has as many messages."""
 
 
 class Told(NamedTuple):
@@ -102,19 +105,18 @@ class Record:
             raise mistake(self.path, f"is no record of a run: its header has no right {wrong!r}")
 
     def groups(self) -> Iterator[Group]:
-        """Its ticks, in order, up to the last one that is whole; there is at least one.
-
-        Raises:
-            FileError: there is none, or the file cannot be read any more.
-        """
+        """Its ticks, in order, up to the last one that is whole."""
         told: list[Told] = []
-        crc, begun = 0, False
+        crc = 0
         for found in self._records():
             if isinstance(found, Values) and found.name == "result":
                 self.result = found.values
             if not isinstance(found, Told):
                 continue
             told.append(found)
+            if len(told) > MOST:
+                self.broken = f"there are {MOST} messages without a tick"
+                break
             if found.topic == "tick":
                 try:
                     ticked, expected = _ticked(found.data)
@@ -123,9 +125,16 @@ class Record:
                     break
                 altered = expected not in _checksums(told, crc)
                 yield Group(ticked, tuple(told[:-1]), found, altered)
-                crc, begun = expected, True
+                crc = expected
                 told.clear()
-        if not begun:
+
+    def require_ticks(self) -> None:
+        """Look that there is something to go by.
+
+        Raises:
+            FileError: no tick is whole.
+        """
+        if next(self.groups(), None) is None:
             raise mistake(self.path, f"no tick of it is whole: {self.broken or 'it has none'}")
 
     @contextmanager
@@ -162,7 +171,8 @@ class Record:
                         yield Values(record.name, unpacked(record))
                     elif isinstance(record, Chunk):
                         yield record
-                        yield from messages.of(record)
+                        for held in records_of(record):
+                            yield from messages.taken(held)
                     else:
                         yield from messages.taken(record)
                     whole = stream.tell()
@@ -208,13 +218,6 @@ class _Messages:
         self._names: dict[int, str] = {}
         self._channels: dict[int, tuple[str, str]] = {}
 
-    def of(self, chunk: Chunk) -> Iterator[object]:
-        """The messages of a chunk; none if a byte of it is wrong."""
-        if chunk.uncompressed_size > LARGEST:
-            raise ValueError(f"a chunk of {chunk.uncompressed_size} bytes")
-        for record in breakup_chunk(chunk, validate_crc=True):
-            yield from self.taken(record)
-
     def taken(self, record: object) -> Iterator[object]:
         """A record, of which schemas and topics are kept, and messages become `Told`."""
         if isinstance(record, Schema):
@@ -236,7 +239,8 @@ def _ticked(data: bytes) -> tuple[Ticked, int]:
     """
     m = json.loads(data)
     numbers = m["at_ns"], m["n"], m["missed"], m["late_ns"], m["crc"]
-    if {type(number) for number in numbers} != {int} or m["kind"] not in get_args(Kind):
+    right = all(type(n) is int and -1 <= n < 1 << 63 for n in numbers)
+    if not right or m["kind"] not in get_args(Kind):
         raise ValueError("is no tick")
     return Ticked(m["at_ns"], m["n"], m["kind"], m["missed"], m["late_ns"]), m["crc"]
 

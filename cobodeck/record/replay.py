@@ -105,7 +105,7 @@ class Recorded:
                 self.cycles.append(cycle)
         for call in fed.calls:
             if (call["part"], call["what"]) == ("operator", "report"):
-                self.faults += value(call["args"])
+                self.faults += [fault for fault in call["args"] if isinstance(fault, str)]
         self._failures += fed.failures
 
     def quiet_until(self) -> int:
@@ -366,6 +366,7 @@ def stage_replay(record: Record, setup: Setup | None = None, around: Tap | None 
     Raises:
         Problem, FileError: as of `setup_of`.
     """
+    record.require_ticks()
     setup, feed, header = setup or setup_of(record), Feed(record.groups()), record.header
     options, plant = header["options"], Recorded(header, feed)
 

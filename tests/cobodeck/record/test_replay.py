@@ -332,6 +332,23 @@ class Breaks(Action):
     def run(self, ctx):
         yield
         raise ValueError("on purpose")
+
+
+class BreaksOff(Action):
+    \"\"\"As if somebody had pressed Ctrl-C.\"\"\"
+
+    outcomes = ("done",)
+    commands = ("scale",)
+
+    def run(self, ctx):
+        yield Until(ctx.after(0.3))
+        raise KeyboardInterrupt
+"""
+BROKEN_OFF = """
+chart: broken_off
+states:
+  breaks: {do: BreaksOff, next: {done: again, error: again}}
+  again: {do: Weigh, next: {done: breaks}}
 """
 CHART = """
 chart: weighing
@@ -357,6 +374,7 @@ def own_project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     )
     (folder / "weighing_states.py").write_text(OWN)
     (folder / "weighing.yaml").write_text(CHART)
+    (folder / "broken_off.yaml").write_text(BROKEN_OFF)
     (folder / "ticking.yaml").write_text(TICKING)
     monkeypatch.chdir(folder)
     monkeypatch.syspath_prepend(str(folder))
@@ -426,6 +444,31 @@ def test_an_answer_that_cannot_be_written_down_is_told(own_project: Path, tmp_pa
 
     assert replay.difference is not None
     assert replay.difference.what == "the answer of scale.weigh"
+
+
+def test_a_state_that_is_broken_off_ends_the_run_in_the_same_tick_again(
+    own_project: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "run.mcap"
+    options = Options(duration_s=9.0)
+    result = recorded(path, options, chart="broken_off.yaml", robot="rbkairos_ur10")
+
+    replay = replayed(path)
+
+    assert result.figures["outcome"] == replay.loop.wired.run.outcome == "stopped"
+    assert replay.difference is None, str(replay.difference)
+    assert replay.checker.ticks == result.loop.ticks - result.loop.left_out
+
+
+def test_states_that_have_other_outcomes_now_are_told(own_project: Path, tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    recorded(path, Options(duration_s=1.0), chart="weighing.yaml", robot="rbkairos_ur10")
+    file = own_project / "weighing_states.py"
+    file.write_text(OWN.replace('"done"', '"weighed"'))
+    del sys.modules["weighing_states"]
+
+    with pytest.raises(Problem, match="cannot run with the states of today"):
+        replayed(path)
 
 
 Change = Callable[[str, dict[str, Any]], dict[str, Any] | None]

@@ -56,6 +56,15 @@ held = st.recursive(
 )
 
 
+@given(st.sets(st.text() | st.integers() | st.floats(allow_nan=False)), st.booleans())
+def test_sets_come_back_as_they_were(content: set[object], frozen: bool) -> None:
+    one = frozenset(content) if frozen else content
+
+    assert value(json.loads(text(one))) == one
+    assert type(value(json.loads(text(one)))) is type(one)
+    assert text(one) == text(type(one)(sorted(content, key=repr)))
+
+
 def alike(a: object, b: object) -> bool:
     """Equal, of the same types all the way down."""
     return a == b and repr(a) == repr(b)

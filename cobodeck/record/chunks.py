@@ -1,0 +1,40 @@
+"""Takes chunks of a file apart; one that holds more than it says is not unpacked to its end."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import lz4.frame
+import zstandard
+from mcap.records import Chunk, McapRecord
+from mcap.stream_reader import breakup_chunk
+
+LARGEST = 64 << 20
+"""No chunk of ours is as large, bytes."""
+
+
+def records_of(chunk: Chunk) -> list[McapRecord]:
+    """The schemas, channels and messages of a chunk.
+
+    Raises:
+        ValueError, and those of the libraries: a byte of it is wrong, or it is too large.
+    """
+    size = chunk.uncompressed_size
+    if size > LARGEST:
+        raise ValueError(f"a chunk of {size} bytes")
+    data = _unpacked(chunk, size + 1)
+    if len(data) != size:
+        raise ValueError(f"a chunk is not of {size} bytes")
+    return breakup_chunk(replace(chunk, data=data, compression=""), validate_crc=True)
+
+
+def _unpacked(chunk: Chunk, limit: int) -> bytes:
+    if chunk.compression == "zstd":
+        with zstandard.ZstdDecompressor().stream_reader(chunk.data) as stream:
+            return stream.read(limit)
+    if chunk.compression == "lz4":
+        found: bytes = lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, limit)
+        return found
+    if chunk.compression:
+        raise ValueError(f"compressed by {chunk.compression!r}")
+    return chunk.data
