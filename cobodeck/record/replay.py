@@ -10,10 +10,9 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from cobodeck.catalogue import Catalogue, catalogue
 from cobodeck.clocks import Clock, Virtual
@@ -21,17 +20,15 @@ from cobodeck.console import FAILED, Problem
 from cobodeck.library import findings_of
 from cobodeck.logic import wander
 from cobodeck.loop import Loop, Ticked
-from cobodeck.plants import Inert
 from cobodeck.record.feed import ALTERED, Difference, Feed
 from cobodeck.record.header import ROOT
 from cobodeck.record.messages import (
-    arguments_text,
     charts_again,
     command_again,
-    raised_again,
 )
+from cobodeck.record.plant import RECORD, Pace, Recorded, RecordedPart, call_of
 from cobodeck.record.reader import Record
-from cobodeck.record.values import Unknown, value
+from cobodeck.record.values import value
 from cobodeck.stage import watchers
 from cobodeck.wiring import Setup, Tap, open_setup, wire
 from engine.clock import Grid
@@ -41,157 +38,6 @@ from engine.load import Library, load_text
 from engine.machine import Machine
 from engine.report import text
 from engine.run import Run
-from engine.state import NEVER_NS
-from hw.log import Log
-from hw.safety_record import SafetyRecord
-from hw.samples import Sample
-from hw.truth import Truth
-
-KEPT = 4096
-"""Cycles of the safety chain that wait to be read."""
-RECORD = "(record)"
-"""The part that gives all samples; no other has such a name."""
-
-
-class Recorded:
-    """A record as a plant; see `cobodeck.plants.Plant`."""
-
-    guard = None
-    latency_ns = 0
-
-    def __init__(self, header: Mapping[str, Any], feed: Feed) -> None:
-        self.paced = bool(header["real_time"])
-        self.cycles: Log[SafetyRecord] | None = Log(KEPT) if header["guard"] else None
-        self.parts: dict[str, Any] = {
-            name: Inert(tuple(signals)) for name, signals in header["parts"].items()
-        }
-        self.faults: list[Any] = []
-        if "operator" in self.parts:
-            self.parts["operator"].faults = self.faults
-        self.parts[RECORD] = Samples(tuple(header["flowing"]), feed)
-        self._feed = feed
-        self._failures: list[tuple[str, Exception]] = []
-
-    @property
-    def truth(self) -> Truth | None:
-        """Where everything truly was."""
-        return self._feed.fed.truth
-
-    @property
-    def failures(self) -> list[tuple[str, Exception]]:
-        """What parts had raised by the end of this tick."""
-        found, self._failures = self._failures, []
-        return found
-
-    @property
-    def finished(self) -> bool:
-        """Is the record at its end?"""
-        return self._feed.over
-
-    def advance(self, to_ns: int) -> None:
-        """Know what was known at this instant; in virtual time it is that of the next tick."""
-        feed = self._feed
-        group = feed.now if self.paced else feed.move()
-        if group is None or (not self.paced and group.ticked.at_ns != to_ns):
-            at = "none" if group is None else f"{group.ticked.at_ns / 1e9:.9f} s"
-            feed.differ("the instant of the next tick", at, f"{to_ns / 1e9:.9f} s")
-        self.take()
-
-    def take(self) -> None:
-        """Know what was known in this tick, but for the truth."""
-        fed = self._feed.fed
-        if self.cycles is not None:
-            for cycle in fed.cycles:
-                self.cycles.append(cycle)
-        for call in fed.calls:
-            if (call["part"], call["what"]) == ("operator", "report"):
-                self.faults += [fault for fault in call["args"] if isinstance(fault, str)]
-        self._failures += fed.failures
-
-    def quiet_until(self) -> int:
-        """The instant of the next tick."""
-        following = self._feed.next
-        return NEVER_NS if following is None else following.ticked.at_ns
-
-    def close(self) -> None:
-        """Nothing is open."""
-
-
-class Samples(Inert):
-    """The part that gives all samples again."""
-
-    def __init__(self, signals: tuple[str, ...], feed: Feed) -> None:
-        super().__init__(signals)
-        self._feed = feed
-
-    def samples(self, now_ns: int) -> tuple[Sample, ...]:  # noqa: ARG002  the feed knows
-        """Those of this tick, refused ones too."""
-        return tuple(self._feed.fed.samples)
-
-
-class StandIn:
-    """In place of a part: answers as it was recorded, if it is called as it was recorded."""
-
-    def __init__(self, name: str, feed: Feed) -> None:
-        vars(self).update(_name=name, _feed=feed)
-
-    def __setattr__(self, what: str, held: object) -> None:
-        self._call(f".{what} =", held)
-
-    def __getattr__(self, what: str) -> Any:
-        calls = self._feed.fed.calls
-        if calls and (calls[0]["part"], calls[0]["what"]) == (self._name, f".{what}"):
-            return self._answer(calls.popleft())
-        if what.startswith("__"):
-            raise AttributeError(what)
-        return partial(self._call, what)
-
-    def _call(self, what: str, *args: Any, **named: Any) -> Any:
-        feed = self._feed
-        if feed.now is None or feed.difference is not None:
-            return None
-        given = f"{what}{arguments_text(args, named)}"
-        if not feed.fed.calls:
-            feed.differ(f"call of {self._name}", "no call", given)
-            return None
-        found = feed.fed.calls.popleft()
-        if found["part"] != self._name or call_of(found) != given:
-            both = {found["part"]: None, self._name: None}
-            feed.differ(f"call of {', '.join(both)}", call_of(found), given)
-            return None
-        return self._answer(found)
-
-    def _answer(self, found: Mapping[str, Any]) -> Any:
-        if "raised" in found:
-            raise raised_again(found["raised"])
-        try:
-            return value(found.get("answer"))
-        except Unknown as unknown:
-            what = f"the answer of {self._name}.{found['what']}"
-            self._feed.differ(what, json.dumps(found["answer"]), unknown)
-            return None
-
-
-def call_of(found: Mapping[str, Any]) -> str:
-    """A recorded call as text."""
-    return f"{found['what']}{json.dumps(found['args'], separators=(',', ':'))}"
-
-
-class Pace:
-    """A clock that tells the recorded instants, one after the other."""
-
-    waits: ClassVar[bool] = True
-
-    def __init__(self, feed: Feed) -> None:
-        self._feed = feed
-
-    def wait(self, until_ns: int) -> int:
-        """The instant of the next tick."""
-        group = self._feed.move()
-        return until_ns if group is None else group.ticked.at_ns
-
-    def wake(self) -> None:
-        """Nobody sleeps."""
 
 
 @dataclass(slots=True)
@@ -373,7 +219,7 @@ def stage_replay(record: Record, setup: Setup | None = None, around: Tap | None 
     def tap(name: str, part: object) -> Any:
         if name == RECORD:
             return part
-        stand_in = StandIn(name, feed)
+        stand_in = RecordedPart(name, feed)
         return stand_in if around is None else around(name, stand_in)
 
     if options["tier"] == 0:

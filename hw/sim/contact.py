@@ -27,7 +27,7 @@ Sweep = tuple[Pose2, Pose2]
 """Where something was at the begin of a step, and is at its end, in the map."""
 
 
-class Touch(NamedTuple):
+class FirstTouch(NamedTuple):
     """How robot and person came together within a step.
 
     `share` of the step that had passed, place in the map (m), and the closing speeds of the points
@@ -102,7 +102,7 @@ def swept_gap(footprint: Footprint, robot: Sweep, person: Sweep, radius: float =
     return least - radius
 
 
-def first_touch(footprint: Footprint, robot: Sweep, person: Sweep, span_s: float) -> Touch:
+def first_touch(footprint: Footprint, robot: Sweep, person: Sweep, span_s: float) -> FirstTouch:
     """The beginning of a touch that the swept gap has found in a step of span_s."""
     early, late = 0.0, 1.0
     for _ in range(_HALVINGS):
@@ -121,7 +121,7 @@ def first_touch(footprint: Footprint, robot: Sweep, person: Sweep, span_s: float
     driven = normal.vx * (b.x - a.x) + normal.vy * (b.y - a.y) + near.lever * wrap(b.yaw - a.yaw)
     walked = normal.vx * (q.x - p.x) + normal.vy * (q.y - p.y)
     deep = near.gap + RADIUS
-    return Touch(
+    return FirstTouch(
         late,
         body.x - deep * normal.vx,
         body.y - deep * normal.vy,
