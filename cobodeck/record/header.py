@@ -6,7 +6,7 @@ import hashlib
 import platform
 import sys
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict
+from dataclasses import fields
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -101,9 +101,8 @@ def _charts(setup: Setup) -> list[str]:
 
 
 def _plain(options: Options) -> dict[str, Any]:
-    found = asdict(options)
-    del found["console"], found["connection"]
-    return found
+    named = (field.name for field in fields(options))
+    return {name: getattr(options, name) for name in named if name not in ("console", "connection")}
 
 
 def attachments(setup: Setup) -> dict[str, bytes]:

@@ -460,6 +460,19 @@ def test_a_state_that_is_broken_off_ends_the_run_in_the_same_tick_again(
     assert replay.checker.ticks == result.loop.ticks - result.loop.left_out
 
 
+def test_a_run_with_an_operator_at_the_terminal_is_recorded(
+    own_project: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "run.mcap"
+    typed = tmp_path / "typed"
+    typed.write_text("")
+    with typed.open() as console:
+        options = Options(duration_s=1.0, mock=True, console=console)
+        recorded(path, options, chart="ticking.yaml", robot="rbkairos_ur10")
+
+    assert replayed(path).difference is None
+
+
 def test_states_that_have_other_outcomes_now_are_told(own_project: Path, tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     recorded(path, Options(duration_s=1.0), chart="weighing.yaml", robot="rbkairos_ur10")
