@@ -6,6 +6,7 @@ import hashlib
 import platform
 import sys
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import fields
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -16,7 +17,8 @@ from cobodeck.loop import Loop
 from cobodeck.record.sink import behind_record
 from cobodeck.stage import Options
 from cobodeck.wiring import Setup
-from engine.files.text import is_file, noted
+from engine.files.finding import FileError
+from engine.files.text import noted, read_bytes
 from hw.user import is_recording
 
 FORMAT = "cobodeck record 1"
@@ -29,6 +31,8 @@ REPLAY = "replay"
 """The kind of plant that is a record."""
 LARGEST = 2 << 20
 """Larger files are known by their hash alone, bytes."""
+LARGEST_READ = 1 << 28
+"""Files that are larger still are not looked at again, bytes."""
 
 
 def kind_of(options: Options) -> str:
@@ -189,9 +193,18 @@ def changes(then: Mapping[str, Any], setup: Setup) -> list[str]:
             if before.get(key) != values.get(key)
         ]
     for name, hashed in then["files"].items():
-        file = ROOT / name
-        if is_file(file) and sha256(file.read_bytes()) != hashed:
+        now_hashed = _hashes_of(name)
+        if now_hashed and hashed not in now_hashed:
             found.append(f"{name} has changed; the record's own is used")
+    return found
+
+
+def _hashes_of(name: str) -> set[str]:
+    """What a file of this name holds now, seen from the program and from the present folder."""
+    found = set()
+    for file in (ROOT / name, Path(name)):
+        with suppress(FileError):
+            found.add(sha256(read_bytes(file, LARGEST_READ)))
     return found
 
 

@@ -20,6 +20,7 @@ from cobodeck.clocks import Clock
 from cobodeck.console import Problem
 from cobodeck.loop import Loop
 from cobodeck.record.feed import ALTERED
+from cobodeck.record.header import changes
 from cobodeck.record.reader import Record
 from cobodeck.record.replay import Replay, setup_of, stage_replay
 from cobodeck.record.start import recorder
@@ -458,6 +459,21 @@ def test_a_state_that_is_broken_off_ends_the_run_in_the_same_tick_again(
     assert result.figures["outcome"] == replay.loop.wired.run.outcome == "stopped"
     assert replay.difference is None, str(replay.difference)
     assert replay.checker.ticks == result.loop.ticks - result.loop.left_out
+
+
+def test_a_file_that_has_changed_is_told_and_the_one_of_then_is_used(
+    own_project: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "run.mcap"
+    given = {"chart": "weighing.yaml", "robot": "rbkairos_ur10"}
+    recorded(path, Options(duration_s=1.0), **given)
+    (own_project / "weighing.yaml").write_text("chart: [")
+
+    replay = replayed(path)
+
+    told = "weighing.yaml has changed; the record's own is used"
+    assert changes(Record(path).header, replay.setup) == [told]
+    assert replay.difference is None
 
 
 def test_a_run_with_an_operator_at_the_terminal_is_recorded(
