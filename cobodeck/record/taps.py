@@ -22,15 +22,13 @@ class Tapped:
             raise AttributeError(what)
         try:
             found = getattr(self._part, what)
-        except AttributeError as error:
+        except BaseException as error:
             self._tell(self._name, f".{what}", "[]", None, error)
             raise
-        if not callable(found):
+        if not callable(found) or isinstance(found, type):
             self._tell(self._name, f".{what}", "[]", found, None)
             return found
-        call = _told(self._name, what, found, self._tell)
-        vars(self)[what] = call
-        return call
+        return _told(self._name, what, found, self._tell)
 
     def __setattr__(self, what: str, value: object) -> None:
         self._tell(self._name, f".{what} =", arguments_text((value,), {}), None, None)

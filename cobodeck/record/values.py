@@ -8,7 +8,7 @@
 | set, frozenset | `{"$set": […]}`, `{"$frozenset": […]}`, in the order of their texts |
 | inf, nan | `{"$float": "inf"}` |
 | dataclass, named tuple | `{"hw.geometry.Twist2": […]}`, its fields in order |
-| enum member | `{"$enum": ["module.Class", "NAME"]}` |
+| enum member, all of them | `{"$enum": ["module.Class", "NAME"]}`, `{"$members": "module.Class"}` |
 | bytes, numpy array | `{"$bytes": base64}`, `{"$array": [dtype, shape, base64]}` |
 | anything else | `{"$opaque": ["module.Class", text]}`, which only compares |
 
@@ -73,6 +73,8 @@ def _writer(kind: type) -> Write:
     if issubclass(kind, Enum):
         key = quoted(name_of(kind))
         return lambda member: f'{{"$enum":[{key},{quoted(member.name)}]}}'
+    if issubclass(kind, type):
+        return _class
     if dataclasses.is_dataclass(kind):
         return _fields(kind, [field.name for field in dataclasses.fields(kind)])
     if issubclass(kind, tuple) and hasattr(kind, "_fields"):
@@ -122,6 +124,12 @@ def _array(array: Any) -> str:
         return _opaque(type(array), encode(array.tolist()))
     shape, content = _items(array.shape), base64.b64encode(array.tobytes()).decode()
     return f'{{"$array":["{array.dtype.str}",{shape},"{content}"]}}'
+
+
+def _class(held: type) -> str:
+    if issubclass(held, Enum):
+        return f'{{"$members":{quoted(name_of(held))}}}'
+    return _opaque(type(held), name_of(held))
 
 
 def _opaque(kind: type, shown: str) -> str:
@@ -185,11 +193,17 @@ def _instance(name: str, content: list[Any]) -> Any:
 
 
 def _member(content: list[str]) -> Any:
-    kind = class_of(content[0])
-    members = getattr(kind, "__members__", {})
-    if not issubclass(kind, Enum) or content[1] not in members:
+    members = _enum(content[0]).__members__
+    if content[1] not in members:
         raise Unknown(f"{content[0]} has no member {content[1]}")
     return members[content[1]]
+
+
+def _enum(name: str) -> type[Enum]:
+    kind = class_of(name)
+    if not issubclass(kind, Enum):
+        raise Unknown(f"{name} has no members")
+    return kind
 
 
 def _made_array(content: list[Any]) -> Any:
@@ -213,5 +227,6 @@ _READ: dict[str, Callable[[Any], Any]] = {
     "$bytes": base64.b64decode,
     "$array": _made_array,
     "$enum": _member,
+    "$members": _enum,
     "$opaque": _lost,
 }

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections import Counter
 from datetime import UTC, datetime
+from enum import Enum
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import pytest
 from mcap.reader import make_reader
 
 from cobodeck.record.start import recorder
+from cobodeck.record.taps import Tapped
 from cobodeck.simulate import Result, simulate
 from cobodeck.stage import Options
 from cobodeck.wiring import open_setup
@@ -59,6 +61,34 @@ def test_recording_changes_nothing(kept: tuple[Path, Result]) -> None:
     assert {k: v for k, v in with_it.items() if k not in WALL_TIME} == {
         k: v for k, v in without.items() if k not in WALL_TIME
     }
+
+
+class Odd:
+    """A part that is looked at in every way."""
+
+    class Mode(Enum):
+        FAST = 1
+
+    def __init__(self) -> None:
+        self.say = lambda: "one"
+
+    @property
+    def broken(self) -> float:
+        raise ValueError("no such luck")
+
+
+def test_a_part_behind_a_recorder_is_as_without() -> None:
+    told: list[tuple[object, ...]] = []
+    odd = Odd()
+    tapped = Tapped("odd", odd, lambda *call: told.append(call))
+
+    assert tapped.Mode.FAST is Odd.Mode.FAST
+    assert tapped.say() == "one"
+    tapped.say = lambda: "two"
+    assert tapped.say() == odd.say() == "two"
+    with pytest.raises(ValueError, match="no such luck"):
+        _ = tapped.broken
+    assert [call[1] for call in told] == [".Mode", "say", ".say =", "say", ".broken"]
 
 
 def test_recording_asks_for_no_signal(kept: tuple[Path, Result]) -> None:

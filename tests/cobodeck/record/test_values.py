@@ -42,7 +42,8 @@ class Pair(NamedTuple):
 
 
 any_float = st.floats(allow_nan=False)
-plain = st.none() | st.booleans() | st.integers() | any_float | st.text() | st.binary()
+kinds = st.sampled_from([Colour, Colour.RED])
+plain = kinds | st.none() | st.booleans() | st.integers() | any_float | st.text() | st.binary()
 held = st.recursive(
     plain | st.just(Colour.RED) | st.just(math.inf),
     lambda inner: (
