@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
 from functools import cache
 from types import UnionType
-from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
+from typing import Any, get_args, get_origin, get_type_hints
 
 from cobodeck.library import reached
 from cobodeck.record import values
@@ -28,16 +28,6 @@ ERROR_LEVEL = 4
 """Of foxglove.Log."""
 DETAILS = {"outcome": 1, "exit": 1, "move": 3, "data": 2, "error": 1, "note": 1}
 """So many details has a record of the trace at least; see `engine.trace.Record`."""
-
-
-class Call(NamedTuple):
-    """A call of a part by a state: its arguments as JSON, and what came of it."""
-
-    part: str
-    what: str
-    args: str
-    answer: Any = None
-    raised: Any = None
 
 
 def call_text(part: str, what: str, args: str, answer: object, raised: object) -> str:
