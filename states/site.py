@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from states.arm.motion import Workspace
+    from states.maps.occupancy import OccupancyMap
     from states.navigation.layers import CostmapEstimator, Costmaps
     from states.navigation.local_planner import GlobalPlanner, LocalPlanner
-    from states.navigation.maps import OccupancyMap
 
 SubsystemName = Literal["chase", "haptic", "escape"]
 SUBSYSTEMS: tuple[SubsystemName, ...] = get_args(SubsystemName)

@@ -13,18 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hw.geometry import Pose2
 from hw.room import Disc, Point, contains
-from states.navigation.cells import Grid, fill_rings, sample
-from states.navigation.distance import (
-    FREE,
-    LETHAL,
-    NO_INFORMATION,
-    Costs,
-    Inflation,
-    inflate,
-    squared_distances,
-)
-from states.navigation.maps import UNKNOWN, OccupancyMap
+from states.maps.cells import Grid, fill_rings
+from states.maps.distance import squared_distances
+from states.maps.occupancy import UNKNOWN, OccupancyMap
+from states.navigation.inflation import FREE, LETHAL, NO_INFORMATION, Costs, Inflation, inflate
 
 Ring = Sequence[Point]
 
@@ -128,3 +122,19 @@ def both(whole: Costmap, local: Costmap) -> Costs:
     part = costs[low:high, left:right]
     part[:] = with_maximum(part, inside)
     return costs
+
+
+def sample(costs: Costs, resolution: float, map_from_corner: Pose2, grid: Grid) -> Costs:
+    """The costs of another grid at the cell centres of this one; unknown outside of it."""
+    xs, ys = grid.centers()
+    corner_from_map = map_from_corner.inverse()
+    c, s = math.cos(corner_from_map.yaw), math.sin(corner_from_map.yaw)
+    along = corner_from_map.x + c * xs[None, :] - s * ys[:, None]
+    across = corner_from_map.y + s * xs[None, :] + c * ys[:, None]
+    # a centre on the border of two cells, up to rounding, belongs to the upper one
+    column = np.floor(along / resolution + 1e-9).astype(np.int64)
+    row = np.floor(across / resolution + 1e-9).astype(np.int64)
+    inside = (row >= 0) & (row < costs.shape[0]) & (column >= 0) & (column < costs.shape[1])
+    found = np.full((grid.rows, grid.columns), NO_INFORMATION, np.uint8)
+    found[inside] = costs[row[inside], column[inside]]
+    return found

@@ -15,17 +15,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from hw.room import Disc, Point
-from states.navigation.cells import Grid, room_map
+from states.maps.cells import Grid, room_map
+from states.maps.distance import distances
 from states.navigation.clearance import TOLERANCE, Array, passes_disc
 from states.navigation.costmap import Costmap
-from states.navigation.distance import (
-    INSCRIBED,
-    LETHAL,
-    NO_INFORMATION,
-    Costs,
-    Inflation,
-    distances,
-)
+from states.navigation.inflation import INSCRIBED, LETHAL, NO_INFORMATION, Costs, Inflation
 from states.navigation.path import Path
 from states.navigation.potential import crossing_costs, descend, potential_from
 from states.navigation.tangents import User

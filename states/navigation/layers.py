@@ -20,11 +20,11 @@ from hw.person import RADIUS
 from hw.room import Disc, Room
 from hw.safety_limits import OLD_S
 from hw.samples import Scan, UserPose
-from states.navigation.cells import Grid, grid_over, room_map
+from states.maps.cells import Grid, grid_over, room_map
+from states.maps.occupancy import OccupancyMap
 from states.navigation.costmap import Costmap, both
-from states.navigation.distance import Costs, Inflation
 from states.navigation.grid_planners import GridPlanner, NavfnPlanner, ThetaStarPlanner
-from states.navigation.maps import OccupancyMap
+from states.navigation.inflation import Costs, Inflation
 from states.navigation.obstacles import ObstacleLayer
 from states.signals.motion import Stamped
 

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from hw.geometry import Pose2
 from hw.room import Disc, Point
 from hw.samples import Scan
-from states.navigation.cells import Grid, fill_rings
+from states.maps.cells import Grid, fill_rings
 from states.navigation.clearance import Array
-from states.navigation.distance import FREE, LETHAL, NO_INFORMATION, Costs
+from states.navigation.inflation import FREE, LETHAL, NO_INFORMATION, Costs
 
 T = TypeVar("T", bound=np.generic)
 

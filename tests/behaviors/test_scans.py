@@ -28,7 +28,7 @@ from hw.room import Point, Room
 from hw.safety_limits import SafetyLimits
 from hw.samples import UserPose
 from hw.sim.base import SimBase
-from states.navigation.distance import FREE, LETHAL
+from states.navigation.inflation import FREE, LETHAL
 from states.navigation.states import DriveTo
 from states.site import SUBSYSTEMS, Site
 from tests.scans import scan_of

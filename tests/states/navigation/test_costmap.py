@@ -10,19 +10,11 @@ from scipy.ndimage import distance_transform_edt
 from hw.geometry import Pose2
 from hw.room import Disc
 from hw.samples import Scan
-from states.navigation.cells import Grid, fill_rings, grid_over, room_map, sample
-from states.navigation.costmap import Costmap, SpeedZone, StaticValues, both, with_maximum
-from states.navigation.distance import (
-    FREE,
-    INSCRIBED,
-    LETHAL,
-    NO_INFORMATION,
-    Inflation,
-    distances,
-    inflate,
-    squared_distances,
-)
-from states.navigation.maps import OccupancyMap
+from states.maps.cells import Grid, fill_rings, grid_over, room_map
+from states.maps.distance import distances, squared_distances
+from states.maps.occupancy import OccupancyMap
+from states.navigation.costmap import Costmap, SpeedZone, StaticValues, both, sample, with_maximum
+from states.navigation.inflation import FREE, INSCRIBED, LETHAL, NO_INFORMATION, Inflation, inflate
 from states.navigation.obstacles import ObstacleLayer, ObstacleValues
 
 OUTER = ((0.0, 0.0), (11.5, 0.0), (11.5, 10.1), (0.0, 10.1))

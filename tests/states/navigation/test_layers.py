@@ -16,7 +16,7 @@ from hw.geometry import Pose2
 from hw.robot import load_robot
 from hw.room import Disc, Point, Room
 from hw.samples import UserPose
-from states.navigation.distance import LETHAL
+from states.navigation.inflation import LETHAL
 from states.navigation.layers import map_of
 from states.navigation.local_planner import GlobalPlanner
 from states.site import SUBSYSTEMS, Site, SubsystemName

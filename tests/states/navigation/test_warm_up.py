@@ -11,9 +11,9 @@ from numba.core.registry import CPUDispatcher
 from hw.geometry import Pose2
 from hw.room import Disc
 from hw.samples import Scan
-from states.navigation.cells import Grid
+from states.maps.cells import Grid
 from states.navigation.costmap import Costmap
-from states.navigation.distance import Inflation
+from states.navigation.inflation import Inflation
 from states.navigation.local_planner import Limits, Tolerance
 from states.navigation.obstacles import ObstacleLayer
 from states.navigation.planners import GLOBAL_PLANNERS, LOCAL_PLANNERS, warm_up
