@@ -10,7 +10,16 @@ from behaviors.settings import Settings
 from engine.signals import Derived, Estimated, Measured, Signal
 from engine.types import Type
 from hw.geometry import Pose2, Pose3, Twist2
-from hw.samples import ArmState, BumperHit, Scan, UserPose
+from hw.samples import (
+    ArmState,
+    BumperHit,
+    ImuReading,
+    Odometry,
+    PoseSigma,
+    Scan,
+    TrackerPose,
+    UserPose,
+)
 from states.signals.motion import StillnessEstimator, VelocityEstimator
 from states.site import SUBSYSTEMS, Site, SubsystemName
 
@@ -30,7 +39,10 @@ MEASURED = (
     Measured("base.twist", Twist2, about="velocity in the base frame"),
     Measured("base.mode", str, about="how the wheels are driven: omni or differential"),
     Measured("base.refusal", str, about="why a base that is to drive does not, none while it may"),
-    Measured("base.scan", Scan, about="one turn of a scanner, in base_link"),
+    Measured("base.scan", Scan, about="one turn of a scanner, in its own frame"),
+    Measured("base.odometry", Odometry, about="what the wheels say: odom_from_base"),
+    Measured("base.imu", ImuReading, about="rates of turn and accelerations, in the base frame"),
+    Measured("rover.tracker", TrackerPose, about="a tracker on the rover: vive_from_tracker"),
     Measured("arm.joints", ArmState),
     Measured("user.pose", UserPose, about="tracked pose of the user, none while it is lost"),
     Measured("vr.haptic_request", Pose3, about="where the user reaches, while they do"),
@@ -49,6 +61,7 @@ def signals(site: Site, settings: Settings) -> tuple[Signal, ...]:
     return (
         *MEASURED,
         *planning(site),
+        Derived("base.pose_sigma", ("site",), _sigma, PoseSigma, about="how sure base.pose is"),
         Estimated(
             "user.velocity", ("user.pose",), partial(VelocityEstimator, user.window), Twist2,
             about="in the map, by least squares; turn of the body as wz",
@@ -116,6 +129,10 @@ def _static(name: SubsystemName, site: Site) -> GlobalPlanner:
 
 def _on_cells(kind: str, costmaps: Costmaps) -> GlobalPlanner:
     return costmaps.planner(kind)
+
+
+def _sigma(site: Site) -> PoseSigma:
+    return site.pose_sigma
 
 
 def _distance(user: UserPose, base: Pose2) -> float:

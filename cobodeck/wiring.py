@@ -27,6 +27,7 @@ from engine.signals import Signal, declare, roots
 from hw.guarded import GuardedBase
 from hw.interfaces import Part
 from hw.robot import RobotModel, load_robot
+from hw.samples import PoseSigma
 from hw.scene import Scene, load_scene
 from states.site import Site
 
@@ -78,7 +79,13 @@ class Setup:
         if self.scene is None:
             raise Problem(f"chart {self.chart.name} needs a room; give one with --scene")
         site = self.profile.site(self.scene.room, self.robot)
-        return replace(site, period=1.0 / self.tick_hz, latency=self.profile.plant.latency)
+        noise = self.profile.plant.pose_noise
+        return replace(
+            site,
+            period=1.0 / self.tick_hz,
+            latency=self.profile.plant.latency,
+            pose_sigma=PoseSigma(noise, 0.5 * noise),
+        )
 
     @cached_property
     def signals(self) -> dict[str, Signal]:

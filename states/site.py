@@ -17,7 +17,7 @@ from engine.files.values import Range, above_0
 from hw.geometry import Outline, Pose2, Twist2
 from hw.robot import MotionLimits, RobotModel
 from hw.room import Room
-from hw.samples import Joints
+from hw.samples import EXACT, Joints, PoseSigma
 from states.ages import slowed
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ class Site:
 
     `map` is a scanned map for the planners on costmaps; without one they draw the room's. `period`
     is the time from tick to tick, s; `latency` how long it takes until the base has heard what a
-    tick decided, s.
+    tick decided, s. `pose_sigma`: of measured poses of the base; estimated ones have their own.
     """
 
     room: Room
@@ -108,6 +108,7 @@ class Site:
     period: float = 1.0 / 30.0
     latency: float = 0.0
     map: OccupancyMap | None = None
+    pose_sigma: PoseSigma = EXACT
 
     @cached_property
     def static_costmaps(self) -> Mapping[SubsystemName, Costmaps]:
