@@ -8,11 +8,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, TextIO
 
+from behaviors.signals import ESTIMATE
 from cobodeck.arm_contact import ArmOutline, ArmWatch
 from cobodeck.clocks import Clock, RealTime, Virtual
 from cobodeck.connected import connect, finds_itself, is_needed, refuse_strange_drivers
 from cobodeck.console import FAILED, REFUSED, Problem, complain
 from cobodeck.inlet import Inlet
+from cobodeck.localization import LocalizationWatch
 from cobodeck.logic import wander
 from cobodeck.loop import Loop, Observer
 from cobodeck.measured import Senses
@@ -167,6 +169,8 @@ def watchers(plant: Plant, wired: Wired, robot: RobotModel) -> list[Observer]:
         found: list[Observer] = [_by_samples(wired.inlet, robot)]
     else:
         found = [_by_truth(plant, robot, truth.body is not None)]
+        if ESTIMATE in wired.board.slots:
+            found.append(LocalizationWatch(plant, wired.board))
     if plant.cycles is not None:
         found.append(SeparationWatch(plant.cycles))
     return found
