@@ -51,6 +51,7 @@ MEASURED = (
     Measured("base.twist", Twist2, about="velocity in the base frame"),
     Measured("base.mode", str, about="how the wheels are driven: omni or differential"),
     Measured("base.refusal", str, about="why a base that is to drive does not, none while it may"),
+    Measured("base.admitted", Twist2, about="what the safety chain leaves of a velocity it cuts"),
     Measured("base.scan", Scan, about="one turn of a scanner, in its own frame"),
     Measured("base.odometry", Odometry, about="what the wheels say: odom_from_base"),
     Measured("base.imu", ImuReading, about="rates of turn and accelerations, in the base frame"),

@@ -179,15 +179,15 @@ class Site:
             min(own.base_yaw_rate, base.max_yaw_rate),
             own.base_yaw_acceleration,
         )
-        tolerance = Tolerance(subsystem.tolerance, subsystem.yaw_tolerance)
+        tolerance, latency = Tolerance(subsystem.tolerance, subsystem.yaw_tolerance), self.latency
         if subsystem.local_planner == "profile":
-            return ProfilePlanner(planner, limits, tolerance, latency=self.latency)
+            return ProfilePlanner(planner, limits, tolerance, latency=latency)
         from states.navigation.teb_planner import TebPlanner
 
         walls, kept = (room.outer, *room.obstacles), subsystem.inflation
-        teb = TebPlanner(planner, limits, tolerance, walls=walls, wall_distance=kept)
-        teb.latency = self.latency
-        return teb
+        return TebPlanner(
+            planner, limits, tolerance, latency=latency, walls=walls, wall_distance=kept
+        )
 
     def warm_up(self) -> None:
         """Compile, or load from the cache, what the subsystems drive by, and build their maps."""
