@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gzip
 import math
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from hw.geometry import Pose2
 from states.localization.drift import Drift, DriftWatch
 
 MS = 1_000_000
+DATA = Path(__file__).resolve().parents[4] / "shared/data/ekf/drift20min_5Hz.txt.gz"
 
 
 def watch(
@@ -88,3 +91,25 @@ def test_stamps_that_do_not_rise_and_gaps_are_no_news() -> None:
         watching.update(ms * MS, Pose2(0, 0, 0), Pose2(0, 0, 0))
         assert watching.update(ms * MS, Pose2(9, 0, 0), Pose2(0, 0, 0)) is None
     assert watching.update(60_000 * MS, Pose2(9, 0, 0), Pose2(0, 0, 0)) is None
+
+
+def test_twenty_minutes_of_a_real_tracker_at_rest_are_no_drift_but_a_jump_is() -> None:
+    """Its own noise and drift; at half time 30 mm and 1.4 degrees, as after a lost sight."""
+    if not DATA.exists():
+        pytest.skip("the shared trace of a tracker is not here")
+    with gzip.open(DATA, "rt") as lines:
+        rows = np.array([line.split() for line in lines if line[0] != "#"], float)
+    frames = np.tile(np.eye(4), (len(rows), 1, 1))
+    frames[:, :3] = rows.reshape(-1, 3, 4)
+    moved = np.linalg.inv(frames[0]) @ frames
+    jump = Pose2(0.03, 0.0, math.radians(1.4))
+    quiet, startled = DriftWatch(), DriftWatch()
+    half, heard = len(rows) // 2, []
+    for n, frame in enumerate(moved):
+        pose = Pose2(frame[0, 3], frame[1, 3], math.atan2(frame[1, 0], frame[0, 0]))
+        stamp = n * 200 * MS
+        assert quiet.update(stamp, pose, Pose2(0, 0, 0)) is None
+        told = startled.update(stamp, jump @ pose if n >= half else pose, Pose2(0, 0, 0))
+        heard.append(told)
+    assert not any(heard[:half])
+    assert [drift.kind for drift in heard[half + 10 :]] == ["jump"] * (len(rows) - half - 10)
