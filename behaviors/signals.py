@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,14 @@ from hw.samples import (
     TrackerPose,
     UserPose,
 )
+from states.localization.estimates import (
+    SENSED,
+    Estimate,
+    LocalizationEstimator,
+    Localizes,
+    PoseOf,
+    SigmaOf,
+)
 from states.signals.motion import StillnessEstimator, VelocityEstimator
 from states.site import SUBSYSTEMS, Site, SubsystemName
 
@@ -32,6 +41,9 @@ if TYPE_CHECKING:
 
 TYPES = {kind.__name__: Type(kind.__name__, python=kind) for kind in (Pose2, Pose3, UserPose)}
 
+ESTIMATE = "base.localization"
+"""The signal that `base.pose` and `base.pose_sigma` are parts of where they are estimates."""
+
 MEASURED = (
     Measured("site", Site, constant=True, about="room, robot and limits"),
     Measured("settings", Settings, constant=True, about="values of the behaviours"),
@@ -39,6 +51,7 @@ MEASURED = (
     Measured("base.twist", Twist2, about="velocity in the base frame"),
     Measured("base.mode", str, about="how the wheels are driven: omni or differential"),
     Measured("base.refusal", str, about="why a base that is to drive does not, none while it may"),
+    Measured("base.admitted", Twist2, about="what the safety chain leaves of a velocity it cuts"),
     Measured("base.scan", Scan, about="one turn of a scanner, in its own frame"),
     Measured("base.odometry", Odometry, about="what the wheels say: odom_from_base"),
     Measured("base.imu", ImuReading, about="rates of turn and accelerations, in the base frame"),
@@ -54,14 +67,18 @@ MEASURED = (
 )
 
 
-def signals(site: Site, settings: Settings) -> tuple[Signal, ...]:
-    """Everything that can be asked for; what nobody asks for is never computed."""
+def signals(
+    site: Site, settings: Settings, localizer: Callable[[], Localizes] | None = None
+) -> tuple[Signal, ...]:
+    """Everything that can be asked for; what nobody asks for is never computed.
+
+    With a maker of localizers `base.pose` is estimated by what the base senses.
+    """
     user = settings.user
     cells = cache(partial(_cells, site, settings))
     return (
-        *MEASURED,
+        *(measured() if localizer is None else localized(localizer)),
         *planning(site),
-        Derived("base.pose_sigma", ("site",), _sigma, PoseSigma, about="how sure base.pose is"),
         Estimated(
             "user.velocity", ("user.pose",), partial(VelocityEstimator, user.window), Twist2,
             about="in the map, by least squares; turn of the body as wz",
@@ -97,6 +114,28 @@ def signals(site: Site, settings: Settings) -> tuple[Signal, ...]:
             "haptic.poses", ("haptic.planner", "vr.haptic_request"),
             partial(haptic.poses, settings), tuple,
             about="the free Haptic rover poses, in order",
+        ),
+    )  # fmt: skip
+
+
+def measured() -> tuple[Signal, ...]:
+    """All that parts measure; the base knows where it is."""
+    about = "how sure base.pose is"
+    return (*MEASURED, Derived("base.pose_sigma", ("site",), _sigma, PoseSigma, about=about))
+
+
+def localized(localizer: Callable[[], Localizes]) -> tuple[Signal, ...]:
+    """All that parts measure, and where the base is by that."""
+    others = (signal for signal in MEASURED if signal.name != "base.pose")
+    return (
+        *others,
+        Estimated(
+            ESTIMATE, SENSED, lambda: LocalizationEstimator(localizer()), Estimate,
+            needs=("base.odometry",), about="where the base is by all that it senses, how sure",
+        ),
+        Estimated("base.pose", (ESTIMATE,), PoseOf, Pose2, about="map_from_base, an estimate"),
+        Estimated(
+            "base.pose_sigma", (ESTIMATE,), SigmaOf, PoseSigma, about="how sure base.pose is"
         ),
     )  # fmt: skip
 

@@ -162,7 +162,7 @@ class EstimatedSlot(Slot):
             if self.pending:
                 self._catch_up()
         except Exception as error:
-            self.failure = error
+            self.failure, self.newest = error, None
             self.pending.clear()
             raise
         return self.newest

@@ -18,6 +18,7 @@ from hw.geometry import Outline, Pose2, Twist2
 from hw.robot import MotionLimits, RobotModel
 from hw.room import Room
 from hw.samples import EXACT, Joints, PoseSigma
+from hw.tracking import Tracking
 from states.ages import slowed
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from states.arm.motion import Workspace
+    from states.localization.estimates import Localizes
     from states.maps.occupancy import OccupancyMap
     from states.navigation.layers import CostmapEstimator, Costmaps
     from states.navigation.local_planner import GlobalPlanner, LocalPlanner
@@ -111,6 +113,11 @@ class Site:
     pose_sigma: PoseSigma = EXACT
 
     @cached_property
+    def tracking(self) -> Tracking:
+        """How the tracking system lies in the map, and its trackers on the robot."""
+        return Tracking.of(self.robot.sensing)
+
+    @cached_property
     def static_costmaps(self) -> Mapping[SubsystemName, Costmaps]:
         """Of each subsystem, from map or room alone."""
         from states.navigation.layers import costmaps_of, map_of
@@ -153,6 +160,13 @@ class Site:
 
         return CostmapEstimator(self.static_costmaps[name], self.navigation.named(name).costmap)
 
+    def localizer(self, start: Pose2, seed: int) -> Localizes:
+        """A new one that takes the robot to start about here; one per run."""
+        from states.localization.localizer import Localizer  # type: ignore[import-not-found]
+
+        found: Localizes = Localizer(self, start, seed)
+        return found
+
     def driver(self, name: SubsystemName, planner: GlobalPlanner) -> LocalPlanner:
         """A new local planner with the values of a subsystem; one per drive."""
         from states.navigation.profile import Limits, ProfilePlanner, Tolerance
@@ -165,15 +179,15 @@ class Site:
             min(own.base_yaw_rate, base.max_yaw_rate),
             own.base_yaw_acceleration,
         )
-        tolerance = Tolerance(subsystem.tolerance, subsystem.yaw_tolerance)
+        tolerance, latency = Tolerance(subsystem.tolerance, subsystem.yaw_tolerance), self.latency
         if subsystem.local_planner == "profile":
-            return ProfilePlanner(planner, limits, tolerance, latency=self.latency)
+            return ProfilePlanner(planner, limits, tolerance, latency=latency)
         from states.navigation.teb_planner import TebPlanner
 
         walls, kept = (room.outer, *room.obstacles), subsystem.inflation
-        teb = TebPlanner(planner, limits, tolerance, walls=walls, wall_distance=kept)
-        teb.latency = self.latency
-        return teb
+        return TebPlanner(
+            planner, limits, tolerance, latency=latency, walls=walls, wall_distance=kept
+        )
 
     def warm_up(self) -> None:
         """Compile, or load from the cache, what the subsystems drive by, and build their maps."""

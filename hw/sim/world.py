@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from engine.files.finding import mistake
 from hw.geometry import Pose2, Twist2, wrap
@@ -24,12 +24,16 @@ from hw.scene import Scene
 from hw.sim.arm import SimArm
 from hw.sim.base import SimBase
 from hw.sim.contact import Sweep, first_touch, gap, swept_gap
+from hw.sim.errors import SensorErrors
 from hw.sim.sensors import IDEAL, SensorModel
 from hw.sim.surroundings import ScriptedOperator, SimBumper, SimTrackers, SimVr
 from hw.sim.tool import Hand
 from hw.sim.walls import Walls
 from hw.stop_line import StopLatch
 from hw.truth import BASE, Contact, Truth
+
+if TYPE_CHECKING:
+    from hw.sim.equipment import Equipment
 
 PUSHED_OFF, PUSHING = 0.3, 0.3
 """The operator pushes a robot that touches the person off to this gap, m, at this speed, m/s."""
@@ -83,6 +87,9 @@ class World:
     latches pulls the stop line. `safety`: the limits of its chain; None: those of the robot.
     `operator`: a scripted one looks after faults; if not, somebody else has to.
 
+    With `sensing` nobody is told where the base is: it slips, and there are sensors instead, those
+    of the robot's file with these errors.
+
     Raises:
         FileError: the robot's outline touches a wall or the person at the start.
     """
@@ -104,6 +111,7 @@ class World:
         safety: SafetyLimits | None = None,
         latency_ns: int = 0,
         sensors: SensorModel = IDEAL,
+        sensing: SensorErrors | None = None,
         operator: bool = True,
     ) -> None:
         limits = limits or MotionLimits()
@@ -131,7 +139,19 @@ class World:
         self._operator = None
         if operator:
             self._operator = ScriptedOperator(self._line, by_hand=self._push_off)
-        parts: dict[str, Part | None] = {
+        self._vr: SimVr | None = None
+        self._trackers: SimTrackers | None = None
+        self._equipment: Equipment | None = None
+        parts = self._own_parts() | self._of_person(sensors, area_only)
+        if sensing is not None:
+            self._equipment = self._equip(sensing, sensors.seed)
+            parts |= self._equipment.parts
+        self.parts: Mapping[str, Any] = {k: part for k, part in parts.items() if part is not None}
+        self._own: tuple[Any, ...] = ()
+        self._check_start()
+
+    def _own_parts(self) -> dict[str, Part | None]:
+        return {
             "base": self.guard,
             "arm": self.arm,
             "bumper": self._bumper,
@@ -140,17 +160,24 @@ class World:
             "gripper": self.hand.gripper,
             "wrench": self.hand.wrench,
         }
-        self._vr: SimVr | None = None
-        self._trackers: SimTrackers | None = None
-        if person is not None:
-            room = None if scene is None or not area_only else scene.room
-            parts["vr"] = self._vr = SimVr(person)
-            parts["trackers"] = self._trackers = SimTrackers(
-                person, room, round(sensors.tracking_delay * 1e9), sensors.of_tracking
-            )
-        self.parts: Mapping[str, Any] = {k: part for k, part in parts.items() if part is not None}
-        self._own: tuple[Any, ...] = ()
-        self._check_start()
+
+    def _of_person(self, sensors: SensorModel, area_only: bool) -> dict[str, Part | None]:
+        if self.person is None:
+            return {}
+        room = None if self.scene is None or not area_only else self.scene.room
+        delay_ns = round(sensors.tracking_delay * 1e9)
+        self._vr = SimVr(self.person)
+        self._trackers = SimTrackers(self.person, room, delay_ns, sensors.of_tracking)
+        return {"vr": self._vr, "trackers": self._trackers}
+
+    def _equip(self, sensing: SensorErrors, seed: int) -> Equipment:
+        """Sensors; what computes rays is loaded only where there are some."""
+        from hw.sim.equipment import Equipment
+
+        if not isinstance(self.base, SimBase):
+            raise TypeError(f"sensing needs a SimBase, not a {type(self.base).__name__}")
+        room = None if self.scene is None else self.scene.room
+        return Equipment(self.robot, self.base, self.person, room, sensing, seed)
 
     @property
     def finished(self) -> bool:
@@ -241,6 +268,8 @@ class World:
             self._hit_wall(robot_before)
         if person is not None:
             self._advance_person(person, robot_before)
+        if self._equipment is not None:
+            self._equipment.note(now_ns)
         if self._operator is not None:
             self._operator.step(now_ns)
         self._advance_own(since_ns, now_ns)
