@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
     from states.arm.motion import Workspace
     from states.localization.estimates import Localizes
+    from states.maps.field import Field
     from states.maps.occupancy import OccupancyMap
     from states.navigation.layers import CostmapEstimator, Costmaps
     from states.navigation.local_planner import GlobalPlanner, LocalPlanner
@@ -160,12 +161,18 @@ class Site:
 
         return CostmapEstimator(self.static_costmaps[name], self.navigation.named(name).costmap)
 
+    @cached_property
+    def field(self) -> Field:
+        """Distances to the walls, of the map or, exact, of the room."""
+        from states.maps.field import map_field, room_field
+
+        return room_field(self.room) if self.map is None else map_field(self.map)
+
     def localizer(self, start: Pose2, seed: int) -> Localizes:
         """A new one that takes the robot to start about here; one per run."""
-        from states.localization.localizer import Localizer  # type: ignore[import-not-found]
+        from states.localization.localizer import Localizer
 
-        found: Localizes = Localizer(self, start, seed)
-        return found
+        return Localizer(self.field, self.robot.sensing, self.tracking, start, seed)
 
     def driver(self, name: SubsystemName, planner: GlobalPlanner) -> LocalPlanner:
         """A new local planner with the values of a subsystem; one per drive."""

@@ -66,7 +66,11 @@ class Match:
 
     def is_healthy(self, values: TrackerValues) -> bool:
         """Enough beams on walls, and no longer on its way?"""
-        enough = self.share >= values.healthy and self.count >= values.fewest
+        return self.is_fair(values, values.healthy)
+
+    def is_fair(self, values: TrackerValues, share: float) -> bool:
+        """The same, with another share of beams on walls."""
+        enough = self.share >= share and self.count >= values.fewest
         return enough and self.step <= values.step
 
 
