@@ -79,7 +79,7 @@ class SafetyLimits:
     has asked for a touch may be approached with `touch_speed` down to the gap of the pose they are
     served from, less its tolerance `touch_slack`, and never below `touch_gap`. Poses of the user
     are used up to the age `late`, with less and less speed up to `old`, and not at all then; at
-    `lost` the stop latches. Commands count up to `command_age`, from `command_late` on with less and
+    `lost` the stop latches. Commands count up to `command_age`, from `command_late` on with ever
     less speed. A stamp may be `ahead` of the clock by as much as clocks differ, and more where
     poses are predicted.
 
