@@ -276,6 +276,7 @@ def _world(setup: Setup, person: Person | None, options: Options) -> World:
         safety=safety,
         latency_ns=_latency(setup),
         sensors=setup.profile.plant.sensors(options.seed),
+        sensing=None if setup.localizing is None else setup.profile.plant.sensing,
     )
 
 

@@ -28,7 +28,7 @@ from engine.slots import compute
 from hw.guarded import GuardedBase
 from hw.interfaces import Part
 from hw.robot import RobotModel, load_robot
-from hw.samples import PoseSigma
+from hw.samples import PoseSigma, Sample
 from hw.scene import Scene, load_scene
 from states.localization.estimates import Localizes
 from states.site import Site
@@ -104,10 +104,19 @@ class Setup:
         Raises:
             Problem: a signal of one's own clashes with another or rests on nothing.
         """
+        return self._declared(scanning=True)
+
+    @cached_property
+    def signals_without_scans(self) -> dict[str, Signal]:
+        """The same where nothing gives `base.scan`: planners then wait for no pose."""
+        return self._declared(scanning=False)
+
+    def _declared(self, scanning: bool) -> dict[str, Signal]:
         shipped: tuple[Signal, ...] = MEASURED
         if self.scene is not None:
             localizer = None if self.localizing is None else self.localizer
-            shipped = signals(self.site, self.profile.settings, localizer)
+            settings = self.profile.settings
+            shipped = signals(self.site, settings, localizer, scanning=scanning)
         try:
             return declare((*shipped, *self.catalogue.own_signals))
         except ValueError as error:
@@ -214,18 +223,21 @@ class Wired:
         if self.base is None:
             return
         if self.base.reckons:
-            self._locate(self.base)
+            self._locate(self.base, stamp_ns)
         self.base.tick(stamp_ns)
 
-    def _locate(self, base: GuardedBase) -> None:
+    def _locate(self, base: GuardedBase, now_ns: int) -> None:
         """Tell the safety chain where localization takes the base to have been."""
         slot = self.board.slots[ESTIMATE]
         compute(slot)  # what it raises, the states that read it get
         found = slot.newest
         if found is None:
             base.locate(0, None, None)
-        else:
-            base.locate(found.stamp, *found.value)
+            return
+        pose, sigma = found.value
+        base.locate(found.stamp, pose, sigma)
+        self.inlet.tell(Sample("base.pose", found.stamp, pose), now_ns)
+        self.inlet.tell(Sample("base.pose_sigma", found.stamp, sigma), now_ns)
 
     def tick(self, now_ns: int, stamp_ns: int, between: bool = False) -> str | None:
         """One tick of the run, and then who drives; the chart's outcome once there is one.
@@ -268,12 +280,13 @@ def wire(
     leaves = reachable(machine)
     constants = setup.constants
     hint = "; give a room with --scene" if setup.scene is None else ""
-    refuse_what_is_missing(leaves, setup.signals, parts, constants, hint)
+    scanning = any("base.scan" in part.signals for part in parts.values())
+    declared = setup.signals if scanning else setup.signals_without_scans
+    refuse_what_is_missing(leaves, declared, parts, constants, hint)
     wanted = {name for leaf in leaves for name in leaf.interface.reads}
-    base = guarded(parts)
-    if base is not None and base.reckons:
-        wanted.add(ESTIMATE)
-    board = Board(setup.signals, wanted, eager)
+    if setup.localizing is not None:
+        wanted.add(ESTIMATE)  # the safety chain goes by it
+    board = Board(declared, wanted, eager)
     if clock is not None:
         board.clock = clock
     given = commanded(parts)
@@ -291,7 +304,7 @@ def wire(
     for name, value in constants.items():
         if board.needs(name):
             inlet.put(name, value(), 0)
-    return Wired(run, board, inlet, base)
+    return Wired(run, board, inlet, guarded(parts))
 
 
 def guarded(parts: Mapping[str, Any]) -> GuardedBase | None:

@@ -39,6 +39,8 @@ HEARD = frozenset((
     "base.odometry", "rover.tracker",
 ))  # fmt: skip
 """All that a guard may go by: who gives it is opened with the base."""
+TOLD = ("base.mode", "base.refusal", "base.admitted")
+"""What a guard tells of itself, whenever it changes."""
 CYCLE_NS = 10_000_000
 """Longest time between two cycles."""
 Hear = Callable[[int, int, Any], None]
@@ -79,7 +81,7 @@ class GuardedBase:
         self.base = base
         self.chain = SafetyChain(limits)
         self.selected = Selected(STILL, None, None)
-        self.signals: tuple[str, ...] = (*base.signals, "base.mode", "base.refusal")
+        self.signals: tuple[str, ...] = (*base.signals, *TOLD)
         self._hears: dict[str, Hear] = {
             "vr.haptic_request": self._ask,
             "stop.engaged": self._hear_stop_line,
@@ -88,6 +90,7 @@ class GuardedBase:
         self._parked, self._pull = parked, pull
         self._stamp_ns: int | None = None
         self._told: dict[str, object] = {}
+        self._admitted: Twist2 | None = None
         self._measured: dict[str, tuple[int, Any]] = {}
         self._mutex = Lock()
         self._reckoner: Reckoner | None = None
@@ -183,6 +186,11 @@ class GuardedBase:
     # samples, and ticks
 
     @property
+    def admitted(self) -> Twist2 | None:
+        """What the chain last let pass, base frame; None: since the last tick, all of it."""
+        return self._admitted
+
+    @property
     def refusal(self) -> str | None:
         """Why nobody drove in the last tick, or why the chain has let nothing pass; else None."""
         source, lock = self.selected[1:]
@@ -192,9 +200,9 @@ class GuardedBase:
         return self.chain.latched or refused[0] if refused else None
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """Those of the wheels, and what has changed of mode and refusal."""
+        """Those of the wheels, and what has changed of `TOLD`."""
         found = list(self.base.samples(now_ns))
-        for name, value in (("base.mode", self.mode), ("base.refusal", self.refusal)):
+        for name, value in zip(TOLD, (self.mode, self.refusal, self.admitted), strict=True):
             if name not in self._told or value != self._told[name]:
                 self._told[name] = value
                 found.append(Sample(name, now_ns, value))
@@ -217,6 +225,7 @@ class GuardedBase:
         """All states were stepped: what they offer counts from now on, or goes on counting."""
         self.selected = selected = self._multiplexer.select(now_ns)
         self._stamp_ns = None if selected.source is None else now_ns
+        self._admitted = None
         if not self._gated:
             return
         if selected.source is None:
@@ -259,6 +268,8 @@ class GuardedBase:
             if stamp is None:
                 stamp = now_ns  # a stop does not get old
             record = chain.admit(now_ns, command, stamp, pose, twist, sigma)
+            if self._admitted is not None or record.admitted != command:
+                self._admitted = record.admitted
         self._pull_if_latched()
         return record.admitted
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from hw.geometry import Pose2, Twist2
 from hw.samples import PoseSigma
-from states.localization.kalman import Measurement, Noise, Source, Verdict
 from states.localization.planar import SLIPPING, PlanarFilter, planar_config
+from states.localization.sources import Measurement, Noise, Source, Verdict
 from states.maps.distance import Array
 
 GYRO_NOISE = Noise(

@@ -361,17 +361,17 @@ def test_samples_that_do_not_concern_the_base_are_passed_over():
     assert rig.tick(("own", SLOW)) == SLOW
 
 
-# ---- what is told: mode and refusal
+# ---- what is told: mode, refusal, and what is left of a command
 
 
-def test_mode_and_refusal_are_samples_given_at_the_start_and_on_change():
+def test_what_is_told_are_samples_given_at_the_start_and_on_change():
     rig = Rig()
 
     def told():
         return [(sample.name, sample.value) for sample in rig.base.samples(rig.now)]
 
-    assert rig.base.signals == ("base.pose", "base.twist", "base.mode", "base.refusal")
-    assert told() == [("base.mode", "omni"), ("base.refusal", None)]
+    assert rig.base.signals[2:] == ("base.mode", "base.refusal", "base.admitted")
+    assert told() == [("base.mode", "omni"), ("base.refusal", None), ("base.admitted", None)]
     assert told() == []
     rig.hear("stop.engaged", "button")
     rig.tick()
@@ -382,6 +382,22 @@ def test_mode_and_refusal_are_samples_given_at_the_start_and_on_change():
     assert told() == [("base.mode", "differential"), ("base.refusal", None)]
     rig.base.use("omni")
     assert rig.wheels.used == ["omni"]
+
+
+@pytest.mark.requirement(50)
+def test_what_the_chain_takes_away_is_told_until_it_lets_all_pass_for_a_tick():
+    rig = Rig()
+    limit = rig.base.chain.limits.speed
+    too_fast = Twist2(2.0 * limit, 0.0)
+    rig.tick(("own", SLOW))
+    assert rig.base.admitted is None
+    passed = rig.tick(("own", too_fast))
+    assert passed.vx == pytest.approx(limit)
+    assert [s.value for s in rig.base.samples(rig.now) if s.name == "base.admitted"] == [passed]
+    rig.base.tick(rig.now)
+    assert rig.base.admitted is None
+    rig.tick(("own", SLOW))
+    assert rig.base.admitted is None
 
 
 # ---- the owner's side
