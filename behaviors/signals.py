@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
@@ -21,6 +21,14 @@ from hw.samples import (
     TrackerPose,
     UserPose,
 )
+from states.localization.estimates import (
+    SENSED,
+    Estimate,
+    LocalizationEstimator,
+    Localizes,
+    PoseOf,
+    SigmaOf,
+)
 from states.signals.motion import StillnessEstimator, VelocityEstimator
 from states.site import SUBSYSTEMS, Site, SubsystemName
 
@@ -34,6 +42,9 @@ if TYPE_CHECKING:
 OBSTACLES = "floor.obstacles"
 TYPES = {kind.__name__: Type(kind.__name__, python=kind) for kind in (Pose2, Pose3, UserPose)}
 
+ESTIMATE = "base.localization"
+"""The signal that `base.pose` and `base.pose_sigma` are parts of where they are estimates."""
+
 MEASURED = (
     Measured("site", Site, constant=True, about="room, robot and limits"),
     Measured("settings", Settings, constant=True, about="values of the behaviours"),
@@ -41,6 +52,7 @@ MEASURED = (
     Measured("base.twist", Twist2, about="velocity in the base frame"),
     Measured("base.mode", str, about="how the wheels are driven: omni or differential"),
     Measured("base.refusal", str, about="why a base that is to drive does not, none while it may"),
+    Measured("base.admitted", Twist2, about="what the safety chain leaves of a velocity it cuts"),
     Measured("base.scan", Scan, about="one turn of a scanner, in its own frame"),
     Measured("base.odometry", Odometry, about="what the wheels say: odom_from_base"),
     Measured("base.imu", ImuReading, about="rates of turn and accelerations, in the base frame"),
@@ -56,17 +68,22 @@ MEASURED = (
 )
 
 
-def signals(site: Site, settings: Settings, scanning: bool = True) -> tuple[Signal, ...]:
+def signals(
+    site: Site,
+    settings: Settings,
+    localizer: Callable[[], Localizes] | None = None,
+    scanning: bool = True,
+) -> tuple[Signal, ...]:
     """Everything that can be asked for; what nobody asks for is never computed.
 
-    `scanning`: does anything give `base.scan`?
+    With a maker of localizers `base.pose` is estimated by what the base senses. `scanning`: does
+    anything give `base.scan`?
     """
     user = settings.user
     cells = cache(partial(_cells, site, settings))
     return (
-        *MEASURED,
-        *planning(site, scanning),
-        Derived("base.pose_sigma", ("site",), _sigma, PoseSigma, about="how sure base.pose is"),
+        *(measured() if localizer is None else localized(localizer)),
+        *planning(site, scanning, "base.pose" if localizer is None else ESTIMATE),
         Estimated(
             "user.velocity", ("user.pose",), partial(VelocityEstimator, user.window), Twist2,
             about="in the map, by least squares; turn of the body as wz",
@@ -106,13 +123,36 @@ def signals(site: Site, settings: Settings, scanning: bool = True) -> tuple[Sign
     )  # fmt: skip
 
 
-def planning(site: Site, scanning: bool = True) -> tuple[Signal, ...]:
+def measured() -> tuple[Signal, ...]:
+    """All that parts measure; the base knows where it is."""
+    about = "how sure base.pose is"
+    return (*MEASURED, Derived("base.pose_sigma", ("site",), _sigma, PoseSigma, about=about))
+
+
+def localized(localizer: Callable[[], Localizes]) -> tuple[Signal, ...]:
+    """All that parts measure, and where the base is by that."""
+    others = (signal for signal in MEASURED if signal.name != "base.pose")
+    return (
+        *others,
+        Estimated(
+            ESTIMATE, SENSED, lambda: LocalizationEstimator(localizer()), Estimate,
+            needs=("base.odometry",), about="where the base is by all that it senses, how sure",
+        ),
+        Estimated("base.pose", (ESTIMATE,), PoseOf, Pose2, about="map_from_base, an estimate"),
+        Estimated(
+            "base.pose_sigma", (ESTIMATE,), SigmaOf, PoseSigma, about="how sure base.pose is"
+        ),
+    )  # fmt: skip
+
+
+def planning(site: Site, scanning: bool = True, located: str = "base.pose") -> tuple[Signal, ...]:
     """What scanners show and no map does, and by it costmaps and planner of each subsystem.
 
-    Where nothing scans, planners go by map or room alone.
+    Where nothing scans, planners go by map or room alone. `located` tells poses of the base.
     """
+    sensed = (located, "user.pose", "base.scan")
     obstacles = Estimated(
-        OBSTACLES, ("base.pose", "user.pose", "base.scan"), site.obstacle_estimator, needs=(),
+        OBSTACLES, sensed, site.obstacle_estimator, needs=(),
         about="what scanners have shown about the robot and no map does",
     )  # fmt: skip
     planners = (signal for name in SUBSYSTEMS for signal in _planning(site, name, scanning))

@@ -7,6 +7,7 @@
 | `base.twist` | `Twist2`, base frame | every step |
 | `base.mode` | how the wheels are driven: `omni` or `differential` | on change |
 | `base.refusal` | why a base that is to drive does not, as text, or None | on change |
+| `base.admitted` | `Twist2`: what the chain leaves of a velocity it cuts, or None | on change |
 | `arm.joints` | `ArmState` | every step |
 | `vr.haptic_request` | `Pose3` while requested (the DEEP in the map), or None | on change |
 | `vr.release` | `True` | an event: the user lets go of a request |

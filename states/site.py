@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
@@ -18,6 +18,7 @@ from hw.geometry import Outline, Pose2, Twist2
 from hw.robot import MotionLimits, RobotModel
 from hw.room import Room
 from hw.samples import EXACT, Joints, PoseSigma
+from hw.tracking import Tracking
 from states.ages import slowed
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from states.arm.motion import Workspace
+    from states.localization.estimates import Localizes
+    from states.maps.field import Field
     from states.maps.occupancy import OccupancyMap
     from states.navigation.costmap import Ground
     from states.navigation.layers import Costmaps
@@ -113,7 +116,10 @@ class Site:
     latency: float = 0.0
     map: OccupancyMap | None = None
     pose_sigma: PoseSigma = EXACT
-    _grounds: dict[float, Ground] = field(default_factory=dict, init=False, repr=False)
+
+    @cached_property
+    def _grounds(self) -> dict[float, Ground]:
+        return {}
 
     def ground(self, resolution: float) -> Ground:
         """What the map shows, or the room, on cells of this size; the same for all subsystems."""
@@ -123,6 +129,11 @@ class Site:
             drawn = self.map or map_of(self.room, resolution)
             self._grounds[resolution] = ground_of(drawn, resolution)
         return self._grounds[resolution]
+
+    @cached_property
+    def tracking(self) -> Tracking:
+        """How the tracking system lies in the map, and its trackers on the robot."""
+        return Tracking.of(self.robot.sensing)
 
     @cached_property
     def static_costmaps(self) -> Mapping[SubsystemName, Costmaps]:
@@ -193,6 +204,19 @@ class Site:
         scanner = Scanner(self.robot.sensing.mount, self.outline(), self.pose_sigma)
         return ObstacleEstimator(ground, reach, window, scanner)
 
+    @cached_property
+    def field(self) -> Field:
+        """Distances to the walls, of the map or, exact, of the room."""
+        from states.maps.field import map_field, room_field
+
+        return room_field(self.room) if self.map is None else map_field(self.map)
+
+    def localizer(self, start: Pose2, seed: int) -> Localizes:
+        """A new one that takes the robot to start about here; one per run."""
+        from states.localization.localizer import Localizer
+
+        return Localizer(self.field, self.robot.sensing, self.tracking, start, seed)
+
     def driver(self, name: SubsystemName, planner: GlobalPlanner) -> LocalPlanner:
         """A new local planner with the values of a subsystem; one per drive."""
         from states.navigation.profile import Limits, ProfilePlanner, Tolerance
@@ -205,15 +229,15 @@ class Site:
             min(own.base_yaw_rate, base.max_yaw_rate),
             own.base_yaw_acceleration,
         )
-        tolerance = Tolerance(subsystem.tolerance, subsystem.yaw_tolerance)
+        tolerance, latency = Tolerance(subsystem.tolerance, subsystem.yaw_tolerance), self.latency
         if subsystem.local_planner == "profile":
-            return ProfilePlanner(planner, limits, tolerance, latency=self.latency)
+            return ProfilePlanner(planner, limits, tolerance, latency=latency)
         from states.navigation.teb_planner import TebPlanner
 
         walls, kept = (room.outer, *room.obstacles), subsystem.inflation
-        teb = TebPlanner(planner, limits, tolerance, walls=walls, wall_distance=kept)
-        teb.latency = self.latency
-        return teb
+        return TebPlanner(
+            planner, limits, tolerance, latency=latency, walls=walls, wall_distance=kept
+        )
 
     def warm_up(self) -> None:
         """Compile, or load from the cache, what the subsystems drive by, and build their maps."""

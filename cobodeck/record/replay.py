@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
+from behaviors.signals import ESTIMATE
 from cobodeck.catalogue import Catalogue, catalogue
 from cobodeck.clocks import Clock, Virtual
 from cobodeck.console import FAILED, Problem
@@ -129,7 +130,7 @@ def written_setup(record: Record, known: Catalogue) -> Setup:
     charts = _written_charts(record)
     given = header["given"]
     with instead(files):
-        return open_setup(
+        setup = open_setup(
             header["chart"],
             given["scene"],
             given["profile"],
@@ -138,6 +139,8 @@ def written_setup(record: Record, known: Catalogue) -> Setup:
             charts,
             known,
         )
+    localizing = header["options"]["seed"] if ESTIMATE in header["signals"] else None
+    return replace(setup, localizing=localizing)
 
 
 def _written_charts(record: Record) -> Library:

@@ -341,6 +341,10 @@ def test_whoever_drives_goes_by_the_newest_scan(
         ctx.now += 10**9
         next(run)
     else:
+        if isinstance(state, DriveTo):  # it brakes, and waits whether a way comes back
+            next(run)
+            assert wheel.command.speed < 1e-9
+            ctx.now += 300_000_000
         with pytest.raises(StopIteration) as ended:
             next(run)
         assert ended.value.value == outcome

@@ -1,0 +1,381 @@
+"""The compiled steps of the Kalman filters: predict by a motion model, correct by one measurement.
+
+A state is an array (n + 1, n): the mean in row 0, below it the factors of the covariance
+P = U D Uᵀ, U unit upper triangular, D in its place on the diagonal. So P is symmetric and has no
+negative eigenvalue whatever the numbers are (Bierman, Factorization Methods for Discrete Sequential
+Estimation, 1977: Thornton's time update, Bierman's measurement update). All in one file because
+numba's cache watches only the file a function stands in.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+LEAST_VARIANCE, GREATEST_VARIANCE = 1e-9, 1e9
+"""Variances of measurements are brought into this range (SI units squared)."""
+GREATEST = 1e12
+"""A value beyond is no measurement."""
+UNUSED = 1e100
+"""A variance beyond says that an axis was not measured."""
+
+_TURN = 2.0 * math.pi
+
+
+class News(NamedTuple):
+    """A measurement: value k is the state's entry axes[k], covariance (m, m) times `factor`.
+
+    `gates`: greatest squared distance by number of axes. Values that are no numbers are left out.
+    """
+
+    axes: Integers
+    gates: Array
+    values: Array
+    covariance: Array
+    factor: float
+    trusted: bool
+
+
+@njit(cache=True)
+def planar_step(state: Array, dt: float, noise: Array, news: News, out: Array) -> tuple[float, int]:
+    """Predicts a planar state (7, 6) by dt and corrects it; writes `out`.
+
+    State: x, y, yaw in the world, vx, vy, wz in the body. Gives what `_corrected` gives.
+    """
+    if dt > 0.0:
+        transition, inputs, weights = np.eye(6), np.zeros((6, 6)), np.empty(6)
+        planar_motion(state[0], dt, out[0], transition)
+        planar_noise(state[0], dt, noise, inputs, weights)
+        _propagated(state[1:], transition, inputs, weights, out[1:])
+    else:
+        out[:] = state
+    return _corrected(out, news, 2, 3)
+
+
+@njit(cache=True)
+def spatial_step(
+    state: Array, dt: float, noise: Array, news: News, out: Array
+) -> tuple[float, int]:
+    """Predicts a state in space (16, 15) by dt and corrects it; writes `out`.
+
+    State: position, then roll, pitch, yaw in the world; velocity, rates of turn and acceleration in
+    the body. Gives what `_corrected` gives.
+    """
+    if dt > 0.0:
+        transition, weights = np.eye(15), np.empty(15)
+        spatial_motion(state[0], dt, out[0], transition)
+        _weigh(noise, dt, _norm(state[0, 6:9]), _norm(state[0, 9:12]), weights)
+        _propagated(state[1:], transition, np.eye(15), weights, out[1:])
+    else:
+        out[:] = state
+    return _corrected(out, news, 3, 6)
+
+
+@njit(cache=True)
+def covariance_of(state: Array) -> Array:
+    """P (n, n) of a state, exactly symmetric."""
+    n = state.shape[1]
+    whole = np.empty((n, n))
+    for i in range(n):
+        for j in range(i, n):
+            total = 0.0
+            for k in range(j, n):
+                left = 1.0 if k == i else state[1 + i, k]
+                right = 1.0 if k == j else state[1 + j, k]
+                total += left * state[1 + k, k] * right
+            whole[i, j] = whole[j, i] = total
+    return whole
+
+
+@njit(cache=True)
+def planar_motion(mean: Array, dt: float, moved: Array, transition: Array) -> None:
+    """The exact arc of a steady body velocity, and its Jacobian, which is to come as the identity.
+
+    In the body the way is the integral of the turning velocity: dt times (a -b; b a) (vx, vy) with
+    a = sin(t)/t and b = (1 - cos(t))/t for the turn t = wz dt.
+    """
+    yaw, vx, vy, turn = mean[2], mean[3], mean[4], mean[5] * dt
+    if abs(turn) < 1e-3:
+        square = turn * turn
+        a, a_slope = 1.0 - square / 6.0 + square * square / 120.0, turn * (square / 30.0 - 1 / 3.0)
+        b, b_slope = turn * (0.5 - square / 24.0), 0.5 - square / 8.0
+    else:
+        a, b = math.sin(turn) / turn, 2.0 * math.sin(0.5 * turn) ** 2 / turn
+        a_slope, b_slope = (math.cos(turn) - a) / turn, (math.sin(turn) - b) / turn
+    ahead, aside = dt * (a * vx - b * vy), dt * (b * vx + a * vy)
+    c, s = math.cos(yaw), math.sin(yaw)
+    moved[:] = mean
+    moved[0] += c * ahead - s * aside
+    moved[1] += s * ahead + c * aside
+    moved[2] = _wrapped(yaw + turn)
+    transition[0, 2] = -s * ahead - c * aside
+    transition[1, 2] = c * ahead - s * aside
+    transition[0, 3] = transition[1, 4] = dt * (c * a - s * b)
+    transition[1, 3] = dt * (s * a + c * b)
+    transition[0, 4] = -transition[1, 3]
+    ahead_slope = dt * dt * (a_slope * vx - b_slope * vy)
+    aside_slope = dt * dt * (b_slope * vx + a_slope * vy)
+    transition[0, 5] = c * ahead_slope - s * aside_slope
+    transition[1, 5] = s * ahead_slope + c * aside_slope
+    transition[2, 5] = dt
+
+
+@njit(cache=True)
+def planar_noise(mean: Array, dt: float, noise: Array, inputs: Array, weights: Array) -> None:
+    """What slip and accelerations add: inputs (6, 6), which is to come as zeros, and weights (6,).
+
+    White acceleration moves the body along with the velocity, by dt/2 per unit; what is left of the
+    exact covariance of that (Bar-Shalom 6.2.2) is dt²/12 of the velocity's variance.
+    """
+    speed = math.hypot(mean[3], mean[4])
+    _weigh(noise, dt, speed, abs(mean[5]), weights)
+    yaw = mean[2] + 0.5 * dt * mean[5]
+    c, s = math.cos(yaw), math.sin(yaw)
+    half = 0.5 * dt
+    for i in range(6):
+        inputs[i, i] = 1.0
+    inputs[0, 0] = inputs[1, 1] = c
+    inputs[1, 0] = s
+    inputs[0, 1] = -s
+    inputs[0, 3] = inputs[1, 4] = half * c
+    inputs[1, 3] = half * s
+    inputs[0, 4] = -half * s
+    inputs[2, 5] = half
+    for i in range(3):
+        weights[i] += weights[3 + i] * dt * dt / 12.0
+
+
+@njit(cache=True)
+def spatial_motion(mean: Array, dt: float, moved: Array, transition: Array) -> None:
+    """One step of the model of robot_localization, and its Jacobian, to come as the identity.
+
+    The position moves by the acceleration, too; rates of turn and accelerations stay. Roll, pitch
+    and yaw are singular at a pitch of 90°, where the step is bounded, not right.
+    """
+    roll, pitch, yaw = mean[3], mean[4], mean[5]
+    sr, cr = math.sin(roll), math.cos(roll)
+    sp, cp = math.sin(pitch), math.cos(pitch)
+    sy, cy = math.sin(yaw), math.cos(yaw)
+    moved[:] = mean
+    way = dt * (mean[6:9] + 0.5 * dt * mean[12:15])
+    # columns of world_from_body, and what they turn into with roll, pitch and yaw
+    turned = np.array(
+        (
+            (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+            (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+            (-sp, cp * sr, cp * cr),
+        )
+    )
+    along_x, along_y, along_z = turned @ way
+    moved[0] += along_x
+    moved[1] += along_y
+    moved[2] += along_z
+    for i in range(3):
+        transition[i, 3] = turned[i, 2] * way[1] - turned[i, 1] * way[2]
+        for j in range(3):
+            transition[i, 6 + j] = dt * turned[i, j]
+            transition[i, 12 + j] = 0.5 * dt * dt * turned[i, j]
+    down = -sp * way[0] + cp * sr * way[1] + cp * cr * way[2]
+    transition[0, 4], transition[1, 4] = cy * down, sy * down
+    transition[2, 4] = -cp * way[0] - sp * sr * way[1] - sp * cr * way[2]
+    transition[0, 5], transition[1, 5] = -along_y, along_x
+    _turn_in_space(mean, dt, moved, transition)
+    for i in range(3):
+        moved[6 + i] += dt * mean[12 + i]
+        transition[6 + i, 12 + i] = dt
+
+
+@njit(cache=True)
+def _turn_in_space(mean: Array, dt: float, moved: Array, transition: Array) -> None:
+    sr, cr = math.sin(mean[3]), math.cos(mean[3])
+    sp, cp = math.sin(mean[4]), math.cos(mean[4])
+    if abs(cp) < 1e-6:
+        cp = math.copysign(1e-6, cp)
+    tangent, secant = sp / cp, 1.0 / cp
+    wx, wy, wz = mean[9], mean[10], mean[11]
+    across, level = sr * wy + cr * wz, cr * wy - sr * wz
+    moved[3] = _wrapped(mean[3] + dt * (wx + across * tangent))
+    moved[4] = _wrapped(mean[4] + dt * level)
+    moved[5] = _wrapped(mean[5] + dt * across * secant)
+    transition[3, 3] += dt * level * tangent
+    transition[3, 4] = dt * across * secant * secant
+    transition[3, 9], transition[3, 10], transition[3, 11] = (
+        dt,
+        dt * sr * tangent,
+        dt * cr * tangent,
+    )
+    transition[4, 3] = -dt * across
+    transition[4, 10], transition[4, 11] = dt * cr, -dt * sr
+    transition[5, 3] = dt * level * secant
+    transition[5, 4] = dt * across * secant * tangent
+    transition[5, 10], transition[5, 11] = dt * sr * secant, dt * cr * secant
+
+
+@njit(cache=True)
+def _weigh(noise: Array, dt: float, speed: float, rate: float, weights: Array) -> None:
+    """Variances of this step: noise (3, n) holds them per second, per metre and per radian."""
+    for i in range(len(weights)):
+        weights[i] = dt * (noise[0, i] + speed * noise[1, i] + rate * noise[2, i])
+
+
+@njit(cache=True)
+def _propagated(
+    factors: Array, transition: Array, inputs: Array, weights: Array, out: Array
+) -> None:
+    """Factors of F P Fᵀ + G W Gᵀ by weighted Gram-Schmidt (Thornton)."""
+    n, p = inputs.shape
+    rows, spread = np.empty((n, n + p)), np.empty(n + p)
+    for j in range(n):
+        spread[j] = factors[j, j]
+        for i in range(n):
+            total = transition[i, j]
+            for k in range(j):
+                total += transition[i, k] * factors[k, j]
+            rows[i, j] = total
+    rows[:, n:] = inputs
+    spread[n:] = weights
+    for j in range(n - 1, -1, -1):
+        total = 0.0
+        for k in range(n + p):
+            total += rows[j, k] * rows[j, k] * spread[k]
+        out[j, j] = total
+        for i in range(j):
+            share = 0.0
+            if total > 0.0:
+                for k in range(n + p):
+                    share += rows[i, k] * spread[k] * rows[j, k]
+                share /= total
+                for k in range(n + p):
+                    rows[i, k] -= share * rows[j, k]
+            out[i, j], out[j, i] = share, 0.0
+
+
+@njit(cache=True)
+def _corrected(state: Array, news: News, first_angle: int, angles_end: int) -> tuple[float, int]:
+    """Corrects a state in place; returns the squared Mahalanobis distance and the axes used.
+
+    Nothing is done if the distance is beyond gates[number of axes] - or if the news are trusted,
+    what was missed is first added to the state's variance, and no gate asked.
+    """
+    used, missed, spread = _usable(state[0], news, first_angle, angles_end)
+    m, n = len(used), state.shape[1]
+    if m == 0:
+        return 0.0, 0
+    if news.trusted:
+        weights = np.zeros(n)
+        for k in range(m):
+            weights[used[k]] = missed[k] * missed[k]
+        _propagated(state[1:].copy(), np.eye(n), np.eye(n), weights, state[1:])
+    trial, shift, row = state.copy(), np.zeros(n), np.empty(n)
+    rows = _decorrelated(spread, missed)
+    distance = 0.0
+    for k in range(m):
+        row[:] = 0.0
+        for i in range(k + 1):
+            row[used[i]] = rows[k, i]
+        distance += _take(trial[1:], row, spread[k, k], missed[k], shift)
+    if not news.trusted and not distance <= news.gates[m]:
+        return distance, m
+    for i in range(n):
+        trial[0, i] += shift[i]
+        if first_angle <= i < angles_end:
+            trial[0, i] = _wrapped(trial[0, i])
+    state[:] = trial
+    return distance, m
+
+
+@njit(cache=True)
+def _take(factors: Array, row: Array, variance: float, missed: float, shift: Array) -> float:
+    """Takes one scalar measurement in (Bierman); adds to the mean's shift; squared distance."""
+    n = len(row)
+    gain = np.empty(n)
+    spread, rest = variance, missed
+    for j in range(n):
+        f = row[j]
+        rest -= row[j] * shift[j]
+        for i in range(j):
+            f += factors[i, j] * row[i]
+        g = factors[j, j] * f
+        before, spread = spread, spread + f * g
+        factors[j, j] *= before / spread
+        for i in range(j):
+            old = factors[i, j]
+            factors[i, j] = old - f / before * gain[i]
+            gain[i] += g * old
+        gain[j] = g
+    for i in range(n):
+        shift[i] += gain[i] * (rest / spread)
+    return rest * (rest / spread)
+
+
+@njit(cache=True)
+def _usable(
+    mean: Array, news: News, first_angle: int, angles_end: int
+) -> tuple[Integers, Array, Array]:
+    """Entries of the state that were measured, by how much they were missed, their covariance."""
+    values, covariance = news.values, news.covariance
+    good = np.empty(len(news.axes), np.int64)
+    m = 0
+    for k in range(len(news.axes)):
+        if abs(values[k]) <= GREATEST and 0.0 <= covariance[k, k] <= UNUSED:
+            good[m] = k
+            m += 1
+    used, missed, spread = np.empty(m, np.int64), np.empty(m), np.empty((m, m))
+    for k in range(m):
+        at = news.axes[good[k]]
+        used[k], missed[k] = at, values[good[k]] - mean[at]
+        if first_angle <= at < angles_end:
+            missed[k] = _wrapped(missed[k])
+        for j in range(k):
+            spread[k, j] = news.factor * covariance[good[k], good[j]]
+        clamped = min(max(covariance[good[k], good[k]], LEAST_VARIANCE), GREATEST_VARIANCE)
+        spread[k, k] = news.factor * clamped
+    return used, missed, spread
+
+
+@njit(cache=True)
+def _decorrelated(spread: Array, missed: Array) -> Array:
+    """The rows of inv(L) for the covariance L D Lᵀ, of which the lower half is given.
+
+    Writes D on its diagonal and inv(L) missed into `missed`. A covariance that is not positive
+    definite, or not finite, is taken by its diagonal.
+    """
+    m = len(spread)
+    lower, pivots, rows = np.zeros((m, m)), np.empty(m), np.eye(m)
+    for k in range(m):
+        pivots[k] = spread[k, k]
+        for j in range(k):
+            total = spread[k, j]
+            for i in range(j):
+                total -= lower[k, i] * pivots[i] * lower[j, i]
+            lower[k, j] = total / pivots[j]
+            pivots[k] -= lower[k, j] * total
+        if not pivots[k] > 1e-9 * spread[k, k]:
+            return rows
+    for k in range(m):
+        spread[k, k] = pivots[k]
+        for j in range(k):
+            missed[k] -= lower[k, j] * missed[j]
+            for i in range(j + 1):
+                rows[k, i] -= lower[k, j] * rows[j, i]
+    return rows
+
+
+@njit(cache=True)
+def _norm(vector: Array) -> float:
+    return math.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
+
+
+@njit(cache=True)
+def _wrapped(angle: float) -> float:
+    """The same direction in [-pi, pi]; what lies there already stays as it is."""
+    if abs(angle) <= math.pi:
+        return angle
+    return angle - _TURN * math.floor(angle / _TURN + 0.5)

@@ -1,0 +1,361 @@
+"""A Kalman filter over measurements that come late, twice, broken or wrong.
+
+Every measurement gives entries of the state at its own stamp. They are taken in the order of
+stamps, whatever the order in which they come: a late one is put into its place and what came after
+is taken again, so that the result is, bit for bit, that of the right order. A gate keeps out what
+is too far off, but never for good. `planar.py` and `spatial.py` have the two filters.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+from scipy.special import chdtri
+
+from states.localization.filter_kernels import Array, Integers, News, covariance_of
+
+LONGEST = 4096
+"""Measurements remembered at most, whatever the seconds."""
+
+Outcome = Literal["accepted", "rejected", "reacquired", "duplicate", "too_old", "empty"]
+Step = Callable[..., tuple[float, int]]
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Whatever measures `axes`, entries of the state by name.
+
+    `gate`: the share of right measurements that are to pass, or None to let all pass.
+    `reacquire_after`: so many rejections in a row, and the next one is believed: what it was missed
+    by is added to the filter's uncertainty first. `yields_to`: sources by whose acceptance that
+    count starts anew, so that a source that jumped does not take the filter away from one that
+    fits. `correlation`: for so long errors stay alike, s; measurements that come faster count less.
+    """
+
+    name: str
+    axes: tuple[str, ...]
+    gate: float | None = 0.997
+    reacquire_after: int = 5
+    yields_to: tuple[str, ...] = ()
+    correlation: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """Variances that a state gains, SI units squared, one per axis.
+
+    Per second, per metre gone and per radian turned: slip comes with motion.
+    """
+
+    per_second: tuple[float, ...]
+    per_metre: tuple[float, ...]
+    per_radian: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FilterConfig:
+    """What a filter is told once: its sources, its process noise, its ignorance at the start.
+
+    `initial`: standard deviations of the state, of mean 0, at the first measurement. `history`: how
+    late a measurement may come, s.
+    """
+
+    sources: tuple[Source, ...]
+    noise: Noise
+    initial: tuple[float, ...]
+    history: float = 1.0
+
+
+class Measurement(NamedTuple):
+    """Values of a source's axes at a stamp, with their covariance (m, m) or variances (m,).
+
+    An axis whose value is not finite, or beyond 1e12, is left out, and so is one whose variance is
+    negative, not finite or beyond 1e100, as drivers mark what they do not measure. Variances are
+    brought into 1e-9 to 1e9.
+    """
+
+    stamp_ns: int
+    source: str
+    values: Sequence[float] | Array
+    covariance: Sequence[float] | Array
+
+
+class Verdict(NamedTuple):
+    """What became of a measurement, and its Mahalanobis distance, in standard deviations.
+
+    `empty`: no axis was left; `duplicate`: this source has told of this stamp, the first counts.
+    """
+
+    outcome: Outcome
+    distance: float
+
+
+class _Known(NamedTuple):
+    """A source as the kernels want it."""
+
+    order: int
+    axes: Integers
+    gates: Array
+    source: Source
+    yielding: tuple[int, ...]
+
+
+class _Entry:
+    """A measurement with the state after it, and per source: rejections in a row, last stamp."""
+
+    __slots__ = ("covariance", "key", "known", "last", "rejections", "state", "values", "verdict")
+
+    key: tuple[int, int]
+    known: _Known
+    values: Array
+    covariance: Array
+    state: Array
+    rejections: tuple[int, ...]
+    last: tuple[int | None, ...]
+    verdict: Verdict
+
+
+_NO_NEWS = News(
+    np.empty(0, np.int64), np.empty(0), np.empty(0), np.empty((0, 0)), factor=1.0, trusted=False
+)
+
+
+class KalmanFilter:
+    """An extended Kalman filter over the axes and the compiled step of one motion model."""
+
+    def __init__(self, config: FilterConfig, axes: tuple[str, ...], step: Step) -> None:
+        for what, values in (
+            ("initial", config.initial),
+            ("noise per second", config.noise.per_second),
+            ("noise per metre", config.noise.per_metre),
+            ("noise per radian", config.noise.per_radian),
+        ):
+            if len(values) != len(axes) or not all(0.0 <= v < math.inf for v in values):
+                raise ValueError(
+                    f"{what}: {values}; {len(axes)} numbers that are not negative are needed, "
+                    f"for {', '.join(axes)}"
+                )
+        self._config = config
+        self._step = step
+        self._noise = np.array(
+            [config.noise.per_second, config.noise.per_metre, config.noise.per_radian], np.float64
+        )
+        self._sources = _known_sources(config.sources, axes)
+        self._history_ns = round(config.history * 1e9)
+        self._entries: list[_Entry] = []
+        self.counts: Counter[tuple[str, Outcome]] = Counter()
+
+    @property
+    def stamp_ns(self) -> int | None:
+        """Stamp of the newest measurement; None before the first."""
+        return self._entries[-1].key[0] if self._entries else None
+
+    @property
+    def mean(self) -> Array:
+        """The newest state (n,); all 0 before the first measurement."""
+        return np.array(self._newest()[0])
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance (n, n) of the newest state, symmetric, no eigenvalue negative."""
+        return _covariance(self._newest())
+
+    def at(self, stamp_ns: int) -> tuple[Array, Array] | None:
+        """Mean (n,) and covariance (n, n) at a stamp, by the measurements up to it.
+
+        Behind the newest measurement the state is predicted. None before what is remembered.
+        """
+        state = self._predicted(stamp_ns)
+        return None if state is None else (state[0], _covariance(state))
+
+    def reset(self) -> None:
+        """Forget everything: the next measurement begins anew, so it should be a good one."""
+        self._entries.clear()
+
+    def correct(self, measurement: Measurement) -> Verdict:
+        """Take a measurement, which may come late.
+
+        Raises:
+            ValueError: no such source, or not one value, and one variance, per axis.
+        """
+        entry = self._entry(measurement)
+        entries = self._entries
+        place = len(entries)
+        if not entries:
+            entries.append(self._beginning(measurement.stamp_ns))
+            place = 1
+        elif entry.key <= entries[-1].key:
+            place = bisect_left(entries, entry.key, key=_key_of)
+            if place < len(entries) and entries[place].key == entry.key:
+                return self._counted(measurement.source, Verdict("duplicate", 0.0))
+            if place == 0:
+                return self._counted(measurement.source, Verdict("too_old", 0.0))
+        entries.insert(place, entry)
+        self._take_from(place)
+        if entry.verdict.outcome == "empty":
+            self._drop(place)
+        self._forget()
+        return self._counted(measurement.source, entry.verdict)
+
+    def _predicted(self, stamp_ns: int) -> Array | None:
+        entries = self._entries
+        place = len(entries)
+        if not entries or stamp_ns < entries[-1].key[0]:
+            place = bisect_left(entries, (stamp_ns, len(self._sources)), key=_key_of)
+        if place == 0:
+            return None
+        entry = entries[place - 1]
+        state = np.empty_like(entry.state)
+        dt = (stamp_ns - entry.key[0]) * 1e-9
+        self._step(entry.state, dt, self._noise, _NO_NEWS, state)
+        return state
+
+    def _newest(self) -> Array:
+        return (self._entries[-1] if self._entries else self._beginning(0)).state
+
+    def _counted(self, source: str, verdict: Verdict) -> Verdict:
+        self.counts[source, verdict.outcome] += 1
+        return verdict
+
+    def _entry(self, measurement: Measurement) -> _Entry:
+        known = self._sources.get(measurement.source)
+        if known is None:
+            names = ", ".join(self._sources)
+            raise ValueError(f"no source {measurement.source!r}; known: {names}")
+        entry = _Entry()
+        entry.key, entry.known = (measurement.stamp_ns, known.order), known
+        entry.values = np.array(measurement.values, np.float64)
+        covariance = np.array(measurement.covariance, np.float64)
+        entry.covariance = np.diag(covariance) if covariance.ndim == 1 else covariance
+        m = len(known.axes)
+        if entry.values.shape != (m,) or entry.covariance.shape != (m, m):
+            raise ValueError(
+                f"{known.source.name}: values {entry.values.shape} with covariance "
+                f"{covariance.shape}; {m} values are needed, for {', '.join(known.source.axes)}"
+            )
+        return entry
+
+    def _beginning(self, stamp_ns: int) -> _Entry:
+        entry = _Entry()
+        entry.key = (stamp_ns, -1)
+        entry.state = np.vstack(
+            (np.zeros(len(self._config.initial)), np.diag(np.square(self._config.initial)))
+        )
+        entry.rejections = (0,) * len(self._sources)
+        entry.last = (None,) * len(self._sources)
+        return entry
+
+    def _take_from(self, place: int) -> None:
+        entries = self._entries
+        for at in range(place, len(entries)):
+            self._take(entries[at - 1], entries[at])
+
+    def _drop(self, place: int) -> None:
+        """Be as if this measurement had never come."""
+        del self._entries[place]
+        self._take_from(place)
+        if self._entries[-1].key[1] < 0:  # the beginning that was made for it
+            self._entries.clear()
+
+    def _take(self, before: _Entry, entry: _Entry) -> None:
+        """Predict from one entry to the next, and correct by its measurement."""
+        known, stamp = entry.known, entry.key[0]
+        at, last = known.order, before.last[known.order]
+        factor = 1.0 if last is None else _factor(known.source.correlation, stamp - last)
+        dt = (stamp - before.key[0]) * 1e-9
+        entry.state = np.empty_like(before.state)
+        entry.rejections, entry.last = before.rejections, before.last
+        news = News(known.axes, known.gates, entry.values, entry.covariance, factor, trusted=False)
+        square, m = self._step(before.state, dt, self._noise, news, entry.state)
+        distance = math.sqrt(square)
+        if m == 0:
+            entry.verdict = Verdict("empty", 0.0)
+            return
+        outcome: Outcome = "accepted"
+        if not square <= known.gates[m]:
+            rejections = before.rejections[at] + 1
+            if rejections <= known.source.reacquire_after:
+                entry.verdict = Verdict("rejected", distance)
+                entry.rejections = _with(before.rejections, (at,), rejections)
+                return
+            outcome = "reacquired"
+            trusted = news._replace(trusted=True)
+            self._step(before.state, dt, self._noise, trusted, entry.state)
+        entry.verdict = Verdict(outcome, distance)
+        entry.rejections = _with(before.rejections, (at, *known.yielding), 0)
+        if known.source.correlation > 0.0:
+            entry.last = (*before.last[:at], stamp, *before.last[at + 1 :])
+
+    def _forget(self) -> None:
+        entries = self._entries
+        if not entries:
+            return
+        oldest = entries[-1].key[0] - self._history_ns
+        gone = max(len(entries) - LONGEST, 0)
+        while gone + 1 < len(entries) and entries[gone + 1].key[0] <= oldest:
+            gone += 1
+        if gone:
+            del entries[:gone]
+
+
+def _covariance(state: Array) -> Array:
+    whole: Array = covariance_of(state)
+    return whole
+
+
+def _key_of(entry: _Entry) -> tuple[int, int]:
+    return entry.key
+
+
+def _with(numbers: tuple[int, ...], places: tuple[int, ...], value: int) -> tuple[int, ...]:
+    if all(numbers[place] == value for place in places):
+        return numbers
+    return tuple(value if at in places else number for at, number in enumerate(numbers))
+
+
+def _factor(correlation: float, elapsed_ns: int) -> float:
+    """By how much the variance of one of many measurements is to grow if errors stay alike.
+
+    The mean of n values of an AR(1) process of correlation r from one to the next has the variance
+    (1 + r)/(1 - r) / n of one value, for large n.
+    """
+    if correlation <= 0.0:
+        return 1.0
+    return 1.0 / math.tanh(max(0.5e-9 * elapsed_ns / correlation, 1e-6))
+
+
+def _known_sources(sources: tuple[Source, ...], axes: tuple[str, ...]) -> dict[str, _Known]:
+    names = [source.name for source in sources]
+    if not names or len(set(names)) < len(names):
+        raise ValueError(f"sources: {names}; at least one is needed, each with a name of its own")
+    known = {}
+    for at, source in enumerate(sources):
+        where = f"source {source.name}"
+        wrong = [axis for axis in source.axes if axis not in axes]
+        if wrong or not source.axes or len(set(source.axes)) < len(source.axes):
+            raise ValueError(f"{where}: axes {source.axes}; different ones of {', '.join(axes)}")
+        if source.gate is not None and not 0.0 < source.gate < 1.0:
+            raise ValueError(f"{where}: gate {source.gate}; a share between 0 and 1, or None")
+        if not 0.0 <= source.correlation < math.inf or source.reacquire_after < 0:
+            raise ValueError(f"{where}: correlation and reacquire_after must not be negative")
+        unknown = [name for name in source.yields_to if name not in names]
+        if unknown:
+            raise ValueError(f"{where}: yields to {unknown[0]}; sources: {', '.join(names)}")
+        index = np.array([axes.index(axis) for axis in source.axes], np.int64)
+        yielding = tuple(i for i, s in enumerate(sources) if source.name in s.yields_to)
+        known[source.name] = _Known(at, index, _gates(source.gate, len(axes)), source, yielding)
+    return known
+
+
+def _gates(share: float | None, most: int) -> Array:
+    """Greatest squared distance of 0 to `most` axes."""
+    if share is None:
+        return np.full(most + 1, np.inf)
+    gates = chdtri(np.arange(most + 1, dtype=np.float64).clip(1.0), 1.0 - share)
+    return np.asarray(gates, np.float64)

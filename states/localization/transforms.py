@@ -1,0 +1,335 @@
+"""Which frame is where at a time: a tree of frames with a history, after the semantics of tf2.
+
+An edge says where a child frame is in its parent: `parent_from_child`, metres and unit quaternions.
+Static edges hold at all times; dynamic ones are remembered for `cache` seconds and interpolated
+between two stamps, the position along a line, the orientation by slerp. Nothing is extrapolated.
+Stamps are integer nanoseconds of whichever clock the caller uses; they may be negative.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from dataclasses import dataclass
+from typing import Literal
+
+from hw.geometry import Pose3
+
+CACHE_S = 10.0
+"""How long a dynamic edge is remembered by default, s."""
+
+Reason = Literal["unknown", "unconnected", "loop", "one_value", "future", "past"]
+
+_Edge = tuple[float, float, float, float, float, float, float]
+_IDENTITY: _Edge = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+_TRIM = 256  # forgotten values are freed in blocks of at least as many
+_CLOSE = 1.0 - 1e-10  # cosine of half the angle above which slerp and a straight line are the same
+
+
+@dataclass(frozen=True, slots=True)
+class NoTransform:
+    """Why there is no transform, for programs and for people.
+
+    `one_value`, `future` and `past` say that an edge would have had to be extrapolated: it has a
+    single value at another time, its newest value is older, its oldest value is newer.
+    """
+
+    reason: Reason
+    text: str
+
+    def __str__(self) -> str:
+        return self.text
+
+
+class _History:
+    """The values of one dynamic edge in the order of their stamps; those before `first` are gone.
+
+    `parent` is the one parent of all values, or None if it has changed in what is remembered.
+    """
+
+    __slots__ = ("edges", "first", "parent", "parents", "stamps")
+
+    def __init__(self) -> None:
+        self.stamps: list[int] = []
+        self.parents: list[str] = []
+        self.edges: list[_Edge] = []
+        self.first = 0
+        self.parent: str | None = None
+
+    def put(self, stamp: int, parent: str, edge: _Edge, cache_ns: int) -> bool:
+        """False if the value is older than what is remembered. An equal stamp is written over."""
+        stamps = self.stamps
+        if stamps and stamp < stamps[-1] - cache_ns:
+            return False
+        if not stamps:
+            self.parent = parent
+        elif self.parent != parent:
+            self.parent = None
+        if not stamps or stamp > stamps[-1]:
+            stamps.append(stamp)
+            self.parents.append(parent)
+            self.edges.append(edge)
+            self._forget(stamp - cache_ns)
+            return True
+        at = bisect_left(stamps, stamp, self.first)
+        if stamps[at] == stamp:
+            self.parents[at], self.edges[at] = parent, edge
+            return True
+        stamps.insert(at, stamp)
+        self.parents.insert(at, parent)
+        self.edges.insert(at, edge)
+        return True
+
+    def _forget(self, oldest: int) -> None:
+        stamps, first = self.stamps, self.first
+        while stamps[first] < oldest:
+            first += 1
+        self.first = first
+        if first > _TRIM and 2 * first > len(stamps):
+            del stamps[:first], self.parents[:first], self.edges[:first]
+            self.first = 0
+            if self.parent is None and len(set(self.parents)) == 1:
+                self.parent = self.parents[0]
+
+    def find(self, stamp: int) -> int | Reason:
+        """Index of the value at this stamp, or of the one after it; why there is none."""
+        stamps, first = self.stamps, self.first
+        at = bisect_left(stamps, stamp, first)
+        if at == len(stamps):
+            return "one_value" if at - first == 1 else "future"
+        if at == first and stamps[at] != stamp:
+            return "one_value" if len(stamps) - first == 1 else "past"
+        return at
+
+    def parent_at(self, at: int, stamp: int) -> str:
+        return self.parents[at if self.stamps[at] == stamp else at - 1]
+
+    def edge_at(self, at: int, stamp: int) -> _Edge:
+        """Between values of one parent interpolated; else the older one holds."""
+        after = self.stamps[at]
+        if after == stamp:
+            return self.edges[at]
+        before = self.stamps[at - 1]
+        if self.parent is None and self.parents[at - 1] != self.parents[at]:
+            return self.edges[at - 1]
+        return _between(self.edges[at - 1], self.edges[at], (stamp - before) / (after - before))
+
+
+class TransformBuffer:
+    """A tree of frames with a history; each frame has at most one parent at a time."""
+
+    def __init__(self, cache: float = CACHE_S) -> None:
+        self._cache_ns = round(cache * 1e9)
+        self._static: dict[str, tuple[str, _Edge]] = {}
+        self._moving: dict[str, _History] = {}
+        self._parents: set[str] = set()
+
+    def fix(self, parent: str, child: str, parent_from_child: Pose3) -> None:
+        """Tell a static edge; it takes the place of whatever was known of the child.
+
+        Raises:
+            ValueError: a value is not finite, no unit quaternion, or a frame is its own parent.
+        """
+        edge = _checked(parent, child, parent_from_child)
+        self._moving.pop(child, None)
+        self._static[child] = (parent, edge)
+        self._parents.add(parent)
+
+    def put(self, parent: str, child: str, stamp_ns: int, parent_from_child: Pose3) -> bool:
+        """Tell where a moving child was; False, and nothing done, if older than the cache.
+
+        May come in any order; a second value for a stamp takes the place of the first. The parent
+        may be another one than before.
+
+        Raises:
+            ValueError: a value is not finite, no unit quaternion, or a frame is its own parent.
+        """
+        edge = _checked(parent, child, parent_from_child)
+        history = self._moving.get(child)
+        if history is None:
+            self._static.pop(child, None)
+            history = self._moving[child] = _History()
+            self._parents.add(parent)
+        elif history.parent != parent:
+            self._parents.add(parent)
+        return history.put(stamp_ns, parent, edge, self._cache_ns)
+
+    def lookup(self, target: str, source: str, stamp_ns: int | None = None) -> Pose3 | NoTransform:
+        """target_from_source at a time; None is the newest time at which all edges are known."""
+        if stamp_ns is None:
+            newest = self.newest_common(target, source)
+            if isinstance(newest, NoTransform):
+                return newest
+            stamp_ns = newest
+        up = self._chain(source, stamp_ns, target)
+        if up[-1] == target and self._knows(target):
+            return Pose3(*self._climb(up, len(up) - 1, stamp_ns))
+        down = self._chain(target, stamp_ns, source)
+        meeting = _meeting(up, down)
+        if meeting is None or not self._knows(target):
+            return self._failure(target, source, up, down, stamp_ns)
+        from_source = self._climb(up, meeting[0], stamp_ns)
+        from_target = self._climb(down, meeting[1], stamp_ns)
+        return Pose3(*_product(_inverse(from_target), from_source))
+
+    def lookup_across(
+        self, target: str, target_ns: int, source: str, source_ns: int, fixed: str
+    ) -> Pose3 | NoTransform:
+        """Where the source was at `source_ns`, seen from the target at `target_ns`.
+
+        The frame `fixed` is taken to have stood still between the two times.
+        """
+        fixed_from_source = self.lookup(fixed, source, source_ns)
+        if isinstance(fixed_from_source, NoTransform):
+            return fixed_from_source
+        target_from_fixed = self.lookup(target, fixed, target_ns)
+        if isinstance(target_from_fixed, NoTransform):
+            return target_from_fixed
+        return target_from_fixed @ fixed_from_source
+
+    def newest_common(self, target: str, source: str) -> int | NoTransform:
+        """The newest stamp at which all edges between both frames are known, ns.
+
+        0 where all of them are static: any time does.
+        """
+        up, down = self._chain(source, None, target), self._chain(target, None, source)
+        meeting = _meeting(up, down)
+        if meeting is None or not self._knows(target):
+            return self._failure(target, source, up, down, 0)
+        frames = up[: meeting[0]] + down[: meeting[1]]
+        moving = [self._moving[frame].stamps[-1] for frame in frames if frame in self._moving]
+        return min(moving, default=0)
+
+    def _chain(self, frame: str, stamp: int | None, goal: str) -> list[str]:
+        """The frame and its ancestors, up to the goal or as far as they are known at the time."""
+        static, moving = self._static, self._moving
+        chain = [frame]
+        longest = len(static) + len(moving)
+        while frame != goal and len(chain) <= longest:
+            fixed = static.get(frame)
+            history = moving.get(frame) if fixed is None else None
+            if fixed is not None:
+                frame = fixed[0]
+            elif history is None:
+                break
+            elif stamp is None:
+                frame = history.parents[-1]
+            else:
+                at = history.find(stamp)
+                if not isinstance(at, int):
+                    break
+                frame = history.parent or history.parent_at(at, stamp)
+            chain.append(frame)
+        return chain
+
+    def _climb(self, chain: list[str], steps: int, stamp: int) -> _Edge:
+        """ancestor_from_frame after so many steps of a chain that is known at the time."""
+        whole = _IDENTITY
+        for frame in chain[:steps]:
+            fixed = self._static.get(frame)
+            if fixed is not None:
+                edge = fixed[1]
+            else:
+                history = self._moving[frame]
+                at = history.find(stamp)
+                assert isinstance(at, int)
+                edge = history.edge_at(at, stamp)
+            whole = edge if whole is _IDENTITY else _product(edge, whole)
+        return whole
+
+    def _failure(
+        self, target: str, source: str, up: list[str], down: list[str], stamp: int
+    ) -> NoTransform:
+        asked = f"{source} seen from {target}"
+        for frame in (target, source):
+            if not self._knows(frame):
+                return NoTransform("unknown", f"{asked}: there is no frame {frame}")
+        for chain in (up, down):
+            if len(set(chain)) < len(chain):
+                return NoTransform("loop", f"{asked}: {' in '.join(chain)} is a loop")
+        for chain in (up, down):
+            history = self._moving.get(chain[-1])
+            reason = None if history is None else history.find(stamp)
+            if history is None or reason is None or isinstance(reason, int):
+                continue
+            first, last = history.stamps[history.first], history.stamps[-1]
+            known = f"only at {first} ns" if first == last else f"from {first} to {last} ns"
+            return NoTransform(reason, f"{asked} at {stamp} ns: {chain[-1]} is known {known}")
+        return NoTransform("unconnected", f"{asked}: {source} and {target} are not connected")
+
+    def _knows(self, frame: str) -> bool:
+        return frame in self._static or frame in self._moving or frame in self._parents
+
+
+def _meeting(up: list[str], down: list[str]) -> tuple[int, int] | None:
+    """Where the first common frame stands in both chains."""
+    places = {frame: at for at, frame in enumerate(up)}
+    for at, frame in enumerate(down):
+        if frame in places:
+            return places[frame], at
+    return None
+
+
+def _checked(parent: str, child: str, pose: Pose3) -> _Edge:
+    where = f"{child} in {parent}"
+    if parent == child:
+        raise ValueError(f"{where}: a frame cannot be its own parent")
+    edge = (pose.x, pose.y, pose.z, pose.qx, pose.qy, pose.qz, pose.qw)
+    if not math.isfinite(sum(edge)):
+        raise ValueError(f"{where}: {pose} is not finite")
+    x, y, z, qx, qy, qz, qw = edge
+    length = math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
+    if abs(length - 1.0) > 0.01:
+        raise ValueError(f"{where}: the quaternion has length {length:.3g}; it must be 1")
+    if abs(length - 1.0) <= 1e-12:
+        return edge
+    return (x, y, z, qx / length, qy / length, qz / length, qw / length)
+
+
+def _between(a: _Edge, b: _Edge, share: float) -> _Edge:
+    """Straight from a to b and, the short way round, along one turn."""
+    ax, ay, az, ai, aj, ak, aw = a
+    bx, by, bz, bi, bj, bk, bw = b
+    cosine = ai * bi + aj * bj + ak * bk + aw * bw
+    rest = 1.0 - share
+    u, v = rest, share
+    if abs(cosine) < _CLOSE:
+        half = math.acos(abs(cosine))
+        scale = 1.0 / math.sin(half)
+        u, v = math.sin(rest * half) * scale, math.sin(share * half) * scale
+    if cosine < 0.0:
+        v = -v
+    qx, qy, qz, qw = u * ai + v * bi, u * aj + v * bj, u * ak + v * bk, u * aw + v * bw
+    scale = 1.0 / math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
+    x, y, z = rest * ax + share * bx, rest * ay + share * by, rest * az + share * bz
+    return (x, y, z, qx * scale, qy * scale, qz * scale, qw * scale)
+
+
+def _product(a: _Edge, b: _Edge) -> _Edge:
+    """The chain of both, as `Pose3` has it, without making objects of what lies between."""
+    ax, ay, az, ai, aj, ak, aw = a
+    x, y, z, bi, bj, bk, bw = b
+    tx = 2.0 * (aj * z - ak * y)
+    ty = 2.0 * (ak * x - ai * z)
+    tz = 2.0 * (ai * y - aj * x)
+    qx = aw * bi + ai * bw + aj * bk - ak * bj
+    qy = aw * bj - ai * bk + aj * bw + ak * bi
+    qz = aw * bk + ai * bj - aj * bi + ak * bw
+    qw = aw * bw - ai * bi - aj * bj - ak * bk
+    scale = 1.0 / math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
+    return (
+        ax + x + aw * tx + aj * tz - ak * ty,
+        ay + y + aw * ty + ak * tx - ai * tz,
+        az + z + aw * tz + ai * ty - aj * tx,
+        qx * scale,
+        qy * scale,
+        qz * scale,
+        qw * scale,
+    )
+
+
+def _inverse(a: _Edge) -> _Edge:
+    x, y, z, i, j, k, w = a
+    turned = (0.0, 0.0, 0.0, -i, -j, -k, w)
+    back = _product(turned, (-x, -y, -z, 0.0, 0.0, 0.0, 1.0))
+    return (back[0], back[1], back[2], -i, -j, -k, w)
