@@ -10,23 +10,20 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
 
-from engine.files.units import Duration
-from engine.files.values import Range
 from hw.geometry import Pose2, Twist2, wrap
 from hw.samples import ImuReading, Odometry, PoseSigma, Scan, TrackerPose, is_finite
 from hw.sensing import Sensing
 from hw.tracking import Tracking
-from states.localization.amcl import AmclValues
 from states.localization.fusion import Fusion, covariance_of, inverse
 from states.localization.gyro import Gyro
+from states.localization.localizer_values import LocalizerValues
 from states.localization.odometry_watch import OdometryWatch
-from states.localization.scan_tracker import Match, TrackerValues, match
+from states.localization.scan_tracker import Match, match
 from states.localization.scans import Cloud, cloud_of, span_ns
 from states.localization.search import Search
 from states.localization.tracker_feed import TrackerFeed
@@ -39,6 +36,8 @@ Status = Literal[Mode, "resting", "odometry wrong", "odometry missing"]
 
 MISSING = 0.3
 """Wheels that are silent for longer than scans are missing, s."""
+TURNED = 0.05
+"""A base that the gyroscope feels turning faster is not at rest, whatever its wheels say, rad/s."""
 MOMENT_NS = 50_000_000
 """Over so long a velocity is told."""
 UNSEEN_NS = 1_000_000_000
@@ -53,41 +52,6 @@ AROUND = PoseSigma(0.3, 0.2)
 """How far around the predicted pose is looked when the match there is not healthy."""
 SAME_M, SAME_RAD = 0.03, 0.01
 """A base at rest that is seen farther off has been moved."""
-
-
-_START, _REST = PoseSigma(1.0, 0.5), PoseSigma(0.002, 0.0005)
-_VIVE, _FLOOR = PoseSigma(0.02, 0.015), PoseSigma(0.002, 0.0005)
-
-
-@dataclass(frozen=True, slots=True)
-class LocalizerValues:
-    """How the parts work together.
-
-    `start_sigma` is how far off the told start may be. Of `patience` unhealthy matches in a row on
-    the base is searched, unless a search has said within the last `sure_for` s that it is here;
-    and one found elsewhere by `elsewhere` scans in a row is gone to;
-    after `lost_after` s without a fair match there is no pose. The pose of a standing base is
-    settled when it is sure to `rest_sigma`, or after `rest_scans`; then it is looked at every
-    `check` s. Trackers correct it every `vive_period` s, and every `vive_period_turning` s while it
-    turns faster than `turning`, rad/s; `vive_sigma` is what each acquisition may be off by.
-    `floor_sigma` is what no averaging removes.
-    """
-
-    matching: TrackerValues = field(default_factory=TrackerValues)
-    particles: AmclValues = field(default_factory=AmclValues)
-    start_sigma: PoseSigma = _START
-    patience: Annotated[int, Range(1, 1000)] = 5
-    elsewhere: Annotated[int, Range(1, 1000)] = 40
-    sure_for: Annotated[Duration, Range(0.0, 600.0)] = 5.0
-    lost_after: Annotated[Duration, Range(0.1, 60.0)] = 2.0
-    rest_sigma: PoseSigma = _REST
-    rest_scans: Annotated[int, Range(1, 1000)] = 25
-    check: Annotated[Duration, Range(0.05, 60.0)] = 0.4
-    vive_period: Annotated[Duration, Range(0.01, 60.0)] = 1.0
-    vive_period_turning: Annotated[Duration, Range(0.01, 60.0)] = 0.1
-    turning: float = 0.1
-    vive_sigma: PoseSigma = _VIVE
-    floor_sigma: PoseSigma = _FLOOR
 
 
 class Localizer:
@@ -194,7 +158,7 @@ class Localizer:
         if self._start is not None:
             self._begin_at_start(stamp_ns, self._start)
         if self._rest is not None:
-            if self._trail.standing > 0.0:
+            if self._trail.standing > 0.0 and abs(rate or 0.0) < TURNED:
                 self._stamp_ns = stamp_ns
                 return
             self._get_up(before or stamp_ns)
@@ -265,7 +229,9 @@ class Localizer:
             found = around if around.is_healthy(values.matching) else found
         self._share = found.share
         if found.is_fair(values.matching):
-            self._fusion.scan(cloud.stamp_ns, found.map_from_base, found.information)
+            alone = self._watch.wrong or self._are_silent
+            pose, information = found.map_from_base, found.information
+            self._fusion.scan(cloud.stamp_ns, pose, information, alone=alone)
             self._fair_ns = cloud.stamp_ns
         healthy = found.is_healthy(values.matching)
         self._bad, self._good = (0, self._good + 1) if healthy else (self._bad + 1, 0)
@@ -323,12 +289,15 @@ class Localizer:
     def _is_still_there(self, cloud: Cloud) -> bool:
         assert self._rest is not None
         pose, covariance = self._rest
+        values = self._values.matching
         found = self._match(cloud, pose, covariance)
-        healthy = found.is_healthy(self._values.matching)
-        if healthy and _same(pose, found.map_from_base):
+        if found.is_healthy(values) and _same(pose, found.map_from_base):
             return True
-        if healthy:
+        around = self._match(cloud, pose, covariance_of(AROUND))
+        found = around if around.share > found.share else found
+        if found.is_healthy(values):
             self._watch.moved_at_rest(cloud.stamp_ns)
+            self._rest = found.map_from_base, inverse(found.information + np.eye(3))
         self._get_up(cloud.stamp_ns)
         return False
 
