@@ -16,7 +16,7 @@ from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from hw.geometry import Pose2, Pose3, wrap
 from hw.room import Point
 from hw.samples import UserPose
-from states.navigation.states import user_disc
+from states.navigation.states import DRIVES, command_of, user_disc
 from states.signals.prediction import PREDICTORS
 
 if TYPE_CHECKING:
@@ -192,7 +192,7 @@ class Approach(Action):
     """
 
     outcomes = ("near", "no_path", "lost")
-    reads = {**WAYS, "base.refusal": None}
+    reads = {**WAYS, **DRIVES}
     commands = ("base",)
 
     def __init__(self, near: Length = 3.0, ahead: Duration = 0.0) -> None:
@@ -211,11 +211,10 @@ class Approach(Action):
                 driver.planner = now.planners["chase"]
                 driver.go_to(goal)
                 disc = user_disc(now.user, now.site.navigation.chase)
-                walking = (now.velocity.vx, now.velocity.vy)
-                command = driver.command(now.pose, now.twist, disc, now.site.period, walking)
+                command = command_of(ctx, driver, now.around, disc)
                 if driver.status == "arrived":
                     return "near"  # within the drive's tolerance of it
-                base.drive(now.slowed(command, "chase"), "chase")
+                base.drive(command, "chase")
                 yield ctx.value("base.refusal")
         finally:
             base.release("chase")

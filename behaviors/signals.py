@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,24 @@ from behaviors.settings import Settings
 from engine.signals import Derived, Estimated, Measured, Signal
 from engine.types import Type
 from hw.geometry import Pose2, Pose3, Twist2
-from hw.samples import ArmState, BumperHit, Scan, UserPose
+from hw.samples import (
+    ArmState,
+    BumperHit,
+    ImuReading,
+    Odometry,
+    PoseSigma,
+    Scan,
+    TrackerPose,
+    UserPose,
+)
+from states.localization.estimates import (
+    SENSED,
+    Estimate,
+    LocalizationEstimator,
+    Localizes,
+    PoseOf,
+    SigmaOf,
+)
 from states.signals.motion import StillnessEstimator, VelocityEstimator
 from states.site import SUBSYSTEMS, Site, SubsystemName
 
@@ -21,7 +39,11 @@ if TYPE_CHECKING:
     from states.navigation.layers import Costmaps
     from states.navigation.local_planner import GlobalPlanner
 
+OBSTACLES = "floor.obstacles"
 TYPES = {kind.__name__: Type(kind.__name__, python=kind) for kind in (Pose2, Pose3, UserPose)}
+
+ESTIMATE = "base.localization"
+"""The signal that `base.pose` and `base.pose_sigma` are parts of where they are estimates."""
 
 MEASURED = (
     Measured("site", Site, constant=True, about="room, robot and limits"),
@@ -30,7 +52,11 @@ MEASURED = (
     Measured("base.twist", Twist2, about="velocity in the base frame"),
     Measured("base.mode", str, about="how the wheels are driven: omni or differential"),
     Measured("base.refusal", str, about="why a base that is to drive does not, none while it may"),
-    Measured("base.scan", Scan, about="one turn of a scanner, in base_link"),
+    Measured("base.admitted", Twist2, about="what the safety chain leaves of a velocity it cuts"),
+    Measured("base.scan", Scan, about="one turn of a scanner, in its own frame"),
+    Measured("base.odometry", Odometry, about="what the wheels say: odom_from_base"),
+    Measured("base.imu", ImuReading, about="rates of turn and accelerations, in the base frame"),
+    Measured("rover.tracker", TrackerPose, about="a tracker on the rover: vive_from_tracker"),
     Measured("arm.joints", ArmState),
     Measured("user.pose", UserPose, about="tracked pose of the user, none while it is lost"),
     Measured("vr.haptic_request", Pose3, about="where the user reaches, while they do"),
@@ -42,13 +68,23 @@ MEASURED = (
 )
 
 
-def signals(site: Site, settings: Settings) -> tuple[Signal, ...]:
-    """Everything that can be asked for; what nobody asks for is never computed."""
+def signals(
+    site: Site,
+    settings: Settings,
+    localizer: Callable[[], Localizes] | None = None,
+    *,
+    scanning: bool = True,
+) -> tuple[Signal, ...]:
+    """Everything that can be asked for; what nobody asks for is never computed.
+
+    With a maker of localizers `base.pose` is estimated by what the base senses. `scanning`: does
+    anything give `base.scan`?
+    """
     user = settings.user
     cells = cache(partial(_cells, site, settings))
     return (
-        *MEASURED,
-        *planning(site),
+        *(measured() if localizer is None else localized(localizer)),
+        *planning(site, scanning, "base.pose" if localizer is None else ESTIMATE),
         Estimated(
             "user.velocity", ("user.pose",), partial(VelocityEstimator, user.window), Twist2,
             about="in the map, by least squares; turn of the body as wz",
@@ -88,26 +124,56 @@ def signals(site: Site, settings: Settings) -> tuple[Signal, ...]:
     )  # fmt: skip
 
 
-def planning(site: Site) -> tuple[Signal, ...]:
-    """Costmaps and planner of each subsystem."""
-    return tuple(signal for name in SUBSYSTEMS for signal in _planning(site, name))
+def measured() -> tuple[Signal, ...]:
+    """All that parts measure; the base knows where it is."""
+    about = "how sure base.pose is"
+    return (*MEASURED, Derived("base.pose_sigma", ("site",), _sigma, PoseSigma, about=about))
 
 
-def _planning(site: Site, name: SubsystemName) -> tuple[Signal, Signal]:
-    """`exact` goes by the room alone."""
-    kind = site.navigation.named(name).planner
-    costmap = Estimated(
-        f"{name}.costmap", ("base.pose", "user.pose", "base.scan"),
-        partial(site.costmap_estimator, name), needs=(),
-        about="cells of the map, and about the robot what scans have shown",
+def localized(localizer: Callable[[], Localizes]) -> tuple[Signal, ...]:
+    """All that parts measure, and where the base is by that."""
+    others = (signal for signal in MEASURED if signal.name != "base.pose")
+    return (
+        *others,
+        Estimated(
+            ESTIMATE, SENSED, lambda: LocalizationEstimator(localizer()), Estimate,
+            needs=("base.odometry",), about="where the base is by all that it senses, how sure",
+        ),
+        Estimated("base.pose", (ESTIMATE,), PoseOf, Pose2, about="map_from_base, an estimate"),
+        Estimated(
+            "base.pose_sigma", (ESTIMATE,), SigmaOf, PoseSigma, about="how sure base.pose is"
+        ),
     )  # fmt: skip
-    about = "finds ways for the robot's centre"
-    if kind == "exact":
-        planner = Derived(f"{name}.planner", ("site",), partial(_static, name), about=about)
+
+
+def planning(site: Site, scanning: bool = True, located: str = "base.pose") -> tuple[Signal, ...]:
+    """What scanners show and no map does, and by it costmaps and planner of each subsystem.
+
+    Where nothing scans, planners go by map or room alone. `located` tells poses of the base.
+    """
+    sensed = (located, "user.pose", "base.scan")
+    obstacles = Estimated(
+        OBSTACLES, sensed, site.obstacle_estimator, needs=(),
+        about="what scanners have shown about the robot and no map does",
+    )  # fmt: skip
+    planners = (signal for name in SUBSYSTEMS for signal in _planning(site, name, scanning))
+    return (obstacles, *planners) if scanning else tuple(planners)
+
+
+def _planning(site: Site, name: SubsystemName, scanning: bool) -> Iterator[Signal]:
+    kind, about = site.navigation.named(name).planner, "finds ways for the robot's centre"
+    if not scanning:
+        yield Derived(f"{name}.planner", ("site",), partial(_static, name), about=about)
+    elif kind == "exact":
+        among = partial(site.planner_among, name)
+        yield Derived(f"{name}.planner", (OBSTACLES,), among, about=about)
     else:
+        yield Derived(
+            f"{name}.costmap", (OBSTACLES,), partial(site.costmaps_among, name),
+            about="what it costs to be where, by the map and by what scanners have shown",
+        )  # fmt: skip
         on_cells = partial(_on_cells, kind)
-        planner = Derived(f"{name}.planner", (costmap.name,), on_cells, about=about)
-    return costmap, planner
+        yield Derived(f"{name}.planner", (f"{name}.costmap",), on_cells, about=about)
 
 
 def _static(name: SubsystemName, site: Site) -> GlobalPlanner:
@@ -116,6 +182,10 @@ def _static(name: SubsystemName, site: Site) -> GlobalPlanner:
 
 def _on_cells(kind: str, costmaps: Costmaps) -> GlobalPlanner:
     return costmaps.planner(kind)
+
+
+def _sigma(site: Site) -> PoseSigma:
+    return site.pose_sigma
 
 
 def _distance(user: UserPose, base: Pose2) -> float:

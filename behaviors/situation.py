@@ -62,6 +62,12 @@ class Situation:
         """Where the robot comes to rest if it brakes now."""
         return self.site.standstill(self.pose, self.twist)
 
+    @property
+    def around(self) -> ages.Around:
+        """The same for whoever drives by it."""
+        walking = (self.velocity.vx, self.velocity.vy)
+        return ages.Around(self.pose, self.twist, self.user, walking, self.share)
+
     def user_disc(self, name: SubsystemName, goal: Point) -> Disc:
         """What a way of a subsystem to this goal keeps out of: the user, and SPARE.
 

@@ -14,10 +14,12 @@ from cobodeck.wiring import Uses
 from hw.connection import Connection, Served
 from hw.guarded import CYCLE_NS, HEARD, GuardedBase
 from hw.interfaces import StopLine
+from hw.reckoner import Reckoner
 from hw.robot import RobotModel
 from hw.safety_limits import SafetyLimits
 from hw.samples import Sample
 from hw.stop_line import StopLatch
+from hw.tracking import Tracking
 
 Now = Callable[[], int]
 ALWAYS = frozenset(("stop_line", "operator"))
@@ -177,7 +179,20 @@ def is_needed(name: str, driver: Any, uses: Uses) -> bool:
     if name in ALWAYS or name in uses.commands or not isinstance(given, tuple):
         return True
     heard = HEARD if "base" in uses.commands else frozenset[str]()
-    return not (uses.signals | heard).isdisjoint(given)
+    return not (uses.signals | uses.welcome | heard).isdisjoint(given)
+
+
+def finds_itself(connection: Connection) -> bool:
+    """Do the wheels of a connection measure their way alone, and not where they are?
+
+    Raises:
+        Problem: their driver cannot be found.
+    """
+    served = connection.parts.get("base")
+    if served is None:
+        return False
+    given = getattr(_driver("base", served), "signals", None)
+    return isinstance(given, tuple) and "base.odometry" in given and "base.pose" not in given
 
 
 def _guarded(parts: dict[str, Any], body: RobotModel, limits: SafetyLimits, now: Now) -> Connected:
@@ -189,6 +204,8 @@ def _guarded(parts: dict[str, Any], body: RobotModel, limits: SafetyLimits, now:
         parked = body.parked if "arm" in parts else None
         guard = GuardedBase(parts["base"], replace(limits, watched=watched), parked, stops.pull)
         parts["base"] = stops.guard = guard
+        if "base.pose" not in guard.base.signals and "base.odometry" in guard.base.signals:
+            guard.locate_by(Reckoner(Tracking.of(body.sensing)))
     return Connected(parts, guard, now)
 
 

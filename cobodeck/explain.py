@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from cobodeck.console import table
 from cobodeck.simulate import Result
-from cobodeck.wiring import Setup, reachable
+from cobodeck.wiring import reachable
 
 
-def explain(setup: Setup, result: Result) -> str:
+def explain(result: Result) -> str:
     """A table of signals and a list of what nobody asked for."""
     usage, run = result.usage, result.wired.run
     leaves = reachable(run.machine)
@@ -18,7 +18,7 @@ def explain(setup: Setup, result: Result) -> str:
     rows = [("signal", "kind", "evaluated", "skipped", "time ms", "read by")]
     for name, used in usage.items():
         if used.built:
-            kind = type(setup.signals[name]).__name__.lower()
+            kind = type(result.wired.board.declared[name]).__name__.lower()
             shown = ", ".join(sorted(readers.get(name, ()))) or "other signals"
             time = f"{used.time_ns / 1e6:.1f}"
             rows.append((name, kind, str(used.evaluated), str(used.skipped), time, shown))

@@ -127,6 +127,7 @@ NOTHING: Mapping[str, Any] = {
     "faults": None,
     "fault_names": {},
     "separation": SeparationWatch(Log(1)).report(),
+    "localization": None,
     "motion_sha256": None,
 }
 """The figures of a run without a robot."""

@@ -24,7 +24,7 @@ class Inlet:
     A sample has not arrived if a number in it is NaN or infinite, if its value is not of its
     signal's type, or if its stamp is no integer or more than `ahead_ns` ahead; `refused` counts
     these by name. A part that raises is not asked again; `failures` has what it raised. `taps` are
-    told of every sample.
+    told of every sample, and of estimates that somebody has to be told (`tell`).
     """
 
     def __init__(
@@ -89,6 +89,19 @@ class Inlet:
             board = self.board
             board.inbox.append((name, value, stamp, board.interval))
         for listener in self._hears.get(name, ()):
+            listener(sample, now_ns)
+
+    def tell(self, sample: Sample, now_ns: int) -> None:
+        """Let those who listen know of an estimate: it comes from the board, and not to it.
+
+        One that they know already is not told again.
+        """
+        if self._fit.get(sample.name) is sample.value:
+            return
+        self._fit[sample.name] = sample.value
+        for tap in self.taps:
+            tap(sample, now_ns, None)
+        for listener in self._hears.get(sample.name, ()):
             listener(sample, now_ns)
 
     def put(self, name: str, value: Any, stamp_ns: int) -> None:

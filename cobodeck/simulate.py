@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from cobodeck.clocks import Clock
 from cobodeck.figures import NOTHING, escape_figures
+from cobodeck.localization import LocalizationWatch
 from cobodeck.loop import Loop
 from cobodeck.metrics import Evaluator
 from cobodeck.refusals import refusals
@@ -130,7 +131,7 @@ def figures_of(
 def _judged(loop: Loop) -> dict[str, Any]:
     """What is known of robot and person; of what is not there, or nobody can know, nothing."""
     guard = loop.plant.guard
-    found: dict[str, Any] = {}
+    found: dict[str, Any] = {"localization": None}
     if guard is not None:
         limits = guard.chain.limits
         found["governor"] = limits.governor and limits.watched
@@ -138,6 +139,8 @@ def _judged(loop: Loop) -> dict[str, Any]:
     for observer in loop.observers:
         if isinstance(observer, SeparationWatch):
             found["separation"] = observer.report()
+        if isinstance(observer, LocalizationWatch):
+            found["localization"] = observer.report()
         if isinstance(observer, Evaluator):
             observer.finish()
             found |= observer.report()

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, TextIO
 
+from behaviors.signals import ESTIMATE
 from cobodeck.arm_contact import ArmOutline, ArmWatch
 from cobodeck.clocks import Clock, RealTime, Virtual
-from cobodeck.connected import connect, is_needed, refuse_strange_drivers
+from cobodeck.connected import connect, finds_itself, is_needed, refuse_strange_drivers
 from cobodeck.console import FAILED, REFUSED, Problem, complain
 from cobodeck.inlet import Inlet
+from cobodeck.localization import LocalizationWatch
 from cobodeck.logic import wander
 from cobodeck.loop import Loop, Observer
 from cobodeck.measured import Senses
@@ -28,6 +30,7 @@ from hw.connection import Connection
 from hw.geometry import Pose2, Pose3
 from hw.mock import mock_world
 from hw.person import Person
+from hw.reckoner import Reckoner
 from hw.robot import RobotModel
 from hw.samples import Joints
 from hw.sim.base import SimBase
@@ -35,6 +38,8 @@ from hw.sim.world import World
 from hw.truth import BASE
 from hw.user import open_user
 
+FULL = 2
+"""The tier with all sensors: the base finds out where it is."""
 LONGEST_S = 3600.0
 """A run whose user never comes to an end is over after this time, s."""
 
@@ -87,6 +92,9 @@ def stage(
     if options.tier == 0:
         wired = wander(setup, options.seed)
         return Loop(Nothing(), wired, grid, clock=timing, leave_out=not options.eager)
+    if options.tier == FULL:
+        refuse_blind_robot(setup)
+        setup = replace(setup, localizing=options.seed)
     uses = setup.uses(parameters)
     if "base" in uses.commands:
         setup.profile.require_robot(setup.robot, beside_person=uses.person)
@@ -97,6 +105,8 @@ def stage(
         return _on_real_parts(setup, uses, options, options.connection, parameters, timing, tap)
     world = _world(setup, _person(setup, uses, options), options)
     world.add(_own_parts(setup, uses))
+    if setup.localizing is not None:
+        world.guard.locate_by(Reckoner(setup.site.tracking))
     operator = None
     if options.console is not None:
         operator = ConsoleOperator(world.parts["stop_line"], complain)
@@ -128,6 +138,9 @@ def _on_real_parts(
     """
     limits = setup.profile.safety.limits(setup.robot, setup.profile.robot.limits)
     refuse_strange_drivers(connection, setup.catalogue.packages)
+    if finds_itself(connection) and setup.scene is not None:
+        setup = replace(setup, localizing=options.seed)
+        uses = setup.uses(parameters)
     plant = connect(connection, setup.body, limits, clock.now, uses)
     try:
         if "base" in uses.commands and not plant.person_watched and not options.unwatched:
@@ -156,6 +169,8 @@ def watchers(plant: Plant, wired: Wired, robot: RobotModel) -> list[Observer]:
         found: list[Observer] = [_by_samples(wired.inlet, robot)]
     else:
         found = [_by_truth(plant, robot, truth.body is not None)]
+        if ESTIMATE in wired.board.slots:
+            found.append(LocalizationWatch(plant, wired.board))
     if plant.cycles is not None:
         found.append(SeparationWatch(plant.cycles))
     return found
@@ -204,6 +219,21 @@ def _own_parts(setup: Setup, uses: Uses) -> dict[str, Any]:
     return {name: part() for name, part in parts.items() if is_needed(name, part, uses)}
 
 
+def refuse_blind_robot(setup: Setup) -> None:
+    """Look whether the robot can find out where it is.
+
+    Raises:
+        Problem: it has no sensors for that, or no room to find itself in.
+    """
+    if setup.scene is None:
+        raise Problem("tier 2 needs a room to find itself in; give one with --scene")
+    if setup.robot.sensing.odometry is None:
+        raise Problem(
+            f"robot {setup.robot.name}: tier 2 needs wheels that measure; "
+            "its file has no sensing.odometry"
+        )
+
+
 def refuse_small_floor(setup: Setup) -> None:
     """Look whether all behaviours have room (R124).
 
@@ -246,6 +276,7 @@ def _world(setup: Setup, person: Person | None, options: Options) -> World:
         safety=safety,
         latency_ns=_latency(setup),
         sensors=setup.profile.plant.sensors(options.seed),
+        sensing=None if setup.localizing is None else setup.profile.plant.sensing,
     )
 
 

@@ -58,9 +58,27 @@ def _robot_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
     if f["distance_m"] is not None:
         energy = "" if f["energy_j"] is None else f", {f['energy_j'] / 1000:.1f} kJ"
         rows.insert(0, ("travelled", f"{f['distance_m']:.1f} m{energy}"))
+    if f.get("localization") is not None:
+        rows.append(("pose of the robot", _localization(f["localization"])))
     if not f.get("person_watched", True):
         rows.append(("person", "not watched: nothing keeps the base away from people"))
     return rows
+
+
+def _localization(found: Mapping[str, float | None]) -> str:
+    """How far the robot was from where it took itself to be."""
+    if found["rmse_m"] is None:
+        return "never known"
+    parts = [f"off by {_mm(found['rmse_m'])} rms, {_mm(found['max_m'])} at most"]
+    if found["reaching_p95_m"] is not None:
+        parts.append(f"{_mm(found['reaching_p95_m'])} while reaching (95 %)")
+    if found["unknown_s"]:
+        parts.append(f"not known for {found['unknown_s']:.1f} s")
+    return ", ".join(parts)
+
+
+def _mm(length: float | None) -> str:
+    return "-" if length is None else f"{length * 1e3:.1f} mm"
 
 
 def _ticks(f: Mapping[str, Any]) -> str:

@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import Any
 
 from behaviors.profile import Profile, load_profile
-from behaviors.signals import MEASURED, signals
+from behaviors.signals import ESTIMATE, MEASURED, signals
 from cobodeck.catalogue import Catalogue, catalogue
 from cobodeck.console import FAILED, Problem
 from cobodeck.inlet import Inlet
@@ -23,11 +23,14 @@ from engine.board import Board
 from engine.chart import Chart
 from engine.machine import Box, Leaf, Machine, Vertex
 from engine.run import Run
-from engine.signals import Signal, declare, roots
+from engine.signals import Measured, Signal, closure, declare, roots
+from engine.slots import compute
 from hw.guarded import GuardedBase
 from hw.interfaces import Part
 from hw.robot import RobotModel, load_robot
+from hw.samples import PoseSigma, Sample
 from hw.scene import Scene, load_scene
+from states.localization.estimates import Localizes
 from states.site import Site
 
 Tap = Callable[[str, Any], Any]
@@ -38,10 +41,14 @@ TICK_HZ = 30
 
 @dataclass(frozen=True, slots=True)
 class Uses:
-    """What a chart needs of a robot: parts by name, and signals that parts have to measure."""
+    """What a chart needs of a robot: parts by name, and signals that parts have to measure.
+
+    `welcome` are all that can be of use to it, those that it can do without included.
+    """
 
     commands: frozenset[str]
     signals: frozenset[str]
+    welcome: frozenset[str] = frozenset()
 
     @property
     def person(self) -> bool:
@@ -52,7 +59,10 @@ class Uses:
 
 @dataclass(frozen=True)
 class Setup:
-    """What is to be run, and where; checked. `given` is what it was asked for by."""
+    """What is to be run, and where; checked. `given` is what it was asked for by.
+
+    `localizing` is the seed of localization where the base does not know where it is, else None.
+    """
 
     chart: Chart
     library: Mapping[str, Chart]
@@ -62,6 +72,7 @@ class Setup:
     profile: Profile
     tick_hz: int = TICK_HZ
     given: Mapping[str, Any] = field(default_factory=dict)
+    localizing: int | None = None
 
     @cached_property
     def body(self) -> RobotModel:
@@ -78,7 +89,13 @@ class Setup:
         if self.scene is None:
             raise Problem(f"chart {self.chart.name} needs a room; give one with --scene")
         site = self.profile.site(self.scene.room, self.robot)
-        return replace(site, period=1.0 / self.tick_hz, latency=self.profile.plant.latency)
+        noise = self.profile.plant.pose_noise
+        return replace(
+            site,
+            period=1.0 / self.tick_hz,
+            latency=self.profile.plant.latency,
+            pose_sigma=PoseSigma(noise, 0.5 * noise),
+        )
 
     @cached_property
     def signals(self) -> dict[str, Signal]:
@@ -87,13 +104,29 @@ class Setup:
         Raises:
             Problem: a signal of one's own clashes with another or rests on nothing.
         """
+        return self._declared(scanning=True)
+
+    @cached_property
+    def signals_without_scans(self) -> dict[str, Signal]:
+        """The same where nothing gives `base.scan`: planners then wait for no pose."""
+        return self._declared(scanning=False)
+
+    def _declared(self, scanning: bool) -> dict[str, Signal]:
         shipped: tuple[Signal, ...] = MEASURED
         if self.scene is not None:
-            shipped = signals(self.site, self.profile.settings)
+            localizer = None if self.localizing is None else self.localizer
+            settings = self.profile.settings
+            shipped = signals(self.site, settings, localizer, scanning=scanning)
         try:
             return declare((*shipped, *self.catalogue.own_signals))
         except ValueError as error:
             raise Problem(str(error)) from None
+
+    def localizer(self) -> Localizes:
+        """A new one, for one run; it starts where the scene says that the robot stands."""
+        assert self.scene is not None
+        assert self.localizing is not None
+        return self.site.localizer(self.scene.robot_start, self.localizing)
 
     @cached_property
     def chart_sha256(self) -> str:
@@ -114,7 +147,10 @@ class Setup:
         leaves = reachable(self.machine(parameters))
         reads = {name for leaf in leaves for name in leaf.interface.reads}
         commands = {part for leaf in leaves for part in leaf.commands}
-        return Uses(frozenset(commands), frozenset(roots(self.signals, reads)))
+        known = self.signals
+        used = (known[name] for name in closure(known, reads & known.keys()))
+        welcome = frozenset(s.name for s in used if isinstance(s, Measured))
+        return Uses(frozenset(commands), frozenset(roots(known, reads)), welcome)
 
     def machine(self, parameters: Mapping[str, Any] | None = None) -> Machine:
         """The chart bound for one run."""
@@ -184,8 +220,24 @@ class Wired:
 
     def pass_on(self, stamp_ns: int) -> None:
         """Give the base the velocity that counts from this instant on, in every tick."""
-        if self.base is not None:
-            self.base.tick(stamp_ns)
+        if self.base is None:
+            return
+        if self.base.reckons:
+            self._locate(self.base, stamp_ns)
+        self.base.tick(stamp_ns)
+
+    def _locate(self, base: GuardedBase, now_ns: int) -> None:
+        """Tell the safety chain where localization takes the base to have been."""
+        slot = self.board.slots[ESTIMATE]
+        compute(slot)  # what it raises, the states that read it get
+        found = slot.newest
+        if found is None:
+            base.locate(0, None, None)
+            return
+        pose, sigma = found.value
+        base.locate(found.stamp, pose, sigma)
+        self.inlet.tell(Sample("base.pose", found.stamp, pose), now_ns)
+        self.inlet.tell(Sample("base.pose_sigma", found.stamp, sigma), now_ns)
 
     def tick(self, now_ns: int, stamp_ns: int, between: bool = False) -> str | None:
         """One tick of the run, and then who drives; the chart's outcome once there is one.
@@ -228,9 +280,13 @@ def wire(
     leaves = reachable(machine)
     constants = setup.constants
     hint = "; give a room with --scene" if setup.scene is None else ""
-    refuse_what_is_missing(leaves, setup.signals, parts, constants, hint)
+    scanning = any("base.scan" in part.signals for part in parts.values())
+    declared = setup.signals if scanning else setup.signals_without_scans
+    refuse_what_is_missing(leaves, declared, parts, constants, hint)
     wanted = {name for leaf in leaves for name in leaf.interface.reads}
-    board = Board(setup.signals, wanted, eager)
+    if setup.localizing is not None:
+        wanted.add(ESTIMATE)  # the safety chain goes by it
+    board = Board(declared, wanted, eager)
     if clock is not None:
         board.clock = clock
     given = commanded(parts)

@@ -162,7 +162,7 @@ class EstimatedSlot(Slot):
             if self.pending:
                 self._catch_up()
         except Exception as error:
-            self.failure = error
+            self.failure, self.newest = error, None
             self.pending.clear()
             raise
         return self.newest
@@ -191,7 +191,10 @@ class EstimatedSlot(Slot):
             self.newest = None
             return
         stamp = self.stamp()
-        self.newest = Sample(value, ALWAYS_NS if stamp is None else stamp)
+        before, stamp = self.newest, ALWAYS_NS if stamp is None else stamp
+        if before is not None and before.value is value and before.stamp == stamp:
+            return  # those who rest on it have heard that
+        self.newest = Sample(value, stamp)
         for follower, index in self.followers:
             follower.pending.append((interval, arrived, index, self.newest))
 

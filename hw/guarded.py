@@ -24,9 +24,10 @@ from typing import Any, Protocol, runtime_checkable
 from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.interfaces import Base, DriveMode
 from hw.multiplexer import Multiplexer, Selected
+from hw.reckoner import Reckoner
 from hw.safety import STANDING, SafetyChain
 from hw.safety_limits import SafetyLimits
-from hw.samples import ArmState, Joints, Sample, UserPose
+from hw.samples import ArmState, Joints, Odometry, PoseSigma, Sample, TrackerPose, UserPose
 
 STOP_LOCK, ARM_LOCK = "stop", "arm"
 """The locks that are on while the stop line is pulled, and while the arm is not folded."""
@@ -35,8 +36,11 @@ FOLDED_RAD = 0.02
 """The arm is folded if every joint is that near to where it is when parked."""
 HEARD = frozenset((
     "vr.haptic_request", "stop.engaged", "user.pose", "arm.joints", "base.pose", "base.twist",
+    "base.odometry", "rover.tracker",
 ))  # fmt: skip
 """All that a guard may go by: who gives it is opened with the base."""
+TOLD = ("base.mode", "base.refusal", "base.admitted")
+"""What a guard tells of itself, whenever it changes."""
 CYCLE_NS = 10_000_000
 """Longest time between two cycles."""
 Hear = Callable[[int, int, Any], None]
@@ -77,7 +81,7 @@ class GuardedBase:
         self.base = base
         self.chain = SafetyChain(limits)
         self.selected = Selected(STILL, None, None)
-        self.signals: tuple[str, ...] = (*base.signals, "base.mode", "base.refusal")
+        self.signals: tuple[str, ...] = (*base.signals, *TOLD)
         self._hears: dict[str, Hear] = {
             "vr.haptic_request": self._ask,
             "stop.engaged": self._hear_stop_line,
@@ -86,8 +90,10 @@ class GuardedBase:
         self._parked, self._pull = parked, pull
         self._stamp_ns: int | None = None
         self._told: dict[str, object] = {}
+        self._admitted: Twist2 | None = None
         self._measured: dict[str, tuple[int, Any]] = {}
         self._mutex = Lock()
+        self._reckoner: Reckoner | None = None
         if limits.watched:
             self._hears["user.pose"] = self._see
         if parked is not None:
@@ -99,6 +105,17 @@ class GuardedBase:
         else:
             self._hears["base.pose"] = partial(self._measure, "base.pose")
             self._hears["base.twist"] = partial(self._measure, "base.twist")
+
+    def locate_by(self, reckoner: Reckoner) -> None:
+        """The base does not know where it is: poses are those of a reckoner from now on."""
+        self._reckoner = reckoner
+        self._hears["base.odometry"] = self._move
+        self._hears["rover.tracker"] = self._track
+
+    @property
+    def reckons(self) -> bool:
+        """Does it have to be told the estimates of localization, in every tick?"""
+        return self._reckoner is not None
 
     @property
     def mode(self) -> DriveMode:
@@ -169,6 +186,11 @@ class GuardedBase:
     # samples, and ticks
 
     @property
+    def admitted(self) -> Twist2 | None:
+        """What the chain last let pass, base frame; None: since the last tick, all of it."""
+        return self._admitted
+
+    @property
     def refusal(self) -> str | None:
         """Why nobody drove in the last tick, or why the chain has let nothing pass; else None."""
         source, lock = self.selected[1:]
@@ -178,9 +200,9 @@ class GuardedBase:
         return self.chain.latched or refused[0] if refused else None
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """Those of the wheels, and what has changed of mode and refusal."""
+        """Those of the wheels, and what has changed of `TOLD`."""
         found = list(self.base.samples(now_ns))
-        for name, value in (("base.mode", self.mode), ("base.refusal", self.refusal)):
+        for name, value in zip(TOLD, (self.mode, self.refusal, self.admitted), strict=True):
             if name not in self._told or value != self._told[name]:
                 self._told[name] = value
                 found.append(Sample(name, now_ns, value))
@@ -193,10 +215,17 @@ class GuardedBase:
             with self._mutex:
                 take(now_ns, sample.stamp_ns, sample.value)
 
+    def locate(self, stamp_ns: int, pose: Pose2 | None, sigma: PoseSigma | None) -> None:
+        """Where localization takes the base to have been at an instant; None: it does not know."""
+        if self._reckoner is not None:
+            with self._mutex:
+                self._reckoner.estimate(stamp_ns, pose, sigma)
+
     def tick(self, now_ns: int) -> None:
         """All states were stepped: what they offer counts from now on, or goes on counting."""
         self.selected = selected = self._multiplexer.select(now_ns)
         self._stamp_ns = None if selected.source is None else now_ns
+        self._admitted = None
         if not self._gated:
             return
         if selected.source is None:
@@ -209,6 +238,9 @@ class GuardedBase:
     def cycle(self, now_ns: int) -> None:
         """Let wheels without a gate have their next velocity; call it at 100 Hz or more."""
         pose, twist = self._recent("base.pose", now_ns), self._recent("base.twist", now_ns)
+        if self._reckoner is not None:
+            wheels = self._recent("base.odometry", now_ns)
+            pose, twist = (None, None) if wheels is None else (wheels.pose, wheels.twist)
         command = self.selected.twist
         if command == STILL and twist is not None and _is_standing(twist):
             self.rest(now_ns)
@@ -223,12 +255,21 @@ class GuardedBase:
     def admit(
         self, now_ns: int, command: Twist2, pose: Pose2 | None, twist: Twist2 | None
     ) -> Twist2:
-        """How much of the next velocity, ramps included, may reach the motors: `SafetyChain`."""
-        chain, stamp = self.chain, self._stamp_ns
+        """How much of the next velocity, ramps included, may reach the motors: `SafetyChain`.
+
+        `pose` is map_from_base, or of a base that is located by a reckoner odom_from_base.
+        """
+        chain, stamp, sigma = self.chain, self._stamp_ns, 0.0
         with self._mutex:
+            if self._reckoner is not None:
+                located = self._reckoner.at(now_ns, pose)
+                pose, sigma = (None, 0.0) if located is None else located
             chain.holonomic = self.mode == "omni"
-            # a stop does not get old
-            record = chain.admit(now_ns, command, now_ns if stamp is None else stamp, pose, twist)
+            if stamp is None:
+                stamp = now_ns  # a stop does not get old
+            record = chain.admit(now_ns, command, stamp, pose, twist, sigma)
+            if self._admitted is not None or record.admitted != command:
+                self._admitted = record.admitted
         self._pull_if_latched()
         return record.admitted
 
@@ -267,6 +308,15 @@ class GuardedBase:
             and all(abs(a - b) <= FOLDED_RAD for a, b in zip(arm.joints, parked, strict=True))
         )
         self._multiplexer.switch(ARM_LOCK, not folded, now_ns)
+
+    def _move(self, now_ns: int, stamp_ns: int, wheels: Odometry) -> None:
+        assert self._reckoner is not None
+        self._reckoner.move(stamp_ns, wheels.pose)
+        self._measure("base.odometry", now_ns, stamp_ns, wheels)
+
+    def _track(self, now_ns: int, stamp_ns: int, seen: TrackerPose) -> None:  # noqa: ARG002
+        assert self._reckoner is not None
+        self._reckoner.track(stamp_ns, seen)
 
     def _measure(self, name: str, now_ns: int, stamp_ns: int, value: Any) -> None:  # noqa: ARG002
         self._measured[name] = stamp_ns, value

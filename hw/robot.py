@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
@@ -30,6 +30,7 @@ from hw.description import Described, Description
 from hw.interfaces import DriveMode
 from hw.prop import Placement, Prop, Six, load_prop
 from hw.samples import Joints, TimedJoints
+from hw.sensing import Sensing
 
 FOLDER = Path(__file__).parent / "robots"
 
@@ -182,6 +183,7 @@ class RobotModel:
     base: BaseModel
     arm: ArmModel | None = None
     prop: Prop | None = None
+    sensing: Sensing = field(default_factory=Sensing)
 
     @property
     def parked(self) -> Joints | None:
@@ -288,6 +290,7 @@ class _Robot:
     base: BaseModel
     arm: _Arm | None = None
     prop: Annotated[Prop, _held] | None = None
+    sensing: Sensing = field(default_factory=Sensing)
     about: str = ""
 
     def faults(self) -> Iterator[Fault]:
@@ -309,6 +312,7 @@ def _robot(item: Item, other: Prop | None) -> RobotModel:
         base=read.base,
         arm=None if read.arm is None or held is None else read.arm.model(held),
         prop=held,
+        sensing=read.sensing,
     )
     item.require(made.faults())
     return made

@@ -12,8 +12,10 @@ has no queue and no lock, and is called at 100 Hz or more by whoever owns the wh
 
 `command` is what the wheels would be given in the next cycle, ramps included, because behind the
 chain nothing may be slower than the brakes. In this order: stop line and latches, command age, age
-of the user's pose, speed limit, separation governor (R48-R52, R149). Time that runs backwards
-latches, and what is stamped ahead of the clock counts for nothing: a negative age is never fresh.
+of the user's pose, speed limit, separation governor (R48-R52, R149). While a command gets old the
+limit falls, so that a computer that is too slow slows the robot down before it stops it.
+Time that runs backwards latches, and what is stamped ahead of the clock counts for nothing: a
+negative age is never fresh.
 
 The governor takes away only what closes the gap between the outline as it stands, a rectangle, and
 the user's cylinder: the part of the velocity towards the user, and a turn that brings the nearest
@@ -33,6 +35,7 @@ from hw.safety_record import (
     BACKWARDS,
     BASE_UNKNOWN,
     COMMAND_AHEAD,
+    COMMAND_LATE,
     COMMAND_OLD,
     GRANTED,
     LATCHED,
@@ -85,7 +88,7 @@ class SafetyChain:
         self._user = UserTrack(limits.ahead)
         self._requested = False
         self._served_from: Pose2 | None = None
-        self._measured = 0.0
+        self._measured = self._command_age = 0.0
         self._stand_by_ns: int | None = None
         self._now_ns: int | None = None
 
@@ -138,6 +141,7 @@ class SafetyChain:
         stamp_ns: int,
         pose: Pose2 | None,
         twist: Twist2 | None,
+        sigma: float = 0.0,
     ) -> SafetyRecord:
         """What the wheels may be told now.
 
@@ -147,6 +151,7 @@ class SafetyChain:
             stamp_ns: when whoever drives last said so.
             pose: map_from_base, measured; None: not known.
             twist: measured velocity, base frame; None: not known.
+            sigma: standard deviation of the pose, m.
         """
         age = self._age(now_ns)
         record = None
@@ -156,10 +161,12 @@ class SafetyChain:
             self.refused = NOT_FINITE
         else:
             self._watch(now_ns, twist, age)
-            lost = pose is None and self.limits.watched
+            lost = (pose is None or not sigma < math.inf) and self.limits.watched
             self.refused = BASE_UNKNOWN if lost else self._refusal(now_ns, stamp_ns, age)
+            self._command_age = (now_ns - stamp_ns) / 1e9
             if pose is not None and age < math.inf:
-                record = self._governed(now_ns, max(age, 0.0), command, pose, twist)
+                off = self.limits.pose_error(sigma)
+                record = self._governed(now_ns, max(age, 0.0), command, pose, twist, off)
         record = record or self._unwatched(now_ns, command)
         self.cycles.append(record)
         return record
@@ -203,7 +210,7 @@ class SafetyChain:
         if self.latched is not None:
             return LATCHED
         since = (now_ns - stamp_ns) / 1e9
-        if since > self.limits.command_age:
+        if since >= self.limits.command_age:
             return COMMAND_OLD
         if since < -self.limits.ahead:
             return COMMAND_AHEAD
@@ -225,14 +232,15 @@ class SafetyChain:
         return SafetyRecord(now_ns, command, admitted, reasons=reasons)
 
     def _governed(
-        self, now_ns: int, age: float, command: Twist2, pose: Pose2, twist: Twist2
+        self, now_ns: int, age: float, command: Twist2, pose: Pose2, twist: Twist2, off: float
     ) -> SafetyRecord:
+        """A cycle beside the user; the pose of the base may be `off` by more than usual, m."""
         limits, user = self.limits, self._user
         near = self._nearness(pose)
         speed = limits.walking if user.speed is None else user.speed + limits.uncertainty
         if age > limits.late:
             speed = max(speed, limits.walking)
-        allowed = limits.stopping.allowed(near.gap, speed, age)
+        allowed = limits.stopping.allowed(near.gap - off, speed, age)
         admitted, reasons = STILL, self.refused
         if not reasons:
             touch = self._touch_speed(near.gap, age) if self._requested else 0.0
@@ -243,6 +251,7 @@ class SafetyChain:
             if limits.governor and slower is not admitted:
                 admitted, reasons = slower, (*reasons, SEPARATION)
         needed = limits.stopping.needed(near.closing(twist), speed, age)
+        needed += off if needed else 0.0
         return SafetyRecord(
             now_ns, command, admitted, near.gap, needed, allowed, speed, age, reasons
         )
@@ -259,7 +268,7 @@ class SafetyChain:
         It falls with the age of their pose, so that the way covered unseen does not grow.
         """
         limits, user = self.limits, self._user
-        if user.speed is None or user.speed >= limits.still:
+        if user.steady is None or user.steady >= limits.still:
             return 0.0
         floor = limits.touch_gap
         if self._served_from is not None:
@@ -270,8 +279,12 @@ class SafetyChain:
     def _limited(
         self, command: Twist2, age: float, reasons: tuple[str, ...]
     ) -> tuple[Twist2, tuple[str, ...]]:
-        """The command within the speed limit, which falls to 0 while the pose gets old (R149)."""
-        limits, share = self.limits, self._share(age)
+        """The command within the speed limit, which falls to 0 as it gets old (R149).
+
+        So it does while the pose of the user gets old.
+        """
+        limits, seen = self.limits, self._share(age)
+        share = min(seen, limits.command_share(self._command_age))
         speed, turn = math.hypot(command.vx, command.vy), abs(command.wz)
         scale = 1.0
         if speed > share * limits.speed + ROUNDING:
@@ -281,7 +294,8 @@ class SafetyChain:
         if scale == 1.0:
             return command, reasons
         slower = Twist2(scale * command.vx, scale * command.vy, scale * command.wz)
-        return slower, (*reasons, SPEED if share == 1.0 else USER_LATE)
+        reason = SPEED if share == 1.0 else USER_LATE if share == seen else COMMAND_LATE
+        return slower, (*reasons, reason)
 
     def _share(self, age: float) -> float:
         """Of a speed limit, what a pose of this age leaves: all if it is not late, none if old."""

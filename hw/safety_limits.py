@@ -6,7 +6,8 @@ speed v with a, the user comes v_h nearer each second and was last seen some age
 
     S_p = v_h (age + T + v / a) + v T + v^2 / 2a + C
 
-C covers reach and both positions' errors.
+C covers reach and both positions' errors; a pose of the base that is less sure than C takes it for
+adds what is more (`SafetyLimits.pose_error`).
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from hw.robot import Footprint, MotionLimits, RobotModel
 
 LATE_S, OLD_S = 0.05, 0.15
 """Poses are used as they are up to the first age, s, with care up to the second (R149)."""
+POSE_ERROR_M = 0.075
+"""Three standard deviations of the base's position that C covers: half of both positions' share."""
 _NOTHING = 1e-12
 """Less room than this, m, is none."""
 _STILL = 1e-6
@@ -76,8 +79,9 @@ class SafetyLimits:
     has asked for a touch may be approached with `touch_speed` down to the gap of the pose they are
     served from, less its tolerance `touch_slack`, and never below `touch_gap`. Poses of the user
     are used up to the age `late`, with less and less speed up to `old`, and not at all then; at
-    `lost` the stop latches. Commands count up to `command_age`. A stamp may be `ahead` of the clock
-    by as much as clocks differ, and more where poses are predicted.
+    `lost` the stop latches. Commands count up to `command_age`, from `command_late` on with ever
+    less speed. A stamp may be `ahead` of the clock by as much as clocks differ, and more where
+    poses are predicted.
 
     `governor` switches the separation step, and nothing else. `watched`: somebody tracks the user
     of this body; if nobody does, ages of their pose and separation cannot be looked at. With no
@@ -94,6 +98,7 @@ class SafetyLimits:
     touch_speed: float = 0.25
     touch_gap: float = 0.03
     touch_slack: float = 0.05
+    command_late: float = 0.04
     command_age: float = 0.08
     late: float = LATE_S
     old: float = OLD_S
@@ -107,11 +112,26 @@ class SafetyLimits:
         for name in self.__slots__[2:]:
             if not 0.0 <= getattr(self, name) < math.inf:
                 raise ValueError(f"safety: {name} is {getattr(self, name)}; a number from 0 on")
+        if not self.command_late < self.command_age:
+            raise ValueError(
+                f"safety: command_late {self.command_late:g} s is not below "
+                f"command_age, {self.command_age:g} s"
+            )
         if not self.late < self.old <= self.lost:
             raise ValueError(
                 f"safety: late {self.late:g} s, old {self.old:g} s, lost {self.lost:g} s; "
                 "they must come in this order"
             )
+
+    def command_share(self, age: float) -> float:
+        """How much of the speed limit a command of this age has: all up to `command_late`."""
+        if age <= self.command_late:
+            return 1.0
+        return max(0.0, (self.command_age - age) / (self.command_age - self.command_late))
+
+    def pose_error(self, sigma: float) -> float:
+        """What a pose of the base with this standard deviation adds to the separation, m."""
+        return max(0.0, 3.0 * sigma - POSE_ERROR_M)
 
     @classmethod
     def of(cls, robot: RobotModel, limits: MotionLimits) -> SafetyLimits:

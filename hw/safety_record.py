@@ -20,6 +20,7 @@ BASE_UNKNOWN = ("pose or velocity of the base is not known",)
 USER_UNKNOWN = ("no pose of the user yet",)
 USER_OLD = ("pose of the user is old",)
 USER_AHEAD = ("pose of the user is stamped ahead of the clock",)
+COMMAND_LATE = "command is late"
 USER_LATE = "pose of the user is late"
 SPEED = "speed limit"
 SEPARATION = "separation"

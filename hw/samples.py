@@ -7,6 +7,7 @@
 | `base.twist` | `Twist2`, base frame | every step |
 | `base.mode` | how the wheels are driven: `omni` or `differential` | on change |
 | `base.refusal` | why a base that is to drive does not, as text, or None | on change |
+| `base.admitted` | `Twist2`: what the chain leaves of a velocity it cuts, or None | on change |
 | `arm.joints` | `ArmState` | every step |
 | `vr.haptic_request` | `Pose3` while requested (the DEEP in the map), or None | on change |
 | `vr.release` | `True` | an event: the user lets go of a request |
@@ -14,7 +15,9 @@
 | `bumper.hit` | `BumperHit` | an event: the foam was touched |
 | `stop.engaged` | the reason as text while the stop line is pulled, or None | on change |
 | `operator.acknowledge` | `True` | an event: the operator cleared a fault |
-| `base.scan` | `Scan` | per turn of a scanner |
+| `base.scan` | `Scan` | per turn of a scanner, stamped at its first beam |
+| `base.odometry` | `Odometry` | at the wheels' rate |
+| `rover.tracker` | `TrackerPose` | each tracker on the rover by itself, while it is tracked |
 | `base.imu` | `ImuReading` | at the sensor's rate |
 | `gripper.state`, `wrench.reading` | `GripperState`, `WrenchReading` | at the sensor's rate |
 
@@ -32,7 +35,7 @@ from enum import Enum
 from types import MemberDescriptorType
 from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
 
-from hw.geometry import Pose2, Pose3
+from hw.geometry import Pose2, Pose3, Twist2
 
 Joints = tuple[float, ...]
 TimedJoints = tuple[float, Joints]
@@ -100,20 +103,61 @@ class WrenchReading:
 
 @dataclass(frozen=True, slots=True)
 class Scan:
-    """One turn of a lidar: ranges in m, inf for no return; beam i is at start + i * step, rad."""
+    """One turn of a lidar: ranges in m, inf for no return; beam i is at start + i * step, rad.
+
+    Angles are in the frame of the sensor. Beam i was taken i * `beam_time` s after the stamp.
+    """
 
     sensor: str
     start: float
     step: float
     ranges: tuple[float, ...]
+    beam_time: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Odometry:
+    """What the wheels say: odom_from_base, which drifts without bound, and the base's velocity.
+
+    The frame `odom` is where the base was when its driver began to count; `twist` is in the base
+    frame.
+    """
+
+    pose: Pose2
+    twist: Twist2
+
+
+@dataclass(frozen=True, slots=True)
+class TrackerPose:
+    """Where a tracker of the VR system is, by its name: vive_from_tracker."""
+
+    tracker: str
+    pose: Pose3
+
+
+@dataclass(frozen=True, slots=True)
+class PoseSigma:
+    """How sure a pose in the plane is: standard deviations, m along its worst axis, and rad."""
+
+    position: float
+    yaw: float
+
+
+EXACT = PoseSigma(0.0, 0.0)
+"""A pose that is no estimate."""
 
 
 @dataclass(frozen=True, slots=True)
 class ImuReading:
-    """Rates of turn in rad/s and accelerations in m/s2, in the base frame."""
+    """Rates of turn in rad/s and accelerations in m/s2, in the base frame.
+
+    `attitude` is the quaternion (qx, qy, qz, qw) of world_from_base, the world's z upwards, of
+    sensors that tell it.
+    """
 
     rates: tuple[float, float, float]
     accelerations: tuple[float, float, float]
+    attitude: tuple[float, float, float, float] | None = None
 
 
 def is_finite(value: object) -> bool:
@@ -217,7 +261,7 @@ def _check_of_fields(kind: type) -> Check:
 
 def _is_scan(scan: Scan, _: int) -> bool:
     """The sum of ranges is NaN if one is, or if there is a -inf beside an inf."""
-    return math.isfinite(scan.start + scan.step) and -math.inf < sum(scan.ranges)
+    return math.isfinite(scan.start + scan.step + scan.beam_time) and -math.inf < sum(scan.ranges)
 
 
 _CHECKS = _Checks({Scan: _is_scan})

@@ -17,7 +17,8 @@ from engine.files.values import Range, above_0
 from hw.geometry import Outline, Pose2, Twist2
 from hw.robot import MotionLimits, RobotModel
 from hw.room import Room
-from hw.samples import Joints
+from hw.samples import EXACT, Joints, PoseSigma
+from hw.tracking import Tracking
 from states.ages import slowed
 
 if TYPE_CHECKING:
@@ -25,9 +26,15 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from states.arm.motion import Workspace
-    from states.navigation.layers import CostmapEstimator, Costmaps
+    from states.localization.estimates import Localizes
+    from states.maps.field import Field
+    from states.maps.occupancy import OccupancyMap
+    from states.navigation.costmap import Ground
+    from states.navigation.layers import Costmaps
     from states.navigation.local_planner import GlobalPlanner, LocalPlanner
-    from states.navigation.maps import OccupancyMap
+    from states.navigation.scanning import ObstacleEstimator
+    from states.navigation.unmapped import Obstacles
+    from states.navigation.visibility import ExactPlanner
 
 SubsystemName = Literal["chase", "haptic", "escape"]
 SUBSYSTEMS: tuple[SubsystemName, ...] = get_args(SubsystemName)
@@ -98,7 +105,7 @@ class Site:
 
     `map` is a scanned map for the planners on costmaps; without one they draw the room's. `period`
     is the time from tick to tick, s; `latency` how long it takes until the base has heard what a
-    tick decided, s.
+    tick decided, s. `pose_sigma`: of measured poses of the base; estimated ones have their own.
     """
 
     room: Room
@@ -108,18 +115,36 @@ class Site:
     period: float = 1.0 / 30.0
     latency: float = 0.0
     map: OccupancyMap | None = None
+    pose_sigma: PoseSigma = EXACT
+
+    @cached_property
+    def _grounds(self) -> dict[float, Ground]:
+        return {}
+
+    def ground(self, resolution: float) -> Ground:
+        """What the map shows, or the room, on cells of this size; the same for all subsystems."""
+        if resolution not in self._grounds:
+            from states.navigation.layers import ground_of, map_of
+
+            drawn = self.map or map_of(self.room, resolution)
+            self._grounds[resolution] = ground_of(drawn, resolution)
+        return self._grounds[resolution]
+
+    @cached_property
+    def tracking(self) -> Tracking:
+        """How the tracking system lies in the map, and its trackers on the robot."""
+        return Tracking.of(self.robot.sensing)
 
     @cached_property
     def static_costmaps(self) -> Mapping[SubsystemName, Costmaps]:
         """Of each subsystem, from map or room alone."""
-        from states.navigation.layers import costmaps_of, map_of
+        from states.navigation.layers import costmaps_of
 
-        drawn = cache(lambda resolution: self.map or map_of(self.room, resolution))
         found = {}
         for name in SUBSYSTEMS:
             subsystem = self.navigation.named(name)
             values = subsystem.costmap
-            found[name] = costmaps_of(drawn(values.resolution), subsystem.inflation, values)
+            found[name] = costmaps_of(self.ground(values.resolution), subsystem.inflation, values)
         return found
 
     @cached_property
@@ -128,6 +153,18 @@ class Site:
 
         A state asks for the signal `<subsystem>.planner` instead.
         """
+        found: dict[SubsystemName, GlobalPlanner] = {}
+        for name in SUBSYSTEMS:
+            kind = self.navigation.named(name).planner
+            on_cells = kind != "exact"
+            found[name] = (
+                self.static_costmaps[name].planner(kind) if on_cells else self._exact[name]
+            )
+        return found
+
+    @cached_property
+    def _exact(self) -> Mapping[SubsystemName, ExactPlanner]:
+        """Of the subsystems that plan so; one for all of the same inflation."""
         from states.navigation.visibility import ExactPlanner
 
         @cache
@@ -135,22 +172,50 @@ class Site:
             outer, obstacles = self.room.outer, self.room.obstacles
             return ExactPlanner(outer, obstacles, inflation_radius=inflation)
 
-        found: dict[SubsystemName, GlobalPlanner] = {}
-        for name in SUBSYSTEMS:
-            subsystem = self.navigation.named(name)
-            on_cells = subsystem.planner != "exact"
-            found[name] = (
-                self.static_costmaps[name].planner(subsystem.planner)
-                if on_cells
-                else exact(subsystem.inflation)
-            )
-        return found
+        used = {name: self.navigation.named(name) for name in SUBSYSTEMS}
+        return {n: exact(s.inflation) for n, s in used.items() if s.planner == "exact"}
 
-    def costmap_estimator(self, name: SubsystemName) -> CostmapEstimator:
-        """A new one of the costmaps of a subsystem; one per run."""
-        from states.navigation.layers import CostmapEstimator
+    def planner_among(self, name: SubsystemName, obstacles: Obstacles) -> GlobalPlanner:
+        """The planner of a subsystem when scanners have shown these obstacles."""
+        if not obstacles:
+            return self.static_planners[name]
+        from states.navigation.layers import exact_among
 
-        return CostmapEstimator(self.static_costmaps[name], self.navigation.named(name).costmap)
+        kind = self.navigation.named(name).planner
+        if kind == "exact":
+            return exact_among(self._exact[name], obstacles)
+        return self.costmaps_among(name, obstacles).planner(kind)
+
+    def costmaps_among(self, name: SubsystemName, obstacles: Obstacles) -> Costmaps:
+        """The costmaps of a subsystem when scanners have shown these obstacles."""
+        static = self.static_costmaps[name]
+        return static.among(obstacles) if obstacles else static
+
+    def obstacle_estimator(self) -> ObstacleEstimator:
+        """A new one of what scanners show and the map does not; one per run."""
+        from states.navigation.obstacles import ObstacleValues
+        from states.navigation.scanning import ObstacleEstimator, Scanner
+
+        used = [self.navigation.named(name) for name in SUBSYSTEMS]
+        maps = [subsystem.costmap for subsystem in used]
+        ground = self.ground(min(values.resolution for values in maps))
+        reach = max(max(s.inflation, s.costmap.inflation_radius) for s in used)
+        window = ObstacleValues(max(v.width for v in maps), max(v.height for v in maps))
+        scanner = Scanner(self.robot.sensing.mount, self.outline(), self.pose_sigma)
+        return ObstacleEstimator(ground, reach, window, scanner)
+
+    @cached_property
+    def field(self) -> Field:
+        """Distances to the walls, of the map or, exact, of the room."""
+        from states.maps.field import map_field, room_field
+
+        return room_field(self.room) if self.map is None else map_field(self.map)
+
+    def localizer(self, start: Pose2, seed: int) -> Localizes:
+        """A new one that takes the robot to start about here; one per run."""
+        from states.localization.localizer import Localizer
+
+        return Localizer(self.field, self.robot.sensing, self.tracking, start, seed)
 
     def driver(self, name: SubsystemName, planner: GlobalPlanner) -> LocalPlanner:
         """A new local planner with the values of a subsystem; one per drive."""
@@ -164,27 +229,27 @@ class Site:
             min(own.base_yaw_rate, base.max_yaw_rate),
             own.base_yaw_acceleration,
         )
-        tolerance = Tolerance(subsystem.tolerance, subsystem.yaw_tolerance)
+        tolerance, latency = Tolerance(subsystem.tolerance, subsystem.yaw_tolerance), self.latency
         if subsystem.local_planner == "profile":
-            return ProfilePlanner(planner, limits, tolerance, latency=self.latency)
+            return ProfilePlanner(planner, limits, tolerance, latency=latency)
         from states.navigation.teb_planner import TebPlanner
 
         walls, kept = (room.outer, *room.obstacles), subsystem.inflation
-        teb = TebPlanner(planner, limits, tolerance, walls=walls, wall_distance=kept)
-        teb.latency = self.latency
-        return teb
+        return TebPlanner(
+            planner, limits, tolerance, latency=latency, walls=walls, wall_distance=kept
+        )
 
     def warm_up(self) -> None:
         """Compile, or load from the cache, what the subsystems drive by, and build their maps."""
-        from states.navigation import profile
+        from states.navigation import profile, scanning
 
         profile.warm_up()
+        scanning.warm_up()
         used = [self.navigation.named(name) for name in SUBSYSTEMS]
         if any(subsystem.planner != "exact" for subsystem in used):
-            from states.navigation import grid_planners, obstacles
+            from states.navigation import grid_planners
 
             grid_planners.warm_up()
-            obstacles.warm_up()
         if any(subsystem.local_planner == "teb" for subsystem in used):
             from states.navigation import teb_planner
 

@@ -28,13 +28,13 @@ from cobodeck.console import complain
 from hw.geometry import Pose2
 from hw.room import Point
 from hw.scene import load_scene
+from states.maps.cells import Grid
+from states.maps.occupancy import FREE, OCCUPIED, OccupancyMap, load_map
 from states.navigation import profile, teb_planner
-from states.navigation.cells import Grid
-from states.navigation.costmap import Costmap
-from states.navigation.distance import Costs, Inflation
+from states.navigation.costmap import Costmap, Ground
 from states.navigation.grid_planners import NavfnPlanner, ThetaStarPlanner
+from states.navigation.inflation import Costs, Inflation
 from states.navigation.local_planner import Limits, Tolerance
-from states.navigation.maps import FREE, OCCUPIED, OccupancyMap, load_map
 from states.navigation.planners import GLOBAL_PLANNERS, LOCAL_PLANNERS
 from states.navigation.trials import OPEN_ROOM, TRIALS, Trial, drive
 from states.navigation.visibility import ExactPlanner
@@ -133,7 +133,7 @@ def _cells(floor: Floor, resolution: float) -> tuple[Grid, Costs]:
     free = free.repeat(split, axis=0).repeat(split, axis=1)
     grid = Grid(resolution, *free.shape)
     inflation = Inflation(floor.inflation, floor.inflation)
-    return grid, Costmap(grid, inflation, static=_as_map(free, resolution)).costs
+    return grid, Costmap(Ground.of(_as_map(free, resolution), grid), inflation).costs
 
 
 # ways

@@ -55,8 +55,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--tier",
         type=int,
         default=1,
-        choices=(0, 1),
-        help="0: logic alone, leaves end by chance; 1: reduced; default 1",
+        choices=(0, 1, 2),
+        help="0: logic alone, leaves end by chance; 1: reduced; 2: with all sensors; default 1",
     )
     parser.add_argument("--seed", type=int, default=0, help="of everything random; default 0")
     parser.add_argument(
@@ -122,7 +122,7 @@ def report_on(
     else:
         show(summary(figures, result.wired.run.ended_by))
     if getattr(args, "explain", False):
-        (complain if args.json else show)(explain(setup, result))
+        (complain if args.json else show)(explain(result))
     wanted = args.record is not None
     lacking = wanted and (not_recorded or (path is None and not _keeps_record(args, clock)))
     failed = figures["outcome"] in FAILURES or figures["errors"]

@@ -120,8 +120,8 @@ def _floor(place: str, corners: str) -> tuple[str, RoomFloor | MapFloor, tuple[s
         return scene.name, RoomFloor(scene.room, "square" if corners == "square" else "round"), ()
     if corners == "square":
         raise Problem(f"{place}: a map is inflated cell by cell, with round corners only")
+    from states.maps.occupancy import load_map
     from states.navigation.floor_cells import MapFloor
-    from states.navigation.maps import load_map
 
     map_ = load_map(place)
     return Path(place).stem, MapFloor(map_), map_.remarks

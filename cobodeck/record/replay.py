@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
+from behaviors.signals import ESTIMATE
 from cobodeck.catalogue import Catalogue, catalogue
 from cobodeck.clocks import Clock, Virtual
 from cobodeck.console import FAILED, Problem
@@ -123,13 +124,11 @@ def written_setup(record: Record, known: Catalogue) -> Setup:
     Raises:
         FileError: a text is wrong.
     """
-    header, texts = record.header, record.attachments
-    files = {ROOT / name: held for name, held in texts.items()}
-    files |= {Path(name): held for name, held in texts.items()}
+    header = record.header
     charts = _written_charts(record)
     given = header["given"]
-    with instead(files):
-        return open_setup(
+    with instead(texts_of(record)):
+        setup = open_setup(
             header["chart"],
             given["scene"],
             given["profile"],
@@ -138,6 +137,15 @@ def written_setup(record: Record, known: Catalogue) -> Setup:
             charts,
             known,
         )
+    localizing = header["options"]["seed"] if ESTIMATE in header["signals"] else None
+    return replace(setup, localizing=localizing)
+
+
+def texts_of(record: Record) -> dict[Path, bytes]:
+    """What the files of a run held, by where they stand today and by where they stood."""
+    texts = record.attachments
+    files = {ROOT / name: held for name, held in texts.items()}
+    return files | {Path(name): held for name, held in texts.items()}
 
 
 def _written_charts(record: Record) -> Library:

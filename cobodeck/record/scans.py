@@ -1,7 +1,8 @@
-"""Laser scans as foxglove.LaserScan in protobuf, with two fields of ours beside: nothing is lost.
+"""Laser scans as foxglove.LaserScan in protobuf, with three fields of ours beside: nothing is lost.
 
 Foxglove's fields are 1 timestamp, 2 frame_id, 4 start_angle, 5 end_angle, 6 ranges. The step
-between beams cannot be had from the two angles to the last bit, so it has a field of its own.
+between beams cannot be had from the two angles to the last bit, so it has a field of its own,
+as has the time from beam to beam.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import Any
 
 from hw.samples import Scan
 
-_STEP, _REPEAT = 1000, 1001
+_STEP, _REPEAT, _BEAM_TIME = 1000, 1001, 1002
 _VARINT, _DOUBLE, _SIZED = range(3)
 
 
@@ -29,6 +30,7 @@ def write_scan(stamp_ns: int, scan: Scan, again: bool) -> bytes:
         _double(4, scan.start) + _double(5, end),
         _sized(6, array("d", scan.ranges).tobytes()),
         _double(_STEP, scan.step),
+        _double(_BEAM_TIME, scan.beam_time) if scan.beam_time else b"",
     ]
     return b"".join(fields) + (_varint(_REPEAT << 3) + b"\1" if again else b"")
 
@@ -39,9 +41,10 @@ def read_scan(data: bytes) -> tuple[int, Scan, bool]:
     time = dict(_read_fields(found[1]))
     stamp = _signed(time.get(1, 0)) * 10**9 + time.get(2, 0)
     [start], [step] = struct.unpack("<d", found[4]), struct.unpack("<d", found[_STEP])
+    [beam_time] = struct.unpack("<d", found.get(_BEAM_TIME, bytes(8)))
     ranges = array("d", found[6])
     name = found[2].decode("utf-8", "surrogatepass")
-    return stamp, Scan(name, start, step, tuple(ranges)), bool(found.get(_REPEAT, 0))
+    return stamp, Scan(name, start, step, tuple(ranges), beam_time), bool(found.get(_REPEAT, 0))
 
 
 def _varint(number: int) -> bytes:

@@ -11,6 +11,8 @@ the ramps and last before the wheels; what it takes away is braked away.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.guarded import CYCLE_NS, GuardedBase
@@ -18,6 +20,10 @@ from hw.interfaces import DriveMode
 from hw.robot import MotionLimits, RobotModel
 from hw.samples import Sample
 from hw.sim.sensors import Noise, added
+
+if TYPE_CHECKING:
+    from hw.sim.slip import Floor
+    from hw.sim.track import Track
 
 _GRAVITY = 9.81
 _EXACT = Pose2(0.0, 0.0)
@@ -39,9 +45,11 @@ class SimBase:
 
     `gate` is asked what may go to the wheels; None: all of it. `noise` is that of the pose as it is
     measured, by the gate too; `pose` is the true one.
-    """
 
-    signals: tuple[str, ...] = ("base.pose", "base.twist")
+    With a floor the wheels do as they are told and the body slips: `pose` is the body's. Watched by
+    sensors (`watch`) the base does not know where it is: it gives the velocity of its wheels only,
+    and the gate goes by `located`, if there is somebody who knows; else by the truth.
+    """
 
     def __init__(
         self,
@@ -58,6 +66,10 @@ class SimBase:
         self.energy_j = 0.0
         self.braked = False
         self.gate: GuardedBase | None = None
+        self.signals: tuple[str, ...] = ("base.pose", "base.twist")
+        self.located: Callable[[int], Pose2 | None] | None = None
+        self._floor: Floor | None = None
+        self._tracks: tuple[Track, Track] | None = None
         self._noise, self._error = noise, _EXACT
         self._model = base
         self._mass = model.mass
@@ -78,6 +90,11 @@ class SimBase:
         self._x, self._y, self._yaw = start.x, start.y, start.yaw
         self._vx = self._vy = self._wz = self._kinetic = 0.0
         self._reported = -1
+
+    def watch(self, body: Track, wheels: Track, floor: Floor | None) -> None:
+        """Note from now on where the body and the wheels get to, and slip on this floor."""
+        self.signals = ("base.twist",)
+        self._tracks, self._floor = (body, wheels), floor
 
     def use(self, mode: DriveMode) -> None:
         """Change the way of driving; see `Base`.
@@ -104,13 +121,18 @@ class SimBase:
         if self._reported == now_ns:
             return []
         self._reported = now_ns
-        pose = self._measured()
-        return [Sample("base.pose", now_ns, pose), Sample("base.twist", now_ns, self.twist)]
+        twist = Sample("base.twist", now_ns, self.twist)
+        if self._tracks is not None:
+            return [twist]
+        return [Sample("base.pose", now_ns, self._measured()), twist]
 
     def block(self, pose: Pose2) -> None:
         """Something solid holds the base: it stands at once, at this pose."""
         self.pose, self.twist, self._target = pose, STILL, STILL
-        self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
+        if self._floor is None:
+            self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
+        else:
+            self._floor.pose = pose  # the wheels stand, the body is pushed or held
         self._vx = self._vy = self._wz = self._kinetic = 0.0
 
     def advance(self, until_ns: int) -> None:
@@ -121,6 +143,7 @@ class SimBase:
             self._move(max(self._now, self._expires))
             self._target = STILL
         self._move(until_ns)
+        self._note(until_ns)
         if self._noise is not None:
             self._error = self._noise.error(until_ns)
 
@@ -164,7 +187,7 @@ class SimBase:
             return
         for _ in range(pieces):
             self._step(self._toward(target, span / pieces, self.braked))
-        self.pose = Pose2(self._x, self._y, self._yaw)
+        self.pose = self._place()
         self.twist = self._twist((0.0, 0.0, 0.0, (self._vx, self._vy, self._wz)))
 
     def _go_gated(self, gate: GuardedBase, target: Twist2, since: int, cycles: int) -> None:
@@ -175,12 +198,26 @@ class SimBase:
             now = since + span * cycle // cycles
             motion = self._toward(target, h, braked)
             command = self._twist(motion)
-            admitted = gate.admit(now, command, self._measured(), self.twist)
+            pose = self._measured() if self.located is None else self.located(now)
+            admitted = gate.admit(now, command, pose, self.twist)
             if admitted is not command:
                 motion = self._toward(self._limited(admitted), h, braked=True)
                 command = self._twist(motion)
             self._step(motion)
-            self.pose, self.twist = Pose2(self._x, self._y, self._yaw), command
+            self.pose, self.twist = self._place(), command
+            self._note(since + span * (cycle + 1) // cycles)
+
+    def _place(self) -> Pose2:
+        """Where the body is."""
+        return Pose2(self._x, self._y, self._yaw) if self._floor is None else self._floor.pose
+
+    def _note(self, now_ns: int) -> None:
+        if self._tracks is None:
+            return
+        body, wheels = self._tracks
+        body.note(now_ns, self.pose)
+        if self._floor is not None:
+            wheels.note(now_ns, Pose2(self._x, self._y, self._yaw))
 
     def _twist(self, motion: Motion) -> Twist2:
         """The velocity at the end of a motion, in the base frame."""
@@ -230,15 +267,24 @@ class SimBase:
 
     def _step(self, motion: Motion) -> None:
         dx, dy, turn, (vx, vy, wz) = motion
+        way = math.hypot(dx, dy) if self._floor is None else self._slip(self._floor, motion)
         self._x += dx
         self._y += dy
         self._yaw = wrap(self._yaw + turn)
         self._vx, self._vy, self._wz = vx, vy, wz
-        way = math.hypot(dx, dy)
         self.distance_m += way
         kinetic = 0.5 * (self._mass * (vx * vx + vy * vy) + self._inertia * wz * wz)
         self.energy_j += abs(kinetic - self._kinetic) + self._rolling * way
         self._kinetic = kinetic
+
+    def _slip(self, floor: Floor, motion: Motion) -> float:
+        """Move the body as these wheels move it on this floor; its way, m."""
+        dx, dy, turn, (vx, vy, wz) = motion
+        middle = self._yaw + 0.5 * turn
+        c, s = math.cos(middle), math.sin(middle)
+        before, after = (self._vx, self._vy, self._wz), (vx, vy, wz)
+        along = [(c * x + s * y, c * y - s * x, z) for x, y, z in ((dx, dy, turn), before, after)]
+        return floor.move(*along)
 
 
 def _ramp(value: float, target: float, slope: float, h: float) -> tuple[float, float]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from engine.files.finding import mistake
 from hw.geometry import Pose2, Twist2, wrap
@@ -24,12 +24,16 @@ from hw.scene import Scene
 from hw.sim.arm import SimArm
 from hw.sim.base import SimBase
 from hw.sim.contact import Sweep, first_touch, gap, swept_gap
+from hw.sim.errors import SensorErrors
 from hw.sim.sensors import IDEAL, SensorModel
 from hw.sim.surroundings import ScriptedOperator, SimBumper, SimTrackers, SimVr
 from hw.sim.tool import Hand
 from hw.sim.walls import Walls
 from hw.stop_line import StopLatch
 from hw.truth import BASE, Contact, Truth
+
+if TYPE_CHECKING:
+    from hw.sim.equipment import Equipment
 
 PUSHED_OFF, PUSHING = 0.3, 0.3
 """The operator pushes a robot that touches the person off to this gap, m, at this speed, m/s."""
@@ -83,10 +87,15 @@ class World:
     latches pulls the stop line. `safety`: the limits of its chain; None: those of the robot.
     `operator`: a scripted one looks after faults; if not, somebody else has to.
 
+    With `sensing` nobody is told where the base is: it slips, and there are sensors instead, those
+    of the robot's file with these errors.
+
     Raises:
         FileError: the robot's outline touches a wall or the person at the start.
     """
 
+    _tracked: tuple[int | None, float] = (None, 0.0)
+    """Stamp of the newest pose of the person, and the turn of the head then."""
     paced = False
     """Time stands here between two calls of `advance`."""
 
@@ -104,6 +113,7 @@ class World:
         safety: SafetyLimits | None = None,
         latency_ns: int = 0,
         sensors: SensorModel = IDEAL,
+        sensing: SensorErrors | None = None,
         operator: bool = True,
     ) -> None:
         limits = limits or MotionLimits()
@@ -119,7 +129,6 @@ class World:
         self.contacts: tuple[Contact, ...] = ()
         self.wall_hits = 0
         self.touching = self._touched = False
-        self._tracked: tuple[int | None, float] = (None, 0.0)  # stamp, and the turn of the head
         self.min_gap = math.inf if person is None else self._gap_to(person.body)
         self._walls = None if scene is None else Walls(scene.room, robot)
         self._line = StopLatch(self._release)
@@ -131,7 +140,20 @@ class World:
         self._operator = None
         if operator:
             self._operator = ScriptedOperator(self._line, by_hand=self._push_off)
-        parts: dict[str, Part | None] = {
+        self._vr: SimVr | None = None
+        self._trackers: SimTrackers | None = None
+        self._equipment: Equipment | None = None
+        parts = self._own_parts()
+        if sensing is not None:
+            self._equipment = self._equip(sensing, sensors.seed)
+            parts |= self._equipment.parts
+        parts |= self._of_person(sensors, area_only)
+        self.parts: Mapping[str, Any] = {k: part for k, part in parts.items() if part is not None}
+        self._own: tuple[Any, ...] = ()
+        self._check_start()
+
+    def _own_parts(self) -> dict[str, Part | None]:
+        return {
             "base": self.guard,
             "arm": self.arm,
             "bumper": self._bumper,
@@ -140,17 +162,27 @@ class World:
             "gripper": self.hand.gripper,
             "wrench": self.hand.wrench,
         }
-        self._vr: SimVr | None = None
-        self._trackers: SimTrackers | None = None
-        if person is not None:
-            room = None if scene is None or not area_only else scene.room
-            parts["vr"] = self._vr = SimVr(person)
-            parts["trackers"] = self._trackers = SimTrackers(
-                person, room, round(sensors.tracking_delay * 1e9), sensors.of_tracking
-            )
-        self.parts: Mapping[str, Any] = {k: part for k, part in parts.items() if part is not None}
-        self._own: tuple[Any, ...] = ()
-        self._check_start()
+
+    def _of_person(self, sensors: SensorModel, area_only: bool) -> dict[str, Part | None]:
+        if self.person is None:
+            return {}
+        room = None if self.scene is None or not area_only else self.scene.room
+        delay, view = sensors.tracking_delay, None
+        if self._equipment is not None:
+            delay, view = delay + self._equipment.tracking_delay, self._equipment.view
+        noise = sensors.of_tracking
+        self._vr = SimVr(self.person, view)
+        self._trackers = SimTrackers(self.person, room, round(delay * 1e9), noise, view)
+        return {"vr": self._vr, "trackers": self._trackers}
+
+    def _equip(self, sensing: SensorErrors, seed: int) -> Equipment:
+        """Sensors; what computes rays is loaded only where there are some."""
+        from hw.sim.equipment import Equipment
+
+        if not isinstance(self.base, SimBase):
+            raise TypeError(f"sensing needs a SimBase, not a {type(self.base).__name__}")
+        room = None if self.scene is None else self.scene.room
+        return Equipment(self.robot, self.base, self.person, room, sensing, seed)
 
     @property
     def finished(self) -> bool:
@@ -258,14 +290,16 @@ class World:
     def _advance_person(self, person: Person, robot_before: Pose2) -> None:
         body_before = person.body
         person.step(self.now_ns, self.base.pose, self.informed)
-        if person.measured is not None:
-            self._see(person.measured)
+        if self._equipment is not None:
+            self._equipment.note(self.now_ns)
         if self.base.pose is not robot_before or person.body is not body_before:
             self._watch_gap(person, robot_before, body_before)
         assert self._vr is not None
         assert self._trackers is not None
         self._vr.step(self.now_ns)
-        self._trackers.step()
+        seen = self._trackers.step()
+        if seen is not None:
+            self._see(seen)
 
     def _see(self, sample: Sample) -> None:
         """Tracking had a pose; one with an angle that is no number is none."""

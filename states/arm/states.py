@@ -6,11 +6,11 @@ from collections.abc import Generator
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Literal
 
-from engine.files.units import Angle
+from engine.files.units import Angle, Duration
 from engine.state import NEVER_NS, Action, Context, On, Run, Until, Yielded
 from hw.geometry import Pose2, Pose3, wrap
 from hw.interfaces import Arm
-from hw.samples import ArmState, Joints
+from hw.samples import ArmState, Joints, PoseSigma
 
 if TYPE_CHECKING:
     from states.arm.motion import Look
@@ -20,6 +20,7 @@ AGE_S = 0.2
 READS: dict[str, float | None] = {
     "site": None,
     "base.pose": AGE_S,
+    "base.pose_sigma": AGE_S,
     "arm.joints": AGE_S,
     "user.pose": None,
     "stop.engaged": None,
@@ -32,6 +33,8 @@ MOVED, TURNED = 0.01, 0.01
 """Base or user have moved by so much, m and rad: the way is checked again."""
 CORRECTIONS, DRIFTED = 3, 0.001
 """A base that stands so much elsewhere than planned with, m or rad, is made up for so often."""
+SURE, SURE_YAW = 0.01, 0.005
+"""A reach waits for a pose of the base that is so sure, m and rad: 1 cm is 1 cm at the prop."""
 LATE_S = 0.5
 """An arm that is not there so long after it should be does not get there."""
 
@@ -68,10 +71,10 @@ class ReachDeep(Action):
 
     The DEEP is given in `frame`: the map, the rover (base_link on the floor) or the user (their
     body's pose on the floor); it is turned into the map once, when the state starts. `solver` names
-    the planner.
+    the planner. It waits for up to `settle` until the robot knows well enough where it stands.
 
     `no_solution`: the DEEP is out of the arm's reach. `blocked`: something stands in every way
-    there. `failed`: the arm did not get there.
+    there. `failed`: the arm did not get there, or the robot does not know where it stands.
     """
 
     outcomes = ("reached", "no_solution", "blocked", "failed")
@@ -83,12 +86,16 @@ class ReachDeep(Action):
         tolerance: Angle = 0.002,
         frame: Frame = "map",
         solver: Solver = "lines_first",
+        settle: Duration = 2.0,
     ) -> None:
         self.tolerance = tolerance
         self.frame: Frame = frame
+        self.settle = settle
         self.solver = _installed(solver)
 
     def run(self, ctx: Context, deep: Pose3) -> Run:
+        if not (yield from _sure(ctx, self.settle)):
+            return "failed"
         look = yield from _at_rest(ctx)
         if look is None:
             return "failed"
@@ -108,6 +115,20 @@ class HoldProp(Action):
     def run(self, ctx: Context) -> Run:
         while True:
             yield Until(NEVER_NS)
+
+
+def _sure(ctx: Context, patience: float) -> Generator[Yielded, None, bool]:
+    """Wait until the pose of the base is sure enough to reach from; False: it does not get so."""
+    until = ctx.after(patience)
+    while True:
+        sigma: PoseSigma | None = ctx.value("base.pose_sigma")
+        if sigma is not None and sigma.position <= SURE and sigma.yaw <= SURE_YAW:
+            return True
+        if ctx.now >= until:
+            known = "not known" if sigma is None else f"known within {sigma.position * 1e3:.0f} mm"
+            yield f"the pose of the base is {known}, which is not enough to reach from"
+            return False
+        yield On("base.pose_sigma", until=until)
 
 
 def _installed(solver: Solver) -> Solver:

@@ -18,6 +18,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from states.maps.cells import is_inside_rings as is_inside_rings
+
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-6
@@ -56,23 +58,6 @@ def distance_to_nearest(x: float, y: float, sides: Array) -> float:
     for i in range(len(sides)):
         nearest = min(nearest, distance_to_side(x, y, sides[i]))
     return nearest
-
-
-@njit(cache=True)
-def is_inside_rings(x: float, y: float, sides: Array) -> bool:
-    """Inside the outer ring and outside all others, by the even-odd rule per ring."""
-    ring, odd = 0.0, False
-    for i in range(len(sides)):
-        if sides[i, 5] != ring:
-            if odd != (ring == 0.0):
-                return False
-            ring, odd = sides[i, 5], False
-        y1, y2 = sides[i, 1], sides[i, 3]
-        if (y1 > y) != (y2 > y):
-            x1, x2 = sides[i, 0], sides[i, 2]
-            if x < x1 + (y - y1) * (x2 - x1) / (y2 - y1):
-                odd = not odd
-    return odd == (ring == 0.0)
 
 
 @njit(cache=True)

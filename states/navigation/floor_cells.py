@@ -14,10 +14,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from states.navigation.cells import Mask
+from states.maps.cells import Mask
+from states.maps.distance import distances
+from states.maps.occupancy import FREE, OCCUPIED, OccupancyMap
 from states.navigation.clearance import Array
-from states.navigation.distance import distances
-from states.navigation.maps import FREE, OCCUPIED, OccupancyMap
 from states.navigation.space import LEAST_PIECE, Passage
 
 Labels = NDArray[np.int64]

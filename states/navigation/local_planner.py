@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
@@ -18,16 +19,19 @@ from numpy.typing import NDArray
 from hw.geometry import Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
 from hw.room import Disc, Point
+from states.ages import slowed
 from states.navigation.clearance import Array
 from states.navigation.path import Path
 from states.navigation.racing import time_from
+from states.navigation.reckoning import ReckonedPlace, ReckonedPose
 from states.navigation.speed import Pace, as_line
 
 Status = Literal["driving", "arrived", "blocked"]
 
 USER_MARGIN = 0.01
 """Ways are planned this much further from the user than demanded, so that no ripple of the control
-loop comes inside, m."""
+loop comes inside, m; and by SIGMAS times as much as the pose is uncertain."""
+SIGMAS = 3.0
 BEND_SHARE = 0.9
 """Bends are planned with this share of the acceleration; the rest is for corrections."""
 CORNER_ERROR = 0.03
@@ -44,11 +48,15 @@ EDGE = {"omni": 0.001, "differential": 0.01}
 CRAWL = 0.05
 """Slower than this a steering base may turn without leaving its place, m/s."""
 LOST_TRACK = 0.3
-"""Measured and commanded velocity differ by more: somebody else slowed the base, m/s."""
+"""Measured and commanded velocity differ by more: somebody else slowed the base, and what
+it has is gone on from, m/s."""
 
 
 class GlobalPlanner(Protocol):
     """Finds ways for the robot's centre; see `visibility.ExactPlanner`."""
+
+    boxes: tuple[Sequence[Point], ...]
+    """Obstacles among those it knows that no map shows, as polygons, m."""
 
     def plan(
         self, start: Point, goal: Point, user: Disc | None = None, side: int = 0
@@ -109,8 +117,10 @@ class LocalPlanner(ABC):
     no way; the robot brakes, or leaves the user's disc if it is inside). `path` is the way that
     the global planner found, None if there is none. `mode` (R2) and the global `planner` may be
     changed at any time.
-    `latency` is how long the base takes to have a velocity that was sent, s: a base that follows
-    with this time constant, looked at that much ahead, moves exactly as commanded.
+
+    Plans begin where robot and user are reckoned to be, so that the noise of measured poses does
+    not reach the velocity; see `reckoning`. `latency` is a first guess of how long the base takes
+    to have a velocity that was sent, s; how long it does is found while driving.
     """
 
     def __init__(
@@ -123,7 +133,6 @@ class LocalPlanner(ABC):
         latency: float = 0.0,
     ) -> None:
         self.mode = mode
-        self.latency = latency
         self.status: Status = "driving"
         self.path: Path | None = None
         self.goal: Pose2 | None = None
@@ -133,7 +142,10 @@ class LocalPlanner(ABC):
         self._pace = Pace(float(limits.speed), float(limits.acceleration), BEND_SHARE, CORNER_ERROR)
         self._side = 0
         self._sent: Twist2 | None = None  # in the map
+        self._reckoned = ReckonedPose(latency)
+        self._reckoned_user = ReckonedPlace()
         self._user_velocity = (0.0, 0.0)
+        self._margin = USER_MARGIN
 
     def go_to(self, goal: Pose2) -> None:
         """Take a goal, map_from_base; a goal under way is replaced without stopping.
@@ -148,16 +160,22 @@ class LocalPlanner(ABC):
         self._begin()
 
     def release(self) -> None:
-        """Forget goal and velocity: somebody else drives from now on."""
+        """Forget goal, velocity and places: somebody else drives from now on."""
         self.goal, self._sent, self.path, self.status = None, None, None, "driving"
+        self._reckoned = ReckonedPose(self._reckoned.delay)
+        self._reckoned_user = ReckonedPlace()
 
-    def command(
+    def command(  # noqa: PLR0913 - most are optional
         self,
         pose: Pose2,
         twist: Twist2,
         user: Disc | None,
         dt: float,
         user_velocity: Point = (0.0, 0.0),
+        *,
+        sigma: float = 0.0,
+        admitted: Twist2 | None = None,
+        share: float = 1.0,
     ) -> Twist2:
         """The velocity (base frame) to send for the coming period of dt seconds.
 
@@ -168,31 +186,43 @@ class LocalPlanner(ABC):
             dt: period of the control loop, s.
             user_velocity: of the disc in the map, m/s; a planner that looks ahead waits for or
                 avoids who would come too near.
+            sigma: standard deviation of the robot's place beside the user, m.
+            admitted: what was left of the last command, in the base frame, if something in
+                between took part of it away; None: nothing did.
+            share: of the speed limits, what is left, 0 to 1.
 
         Raises:
-            ValueError: there is no goal, or pose or twist is not finite.
+            ValueError: there is no goal, or pose, twist or sigma is not finite.
         """
         if self.goal is None:
             raise ValueError("no goal: call go_to first")
         pose = Pose2.checked(pose.x, pose.y, pose.yaw)
-        now = self._velocity(pose, twist)
-        pose = self._ahead(pose, twist)
+        measured = Twist2.checked(twist.vx, twist.vy, twist.wz).rotated(pose.yaw)
+        given = admitted.rotated(pose.yaw) if admitted else self._sent or measured
+        lost = _apart(given, measured) > LOST_TRACK
+        now = measured if lost else given
+        pose = self._reckoned.update(pose, measured, now, dt, lost=lost)
         self._user_velocity = (float(user_velocity[0]), float(user_velocity[1]))
+        user = self._reckoned_disc(user, dt)
+        self._margin = _margin(sigma)
         if self._has_arrived(pose, now):
             wanted = self._braked(now, dt)
         else:
             wanted = self._wanted(pose, now, user, dt)
         safe = self._clear(pose, now, wanted, user, dt)
-        self._sent = safe
+        safe = self._sent = slowed(safe, share, self._limits.speed, self._limits.turn_rate)
+        turn = 0.5 * (now.wz + safe.wz) * dt
         if self.mode == "differential":
-            ahead = safe.rotated(-(pose.yaw + safe.wz * dt)).vx
+            ahead = safe.rotated(-(pose.yaw + turn)).vx
             return Twist2(math.copysign(safe.speed, ahead), 0.0, safe.wz)
-        return safe.rotated(-(pose.yaw + 0.5 * safe.wz * dt))
+        return safe.rotated(-(pose.yaw + 0.5 * turn))
 
-    def _ahead(self, pose: Pose2, twist: Twist2) -> Pose2:
-        moved = twist.rotated(pose.yaw)
-        x, y = pose.x + self.latency * moved.vx, pose.y + self.latency * moved.vy
-        return Pose2(x, y, wrap(pose.yaw + self.latency * moved.wz))
+    def _reckoned_disc(self, user: Disc | None, dt: float) -> Disc | None:
+        if user is None:
+            self._reckoned_user = ReckonedPlace()
+            return None
+        place = self._reckoned_user.update((user.x, user.y), self._user_velocity, dt)
+        return Disc(*place, user.radius)
 
     @abstractmethod
     def _begin(self) -> None:
@@ -207,18 +237,6 @@ class LocalPlanner(ABC):
         scale = max(0.0, 1.0 - self._limits.acceleration * dt / now.speed) if now.speed else 0.0
         slower = self._limits.turn_acceleration * dt
         return Twist2(scale * now.vx, scale * now.vy, now.wz - max(-slower, min(slower, now.wz)))
-
-    def _velocity(self, pose: Pose2, twist: Twist2) -> Twist2:
-        """What to go on from, in the map: the velocity sent, unless the base does not follow."""
-        measured = Twist2.checked(twist.vx, twist.vy, twist.wz).rotated(pose.yaw)
-        sent = self._sent
-        if (
-            sent is None
-            or math.dist((sent.vx, sent.vy, sent.wz), (measured.vx, measured.vy, measured.wz))
-            > LOST_TRACK
-        ):
-            return measured
-        return sent
 
     def _has_arrived(self, pose: Pose2, now: Twist2) -> bool:
         assert self.goal is not None
@@ -251,6 +269,10 @@ class LocalPlanner(ABC):
             best = self._side
         self._side = best
         return ways[best]
+
+    def _with_margin(self, user: Disc | None, start: Point, goal: Point) -> Disc | None:
+        """The user's disc for planning: larger, but not so that start or goal come to lie in it."""
+        return None if user is None else user.grown(self._margin, start, goal)
 
     def _way_out(self, start: Point, user: Disc | None) -> Path | None:
         """Straight away from a user who came too near, and a little further; None: nobody did."""
@@ -304,6 +326,11 @@ class LocalPlanner(ABC):
         )
 
 
-def with_margin(user: Disc | None, start: Point, goal: Point) -> Disc | None:
-    """The user's disc for planning: larger, but not so that start or goal come to lie in it."""
-    return None if user is None else user.grown(USER_MARGIN, start, goal)
+def _apart(a: Twist2, b: Twist2) -> float:
+    return math.dist((a.vx, a.vy, a.wz), (b.vx, b.vy, b.wz))
+
+
+def _margin(sigma: float) -> float:
+    if not 0.0 <= sigma < math.inf:
+        raise ValueError(f"sigma is {sigma}; needs a number from 0 on, m")
+    return USER_MARGIN + SIGMAS * sigma

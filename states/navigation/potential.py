@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from states.navigation.clearance import Array
-from states.navigation.distance import NO_INFORMATION, Costs
+from states.navigation.inflation import NO_INFORMATION, Costs
 
 NEUTRAL_COST = 50.0
 COST_FACTOR = 3.0

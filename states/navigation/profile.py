@@ -26,12 +26,10 @@ from states.navigation.foresight import (
 from states.navigation.local_planner import (
     BEND_SHARE,
     SLACK,
-    USER_MARGIN,
     GlobalPlanner,
     Limits,
     LocalPlanner,
     Tolerance,
-    with_margin,
 )
 from states.navigation.path import Path
 from states.navigation.racing import (
@@ -84,7 +82,7 @@ class ProfilePlanner(LocalPlanner):
         """The way round the disc as a line, the faster of both or the shorter; None: brake."""
         assert self.goal is not None
         start, goal = (pose.x, pose.y), (self.goal.x, self.goal.y)
-        around = with_margin(user, start, goal)
+        around = self._with_margin(user, start, goal)
         if either_side:
             self.path = self._way(start, goal, around, now)
         else:
@@ -129,7 +127,7 @@ class ProfilePlanner(LocalPlanner):
             if line is not None and self.path is not None:
                 choices.append(_Choice(self._least_gap(pose, now, user, line), line, self))
         present.restore(self)
-        for aside in steps_aside(user, self._user_velocity, place, USER_MARGIN):
+        for aside in steps_aside(user, self._user_velocity, place, self._margin):
             if self.planner.is_free(aside) and self.planner.allows(place, aside, user):
                 line = as_line(Path.of_points((place, aside)))
                 choices.append(_Choice(self._least_gap(pose, now, user, line), line, self))
@@ -207,7 +205,7 @@ class ProfilePlanner(LocalPlanner):
         speed = max(along - reach, min(along + reach, speed))
         if abs(along * turning) > across:
             turning = math.copysign(across / abs(along), turning)
-        look = pose.yaw + turning * dt
+        look = pose.yaw + 0.5 * (now.wz + turning) * dt
         return Twist2(speed * math.cos(look), speed * math.sin(look), turning)
 
 

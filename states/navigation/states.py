@@ -7,20 +7,27 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from engine.files.units import Duration
-from engine.state import Action, Context, Run
+from engine.state import NEVER_NS, Action, Context, Run
 from hw.geometry import Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
 from hw.room import Disc
 from hw.safety_limits import OLD_S
-from hw.samples import UserPose
+from hw.samples import PoseSigma, UserPose
 from states import ages
 from states.site import SUBSYSTEMS, Site, Subsystem, SubsystemName
 
 if TYPE_CHECKING:
-    from states.navigation.local_planner import GlobalPlanner
+    from states.navigation.local_planner import GlobalPlanner, LocalPlanner
 
 PLANNERS: Mapping[str, float | None] = {f"{name}.planner": OLD_S for name in SUBSYSTEMS}
 """What a state must declare to ask for planners; their scans may be so old, s."""
+DRIVES: Mapping[str, float | None] = {
+    "site": None, "base.refusal": None, "base.admitted": None, "base.pose_sigma": OLD_S,
+    **ages.READS,
+}  # fmt: skip
+"""What a state must declare to let a local planner drive: see `command_of`."""
+NO_PATH_S = 0.3
+"""There is no way if there has been none for so long, s: an estimated pose jumps, people walk."""
 SLOW = 0.1
 """Slower than this the robot has arrived, m/s."""
 
@@ -30,13 +37,13 @@ class DriveTo(Action):
 
     The way is planned anew in every tick, by what scans have shown so far, and a walking user
     foreseen. The safety chain is told the goal of `haptic`: a touch is served from there.
-    `no_path`: the goal is not free, or nothing leads there; `stuck`: no nearer to it for
-    `patience`; `lost`: base or user are, or a scanner has fallen silent. In the `mode` differential
-    the robot goes along its heading only (R2), until the drive ends.
+    `no_path`: for 0.3 s the goal has not been free, or nothing led there; `stuck`: no nearer to it
+    for `patience`; `lost`: base or user are, or a scanner has fallen silent. In the `mode`
+    differential the robot goes along its heading only (R2), until the drive ends.
     """
 
     outcomes = ("arrived", "no_path", "stuck", "lost")
-    reads = {"site": None, "base.mode": None, "base.refusal": None, **ages.READS, **PLANNERS}
+    reads = {"base.mode": None, **DRIVES, **PLANNERS}
     commands = ("base",)
 
     def __init__(
@@ -58,7 +65,7 @@ class DriveTo(Action):
         subsystem = site.navigation.named(self.subsystem)
         driver.mode = self.mode
         driver.go_to(goal)
-        progress = Progress(self.patience)
+        progress, give_up = Progress(self.patience), NEVER_NS
         base, touches = ctx.part("base"), self.subsystem == "haptic"
         own = ctx.value("base.mode")
         if self.mode != own:
@@ -68,17 +75,17 @@ class DriveTo(Action):
         try:
             while (now := ages.around(ctx)) is not None and planner is not None:
                 driver.planner = planner
-                user = user_disc(now.user, subsystem)
-                command = driver.command(now.pose, now.twist, user, site.period, now.walking)
+                command = command_of(ctx, driver, now, user_disc(now.user, subsystem))
                 if driver.status == "arrived":
                     return "arrived"
-                if driver.path is None:
+                left = math.inf if driver.path is None else driver.path.length
+                give_up = min(give_up, ctx.after(NO_PATH_S)) if driver.path is None else NEVER_NS
+                if ctx.now >= give_up:
                     return "no_path"
                 turn = abs(wrap(goal.yaw - now.pose.yaw))
-                if not progress.made(ctx, driver.path.length, turn):
+                if driver.path is not None and not progress.made(ctx, left, turn):
                     return "stuck"
-                slowed = site.slowed(command, now.share, self.subsystem)
-                base.drive(slowed, self.subsystem, driver.path.length)
+                base.drive(command, self.subsystem, left)
                 yield ctx.value("base.refusal")
                 planner = planner_of(ctx, self.subsystem)
         finally:
@@ -88,6 +95,24 @@ class DriveTo(Action):
             if touches:
                 base.grant(None)
         return "lost"
+
+
+def command_of(
+    ctx: ages.Reader, driver: LocalPlanner, now: ages.Around, user: Disc | None
+) -> Twist2:
+    """What a local planner sends now, by the poses of this instant and how good they are."""
+    sigma: PoseSigma | None = ctx.value("base.pose_sigma")
+    held = ctx.value("base.refusal") is not None
+    return driver.command(
+        now.pose,
+        now.twist,
+        user,
+        ctx.value("site").period,
+        now.walking,
+        sigma=0.0 if sigma is None else sigma.position,
+        admitted=now.twist if held else ctx.value("base.admitted"),
+        share=now.share,
+    )
 
 
 def planner_of(ctx: ages.Reader, name: SubsystemName) -> GlobalPlanner | None:

@@ -21,7 +21,6 @@ from states.navigation.local_planner import (
     Limits,
     LocalPlanner,
     Tolerance,
-    with_margin,
 )
 from states.navigation.path import Path
 from states.navigation.teb import TebValues
@@ -62,20 +61,23 @@ class TebPlanner(LocalPlanner):
     these limits.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - most are optional
         self,
         planner: GlobalPlanner,
         limits: Limits,
         tolerance: Tolerance,
         mode: DriveMode = "omni",
         *,
+        latency: float = 0.0,
         values: TebValues | None = None,
         walls: Sequence[Ring] = (),
         wall_distance: float = 0.0,
     ) -> None:
-        super().__init__(planner, limits, tolerance, mode)
+        super().__init__(planner, limits, tolerance, mode, latency=latency)
         self._values = values
         self._walls = _wall_rows(walls, wall_distance)
+        self._wall_distance = wall_distance
+        self._boxes: tuple[tuple[Ring, ...], Array] = ((), _wall_rows((), wall_distance))
         self._band: Array | None = None
         self._band_side = 0
 
@@ -94,7 +96,7 @@ class TebPlanner(LocalPlanner):
     def _wanted(self, pose: Pose2, now: Twist2, user: Disc | None, dt: float) -> Twist2:
         assert self.goal is not None
         start, goal = (pose.x, pose.y), (self.goal.x, self.goal.y)
-        self.path = self._way(start, goal, with_margin(user, start, goal), now)
+        self.path = self._way(start, goal, self._with_margin(user, start, goal), now)
         self.status = "blocked" if self.path is None else "driving"
         if self.path is None:
             self._band = None
@@ -145,7 +147,10 @@ class TebPlanner(LocalPlanner):
 
     def _obstacles(self, user: Disc | None, values: TebValues) -> Array:
         """All obstacles so that min_obstacle_dist from them is the distance demanded."""
-        walls = self._walls.copy()
+        if self.planner.boxes is not self._boxes[0]:
+            boxes = self.planner.boxes
+            self._boxes = boxes, _wall_rows(boxes, self._wall_distance)
+        walls = np.concatenate((self._walls, self._boxes[1]))
         walls[:, 4] -= values.min_obstacle_dist
         if user is None:
             return walls
@@ -167,7 +172,7 @@ class TebPlanner(LocalPlanner):
         vx, vy = now.vx + part * (vx - now.vx), now.vy + part * (vy - now.vy)
         if self.mode == "differential":
             ahead = vx * math.cos(pose.yaw) + vy * math.sin(pose.yaw)
-            look = pose.yaw + turning * dt
+            look = pose.yaw + 0.5 * (now.wz + turning) * dt
             vx, vy = ahead * math.cos(look), ahead * math.sin(look)
         return self._limited(Twist2(vx, vy, turning), now, dt)
 

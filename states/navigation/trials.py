@@ -86,7 +86,8 @@ def drive(
         if outcome.arrived:
             break
         # an omni base is told its velocity in the middle of the period, a steering one at its end
-        look = pose.yaw + (0.5 if driver.mode == "omni" else 1.0) * command.wz * dt
+        turn = 0.5 * (velocity.wz + command.wz) * dt
+        look = pose.yaw + (0.5 if driver.mode == "omni" else 1.0) * turn
         following = command.rotated(look)
         pose = _moved(pose, velocity, following, dt)
         _note(outcome, pose, velocity, following, dt)
@@ -100,7 +101,7 @@ def drive(
 def _moved(pose: Pose2, before: Twist2, after: Twist2, dt: float) -> Pose2:
     x = pose.x + 0.5 * (before.vx + after.vx) * dt
     y = pose.y + 0.5 * (before.vy + after.vy) * dt
-    return Pose2(x, y, wrap(pose.yaw + after.wz * dt))
+    return Pose2(x, y, wrap(pose.yaw + 0.5 * (before.wz + after.wz) * dt))
 
 
 def _note(outcome: Outcome, pose: Pose2, before: Twist2, after: Twist2, dt: float) -> None:

@@ -18,7 +18,7 @@ from cobodeck.bench.navigation import (
     way_rows,
 )
 from hw.geometry import Pose2
-from states.navigation.maps import OccupancyMap
+from states.maps.occupancy import OccupancyMap
 from states.navigation.trials import TRIALS
 
 SQUARE = ((0.0, 0.0), (8.0, 0.0), (8.0, 8.0), (0.0, 8.0))

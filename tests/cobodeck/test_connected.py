@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from cobodeck.clocks import RealTime
-from cobodeck.connected import Connected, Stops, connect, is_needed
+from cobodeck.connected import Connected, Stops, connect, finds_itself, is_needed
 from cobodeck.console import Problem
 from cobodeck.inlet import Inlet
 from cobodeck.loop import Loop
@@ -28,10 +28,12 @@ from engine.state import Run as Steps
 from hw.connection import Connection, Served
 from hw.geometry import STILL, Pose2, Twist2
 from hw.guarded import HEARD, GuardedBase
+from hw.reckoner import Reckoner
 from hw.robot import MotionLimits, load_robot
 from hw.safety_limits import SafetyLimits
 from hw.samples import Sample
 from hw.stop_line import StopLatch
+from hw.tracking import Tracking
 
 BODY = load_robot("rbkairos_ur10")
 LIMITS = SafetyLimits.of(BODY, MotionLimits())
@@ -96,6 +98,12 @@ class Base(Driver):
     def samples(self, now_ns: int) -> list[Sample]:
         super().samples(now_ns)
         return [Sample("base.pose", now_ns, self.pose), Sample("base.twist", now_ns, self.twist)]
+
+
+class Wheels(Base):
+    """Wheels that count their way from somewhere."""
+
+    signals = ("base.odometry", "base.twist")
 
 
 class Arm(Driver):
@@ -203,8 +211,10 @@ def test_a_guard_goes_by_nothing_for_which_no_part_would_be_opened() -> None:
     plant = connected(base=(Base, ""), arm=(Arm, ""))
     plant.close()
     watched = GuardedBase(OPENED["Base"], LIMITS, BODY.parked)
+    heard = set(watched.hears)
+    watched.locate_by(Reckoner(Tracking()))
 
-    assert set(watched.hears) == HEARD
+    assert heard | set(watched.hears) == HEARD
 
 
 def test_who_gives_what_the_guard_hears_is_opened_with_the_base() -> None:
@@ -215,6 +225,27 @@ def test_who_gives_what_the_guard_hears_is_opened_with_the_base() -> None:
 
     assert is_needed("trackers", Trackers, Uses(frozenset(("base",)), frozenset()))
     assert not is_needed("trackers", Trackers, alone)
+
+
+def test_wheels_that_do_not_know_where_they_are_are_located() -> None:
+    knowing, counting = connected(base=(Base, "")), connected(base=(Wheels, ""))
+    knowing.close()
+    counting.close()
+
+    assert not knowing.guard.reckons
+    assert counting.guard.reckons
+    assert not finds_itself(connection(base=(Base, "")))
+    assert finds_itself(connection(base=(Wheels, "")))
+
+
+def test_what_a_chart_can_do_without_is_opened_too_where_it_is_there() -> None:
+    class Scanner(Driver):
+        signals = ("base.scan",)
+
+    welcome = Uses(frozenset(), frozenset(), frozenset(("base.scan",)))
+
+    assert is_needed("lidar", Scanner, welcome)
+    assert not is_needed("lidar", Scanner, Uses(frozenset(), frozenset()))
 
 
 def test_a_part_that_cannot_be_opened_is_told_with_its_place_and_the_others_are_closed() -> None:

@@ -10,6 +10,7 @@ from cobodeck.loop import Loop
 from cobodeck.simulate import Result, simulate
 from cobodeck.stage import Options, stage
 from cobodeck.wiring import Setup, open_setup
+from hw.safety_record import COMMAND_LATE
 
 REQUESTS = 3
 
@@ -54,3 +55,29 @@ def test_poses_that_are_too_late_leave_it_standing_and_it_says_why(delay_ms: int
     assert truth.distance_m == 0.0
     assert truth.contacts == ()
     assert set(loop.plant.parts["operator"].faults) == {"tracking of the user is lost"}
+
+
+@pytest.mark.requirement(149)
+@pytest.mark.parametrize(("tick_hz", "slowed"), [(30, False), (14, True)])
+def test_a_computer_that_is_too_slow_slows_the_robot_down_before_it_stops_it(
+    tick_hz: int, slowed: bool
+) -> None:
+    """At 14 Hz a command is up to 71 ms old before the next one comes."""
+    loop: Loop = stage(replace(open_setup(scene="study"), tick_hz=tick_hz), Options(requests=1))
+    cycles = loop.plant.cycles
+    assert cycles is not None
+    reader, late, most = cycles.reader(), 0, 0.0
+    while not loop.finished and loop.now_ns < 60 * 10**9:
+        loop.tick()
+        for cycle in reader.take():
+            if COMMAND_LATE in cycle.reasons:
+                late += 1
+                most = max(most, cycle.admitted.speed / max(1e-9, cycle.command.speed))
+
+    truth = loop.plant.truth
+    assert truth is not None
+    assert truth.contacts == ()
+    assert truth.distance_m is not None
+    assert truth.distance_m > 1.0
+    assert (late > 0) is slowed
+    assert most < 1.0

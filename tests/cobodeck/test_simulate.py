@@ -49,6 +49,7 @@ NAMES = {
     "beside_share_3_4",
     "measured",
     "motion_sha256",
+    "localization",
     "min_gap_m",
     "faults",
     "overruns",

@@ -10,8 +10,8 @@ import pytest
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK, USAGE
 from hw.scene import load_scene
-from states.navigation.cells import room_map
-from states.navigation.maps import save_map
+from states.maps.cells import room_map
+from states.maps.occupancy import save_map
 
 ROOT = Path(__file__).resolve().parents[2]
 ROOM = """

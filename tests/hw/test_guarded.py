@@ -10,10 +10,12 @@ from hypothesis import strategies as st
 
 from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.guarded import FOLDED_RAD, GuardedBase
+from hw.reckoner import Reckoner
 from hw.robot import MotionLimits, load_robot
 from hw.safety_limits import SafetyLimits
-from hw.samples import ArmState, Sample, UserPose
+from hw.samples import ArmState, Odometry, PoseSigma, Sample, UserPose
 from hw.sim.base import SimBase
+from hw.tracking import Tracking
 
 ROBOT = load_robot("rbkairos_ur10")
 CAPS = MotionLimits(1.0, 2.0, base_speed=2.5, base_yaw_rate=1.5)
@@ -359,17 +361,17 @@ def test_samples_that_do_not_concern_the_base_are_passed_over():
     assert rig.tick(("own", SLOW)) == SLOW
 
 
-# ---- what is told: mode and refusal
+# ---- what is told: mode, refusal, and what is left of a command
 
 
-def test_mode_and_refusal_are_samples_given_at_the_start_and_on_change():
+def test_what_is_told_are_samples_given_at_the_start_and_on_change():
     rig = Rig()
 
     def told():
         return [(sample.name, sample.value) for sample in rig.base.samples(rig.now)]
 
-    assert rig.base.signals == ("base.pose", "base.twist", "base.mode", "base.refusal")
-    assert told() == [("base.mode", "omni"), ("base.refusal", None)]
+    assert rig.base.signals[2:] == ("base.mode", "base.refusal", "base.admitted")
+    assert told() == [("base.mode", "omni"), ("base.refusal", None), ("base.admitted", None)]
     assert told() == []
     rig.hear("stop.engaged", "button")
     rig.tick()
@@ -380,6 +382,22 @@ def test_mode_and_refusal_are_samples_given_at_the_start_and_on_change():
     assert told() == [("base.mode", "differential"), ("base.refusal", None)]
     rig.base.use("omni")
     assert rig.wheels.used == ["omni"]
+
+
+@pytest.mark.requirement(50)
+def test_what_the_chain_takes_away_is_told_until_it_lets_all_pass_for_a_tick():
+    rig = Rig()
+    limit = rig.base.chain.limits.speed
+    too_fast = Twist2(2.0 * limit, 0.0)
+    rig.tick(("own", SLOW))
+    assert rig.base.admitted is None
+    passed = rig.tick(("own", too_fast))
+    assert passed.vx == pytest.approx(limit)
+    assert [s.value for s in rig.base.samples(rig.now) if s.name == "base.admitted"] == [passed]
+    rig.base.tick(rig.now)
+    assert rig.base.admitted is None
+    rig.tick(("own", SLOW))
+    assert rig.base.admitted is None
 
 
 # ---- the owner's side
@@ -508,3 +526,57 @@ def test_whatever_is_fed_nothing_is_faster_than_told_or_allowed_or_moves_after_a
         assert abs(told.wz) <= min(abs(selected.twist.wz), 1.5) + 1e-9
         if refused or selected.source is None or rig.base.chain.refused:
             assert told == STILL
+
+
+# ---- a base that does not know where it is
+
+
+def reckoned(limits=LIMITS):
+    """A guarded base that was made just now, and its wheels."""
+    wheels = Wheels()
+    base = GuardedBase(wheels, limits)
+    base.locate_by(Reckoner(Tracking()))
+    return base, wheels
+
+
+def gap_of(base):
+    return base.chain.cycles.reader().take()[-1].separation
+
+
+def wheels_at(x, stamp_ns, speed=0.0):
+    return Sample("base.odometry", stamp_ns, Odometry(Pose2(x, 0.0), Twist2(speed)))
+
+
+def test_who_is_told_where_it_is_drives_by_that_and_by_the_wheels():
+    """The user stands 2 m before the base, in the map; the wheels count from somewhere else."""
+    base, _ = reckoned()
+    base.hear(Sample("user.pose", 0, UserPose(Pose2(2.0, 0.0), 0.0)), 0)
+    base.hear(wheels_at(100.0, 0), 0)
+    assert base.admit(0, FAST, Pose2(100.0, 0.0), FAST) == STILL  # nobody knows where it is
+    base.locate(0, Pose2(0.0, 0.0), PoseSigma(0.01, 0.01))
+    base.admit(0, SLOW, Pose2(100.0, 0.0), SLOW)
+    gap = gap_of(base)
+    assert gap == pytest.approx(2.0 - 0.565 - 0.5)
+    base.admit(0, SLOW, Pose2(100.3, 0.0), SLOW)
+    assert gap_of(base) == pytest.approx(gap - 0.3)
+    base.locate(0, None, None)
+    assert base.admit(0, SLOW, Pose2(100.3, 0.0), SLOW) == STILL
+
+
+def test_wheels_without_a_loop_of_their_own_are_reckoned_too():
+    base, wheels = reckoned(ALONE)
+    base.hear(wheels_at(0.0, 0), 0)
+    base.locate(0, Pose2(1.0, 0.0), PoseSigma(0.01, 0.01))
+    base.drive(SLOW)
+    base.tick(0)
+    base.cycle(0)
+    assert wheels.told[-1] == SLOW
+    base.drive(SLOW)
+    base.tick(200 * MS)
+    base.cycle(200 * MS)  # no word from the wheels for longer than they may be silent
+    assert wheels.told[-1] is None
+
+
+def test_what_it_goes_by_is_heard_for():
+    assert {"base.odometry", "rover.tracker"} <= set(reckoned()[0].hears)
+    assert not {"base.odometry", "rover.tracker"} & set(Rig().base.hears)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import inspect
+import itertools
 import math
 import re
 
@@ -189,8 +190,8 @@ def test_a_pulled_stop_line_admits_nothing_not_even_the_way_out():
 
 
 @pytest.mark.requirement(42, 48)
-@pytest.mark.parametrize(("age_ms", "passes"), [(0, True), (80, True), (81, False)])
-def test_a_command_counts_for_eighty_milliseconds(age_ms, passes):
+@pytest.mark.parametrize(("age_ms", "passes"), [(0, True), (40, True), (81, False)])
+def test_a_command_counts_whole_for_forty_milliseconds_and_not_at_all_after_eighty(age_ms, passes):
     record = at(3.0).admit(BACK, age_ms=age_ms)
     assert record.admitted == (BACK if passes else STILL)
     assert record.reasons == (() if passes else ("command is old",))
@@ -660,3 +661,54 @@ def test_no_text_of_the_chain_claims_to_be_more_than_a_software_stop():
     for claim in ("emergency", r"\bsafe\b", "certified", "compliant", "collision-free"):
         assert not re.search(claim, text, re.IGNORECASE), claim
     assert "software stop" in text
+
+
+# ---- a pose that is an estimate, a command that is late
+
+
+@pytest.mark.requirement(149)
+def test_the_speed_limit_falls_from_a_command_40_ms_old_on_and_is_nothing_at_80():
+    rig = Rig()
+    speeds = {}
+    for age in range(0, 100, 5):
+        rig.watch(10)
+        speeds[age] = rig.admit(Twist2(2.5), age_ms=age).admitted.speed
+    assert {speeds[age] for age in range(0, 45, 5)} == {2.5}
+    falling = [speeds[age] for age in range(40, 85, 5)]
+    assert all(a - b == pytest.approx(2.5 / 8.0) for a, b in itertools.pairwise(falling))
+    assert speeds[80] == speeds[85] == speeds[95] == 0.0
+
+
+def test_a_late_command_says_so():
+    rig = Rig()
+    assert rig.admit(Twist2(2.0), age_ms=60).reasons == (safety_record.COMMAND_LATE,)
+    assert rig.admit(Twist2(2.0), age_ms=40).reasons == ()
+    assert rig.admit(Twist2(0.5), age_ms=60).reasons == ()  # it is slow enough
+    assert rig.admit(STILL, age_ms=79).admitted == STILL
+
+
+def test_an_unsure_pose_needs_more_room():
+    """Three standard deviations above what C covers count as if the user were nearer."""
+    for sigma in (0.0, 0.025, 0.05, 0.2):
+        more = max(0.0, 3.0 * sigma - 0.075)
+        sure, unsure = at(0.8), at(0.8 + more)
+        for rig in (sure, unsure):
+            rig.watch(30)
+        args = (AHEAD, sure.now, HERE, AHEAD)
+        exact = sure.chain.admit(sure.now, *args)
+        found = unsure.chain.admit(unsure.now, *args, sigma)
+        assert found.allowed == pytest.approx(exact.allowed, abs=1e-9)
+        assert found.needed == pytest.approx(exact.needed + more, abs=1e-9)
+
+
+def test_a_pose_without_any_idea_how_sure_is_none():
+    rig = Rig()
+    for sigma in (math.inf, math.nan):
+        record = rig.chain.admit(rig.now, AHEAD, rig.now, HERE, STILL, sigma)
+        assert record.admitted == STILL
+        assert record.reasons == safety_record.BASE_UNKNOWN
+
+
+def test_commands_get_late_before_they_are_old():
+    with pytest.raises(ValueError, match="command_late"):
+        dataclasses.replace(LIMITS, command_late=0.08)

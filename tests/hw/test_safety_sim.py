@@ -364,9 +364,9 @@ def test_outside_the_tracked_area_the_chain_sees_nobody_either():
 def test_a_base_of_a_dead_planner_brakes_after_a_tenth_of_a_second():
     rig = Rig()
     rig.ticks(90, Twist2(1.5, 0.0, 0.0))
-    rig.ticks(2)
+    rig.ticks(1)
     assert rig.wheels.twist.speed > 1.4
-    rig.ticks(19)
+    rig.ticks(20)
     assert rig.wheels.twist == STILL
     assert any(record.reasons == ("command is old",) for record in rig.records)
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from hw.geometry import Pose2, Pose3
-from hw.samples import UserPose
+from hw.samples import EXACT, PoseSigma, UserPose
 from hw.sim.arm import SimArm
 from states.arm.kinematics import Chain, forward
 from states.arm.model import load_manipulator
@@ -42,7 +42,12 @@ def deep_at(site: Site, height: float, base: Pose2 = BASE) -> Pose3:
 class Move:
     def __init__(self, site: Site, context: Any, state: Any, **inputs: Any) -> None:
         self.arm = SimArm(site.robot.arm, site.limits)
-        values = {"site": site, "base.pose": BASE, "arm.joints": self.arm.state}
+        values = {
+            "site": site,
+            "base.pose": BASE,
+            "base.pose_sigma": EXACT,
+            "arm.joints": self.arm.state,
+        }
         self.ctx = context(values, {"arm": self.arm})
         self.run = state.run(self.ctx, **inputs)
         self.tick = 0
@@ -71,6 +76,30 @@ def test_an_arm_that_is_out_is_folded(site: Site, context: Any, take_step: Any) 
 
     assert move.until_end(take_step, 10) == "parked"
     assert move.arm.state.joints == pytest.approx(site.robot.arm.parked, abs=0.01)
+
+
+def test_a_reach_waits_until_the_robot_knows_where_it_stands(
+    site: Site, context: Any, take_step: Any
+) -> None:
+    deep = deep_at(site, 1.0)
+    for unsure in (PoseSigma(0.0101, 0.001), PoseSigma(0.001, 0.0051), None):
+        move = Move(site, context, ReachDeep(settle=2.0), deep=deep)
+        parked = move.arm.state.joints
+        move.ctx.values["base.pose_sigma"] = unsure
+        assert move.until_end(take_step, 1.9) is None
+        assert move.arm.state.joints == parked
+        move.ctx.values["base.pose_sigma"] = PoseSigma(0.01, 0.005)
+        assert move.until_end(take_step, 10) == "reached"
+
+
+def test_a_reach_is_refused_by_a_robot_that_does_not_find_out_where_it_stands(
+    site: Site, context: Any, take_step: Any
+) -> None:
+    move = Move(site, context, ReachDeep(settle=2.0), deep=deep_at(site, 1.0))
+    parked = move.arm.state.joints
+    move.ctx.values["base.pose_sigma"] = PoseSigma(0.03, 0.001)
+    assert move.until_end(take_step, 2.2) == "failed"
+    assert move.arm.state.joints == parked
 
 
 @pytest.mark.requirement(44, 80, 84, 132)

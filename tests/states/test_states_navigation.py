@@ -21,8 +21,9 @@ START = Pose2(2.0, 2.0, 0.0)
 
 
 def alone(base: SimBase, site: Site) -> GuardedBase:
-    """A base about which nobody has to be watched."""
-    return GuardedBase(base, replace(SafetyLimits.of(site.robot, site.limits), watched=False))
+    """A base about which nobody has to be watched, and whose commands may be late."""
+    limits = SafetyLimits.of(site.robot, site.limits)
+    return GuardedBase(base, replace(limits, watched=False, command_late=0.079))
 
 
 class Drive:
@@ -113,11 +114,31 @@ def test_a_goal_in_a_wall_s_inflation_has_no_path(site: Site, context: Any, take
 
 
 @pytest.mark.requirement(101)
+def test_a_way_that_is_gone_for_a_moment_is_waited_for_braking(
+    site: Site, context: Any, take_step: Any
+) -> None:
+    rig, goal = Rig(site, context), Pose2(7.0, 5.0, 0.0)
+    run = DriveTo("chase").run(rig.ctx, goal)
+    for _ in range(30):
+        rig.tick(run, take_step)
+    fast = rig.base.twist.speed
+    for ticks, outcome in ((8, None), (1, None), (8, None)):
+        rig.ctx.values["chase.planner"] = NoWay(site) if ticks > 1 else None
+        if ticks == 1:
+            del rig.ctx.values["chase.planner"]
+        found = [rig.tick(run, take_step) for _ in range(ticks)]
+        assert found == [outcome] * ticks
+    assert rig.base.twist.speed < 0.6 * fast
+
+    assert [rig.tick(run, take_step) for _ in range(2)] == [None, "no_path"]
+
+
+@pytest.mark.requirement(101)
 def test_a_robot_that_does_not_move_is_stuck(site: Site, context: Any, take_step: Any) -> None:
     drive = Drive(site, context, Pose2(7.0, 5.0, 0.0))
     drive.base.braked = True
 
-    assert drive.until_end(take_step, 3.2) == "stuck"
+    assert drive.until_end(take_step, 3.4) == "stuck"
 
 
 def test_without_a_pose_of_the_base_the_drive_is_lost(
@@ -158,6 +179,19 @@ def test_each_subsystem_drives_with_its_own_values(
     assert 2.0 < speeds["escape"] <= 2.5
 
 
+class NoWay:
+    """The planner of a subsystem to which every way has been barred."""
+
+    def __init__(self, site: Site) -> None:
+        self._planner = site.static_planners["chase"]
+
+    def plan(self, *_: Any) -> None:
+        return None
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._planner, name)
+
+
 class Rig:
     """A drive in which the base hears every command some ns after its tick."""
 
@@ -172,6 +206,7 @@ class Rig:
         self.base.advance(now)
         self.ctx.now = now
         self.ctx.values |= {"base.pose": self.base.pose, "base.twist": self.base.twist}
+        self.ctx.values["base.admitted"] = self.guard.admitted
         self.base.advance(now + self.late_ns)
         outcome = take_step(run)
         self.guard.tick(now)
@@ -180,9 +215,9 @@ class Rig:
 
 
 @pytest.mark.requirement(149)
-@pytest.mark.parametrize(("told", "least", "most"), [(0.03, 0.0, 0.005), (0.0, 0.03, 0.1)])
-def test_a_drive_that_is_told_the_latency_arrives_exactly(
-    site: Site, context: Any, take_step: Any, told: float, least: float, most: float
+@pytest.mark.parametrize("told", [0.03, 0.0])
+def test_a_drive_arrives_exactly_whether_or_not_it_is_told_the_latency(
+    site: Site, context: Any, take_step: Any, told: float
 ) -> None:
     rig, goal = Rig(site, context, late_ns=30_000_000), Pose2(7.0, 5.0, 1.2)
     rig.ctx.values["site"] = replace(site, latency=told)
@@ -192,7 +227,7 @@ def test_a_drive_that_is_told_the_latency_arrives_exactly(
         assert rig.n < 10 * HZ
     rig.base.advance((rig.n + HZ) * 10**9 // HZ)
 
-    assert least <= rig.base.pose.distance_to(goal) <= most
+    assert rig.base.pose.distance_to(goal) <= 0.01
 
 
 @pytest.mark.requirement(51)

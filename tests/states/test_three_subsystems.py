@@ -19,7 +19,7 @@ CHANGES: list[dict[str, Any]] = [
     {"inflation": 0.9},
     {"max_speed": 0.7},
     {"tolerance": 0.001},
-    {"yaw_tolerance": 0.0001},
+    {"yaw_tolerance": 1e-12},
 ]
 PILLAR = ((4.0, 3.6), (4.4, 3.6), (4.4, 4.0), (4.0, 4.0))
 ROOM = Room(((0.0, 0.0), (9.0, 0.0), (9.0, 8.0), (0.0, 8.0)), columns=(PILLAR,))

@@ -12,9 +12,9 @@ from scipy.sparse.csgraph import dijkstra
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.room import Disc
-from states.navigation.cells import Grid
-from states.navigation.distance import LETHAL, NO_INFORMATION
+from states.maps.cells import Grid
 from states.navigation.grid_planners import NavfnPlanner, ThetaStarPlanner
+from states.navigation.inflation import LETHAL, NO_INFORMATION
 from states.navigation.local_planner import Limits, Tolerance
 from states.navigation.planners import GLOBAL_PLANNERS, LOCAL_PLANNERS
 from states.navigation.potential import crossing_costs, potential_from

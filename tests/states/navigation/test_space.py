@@ -13,10 +13,10 @@ from scipy import ndimage
 from hw.geometry import Pose2
 from hw.room import Room
 from hw.scene import load_scene
-from states.navigation.cells import room_map
+from states.maps.cells import room_map
+from states.maps.occupancy import OccupancyMap, load_map
 from states.navigation.floor_cells import MapFloor
 from states.navigation.floor_plan import RoomFloor
-from states.navigation.maps import OccupancyMap, load_map
 from states.navigation.space import (
     Passage,
     measure,

@@ -12,8 +12,8 @@ from hypothesis.extra import numpy as hnp
 
 from engine.files.finding import FileError
 from hw.geometry import Pose2
-from states.navigation.images import read_image, write_image
-from states.navigation.maps import OccupancyMap, load_map, pixel_values, save_map
+from states.maps.images import read_image, write_image
+from states.maps.occupancy import OccupancyMap, load_map, pixel_values, save_map
 
 DATA = Path(__file__).resolve().parents[4] / "shared/data/maps"
 YAML = {

@@ -31,7 +31,7 @@ from engine.files.values import Range
 from hw.geometry import Pose2
 from hw.places import AnyAngle, Coordinate
 from hw.room import Point
-from states.navigation.images import Pixels, read_image, write_image
+from states.maps.images import Pixels, read_image, write_image
 
 Convention = Literal["ros1", "nav2"]
 Mode = Literal["trinary", "scale", "raw"]

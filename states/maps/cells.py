@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 
 from hw.geometry import Pose2
 from hw.room import Point
-from states.navigation.clearance import Array, is_inside_rings
-from states.navigation.distance import NO_INFORMATION, Costs
-from states.navigation.maps import FREE, OCCUPIED, OccupancyMap
+from states.maps.distance import Array
+from states.maps.occupancy import FREE, OCCUPIED, OccupancyMap
 
 Ring = Sequence[Point]
 Mask = NDArray[np.bool_]
@@ -93,20 +92,21 @@ def room_map(
     return OccupancyMap(values, resolution, Pose2(grid.x, grid.y))
 
 
-def sample(costs: Costs, resolution: float, map_from_corner: Pose2, grid: Grid) -> Costs:
-    """The costs of another grid at the cell centres of this one; unknown outside of it."""
-    xs, ys = grid.centers()
-    corner_from_map = map_from_corner.inverse()
-    c, s = math.cos(corner_from_map.yaw), math.sin(corner_from_map.yaw)
-    along = corner_from_map.x + c * xs[None, :] - s * ys[:, None]
-    across = corner_from_map.y + s * xs[None, :] + c * ys[:, None]
-    # a centre on the border of two cells, up to rounding, belongs to the upper one
-    column = np.floor(along / resolution + 1e-9).astype(np.int64)
-    row = np.floor(across / resolution + 1e-9).astype(np.int64)
-    inside = (row >= 0) & (row < costs.shape[0]) & (column >= 0) & (column < costs.shape[1])
-    found = np.full((grid.rows, grid.columns), NO_INFORMATION, np.uint8)
-    found[inside] = costs[row[inside], column[inside]]
-    return found
+@njit(cache=True)
+def is_inside_rings(x: float, y: float, sides: Array) -> bool:
+    """Inside the outer ring and outside all others, by the even-odd rule per ring."""
+    ring, odd = 0.0, False
+    for i in range(len(sides)):
+        if sides[i, 5] != ring:
+            if odd != (ring == 0.0):
+                return False
+            ring, odd = sides[i, 5], False
+        y1, y2 = sides[i, 1], sides[i, 3]
+        if (y1 > y) != (y2 > y):
+            x1, x2 = sides[i, 0], sides[i, 2]
+            if x < x1 + (y - y1) * (x2 - x1) / (y2 - y1):
+                odd = not odd
+    return odd == (ring == 0.0)
 
 
 @njit(cache=True)

@@ -1,0 +1,104 @@
+"""How well a run knew where its robot was: its estimates against the truth, tick by tick."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Any
+
+from behaviors.signals import ESTIMATE
+from cobodeck.metrics import Known
+from engine.board import Board
+from engine.slots import compute
+from hw.geometry import Pose2, wrap
+from hw.truth import Truth
+from states.localization.estimates import Estimate
+
+KEPT = 32
+"""Estimates are of the past; the truth of so many ticks is kept for them."""
+STILL_M = 1e-4
+"""A base that has moved less than this from tick to tick stands, m."""
+
+
+class LocalizationWatch:
+    """Compares each estimate with where the base truly was at its stamp; `watch` once per tick.
+
+    While the arm moves and the base stands counts apart: these are the errors that the prop has.
+    """
+
+    def __init__(self, plant: Known, board: Board) -> None:
+        self._plant, self._slot = plant, board.slots[ESTIMATE]
+        self._truths: deque[tuple[int, Pose2]] = deque(maxlen=KEPT)
+        self._stamp: int | None = None
+        self._now = 0
+        self._errors: list[tuple[float, float]] = []
+        self._reaching: list[tuple[float, float]] = []
+        self._within = 0
+        self._unknown_ns = 0
+
+    def watch(self, now_ns: int) -> None:
+        """Look at this instant."""
+        truth, elapsed = self._plant.truth, now_ns - self._now
+        self._now = now_ns
+        if truth is None or truth.base is None:
+            return
+        self._truths.append((now_ns, truth.base))
+        compute(self._slot)
+        sample = self._slot.newest
+        if sample is None:
+            self._unknown_ns += elapsed
+            return
+        true = self._true(sample.stamp)
+        if true is None or sample.stamp == self._stamp:
+            return
+        self._stamp = sample.stamp
+        self._compare(sample.value, true, truth)
+
+    def report(self) -> dict[str, Any]:
+        """Errors of place in m and of yaw in rad; None for what did not occur."""
+        known = self._errors
+        offs, turns = [off for off, _ in known], [turned for _, turned in known]
+        reaching = self._reaching
+        return {
+            "rmse_m": _rms(offs),
+            "p95_m": _p95(offs),
+            "max_m": max(offs, default=None),
+            "rmse_rad": _rms(turns),
+            "max_rad": max(turns, default=None),
+            "reaching_p95_m": _p95([off for off, _ in reaching]),
+            "reaching_p95_rad": _p95([turned for _, turned in reaching]),
+            "within_3_sigma": self._within / len(known) if known else None,
+            "unknown_s": self._unknown_ns / 1e9,
+        }
+
+    def _compare(self, estimate: Estimate, true: Pose2, truth: Truth) -> None:
+        off = estimate.pose.distance_to(true)
+        turned = abs(wrap(estimate.pose.yaw - true.yaw))
+        sigma = estimate.sigma
+        self._errors.append((off, turned))
+        self._within += off <= 3.0 * sigma.position and turned <= 3.0 * sigma.yaw
+        if truth.arm_moving and self._stands():
+            self._reaching.append((off, turned))
+
+    def _stands(self) -> bool:
+        (_, before), (_, now) = self._truths[-2], self._truths[-1]
+        return before.distance_to(now) < STILL_M
+
+    def _true(self, stamp: int) -> Pose2 | None:
+        """Where the base was at an instant, between two ticks; None: that is not known any more."""
+        later: tuple[int, Pose2] | None = None
+        for then, pose in reversed(self._truths):
+            if then <= stamp:
+                if later is None or then == stamp:
+                    return pose if then == stamp else None
+                return pose.between(later[1], (stamp - then) / (later[0] - then))
+            later = then, pose
+        return None
+
+
+def _rms(values: list[float]) -> float | None:
+    return math.sqrt(math.fsum(v * v for v in values) / len(values)) if values else None
+
+
+def _p95(values: list[float]) -> float | None:
+    return sorted(values)[math.ceil(0.95 * len(values)) - 1] if values else None

@@ -1,0 +1,81 @@
+"""Chance and rhythm of simulated sensors: streams of numbers, and instants on grids of their own.
+
+Every draw belongs to seed, source and the number of the sample alone (Philox, a counter-based
+generator), so that what one source draws, or that nobody asks it, changes nothing in another.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+
+import numpy as np
+
+Row = tuple[float, ...]
+FORGOTTEN_NS = 1_000_000_000
+_BLOCK = 64
+"""Rows that are drawn at once."""
+
+
+class Stream:
+    """The random numbers of one source."""
+
+    def __init__(self, seed: int, source: str) -> None:
+        key = hashlib.blake2b(f"{seed}/{source}".encode(), digest_size=16).digest()
+        self._bits = np.random.Philox(key=int.from_bytes(key, "little"))
+        self._chance = np.random.Generator(self._bits)
+        self._state = self._bits.state
+
+    def at(self, number: int) -> np.random.Generator:
+        """The generator at the beginning of what belongs to this sample; the next call moves it."""
+        self._state["state"]["counter"][1] = number
+        self._bits.state = self._state
+        return self._chance
+
+
+class Normals:
+    """A row of `width` standard normal numbers for each sample of a source."""
+
+    def __init__(self, seed: int, source: str, width: int) -> None:
+        self._stream, self._width = Stream(seed, source), width
+        self._block, self._rows = -1, [[0.0]]
+
+    def row(self, number: int) -> list[float]:
+        """Those of this sample."""
+        block, n = divmod(number, _BLOCK)
+        if block != self._block:
+            drawn = self._stream.at(block).standard_normal((_BLOCK, self._width))
+            self._block, self._rows = block, drawn.tolist()
+        return self._rows[n]
+
+
+class Rhythm:
+    """Sample n of a source is taken at its phase and n / `rate`, whatever steps the world takes.
+
+    The phase is drawn once. A sample arrives `lag_ns` later.
+    """
+
+    def __init__(self, rate: float, seed: int, source: str, lag_ns: int = 0) -> None:
+        self._period = 1e9 / rate
+        self._phase = Stream(seed, f"{source}/phase").at(0).random() * self._period
+        self._lag, self._next = lag_ns, 0
+
+    def stamp(self, number: int) -> int:
+        """When this sample is taken, ns."""
+        return round(self._phase + number * self._period)
+
+    def due(self, now_ns: int, known_ns: int) -> list[tuple[int, int]]:
+        """Numbers and stamps of what has arrived since the last call.
+
+        Nothing from before known_ns, and nothing that arrived more than `FORGOTTEN_NS` ago: whoever
+        asks for the first time late in a run has not been heard.
+        """
+        known_ns = max(known_ns, now_ns - self._lag - FORGOTTEN_NS)
+        first = max(self._next, math.ceil((known_ns - self._phase) / self._period))
+        found = []
+        number = first
+        while (stamp := self.stamp(number)) + self._lag <= now_ns:
+            found.append((number, stamp))
+            number += 1
+        self._next = number
+        return found

@@ -1,0 +1,69 @@
+"""Where something has been in the last seconds: what sensors look back on when they are asked.
+
+Between two instants that were noted it is taken to go straight and to turn evenly. The base notes
+each cycle of its loop (10 ms), so that this misses a dt2 / 8, 0.04 mm at 3 m/s2.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hw.geometry import Pose2, wrap
+
+Place = tuple[float, float, float]
+"""x, y in the map (m) and the yaw, not wrapped (rad)."""
+KEPT = 512
+"""So many instants at least are known; 5 s of motion."""
+
+
+class Track:
+    """Poses at rising times; the yaw goes on beyond pi, so that it can be interpolated."""
+
+    def __init__(self, start: Pose2) -> None:
+        self._times = [0]
+        self._places: list[Place] = [(start.x, start.y, start.yaw)]
+
+    @property
+    def known_ns(self) -> int:
+        """Nothing is known before this instant."""
+        return self._times[0]
+
+    def note(self, now_ns: int, pose: Pose2) -> None:
+        """It is here now; a second note of an instant takes the place of the first."""
+        times, places = self._times, self._places
+        yaw = places[-1][2]
+        place = (pose.x, pose.y, yaw + wrap(pose.yaw - yaw))
+        if times[-1] == now_ns:
+            places[-1] = place
+            return
+        if len(places) > 1 and place == places[-1] == places[-2]:
+            times[-1] = now_ns  # it still stands
+            return
+        times.append(now_ns)
+        places.append(place)
+        if len(times) >= 2 * KEPT:
+            del times[:KEPT], places[:KEPT]
+
+    def at(self, time_ns: int) -> Place:
+        """Where it was; before and after what is known: at its end."""
+        times, places = self._times, self._places
+        n = bisect_right(times, time_ns)
+        if n == len(times):
+            return places[-1]
+        if n == 0:
+            return places[0]
+        share = (time_ns - times[n - 1]) / (times[n] - times[n - 1])
+        (x, y, yaw), (x2, y2, yaw2) = places[n - 1], places[n]
+        return x + share * (x2 - x), y + share * (y2 - y), yaw + share * (yaw2 - yaw)
+
+    def knots(self, start_ns: int, end_ns: int) -> NDArray[np.float64]:
+        """(n, 4): s after start_ns, x, y, yaw, from start to end; straight in between, n >= 2."""
+        times = self._times
+        low, high = bisect_right(times, start_ns), bisect_right(times, end_ns - 1)
+        rows = [(0.0, *self.at(start_ns))]
+        rows += [((times[n] - start_ns) * 1e-9, *self._places[n]) for n in range(low, high)]
+        rows.append(((end_ns - start_ns) * 1e-9, *self.at(end_ns)))
+        return np.array(rows)

@@ -1,0 +1,100 @@
+"""The signals `base.pose` and `base.pose_sigma` of a base that does not know where it is."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+from hw.geometry import Pose2
+from hw.samples import PoseSigma
+from states.signals.motion import Stamped
+
+SENSED = ("base.odometry", "base.imu", "base.scan", "rover.tracker")
+"""What localization goes by; only the wheels must have been heard before it speaks."""
+
+
+class Localizes(Protocol):
+    """What is asked of a localizer."""
+
+    @property
+    def pose(self) -> Pose2 | None:
+        """map_from_base at `stamp_ns`; the same object while nothing has changed, None: unknown."""
+        ...
+
+    @property
+    def sigma(self) -> PoseSigma:
+        """How sure the pose is."""
+        ...
+
+    @property
+    def stamp_ns(self) -> int | None:
+        """The instant of the pose: that of the newest word from the wheels."""
+        ...
+
+    def update(self, name: str, stamp_ns: int, value: object) -> None:
+        """Take one sample."""
+        ...
+
+
+class Estimate(NamedTuple):
+    """map_from_base, and how sure it is."""
+
+    pose: Pose2
+    sigma: PoseSigma
+
+
+class LocalizationEstimator:
+    """The estimates of a localizer; None while it is lost, so that `base.pose` gets old then."""
+
+    def __init__(self, localizer: Localizes) -> None:
+        self._localizer = localizer
+        self._value: Estimate | None = None
+
+    def update(self, signal: str, sample: Stamped) -> None:
+        """Take one sample of one of `SENSED`."""
+        self._localizer.update(signal, sample.stamp, sample.value)
+        pose, sigma, before = self._localizer.pose, self._localizer.sigma, self._value
+        if pose is None:
+            self._value = None
+        elif before is None or pose is not before.pose or sigma != before.sigma:
+            self._value = Estimate(pose, sigma)
+
+    def value(self) -> Estimate | None:
+        """The present estimate."""
+        return self._value
+
+    def stamp(self) -> int | None:
+        """The instant it is of, ns."""
+        return self._localizer.stamp_ns
+
+
+class PoseOf:
+    """The pose of the newest estimate."""
+
+    def __init__(self) -> None:
+        self._value: Pose2 | None = None
+
+    def update(self, _signal: str, sample: Stamped) -> None:
+        """Take one estimate."""
+        assert isinstance(sample.value, Estimate)
+        self._value = sample.value.pose
+
+    def value(self) -> Pose2 | None:
+        """map_from_base."""
+        return self._value
+
+
+class SigmaOf:
+    """How sure the newest estimate is."""
+
+    def __init__(self) -> None:
+        self._value: PoseSigma | None = None
+
+    def update(self, _signal: str, sample: Stamped) -> None:
+        """Take one estimate."""
+        assert isinstance(sample.value, Estimate)
+        if self._value != sample.value.sigma:
+            self._value = sample.value.sigma
+
+    def value(self) -> PoseSigma | None:
+        """Standard deviations of place and yaw."""
+        return self._value

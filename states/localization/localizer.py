@@ -1,0 +1,388 @@
+"""Where the base is, from everything that it senses: one estimate, how sure it is, and a status.
+
+Scans are matched to the walls from where wheels, gyroscope and trackers predict the base; matches
+and tracker poses correct a Kalman filter at their own instants. While matches are bad, particles
+look for the base all over the map, and take over where they find it. A base that stands, its pose
+settled, is left alone but for one scan per second.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Annotated, Literal
+
+import numpy as np
+
+from engine.files.units import Duration
+from engine.files.values import Range
+from hw.geometry import Pose2, Twist2, wrap
+from hw.samples import ImuReading, Odometry, PoseSigma, Scan, TrackerPose, is_finite
+from hw.sensing import Sensing
+from hw.tracking import Tracking
+from states.localization.amcl import AmclValues
+from states.localization.fusion import Fusion, covariance_of, inverse
+from states.localization.gyro import Gyro
+from states.localization.odometry_watch import OdometryWatch
+from states.localization.scan_tracker import Match, TrackerValues, match
+from states.localization.scans import Cloud, cloud_of, span_ns
+from states.localization.search import Search
+from states.localization.tracker_feed import TrackerFeed
+from states.localization.trail import Trail
+from states.maps.distance import Array
+from states.maps.field import Field
+
+Mode = Literal["starting", "tracking", "doubtful", "lost"]
+Status = Literal[Mode, "resting", "odometry wrong", "odometry missing"]
+
+MISSING = 0.3
+"""Wheels that are silent for longer than scans are missing, s."""
+MOMENT_NS = 50_000_000
+"""Over so long a velocity is told."""
+STOOD = 0.3
+"""Wheels that have not moved for so long stand, s."""
+ALIKE = 0.3
+"""For so long errors of matches on a scanned map stay alike, s: the map is off by half a cell."""
+BETTER = 0.1
+"""A place elsewhere is believed if its share of beams on walls is higher by so much."""
+AROUND = PoseSigma(0.3, 0.2)
+"""How far around the predicted pose is looked when the match there is not healthy."""
+SAME_M, SAME_RAD = 0.03, 0.01
+"""A base at rest that is seen farther off has been moved."""
+
+
+_START, _REST = PoseSigma(1.0, 0.5), PoseSigma(0.002, 0.0005)
+_VIVE, _FLOOR = PoseSigma(0.02, 0.015), PoseSigma(0.002, 0.0005)
+
+
+@dataclass(frozen=True, slots=True)
+class LocalizerValues:
+    """How the parts work together.
+
+    `start_sigma` is how far off the told start may be. Of `patience` unhealthy matches in a row on
+    the base is searched, unless a search has said within the last `sure_for` s that it is here;
+    after `lost_after` s without a fair match there is no pose. The pose of a standing base is
+    settled when it is sure to `rest_sigma`, or after `rest_scans`; then it is looked at every
+    `check` s. Trackers correct it every `vive_period` s, and every `vive_period_turning` s while it
+    turns faster than `turning`, rad/s; `vive_sigma` is what each acquisition may be off by.
+    `floor_sigma` is what no averaging removes.
+    """
+
+    matching: TrackerValues = field(default_factory=TrackerValues)
+    particles: AmclValues = field(default_factory=AmclValues)
+    start_sigma: PoseSigma = _START
+    patience: Annotated[int, Range(1, 1000)] = 5
+    sure_for: Annotated[Duration, Range(0.0, 600.0)] = 5.0
+    lost_after: Annotated[Duration, Range(0.1, 60.0)] = 2.0
+    rest_sigma: PoseSigma = _REST
+    rest_scans: Annotated[int, Range(1, 1000)] = 25
+    check: Annotated[Duration, Range(0.05, 60.0)] = 0.4
+    vive_period: Annotated[Duration, Range(0.01, 60.0)] = 1.0
+    vive_period_turning: Annotated[Duration, Range(0.01, 60.0)] = 0.1
+    turning: float = 0.1
+    vive_sigma: PoseSigma = _VIVE
+    floor_sigma: PoseSigma = _FLOOR
+
+
+class Localizer:
+    """Estimates map_from_base from `base.odometry`, `base.imu`, `base.scan` and `rover.tracker`.
+
+    `start` is where the base is told to be, to `start_sigma`; without it the whole floor is
+    searched. Samples are taken in the order in which they come. `counts` says how many scans were
+    matched and skipped, how many tracker poses taken, searches begun, places found.
+    """
+
+    def __init__(
+        self,
+        field_: Field,
+        sensing: Sensing,
+        tracking: Tracking,
+        start: Pose2 | None = None,
+        seed: int = 0,
+        values: LocalizerValues | None = None,
+    ) -> None:
+        self._field, self._sensing, self._seed = field_, sensing, seed
+        self._values = values or LocalizerValues()
+        self._fusion = Fusion(sensing.imu is not None, ALIKE if field_.sigma > 0.0 else 0.0)
+        self._trail, self._gyro, self._watch = Trail(), Gyro(), OdometryWatch()
+        self._feed = TrackerFeed(tracking)
+        self._start = start
+        self._mode: Mode = "starting"
+        self._stamp_ns: int | None = None
+        self._pose: Pose2 | None = None
+        self._covariance: Array | None = None
+        self._rest: tuple[Pose2, Array] | None = None
+        self._check_ns = self._scan_ns = self._fair_ns = 0
+        self._bad = self._good = self._stood = 0
+        self._sure_ns, self._share = -1, 0.0
+        self.counts: Counter[str] = Counter()
+
+    @property
+    def pose(self) -> Pose2 | None:
+        """map_from_base at `stamp_ns`, the same object while the base is at rest; None: lost."""
+        return None if self._mode == "lost" else self._pose
+
+    @property
+    def stamp_ns(self) -> int | None:
+        """The instant of the pose: that of the newest word from the wheels, or scan."""
+        return self._stamp_ns
+
+    @property
+    def covariance(self) -> Array:
+        """Of the pose (3, 3): x, y in the map, m2, and yaw, rad2; infinite without a pose."""
+        if self.pose is None or self._stamp_ns is None:
+            return np.diag([math.inf] * 3)
+        if self._covariance is None:
+            known = self._rest or self._fusion.at(self._stamp_ns)
+            assert known is not None  # there is a pose
+            self._covariance = known[1] + self._floor
+        return self._covariance
+
+    @property
+    def sigma(self) -> PoseSigma:
+        """How sure the pose is."""
+        covariance = self.covariance
+        xx, xy, yy = covariance[0, 0], covariance[0, 1], covariance[1, 1]
+        worst = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy) if xx < math.inf else xx
+        return PoseSigma(math.sqrt(worst), math.sqrt(covariance[2, 2]))
+
+    @property
+    def status(self) -> Status:
+        """What the estimate rests on; whatever is not `tracking` or `resting` wants attention."""
+        if self._mode != "tracking":
+            return self._mode
+        if self._are_silent:
+            return "odometry missing"
+        if self._watch.wrong:
+            return "odometry wrong"
+        return "tracking" if self._rest is None else "resting"
+
+    @property
+    def map_from_odom(self) -> Pose2 | None:
+        """Where the frame that the wheels count in lies in the map; None while that is unknown."""
+        pose, odom_from_base = self.pose, self._trail.pose
+        if pose is None or odom_from_base is None:
+            return None
+        return pose @ odom_from_base.inverse()
+
+    def update(self, name: str, stamp_ns: int, value: object) -> None:
+        """Take one sample; what is not finite is left out."""
+        if not is_finite(value):
+            return
+        if isinstance(value, Odometry):
+            self._take_odometry(stamp_ns, value.pose)
+        elif isinstance(value, Scan):
+            self._take_scan(stamp_ns, value)
+        elif isinstance(value, ImuReading):
+            self._gyro.put(stamp_ns, value.rates[2], self._trail.standing > STOOD)
+        elif isinstance(value, TrackerPose):
+            self._take_tracker(stamp_ns, value)
+
+    # wheels
+
+    def _take_odometry(self, stamp_ns: int, odom_from_base: Pose2) -> None:
+        before = self._trail.stamp_ns
+        if not self._trail.put(stamp_ns, odom_from_base):
+            return
+        rate = self._gyro.take(stamp_ns)
+        if self._start is not None:
+            self._begin_at_start(stamp_ns, self._start)
+        if self._rest is not None:
+            if self._trail.standing > 0.0:
+                self._stamp_ns = stamp_ns
+                return
+            self._get_up(before or stamp_ns)
+        if self._fusion.begun:
+            middle = stamp_ns if before is None else (before + stamp_ns) // 2
+            self._fusion.wheels(
+                middle,
+                self._trail.last_velocity(),
+                standing=self._trail.standing > STOOD,
+                rate=rate,
+                believed=not self._watch.wrong,
+            )
+        self._move_on(stamp_ns)
+
+    def _begin_at_start(self, stamp_ns: int, start: Pose2) -> None:
+        self._start = None
+        covariance = covariance_of(self._values.start_sigma)
+        self._fusion.begin(stamp_ns, start, covariance, None)
+        self._search.about(start, covariance)
+
+    def _move_on(self, stamp_ns: int) -> None:
+        """Tell the pose at the newest instant."""
+        newest = max(stamp_ns, stamp_ns if self._stamp_ns is None else self._stamp_ns)
+        if self._fusion.begun:
+            self._pose = self._fusion.pose_at(newest)
+        self._stamp_ns, self._covariance = newest, None
+
+    # scans
+
+    def _take_scan(self, stamp_ns: int, scan: Scan) -> None:
+        if self._start is not None:
+            self._begin_at_start(stamp_ns, self._start)
+        self._scan_ns = max(self._scan_ns, stamp_ns)
+        if self._rest is not None and stamp_ns < self._check_ns:
+            self.counts["skipped"] += 1
+            return
+        motion = self._moving(stamp_ns, stamp_ns + span_ns(scan)) or self._fusion.velocity
+        cloud = cloud_of(scan, stamp_ns, self._sensing, self._values.matching.beams, motion)
+        if self._rest is not None and self._is_still_there(cloud):
+            self._check_ns = stamp_ns + round(self._values.check * 1e9)
+            return
+        if self._mode in ("tracking", "doubtful"):
+            self._follow(cloud)
+        if self._mode != "tracking":
+            self._look(cloud)
+        if self._fusion.begun and self._rest is None:
+            self._move_on(cloud.stamp_ns)
+
+    def _moving(self, first_ns: int, last_ns: int) -> Twist2 | None:
+        """The velocity between two stamps by the wheels, if these can be believed."""
+        if self._watch.wrong or self._are_silent:
+            return None
+        return self._trail.velocity(first_ns, last_ns)
+
+    @property
+    def _are_silent(self) -> bool:
+        heard = self._trail.stamp_ns
+        return heard is None or self._scan_ns - heard > MISSING * 1e9
+
+    def _follow(self, cloud: Cloud) -> None:
+        known = self._fusion.at(cloud.stamp_ns)
+        if known is None:
+            return
+        # more than it may be off by, for the filter adds what is known to the match once more
+        found = self._match(cloud, known[0], 4.0 * known[1])
+        values = self._values
+        if not found.is_fair(values.matching):
+            around = self._match(cloud, known[0], covariance_of(AROUND))
+            found = around if around.is_healthy(values.matching) else found
+        self._share = found.share
+        if found.is_fair(values.matching):
+            self._fusion.scan(cloud.stamp_ns, found.map_from_base, found.information)
+            self._fair_ns = cloud.stamp_ns
+        healthy = found.is_healthy(values.matching)
+        self._bad, self._good = (0, self._good + 1) if healthy else (self._bad + 1, 0)
+        self._change_mode(cloud.stamp_ns)
+        if healthy:
+            self._compare_wheels(cloud.stamp_ns, found.map_from_base)
+            self._settle(cloud.stamp_ns)
+
+    def _match(self, cloud: Cloud, predicted: Pose2, covariance: Array) -> Match:
+        self.counts["matched"] += 1
+        return match(
+            self._field, cloud.points, predicted, covariance + self._floor, self._values.matching
+        )
+
+    def _change_mode(self, stamp_ns: int) -> None:
+        values = self._values
+        if self._mode == "tracking" and self._bad >= values.patience and stamp_ns > self._sure_ns:
+            self._mode = "doubtful"
+            self._search.anywhere(self._fusion.pose_at(stamp_ns))
+        elif self._mode == "doubtful" and self._good >= values.patience:
+            self._mode = "tracking"
+        elif self._mode == "doubtful" and stamp_ns - self._fair_ns > values.lost_after * 1e9:
+            self._mode = "lost"
+
+    def _compare_wheels(self, stamp_ns: int, map_from_base: Pose2) -> None:
+        odom_from_base = self._trail.at(stamp_ns)
+        if odom_from_base is not None:
+            self._watch.see(stamp_ns, map_from_base, odom_from_base)
+
+    @property
+    def _floor(self) -> Array:
+        """What no averaging removes: on a scanned map half a cell, and what that turns by."""
+        floor, half = self._values.floor_sigma, self._field.sigma
+        return covariance_of(
+            PoseSigma(math.hypot(floor.position, half), math.hypot(floor.yaw, 0.2 * half))
+        )
+
+    # standing
+
+    def _settle(self, stamp_ns: int) -> None:
+        """Leave a standing base alone once its pose is sure."""
+        if self._trail.standing < STOOD or self.status != "tracking" or self._stamp_ns is None:
+            self._stood = 0
+            return
+        self._stood += 1
+        known = self._fusion.at(self._stamp_ns)
+        assert known is not None  # it has just been corrected
+        wanted = covariance_of(self._values.rest_sigma)
+        if self._stood >= self._values.rest_scans or (np.diag(known[1]) <= np.diag(wanted)).all():
+            self._rest = self._pose, self._covariance = known
+            self._covariance = None
+            self._check_ns = stamp_ns + round(self._values.check * 1e9)
+
+    def _is_still_there(self, cloud: Cloud) -> bool:
+        assert self._rest is not None
+        pose, covariance = self._rest
+        found = self._match(cloud, pose, covariance)
+        healthy = found.is_healthy(self._values.matching)
+        if healthy and _same(pose, found.map_from_base):
+            return True
+        if healthy:
+            self._watch.moved_at_rest(cloud.stamp_ns)
+        self._get_up(cloud.stamp_ns)
+        return False
+
+    def _get_up(self, stamp_ns: int) -> None:
+        assert self._rest is not None
+        pose, covariance = self._rest
+        self._rest, self._stood = None, 0
+        self._fusion.begin(stamp_ns, pose, covariance, self._moving(stamp_ns - MOMENT_NS, stamp_ns))
+
+    # particles
+
+    def _look(self, cloud: Cloud) -> None:
+        """Search for the base; where it is found, go on from there."""
+        odom_from_base = self._trail.at(cloud.stamp_ns) or Pose2(0.0, 0.0)
+        found = self._search.update(odom_from_base, cloud.points)
+        if found is None:
+            return
+        here = self._fusion.pose_at(cloud.stamp_ns)
+        stays = here is not None and _same(here, found.map_from_base)
+        if self._mode == "doubtful" and not stays and found.share < self._share + BETTER:
+            return
+        self.counts["found"] += 1
+        self._sure_ns = cloud.stamp_ns + round(self._values.sure_for * 1e9)
+        self._mode, self._bad, self._good = "tracking", 0, 0
+        if stays:
+            return
+        covariance = inverse(found.information + np.eye(3))
+        velocity = self._moving(cloud.stamp_ns - MOMENT_NS, cloud.stamp_ns)
+        self._fusion.begin(cloud.stamp_ns, found.map_from_base, covariance, velocity)
+        self._watch.restart()
+
+    @cached_property
+    def _search(self) -> Search:
+        particles = Search(self._field, self._values.particles, self._values.matching, self._seed)
+        particles.anywhere()
+        return particles
+
+    # trackers
+
+    def _take_tracker(self, stamp_ns: int, seen: TrackerPose) -> None:
+        values = self._values
+        turns = abs(self._trail.last_velocity().wz) > values.turning
+        period = values.vive_period_turning if turns else values.vive_period
+        pose = self._feed.put(stamp_ns, seen, period)
+        if pose is None or self._rest is not None:
+            return
+        self.counts["trackers"] += 1
+        covariance = covariance_of(values.vive_sigma)
+        if not self._fusion.begun or self._mode == "lost":
+            self._fusion.begin(stamp_ns, pose, covariance, None)
+            self._search.about(pose, 9.0 * covariance)
+            self._mode = "doubtful" if self._mode == "lost" else self._mode
+            self._fair_ns = stamp_ns
+            return
+        verdict = self._fusion.trackers(stamp_ns, pose, values.vive_sigma)
+        if verdict.outcome == "rejected" and self._mode != "tracking":
+            self._search.about(pose, 9.0 * covariance)
+
+
+def _same(one: Pose2, other: Pose2) -> bool:
+    return one.distance_to(other) < SAME_M and abs(wrap(one.yaw - other.yaw)) < SAME_RAD

@@ -1,0 +1,232 @@
+"""Follows the base by laying each scan onto the walls: Gauss-Newton on the distance field.
+
+Minimises the sum over the beams of rho(d_i) / sigma^2 plus the squared distance to the predicted
+pose in terms of its information. rho is the robust loss of Geman and McClure,
+d^2 / (1 + d^2 / scale^2): a beam that ends farther than `scale` from all walls hardly counts. The
+scale starts at what the prediction may be off by and comes down to `scale`, so that beams on people
+and chairs let go as the pose gets sure.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from numba import njit
+
+from engine.files.units import Length
+from engine.files.values import Range
+from hw.geometry import Pose2, wrap
+from states.maps.distance import Array
+from states.maps.field import Field, Table, distance_at
+
+_Length = Annotated[Length, Range(0.001, 5.0)]
+
+
+@dataclass(frozen=True, slots=True)
+class TrackerValues:
+    """How scans are matched.
+
+    `beams` of a scan are used. `sigma_range` is the least that beams are taken to be off, m; that
+    of a scan is measured on those that fit. `scale` is that of the robust loss, m, `widest` what it
+    may start from. A beam that ends within `inlier_distance` of a wall fits, m; a match is healthy
+    if at least a share `healthy` of its beams do, `fewest` of them, and fair with a share `fair`.
+    `iterations` bounds the steps; the last of a fair match is below `step`, m and rad.
+    """
+
+    beams: Annotated[int, Range(3, 10_000)] = 180
+    sigma_range: _Length = 0.01
+    scale: _Length = 0.1
+    widest: _Length = 0.5
+    inlier_distance: _Length = 0.1
+    healthy: Annotated[float, Range(0.0, 1.0)] = 0.4
+    fair: Annotated[float, Range(0.0, 1.0)] = 0.25
+    fewest: Annotated[int, Range(1, 10_000)] = 12
+    iterations: Annotated[int, Range(1, 100)] = 10
+    step: _Length = 0.005
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Match:
+    """Where a scan lies in the map.
+
+    `information` (3, 3) is what the beams alone say about x, y (map) and yaw, 1/m2 and 1/rad2; next
+    to nothing in a direction in which walls hold nothing, along a corridor: there the pose is the
+    predicted one. `share` is that of the beams that fit, `count` their number, `step` the length of
+    the last iteration's, m and rad.
+    """
+
+    map_from_base: Pose2
+    information: Array
+    share: float
+    count: int
+    step: float
+    iterations: int
+
+    def is_healthy(self, values: TrackerValues) -> bool:
+        """Most beams on walls that one can hope for, and no longer on its way?"""
+        return self.share >= values.healthy and self.is_fair(values)
+
+    def is_fair(self, values: TrackerValues) -> bool:
+        """Enough beams on walls to say something, and no longer on its way?"""
+        enough = self.share >= values.fair and self.count >= values.fewest
+        return enough and self.step <= values.step
+
+
+def match(
+    field: Field,
+    points: Array,
+    predicted: Pose2,
+    covariance: Array,
+    values: TrackerValues | None = None,
+) -> Match:
+    """Lay points (n, 2) of the base frame onto the walls of a map, near a predicted pose.
+
+    `covariance` (3, 3) is that of the prediction: x, y in the map, m2, and yaw, rad2. Without any
+    point the prediction comes back, with no information.
+    """
+    values = values or TrackerValues()
+    near = field.map_from_corner.inverse() @ predicted
+    turn = _turned(-field.map_from_corner.yaw)
+    prior = turn @ np.linalg.inv(covariance) @ turn.T
+    off = math.sqrt(max(covariance[0, 0] + covariance[1, 1], 0.0))
+    scale = values.scale + field.sigma
+    widest = min(max(3.0 * off, scale), max(values.widest, scale))
+    x, y, yaw, information, inliers, step, iterations = _matched(
+        points, (near.x, near.y, near.yaw), prior, field.table,
+        (values.sigma_range, scale, widest, values.inlier_distance + field.sigma),
+        values.iterations,
+    )  # fmt: skip
+    pose = field.map_from_corner @ Pose2(x, y, wrap(yaw))
+    share = inliers / len(points) if len(points) else 0.0
+    return Match(pose, turn.T @ information @ turn, share, inliers, step, iterations)
+
+
+def _turned(yaw: float) -> Array:
+    """Brings errors of x, y and yaw into a frame in which they are turned by yaw, (3, 3)."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+@njit(cache=True)
+def _matched(
+    points: Array,
+    predicted: tuple[float, float, float],
+    prior: Array,
+    table: Table,
+    lengths: tuple[float, float, float, float],
+    iterations: int,
+) -> tuple[float, float, float, Array, int, float, int]:
+    """Pose, information of the beams alone, beams that fit, last step, steps made."""
+    sigma, scale, widest, fits = lengths
+    x, y, yaw = predicted
+    information, gradient = np.zeros((3, 3)), np.zeros(3)
+    least = sigma
+    step, done = 0.0, 0
+    wide = widest
+    while done < iterations:
+        spread, _ = _normal_equations(
+            points, (x, y, yaw), table, (wide, fits), information, gradient
+        )
+        least = max(sigma, spread)
+        dx, dy, dyaw = predicted[0] - x, predicted[1] - y, _wrapped(predicted[2] - yaw)
+        inverse = 1.0 / (least * least)
+        whole, right = np.empty((3, 3)), np.empty(3)
+        for i in range(3):
+            right[i] = gradient[i] * inverse
+            right[i] += prior[i, 0] * dx + prior[i, 1] * dy + prior[i, 2] * dyaw
+            for j in range(3):
+                whole[i, j] = information[i, j] * inverse + prior[i, j]
+        _solve(whole, right)
+        length = max(math.hypot(right[0], right[1]), abs(right[2]))
+        cut = min(1.0, wide / length) if length > 0.0 else 1.0
+        x, y, yaw = x + cut * right[0], y + cut * right[1], yaw + cut * right[2]
+        step, done = cut * length, done + 1
+        if step < 1e-4 and wide <= scale:
+            break
+        wide = max(scale, 0.5 * wide)
+    spread, inliers = _normal_equations(
+        points, (x, y, yaw), table, (scale, fits), information, gradient
+    )
+    least = max(sigma, spread)
+    for i in range(3):
+        for j in range(3):
+            information[i, j] /= least * least
+    return x, y, yaw, information, inliers, step, done
+
+
+@njit(cache=True)
+def _normal_equations(
+    points: Array,
+    pose: tuple[float, float, float],
+    table: Table,
+    lengths: tuple[float, float],
+    information: Array,
+    gradient: Array,
+) -> tuple[float, int]:
+    """Writes sum w J J^T and -sum w J d, J = (nx, ny, n . dp/dyaw); returns spread and inliers.
+
+    w = 1 / (1 + d^2 / scale^2)^2 is the weight by which the robust loss becomes a sum of squares.
+    The spread is the root mean square of the distances, so weighted.
+    """
+    (x, y, yaw), (scale, fits) = pose, lengths
+    c, s = math.cos(yaw), math.sin(yaw)
+    xx = xy = yy = xt = yt = tt = gx = gy = gt = 0.0
+    squares = total = 0.0
+    inliers = 0
+    for i in range(len(points)):
+        px = c * points[i, 0] - s * points[i, 1]
+        py = s * points[i, 0] + c * points[i, 1]
+        d, nx, ny = distance_at(x + px, y + py, table)
+        root = 1.0 / (1.0 + d * d / (scale * scale))
+        w = root * root
+        if nx != 0.0 or ny != 0.0:
+            nt = ny * px - nx * py
+            xx += w * nx * nx
+            xy += w * nx * ny
+            yy += w * ny * ny
+            xt += w * nx * nt
+            yt += w * ny * nt
+            tt += w * nt * nt
+            gx -= w * nx * d
+            gy -= w * ny * d
+            gt -= w * nt * d
+        squares += w * d * d
+        total += w
+        if d < fits:
+            inliers += 1
+    information[0, 0], information[1, 1], information[2, 2] = xx, yy, tt
+    information[0, 1] = information[1, 0] = xy
+    information[0, 2] = information[2, 0] = xt
+    information[1, 2] = information[2, 1] = yt
+    gradient[0], gradient[1], gradient[2] = gx, gy, gt
+    spread = math.sqrt(squares / total) if total > 0.0 else 0.0
+    return spread, inliers
+
+
+@njit(cache=True)
+def _solve(matrix: Array, right: Array) -> None:
+    """Solves a symmetric positive definite 3 x 3 system in place, by Cholesky's factors."""
+    for j in range(3):
+        for k in range(j):
+            matrix[j, j] -= matrix[j, k] * matrix[j, k]
+        matrix[j, j] = math.sqrt(max(matrix[j, j], 1e-300))
+        for i in range(j + 1, 3):
+            for k in range(j):
+                matrix[i, j] -= matrix[i, k] * matrix[j, k]
+            matrix[i, j] /= matrix[j, j]
+    for i in range(3):
+        for k in range(i):
+            right[i] -= matrix[i, k] * right[k]
+        right[i] /= matrix[i, i]
+    for i in range(2, -1, -1):
+        for k in range(i + 1, 3):
+            right[i] -= matrix[k, i] * right[k]
+        right[i] /= matrix[i, i]
+
+
+@njit(cache=True)
+def _wrapped(angle: float) -> float:
+    return angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5)

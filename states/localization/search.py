@@ -1,0 +1,154 @@
+"""Looks for the base all over the map, or about a place: particles show where, matches how well.
+
+The likeliest particles of a first scan, well apart, become hypotheses. Each is laid onto the walls
+by every further scan and keeps the sum of its log-likelihoods; those that fall behind are dropped.
+Particles alone go to the wrong place where rooms look alike: one that is a hand off the truth fits
+worse than one that happens to lie in the bottom of a wrong place. Polished, both can be compared.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from hw.geometry import Pose2, wrap
+from hw.samples import PoseSigma
+from states.localization.amcl import Amcl, AmclValues
+from states.localization.fusion import covariance_of
+from states.localization.particles import wrapped
+from states.localization.scan_tracker import Match, TrackerValues, match
+from states.maps.distance import Array
+from states.maps.field import Field
+
+PER_SQUARE_METRE, MOST = 150, 100_000
+"""Particles of a search all over the floor, and how many it has at most."""
+SEEDS = 100
+"""Hypotheses at the start."""
+APART = (0.3, 0.25)
+"""Hypotheses start no closer, m and rad."""
+ONE = (0.1, 0.05)
+"""Hypotheses that come closer are one."""
+BEHIND = 20.0
+"""A hypothesis whose likelihood falls behind by e to the power of this is dropped."""
+ALIKE = 0.1
+"""Beams of a scan count as so many independent ones."""
+SURE = 0.99
+"""Probability at which the best hypothesis is taken."""
+FEWEST = 4
+"""Scans that a search looks at, so that two scanners have their say."""
+PATIENCE = 50
+"""Scans after which it begins anew, all over the floor."""
+_NEAR = covariance_of(PoseSigma(0.3, 0.2))
+
+
+@dataclass(slots=True)
+class _Hypothesis:
+    match: Match
+    log: float
+
+
+class Search:
+    """Begin with `about` or `anywhere`, then tell it every scan."""
+
+    def __init__(
+        self, field: Field, particles: AmclValues, matching: TrackerValues, seed: int
+    ) -> None:
+        self._field, self._matching = field, matching
+        self._amcl = Amcl(field, particles, seed)
+        self._also: Pose2 | None = None
+        self._hypotheses: list[_Hypothesis] = []
+        self._odom_from_base: Pose2 | None = None
+        self._scans = 0
+
+    def about(self, map_from_base: Pose2, covariance: Array) -> None:
+        """Look near a pose; covariance (3, 3) in the map."""
+        self._amcl.start(map_from_base, covariance)
+        self._begin(map_from_base)
+
+    def anywhere(self, also: Pose2 | None = None) -> None:
+        """Look all over the floor; and where the base would be if nothing had happened."""
+        area = len(self._field.free) * self._field.table.cell**2
+        wanted = round(PER_SQUARE_METRE * area)
+        self._amcl.start_anywhere(min(max(wanted, self._amcl.values.max_particles), MOST))
+        self._begin(also)
+
+    def update(self, odom_from_base: Pose2, points: Array) -> Match | None:
+        """Take a scan, points (n, 2) in the base frame; the match where the base was found."""
+        self._scans += 1
+        if not self._hypotheses:
+            self._seed(points)
+        way = (self._odom_from_base or odom_from_base).inverse() @ odom_from_base
+        self._odom_from_base = odom_from_base
+        for one in self._hypotheses:
+            predicted = one.match.map_from_base @ way
+            one.match = match(self._field, points, predicted, _NEAR, self._matching)
+            one.log += self._fit(points, one.match.map_from_base)
+        self._hypotheses = _kept(self._hypotheses)
+        best = self._hypotheses[0]
+        weight = 1.0 / sum(math.exp(one.log - best.log) for one in self._hypotheses)
+        if self._scans >= FEWEST and weight >= SURE and best.match.is_fair(self._matching):
+            return best.match
+        if self._scans >= PATIENCE:
+            self.anywhere()
+        return None
+
+    def _begin(self, also: Pose2 | None) -> None:
+        self._also, self._hypotheses, self._odom_from_base, self._scans = also, [], None, 0
+
+    def _seed(self, points: Array) -> None:
+        particles = self._amcl.particles
+        order = np.argsort(-self._amcl.fits(points), kind="stable")
+        chosen = _apart(particles[order], SEEDS, *APART)
+        poses = [Pose2(*map(float, row)) for row in chosen]
+        if self._also is not None:
+            poses.append(self._also)
+        none = np.zeros((3, 3))
+        self._hypotheses = [_Hypothesis(Match(pose, none, 0.0, 0, 0.0, 0), 0.0) for pose in poses]
+
+    def _fit(self, points: Array, map_from_base: Pose2) -> float:
+        values = self._amcl.values
+        off = self._field.distances(map_from_base, points)
+        sigma = math.hypot(values.sigma_hit, self._field.sigma)
+        floor = values.z_rand / values.laser_max_range
+        likely = values.z_hit * np.exp(-0.5 * np.square(off / sigma)) + floor
+        return ALIKE * float(np.log(likely).sum())
+
+
+def _kept(hypotheses: list[_Hypothesis]) -> list[_Hypothesis]:
+    """The best first; without those far behind it, and those that have come to a better one."""
+    ordered = sorted(hypotheses, key=lambda one: -one.log)
+    kept: list[_Hypothesis] = []
+    for one in ordered:
+        if one.log < ordered[0].log - BEHIND:
+            break
+        if not any(_same(one.match.map_from_base, other.match.map_from_base) for other in kept):
+            kept.append(one)
+    return kept
+
+
+def _same(one: Pose2, other: Pose2) -> bool:
+    return one.distance_to(other) < ONE[0] and abs(wrap(one.yaw - other.yaw)) < ONE[1]
+
+
+@njit(cache=True)
+def _apart(particles: Array, count: int, metres: float, radians: float) -> Array:
+    """The first of the particles (n, 3) that are apart from all chosen before, at most `count`."""
+    chosen = np.empty((count, 3))
+    found = 0
+    for i in range(len(particles)):
+        near = False
+        for k in range(found):
+            dx, dy = particles[i, 0] - chosen[k, 0], particles[i, 1] - chosen[k, 1]
+            turn = wrapped(particles[i, 2] - chosen[k, 2])
+            if dx * dx + dy * dy < metres * metres and abs(turn) < radians:
+                near = True
+                break
+        if not near:
+            chosen[found] = particles[i]
+            found += 1
+            if found == count:
+                break
+    return chosen[:found].copy()

@@ -1,0 +1,41 @@
+"""Poses of the base by the trackers on it, as often as they are wanted (R30)."""
+
+from __future__ import annotations
+
+import math
+
+from hw.geometry import Pose2
+from hw.samples import TrackerPose
+from hw.tracking import Tracking
+
+FRESH_NS = 50_000_000
+"""Trackers whose poses lie no farther apart are taken together."""
+
+
+class TrackerFeed:
+    """The newest pose by each tracker; both together are their mean."""
+
+    def __init__(self, tracking: Tracking) -> None:
+        self._tracking = tracking
+        self._newest: dict[str, tuple[int, Pose2]] = {}
+        self._given_ns: int | None = None
+
+    def put(self, stamp_ns: int, seen: TrackerPose, period: float) -> Pose2 | None:
+        """Take a pose of a tracker; map_from_base at its stamp if `period`, s, has gone by."""
+        map_from_base = self._tracking.base_by(seen)
+        if map_from_base is None:
+            return None
+        self._newest[seen.tracker] = stamp_ns, map_from_base
+        given = self._given_ns
+        if given is not None and 0 <= stamp_ns - given < round(period * 1e9):
+            return None
+        self._given_ns = stamp_ns
+        return _mean([pose for at, pose in self._newest.values() if abs(stamp_ns - at) <= FRESH_NS])
+
+
+def _mean(poses: list[Pose2]) -> Pose2:
+    cosine = sum(math.cos(pose.yaw) for pose in poses)
+    sine = sum(math.sin(pose.yaw) for pose in poses)
+    x = math.fsum(pose.x for pose in poses) / len(poses)
+    y = math.fsum(pose.y for pose in poses) / len(poses)
+    return Pose2(x, y, math.atan2(sine, cosine))

@@ -1,0 +1,124 @@
+"""The way of the base by its wheels: where odometry was, and how fast, for the last seconds."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from collections import deque
+
+from hw.geometry import STILL, Pose2, Twist2, wrap
+
+REMEMBERED = 2.0
+"""How far back the trail reaches, s."""
+FASTEST_M, FASTEST_RAD = 20.0, 30.0
+"""Odometry that moves faster, m/s and rad/s, has begun to count anew."""
+STILL_M, STILL_RAD = 1e-3, 1e-3
+"""Wheels that moved by less since they last moved stand."""
+
+
+class Trail:
+    """odom_from_base by stamps; what comes with a stamp that is not newer is left out."""
+
+    def __init__(self) -> None:
+        self._stamps: deque[int] = deque()
+        self._poses: deque[Pose2] = deque()
+        self._stood_ns = 0
+        self._stood_at: Pose2 | None = None
+
+    @property
+    def stamp_ns(self) -> int | None:
+        """Of the newest pose."""
+        return self._stamps[-1] if self._stamps else None
+
+    @property
+    def pose(self) -> Pose2 | None:
+        """The newest odom_from_base."""
+        return self._poses[-1] if self._poses else None
+
+    @property
+    def standing(self) -> float:
+        """For how long the wheels have not moved, s."""
+        return (self._stamps[-1] - self._stood_ns) * 1e-9 if self._stamps else 0.0
+
+    def put(self, stamp_ns: int, odom_from_base: Pose2) -> bool:
+        """Add the newest pose; False if it is not newer than the last.
+
+        Odometry that has begun to count anew begins a new trail.
+        """
+        if self._stamps and stamp_ns <= self._stamps[-1]:
+            return False
+        if self._has_jumped(stamp_ns, odom_from_base):
+            self._stamps.clear()
+            self._poses.clear()
+            self._stood_at = None
+        self._stamps.append(stamp_ns)
+        self._poses.append(odom_from_base)
+        while self._stamps[0] < stamp_ns - REMEMBERED * 1e9:
+            self._stamps.popleft()
+            self._poses.popleft()
+        stood = self._stood_at
+        if stood is None or not _is_near(stood, odom_from_base):
+            self._stood_at, self._stood_ns = odom_from_base, stamp_ns
+        return True
+
+    def _has_jumped(self, stamp_ns: int, odom_from_base: Pose2) -> bool:
+        if not self._stamps:
+            return False
+        way = self._poses[-1].inverse() @ odom_from_base
+        time = (stamp_ns - self._stamps[-1]) * 1e-9
+        return math.hypot(way.x, way.y) > FASTEST_M * time or abs(way.yaw) > FASTEST_RAD * time
+
+    def at(self, stamp_ns: int) -> Pose2 | None:
+        """odom_from_base at a stamp, between two poses evenly.
+
+        Behind the newest pose the base is taken to go on as before; None where nothing is known.
+        """
+        stamps = self._stamps
+        if not stamps or stamp_ns < stamps[0]:
+            return None
+        if stamp_ns >= stamps[-1]:
+            ahead = (stamp_ns - stamps[-1]) * 1e-9
+            return self._poses[-1] @ way_of(self.last_velocity(), ahead)
+        after = bisect_left(stamps, stamp_ns)
+        if stamps[after] == stamp_ns:
+            return self._poses[after]
+        before = after - 1
+        share = (stamp_ns - stamps[before]) / (stamps[after] - stamps[before])
+        return self._poses[before].between(self._poses[after], share)
+
+    def velocity(self, first_ns: int, last_ns: int) -> Twist2:
+        """The mean velocity in the base frame between two stamps; the last one where unknown."""
+        first, last = self.at(first_ns), self.at(last_ns)
+        if first is None or last is None or last_ns <= first_ns:
+            return self.last_velocity()
+        return velocity_of(first.inverse() @ last, (last_ns - first_ns) * 1e-9)
+
+    def last_velocity(self) -> Twist2:
+        """The velocity between the newest two poses."""
+        if len(self._stamps) < 2:
+            return STILL
+        way = self._poses[-2].inverse() @ self._poses[-1]
+        return velocity_of(way, (self._stamps[-1] - self._stamps[-2]) * 1e-9)
+
+
+def way_of(velocity: Twist2, time: float) -> Pose2:
+    """Where a steady velocity in the moving frame leads to: an arc."""
+    turn = velocity.wz * time
+    if abs(turn) < 1e-9:
+        along, across = 1.0, 0.5 * turn
+    else:
+        along, across = math.sin(turn) / turn, 2.0 * math.sin(0.5 * turn) ** 2 / turn
+    x, y = velocity.vx * time, velocity.vy * time
+    return Pose2(along * x - across * y, across * x + along * y, wrap(turn))
+
+
+def velocity_of(way: Pose2, time: float) -> Twist2:
+    """The steady velocity in the moving frame that leads this way: the inverse of `way_of`."""
+    half = 0.5 * way.yaw
+    along = 1.0 - half * half / 3.0 if abs(half) < 1e-4 else half / math.tan(half)
+    x, y = along * way.x + half * way.y, along * way.y - half * way.x
+    return Twist2(x / time, y / time, way.yaw / time)
+
+
+def _is_near(one: Pose2, other: Pose2) -> bool:
+    return one.distance_to(other) < STILL_M and abs(wrap(other.yaw - one.yaw)) < STILL_RAD

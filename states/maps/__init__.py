@@ -1,0 +1,1 @@
+"""Maps of rooms: files, cells and distances, for planners and for localization."""

@@ -1,0 +1,215 @@
+"""How far a place is from the nearest wall, and in which direction: what scans are matched to.
+
+In drawn rooms the distance is exact: each cell of a table lists the sides that can be nearest to a
+place in it. On scanned maps it is interpolated between the centres of cells, so that a wall is
+known to half a cell. Tables count from the lower left corner of the map, wherever that lies.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from hw.geometry import Pose2
+from hw.room import Room
+from states.maps.cells import Mask, fill_rings, grid_over
+from states.maps.distance import Array, distances
+from states.maps.occupancy import FREE, OccupancyMap, Values
+
+Indices = NDArray[np.int32]
+
+REACH = 2.0
+"""Distances are not told apart beyond this, m: `laser_likelihood_max_dist` of amcl."""
+OCCUPIED_FROM = 65
+"""Cells of this value and above are walls."""
+
+_FINEST = 0.1  # m, cells of drawn rooms; finer ones list no fewer sides
+_MOST_WORK = 5e7  # distances of sides to cells that are looked at to make a table
+
+
+class Table(NamedTuple):
+    """A field as compiled code reads it; coordinates count from its corner, m.
+
+    Drawn: the sides that can be nearest in cell i are `sides[listed[first[i]:first[i + 1]]]`; a
+    side is x, y of its start, its direction and its length. Scanned: `nearest` (rows, columns)
+    holds the distances at the centres of cells. What is not used is empty.
+    """
+
+    cell: float
+    rows: int
+    columns: int
+    reach: float
+    sides: Array
+    first: Indices
+    listed: Indices
+    nearest: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """Distances to the walls of a map; `sigma` is how well the walls themselves are known, m.
+
+    `free` (n, 2) are places of the floor, evenly spread, counted from the corner as in the table.
+    """
+
+    map_from_corner: Pose2
+    table: Table
+    free: Array
+    sigma: float = 0.0
+
+    def distances(self, map_from_base: Pose2, points: Array) -> Array:
+        """Distance to the nearest wall of points (n, 2) of the base frame, (n,), m."""
+        pose = self.map_from_corner.inverse() @ map_from_base
+        return distances_of(points, pose.x, pose.y, pose.yaw, self.table)
+
+
+def room_field(room: Room, reach: float = REACH) -> Field:
+    """The field of a drawn room, exact up to `reach`, m."""
+    x_low, y_low, x_high, y_high = room.bounds
+    corner = Pose2(x_low - reach, y_low - reach)
+    width, height = x_high - x_low + 2.0 * reach, y_high - y_low + 2.0 * reach
+    cell = max(_FINEST, math.sqrt(width * height * len(room.segments) / _MOST_WORK))
+    rows, columns = math.ceil(height / cell), math.ceil(width / cell)
+    ends = np.array(room.segments, dtype=np.float64) - np.array([corner.x, corner.y] * 2)
+    along = ends[:, 2:] - ends[:, :2]
+    length = np.hypot(along[:, 0], along[:, 1])
+    kept = length > 0.0
+    parts = (ends[kept, :2], along[kept] / length[kept, None], length[kept, None])
+    sides = np.ascontiguousarray(np.hstack(parts))
+    first, listed = _candidates(sides, cell, rows, columns, reach)
+    table = Table(cell, rows, columns, reach, sides, first, listed, np.empty((0, 0)))
+    return Field(corner, table, _floor(room, corner, cell))
+
+
+def map_field(map_: OccupancyMap, reach: float = REACH) -> Field:
+    """The field of a scanned map, its walls known to half a cell.
+
+    What is behind the face of a wall is no wall: a thick one draws scans to its face.
+    """
+    nearest = np.minimum(distances(_faces(map_.values), map_.resolution), reach)
+    none, nobody = np.empty((0, 5)), np.empty(0, np.int32)
+    rows, columns = map_.values.shape
+    table = Table(map_.resolution, rows, columns, reach, none, nobody, nobody, nearest)
+    row, column = np.nonzero(map_.values == FREE)
+    free = map_.resolution * (np.stack([column, row], axis=1).astype(np.float64) + 0.5)
+    return Field(map_.map_from_corner, table, free, 0.5 * map_.resolution)
+
+
+def _faces(values: Values) -> Mask:
+    """Occupied cells beside a free one; all occupied ones of a map without any such."""
+    occupied = values >= OCCUPIED_FROM
+    free = np.pad(values == FREE, 1)
+    rows, columns = values.shape
+    beside = np.zeros_like(occupied)
+    for i, j in np.ndindex(3, 3):
+        beside |= free[i : i + rows, j : j + columns]
+    faces: Mask = occupied & beside
+    return faces if faces.any() else occupied
+
+
+def _floor(room: Room, corner: Pose2, cell: float) -> Array:
+    grid = grid_over([room.outer], cell)
+    row, column = np.nonzero(fill_rings(grid, [room.outer, *room.obstacles]))
+    xs, ys = grid.centers()
+    return np.stack([xs[column] - corner.x, ys[row] - corner.y], axis=1)
+
+
+@njit(cache=True)
+def distance_at(x: float, y: float, table: Table) -> tuple[float, float, float]:
+    """Distance of a place to the nearest wall, m, and the direction in which it grows.
+
+    Beyond `reach` and off the table it is `reach`, and grows nowhere.
+    """
+    if len(table.nearest) > 0:
+        return _interpolated(x, y, table)
+    column, row = math.floor(x / table.cell), math.floor(y / table.cell)
+    if not (0 <= column < table.columns and 0 <= row < table.rows):
+        return table.reach, 0.0, 0.0
+    cell = int(row) * table.columns + int(column)
+    best, side = table.reach * table.reach, -1
+    for k in range(table.first[cell], table.first[cell + 1]):
+        i = table.listed[k]
+        dx, dy = _off(x, y, table.sides[i])
+        square = dx * dx + dy * dy
+        if square < best:
+            best, side = square, i
+    if side < 0:
+        return table.reach, 0.0, 0.0
+    distance = math.sqrt(best)
+    dx, dy = _off(x, y, table.sides[side])
+    if distance > 1e-9:
+        return distance, dx / distance, dy / distance
+    # on a side: across it, for there the way to the nearest place has no direction
+    return distance, -table.sides[side, 3], table.sides[side, 2]
+
+
+@njit(cache=True)
+def distances_of(points: Array, x: float, y: float, yaw: float, table: Table) -> Array:
+    """`distance_at` of points (n, 2) seen from a pose, (n,), m."""
+    found = np.empty(len(points))
+    c, s = math.cos(yaw), math.sin(yaw)
+    for i in range(len(points)):
+        px, py = points[i, 0], points[i, 1]
+        found[i] = distance_at(x + c * px - s * py, y + s * px + c * py, table)[0]
+    return found
+
+
+@njit(cache=True)
+def _off(x: float, y: float, side: Array) -> tuple[float, float]:
+    """From the nearest place of a side to a place."""
+    dx, dy = x - side[0], y - side[1]
+    along = min(max(dx * side[2] + dy * side[3], 0.0), side[4])
+    return dx - along * side[2], dy - along * side[3]
+
+
+@njit(cache=True)
+def _interpolated(x: float, y: float, table: Table) -> tuple[float, float, float]:
+    u, v = x / table.cell - 0.5, y / table.cell - 0.5
+    column, row = math.floor(u), math.floor(v)
+    if not (0 <= column < table.columns - 1 and 0 <= row < table.rows - 1):
+        return table.reach, 0.0, 0.0
+    i, j = int(row), int(column)
+    u, v = u - column, v - row
+    a, b = table.nearest[i, j], table.nearest[i, j + 1]
+    c, d = table.nearest[i + 1, j], table.nearest[i + 1, j + 1]
+    low, high = a + u * (b - a), c + u * (d - c)
+    slope = (1.0 - v) * (b - a) + v * (d - c)
+    return low + v * (high - low), slope / table.cell, (high - low) / table.cell
+
+
+@njit(cache=True)
+def _candidates(
+    sides: Array, cell: float, rows: int, columns: int, reach: float
+) -> tuple[Indices, Indices]:
+    """Which sides can be nearest to a place of each cell, in rows of cells.
+
+    A side that is farther from the centre than the nearest one by a cell's diagonal is nearest to
+    no place of the cell.
+    """
+    half = 0.5 * math.sqrt(2.0) * cell
+    first = np.zeros(rows * columns + 1, np.int32)
+    listed = np.empty(1024, np.int32)
+    count = 0
+    own = np.empty(len(sides))
+    for row in range(rows):
+        for column in range(columns):
+            x, y = (column + 0.5) * cell, (row + 0.5) * cell
+            limit = reach + half
+            for i in range(len(sides)):
+                dx, dy = _off(x, y, sides[i])
+                own[i] = math.sqrt(dx * dx + dy * dy)
+                limit = min(limit, own[i] + 2.0 * half)
+            for i in range(len(sides)):
+                if own[i] > limit + 1e-9:
+                    continue
+                if count == len(listed):
+                    listed = np.concatenate((listed, np.empty_like(listed)))
+                listed[count] = i
+                count += 1
+            first[row * columns + column + 1] = count
+    return first, listed[:count].copy()

@@ -1,0 +1,238 @@
+"""The drives of `trials` under estimated poses: noise, jumps, delay, lag, slip, and walkers.
+
+Each source of noise draws from its own stream of (seed, source), the same whatever else is on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hw.geometry import STILL, Pose2, Twist2, wrap
+from hw.room import Disc, Point
+from states.navigation.local_planner import LocalPlanner
+from states.navigation.reckoning import moved
+from states.navigation.trials import Trial
+
+PARTS = 10
+"""So many steps of integration a cycle."""
+CORRELATION = 0.5
+"""Correlation time of drifting noise, s."""
+SEEN_BEFORE = 1.0
+"""The user is seen so long before the drive begins, s."""
+LONGEST = 30.0
+"""A drive that takes longer has failed, s."""
+
+Track = Callable[[float, Point], Point]
+"""Takes a time, s, and a measured place of the user; gives their velocity, m/s."""
+
+
+@dataclass(frozen=True, slots=True)
+class Disturbance:
+    """What is wrong with poses and wheels; m, s.
+
+    `white` and `drift` are standard deviations of each coordinate's noise, new in each cycle or
+    first-order with `CORRELATION`, of robot and user alike, and half as much of the robot's yaw
+    in rad. The robot's pose is wrong by `jump` until it jumps there. Commands act after `delay`,
+    and wheels follow them with the time constant `lag`, or else evenly within a period. The body
+    goes less far than the wheels by the share `slip`.
+    """
+
+    white: float = 0.0
+    drift: float = 0.0
+    jump: float = 0.0
+    delay: float = 0.0
+    lag: float = 0.0
+    slip: float = 0.0
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation of each coordinate, m, as an estimate would tell it."""
+        return math.hypot(self.white, self.drift)
+
+
+@dataclass(slots=True)
+class Result:
+    """What came of a drive: its time, s; the worst of the rest.
+
+    `intrusion` is how deep the robot's centre was in the user's disc, m, negative outside of it;
+    `beyond` by how much that was more than the pose's error at that moment, m; `away` how far from
+    the goal the robot was when it took itself to have arrived, m; `acceleration` the largest
+    change of the velocity sent per time, m/s2.
+    """
+
+    time: float = 0.0
+    arrived: bool = False
+    intrusion: float = -math.inf
+    beyond: float = -math.inf
+    away: float = 0.0
+    acceleration: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """What the drives have to hold under: `over` is the mean of their times over the least, %.
+
+    Nobody's disc is entered; with `within_error` no deeper than the pose is wrong at that moment.
+    """
+
+    name: str
+    disturbance: Disturbance
+    over: float
+    within_error: bool = False
+
+    def held(self, result: Result) -> bool:
+        """Did this drive arrive and keep out of the disc?"""
+        deepest = result.beyond if self.within_error else result.intrusion
+        return result.arrived and deepest <= 0.0
+
+
+CASES = (
+    Case("white 1 cm", Disturbance(white=0.01), 6.0),
+    Case("delay 20 ms", Disturbance(delay=0.02), 6.0),
+    Case("lag 0.1 s", Disturbance(lag=0.1), 6.0),
+    Case("all three", Disturbance(white=0.01, delay=0.02, lag=0.1), 10.0),
+    Case("drift 5 mm", Disturbance(drift=0.005), 6.0),
+    Case("drift 1 cm, jump 4 cm", Disturbance(drift=0.01, jump=0.04), 10.0, within_error=True),
+)
+
+
+class _Errors:
+    """Errors of measured poses, cycle by cycle."""
+
+    def __init__(self, disturbance: Disturbance, trial: Trial, seed: int, dt: float) -> None:
+        self._of = disturbance
+        self._keep = math.exp(-dt / CORRELATION)
+        self._white = [np.random.default_rng((seed, source)) for source in (1, 2)]
+        self._drift = [np.random.default_rng((seed, source)) for source in (3, 4)]
+        self._drifted = [rng.normal(size=3) for rng in self._drift]
+        chance = np.random.default_rng((seed, 5))
+        self._jumps_at = float(chance.uniform(0.2, 0.8)) * trial.least_time
+        angle = float(chance.uniform(-math.pi, math.pi))
+        self._wrong = disturbance.jump * math.cos(angle), disturbance.jump * math.sin(angle)
+
+    def next(self, time: float) -> tuple[Pose2, Point]:
+        """Those of robot and user."""
+        found = []
+        for i in range(2):
+            step = self._drift[i].normal(size=3)
+            kept = self._keep
+            self._drifted[i] = kept * self._drifted[i] + math.sqrt(1.0 - kept * kept) * step
+            white = self._of.white * self._white[i].normal(size=3)
+            found.append((white + self._of.drift * self._drifted[i]).tolist())
+        (x, y, yaw), (user_x, user_y, _) = found
+        if time < self._jumps_at:
+            x, y = x + self._wrong[0], y + self._wrong[1]
+        return Pose2(x, y, 0.5 * yaw), (user_x, user_y)
+
+
+class _Body:
+    """The base as it truly moves; `pose`, and `wheels` as velocity in the map."""
+
+    def __init__(self, start: Pose2, disturbance: Disturbance, dt: float, look: float) -> None:
+        self.pose, self.wheels = start, STILL
+        self._of, self._dt, self._look = disturbance, dt, look
+        self._sent: deque[tuple[float, Twist2]] = deque()
+        self._since, self._from, self._target = 0.0, STILL, STILL
+
+    def send(self, time: float, command: Twist2) -> None:
+        """A command leaves now."""
+        self._sent.append((time + self._of.delay, command))
+
+    def move(self, time: float, h: float) -> None:
+        """One step of integration that begins now."""
+        while self._sent and self._sent[0][0] <= time + 1e-9:
+            self._since, command = self._sent.popleft()
+            self._from = self.wheels
+            turn = 0.5 * (self.wheels.wz + command.wz) * self._dt
+            self._target = command.rotated(self.pose.yaw + self._look * turn)
+        before = self.wheels
+        if self._of.lag:
+            self.wheels = _blend(before, self._target, 1.0 - math.exp(-h / self._of.lag))
+        else:
+            part = min(1.0, (time + h - self._since) / self._dt)
+            self.wheels = _blend(self._from, self._target, part)
+        self.pose = moved(self.pose, _blend(before, self.wheels, 0.5), (1.0 - self._of.slip) * h)
+
+
+def _blend(a: Twist2, b: Twist2, share: float) -> Twist2:
+    rest = 1.0 - share
+    return Twist2(
+        rest * a.vx + share * b.vx, rest * a.vy + share * b.vy, rest * a.wz + share * b.wz
+    )
+
+
+def drive_disturbed(
+    driver: LocalPlanner,
+    trial: Trial,
+    disturbance: Disturbance,
+    seed: int,
+    hz: float = 30.0,
+    *,
+    walking: Point = (0.0, 0.0),
+    track: Track | None = None,
+) -> Result:
+    """Drive a trial by measured poses.
+
+    Args:
+        driver: a new one.
+        trial: the drive; its user is where they are at the start.
+        disturbance: what is wrong.
+        seed: of all noise.
+        hz: cycles per s.
+        walking: velocity of the user in the map, m/s.
+        track: finds the user's velocity from measured places; None: it is told.
+    """
+    dt = 1.0 / hz
+    errors, result, user = _Errors(disturbance, trial, seed, dt), Result(), trial.user
+    body = _Body(trial.start, disturbance, dt, 0.5 if driver.mode == "omni" else 1.0)
+    driver.go_to(trial.goal)
+    before = STILL
+    for cycle in range(-round(SEEN_BEFORE * hz), round(LONGEST * hz)):
+        time = cycle * dt
+        error, user_error = errors.next(time)
+        seen = user and _disc_at(user, walking, time, user_error)
+        velocity = walking if track is None or seen is None else track(time, (seen.x, seen.y))
+        if cycle < 0:
+            continue
+        true = body.pose
+        pose = Pose2(true.x + error.x, true.y + error.y, wrap(true.yaw + error.yaw))
+        twist = body.wheels.rotated(-true.yaw)
+        command = driver.command(pose, twist, seen, dt, velocity, sigma=disturbance.sigma)
+        if driver.status == "arrived":
+            result.arrived, result.away = True, true.distance_to(trial.goal)
+            break
+        sent = command.rotated(true.yaw + 0.25 * (before.wz + command.wz) * dt)
+        change = math.dist((before.vx, before.vy), (sent.vx, sent.vy)) / dt
+        result.acceleration, before = max(result.acceleration, change), sent
+        inside = _go(body, command, time, dt, lambda at: user and _disc_at(user, walking, at))
+        result.intrusion = max(result.intrusion, inside)
+        wrong = math.hypot(error.x, error.y) + math.hypot(*user_error)
+        result.beyond = max(result.beyond, inside - wrong)
+        result.time = time + dt
+    return result
+
+
+def _go(
+    body: _Body, command: Twist2, time: float, dt: float, disc: Callable[[float], Disc | None]
+) -> float:
+    """One cycle of the body; how deep it comes into the user's disc, m."""
+    body.send(time, command)
+    deepest, h = -math.inf, dt / PARTS
+    for part in range(PARTS):
+        now = time + part * h
+        body.move(now, h)
+        user = disc(now + h)
+        if user is not None:
+            away = math.dist((body.pose.x, body.pose.y), (user.x, user.y))
+            deepest = max(deepest, user.radius - away)
+    return deepest
+
+
+def _disc_at(user: Disc, walking: Point, time: float, error: Point = (0.0, 0.0)) -> Disc:
+    x, y = user.x + time * walking[0] + error[0], user.y + time * walking[1] + error[1]
+    return Disc(x, y, user.radius)
