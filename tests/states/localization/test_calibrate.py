@@ -53,7 +53,7 @@ def on_the_spot(t: float) -> tuple[float, float, float]:
 class Drive:
     """Readings of trackers at 25 Hz (0.3 mm, 0.02 degrees) and of a matcher at 12.5 Hz."""
 
-    def __init__(self, seed: int, path: Path = roam, seconds: float = 40.0) -> None:
+    def __init__(self, seed: int, path: Path = roam, seconds: float = 30.0) -> None:
         self.chance = np.random.default_rng(seed)
         self.path, self.seconds = path, seconds
         self.map_from_vive = MAP_FROM_VIVE
@@ -136,7 +136,7 @@ def test_its_sigmas_are_those_of_many_drives() -> None:
     assert np.abs(ratios).max() < 3.5
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_restart_of_the_tracking_is_found_again(seed: int) -> None:
     """It turned the frame by 0.9 degrees; the mounts are known, and twenty seconds are enough."""
     first = Drive(seed)
@@ -152,7 +152,7 @@ def test_a_restart_of_the_tracking_is_found_again(seed: int) -> None:
 
 
 def test_a_restart_in_the_middle_of_a_log_contradicts_it() -> None:
-    before, after = Drive(4, seconds=30.0), Drive(5, seconds=50.0)
+    before, after = Drive(4, seconds=30.0), Drive(5, seconds=45.0)
     after.map_from_vive = MAP_FROM_VIVE @ posed(0.05, 0.0, 0.0, 0, 0, math.radians(0.9))
     late = [r for r in after.trackers() if r.stamp_ns >= 30_000 * MS]
     bases = [r for r in after.bases() if r.stamp_ns >= 30_000 * MS]
