@@ -15,8 +15,9 @@ from hw.room import Room
 from hw.samples import UserPose
 from hw.sim.coverage import NOTHING, Column, Coverage, count_seeing, within
 from hw.sim.errors import ViveErrors
-from hw.sim.shapes import Body, Shapes
+from hw.sim.shapes import Shapes
 from hw.sim.vive import Device
+from hw.things import Body
 from tests.hw.sim.driven import CORNER, HALL, PERFECT, ROBOT, Driven, ticks
 
 EXACT = ViveErrors(
