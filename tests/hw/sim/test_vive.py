@@ -43,8 +43,9 @@ def test_both_trackers_say_where_they_are_at_their_own_rate() -> None:
     stamps = sorted(truth)
     for name, model in ROBOT.sensing.trackers.items():
         found = readings(run, name)
-        assert all(abs(b - a - 11_111_111) <= 1 for (a, _), (b, _) in pairwise(found))
-        assert len(found) in (89, 90)
+        period = 1e9 / model.rate
+        assert all(abs(b - a - period) <= 1 for (a, _), (b, _) in pairwise(found))
+        assert abs(len(found) - model.rate) <= 1
         for stamp, pose in found[:-1]:
             after = stamps[np.searchsorted(stamps, stamp)]
             expected = truth[after] @ model.mount.flat
@@ -81,7 +82,7 @@ def test_trackers_have_streams_of_their_own() -> None:
     assert with_all.values("rover.tracker") == first.values("rover.tracker")
     finer = driven(vive, instants=ticks(2.0, 77.0), **stand).values("rover.tracker")
     n = min(len(finer), len(first.values("rover.tracker")))
-    assert n > 300
+    assert n > 100
     assert finer[:n] == first.values("rover.tracker")[:n]
 
 
