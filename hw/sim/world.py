@@ -139,6 +139,8 @@ class World:
         if person is not None:
             self._meeting.least = self._meeting.gap(start, person.body)
         self._others = Bystanders(() if scene is None else scene.objects, robot.footprint)
+        if sensing is not None:  # before the guard, which asks the base what it measures
+            self._equipment = self._equip(sensing, sensors.seed)
         self._walls = None if scene is None else Walls(scene.room, robot)
         self._line = StopLatch(self._release)
         safety = safety or SafetyLimits.of(robot, limits)
@@ -150,8 +152,7 @@ class World:
         if operator:
             self._operator = ScriptedOperator(self._line, by_hand=self._push_off)
         parts = self._own_parts()
-        if sensing is not None:
-            self._equipment = self._equip(sensing, sensors.seed)
+        if self._equipment is not None:
             parts |= self._equipment.parts
         parts |= self._of_person(sensors, area_only)
         self.parts: Mapping[str, Any] = {k: part for k, part in parts.items() if part is not None}

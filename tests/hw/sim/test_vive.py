@@ -43,8 +43,9 @@ def test_both_trackers_say_where_they_are_at_their_own_rate() -> None:
     stamps = sorted(truth)
     for name, model in ROBOT.sensing.trackers.items():
         found = readings(run, name)
-        assert all(abs(b - a - 1e9 / model.rate) <= 1.5 for (a, _), (b, _) in pairwise(found))
-        assert model.rate - len(found) in (0, 1)
+        period = 1e9 / model.rate
+        assert all(abs(b - a - period) <= 1 for (a, _), (b, _) in pairwise(found))
+        assert abs(len(found) - model.rate) <= 1
         for stamp, pose in found[:-1]:
             after = stamps[np.searchsorted(stamps, stamp)]
             expected = truth[after] @ model.mount.flat
