@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from states.localization.kalman import FilterConfig, KalmanFilter, Measurement, Noise, Source
+from states.localization.kalman import KalmanFilter
 from states.localization.planar import PlanarFilter, planar_config
+from states.localization.sources import FilterConfig, Measurement, Noise, Source
 from states.localization.spatial import AXES, SpatialFilter
 
 MS = 1_000_000

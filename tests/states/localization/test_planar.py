@@ -16,8 +16,8 @@ import pytest
 from scipy.stats import chi2
 
 from hw.geometry import Pose2, Twist2
-from states.localization.kalman import Measurement, Noise, Source
 from states.localization.planar import SLIPPING, PlanarFilter, planar_config
+from states.localization.sources import Measurement, Noise, Source
 
 MS = 1_000_000
 WHEELS = Source("wheels", ("vx", "vy", "wz"))
