@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
 from engine.files.finding import did_you_mean
@@ -29,6 +29,7 @@ from engine.files.values import Count, Range, above_0
 from hw.prop import Six
 from hw.robot import MotionLimits, RobotModel
 from hw.safety_limits import SafetyLimits
+from hw.sim.errors import SensorErrors
 from hw.sim.sensors import SensorModel
 from states.signals.prediction import PREDICTORS
 
@@ -103,13 +104,15 @@ class PlantSettings:
     `latency`: from a tick to the instant at which the robot hears what it decided, s.
     `tracking_delay`: age of a pose of the person on arrival, s. `tracking_noise` and `pose_noise`:
     standard deviation of each coordinate of the person's and the base's pose, m, and half as much
-    of the yaws, in rad.
+    of the yaws, in rad. `sensing`: of the full simulation, which has sensors in place of the base's
+    pose.
     """
 
     latency: Annotated[Duration, Range(0.0, 1.0)]
     tracking_delay: Annotated[Duration, Range(0.0, 1.0)]
     tracking_noise: Annotated[Length, Range(0.0, 0.2)]
     pose_noise: Annotated[Length, Range(0.0, 0.2)]
+    sensing: SensorErrors = field(default_factory=SensorErrors)
 
     def sensors(self, seed: int) -> SensorModel:
         """The same for `hw`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from states.navigation.layers import Costmaps
     from states.navigation.local_planner import GlobalPlanner
 
+OBSTACLES = "floor.obstacles"
 TYPES = {kind.__name__: Type(kind.__name__, python=kind) for kind in (Pose2, Pose3, UserPose)}
 
 ESTIMATE = "base.localization"
@@ -68,17 +69,22 @@ MEASURED = (
 
 
 def signals(
-    site: Site, settings: Settings, localizer: Callable[[], Localizes] | None = None
+    site: Site,
+    settings: Settings,
+    localizer: Callable[[], Localizes] | None = None,
+    *,
+    scanning: bool = True,
 ) -> tuple[Signal, ...]:
     """Everything that can be asked for; what nobody asks for is never computed.
 
-    With a maker of localizers `base.pose` is estimated by what the base senses.
+    With a maker of localizers `base.pose` is estimated by what the base senses. `scanning`: does
+    anything give `base.scan`?
     """
     user = settings.user
     cells = cache(partial(_cells, site, settings))
     return (
         *(measured() if localizer is None else localized(localizer)),
-        *planning(site),
+        *planning(site, scanning),
         Estimated(
             "user.velocity", ("user.pose",), partial(VelocityEstimator, user.window), Twist2,
             about="in the map, by least squares; turn of the body as wz",
@@ -140,26 +146,33 @@ def localized(localizer: Callable[[], Localizes]) -> tuple[Signal, ...]:
     )  # fmt: skip
 
 
-def planning(site: Site) -> tuple[Signal, ...]:
-    """Costmaps and planner of each subsystem."""
-    return tuple(signal for name in SUBSYSTEMS for signal in _planning(site, name))
+def planning(site: Site, scanning: bool = True) -> tuple[Signal, ...]:
+    """What scanners show and no map does, and by it costmaps and planner of each subsystem.
 
-
-def _planning(site: Site, name: SubsystemName) -> tuple[Signal, Signal]:
-    """`exact` goes by the room alone."""
-    kind = site.navigation.named(name).planner
-    costmap = Estimated(
-        f"{name}.costmap", ("base.pose", "user.pose", "base.scan"),
-        partial(site.costmap_estimator, name), needs=(),
-        about="cells of the map, and about the robot what scans have shown",
+    Where nothing scans, planners go by map or room alone.
+    """
+    obstacles = Estimated(
+        OBSTACLES, ("base.pose", "user.pose", "base.scan"), site.obstacle_estimator, needs=(),
+        about="what scanners have shown about the robot and no map does",
     )  # fmt: skip
-    about = "finds ways for the robot's centre"
-    if kind == "exact":
-        planner = Derived(f"{name}.planner", ("site",), partial(_static, name), about=about)
+    planners = (signal for name in SUBSYSTEMS for signal in _planning(site, name, scanning))
+    return (obstacles, *planners) if scanning else tuple(planners)
+
+
+def _planning(site: Site, name: SubsystemName, scanning: bool) -> Iterator[Signal]:
+    kind, about = site.navigation.named(name).planner, "finds ways for the robot's centre"
+    if not scanning:
+        yield Derived(f"{name}.planner", ("site",), partial(_static, name), about=about)
+    elif kind == "exact":
+        among = partial(site.planner_among, name)
+        yield Derived(f"{name}.planner", (OBSTACLES,), among, about=about)
     else:
+        yield Derived(
+            f"{name}.costmap", (OBSTACLES,), partial(site.costmaps_among, name),
+            about="what it costs to be where, by the map and by what scanners have shown",
+        )  # fmt: skip
         on_cells = partial(_on_cells, kind)
-        planner = Derived(f"{name}.planner", (costmap.name,), on_cells, about=about)
-    return costmap, planner
+        yield Derived(f"{name}.planner", (f"{name}.costmap",), on_cells, about=about)
 
 
 def _static(name: SubsystemName, site: Site) -> GlobalPlanner:

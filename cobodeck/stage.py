@@ -34,7 +34,6 @@ from hw.reckoner import Reckoner
 from hw.robot import RobotModel
 from hw.samples import Joints
 from hw.sim.base import SimBase
-from hw.sim.errors import SensorErrors
 from hw.sim.world import World
 from hw.truth import BASE
 from hw.user import open_user
@@ -277,7 +276,7 @@ def _world(setup: Setup, person: Person | None, options: Options) -> World:
         safety=safety,
         latency_ns=_latency(setup),
         sensors=setup.profile.plant.sensors(options.seed),
-        sensing=None if setup.localizing is None else SensorErrors(),
+        sensing=None if setup.localizing is None else setup.profile.plant.sensing,
     )
 
 

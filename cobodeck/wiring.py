@@ -104,10 +104,19 @@ class Setup:
         Raises:
             Problem: a signal of one's own clashes with another or rests on nothing.
         """
+        return self._declared(scanning=True)
+
+    @cached_property
+    def signals_without_scans(self) -> dict[str, Signal]:
+        """The same where nothing gives `base.scan`: planners then wait for no pose."""
+        return self._declared(scanning=False)
+
+    def _declared(self, scanning: bool) -> dict[str, Signal]:
         shipped: tuple[Signal, ...] = MEASURED
         if self.scene is not None:
             localizer = None if self.localizing is None else self.localizer
-            shipped = signals(self.site, self.profile.settings, localizer)
+            settings = self.profile.settings
+            shipped = signals(self.site, settings, localizer, scanning=scanning)
         try:
             return declare((*shipped, *self.catalogue.own_signals))
         except ValueError as error:
@@ -271,11 +280,13 @@ def wire(
     leaves = reachable(machine)
     constants = setup.constants
     hint = "; give a room with --scene" if setup.scene is None else ""
-    refuse_what_is_missing(leaves, setup.signals, parts, constants, hint)
+    scanning = any("base.scan" in part.signals for part in parts.values())
+    declared = setup.signals if scanning else setup.signals_without_scans
+    refuse_what_is_missing(leaves, declared, parts, constants, hint)
     wanted = {name for leaf in leaves for name in leaf.interface.reads}
     if setup.localizing is not None:
         wanted.add(ESTIMATE)  # the safety chain goes by it
-    board = Board(setup.signals, wanted, eager)
+    board = Board(declared, wanted, eager)
     if clock is not None:
         board.clock = clock
     given = commanded(parts)

@@ -191,7 +191,11 @@ class EstimatedSlot(Slot):
             self.newest = None
             return
         stamp = self.stamp()
-        self.newest = Sample(value, ALWAYS_NS if stamp is None else stamp)
+        stamp = ALWAYS_NS if stamp is None else stamp
+        before = self.newest
+        if before is not None and value is before.value and stamp == before.stamp:
+            return  # it has said nothing new
+        self.newest = Sample(value, stamp)
         for follower, index in self.followers:
             follower.pending.append((interval, arrived, index, self.newest))
 

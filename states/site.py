@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
@@ -29,8 +29,12 @@ if TYPE_CHECKING:
     from states.localization.estimates import Localizes
     from states.maps.field import Field
     from states.maps.occupancy import OccupancyMap
-    from states.navigation.layers import CostmapEstimator, Costmaps
+    from states.navigation.costmap import Ground
+    from states.navigation.layers import Costmaps
     from states.navigation.local_planner import GlobalPlanner, LocalPlanner
+    from states.navigation.scanning import ObstacleEstimator
+    from states.navigation.unmapped import Obstacles
+    from states.navigation.visibility import ExactPlanner
 
 SubsystemName = Literal["chase", "haptic", "escape"]
 SUBSYSTEMS: tuple[SubsystemName, ...] = get_args(SubsystemName)
@@ -112,6 +116,16 @@ class Site:
     latency: float = 0.0
     map: OccupancyMap | None = None
     pose_sigma: PoseSigma = EXACT
+    _grounds: dict[float, Ground] = field(default_factory=dict, init=False, repr=False)
+
+    def ground(self, resolution: float) -> Ground:
+        """What the map shows, or the room, on cells of this size; the same for all subsystems."""
+        if resolution not in self._grounds:
+            from states.navigation.layers import ground_of, map_of
+
+            drawn = self.map or map_of(self.room, resolution)
+            self._grounds[resolution] = ground_of(drawn, resolution)
+        return self._grounds[resolution]
 
     @cached_property
     def tracking(self) -> Tracking:
@@ -121,14 +135,13 @@ class Site:
     @cached_property
     def static_costmaps(self) -> Mapping[SubsystemName, Costmaps]:
         """Of each subsystem, from map or room alone."""
-        from states.navigation.layers import costmaps_of, map_of
+        from states.navigation.layers import costmaps_of
 
-        drawn = cache(lambda resolution: self.map or map_of(self.room, resolution))
         found = {}
         for name in SUBSYSTEMS:
             subsystem = self.navigation.named(name)
             values = subsystem.costmap
-            found[name] = costmaps_of(drawn(values.resolution), subsystem.inflation, values)
+            found[name] = costmaps_of(self.ground(values.resolution), subsystem.inflation, values)
         return found
 
     @cached_property
@@ -137,6 +150,18 @@ class Site:
 
         A state asks for the signal `<subsystem>.planner` instead.
         """
+        found: dict[SubsystemName, GlobalPlanner] = {}
+        for name in SUBSYSTEMS:
+            kind = self.navigation.named(name).planner
+            on_cells = kind != "exact"
+            found[name] = (
+                self.static_costmaps[name].planner(kind) if on_cells else self._exact[name]
+            )
+        return found
+
+    @cached_property
+    def _exact(self) -> Mapping[SubsystemName, ExactPlanner]:
+        """Of the subsystems that plan so; one for all of the same inflation."""
         from states.navigation.visibility import ExactPlanner
 
         @cache
@@ -144,22 +169,37 @@ class Site:
             outer, obstacles = self.room.outer, self.room.obstacles
             return ExactPlanner(outer, obstacles, inflation_radius=inflation)
 
-        found: dict[SubsystemName, GlobalPlanner] = {}
-        for name in SUBSYSTEMS:
-            subsystem = self.navigation.named(name)
-            on_cells = subsystem.planner != "exact"
-            found[name] = (
-                self.static_costmaps[name].planner(subsystem.planner)
-                if on_cells
-                else exact(subsystem.inflation)
-            )
-        return found
+        used = {name: self.navigation.named(name) for name in SUBSYSTEMS}
+        return {n: exact(s.inflation) for n, s in used.items() if s.planner == "exact"}
 
-    def costmap_estimator(self, name: SubsystemName) -> CostmapEstimator:
-        """A new one of the costmaps of a subsystem; one per run."""
-        from states.navigation.layers import CostmapEstimator
+    def planner_among(self, name: SubsystemName, obstacles: Obstacles) -> GlobalPlanner:
+        """The planner of a subsystem when scanners have shown these obstacles."""
+        if not obstacles:
+            return self.static_planners[name]
+        from states.navigation.layers import exact_among
 
-        return CostmapEstimator(self.static_costmaps[name], self.navigation.named(name).costmap)
+        kind = self.navigation.named(name).planner
+        if kind == "exact":
+            return exact_among(self._exact[name], obstacles)
+        return self.costmaps_among(name, obstacles).planner(kind)
+
+    def costmaps_among(self, name: SubsystemName, obstacles: Obstacles) -> Costmaps:
+        """The costmaps of a subsystem when scanners have shown these obstacles."""
+        static = self.static_costmaps[name]
+        return static.among(obstacles) if obstacles else static
+
+    def obstacle_estimator(self) -> ObstacleEstimator:
+        """A new one of what scanners show and the map does not; one per run."""
+        from states.navigation.obstacles import ObstacleValues
+        from states.navigation.scanning import ObstacleEstimator, Scanner
+
+        used = [self.navigation.named(name) for name in SUBSYSTEMS]
+        maps = [subsystem.costmap for subsystem in used]
+        ground = self.ground(min(values.resolution for values in maps))
+        reach = max(max(s.inflation, s.costmap.inflation_radius) for s in used)
+        window = ObstacleValues(max(v.width for v in maps), max(v.height for v in maps))
+        scanner = Scanner(self.robot.sensing.mount, self.outline(), self.pose_sigma)
+        return ObstacleEstimator(ground, reach, window, scanner)
 
     @cached_property
     def field(self) -> Field:
@@ -198,15 +238,15 @@ class Site:
 
     def warm_up(self) -> None:
         """Compile, or load from the cache, what the subsystems drive by, and build their maps."""
-        from states.navigation import profile
+        from states.navigation import profile, scanning
 
         profile.warm_up()
+        scanning.warm_up()
         used = [self.navigation.named(name) for name in SUBSYSTEMS]
         if any(subsystem.planner != "exact" for subsystem in used):
-            from states.navigation import grid_planners, obstacles
+            from states.navigation import grid_planners
 
             grid_planners.warm_up()
-            obstacles.warm_up()
         if any(subsystem.local_planner == "teb" for subsystem in used):
             from states.navigation import teb_planner
 

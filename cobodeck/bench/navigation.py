@@ -31,7 +31,7 @@ from hw.scene import load_scene
 from states.maps.cells import Grid
 from states.maps.occupancy import FREE, OCCUPIED, OccupancyMap, load_map
 from states.navigation import profile, teb_planner
-from states.navigation.costmap import Costmap
+from states.navigation.costmap import Costmap, Ground
 from states.navigation.grid_planners import NavfnPlanner, ThetaStarPlanner
 from states.navigation.inflation import Costs, Inflation
 from states.navigation.local_planner import Limits, Tolerance
@@ -133,7 +133,7 @@ def _cells(floor: Floor, resolution: float) -> tuple[Grid, Costs]:
     free = free.repeat(split, axis=0).repeat(split, axis=1)
     grid = Grid(resolution, *free.shape)
     inflation = Inflation(floor.inflation, floor.inflation)
-    return grid, Costmap(grid, inflation, static=_as_map(free, resolution)).costs
+    return grid, Costmap(Ground.of(_as_map(free, resolution), grid), inflation).costs
 
 
 # ways

@@ -9,12 +9,16 @@ from hw.person import RADIUS, Person
 from hw.robot import RobotModel
 from hw.room import Point, Room
 from hw.sim.base import SimBase
+from hw.sim.coverage import Coverage
 from hw.sim.errors import SensorErrors
+from hw.sim.imu import SimImu
 from hw.sim.lidar import SimLidar
 from hw.sim.odometry import SimOdometry
+from hw.sim.person_view import PersonView
 from hw.sim.shapes import Body, Shapes
 from hw.sim.slip import Floor
 from hw.sim.track import Track
+from hw.sim.vive import RoverTrackers
 
 PERSON_HEIGHT = 1.8
 
@@ -42,11 +46,20 @@ class Equipment:
             self._walked = Track(person.body)
             bodies = (Body(RADIUS, PERSON_HEIGHT, self._walker), *bodies)
         shapes, sensing = Shapes(room, bodies), robot.sensing
+        coverage = Coverage(room, shapes, errors.vive)
+        self.view = PersonView(coverage, errors.vive, seed)
+        self.tracking_delay = errors.vive.delay
         self.parts: dict[str, Part] = {}
         if sensing.lidars:
             self.parts["lidar"] = SimLidar(sensing.lidars, self._body, shapes, errors.lidar, seed)
         if sensing.odometry is not None:
             self.parts["odometry"] = SimOdometry(sensing.odometry, wheels, errors.odometry, seed)
+        if sensing.imu is not None:
+            self.parts["imu"] = SimImu(sensing.imu, self._body, errors.imu, seed)
+        if sensing.trackers:
+            self.parts["rover_trackers"] = RoverTrackers(
+                robot, self._body, coverage, errors.vive, seed
+            )
 
     def note(self, now_ns: int) -> None:
         """The world has moved on."""

@@ -7,16 +7,33 @@ base stations in the corners of the tracked area.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated
 
-from engine.files.units import Angle, AngularSpeed, Duration, Length, Ratio, Speed
+from engine.files.item import Fault
+from engine.files.units import (
+    Acceleration,
+    Angle,
+    AngularSpeed,
+    Duration,
+    Length,
+    Ratio,
+    Speed,
+)
 from engine.files.values import Range
+from hw.geometry import Pose2
+from hw.places import Pose
 
 Share = Annotated[Ratio, Range(0.0, 0.5)]
 Spread = Annotated[Length, Range(0.0, 1.0)]
 Lag = Annotated[Duration, Range(0.0, 1.0)]
+Rate = Annotated[AngularSpeed, Range(0.0, 1.0)]
 Turned = Annotated[Angle, Range(0.0, 1.0)]
+
+
+_WHERE_IT_WAS = Pose2(0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,9 +77,64 @@ class OdometryErrors:
 
 
 @dataclass(frozen=True, slots=True)
+class ImuErrors:
+    """Of rates of turn and accelerations: white noise of each sample, and a bias of the run.
+
+    That of the rates walks on by `rate_walk` in the first second, and with the root of time.
+    """
+
+    rate_noise: Rate = 0.002
+    rate_bias: Rate = 0.002
+    rate_walk: Rate = 0.0001
+    noise: Annotated[Acceleration, Range(0.0, 10.0)] = 0.05
+    bias: Annotated[Acceleration, Range(0.0, 10.0)] = 0.02
+    delay: Lag = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class ViveErrors:
+    """Of trackers, those of the person included; `noise` and `turn_noise` are white.
+
+    A device is tracked where `stations` of the base stations see it; these hang in the corners of
+    the tracked area. `person_everywhere`: but for the person, whose devices are. In the outermost
+    `edge` of the area its places are off by up to `edge_bias`. Each device is lost about every
+    `lost_every` for up to `lost_for`. Found again while no other is in view, it is off by a length
+    and an angle between the two of `jump` and of `jump_turn`, until it is lost again.
+
+    `restart`: where the frame of tracking is, seen from where the calibration takes it to be, as
+    after a restart of the tracking; what is told of the person in the map goes by the calibration.
+    """
+
+    noise: Annotated[Length, Range(0.0, 0.2)] = 0.001
+    turn_noise: Turned = 0.0005
+    stations: Annotated[int, Range(1, 4)] = 2
+    station_height: Annotated[Length, Range(0.5, 10.0)] = 2.5
+    person_everywhere: bool = True
+    edge: Annotated[Length, Range(0.01, 5.0)] = 0.7
+    edge_bias: Annotated[Length, Range(0.0, 0.5)] = 0.06
+    lost_every: Annotated[Duration, Range(1.0, 1e6)] = 60.0
+    lost_for: Annotated[Duration, Range(0.0, 30.0)] = 0.5
+    jump: tuple[Spread, Spread] = (0.015, 0.047)
+    jump_turn: tuple[Turned, Turned] = (math.radians(1.3), math.radians(1.8))
+    restart: Pose = _WHERE_IT_WAS
+    delay: Lag = 0.01
+
+    def faults(self) -> Iterator[Fault]:
+        """What does not go together, by key."""
+        if self.lost_for >= self.lost_every:
+            yield "lost_for", f"{self.lost_for:g} s is not below lost_every, {self.lost_every:g} s"
+        for key in ("jump", "jump_turn"):
+            least, most = getattr(self, key)
+            if least > most:
+                yield key, f"the first, {least:g}, is above the second, {most:g}"
+
+
+@dataclass(frozen=True, slots=True)
 class SensorErrors:
     """All of them; `slip` null: a floor on which no wheel slips."""
 
     lidar: LidarErrors = LidarErrors()
     odometry: OdometryErrors = OdometryErrors()
+    imu: ImuErrors = ImuErrors()
+    vive: ViveErrors = ViveErrors()
     slip: Slip | None = Slip()

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from hw.room import Point, Room
 
+_GRID_NS = 20_000_000
+
 
 class Body(NamedTuple):
     """An upright cylinder; `at` says where it is at an instant (ns), None: it is not there."""
@@ -26,6 +28,7 @@ class Shapes:
         walls = () if room is None else room.segments
         self.segments = np.array(walls, dtype=float).reshape(-1, 4)
         self._bodies = tuple(bodies)
+        self._looked, self._cylinders = -1, np.empty((0, 4))
 
     def discs(self, start_ns: int, end_ns: int) -> NDArray[np.float64]:
         """(n, 5): x, y at the start, x, y at the end, radius, of whatever is there in between.
@@ -40,7 +43,11 @@ class Shapes:
         return np.array(found, dtype=float).reshape(-1, 5)
 
     def cylinders(self, time_ns: int) -> NDArray[np.float64]:
-        """(n, 4): x, y, radius, height of what is there at an instant."""
-        there = ((body, body.at(time_ns)) for body in self._bodies)
-        found = [(*at, body.radius, body.height) for body, at in there if at is not None]
-        return np.array(found, dtype=float).reshape(-1, 4)
+        """(n, 4): x, y, radius, height of what is there, as it was on a grid of 20 ms."""
+        time_ns -= time_ns % _GRID_NS
+        if time_ns != self._looked:
+            there = ((body, body.at(time_ns)) for body in self._bodies)
+            found = [(*at, body.radius, body.height) for body, at in there if at is not None]
+            self._looked = time_ns
+            self._cylinders = np.array(found, dtype=float).reshape(-1, 4)
+        return self._cylinders

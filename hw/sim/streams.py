@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 Row = tuple[float, ...]
+FORGOTTEN_NS = 1_000_000_000
 _BLOCK = 64
 """Rows that are drawn at once."""
 
@@ -64,7 +65,12 @@ class Rhythm:
         return round(self._phase + number * self._period)
 
     def due(self, now_ns: int, known_ns: int) -> list[tuple[int, int]]:
-        """Numbers and stamps of what has arrived since the last call, none before known_ns."""
+        """Numbers and stamps of what has arrived since the last call.
+
+        Nothing from before known_ns, and nothing that arrived more than `FORGOTTEN_NS` ago: whoever
+        asks for the first time late in a run has not been heard.
+        """
+        known_ns = max(known_ns, now_ns - self._lag - FORGOTTEN_NS)
         first = max(self._next, math.ceil((known_ns - self._phase) / self._period))
         found = []
         number = first

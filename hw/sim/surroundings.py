@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from hw.geometry import Pose3
 from hw.person import Person
@@ -11,6 +12,9 @@ from hw.room import Room
 from hw.samples import BumperHit, Sample, UserPose
 from hw.sim.sensors import Noise
 from hw.stop_line import StopLatch
+
+if TYPE_CHECKING:
+    from hw.sim.person_view import PersonView
 
 STILL_SPEED = 0.1
 """Below this speed, m/s, a person counts as standing still."""
@@ -23,8 +27,8 @@ PATIENCE_NS = 5_000_000_000
 class SimTrackers:
     """Hands on what tracking saw of the person, `delay_ns` later, and nothing during drop-outs.
 
-    With a room, nothing either while the person is outside its tracked area (R6). A sample keeps
-    the stamp of when it was seen.
+    With a room, nothing either while the person is outside its tracked area (R6); `view` says what
+    tracking with faults has of a pose. A sample keeps the stamp of when it was seen.
     """
 
     signals: tuple[str, ...] = ("user.pose",)
@@ -35,24 +39,29 @@ class SimTrackers:
         room: Room | None = None,
         delay_ns: int = 0,
         noise: Noise | None = None,
+        view: PersonView | None = None,
     ) -> None:
-        self._person, self._room = person, room
+        self._person, self._room, self._view = person, room, view
         self._delay_ns, self._noise = delay_ns, noise
         self._seen: Sample | None = None
         self._pending: deque[Sample] = deque()
 
-    def step(self) -> None:
-        """Look at the person."""
-        seen, body = self._person.measured, self._person.body
-        if seen is None or seen is self._seen:
-            return
+    def step(self) -> Sample | None:
+        """Look at the person; the pose that tracking has from now on, as it truly is."""
+        true, body = self._person.measured, self._person.body
+        if true is None or true is self._seen:
+            return None
         if self._room is not None and not self._room.is_tracked(body.x, body.y):
-            return
-        self._seen = seen
+            return None
+        self._seen = true
+        seen = true if self._view is None else self._view.seen(true)
+        if seen is None:
+            return None
         name, stamp, value = seen
         if self._noise is not None and isinstance(value, UserPose):
             seen = Sample(name, stamp, self._noise.user(value, stamp))
         self._pending.append(seen)
+        return true
 
     def samples(self, now_ns: int) -> list[Sample]:
         """What was seen and has arrived since the last call."""
@@ -67,9 +76,9 @@ class SimVr:
 
     signals: tuple[str, ...] = ("vr.haptic_request", "vr.release", "vr.restart")
 
-    def __init__(self, person: Person) -> None:
+    def __init__(self, person: Person, view: PersonView | None = None) -> None:
         self.shown = False
-        self._person = person
+        self._person, self._view = person, view
         self._request: Pose3 | None = None
         self._still_since: int | None = None
         self._restarted = False
@@ -86,7 +95,8 @@ class SimVr:
         if request is not self._request:
             if request is None:
                 self._pending.append(Sample("vr.release", now_ns, True))
-            self._pending.append(Sample("vr.haptic_request", now_ns, request))
+            told = request if request is None or self._view is None else self._view.told(request)
+            self._pending.append(Sample("vr.haptic_request", now_ns, told))
             self._request = request
         if self.shown and not self._restarted:
             self._watch_standing(now_ns)

@@ -94,6 +94,8 @@ class World:
         FileError: the robot's outline touches a wall or the person at the start.
     """
 
+    _tracked: tuple[int | None, float] = (None, 0.0)
+    """Stamp of the newest pose of the person, and the turn of the head then."""
     paced = False
     """Time stands here between two calls of `advance`."""
 
@@ -127,7 +129,6 @@ class World:
         self.contacts: tuple[Contact, ...] = ()
         self.wall_hits = 0
         self.touching = self._touched = False
-        self._tracked: tuple[int | None, float] = (None, 0.0)  # stamp, and the turn of the head
         self.min_gap = math.inf if person is None else self._gap_to(person.body)
         self._walls = None if scene is None else Walls(scene.room, robot)
         self._line = StopLatch(self._release)
@@ -142,10 +143,11 @@ class World:
         self._vr: SimVr | None = None
         self._trackers: SimTrackers | None = None
         self._equipment: Equipment | None = None
-        parts = self._own_parts() | self._of_person(sensors, area_only)
+        parts = self._own_parts()
         if sensing is not None:
             self._equipment = self._equip(sensing, sensors.seed)
             parts |= self._equipment.parts
+        parts |= self._of_person(sensors, area_only)
         self.parts: Mapping[str, Any] = {k: part for k, part in parts.items() if part is not None}
         self._own: tuple[Any, ...] = ()
         self._check_start()
@@ -165,9 +167,12 @@ class World:
         if self.person is None:
             return {}
         room = None if self.scene is None or not area_only else self.scene.room
-        delay_ns = round(sensors.tracking_delay * 1e9)
-        self._vr = SimVr(self.person)
-        self._trackers = SimTrackers(self.person, room, delay_ns, sensors.of_tracking)
+        delay, view = sensors.tracking_delay, None
+        if self._equipment is not None:
+            delay, view = delay + self._equipment.tracking_delay, self._equipment.view
+        noise = sensors.of_tracking
+        self._vr = SimVr(self.person, view)
+        self._trackers = SimTrackers(self.person, room, round(delay * 1e9), noise, view)
         return {"vr": self._vr, "trackers": self._trackers}
 
     def _equip(self, sensing: SensorErrors, seed: int) -> Equipment:
@@ -268,8 +273,6 @@ class World:
             self._hit_wall(robot_before)
         if person is not None:
             self._advance_person(person, robot_before)
-        if self._equipment is not None:
-            self._equipment.note(now_ns)
         if self._operator is not None:
             self._operator.step(now_ns)
         self._advance_own(since_ns, now_ns)
@@ -287,14 +290,16 @@ class World:
     def _advance_person(self, person: Person, robot_before: Pose2) -> None:
         body_before = person.body
         person.step(self.now_ns, self.base.pose, self.informed)
-        if person.measured is not None:
-            self._see(person.measured)
+        if self._equipment is not None:
+            self._equipment.note(self.now_ns)
         if self.base.pose is not robot_before or person.body is not body_before:
             self._watch_gap(person, robot_before, body_before)
         assert self._vr is not None
         assert self._trackers is not None
         self._vr.step(self.now_ns)
-        self._trackers.step()
+        seen = self._trackers.step()
+        if seen is not None:
+            self._see(seen)
 
     def _see(self, sample: Sample) -> None:
         """Tracking had a pose; one with an angle that is no number is none."""

@@ -57,8 +57,8 @@ class DriftWatch:
     def update(self, stamp_ns: int, by_trackers: Pose2, by_scanners: Pose2) -> Drift | None:
         """Take map_from_base twice, true at the same time; what is found, None if all is well.
 
-        Wants four comparisons a second or more. Stamps that do not rise are left out; after a gap of
-        a window it begins anew.
+        Wants four comparisons a second or more. Stamps that do not rise are left out; after a gap
+        of a window it begins anew.
         """
         differences = self._differences
         if differences and stamp_ns <= differences[-1][0]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from hw.geometry import Pose2, Twist2
+from hw.geometry import STILL, Pose2, Twist2
 from hw.samples import PoseSigma
-from states.localization.kalman import Measurement, Noise, Source, Verdict
 from states.localization.planar import SLIPPING, PlanarFilter, planar_config
+from states.localization.sources import Measurement, Noise, Source, Verdict
 from states.maps.distance import Array
 
 GYRO_NOISE = Noise(
@@ -44,11 +44,19 @@ class Fusion:
         )
         self.begun = False
 
-    def begin(self, stamp_ns: int, map_from_base: Pose2, covariance: Array, moving: Twist2) -> None:
-        """Forget all, and begin with this pose and velocity."""
+    @property
+    def velocity(self) -> Twist2:
+        """The newest, in the base frame."""
+        return self._filter.twist
+
+    def begin(
+        self, stamp_ns: int, map_from_base: Pose2, covariance: Array, moving: Twist2 | None
+    ) -> None:
+        """Forget all, and begin with this pose; with any velocity if that is not known."""
         self._filter.reset()
         self._correct(stamp_ns, "start", map_from_base, covariance)
-        self.wheels(stamp_ns, moving, standing=False)
+        known = moving is not None
+        self.wheels(stamp_ns, moving or STILL, standing=False, believed=known)
         self.begun = True
 
     def wheels(

@@ -11,13 +11,14 @@ from __future__ import annotations
 import math
 from collections import Counter
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
 
 from engine.files.units import Duration
 from engine.files.values import Range
-from hw.geometry import Pose2
+from hw.geometry import Pose2, Twist2, wrap
 from hw.samples import ImuReading, Odometry, PoseSigma, Scan, TrackerPose, is_finite
 from hw.sensing import Sensing
 from hw.tracking import Tracking
@@ -38,12 +39,16 @@ Status = Literal[Mode, "resting", "odometry wrong", "odometry missing"]
 
 MISSING = 0.3
 """Wheels that are silent for longer than scans are missing, s."""
+MOMENT_NS = 50_000_000
+"""Over so long a velocity is told."""
 STOOD = 0.3
 """Wheels that have not moved for so long stand, s."""
 ALIKE = 0.3
 """For so long errors of matches on a scanned map stay alike, s: the map is off by half a cell."""
 BETTER = 0.1
-"""What a search finds takes over from a doubtful match with a share higher by so much."""
+"""A place elsewhere is believed if its share of beams on walls is higher by so much."""
+AROUND = PoseSigma(0.3, 0.2)
+"""How far around the predicted pose is looked when the match there is not healthy."""
 SAME_M, SAME_RAD = 0.03, 0.01
 """A base at rest that is seen farther off has been moved."""
 
@@ -56,9 +61,9 @@ _VIVE, _FLOOR = PoseSigma(0.02, 0.015), PoseSigma(0.002, 0.0005)
 class LocalizerValues:
     """How the parts work together.
 
-    `start_sigma` is how far off the told start may be. A match whose share of beams on walls is
-    below `fair` corrects nothing; `patience` unhealthy ones in a row start a search, after
-    `lost_after` s of them without a fair one there is no pose. The pose of a standing base is
+    `start_sigma` is how far off the told start may be. Of `patience` unhealthy matches in a row on
+    the base is searched, unless a search has said within the last `sure_for` s that it is here;
+    after `lost_after` s without a fair match there is no pose. The pose of a standing base is
     settled when it is sure to `rest_sigma`, or after `rest_scans`; then it is looked at every
     `check` s. Trackers correct it every `vive_period` s, and every `vive_period_turning` s while it
     turns faster than `turning`, rad/s; `vive_sigma` is what each acquisition may be off by.
@@ -68,12 +73,12 @@ class LocalizerValues:
     matching: TrackerValues = field(default_factory=TrackerValues)
     particles: AmclValues = field(default_factory=AmclValues)
     start_sigma: PoseSigma = _START
-    fair: Annotated[float, Range(0.0, 1.0)] = 0.3
     patience: Annotated[int, Range(1, 1000)] = 5
+    sure_for: Annotated[Duration, Range(0.0, 600.0)] = 5.0
     lost_after: Annotated[Duration, Range(0.1, 60.0)] = 2.0
     rest_sigma: PoseSigma = _REST
     rest_scans: Annotated[int, Range(1, 1000)] = 25
-    check: Annotated[Duration, Range(0.05, 60.0)] = 1.0
+    check: Annotated[Duration, Range(0.05, 60.0)] = 0.4
     vive_period: Annotated[Duration, Range(0.01, 60.0)] = 1.0
     vive_period_turning: Annotated[Duration, Range(0.01, 60.0)] = 0.1
     turning: float = 0.1
@@ -105,14 +110,13 @@ class Localizer:
         self._feed = TrackerFeed(tracking)
         self._start = start
         self._mode: Mode = "starting"
-        self._search: Search | None = None
         self._stamp_ns: int | None = None
         self._pose: Pose2 | None = None
         self._covariance: Array | None = None
         self._rest: tuple[Pose2, Array] | None = None
         self._check_ns = self._scan_ns = self._fair_ns = 0
         self._bad = self._good = self._stood = 0
-        self._share = 0.0
+        self._sure_ns, self._share = -1, 0.0
         self.counts: Counter[str] = Counter()
 
     @property
@@ -149,8 +153,7 @@ class Localizer:
         """What the estimate rests on; whatever is not `tracking` or `resting` wants attention."""
         if self._mode != "tracking":
             return self._mode
-        heard = self._trail.stamp_ns
-        if heard is None or self._scan_ns - heard > MISSING * 1e9:
+        if self._are_silent:
             return "odometry missing"
         if self._watch.wrong:
             return "odometry wrong"
@@ -205,8 +208,8 @@ class Localizer:
     def _begin_at_start(self, stamp_ns: int, start: Pose2) -> None:
         self._start = None
         covariance = covariance_of(self._values.start_sigma)
-        self._fusion.begin(stamp_ns, start, covariance, self._trail.last_velocity())
-        self._look_about(start, covariance)
+        self._fusion.begin(stamp_ns, start, covariance, None)
+        self._search.about(start, covariance)
 
     def _move_on(self, stamp_ns: int) -> None:
         """Tell the pose at the newest instant."""
@@ -224,7 +227,7 @@ class Localizer:
         if self._rest is not None and stamp_ns < self._check_ns:
             self.counts["skipped"] += 1
             return
-        motion = self._trail.velocity(stamp_ns, stamp_ns + span_ns(scan))
+        motion = self._moving(stamp_ns, stamp_ns + span_ns(scan)) or self._fusion.velocity
         cloud = cloud_of(scan, stamp_ns, self._sensing, self._values.matching.beams, motion)
         if self._rest is not None and self._is_still_there(cloud):
             self._check_ns = stamp_ns + round(self._values.check * 1e9)
@@ -236,6 +239,17 @@ class Localizer:
         if self._fusion.begun and self._rest is None:
             self._move_on(cloud.stamp_ns)
 
+    def _moving(self, first_ns: int, last_ns: int) -> Twist2 | None:
+        """The velocity between two stamps by the wheels, if these can be believed."""
+        if self._watch.wrong or self._are_silent:
+            return None
+        return self._trail.velocity(first_ns, last_ns)
+
+    @property
+    def _are_silent(self) -> bool:
+        heard = self._trail.stamp_ns
+        return heard is None or self._scan_ns - heard > MISSING * 1e9
+
     def _follow(self, cloud: Cloud) -> None:
         known = self._fusion.at(cloud.stamp_ns)
         if known is None:
@@ -243,8 +257,11 @@ class Localizer:
         # more than it may be off by, for the filter adds what is known to the match once more
         found = self._match(cloud, known[0], 4.0 * known[1])
         values = self._values
+        if not found.is_fair(values.matching):
+            around = self._match(cloud, known[0], covariance_of(AROUND))
+            found = around if around.is_healthy(values.matching) else found
         self._share = found.share
-        if found.is_fair(values.matching, values.fair):
+        if found.is_fair(values.matching):
             self._fusion.scan(cloud.stamp_ns, found.map_from_base, found.information)
             self._fair_ns = cloud.stamp_ns
         healthy = found.is_healthy(values.matching)
@@ -262,10 +279,11 @@ class Localizer:
 
     def _change_mode(self, stamp_ns: int) -> None:
         values = self._values
-        if self._mode == "tracking" and self._bad >= values.patience:
-            self._mode, self._search = "doubtful", None
+        if self._mode == "tracking" and self._bad >= values.patience and stamp_ns > self._sure_ns:
+            self._mode = "doubtful"
+            self._search.anywhere(self._fusion.pose_at(stamp_ns))
         elif self._mode == "doubtful" and self._good >= values.patience:
-            self._mode, self._search = "tracking", None
+            self._mode = "tracking"
         elif self._mode == "doubtful" and stamp_ns - self._fair_ns > values.lost_after * 1e9:
             self._mode = "lost"
 
@@ -286,7 +304,7 @@ class Localizer:
 
     def _settle(self, stamp_ns: int) -> None:
         """Leave a standing base alone once its pose is sure."""
-        if self._trail.standing < STOOD or self._mode != "tracking" or self._stamp_ns is None:
+        if self._trail.standing < STOOD or self.status != "tracking" or self._stamp_ns is None:
             self._stood = 0
             return
         self._stood += 1
@@ -302,10 +320,11 @@ class Localizer:
         assert self._rest is not None
         pose, covariance = self._rest
         found = self._match(cloud, pose, covariance)
-        seen = found.map_from_base
-        near = pose.distance_to(seen) < SAME_M and abs(pose.yaw - seen.yaw) < SAME_RAD
-        if near and found.is_healthy(self._values.matching):
+        healthy = found.is_healthy(self._values.matching)
+        if healthy and _same(pose, found.map_from_base):
             return True
+        if healthy:
+            self._watch.moved_at_rest(cloud.stamp_ns)
         self._get_up(cloud.stamp_ns)
         return False
 
@@ -313,34 +332,35 @@ class Localizer:
         assert self._rest is not None
         pose, covariance = self._rest
         self._rest, self._stood = None, 0
-        self._fusion.begin(stamp_ns, pose, covariance, self._trail.last_velocity())
+        self._fusion.begin(stamp_ns, pose, covariance, self._moving(stamp_ns - MOMENT_NS, stamp_ns))
 
     # particles
 
     def _look(self, cloud: Cloud) -> None:
         """Search for the base; where it is found, go on from there."""
-        if self._search is None:
-            self._search = self._new_search()
-            self._search.anywhere()
         odom_from_base = self._trail.at(cloud.stamp_ns) or Pose2(0.0, 0.0)
         found = self._search.update(odom_from_base, cloud.points)
-        if found is None or (self._mode == "doubtful" and found.share < self._share + BETTER):
+        if found is None:
+            return
+        here = self._fusion.pose_at(cloud.stamp_ns)
+        stays = here is not None and _same(here, found.map_from_base)
+        if self._mode == "doubtful" and not stays and found.share < self._share + BETTER:
             return
         self.counts["found"] += 1
+        self._sure_ns = cloud.stamp_ns + round(self._values.sure_for * 1e9)
+        self._mode, self._bad, self._good = "tracking", 0, 0
+        if stays:
+            return
         covariance = inverse(found.information + np.eye(3))
-        velocity = self._trail.velocity(cloud.stamp_ns - 50_000_000, cloud.stamp_ns)
+        velocity = self._moving(cloud.stamp_ns - MOMENT_NS, cloud.stamp_ns)
         self._fusion.begin(cloud.stamp_ns, found.map_from_base, covariance, velocity)
-        self._mode, self._search, self._bad, self._good = "tracking", None, 0, 0
         self._watch.restart()
 
-    def _look_about(self, pose: Pose2, covariance: Array) -> None:
-        self._search = self._search or self._new_search()
-        self._search.about(pose, covariance)
-
-    def _new_search(self) -> Search:
-        self.counts["searches"] += 1
-        seed = self._seed + 1_000_003 * self.counts["searches"]
-        return Search(self._field, self._values.particles, self._values.matching, seed)
+    @cached_property
+    def _search(self) -> Search:
+        particles = Search(self._field, self._values.particles, self._values.matching, self._seed)
+        particles.anywhere()
+        return particles
 
     # trackers
 
@@ -354,11 +374,15 @@ class Localizer:
         self.counts["trackers"] += 1
         covariance = covariance_of(values.vive_sigma)
         if not self._fusion.begun or self._mode == "lost":
-            self._fusion.begin(stamp_ns, pose, covariance, self._trail.last_velocity())
-            self._look_about(pose, 9.0 * covariance)
+            self._fusion.begin(stamp_ns, pose, covariance, None)
+            self._search.about(pose, 9.0 * covariance)
             self._mode = "doubtful" if self._mode == "lost" else self._mode
             self._fair_ns = stamp_ns
             return
         verdict = self._fusion.trackers(stamp_ns, pose, values.vive_sigma)
         if verdict.outcome == "rejected" and self._mode != "tracking":
-            self._look_about(pose, 9.0 * covariance)
+            self._search.about(pose, 9.0 * covariance)
+
+
+def _same(one: Pose2, other: Pose2) -> bool:
+    return one.distance_to(other) < SAME_M and abs(wrap(one.yaw - other.yaw)) < SAME_RAD

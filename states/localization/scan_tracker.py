@@ -32,8 +32,8 @@ class TrackerValues:
     `beams` of a scan are used. `sigma_range` is the least that beams are taken to be off, m; that
     of a scan is measured on those that fit. `scale` is that of the robust loss, m, `widest` what it
     may start from. A beam that ends within `inlier_distance` of a wall fits, m; a match is healthy
-    if at least a share `healthy` of its beams do, `fewest` of them. `iterations` bounds the steps;
-    the last of a healthy match is below `step`, m and rad.
+    if at least a share `healthy` of its beams do, `fewest` of them, and fair with a share `fair`.
+    `iterations` bounds the steps; the last of a fair match is below `step`, m and rad.
     """
 
     beams: Annotated[int, Range(3, 10_000)] = 180
@@ -41,7 +41,8 @@ class TrackerValues:
     scale: _Length = 0.1
     widest: _Length = 0.5
     inlier_distance: _Length = 0.1
-    healthy: Annotated[float, Range(0.0, 1.0)] = 0.5
+    healthy: Annotated[float, Range(0.0, 1.0)] = 0.4
+    fair: Annotated[float, Range(0.0, 1.0)] = 0.25
     fewest: Annotated[int, Range(1, 10_000)] = 12
     iterations: Annotated[int, Range(1, 100)] = 10
     step: _Length = 0.005
@@ -65,12 +66,12 @@ class Match:
     iterations: int
 
     def is_healthy(self, values: TrackerValues) -> bool:
-        """Enough beams on walls, and no longer on its way?"""
-        return self.is_fair(values, values.healthy)
+        """Most beams on walls that one can hope for, and no longer on its way?"""
+        return self.share >= values.healthy and self.is_fair(values)
 
-    def is_fair(self, values: TrackerValues, share: float) -> bool:
-        """The same, with another share of beams on walls."""
-        enough = self.share >= share and self.count >= values.fewest
+    def is_fair(self, values: TrackerValues) -> bool:
+        """Enough beams on walls to say something, and no longer on its way?"""
+        enough = self.share >= values.fair and self.count >= values.fewest
         return enough and self.step <= values.step
 
 

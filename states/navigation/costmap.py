@@ -1,8 +1,8 @@
 """Costmaps in layers, with costmap_2d's values and names.
 
-Static layer from a map, obstacle layer from laser scans, inflation over both; then keepouts, which
-are not inflated. Known rooms and the user need no cells (see `visibility`): this is for scanned
-clutter, and for the rule that poses of non-zero cost are dropped (R77, R100).
+The ground is what a map shows, on cells, and is the same for all subsystems; each inflates it by
+its own values, and over it what scanners have shown (`unmapped`). The user needs no cells (see
+`visibility`). Poses of non-zero cost are dropped (R77, R100).
 """
 
 from __future__ import annotations
@@ -10,15 +10,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from hw.geometry import Pose2
-from hw.room import Disc, Point, contains
+from hw.room import Disc, Point
 from states.maps.cells import Grid, fill_rings
-from states.maps.distance import squared_distances
+from states.maps.distance import Array, distances
 from states.maps.occupancy import UNKNOWN, OccupancyMap
 from states.navigation.inflation import FREE, LETHAL, NO_INFORMATION, Costs, Inflation, inflate
+from states.navigation.unmapped import Obstacles
 
 Ring = Sequence[Point]
 
@@ -45,45 +47,48 @@ class StaticValues:
         return costs.astype(np.uint8)
 
 
-@dataclass(frozen=True, slots=True)
-class SpeedZone:
-    """An area in which the robot goes no faster than `speed`, m/s."""
+@dataclass(frozen=True)
+class Ground:
+    """What a map shows, before any inflation: costs of the cells of a grid, (rows, columns)."""
 
-    ring: tuple[Point, ...]
-    speed: float
+    grid: Grid
+    costs: Costs
+
+    @classmethod
+    def of(
+        cls,
+        static: OccupancyMap,
+        grid: Grid,
+        keepouts: Sequence[Ring] = (),
+        values: StaticValues | None = None,
+    ) -> Ground:
+        """A map on the cells of a grid; keepouts are kept off like walls."""
+        drawn = (values or StaticValues()).costs(static)
+        costs = sample(drawn, static.resolution, static.map_from_corner, grid)
+        for ring in keepouts:
+            costs[fill_rings(grid, [ring])] = LETHAL
+        return cls(grid, costs)
+
+    @cached_property
+    def distances(self) -> Array:
+        """From the centre of every cell to that of the nearest lethal one, m, (rows, columns)."""
+        return distances(self.costs == LETHAL, self.grid.resolution)
 
 
 class Costmap:
-    """The costs of one navigation subsystem's global or local map; computed once (R36).
+    """The costs of one navigation subsystem; computed once (R36)."""
 
-    `obstacles` are the costs of an `ObstacleLayer` on the same cells.
-    """
+    def __init__(self, ground: Ground, inflation: Inflation) -> None:
+        self.grid, self.inflation = ground.grid, inflation
+        self.costs: Costs = ground.costs.copy()
+        inflate(self.costs, ground.distances, *inflation.values(self.grid.resolution))
 
-    def __init__(
-        self,
-        grid: Grid,
-        inflation: Inflation,
-        *,
-        static: OccupancyMap | None = None,
-        values: StaticValues | None = None,
-        obstacles: Costs | None = None,
-        keepouts: Sequence[Ring] = (),
-        speed_zones: Sequence[SpeedZone] = (),
-    ) -> None:
-        self.inflation = inflation
-        self.grid = grid
-        self.speed_zones = tuple(speed_zones)
-        costs = np.full((grid.rows, grid.columns), FREE, np.uint8)
-        if static is not None:
-            drawn = (values or StaticValues()).costs(static)
-            costs = sample(drawn, static.resolution, static.map_from_corner, grid)
-        if obstacles is not None:
-            costs = with_maximum(costs, obstacles)
-        squared = squared_distances(costs == LETHAL)
-        table = inflation.table(grid.resolution)
-        self.costs: Costs = inflate(costs, squared, table, inflation.inflate_unknown)
-        for ring in keepouts:
-            self.costs[fill_rings(grid, [ring])] = LETHAL
+    def with_obstacles(self, obstacles: Obstacles) -> Costs:
+        """The costs where there are obstacles too: the higher one counts (R38)."""
+        area, near = obstacles.distances_on(self.grid)
+        costs = self.costs.copy()
+        inflate(costs[area], near, *self.inflation.values(self.grid.resolution))
+        return costs
 
     def cost(self, x: float, y: float, user: Disc | None = None) -> int:
         """Cost of a place, with the user's inflated body; unknown outside the map."""
@@ -93,35 +98,6 @@ class Costmap:
             return cost
         distance = math.hypot(x - user.x, y - user.y) - user.radius
         return max(cost, self.inflation.cost(distance))
-
-    def speed_limit(self, x: float, y: float) -> float:
-        """The lowest limit of the zones a place lies in, m/s; inf outside of all."""
-        inside = (zone.speed for zone in self.speed_zones if contains(zone.ring, x, y))
-        return min(inside, default=math.inf)
-
-
-def with_maximum(master: Costs, layer: Costs) -> Costs:
-    """The higher cost of both, where the layer knows one (`combination_method` 1)."""
-    above = (layer != NO_INFORMATION) & ((master == NO_INFORMATION) | (layer > master))
-    combined: Costs = np.where(above, layer, master)
-    return combined
-
-
-def both(whole: Costmap, local: Costmap) -> Costs:
-    """The costs of the whole map, raised where the local one is higher (R38).
-
-    The cells of the local one must lie on those of the whole.
-    """
-    costs, grid, window = whole.costs.copy(), whole.grid, local.grid
-    row = round((window.y - grid.y) / grid.resolution)
-    column = round((window.x - grid.x) / grid.resolution)
-    low, left = max(0, row), max(0, column)
-    high = max(low, min(grid.rows, row + window.rows))
-    right = max(left, min(grid.columns, column + window.columns))
-    inside = local.costs[low - row : high - row, left - column : right - column]
-    part = costs[low:high, left:right]
-    part[:] = with_maximum(part, inside)
-    return costs
 
 
 def sample(costs: Costs, resolution: float, map_from_corner: Pose2, grid: Grid) -> Costs:

@@ -18,7 +18,7 @@ from hw.room import Disc, Point
 from states.maps.cells import Grid, room_map
 from states.maps.distance import distances
 from states.navigation.clearance import TOLERANCE, Array, passes_disc
-from states.navigation.costmap import Costmap
+from states.navigation.costmap import Costmap, Ground
 from states.navigation.inflation import INSCRIBED, LETHAL, NO_INFORMATION, Costs, Inflation
 from states.navigation.path import Path
 from states.navigation.potential import crossing_costs, descend, potential_from
@@ -35,8 +35,11 @@ RESOLUTION = 0.05
 class GridPlanner(ABC):
     """Ways for the robot's centre through the cells of a costmap.
 
-    Cells from `lethal_cost` on are blocked; unknown ones only if `allow_unknown` is false.
+    Cells from `lethal_cost` on are blocked; unknown ones only if `allow_unknown` is false. `boxes`
+    are obstacles among them that scanners have shown, for those who know walls as polygons.
     """
+
+    boxes: tuple[Ring, ...] = ()
 
     def __init__(
         self,
@@ -69,8 +72,8 @@ class GridPlanner(ABC):
         corner = map_.map_from_corner
         rows, columns = map_.values.shape
         grid = Grid(resolution, rows, columns, corner.x, corner.y)
-        inflation = Inflation(inflation_radius, inflation_radius)
-        costmap = Costmap(grid, inflation, static=map_, keepouts=tuple(keepouts))
+        inflation = Inflation(inflation_radius, inflation_radius - TOLERANCE)
+        costmap = Costmap(Ground.of(map_, grid, tuple(keepouts)), inflation)
         return cls(grid, costmap.costs, allow_unknown=False)
 
     def plan(

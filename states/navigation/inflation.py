@@ -1,6 +1,6 @@
 """What a distance to an obstacle costs (costmap_2d's inflation).
 
-Distances come in whole squared cells, so that one table per inflation turns them into costs.
+Distances are known once for all subsystems; each inflates by its own values.
 """
 
 from __future__ import annotations
@@ -12,8 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from states.maps.distance import SquaredCells
-from states.navigation.clearance import check_radius
+from states.navigation.clearance import Array, check_radius
 
 FREE = 0
 INSCRIBED = 253
@@ -21,6 +20,8 @@ LETHAL = 254
 NO_INFORMATION = 255
 
 Costs = NDArray[np.uint8]
+
+ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,29 +54,39 @@ class Inflation:
             return FREE
         return int(252.0 * math.exp(self.cost_scaling_factor * (self.inscribed_radius - distance)))
 
-    def table(self, resolution: float) -> Costs:
-        """Cost by squared distance in cells, up to the radius rounded up to whole cells."""
-        reach = math.ceil(self.inflation_radius / resolution)
-        metres = np.sqrt(np.arange(reach * reach + 1)) * resolution
-        decay = np.exp(self.cost_scaling_factor * (self.inscribed_radius - metres))
-        costs = np.where(metres <= self.inscribed_radius, INSCRIBED, 252.0 * np.minimum(1.0, decay))
-        costs[0] = LETHAL
-        return costs.astype(np.uint8)
+    def values(self, resolution: float) -> tuple[float, float, float, bool]:
+        """What `inflate` takes; the radius is rounded up to whole cells, as costmap_2d does."""
+        reach = math.ceil(self.inflation_radius / resolution - ROUNDING) * resolution
+        kept, factor = float(self.inscribed_radius), float(self.cost_scaling_factor)
+        return reach, kept, factor, self.inflate_unknown
 
 
 @njit(cache=True)
-def inflate(costs: Costs, squared: SquaredCells, table: Costs, inflate_unknown: bool) -> Costs:
-    """Costs raised to what the distance costs; unknown cells only where that is certain."""
-    raised = costs.copy()
+def inflate(
+    costs: Costs,
+    distances: Array,
+    reach: float,
+    inscribed: float,
+    factor: float,
+    inflate_unknown: bool,
+) -> None:
+    """Raise costs, in place, to what the distance of each cell costs.
+
+    Unknown cells are raised only where that is certain. Distances are from centre to centre, m.
+    """
     least_over_unknown = 1 if inflate_unknown else INSCRIBED
     for row in range(costs.shape[0]):
         for column in range(costs.shape[1]):
-            if squared[row, column] >= len(table):
+            metres = distances[row, column]
+            if metres > reach + ROUNDING:
                 continue
-            cost = table[squared[row, column]]
+            cost = LETHAL
+            if metres > inscribed:
+                cost = int(252.0 * min(1.0, math.exp(factor * (inscribed - metres))))
+            elif metres > 0.0:
+                cost = INSCRIBED
             if costs[row, column] == NO_INFORMATION:
                 if cost >= least_over_unknown:
-                    raised[row, column] = cost
+                    costs[row, column] = cost
             elif cost > costs[row, column]:
-                raised[row, column] = cost
-    return raised
+                costs[row, column] = cost

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
@@ -53,6 +54,9 @@ it has is gone on from, m/s."""
 
 class GlobalPlanner(Protocol):
     """Finds ways for the robot's centre; see `visibility.ExactPlanner`."""
+
+    boxes: tuple[Sequence[Point], ...]
+    """Obstacles among those it knows that no map shows, as polygons, m."""
 
     def plan(
         self, start: Point, goal: Point, user: Disc | None = None, side: int = 0

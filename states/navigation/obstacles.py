@@ -1,192 +1,330 @@
-"""The obstacle layer: what laser scans have shown, marked and cleared cell by cell.
+"""The obstacle layer: cells in which scans have shown something that no map shows.
 
-costmap_2d's names and order: first every beam clears the cells it passed (R51), then every end
-point is marked. Two things differ, both on purpose: a beam without return clears as far as
-`raytrace_range` (there, people who left stay as ghosts), and marks that no beam could refresh are
-dropped after `mark_lifetime`.
+Beams that end at the map's walls, at the tracked user or at the robot itself are no news; a scan
+without news costs next to nothing. What is news is marked at once where several neighbouring beams
+meet it, else when it is met again: one beam alone may be an outlier. A mark goes when beams pass
+through its cell (those without return too, else people who left stay as ghosts), when it has not
+been met for `mark_lifetime`, or when it leaves the rolling window (R37, R51).
+
+Coordinates of kernels are in m from the lower left corner of the grid; cells have one number,
+row * columns + column.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from hw.geometry import Pose2
-from hw.room import Disc, Point
-from hw.samples import Scan
-from states.maps.cells import Grid, fill_rings
+from hw.geometry import Outline, Pose2, wrap
+from hw.room import Disc
+from hw.samples import EXACT, PoseSigma, Scan
+from states.maps.cells import Grid
 from states.navigation.clearance import Array
-from states.navigation.inflation import FREE, LETHAL, NO_INFORMATION, Costs
 
-T = TypeVar("T", bound=np.generic)
+Cells = NDArray[np.int64]
+
+SURE = 3
+"""A cell that was met in so many scans, or by so many neighbouring beams at once, is marked."""
+NEIGHBOURS = 3
+"""Beams no further apart than this, in numbers, are neighbours."""
+TOGETHER_M = 0.15
+"""Neighbouring beams that end no further apart have met one thing."""
+UNSURE_NS = 500_000_000
+"""What is not marked within this time is forgotten."""
+
+NOBODY = Disc(0.0, 0.0, -1.0)
+NO_BODY = Outline(-1.0, -1.0, -1.0, -1.0)
 
 
 @dataclass(frozen=True, slots=True)
 class ObstacleValues:
-    """How far beams mark and clear, m; how long a mark stays unseen, s."""
+    """The rolling window, m, and when something is news and when it is none any more.
 
-    obstacle_range: float = 2.5
-    raytrace_range: float = 3.0
-    marking: bool = True
-    clearing: bool = True
-    inf_clears: bool = True
+    `wall_margin` is how near to a wall of the map a beam may end and still have met it, m, beside
+    what the pose may be wrong by: noise of a beam and half a cell. A cell through which beams pass
+    is cleared once nothing has met it for `clear_after`, s: longer than a scanner's period, so that
+    a thin leg which only some beams meet stays.
+    """
+
+    width: float = 5.0
+    height: float = 5.0
+    wall_margin: float = 0.1
+    clear_after: float = 0.2
     mark_lifetime: float = 10.0
 
 
-class ObstacleLayer:
-    """Cells that beams marked (lethal) or passed (free); the others are unknown.
+class Sweep(NamedTuple):
+    """One scan: where the sensor was at its first beam, and how it moved until the last one."""
 
-    A `rolling` layer keeps the sensor in its middle (R37).
+    x: float
+    y: float
+    yaw: float
+    dx: float
+    dy: float
+    turn: float
+    start: float
+    step: float
+    ranges: Array
+
+
+class Cut(NamedTuple):
+    """The window about the robot: its middle and half its sides, m; size of a cell, columns."""
+
+    x: float
+    y: float
+    half_width: float
+    half_height: float
+    resolution: float
+    columns: int
+
+
+class Ignored(NamedTuple):
+    """What beams may end at without being news, as kernels take it; see `Known`."""
+
+    margin: float
+    margin_per_m: float
+    user: tuple[float, float, float]
+    mount: tuple[float, float, float]
+    outline: Outline
+
+
+class Marks(NamedTuple):
+    """Numbers of the cells that were met; of every cell, in how many scans and when last, ns."""
+
+    active: Cells
+    hits: NDArray[np.uint8]
+    last: Cells
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """What a scan meets that is no news.
+
+    `mount` is base_from_sensor, `outline` the robot's own in the base frame, `user` a disc about
+    somebody who is known better than by cells, `sigma` how sure poses are: three of it count.
     """
 
-    def __init__(
-        self, grid: Grid, values: ObstacleValues | None = None, *, rolling: bool = False
-    ) -> None:
-        self.grid = grid
-        self.rolling = rolling
-        self._values = values or ObstacleValues()
-        self.costs: Costs = np.full((grid.rows, grid.columns), NO_INFORMATION, np.uint8)
-        self._marked_ns: NDArray[np.int64] = np.zeros(self.costs.shape, np.int64)
+    mount: Pose2
+    outline: Outline = NO_BODY
+    user: Disc = NOBODY
+    sigma: PoseSigma = EXACT
 
-    def see(
-        self, map_from_sensor: Pose2, scan: Scan, stamp_ns: int, ignore: Disc | None = None
-    ) -> None:
-        """Take one scan.
+    def ignored(self, grid: Grid, margin: float) -> Ignored:
+        """For the kernels."""
+        mount, user = self.mount, self.user
+        return Ignored(
+            margin + 3.0 * self.sigma.position,
+            3.0 * self.sigma.yaw,
+            (user.x - grid.x, user.y - grid.y, user.radius),
+            (mount.x, mount.y, mount.yaw),
+            self.outline,
+        )
+
+
+class ObstacleLayer:
+    """The marked cells of a map's grid within the window about the robot.
+
+    `walls` (rows, columns) is the distance of every cell from the map's walls, m; below 0 where the
+    robot cannot be, so that nothing there is news.
+    """
+
+    def __init__(self, grid: Grid, walls: Array, values: ObstacleValues | None = None) -> None:
+        self.grid = grid
+        self._walls = walls
+        self._values = values or ObstacleValues()
+        size = grid.rows * grid.columns
+        self._marks = Marks(
+            np.empty(size, np.int64), np.zeros(size, np.uint8), np.zeros(size, np.int64)
+        )
+        self._count = 0
+
+    def see(self, scan: Scan, first: Pose2, last: Pose2, stamp_ns: int, known: Known) -> bool:
+        """Take one scan; False if there is nothing marked and nothing to mark.
 
         Args:
-            map_from_sensor: where the sensor was.
             scan: ranges in m; inf: nothing there; NaN and what is not above 0 is skipped.
+            first: map_from_base at the first beam.
+            last: map_from_base at the last beam.
             stamp_ns: when.
-            ignore: end points in this disc are not marked: somebody known better than by cells.
+            known: what is no news.
         """
-        if self.rolling:
-            self._roll(self.grid.about(map_from_sensor.x, map_from_sensor.y))
-        values = self._values
-        ranges = np.array(scan.ranges, dtype=np.float64)
-        angles = (
-            map_from_sensor.yaw + scan.start + scan.step * np.arange(len(ranges), dtype=np.float64)
-        )
-        if not values.inf_clears:
-            ranges[np.isinf(ranges)] = math.nan
-        place = ((map_from_sensor.x - self.grid.x), (map_from_sensor.y - self.grid.y))
-        if values.clearing:
-            reach = values.raytrace_range
-            _clear(self.costs, self.grid.resolution, place, ranges, angles, reach)
-        if values.marking:
-            ends = _ends(place, ranges, angles, values.obstacle_range)
-            if ignore is not None:
-                off = np.hypot(
-                    ends[:, 0] + self.grid.x - ignore.x, ends[:, 1] + self.grid.y - ignore.y
-                )
-                ends = ends[off > ignore.radius]
-            _mark(self.costs, self._marked_ns, self.grid.resolution, ends, stamp_ns)
-        self.forget(stamp_ns)
+        grid, values = self.grid, self._values
+        sweep = _sweep(scan, first @ known.mount, last @ known.mount, grid)
+        half = (0.5 * values.width, 0.5 * values.height)
+        cut = Cut(last.x - grid.x, last.y - grid.y, *half, grid.resolution, grid.columns)
+        ends, beams = news(sweep, self._walls, cut, known.ignored(grid, values.wall_margin))
+        if len(ends) == 0 and self._count == 0:
+            return False
+        self._count = mark(ends, beams, cut, stamp_ns, self._marks, self._count)
+        ages = (round(values.clear_after * 1e9), round(values.mark_lifetime * 1e9))
+        self._count = tend(sweep, cut, stamp_ns, ages, self._marks, self._count)
+        return True
 
-    def forget(self, now_ns: int) -> None:
-        """Drop marks older than their lifetime."""
-        lifetime = self._values.mark_lifetime
-        if math.isfinite(lifetime):
-            old = (self.costs == LETHAL) & (self._marked_ns < now_ns - int(lifetime * 1e9))
-            self.costs[old] = NO_INFORMATION
+    @property
+    def marked(self) -> Cells:
+        """The numbers of the marked cells, in order."""
+        active = self._marks.active[: self._count]
+        return np.sort(active[self._marks.hits[active] >= SURE])
 
-    def free_footprint(self, ring: Sequence[Point]) -> None:
-        """Clear where the robot itself stands; the ring is its outline in the map, m."""
-        self.costs[fill_rings(self.grid, [ring])] = FREE
 
-    def _roll(self, grid: Grid) -> None:
-        if grid == self.grid:
-            return
-        by_column = round((grid.x - self.grid.x) / grid.resolution)
-        by_row = round((grid.y - self.grid.y) / grid.resolution)
-        self.costs = _shifted(self.costs, by_row, by_column, NO_INFORMATION)
-        self._marked_ns = _shifted(self._marked_ns, by_row, by_column, 0)
-        self.grid = grid
+def _sweep(scan: Scan, first: Pose2, last: Pose2, grid: Grid) -> Sweep:
+    return Sweep(
+        first.x - grid.x,
+        first.y - grid.y,
+        first.yaw,
+        last.x - first.x,
+        last.y - first.y,
+        wrap(last.yaw - first.yaw),
+        float(scan.start),
+        float(scan.step),
+        np.array(scan.ranges, dtype=np.float64),
+    )
 
 
 @njit(cache=True)
-def _clear(
-    costs: Costs,
-    resolution: float,
-    place: tuple[float, float],
-    ranges: Array,
-    angles: Array,
-    reach: float,
-) -> None:
-    for i in range(len(ranges)):
-        if not ranges[i] > 0.0:
-            continue
-        far = min(ranges[i], reach)
-        x, y = place[0] + far * math.cos(angles[i]), place[1] + far * math.sin(angles[i])
-        _clear_line(
-            costs, place[0] / resolution, place[1] / resolution, x / resolution, y / resolution
-        )
+def sensor_at(sweep: Sweep, beam: float) -> tuple[float, float, float]:
+    """Where the sensor was when it took a beam: x, y and the beam's direction."""
+    part = beam / max(1, len(sweep.ranges) - 1)
+    direction = sweep.yaw + part * sweep.turn + sweep.start + beam * sweep.step
+    return sweep.x + part * sweep.dx, sweep.y + part * sweep.dy, direction
 
 
 @njit(cache=True)
-def _clear_line(costs: Costs, x1: float, y1: float, x2: float, y2: float) -> None:
-    """Free the cells that a line passes, in cells, except the one it ends in (Bresenham)."""
-    column, row = math.floor(x1), math.floor(y1)
-    last_column, last_row = math.floor(x2), math.floor(y2)
-    across, up = abs(last_column - column), abs(last_row - row)
-    step_column = 1 if last_column > column else -1
-    step_row = 1 if last_row > row else -1
-    error = across - up
-    while column != last_column or row != last_row:
-        if 0 <= row < costs.shape[0] and 0 <= column < costs.shape[1]:
-            costs[row, column] = FREE
-        twice = 2 * error
-        if twice > -up:
-            error -= up
-            column += step_column
-        if twice < across:
-            error += across
-            row += step_row
-
-
-@njit(cache=True)
-def _ends(place: tuple[float, float], ranges: Array, angles: Array, reach: float) -> Array:
-    ends = np.empty((len(ranges), 2))
+def news(sweep: Sweep, walls: Array, cut: Cut, ignored: Ignored) -> tuple[Array, Cells]:
+    """Where beams end at what is not known, (k, 2), and the numbers of these beams, (k,)."""
+    rows, columns = walls.shape
+    ends, beams = np.empty((len(sweep.ranges), 2)), np.empty(len(sweep.ranges), np.int64)
     count = 0
-    for i in range(len(ranges)):
-        if 0.0 < ranges[i] < reach:
-            ends[count, 0] = place[0] + ranges[i] * math.cos(angles[i])
-            ends[count, 1] = place[1] + ranges[i] * math.sin(angles[i])
-            count += 1
-    return ends[:count]
+    # the sensor is on the robot, and so no further from the window's corners than this
+    reach = math.hypot(cut.half_width, cut.half_height)
+    reach += math.hypot(ignored.mount[0], ignored.mount[1])
+    for i in range(len(sweep.ranges)):
+        far = sweep.ranges[i]
+        if not 0.0 < far < reach:
+            continue
+        x, y, direction = sensor_at(sweep, i)
+        x, y = x + far * math.cos(direction), y + far * math.sin(direction)
+        if not in_window(x, y, cut):
+            continue
+        row, column = math.floor(y / cut.resolution), math.floor(x / cut.resolution)
+        if not (0 <= row < rows and 0 <= column < columns):
+            continue
+        if walls[row, column] <= ignored.margin + ignored.margin_per_m * far:
+            continue
+        if math.hypot(x - ignored.user[0], y - ignored.user[1]) <= ignored.user[2]:
+            continue
+        if is_own(far, sweep.start + i * sweep.step, ignored):
+            continue
+        ends[count, 0], ends[count, 1], beams[count] = x, y, i
+        count += 1
+    return ends[:count], beams[:count]
 
 
 @njit(cache=True)
-def _mark(
-    costs: Costs, marked_ns: NDArray[np.int64], resolution: float, ends: Array, stamp_ns: int
-) -> None:
-    for x, y in ends:
-        row, column = math.floor(y / resolution), math.floor(x / resolution)
-        if 0 <= row < costs.shape[0] and 0 <= column < costs.shape[1]:
-            costs[row, column] = LETHAL
-            marked_ns[row, column] = stamp_ns
+def in_window(x: float, y: float, cut: Cut) -> bool:
+    """Is a place in the window?"""
+    return abs(x - cut.x) <= cut.half_width and abs(y - cut.y) <= cut.half_height
 
 
-def _shifted(old: NDArray[T], by_row: int, by_column: int, fill: int) -> NDArray[T]:
-    new = np.full_like(old, fill)
-    rows, columns = old.shape
-    if abs(by_row) < rows and abs(by_column) < columns:
-        to_row, to_column = max(0, -by_row), max(0, -by_column)
-        from_row, from_column = max(0, by_row), max(0, by_column)
-        height, width = rows - abs(by_row), columns - abs(by_column)
-        new[to_row : to_row + height, to_column : to_column + width] = old[
-            from_row : from_row + height, from_column : from_column + width
-        ]
-    return new
+@njit(cache=True)
+def is_own(far: float, angle: float, ignored: Ignored) -> bool:
+    """Does a beam end within the robot's outline: front, back, left, right of base_link?"""
+    turned = ignored.mount[2] + angle
+    x = ignored.mount[0] + far * math.cos(turned)
+    y = ignored.mount[1] + far * math.sin(turned)
+    front, back, left, right = ignored.outline
+    return -back <= x <= front and -right <= y <= left
+
+
+@njit(cache=True)
+def meet_one_thing(i: int, ends: Array, beams: Cells) -> bool:
+    """Do enough neighbouring beams end beside this one?"""
+    together = 1
+    for step in (-1, 1):
+        j = i + step
+        while 0 <= j < len(beams) and abs(beams[j] - beams[i]) <= NEIGHBOURS:
+            if math.hypot(ends[j, 0] - ends[i, 0], ends[j, 1] - ends[i, 1]) <= TOGETHER_M:
+                together += 1
+            j += step
+    return together >= SURE
+
+
+@njit(cache=True)
+def mark(ends: Array, beams: Cells, cut: Cut, now: int, marks: Marks, count: int) -> int:
+    """Count what a scan has met; the number of active cells."""
+    hits, last = marks.hits, marks.last
+    for i in range(len(ends)):
+        row, column = (
+            math.floor(ends[i, 1] / cut.resolution),
+            math.floor(ends[i, 0] / cut.resolution),
+        )
+        cell = row * cut.columns + column
+        if hits[cell] == 0:
+            marks.active[count] = cell
+            count += 1
+        elif hits[cell] < SURE and now - last[cell] > UNSURE_NS:
+            hits[cell] = 0
+        if hits[cell] == 0 or last[cell] != now:
+            hits[cell] = min(hits[cell] + 1, SURE)
+        if hits[cell] < SURE and meet_one_thing(i, ends, beams):
+            hits[cell] = SURE
+        last[cell] = now
+    return count
+
+
+@njit(cache=True)
+def tend(sweep: Sweep, cut: Cut, now: int, ages: tuple[int, int], marks: Marks, count: int) -> int:
+    """Drop what has left, is too old or out of the window; the number of active cells.
+
+    `ages`: from when on a cell may be cleared, and its lifetime, ns.
+    """
+    kept, half = 0, 0.5 * cut.resolution
+    for i in range(count):
+        cell = marks.active[i]
+        x = (cell % cut.columns + 0.5) * cut.resolution
+        y = (cell // cut.columns + 0.5) * cut.resolution
+        age = now - marks.last[cell]
+        gone = age > (ages[1] if marks.hits[cell] >= SURE else UNSURE_NS)
+        gone = gone or not in_window(x, y, cut)
+        if gone or (age >= ages[0] and is_seen_through(x, y, half, sweep)):
+            marks.hits[cell] = 0
+        else:
+            marks.active[kept] = cell
+            kept += 1
+    return kept
+
+
+@njit(cache=True)
+def is_seen_through(x: float, y: float, half: float, sweep: Sweep) -> bool:
+    """Do all beams that are sent at a cell, at least one, pass through it?"""
+    if sweep.step == 0.0:
+        return False
+    beam = 0.5 * (len(sweep.ranges) - 1)
+    far = 0.0
+    for _ in range(3):  # the sensor moves little while it scans
+        sx, sy, direction = sensor_at(sweep, beam)
+        off = math.atan2(y - sy, x - sx) - direction
+        beam += (off - 2.0 * math.pi * round(off / (2.0 * math.pi))) / sweep.step
+        far = math.hypot(x - sx, y - sy)
+    spread = math.atan2(half, max(half, far)) / abs(sweep.step)
+    first, last, beams = math.ceil(beam - spread), math.floor(beam + spread), len(sweep.ranges)
+    all_round = beams * abs(sweep.step) > 2.0 * math.pi - 1e-6
+    if first > last or not (all_round or (first >= 0 and last < beams)):
+        return False
+    for i in range(first, last + 1):  # noqa: SIM110  compiled generators are slow
+        if not sweep.ranges[i % beams] > far + 2.0 * half:
+            return False
+    return True
 
 
 def warm_up() -> None:
     """Compile, or load from the cache, what a scan needs."""
-    layer = ObstacleLayer(Grid(0.1, 10, 10), rolling=True)
-    layer.see(Pose2(0.5, 0.5), Scan("", 0.0, 0.1, (0.3, math.inf)), 0)
-    layer.free_footprint(((0.0, 0.0), (0.2, 0.0), (0.2, 0.2)))
+    layer = ObstacleLayer(Grid(0.1, 10, 10), np.ones((10, 10)))
+    here, known = Pose2(0.5, 0.5), Known(Pose2(0.0, 0.0))
+    for stamp in (0, 10**9):
+        layer.see(Scan("", 0.0, 0.1, (0.3, math.inf)), here, here, stamp, known)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from states.navigation import grid_planners, obstacles, profile, teb_planner
+from states.navigation import grid_planners, profile, scanning, teb_planner
 from states.navigation.grid_planners import GridPlanner, NavfnPlanner, ThetaStarPlanner
 from states.navigation.local_planner import LocalPlanner
 from states.navigation.profile import ProfilePlanner
@@ -30,4 +30,4 @@ def warm_up() -> None:
     profile.warm_up()
     teb_planner.warm_up()
     grid_planners.warm_up()
-    obstacles.warm_up()
+    scanning.warm_up()

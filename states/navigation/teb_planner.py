@@ -76,6 +76,8 @@ class TebPlanner(LocalPlanner):
         super().__init__(planner, limits, tolerance, mode, latency=latency)
         self._values = values
         self._walls = _wall_rows(walls, wall_distance)
+        self._wall_distance = wall_distance
+        self._boxes: tuple[tuple[Ring, ...], Array] = ((), _wall_rows((), wall_distance))
         self._band: Array | None = None
         self._band_side = 0
 
@@ -145,7 +147,10 @@ class TebPlanner(LocalPlanner):
 
     def _obstacles(self, user: Disc | None, values: TebValues) -> Array:
         """All obstacles so that min_obstacle_dist from them is the distance demanded."""
-        walls = self._walls.copy()
+        if self.planner.boxes is not self._boxes[0]:
+            boxes = self.planner.boxes
+            self._boxes = boxes, _wall_rows(boxes, self._wall_distance)
+        walls = np.concatenate((self._walls, self._boxes[1]))
         walls[:, 4] -= values.min_obstacle_dist
         if user is None:
             return walls

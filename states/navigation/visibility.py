@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from copy import copy
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,9 +67,29 @@ class ExactPlanner:
         self.inflation_radius = inflation_radius
         self._sides = _sides(rings)
         check_radius(inflation_radius)
-        self._discs = np.unique(self._sides[:, [0, 1, 4]], axis=0)
-        self._world = _world(self._discs, self._sides)
-        self._notches = notches(self._discs, self._sides)
+        self._discs = _discs(self._sides)
+        self.boxes: tuple[Ring, ...] = ()
+        _ = self._world, self._notches
+
+    def among(self, boxes: Iterable[Ring]) -> ExactPlanner:
+        """A planner that knows these obstacles too; ways round them are prepared when asked for."""
+        found = copy(self)
+        found.boxes = tuple(boxes)
+        more = _sides([(ring, self.inflation_radius) for ring in found.boxes])
+        more[:, 5] += self._sides[-1, 5] + 1.0
+        found.__dict__.pop("_world", None)
+        found.__dict__.pop("_notches", None)
+        found._sides = np.concatenate((self._sides, more))
+        found._discs = _discs(found._sides)
+        return found
+
+    @cached_property
+    def _world(self) -> World:
+        return _world(self._discs, self._sides)
+
+    @cached_property
+    def _notches(self) -> Array:
+        return notches(self._discs, self._sides)
 
     def plan(
         self, start: Point, goal: Point, user: Disc | None = None, side: int = 0
@@ -165,6 +187,10 @@ def as_disc(user: Disc | None) -> Disc:
     return Disc(float(user.x), float(user.y), float(user.radius))
 
 
+def _discs(sides: Array) -> Array:
+    return np.unique(sides[:, [0, 1, 4]], axis=0)
+
+
 def _sides(rings: list[tuple[Ring, float]]) -> Array:
     rows = []
     for number, (ring, radius) in enumerate(rings):
@@ -215,3 +241,4 @@ def warm_up() -> None:
     planner.allows((1.0, 1.0), (2.0, 2.0))
     planner.clearance((1.0, 1.0))
     planner.are_free(np.ones((2, 2)))
+    planner.among((column,)).plan((0.1, 0.1), (7.2, 7.4))

@@ -16,6 +16,7 @@ from engine.load import load_files
 from engine.signals import declare
 from hw.robot import load_robot
 from hw.room import Room
+from hw.sim.errors import SensorErrors
 from states.signals.prediction import PREDICTORS
 
 CHARTS = FOLDER.parent
@@ -256,3 +257,21 @@ def test_a_robot_that_is_alone_needs_no_room_beside_a_person(tmp_path: Path) -> 
     load_profile(written(tmp_path, text)).require_robot(
         load_robot("rbkairos_ur10"), beside_person=False
     )
+
+
+def test_both_profiles_spell_out_the_same_errors_of_simulated_sensors(profile: Profile) -> None:
+    assert profile.plant.sensing == SensorErrors()
+    named = {name.removeprefix("plant.sensing.") for name in profile.places}
+    assert set(flat(SensorErrors())) - {"vive.restart.x", "vive.restart.y"} <= named
+
+
+def test_a_floor_without_slip_and_wrong_errors_are_told(tmp_path: Path) -> None:
+    firm = re.sub(r"slip: .*", "slip: null", PAPER)
+    assert load_profile(written(tmp_path, firm)).plant.sensing.slip is None
+    for wrong, told in {
+        "outliers: 1 %": ("outliers: 120 %", "outliers"),
+        "jump: [15 mm, 47 mm]": ("jump: [50 mm, 47 mm]", "jump: the first"),
+        "lost_for: 0.5 s": ("lost_for: 70 s", "lost_for"),
+    }.items():
+        with pytest.raises(FileError, match=told[1]):
+            load_profile(written(tmp_path, PAPER.replace(wrong, told[0])))

@@ -15,11 +15,11 @@ import pytest
 from behaviors import escape
 from behaviors.chase import Approach, MakeRoom
 from behaviors.profile import Profile
-from behaviors.signals import signals
+from behaviors.signals import OBSTACLES, signals
 from behaviors.situation import Situation
 from engine.board import Board
 from engine.context import LeafContext
-from engine.signals import declare, roots
+from engine.signals import closure, declare, roots
 from engine.state import ALWAYS_NS, Action, interface
 from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.guarded import GuardedBase
@@ -28,8 +28,8 @@ from hw.room import Point, Room
 from hw.safety_limits import SafetyLimits
 from hw.samples import UserPose
 from hw.sim.base import SimBase
-from states.navigation.inflation import FREE, LETHAL
 from states.navigation.states import DriveTo
+from states.navigation.unmapped import Obstacles
 from states.site import SUBSYSTEMS, Site
 from tests.scans import scan_of
 
@@ -98,7 +98,7 @@ def watching(tuned: Profile, robot: RobotModel) -> Callable[..., Watching]:
 
 
 @pytest.mark.requirement(37, 77, 100, 105)
-@pytest.mark.parametrize("planner", ["theta_star", "navfn"])
+@pytest.mark.parametrize("planner", ["exact", "theta_star", "navfn"])
 @pytest.mark.parametrize(
     ("name", "post"), [("haptic.poses", (7.3, 7.6)), ("escape.poses", (7.8, 6.4)),
                        ("chase.space", (7.0, 5.0))],
@@ -112,12 +112,13 @@ def test_scans_take_poses_away_and_clearing_brings_them_back(
 
     seen.pass_time(post)
     during = seen.free(name)
-    seen.pass_time()
+    for _ in range(8):
+        seen.pass_time()
 
     assert during < before
     assert during
     # all within Haptic's and Chase's 1 m or Escape's 0.77 m of what is seen of the post
-    reach = 0.2 + seen.site.navigation.named(name.partition(".")[0]).inflation + 0.1
+    reach = 0.2 + seen.site.navigation.named(name.partition(".")[0]).inflation + 0.15
     for place in before - during:
         x, y = (place.x, place.y) if isinstance(place, Pose2) else place[:2]
         assert math.dist((x, y), post) <= reach
@@ -142,25 +143,33 @@ def test_without_scans_all_is_as_the_room_says_and_as_fresh_as_the_poses(
     }  # fmt: skip
 
 
-def test_where_planning_is_exact_no_costmap_is_built_and_no_scan_asked_for(
-    watching: Callable[..., Watching],
+@pytest.mark.parametrize("planner", ["exact", "theta_star"])
+def test_planners_wait_for_no_scan_and_costmaps_are_there_only_for_those_on_cells(
+    watching: Callable[..., Watching], planner: str
 ) -> None:
-    asked = {}
-    for planner in ("exact", "theta_star"):
-        board = watching(planner).board
-        asked[planner] = {n for n in board.slots if n == "base.scan" or n.endswith(".costmap")}
-        assert roots(board.declared, PLANNERS) == ({"site"} if planner == "exact" else set())
+    board = watching(planner).board
+    asked = {n for n in board.slots if n in ("base.scan", OBSTACLES) or n.endswith(".costmap")}
+    costmaps = {f"{name}.costmap" for name in SUBSYSTEMS} if planner != "exact" else set()
 
-    assert asked["exact"] == set()
-    assert asked["theta_star"] == {"base.scan", *(f"{name}.costmap" for name in SUBSYSTEMS)}
+    assert asked == {"base.scan", OBSTACLES} | costmaps
+    assert roots(board.declared, PLANNERS) == set()
 
 
-def test_a_planner_is_made_anew_for_a_scan_and_not_for_a_pose(
-    watching: Callable[..., Watching],
+def test_where_nothing_scans_planners_rest_on_the_site_alone(
+    watching: Callable[..., Watching], tuned: Profile
 ) -> None:
-    seen, found = watching(), []
-    for scanning in (True, False, False, True):
-        seen.pass_time((8.0, 6.0), scanning=scanning)
+    seen = watching("exact")
+    declared = declare(signals(seen.site, tuned.settings, scanning=False))
+    assert set(closure(declared, PLANNERS)) == {"site", *PLANNERS}
+
+
+@pytest.mark.parametrize("planner", ["exact", "theta_star"])
+def test_a_planner_is_made_anew_for_what_scans_show_and_not_for_a_pose(
+    watching: Callable[..., Watching], planner: str
+) -> None:
+    seen, found = watching(planner), []
+    for x, scanning in ((8.0, True), (8.0, False), (8.0, True), (8.2, True)):
+        seen.pass_time((x, 6.0), scanning=scanning)
         found.append(seen.read("escape.planner"))
         assert seen.board.slots["escape.planner"].read().stamp == seen.now
 
@@ -168,9 +177,10 @@ def test_a_planner_is_made_anew_for_a_scan_and_not_for_a_pose(
     assert found[2] is not found[3]
 
 
-def test_the_same_poses_whoever_asks_when(watching: Callable[..., Watching]) -> None:
+@pytest.mark.parametrize("planner", ["exact", "theta_star"])
+def test_the_same_poses_whoever_asks_when(watching: Callable[..., Watching], planner: str) -> None:
     chance = random.Random(4)
-    lazy, eager = watching(), watching(eager=True)
+    lazy, eager = watching(planner), watching(planner, eager=True)
     for tick in range(40):
         posts = [(6.0 + chance.uniform(-2, 2), 6.0 + chance.uniform(-2, 2)) for _ in range(2)]
         for seen in (lazy, eager):
@@ -224,11 +234,14 @@ class Drive:
 
 
 @pytest.mark.requirement(38, 51, 101)
-def test_a_drive_goes_round_what_its_scanner_sees(watching: Callable[..., Watching]) -> None:
+@pytest.mark.parametrize("planner", ["exact", "theta_star"])
+def test_a_drive_goes_round_what_its_scanner_sees(
+    watching: Callable[..., Watching], planner: str
+) -> None:
     post, goal = (7.0, 1.6), Pose2(12.0, 1.5, 0.0)
     nearest = {}
     for silent_after in (math.inf, -1.0):
-        drive = Drive(watching(), goal, post, silent_after=silent_after)
+        drive = Drive(watching(planner), goal, post, silent_after=silent_after)
         assert drive.outcome(30.0) == "arrived"
         nearest[silent_after] = drive.nearest
 
@@ -237,8 +250,13 @@ def test_a_drive_goes_round_what_its_scanner_sees(watching: Callable[..., Watchi
 
 
 @pytest.mark.requirement(38, 51, 101)
-def test_a_drive_whose_way_a_scan_closes_ends_before_it(watching: Callable[..., Watching]) -> None:
-    drive = Drive(watching(room=CORRIDOR), Pose2(12.0, 1.5, 0.0), (7.0, 1.5), silent_after=math.inf)
+@pytest.mark.parametrize("planner", ["exact", "theta_star"])
+def test_a_drive_whose_way_a_scan_closes_ends_before_it(
+    watching: Callable[..., Watching], planner: str
+) -> None:
+    drive = Drive(
+        watching(planner, CORRIDOR), Pose2(12.0, 1.5, 0.0), (7.0, 1.5), silent_after=math.inf
+    )
 
     assert drive.outcome(30.0) == "no_path"
 
@@ -272,14 +290,17 @@ class Wheel:
 
 def shown(site: Site, name: Any, marks: Any) -> Any:
     """A planner of this subsystem, scans having shown these cells of 5 m about the robot."""
-    maps = site.static_costmaps[name]
-    window = replace(maps.whole.grid, rows=100, columns=100, x=ROBOT.x - 2.5, y=ROBOT.y - 2.5)
-    return replace(maps, window=window, marks=marks).planner("theta_star")
+    grid = site.ground(0.05).grid
+    corner = grid.cell(ROBOT.x - 2.475, ROBOT.y - 2.475)
+    assert corner is not None
+    rows, columns = np.nonzero(marks)
+    cells = np.sort((rows + corner[0]) * grid.columns + columns + corner[1])
+    return site.planner_among(name, Obstacles(grid, cells, 1.0))
 
 
 ACROSS = 0.05 * (np.arange(100) - 49.5)
-CLOSED = np.where(np.hypot(ACROSS, ACROSS[:, None]) > 1.3, LETHAL, FREE).astype(np.uint8)
-POST = np.where(np.hypot(ACROSS + 1.6, ACROSS[:, None] - 0.3) < 0.1, LETHAL, FREE).astype(np.uint8)
+CLOSED = np.abs(np.hypot(ACROSS, ACROSS[:, None]) - 1.5) < 0.2
+POST = np.hypot(ACROSS + 1.6, ACROSS[:, None] - 0.3) < 0.1
 """A wall 1.3 m away all about the robot; a post 1.6 m behind it."""
 
 FAR, NEAR = UserPose(Pose2(1.0, 6.0, 0.0), 0.0), UserPose(Pose2(3.6, 6.0, 0.0), 0.0)

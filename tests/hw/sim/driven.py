@@ -19,7 +19,7 @@ ROBOT = load_robot("rbkairos_ur10")
 PERFECT = SensorErrors(lidar=LidarErrors(0.0, 0.0), odometry=OdometryErrors(0.0, 0.0), slip=None)
 HALL = replace(load_scene("hall"), robot_start=Pose2(7.0, 7.0, -0.785))
 CORNER = Pose2(13.4, 0.6, 1.0)
-SENSORS = ("lidar", "odometry")
+SENSORS = ("lidar", "odometry", "imu", "rover_trackers")
 
 
 def ticks(seconds: float, rate: float = 30.0) -> list[int]:
@@ -38,7 +38,7 @@ class Driven:
         *,
         seed: int = 0,
         instants: Iterable[int] = (),
-        asked: Iterable[str] = SENSORS,
+        asked: Iterable[str] = ("lidar", "odometry"),
         command: Callable[[int], Twist2] = lambda _: Twist2(0.8, 0.0, 0.4),
         walk: Callable[[int], Pose2] = lambda _: CORNER,
         scene: Scene | None = None,

@@ -9,13 +9,12 @@ from scipy.ndimage import distance_transform_edt
 
 from hw.geometry import Pose2
 from hw.room import Disc
-from hw.samples import Scan
 from states.maps.cells import Grid, fill_rings, grid_over, room_map
-from states.maps.distance import distances, squared_distances
+from states.maps.distance import distances
 from states.maps.occupancy import OccupancyMap
-from states.navigation.costmap import Costmap, SpeedZone, StaticValues, both, sample, with_maximum
+from states.navigation.costmap import Costmap, Ground, StaticValues, sample
 from states.navigation.inflation import FREE, INSCRIBED, LETHAL, NO_INFORMATION, Inflation, inflate
-from states.navigation.obstacles import ObstacleLayer, ObstacleValues
+from states.navigation.unmapped import Obstacles
 
 OUTER = ((0.0, 0.0), (11.5, 0.0), (11.5, 10.1), (0.0, 10.1))
 OBSTACLES = (
@@ -30,8 +29,8 @@ def map_of(values, resolution=1.0, corner=None):
     return OccupancyMap(np.array(values, np.int16), resolution, corner or Pose2(0.0, 0.0))
 
 
-def scan_of(ranges, start=0.0, step=0.1):
-    return Scan("front", start, step, tuple(ranges))
+def empty(grid):
+    return Ground(grid, np.zeros((grid.rows, grid.columns), np.uint8))
 
 
 # distance
@@ -80,9 +79,8 @@ inflations = st.builds(
     resolution=st.sampled_from([0.05, 0.1, 0.25]),
 )
 def test_inflation_gives_costmap_2ds_values(costs, inflation, resolution):
-    squared = squared_distances(costs == LETHAL)
-    table = inflation.table(resolution)
-    found = inflate(costs, squared, table, inflation.inflate_unknown)
+    found = costs.copy()
+    inflate(found, distances(costs == LETHAL, resolution), *inflation.values(resolution))
     lethal = np.argwhere(costs == LETHAL)
     cells = math.ceil(inflation.inflation_radius / resolution)
     for row, column in np.ndindex(costs.shape):
@@ -106,13 +104,11 @@ def test_a_steep_factor_ends_the_inflation_before_its_radius(factor, at_the_edge
     assert inflation.cost(1.0 + 1e-9) == FREE
 
 
-def test_the_analytic_cost_is_that_of_the_table_at_whole_cells():
-    inflation = Inflation(1.0, 0.455, 3.0)
-    table = inflation.table(0.05)
-    for squared in range(len(table)):
-        metres = math.sqrt(squared) * 0.05
-        if metres <= inflation.inflation_radius:
-            assert inflation.cost(metres) == table[squared]
+def test_the_analytic_cost_is_that_of_cells_at_the_same_distance():
+    inflation, near = Inflation(1.0, 0.455, 3.0), np.arange(21)[None, :] * 0.05
+    costs = np.zeros((1, 21), np.uint8)
+    inflate(costs, near, *inflation.values(0.05))
+    assert costs[0].tolist() == [inflation.cost(metres) for metres in near[0].tolist()]
 
 
 # cells
@@ -169,166 +165,65 @@ def test_with_another_value_for_unknown_the_maps_unknown_is_lethal():
 def test_plan_a_keeps_62_square_metres_after_inflation_by_one_metre(resolution, free):
     map_ = room_map(OUTER, OBSTACLES, resolution)
     assert map_.area() == pytest.approx(115.0, abs=0.1)
-    costmap = Costmap(grid_over([OUTER], resolution, 0.3), Inflation(1.0, 0.455, 3.0), static=map_)
+    ground = Ground.of(map_, grid_over([OUTER], resolution, 0.3))
+    costmap = Costmap(ground, Inflation(1.0, 0.455, 3.0))
     assert np.count_nonzero(costmap.costs == FREE) * resolution**2 == pytest.approx(free, abs=0.1)
 
 
 @pytest.mark.requirement(35, 120)
 def test_every_subsystem_has_its_own_values():
-    map_ = room_map(OUTER, OBSTACLES, 0.1)
-    grid = grid_over([OUTER], 0.1, 0.3)
-    chase = Costmap(grid, Inflation(1.0, 0.455, 3.0), static=map_)
+    ground = Ground.of(room_map(OUTER, OBSTACLES, 0.1), grid_over([OUTER], 0.1, 0.3))
+    chase = Costmap(ground, Inflation(1.0, 0.455, 3.0))
     before = chase.costs.tobytes()
-    escape = Costmap(grid, Inflation(0.77, 0.455, 3.0), static=map_)
+    escape = Costmap(ground, Inflation(0.77, 0.455, 3.0))
     assert (escape.costs == FREE).sum() > (chase.costs == FREE).sum()
     assert chase.costs.tobytes() == before
 
 
-# obstacle layer
-
-
-@pytest.mark.requirement(37, 51)
-def test_an_end_point_is_marked_and_the_way_to_it_cleared():
-    layer = ObstacleLayer(Grid(0.1, 20, 20))
-    layer.see(Pose2(0.55, 1.05), scan_of([1.0]), 0)
-    assert layer.costs[10, 15] == LETHAL
-    assert (layer.costs[10, 5:15] == FREE).all()
-    assert np.count_nonzero(layer.costs != NO_INFORMATION) == 11
-
-
-@pytest.mark.requirement(37, 51)
-def test_an_obstacle_that_left_is_cleared_by_the_next_scan():
-    layer = ObstacleLayer(Grid(0.1, 20, 20))
-    layer.see(Pose2(0.55, 1.05), scan_of([0.5]), 0)
-    layer.see(Pose2(0.55, 1.05), scan_of([1.0]), 1)
-    assert layer.costs[10, 10] == FREE
-
-
-def test_a_beam_without_return_clears_as_far_as_rays_are_traced():
-    layer = ObstacleLayer(Grid(0.1, 20, 60), ObstacleValues(raytrace_range=3.0))
-    layer.see(Pose2(0.55, 1.05), scan_of([2.0]), 0)
-    layer.see(Pose2(0.55, 1.05), scan_of([math.inf]), 1)
-    assert not (layer.costs == LETHAL).any()
-    assert (layer.costs[10, 5:35] == FREE).all()
-    assert layer.costs[10, 36] == NO_INFORMATION
-
-
-def test_a_beam_without_return_clears_nothing_where_that_is_not_wanted():
-    layer = ObstacleLayer(Grid(0.1, 20, 60), ObstacleValues(inf_clears=False))
-    layer.see(Pose2(0.55, 1.05), scan_of([math.inf]), 0)
-    assert (layer.costs == NO_INFORMATION).all()
-
-
-@pytest.mark.parametrize("reading", [math.nan, 0.0, -1.0, -math.inf])
-def test_readings_that_are_none_change_nothing(reading):
-    layer = ObstacleLayer(Grid(0.1, 20, 20))
-    layer.see(Pose2(0.55, 1.05), scan_of([reading]), 0)
-    assert (layer.costs == NO_INFORMATION).all()
-
-
-def test_end_points_beyond_the_obstacle_range_are_not_marked_but_clear():
-    layer = ObstacleLayer(Grid(0.1, 20, 60), ObstacleValues(obstacle_range=1.0))
-    layer.see(Pose2(0.55, 1.05), scan_of([2.0]), 0)
-    assert not (layer.costs == LETHAL).any()
-    assert (layer.costs[10, 5:25] == FREE).all()
-
-
-def test_marks_that_no_beam_refreshes_are_dropped_after_their_lifetime():
-    layer = ObstacleLayer(Grid(0.1, 20, 20), ObstacleValues(mark_lifetime=10.0))
-    layer.see(Pose2(0.55, 1.05), scan_of([1.0]), 0)
-    layer.forget(10_000_000_000)
-    assert layer.costs[10, 15] == LETHAL
-    layer.forget(10_000_000_001)
-    assert layer.costs[10, 15] == NO_INFORMATION
-
-
-def test_end_points_on_the_user_are_left_to_whoever_knows_the_user():
-    layer = ObstacleLayer(Grid(0.1, 20, 20))
-    layer.see(Pose2(0.55, 1.05), scan_of([1.0]), 0, ignore=Disc(1.8, 1.05, 0.5))
-    assert not (layer.costs == LETHAL).any()
-    assert (layer.costs[10, 5:15] == FREE).all()
-
-
-def test_the_robot_itself_is_no_obstacle():
-    layer = ObstacleLayer(Grid(0.5, 6, 6))
-    layer.see(Pose2(0.3, 1.3), scan_of([1.0]), 0)
-    layer.free_footprint(SQUARE)
-    assert (layer.costs[2:4, 2:4] == FREE).all()
-
-
-@settings(deadline=None, max_examples=50)
-@given(x=st.floats(-50, 50), y=st.floats(-50, 50), angle=st.floats(-3, 3), far=st.floats(0.1, 40.0))
-def test_a_beam_changes_only_cells_near_its_line_wherever_it_goes(x, y, angle, far):
-    layer = ObstacleLayer(Grid(0.1, 30, 30), ObstacleValues(50.0, 50.0))
-    layer.see(Pose2(x, y, angle), scan_of([far]), 0)
-    for row, column in np.argwhere(layer.costs != NO_INFORMATION):
-        px, py = layer.grid.center(row, column)
-        across = (py - y) * math.cos(angle) - (px - x) * math.sin(angle)
-        assert abs(across) < 0.2
-
-
-@pytest.mark.requirement(37)
-def test_a_rolling_window_keeps_what_it_saw_in_its_place():
-    layer = ObstacleLayer(Grid(0.1, 50, 50), rolling=True)
-    layer.see(Pose2(0.05, 0.05), scan_of([1.0]), 0)
-    mark = layer.grid.center(*np.argwhere(layer.costs == LETHAL)[0])
-    layer.see(Pose2(1.0, -1.0), scan_of([math.nan]), 1)
-    assert layer.grid.cell(*mark) is not None
-    assert layer.costs[layer.grid.cell(*mark)] == LETHAL
-    middle = layer.grid.center(25, 25)
-    assert middle == pytest.approx((1.0, -1.0), abs=0.11)
-    layer.see(Pose2(30.0, 0.0), scan_of([math.nan]), 2)
-    assert (layer.costs == NO_INFORMATION).all()
-
-
-# all layers
-
-
-def test_the_higher_cost_wins_where_a_layer_knows_one():
-    master = np.array([255, 255, 0, 100, 254], np.uint8)
-    layer = np.array([255, 0, 254, 50, 0], np.uint8)
-    assert with_maximum(master, layer).tolist() == [255, 0, 254, 100, 254]
+# obstacles
 
 
 @pytest.mark.requirement(37, 52)
-def test_what_a_scan_shows_is_inflated():
-    layer = ObstacleLayer(Grid(0.05, 100, 100), rolling=True)
-    layer.see(Pose2(3.0, 3.0), scan_of([1.5]), 0)
-    local = Costmap(layer.grid, Inflation(1.0, 0.455, 3.0), obstacles=layer.costs)
-    assert local.cost(4.5, 3.0) >= INSCRIBED
-    assert 0 < local.cost(3.7, 3.0) < INSCRIBED
-    assert local.cost(3.4, 3.0) == FREE
+def test_obstacles_are_inflated_and_the_higher_cost_counts():
+    grid = Grid(0.05, 100, 100)
+    ground = Ground(grid, np.zeros((100, 100), np.uint8))
+    ground.costs[50, 10] = LETHAL
+    costmap = Costmap(ground, Inflation(1.0, 0.455, 3.0))
+    seen = Obstacles(grid, np.array([50 * 100 + 60]), 1.0)
+    both = ground.costs.copy()
+    both[50, 60] = LETHAL
+    assert np.array_equal(
+        costmap.with_obstacles(seen), Costmap(Ground(grid, both), costmap.inflation).costs
+    )
+    assert costmap.cost(*grid.center(50, 60)) == FREE
+    nothing = Obstacles(grid, np.empty(0, np.int64), 1.0)
+    assert np.array_equal(costmap.with_obstacles(nothing), costmap.costs)
 
 
 @pytest.mark.requirement(38)
-def test_an_obstacle_in_either_costmap_blocks():
-    map_ = room_map(OUTER, OBSTACLES, 0.05)
-    whole = Costmap(grid_over([OUTER], 0.05, 0.3), Inflation(1.0, 0.455, 3.0), static=map_)
-    layer = ObstacleLayer(Grid(0.05, 100, 100), rolling=True)
-    layer.see(Pose2(3.0, 5.0), scan_of([1.0]), 0)
-    local = Costmap(layer.grid, Inflation(1.0, 0.455, 3.0), obstacles=layer.costs)
-    costs = both(whole, local)
-    for x, y in ((4.0, 5.0), (6.75, 5.1)):
-        assert costs[whole.grid.cell(x, y)] >= INSCRIBED
-    assert costs[whole.grid.cell(1.5, 8.5)] == FREE
+@pytest.mark.parametrize("cell", [(0, 0), (99, 0), (99, 119), (0, 119), (42, 7)])
+def test_an_obstacle_at_the_edge_of_the_map_counts_within_it(cell):
+    grid = Grid(0.05, 100, 120, -1.0, 2.0)
+    ground = Ground(grid, np.zeros((100, 120), np.uint8))
+    costs = Costmap(ground, Inflation(0.5, 0.31, 3.0)).with_obstacles(
+        Obstacles(grid, np.array([cell[0] * 120 + cell[1]]), 0.5)
+    )
+    for row, column in np.ndindex(100, 120):
+        away = 0.05 * math.hypot(row - cell[0], column - cell[1])
+        assert (costs[row, column] >= INSCRIBED) == (away <= 0.31)
 
 
-@pytest.mark.requirement(37, 38)
-@pytest.mark.parametrize("corner", [(-2.0, -2.0), (4.0, 1.0), (2.0, 3.0), (9.0, 9.0), (-9.0, 0.0)])
-def test_a_window_over_the_edge_of_the_map_counts_within_it(corner):
-    whole = Costmap(Grid(0.5, 10, 12, 1.0, -1.0), Inflation(0.0, 0.0))
-    window = Grid(0.5, 6, 6, *corner)
-    marks = np.full((6, 6), FREE, np.uint8)
-    marks[0, 0] = marks[3, 4] = LETHAL
-    costs = both(whole, Costmap(window, Inflation(0.0, 0.0), obstacles=marks))
-    for row, column in np.ndindex(10, 12):
-        at = window.cell(*whole.grid.center(row, column))
-        assert costs[row, column] == (FREE if at is None else marks[at])
-    assert not whole.costs.any()
+@pytest.mark.requirement(35, 38)
+def test_obstacles_of_fine_cells_count_on_coarse_ones():
+    fine, coarse = Grid(0.05, 100, 100, 1.0, -1.0), Grid(0.25, 20, 20, 1.0, -1.0)
+    seen = Obstacles(fine, np.array([50 * 100 + 60]), 0.5)
+    ground = Ground(coarse, np.zeros((20, 20), np.uint8))
+    costs = Costmap(ground, Inflation(0.0, 0.0)).with_obstacles(seen)
+    assert np.argwhere(costs == LETHAL).tolist() == [[10, 12]]
 
 
 def test_the_user_costs_what_the_distance_says_without_any_cells():
-    costmap = Costmap(Grid(1.0, 10, 10), Inflation(1.0, 0.455, 3.0))
+    costmap = Costmap(empty(Grid(1.0, 10, 10)), Inflation(1.0, 0.455, 3.0))
     user = Disc(5.0, 5.0, 0.5)
     assert costmap.cost(5.2, 5.0, user) == LETHAL
     assert costmap.cost(5.9, 5.0, user) == INSCRIBED
@@ -338,26 +233,20 @@ def test_the_user_costs_what_the_distance_says_without_any_cells():
 
 
 def test_places_outside_the_map_are_unknown():
-    costmap = Costmap(Grid(1.0, 10, 10), Inflation())
+    costmap = Costmap(empty(Grid(1.0, 10, 10)), Inflation())
     assert costmap.cost(-1.0, 5.0) == NO_INFORMATION
     assert costmap.cost(math.nan, 5.0) == NO_INFORMATION
 
 
-def test_keepouts_are_lethal_and_not_inflated():
-    costmap = Costmap(Grid(0.5, 8, 8), Inflation(1.0), keepouts=(SQUARE,))
-    assert costmap.cost(1.5, 1.5) == LETHAL
-    assert costmap.cost(2.25, 1.5) == FREE
-
-
-def test_the_slowest_of_all_speed_zones_counts():
-    zones = (SpeedZone(SQUARE, 0.8), SpeedZone(((0, 0), (4, 0), (4, 1.5), (0, 1.5)), 0.5))
-    costmap = Costmap(Grid(0.5, 8, 8), Inflation(), speed_zones=zones)
-    assert costmap.speed_limit(1.5, 1.2) == 0.5
-    assert costmap.speed_limit(1.5, 1.8) == 0.8
-    assert costmap.speed_limit(3.0, 3.0) == math.inf
+def test_keepouts_are_kept_off_like_walls():
+    nothing = map_of(np.zeros((8, 8)), 0.5)
+    costmap = Costmap(Ground.of(nothing, Grid(0.5, 8, 8), (SQUARE,)), Inflation(0.6, 0.5))
+    assert costmap.cost(1.25, 1.25) == LETHAL
+    assert costmap.cost(2.25, 1.25) == INSCRIBED
+    assert costmap.cost(3.25, 1.25) == FREE
 
 
 def test_a_turned_map_is_put_into_the_costmaps_cells():
     map_ = map_of([[100, 0, 0]], 1.0, Pose2(1.0, 0.0, math.pi / 2))
-    costmap = Costmap(Grid(1.0, 3, 1), Inflation(0.0, 0.0), static=map_)
+    costmap = Costmap(Ground.of(map_, Grid(1.0, 3, 1)), Inflation(0.0, 0.0))
     assert costmap.costs[:, 0].tolist() == [LETHAL, FREE, FREE]

@@ -6,18 +6,20 @@ from pathlib import Path
 
 CODE = """
 import gc
+import numpy as np
 from numba.core.registry import CPUDispatcher
 
+from behaviors.profile import load_profile
+from engine.state import Sample
 from hw.geometry import Pose2
 from hw.room import Disc
-from hw.samples import Scan
-from states.maps.cells import Grid
-from states.navigation.costmap import Costmap
-from states.navigation.inflation import Inflation
+from hw.robot import load_robot
+from hw.scene import load_scene
 from states.navigation.local_planner import Limits, Tolerance
-from states.navigation.obstacles import ObstacleLayer
 from states.navigation.planners import GLOBAL_PLANNERS, LOCAL_PLANNERS, warm_up
 from states.navigation.trials import TRIALS, Trial, drive
+from states.site import SUBSYSTEMS
+from tests.scans import scan_of
 
 def kernels():
     return [o for o in gc.get_objects() if isinstance(o, CPUDispatcher)]
@@ -40,9 +42,17 @@ for make in GLOBAL_PLANNERS.values():
             driver = local(planner, Limits(1, 1, 1, 1), Tolerance(), mode)
             drive(driver, Trial("", Pose2(2, 5, 1), Pose2(9, 5, 0), Disc(3, 7, 1), 1), longest=2)
             drive(driver, Trial("", Pose2(0.5, 5), Pose2(2, 2), None, 1), longest=2)
-layer = ObstacleLayer(Grid(0.1, 50, 50), rolling=True)
-layer.see(Pose2(3, 3), Scan("", 0.0, 0.1, (1.0, 2.0)), 0)
-costmap = Costmap(layer.grid, Inflation(1, 0.4), obstacles=layer.costs)
+site = load_profile("tuned").site(load_scene("lab_a").room, load_robot("rbkairos_ur10"))
+seeing = site.obstacle_estimator()
+for n, posts in enumerate(([], [(5.0, 4.0)], [(5.3, 4.0)])):
+    seeing.update("base.pose", Sample(Pose2(3.0, 5.0, 0.5), n * 10**8))
+    seeing.update("base.scan", Sample(scan_of(*posts, sensor=Pose2(3.0, 5.0, 0.5)), n * 10**8))
+    for name in SUBSYSTEMS:
+        planner = site.planner_among(name, seeing.value())
+        planner.plan((3.0, 5.0), (6.0, 3.0), Disc(6.0, 8.0, 1.0))
+        planner.are_free(np.ones((2, 2)))
+        site.costmaps_among(name, seeing.value()).planner("theta_star").plan((3.0, 5.0), (6.0, 3.0))
+assert seeing.value()
 after = versions()
 print([name for name in after if after[name] > before.get(name, 0)])
 """

@@ -1,0 +1,194 @@
+"""What scanners have shown and no map does, as planners take it: cells, boxes, distances.
+
+Every subsystem plans by the same obstacles. Cells are taken a cell larger than they were seen, so
+that noise within a cell changes nothing, and planners are made anew only where something has.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from hw.room import Ring
+from states.maps.cells import Grid, Mask
+from states.maps.distance import distances
+from states.navigation.clearance import Array
+
+if TYPE_CHECKING:
+    from states.navigation.visibility import ExactPlanner
+
+Cells = NDArray[np.int64]
+Area = tuple[slice, slice]
+
+LARGEST_BOX_M = 0.5
+"""Things longer than this are put into several boxes, or one would hold much that is free."""
+FULL = 0.75
+"""A box so full of cells is not cut."""
+MOST_BOXES = 24
+"""If there were more, larger ones are made: a planner among polygons is made anew in a tick."""
+
+
+@dataclass(frozen=True, eq=False)
+class Obstacles:
+    """Cells (numbers row * columns + column, sorted) of a grid where something stands.
+
+    `reach` is how far any subsystem keeps from obstacles or lets them cost, m.
+    """
+
+    grid: Grid
+    cells: Cells
+    reach: float
+    exact: dict[float, ExactPlanner] = field(default_factory=dict, repr=False)
+    """Planners among polygons that know them, by inflation; made when first asked for."""
+
+    def __bool__(self) -> bool:
+        return len(self.cells) > 0
+
+    @cached_property
+    def _fields(self) -> dict[Grid, tuple[Area, Array]]:
+        return {}
+
+    def distances_on(self, grid: Grid) -> tuple[Area, Array]:
+        """Distances to the nearest obstacle's centre, m, and where on a grid they stand."""
+        if grid not in self._fields:
+            self._fields[grid] = self._field(grid)
+        return self._fields[grid]
+
+    def _field(self, grid: Grid) -> tuple[Area, Array]:
+        rows, columns = self._on(grid)
+        if not len(rows):
+            return (slice(0, 0), slice(0, 0)), np.empty((0, 0))
+        more = math.ceil(self.reach / grid.resolution) + 1
+        low, left = max(0, rows.min() - more), max(0, columns.min() - more)
+        high = min(grid.rows, rows.max() + more + 1)
+        right = min(grid.columns, columns.max() + more + 1)
+        mask = np.zeros((high - low, right - left), np.bool_)
+        mask[rows - low, columns - left] = True
+        return (slice(low, high), slice(left, right)), distances(mask, grid.resolution)
+
+    def _on(self, grid: Grid) -> tuple[Cells, Cells]:
+        """Rows and columns of the cells on a grid over the same ground."""
+        rows, columns = np.divmod(self.cells, self.grid.columns)
+        if grid == self.grid:
+            return rows, columns
+        x = self.grid.x + (columns + 0.5) * self.grid.resolution
+        y = self.grid.y + (rows + 0.5) * self.grid.resolution
+        rows = np.floor((y - grid.y) / grid.resolution).astype(np.int64)
+        columns = np.floor((x - grid.x) / grid.resolution).astype(np.int64)
+        inside = (rows >= 0) & (rows < grid.rows) & (columns >= 0) & (columns < grid.columns)
+        return rows[inside], columns[inside]
+
+    @cached_property
+    def boxes(self) -> tuple[Ring, ...]:
+        """Boxes along the axes of the map that hold all cells, and little else."""
+        if not self:
+            return ()
+        rows, columns = np.divmod(self.cells, self.grid.columns)
+        corner = (int(rows.min()), int(columns.min()))
+        mask = np.zeros((rows.max() - corner[0] + 1, columns.max() - corner[1] + 1), np.bool_)
+        mask[rows - corner[0], columns - corner[1]] = True
+        largest, full = LARGEST_BOX_M / self.grid.resolution, FULL
+        found = list(_boxes(mask, largest, full))
+        while len(found) > MOST_BOXES:
+            largest, full = 2.0 * largest, 0.0
+            found = list(_boxes(mask, largest, full))
+        return tuple(self._ring(corner, box) for box in found)
+
+    def _ring(self, corner: tuple[int, int], box: tuple[int, int, int, int]) -> Ring:
+        size, grid = self.grid.resolution, self.grid
+        low, high = (grid.y + (corner[0] + row) * size for row in box[:2])
+        left, right = (grid.x + (corner[1] + column) * size for column in box[2:])
+        return (left, low), (right, low), (right, high), (left, high)
+
+
+def _boxes(mask: Mask, largest: float, full: float) -> Iterator[tuple[int, int, int, int]]:
+    """Rows from, to, columns from, to: of each thing, cut until it is small or its box is full."""
+    labels, _ = ndimage.label(mask, np.ones((3, 3)))
+    for number, area in enumerate(ndimage.find_objects(labels), 1):
+        corner = area[0].start, area[1].start
+        yield from _cut(labels[area] == number, corner, largest, full)
+
+
+def _cut(
+    mask: Mask, corner: tuple[int, int], largest: float, full: float
+) -> Iterator[tuple[int, int, int, int]]:
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    if not len(rows):
+        return
+    mask = mask[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    row, column = corner[0] + int(rows[0]), corner[1] + int(columns[0])
+    height, width = mask.shape
+    if max(height, width) <= largest or (full and mask.mean() >= full):
+        yield row, row + height, column, column + width
+    elif height >= width:
+        half = height // 2
+        yield from _cut(mask[:half], (row, column), largest, full)
+        yield from _cut(mask[half:], (row + half, column), largest, full)
+    else:
+        half = width // 2
+        yield from _cut(mask[:, :half], (row, column), largest, full)
+        yield from _cut(mask[:, half:], (row, column + half), largest, full)
+
+
+class Shown:
+    """The obstacles that were made known last, and whether what is marked by now is still them."""
+
+    def __init__(self, grid: Grid, reach: float) -> None:
+        self.obstacles = Obstacles(grid, np.empty(0, np.int64), reach)
+        self._nothing = self.obstacles
+        self._grown: Mask = np.zeros(grid.rows * grid.columns, np.bool_)
+        self._marked = self.obstacles.cells
+
+    def update(self, marked: Cells) -> None:
+        """Make known what is marked, if it is no longer what it was.
+
+        It is while every marked cell was made known, and beside every one that was marked then
+        something is marked still.
+        """
+        grid = self.obstacles.grid
+        if len(marked) == len(self._marked) == 0:
+            return
+        if len(marked) and holds(marked, self._marked, self._grown, grid.columns):
+            return
+        self._grown[self.obstacles.cells] = False
+        self._marked = marked
+        self.obstacles = self._nothing
+        if len(marked):
+            cells = grown(marked, grid.rows, grid.columns)
+            self._grown[cells] = True
+            self.obstacles = Obstacles(grid, cells, self._nothing.reach)
+
+
+@njit(cache=True)
+def holds(marked: Cells, before: Cells, known: Mask, columns: int) -> bool:
+    """Is all that is marked known, and something marked within a cell of all that was before?"""
+    for cell in marked:
+        if not known[cell]:
+            return False
+    now = set(marked)
+    for cell in before:
+        near = False
+        for up in (-columns, 0, columns):
+            for across in (-1, 0, 1):
+                near = near or cell + up + across in now
+        if not near:
+            return False
+    return True
+
+
+def grown(marked: Cells, rows: int, columns: int) -> Cells:
+    """The cells and their eight neighbours on the grid, sorted, each once."""
+    row, column = np.divmod(marked, columns)
+    steps = np.array((-1, 0, 1))
+    row = np.clip(row[:, None, None] + steps[None, :, None], 0, rows - 1)
+    column = np.clip(column[:, None, None] + steps[None, None, :], 0, columns - 1)
+    found: Cells = np.unique(row * columns + column)
+    return found
