@@ -268,7 +268,7 @@ class SafetyChain:
         It falls with the age of their pose, so that the way covered unseen does not grow.
         """
         limits, user = self.limits, self._user
-        if user.speed is None or user.speed >= limits.still:
+        if user.steady is None or user.steady >= limits.still:
             return 0.0
         floor = limits.touch_gap
         if self._served_from is not None:
