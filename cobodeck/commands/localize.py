@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.arguments import length, word
+from cobodeck.arguments import length, pose, word
 from cobodeck.console import FAILED, OK, Problem, show, show_json, table
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
-        "--start", type=_pose, metavar="X,Y,YAW",
+        "--start", type=pose, metavar="X,Y,YAW",
         help="where the base is at first, m and rad; default: as its map was made, else unknown",
     )  # fmt: skip
     where.add_argument(
@@ -47,17 +47,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--csv", type=Path, metavar="FILE", help="the trajectory, for spreadsheets")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="X.svg, .png or .pdf")
     parser.add_argument("--json", action="store_true", help="for programs")
-
-
-def _pose(text: str) -> Pose2:
-    from hw.geometry import Pose2
-
-    try:
-        x, y, yaw = (float(part) for part in text.split(","))
-        return Pose2.checked(x, y, yaw)
-    except ValueError:
-        hint = "x,y in m and yaw in rad, as 1.5,-2,0.3"
-        raise argparse.ArgumentTypeError(f"{text!r} is no pose: {hint}") from None
 
 
 def _yaml(text: str) -> Path:
@@ -132,10 +121,11 @@ def _write_csv(found: Localized, path: Path) -> None:
         rows = csv.writer(stream)
         rows.writerow(("t", "x", "y", "yaw", "sigma", "sigma_yaw", "status", "wall"))
         for step in found.steps:
-            pose, sigma = step.pose, step.sigma
-            where = ("",) * 5 if pose is None else (
-                pose.x, pose.y, pose.yaw, sigma.position, sigma.yaw
-            )  # fmt: skip
+            at, sigma = step.pose, step.sigma
+            where = ["", "", "", "", ""]
+            if at is not None:
+                told = at.x, at.y, at.yaw, sigma.position, sigma.yaw
+                where = [repr(number) for number in told]
             wall = "" if step.wall is None else step.wall
             rows.writerow((step.stamp_ns / 1e9, *where, step.status, wall))
 
@@ -183,8 +173,8 @@ def summary(found: Localized) -> str:
     return f"{found.log.path}: {found.log.form}, {found.log.duration:.1f} s\n\n{table(rows)}"
 
 
-def _where(pose: Pose2) -> str:
-    return f"at {pose.x:.2f}, {pose.y:.2f} m, {math.degrees(pose.yaw):.1f} deg"
+def _where(start: Pose2) -> str:
+    return f"at {start.x:.2f}, {start.y:.2f} m, {math.degrees(start.yaw):.1f} deg"
 
 
 def _walls(walls: dict[str, float] | None) -> str:

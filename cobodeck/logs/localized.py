@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -95,7 +95,7 @@ def localize(
     localizer = Localizer(ground.field, log.sensing, Tracking.of(log.sensing), start, seed)
     steps: list[Step] = []
     number = -1
-    begin = _begin(log, ground)
+    begin = min(ground.scored, default=0) - 1
     for sample in log.samples:
         number += sample.name == SCAN
         if number < begin and sample.name != SCAN and not steps:
@@ -119,11 +119,6 @@ def first_pose(ground: Ground) -> Pose2 | None:
     return None
 
 
-def _begin(log: SensorLog, ground: Ground) -> int:
-    """The scan after which the log is listened to: the last one before the first scored one."""
-    return min(ground.scored, default=0) - 1
-
-
 def _step(localizer: Localizer, sample: Any, log: SensorLog, ground: Ground, took: float) -> Step:
     pose, stamp = localizer.pose, localizer.stamp_ns
     status, sigma = localizer.status, localizer.sigma
@@ -136,8 +131,6 @@ def _step(localizer: Localizer, sample: Any, log: SensorLog, ground: Ground, too
 
 def _judged(steps: Sequence[Step], log: SensorLog, ground: Ground) -> tuple[list[Step], Frame]:
     """With corrected poses; those of another map are laid onto the estimates as a whole."""
-    from dataclasses import replace
-
     true = [reference_at(log, step.stamp_ns) for step in steps]
     pairs = [(s.pose, t) for s, t in zip(steps, true, strict=True) if s.pose and t]
     if ground.own or not pairs:

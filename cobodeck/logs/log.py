@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from engine.files.finding import mistake
 from hw.geometry import STILL, Pose2, Pose3, wrap
+from hw.room import Room
 from hw.samples import Odometry, Sample, Scan, is_finite
 from hw.sensing import ImuModel, LidarModel, Mount, OdometryModel, Sensing
 from states.localization.trail import velocity_of
@@ -47,6 +48,7 @@ class SensorLog:
         sensing: the scanners with their mounts, and which other sensors there are.
         reference: corrected or true poses, in order; empty where there are none.
         remarks: what was left out, and why.
+        room: in which the log was made, where it says so.
     """
 
     path: Path
@@ -55,6 +57,7 @@ class SensorLog:
     sensing: Sensing
     reference: tuple[Reference, ...] = ()
     remarks: tuple[str, ...] = ()
+    room: Room | None = None
 
     def count(self, name: str) -> int:
         """How many samples of a name there are."""
@@ -95,6 +98,7 @@ class Gathered:
     """What a reader has found so far, in any order; stamps in ns of any clock.
 
     `sensing` is that of a robot file, where the log has one; else it is told by the samples.
+    `room` is that of its scene.
     """
 
     path: Path
@@ -104,6 +108,7 @@ class Gathered:
     lidars: dict[str, LidarModel] = field(default_factory=dict)
     remarks: dict[str, int] = field(default_factory=lambda: defaultdict(int))
     sensing: Sensing | None = None
+    room: Room | None = None
 
     def put(self, name: str, stamp_ns: int, value: object) -> None:
         """Take a sample; one with numbers that are none is left out, and told."""
@@ -168,7 +173,7 @@ class Gathered:
         poses = {ref.stamp_ns - start: ref.pose for ref in self.reference}
         sensing = self.sensing or self._sensing(samples)
         reference = tuple(Reference(at, poses[at]) for at in sorted(poses))
-        return SensorLog(self.path, self.form, samples, sensing, reference, told)
+        return SensorLog(self.path, self.form, samples, sensing, reference, told, self.room)
 
     def _sensing(self, samples: Sequence[Sample]) -> Sensing:
         stamps: dict[str, list[int]] = defaultdict(list)

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from hw.room import Room
 
 Split = Literal["halves", "alternate"]
+_HALVES: Split = "halves"
+_ALTERNATE: Split = "alternate"
 ALL_BEAMS = 100_000
 _SEEN = 0.6
 """Beams of a scan that must end in what a map has seen, if it is to tell where the base is."""
@@ -73,7 +75,8 @@ def given_ground(place: str, log: SensorLog, resolution: float = RESOLUTION) -> 
     numbers = frozenset(range(log.count(SCAN)))
     path = Path(place)
     if path.is_file() and is_rawlog(path):
-        map_ = _map_of(placed_by_reference(read_rawlog(path)), read_rawlog(path), resolution)
+        seen = read_rawlog(path)
+        map_ = _map_of(placed_by_reference(seen), seen, resolution)
         return Ground(f"{place}, {resolution:g} m", map_field(map_), map_, None, numbers, own=False)
     if path.is_file() and _is_map(path):
         map_ = load_map(path)
@@ -83,6 +86,12 @@ def given_ground(place: str, log: SensorLog, resolution: float = RESOLUTION) -> 
     room = load_scene(place).room
     own = log.form == "record"  # poses of a record are those of its scene
     return Ground(f"scene {place}", room_field(room), None, room, numbers, own=own)
+
+
+def room_ground(log: SensorLog, room: Room) -> Ground:
+    """The ground of the room in which the log was made."""
+    numbers = frozenset(range(log.count(SCAN)))
+    return Ground("the room of the log", room_field(room), None, room, numbers)
 
 
 def built_ground(log: SensorLog, resolution: float = RESOLUTION) -> Ground:
@@ -99,23 +108,14 @@ def built_ground(log: SensorLog, resolution: float = RESOLUTION) -> Ground:
     placed = placed_by_reference(log) if log.reference else placed_by_matching(log, resolution)
     if len(placed) < 4:
         raise mistake(log.path, f"has poses for {len(placed)} scans only: too few for a map")
-    half, split = len(placed) // 2, "halves"
-    map_ = _map_of(placed[:half], log, resolution)
-    scored = [one.number for one in placed[half:]]
-    if not _is_seen(map_, placed[half:], log):
-        split = "alternate"
-        map_ = _map_of(placed[::2], log, resolution)
-        scored = [one.number for one in placed[1::2]]
-    part = "the first half of its scans" if split == "halves" else "every other scan"
-    return Ground(
-        f"{part}, by {by}, {resolution:g} m",
-        map_field(map_),
-        map_,
-        None,
-        frozenset(scored),
-        "halves" if split == "halves" else "alternate",
-        tuple(placed),
-    )
+    half = len(placed) // 2
+    map_, scored, split = _map_of(placed[:half], log, resolution), placed[half:], _HALVES
+    if not _is_seen(map_, scored, log):
+        map_, scored, split = _map_of(placed[::2], log, resolution), placed[1::2], _ALTERNATE
+    part = "the first half of its scans" if split == _HALVES else "every other scan"
+    source = f"{part}, by {by}, {resolution:g} m"
+    numbers = frozenset(one.number for one in scored)
+    return Ground(source, map_field(map_), map_, None, numbers, split, tuple(placed))
 
 
 def placed_by_reference(log: SensorLog) -> list[Placed]:

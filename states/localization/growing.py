@@ -129,16 +129,16 @@ class GrowingWalls:
 def points_in(map_from_base: Pose2, points: Array) -> Array:
     """Points (n, 2) of the base frame in the map."""
     c, s = math.cos(map_from_base.yaw), math.sin(map_from_base.yaw)
-    turned: Array = points @ np.array([[c, s], [-s, c]])
-    return turned + np.array([map_from_base.x, map_from_base.y])
+    moved: Array = points @ np.array([[c, s], [-s, c]]) + [map_from_base.x, map_from_base.y]
+    return moved
 
 
 @njit(cache=True)
 def _brush(nearest: Array, places: Array, cell: float) -> None:
     """Lower the distances about the cells in which places lie; places count in cells."""
-    around = int(math.ceil(_REACH / cell))
+    around = math.ceil(_REACH / cell)
     for i in range(len(places)):
-        column, row = int(math.floor(places[i, 0])), int(math.floor(places[i, 1]))
+        column, row = math.floor(places[i, 0]), math.floor(places[i, 1])
         if nearest[row, column] == 0.0:
             continue
         for dy in range(-around, around + 1):

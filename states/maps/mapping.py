@@ -124,7 +124,7 @@ def _count(counts: Counts, start: Array, ends: Array, scan: int, farthest: float
     """Ends first, so that no beam of the scan passes them; places count in cells."""
     for i in range(len(ends)):
         if math.hypot(ends[i, 0] - start[0], ends[i, 1] - start[1]) <= farthest:
-            cell = counts[int(math.floor(ends[i, 1])), int(math.floor(ends[i, 0]))]
+            cell = counts[math.floor(ends[i, 1]), math.floor(ends[i, 0])]
             if cell[2] != scan:
                 cell[0] += 1
                 cell[2] = scan
@@ -138,9 +138,9 @@ def _pass(counts: Counts, start: Array, end: Array, scan: int, farthest: float) 
     dx, dy = end[0] - start[0], end[1] - start[1]
     length = math.hypot(dx, dy)
     share = min(1.0, farthest / length) if length > 0.0 else 0.0
-    column, row = int(math.floor(start[0])), int(math.floor(start[1]))
-    last_column = int(math.floor(start[0] + share * dx))
-    last_row = int(math.floor(start[1] + share * dy))
+    column, row = math.floor(start[0]), math.floor(start[1])
+    last_column = math.floor(start[0] + share * dx)
+    last_row = math.floor(start[1] + share * dy)
     step_x, step_y = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
     to_x = (column + (dx > 0.0) - start[0]) / dx if dx != 0.0 else math.inf
     to_y = (row + (dy > 0.0) - start[1]) / dy if dy != 0.0 else math.inf
