@@ -95,10 +95,6 @@ class Fusion:
         x, y, yaw = known[0][:3].tolist()
         return Pose2(x, y, yaw), known[1][:3, :3]
 
-    def pose_at(self, stamp_ns: int) -> Pose2 | None:
-        """map_from_base at a stamp."""
-        return self._filter.pose_at(stamp_ns)
-
     def _correct(self, stamp_ns: int, source: str, pose: Pose2, covariance: Array) -> Verdict:
         values = (pose.x, pose.y, pose.yaw)
         return self._filter.correct(Measurement(stamp_ns, source, values, covariance))
@@ -106,7 +102,8 @@ class Fusion:
 
 def covariance_of(sigma: PoseSigma) -> Array:
     """Of x, y and yaw (3, 3), with no direction preferred."""
-    return np.diag([sigma.position**2, sigma.position**2, sigma.yaw**2])
+    place, yaw = sigma.position**2, sigma.yaw**2
+    return np.array([[place, 0.0, 0.0], [0.0, place, 0.0], [0.0, 0.0, yaw]])
 
 
 def inverse(matrix: Array) -> Array:
