@@ -38,6 +38,8 @@ MISSING = 0.3
 """Wheels that are silent for longer than scans are missing, s."""
 TURNED = 0.05
 """A base that the gyroscope feels turning faster is not at rest, whatever its wheels say, rad/s."""
+CARRIED_NS = 1_000_000_000
+"""Longer than this no pose is moved on by the wheels alone."""
 MOMENT_NS = 50_000_000
 """Over so long a velocity is told."""
 UNSEEN_NS = 1_000_000_000
@@ -46,6 +48,10 @@ STOOD = 0.3
 """Wheels that have not moved for so long stand, s."""
 ALIKE = 0.3
 """For so long errors of matches on a scanned map stay alike, s: the map is off by half a cell."""
+LEAP = 3.0
+"""A match that is off its prediction by more standard deviations has to repeat itself."""
+CERTAIN = 0.8
+"""But not if such a share of its beams is on walls."""
 BETTER = 0.1
 """A place elsewhere is believed if its share of beams on walls is higher by so much."""
 AROUND = PoseSigma(0.3, 0.2)
@@ -230,17 +236,19 @@ class Localizer:
         known = self._fusion.at(cloud.stamp_ns)
         if known is None:
             return
+        predicted = self._carried_on(cloud.stamp_ns) or known[0]
         # more than it may be off by, for the filter adds what is known to the match once more
-        found = self._match(cloud, known[0], 4.0 * known[1])
+        found = self._match(cloud, predicted, 4.0 * known[1])
         values = self._values
         if not found.is_fair(values.matching):
-            around = self._match(cloud, known[0], covariance_of(AROUND))
+            around = self._match(cloud, predicted, covariance_of(AROUND))
             found = around if around.is_healthy(values.matching) else found
         self._share = found.share
         if found.is_fair(values.matching):
-            alone = self._watch.wrong or self._are_silent
             pose, information = found.map_from_base, found.information
-            self._fusion.scan(cloud.stamp_ns, pose, information, alone=alone)
+            believed = self._watch.wrong or self._are_silent or found.share >= CERTAIN
+            leaps = not believed and not _is_near(pose, predicted, known[1])
+            self._fusion.scan(cloud.stamp_ns, pose, information, gated=leaps)
             self._fair_ns = cloud.stamp_ns
         healthy = found.is_healthy(values.matching)
         self._bad, self._good = (0, self._good + 1) if healthy else (self._bad + 1, 0)
@@ -248,6 +256,19 @@ class Localizer:
         if healthy:
             self._compare_wheels(cloud.stamp_ns, found.map_from_base)
             self._settle(cloud.stamp_ns)
+
+    def _carried_on(self, stamp_ns: int) -> Pose2 | None:
+        """The pose of the last fair match, moved on by the very way of the wheels.
+
+        The filter knows ways as velocities: between words that come seldom or unevenly it is off.
+        """
+        if self._moving(self._fair_ns, stamp_ns) is None or stamp_ns - self._fair_ns > CARRIED_NS:
+            return None
+        then = self._fusion.at(self._fair_ns)
+        before, now = self._trail.at(self._fair_ns), self._trail.at(stamp_ns)
+        if then is None or before is None or now is None:
+            return None
+        return then[0] @ (before.inverse() @ now)
 
     def _match(self, cloud: Cloud, predicted: Pose2, covariance: Array) -> Match:
         self.counts["matched"] += 1
@@ -362,6 +383,14 @@ class Localizer:
             self._mode = "tracking"
         if verdict.outcome == "rejected" and self._mode != "tracking":
             self._search.about(pose, 9.0 * covariance)
+
+
+def _is_near(found: Pose2, predicted: Pose2, covariance: Array) -> bool:
+    """Is a match within what the prediction may be off by, several times over?"""
+    place = LEAP * math.sqrt(0.5 * (covariance[0, 0] + covariance[1, 1])) + SAME_M
+    turn = LEAP * math.sqrt(covariance[2, 2]) + SAME_RAD
+    near = found.distance_to(predicted) < place
+    return near and abs(wrap(found.yaw - predicted.yaw)) < turn
 
 
 def _same(one: Pose2, other: Pose2) -> bool:
