@@ -48,6 +48,8 @@ STOOD = 0.3
 """Wheels that have not moved for so long stand, s."""
 ALIKE = 0.3
 """For so long errors of matches on a scanned map stay alike, s: the map is off by half a cell."""
+SMOOTH = 0.05
+"""By so much each scan counts in the share of beams on walls."""
 LEAP = 3.0
 """A match that is off its prediction by more standard deviations has to repeat itself."""
 CERTAIN = 0.8
@@ -93,8 +95,8 @@ class Localizer:
         self._sigma: PoseSigma | None = None
         self._resting = False
         self._check_ns = self._scan_ns = self._fair_ns = 0
-        self._bad = self._good = self._stood = self._elsewhere = 0
-        self._sure_ns, self._share = -1, 0.0
+        self._bad = self._stood = self._elsewhere = 0
+        self._sure_ns, self._share = -1, 1.0
         # what no averaging removes: on a scanned map half a cell, and what that turns by
         least, half = self._values.floor_sigma, field_.sigma
         self._floor = covariance_of(
@@ -242,8 +244,8 @@ class Localizer:
         values = self._values
         if not found.is_fair(values.matching):
             around = self._match(cloud, predicted, covariance_of(AROUND))
-            found = around if around.is_healthy(values.matching) else found
-        self._share = found.share
+            found = around if around.is_plain(values.matching, values.plain) else found
+        self._share += SMOOTH * (found.share - self._share)
         if found.is_fair(values.matching):
             pose, information = found.map_from_base, found.information
             believed = self._watch.wrong or self._are_silent or found.share >= CERTAIN
@@ -251,7 +253,7 @@ class Localizer:
             self._fusion.scan(cloud.stamp_ns, pose, information, gated=leaps)
             self._fair_ns = cloud.stamp_ns
         healthy = found.is_healthy(values.matching)
-        self._bad, self._good = (0, self._good + 1) if healthy else (self._bad + 1, 0)
+        self._bad = 0 if healthy else self._bad + 1
         self._change_mode(cloud.stamp_ns)
         if healthy:
             self._compare_wheels(cloud.stamp_ns, found.map_from_base)
@@ -278,12 +280,14 @@ class Localizer:
 
     def _change_mode(self, stamp_ns: int) -> None:
         values = self._values
-        if self._mode == "tracking" and self._bad >= values.patience and stamp_ns > self._sure_ns:
+        good = self._share >= values.plain and self._bad == 0
+        odd = self._share < values.plain or self._bad >= values.patience
+        if self._mode == "tracking" and odd and stamp_ns > self._sure_ns:
             self._mode = "doubtful"
             self._elsewhere = 0
             here = self._fusion.at(stamp_ns)
             self._search.anywhere(None if here is None else here[0])
-        elif self._mode == "doubtful" and self._good >= values.patience:
+        elif self._mode == "doubtful" and good:
             self._mode = "tracking"
         elif self._mode == "doubtful" and stamp_ns - self._fair_ns > values.lost_after * 1e9:
             self._mode = "lost"
@@ -343,12 +347,13 @@ class Localizer:
             return
         self.counts["found"] += 1
         self._sure_ns = cloud.stamp_ns + round(self._values.sure_for * 1e9)
-        self._mode, self._bad, self._good = "tracking", 0, 0
+        self._mode, self._bad = "tracking", 0
         if stays:
             return
         covariance = inverse(found.information + np.eye(3))
         velocity = self._moving(cloud.stamp_ns - MOMENT_NS, cloud.stamp_ns)
         self._fusion.begin(cloud.stamp_ns, found.map_from_base, covariance, velocity)
+        self._share = found.share
         self._watch.restart()
 
     def _is_elsewhere(self, found: Match) -> bool:
