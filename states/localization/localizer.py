@@ -341,9 +341,10 @@ class Localizer:
         found = self._search.update(odom_from_base, cloud.points)
         if found is None:
             return
-        here = self._fusion.at(cloud.stamp_ns) if self._fusion.begun else None
+        doubtful = self._mode == "doubtful"
+        here = self._fusion.at(cloud.stamp_ns) if doubtful else None
         stays = here is not None and _same(here[0], found.map_from_base)
-        if self._mode == "doubtful" and not stays and not self._is_elsewhere(found):
+        if doubtful and not stays and not self._is_elsewhere(found):
             return
         self.counts["found"] += 1
         self._sure_ns = cloud.stamp_ns + round(self._values.sure_for * 1e9)
@@ -353,7 +354,7 @@ class Localizer:
         covariance = inverse(found.information + np.eye(3))
         velocity = self._moving(cloud.stamp_ns - MOMENT_NS, cloud.stamp_ns)
         self._fusion.begin(cloud.stamp_ns, found.map_from_base, covariance, velocity)
-        self._share = found.share
+        self._fair_ns, self._share = cloud.stamp_ns, found.share
         self._watch.restart()
 
     def _is_elsewhere(self, found: Match) -> bool:
