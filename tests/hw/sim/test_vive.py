@@ -230,8 +230,9 @@ def test_the_person_is_tracked_everywhere_or_in_the_area_alone() -> None:
         return Pose2(2.0 + 1.0e-9 * now, 3.0, 0.0)
 
     def lost(everywhere: bool) -> list[UserPose]:
-        vive = replace(ViveErrors(lost_for=0.0, delay=0.0), person_everywhere=everywhere)
-        run = driven(vive, scene=scene, walk=walk, command=lambda _: STILL, instants=ticks(5.0))
+        vive = ViveErrors(lost_for=0.0, delay=0.0)
+        there = replace(scene, tracking="everywhere" if everywhere else "area")
+        run = driven(vive, scene=there, walk=walk, command=lambda _: STILL, instants=ticks(5.0))
         return [pose for _, pose in user_poses(run)]
 
     assert len(lost(True)) == 150
