@@ -121,9 +121,12 @@ class GrowingWalls:
         """The distances so far; it changes as walls are added."""
         rows, columns = self._nearest.shape
         none, nobody = np.empty((0, 5)), np.empty(0, np.int32)
-        table = Table(self._cell, rows, columns, _REACH, none, nobody, nobody, self._nearest)
+        anywhere = np.empty((0, 0), np.bool_)
+        table = Table(
+            self._cell, rows, columns, _REACH, none, nobody, nobody, self._nearest, anywhere
+        )
         x, y = (self._cell * count for count in self._corner)
-        return Field(Pose2(x, y), table, np.empty((0, 2)), 0.5 * self._cell)
+        return Field(Pose2(x, y), table, 0.5 * self._cell)
 
 
 def points_in(map_from_base: Pose2, points: Array) -> Array:
