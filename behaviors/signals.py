@@ -84,7 +84,7 @@ def signals(
     cells = cache(partial(_cells, site, settings))
     return (
         *(measured() if localizer is None else localized(localizer)),
-        *planning(site, scanning),
+        *planning(site, scanning, "base.pose" if localizer is None else ESTIMATE),
         Estimated(
             "user.velocity", ("user.pose",), partial(VelocityEstimator, user.window), Twist2,
             about="in the map, by least squares; turn of the body as wz",
@@ -146,13 +146,14 @@ def localized(localizer: Callable[[], Localizes]) -> tuple[Signal, ...]:
     )  # fmt: skip
 
 
-def planning(site: Site, scanning: bool = True) -> tuple[Signal, ...]:
+def planning(site: Site, scanning: bool = True, located: str = "base.pose") -> tuple[Signal, ...]:
     """What scanners show and no map does, and by it costmaps and planner of each subsystem.
 
-    Where nothing scans, planners go by map or room alone.
+    Where nothing scans, planners go by map or room alone. `located` tells poses of the base.
     """
+    sensed = (located, "user.pose", "base.scan")
     obstacles = Estimated(
-        OBSTACLES, ("base.pose", "user.pose", "base.scan"), site.obstacle_estimator, needs=(),
+        OBSTACLES, sensed, site.obstacle_estimator, needs=(),
         about="what scanners have shown about the robot and no map does",
     )  # fmt: skip
     planners = (signal for name in SUBSYSTEMS for signal in _planning(site, name, scanning))

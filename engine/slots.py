@@ -191,10 +191,9 @@ class EstimatedSlot(Slot):
             self.newest = None
             return
         stamp = self.stamp()
-        stamp = ALWAYS_NS if stamp is None else stamp
-        before = self.newest
-        if before is not None and value is before.value and stamp == before.stamp:
-            return  # it has said nothing new
+        before, stamp = self.newest, ALWAYS_NS if stamp is None else stamp
+        if before is not None and before.value is value and before.stamp == stamp:
+            return  # those who rest on it have heard that
         self.newest = Sample(value, stamp)
         for follower, index in self.followers:
             follower.pending.append((interval, arrived, index, self.newest))

@@ -9,11 +9,12 @@ A scene file names its room either by its polygons or by another scene that has 
     user: {source: study, start: {x: 6.0, y: 5.0, yaw: 3.1}}
     parking: {corner: {x: 1.15, y: 1.15, yaw: 0.785}}
     touchable: [{from: [3.0, 4.5], to: [6.0, 4.5], low: 0.0, high: 2.0}]
+    objects: [{kind: chair, at: [3.0, 4.0], appears: 12 s}]
 
 Metres and radians where no unit stands (`780 cm`, `90 deg`). `user.source` is a script of
 `hw/users` or a recording, the default of `--user`; paths are told from the scene's folder.
-`touchable` are surfaces that only the user sees (`interaction.py`). `user`, `parking`, `touchable`
-and the lists in `room` except `outer` may be left out.
+`touchable` are surfaces that only the user sees (`interaction.py`), `objects` what no map shows
+(`things.py`). These, `user`, `parking` and the lists in `room` except `outer` may be left out.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ from hw.geometry import Pose2
 from hw.interaction import Surface
 from hw.places import Place, Pose
 from hw.room import MIN_WIDTH, Room
+from hw.things import Thing
 
 FOLDER = Path(__file__).parent / "scenes"
 
@@ -56,6 +58,7 @@ class Scene:
     user_start: Pose2 | None = None
     parking: tuple[tuple[str, Pose2], ...] = ()
     touchable: tuple[Surface, ...] = ()
+    objects: tuple[Thing, ...] = ()
     folder: Path | None = field(default=None, repr=False, compare=False)
 
     def parking_spot(self, name: str) -> Pose2:
@@ -147,6 +150,7 @@ class _Scene:
     user: _User = _User()
     parking: Mapping[str, Pose] = field(default_factory=dict)
     touchable: tuple[_Surface, ...] = ()
+    objects: tuple[Thing, ...] = ()
 
     def faults(self) -> Iterator[Fault]:
         poses = {"robot.start": self.robot.start}
@@ -161,6 +165,10 @@ class _Scene:
                     f"({pose.x:g}, {pose.y:g}) is not on the free floor; the room reaches from "
                     f"({x_low:g}, {y_low:g}) to ({x_high:g}, {y_high:g})",
                 )
+        for n, thing in enumerate(self.objects):
+            for x, y in (thing.at, *thing.walks):
+                if not self.room.is_free(x, y):
+                    yield f"objects.{n}", f"({x:g}, {y:g}) is not on the free floor"
 
 
 def scene_from(item: Item) -> Scene:
@@ -180,5 +188,6 @@ def scene_from(item: Item) -> Scene:
         user_start=read.user.start,
         parking=tuple(read.parking.items()),
         touchable=tuple(Surface(s.from_, s.to, s.low, s.high) for s in read.touchable),
+        objects=read.objects,
         folder=item.folder,
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
@@ -116,7 +116,10 @@ class Site:
     latency: float = 0.0
     map: OccupancyMap | None = None
     pose_sigma: PoseSigma = EXACT
-    _grounds: dict[float, Ground] = field(default_factory=dict, init=False, repr=False)
+
+    @cached_property
+    def _grounds(self) -> dict[float, Ground]:
+        return {}
 
     def ground(self, resolution: float) -> Ground:
         """What the map shows, or the room, on cells of this size; the same for all subsystems."""

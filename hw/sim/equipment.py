@@ -15,10 +15,11 @@ from hw.sim.imu import SimImu
 from hw.sim.lidar import SimLidar
 from hw.sim.odometry import SimOdometry
 from hw.sim.person_view import PersonView
-from hw.sim.shapes import Body, Shapes
+from hw.sim.shapes import Shapes
 from hw.sim.slip import Floor
 from hw.sim.track import Track
 from hw.sim.vive import RoverTrackers
+from hw.things import Body
 
 PERSON_HEIGHT = 1.8
 

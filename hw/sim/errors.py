@@ -101,6 +101,9 @@ class ViveErrors:
     `lost_every` for up to `lost_for`. Found again while no other is in view, it is off by a length
     and an angle between the two of `jump` and of `jump_turn`, until it is lost again.
 
+    While the person's own tracker is lost and their headset is seen, the VR side tells the body by
+    the headset, off by up to `by_headset`; 0: it tells nothing meanwhile.
+
     `restart`: where the frame of tracking is, seen from where the calibration takes it to be, as
     after a restart of the tracking; what is told of the person in the map goes by the calibration.
     """
@@ -116,6 +119,7 @@ class ViveErrors:
     lost_for: Annotated[Duration, Range(0.0, 30.0)] = 0.5
     jump: tuple[Spread, Spread] = (0.015, 0.047)
     jump_turn: tuple[Turned, Turned] = (math.radians(1.3), math.radians(1.8))
+    by_headset: Annotated[Length, Range(0.0, 0.5)] = 0.05
     restart: Pose = _WHERE_IT_WAS
     delay: Lag = 0.01
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hw.geometry import STILL, Pose2, Twist2
+from hw.geometry import Pose2, Twist2
 from hw.samples import PoseSigma
 from states.localization.planar import SLIPPING, PlanarFilter, planar_config
 from states.localization.sources import Measurement, Noise, Source, Verdict
@@ -20,8 +20,6 @@ STANDING, MOVING = (1e-3, 1e-3), (5e-3, 1e-2)
 """What wheels tell wrongly, m/s and rad/s; of slip the process noise knows."""
 TURNING = 5e-3
 """What a gyroscope tells wrongly, rad/s."""
-DISBELIEVED = (1.0, 1.0)
-"""Wheels that were found to be wrong, m/s and rad/s."""
 NOWHERE = 1e-2
 """Information that stands for none, 1/m2 and 1/rad2."""
 TRACKERS_ALIKE = 5.0
@@ -55,8 +53,8 @@ class Fusion:
         """Forget all, and begin with this pose; with any velocity if that is not known."""
         self._filter.reset()
         self._correct(stamp_ns, "start", map_from_base, covariance)
-        known = moving is not None
-        self.wheels(stamp_ns, moving or STILL, standing=False, believed=known)
+        if moving is not None:
+            self.wheels(stamp_ns, moving, standing=False)
         self.begun = True
 
     def wheels(
@@ -66,12 +64,9 @@ class Fusion:
         *,
         standing: bool,
         rate: float | None = None,
-        believed: bool = True,
     ) -> None:
         """The velocity in the base frame; `rate` is the gyroscope's, which knows turns better."""
         speed, turn = STANDING if standing else MOVING
-        if not believed:
-            speed, turn = DISBELIEVED
         wz = velocity.wz
         if rate is not None and not standing:
             wz, turn = rate, TURNING

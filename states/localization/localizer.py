@@ -41,6 +41,8 @@ MISSING = 0.3
 """Wheels that are silent for longer than scans are missing, s."""
 MOMENT_NS = 50_000_000
 """Over so long a velocity is told."""
+UNSEEN_NS = 1_000_000_000
+"""Where no scans have come for so long, trackers alone have to do."""
 STOOD = 0.3
 """Wheels that have not moved for so long stand, s."""
 ALIKE = 0.3
@@ -63,6 +65,7 @@ class LocalizerValues:
 
     `start_sigma` is how far off the told start may be. Of `patience` unhealthy matches in a row on
     the base is searched, unless a search has said within the last `sure_for` s that it is here;
+    and one found elsewhere by `elsewhere` scans in a row is gone to;
     after `lost_after` s without a fair match there is no pose. The pose of a standing base is
     settled when it is sure to `rest_sigma`, or after `rest_scans`; then it is looked at every
     `check` s. Trackers correct it every `vive_period` s, and every `vive_period_turning` s while it
@@ -74,6 +77,7 @@ class LocalizerValues:
     particles: AmclValues = field(default_factory=AmclValues)
     start_sigma: PoseSigma = _START
     patience: Annotated[int, Range(1, 1000)] = 5
+    elsewhere: Annotated[int, Range(1, 1000)] = 40
     sure_for: Annotated[Duration, Range(0.0, 600.0)] = 5.0
     lost_after: Annotated[Duration, Range(0.1, 60.0)] = 2.0
     rest_sigma: PoseSigma = _REST
@@ -115,7 +119,7 @@ class Localizer:
         self._covariance: Array | None = None
         self._rest: tuple[Pose2, Array] | None = None
         self._check_ns = self._scan_ns = self._fair_ns = 0
-        self._bad = self._good = self._stood = 0
+        self._bad = self._good = self._stood = self._elsewhere = 0
         self._sure_ns, self._share = -1, 0.0
         self.counts: Counter[str] = Counter()
 
@@ -194,14 +198,13 @@ class Localizer:
                 self._stamp_ns = stamp_ns
                 return
             self._get_up(before or stamp_ns)
-        if self._fusion.begun:
+        if self._fusion.begun and not self._watch.wrong:
             middle = stamp_ns if before is None else (before + stamp_ns) // 2
             self._fusion.wheels(
                 middle,
                 self._trail.last_velocity(),
                 standing=self._trail.standing > STOOD,
                 rate=rate,
-                believed=not self._watch.wrong,
             )
         self._move_on(stamp_ns)
 
@@ -281,6 +284,7 @@ class Localizer:
         values = self._values
         if self._mode == "tracking" and self._bad >= values.patience and stamp_ns > self._sure_ns:
             self._mode = "doubtful"
+            self._elsewhere = 0
             self._search.anywhere(self._fusion.pose_at(stamp_ns))
         elif self._mode == "doubtful" and self._good >= values.patience:
             self._mode = "tracking"
@@ -344,7 +348,7 @@ class Localizer:
             return
         here = self._fusion.pose_at(cloud.stamp_ns)
         stays = here is not None and _same(here, found.map_from_base)
-        if self._mode == "doubtful" and not stays and found.share < self._share + BETTER:
+        if self._mode == "doubtful" and not stays and not self._is_elsewhere(found):
             return
         self.counts["found"] += 1
         self._sure_ns = cloud.stamp_ns + round(self._values.sure_for * 1e9)
@@ -355,6 +359,12 @@ class Localizer:
         velocity = self._moving(cloud.stamp_ns - MOMENT_NS, cloud.stamp_ns)
         self._fusion.begin(cloud.stamp_ns, found.map_from_base, covariance, velocity)
         self._watch.restart()
+
+    def _is_elsewhere(self, found: Match) -> bool:
+        """Was a place that fits better than the predicted one found scan after scan?"""
+        better = found.share >= self._share + BETTER
+        self._elsewhere = self._elsewhere + 1 if better else 0
+        return self._elsewhere >= self._values.elsewhere
 
     @cached_property
     def _search(self) -> Search:
@@ -380,6 +390,8 @@ class Localizer:
             self._fair_ns = stamp_ns
             return
         verdict = self._fusion.trackers(stamp_ns, pose, values.vive_sigma)
+        if self._mode == "starting" and stamp_ns - self._scan_ns > UNSEEN_NS:
+            self._mode = "tracking"
         if verdict.outcome == "rejected" and self._mode != "tracking":
             self._search.about(pose, 9.0 * covariance)
 

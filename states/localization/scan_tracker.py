@@ -20,7 +20,7 @@ from engine.files.units import Length
 from engine.files.values import Range
 from hw.geometry import Pose2, wrap
 from states.maps.distance import Array
-from states.maps.field import Field, Table, distance_at
+from states.maps.field import Field, Table, distance_at, is_floor
 
 _Length = Annotated[Length, Range(0.001, 5.0)]
 
@@ -31,7 +31,9 @@ class TrackerValues:
 
     `beams` of a scan are used. `sigma_range` is the least that beams are taken to be off, m; that
     of a scan is measured on those that fit. `scale` is that of the robust loss, m, `widest` what it
-    may start from. A beam that ends within `inlier_distance` of a wall fits, m; a match is healthy
+    may start from. A beam that ends within `inlier_distance` of a wall fits, m; one that ends
+    twice as far behind a wall speaks against the match, as nothing that stands about does, and
+    takes away from the share of those that fit. A match is healthy
     if at least a share `healthy` of its beams do, `fewest` of them, and fair with a share `fair`.
     `iterations` bounds the steps; the last of a fair match is below `step`, m and rad.
     """
@@ -54,8 +56,8 @@ class Match:
 
     `information` (3, 3) is what the beams alone say about x, y (map) and yaw, 1/m2 and 1/rad2; next
     to nothing in a direction in which walls hold nothing, along a corridor: there the pose is the
-    predicted one. `share` is that of the beams that fit, `count` their number, `step` the length of
-    the last iteration's, m and rad.
+    predicted one. `count` is the number of beams that fit less those that end behind walls,
+    `share` their share, `step` the length of the last iteration's, m and rad.
     """
 
     map_from_base: Pose2
@@ -119,7 +121,7 @@ def _matched(
     lengths: tuple[float, float, float, float],
     iterations: int,
 ) -> tuple[float, float, float, Array, int, float, int]:
-    """Pose, information of the beams alone, beams that fit, last step, steps made."""
+    """Pose, information of the beams alone, beams that fit less others, last step, steps made."""
     sigma, scale, widest, fits = lengths
     x, y, yaw = predicted
     information, gradient = np.zeros((3, 3)), np.zeros(3)
@@ -150,6 +152,7 @@ def _matched(
     spread, inliers = _normal_equations(
         points, (x, y, yaw), table, (scale, fits), information, gradient
     )
+    inliers -= _behind_walls(points, (x, y, yaw), table, 2.0 * fits)
     least = max(sigma, spread)
     for i in range(3):
         for j in range(3):
@@ -204,6 +207,21 @@ def _normal_equations(
     gradient[0], gradient[1], gradient[2] = gx, gy, gt
     spread = math.sqrt(squares / total) if total > 0.0 else 0.0
     return spread, inliers
+
+
+@njit(cache=True)
+def _behind_walls(
+    points: Array, pose: tuple[float, float, float], table: Table, distance: float
+) -> int:
+    """How many points lie off the floor, farther than `distance` from all walls."""
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    count = 0
+    for i in range(len(points)):
+        x = pose[0] + c * points[i, 0] - s * points[i, 1]
+        y = pose[1] + s * points[i, 0] + c * points[i, 1]
+        if not is_floor(x, y, table) and distance_at(x, y, table)[0] > distance:
+            count += 1
+    return count
 
 
 @njit(cache=True)

@@ -14,6 +14,7 @@ from hw.person import RADIUS
 from hw.room import Disc
 from hw.safety_limits import OLD_S
 from hw.samples import EXACT, PoseSigma, Scan, UserPose
+from states.localization.estimates import Estimate
 from states.maps.cells import Grid
 from states.navigation import obstacles
 from states.navigation.costmap import Costmap, Ground
@@ -22,10 +23,10 @@ from states.navigation.obstacles import NOBODY, Known, ObstacleLayer, ObstacleVa
 from states.navigation.unmapped import Obstacles, Shown
 from states.signals.motion import Stamped
 
-SCAN_GAP_S = 0.3
-"""Scans of a scanner come at least this often, s; costmap_2d's `expected_update_rate`."""
-POSES_KEPT_S = 1.0
-"""A scan that comes later than this after its stamp is left out, s."""
+SCAN_GAP_NS = 300_000_000
+"""Scans of a scanner come at least this often; costmap_2d's `expected_update_rate`."""
+POSES_KEPT_NS = 1_000_000_000
+"""A scan that comes later than this after its stamp is left out."""
 SCANS_WAITING = 8
 """So many scans wait for the pose of the robot at their stamp; then the oldest are left out."""
 LEAST_STEP_NS = 30_000_000
@@ -49,10 +50,10 @@ class Scanner:
 class ObstacleEstimator:
     """What scanners have shown and the map does not, by the poses of the robot and of the user.
 
-    Takes `base.pose`, `base.scan`, `user.pose` and, where it is measured, `base.pose_sigma`. Each
-    beam is put into the map by the pose of the robot at its own time, between the two poses about
-    it or on from the last two; a scan waits until there is a pose after its stamp. Beams that end
-    at the user are no obstacle, unless the user is lost: planners know them better than by cells.
+    Takes `base.pose`, or the estimate that it is part of, `base.scan` and `user.pose`. Each beam is
+    put into the map by the pose of the robot at its own time, between the two poses about it or on
+    from the last ones; a scan waits until there is a pose after its stamp. Beams that end at the
+    user are no obstacle, unless the user is lost: planners know them better than by cells.
 
     While every scanner heard of goes on scanning, the obstacles are of the newest pose of the
     robot; once one falls silent they are as old as its last scan. Without any they do not age.
@@ -73,18 +74,20 @@ class ObstacleEstimator:
         self._user: tuple[int, Pose2] | None = None
         self._waiting: deque[tuple[int, Scan]] = deque(maxlen=SCANS_WAITING)
         self._scanned: dict[str, int] = {}
+        self._oldest_scan: int | None = None  # of the scanners' newest ones
 
     def update(self, _signal: str, sample: Stamped) -> None:
         """Take one sample; of the user's poses the newest."""
         value, stamp = sample.value, sample.stamp
-        if isinstance(value, Pose2):
+        if isinstance(value, Estimate):
+            self._sigma = value.sigma
+            self._keep(stamp, value.pose)
+        elif isinstance(value, Pose2):
             self._keep(stamp, value)
         elif isinstance(value, Scan):
             self._waiting.append((stamp, value))
         elif isinstance(value, UserPose):
             self._user = max(self._user or (stamp, value.body), (stamp, value.body), key=_stamp)
-        elif isinstance(value, PoseSigma):
-            self._sigma = value
         if self._waiting and self._poses:
             self._take_those_with_a_pose()
 
@@ -94,19 +97,23 @@ class ObstacleEstimator:
 
     def stamp(self) -> int | None:
         """See the class; ns."""
-        if not self._scanned:
+        last = self._oldest_scan
+        if last is None:
             return None
-        last, now = min(self._scanned.values()), self._poses[-1][0]
-        return now if now - last <= round(SCAN_GAP_S * 1e9) else last
+        now = self._poses[-1][0]
+        return now if now - last <= SCAN_GAP_NS else last
 
     def _keep(self, stamp: int, pose: Pose2) -> None:
-        if self._poses and stamp < self._poses[-1][0]:
-            bisect.insort(self._poses, (stamp, pose), key=_stamp)
-            return
-        self._poses.append((stamp, pose))
-        oldest = stamp - round(POSES_KEPT_S * 1e9)
-        if self._poses[0][0] < oldest - round(POSES_KEPT_S * 1e9):  # now and then
-            del self._poses[: bisect.bisect_left(self._poses, oldest, key=_stamp)]
+        """Keep a pose, in the place of one of the same instant."""
+        poses = self._poses
+        if not poses or stamp > poses[-1][0]:
+            poses.append((stamp, pose))
+            if stamp - poses[0][0] > 2 * POSES_KEPT_NS:  # now and then
+                del poses[: bisect.bisect_left(poses, stamp - POSES_KEPT_NS, key=_stamp)]
+        elif stamp == poses[-1][0]:
+            poses[-1] = stamp, pose
+        else:
+            bisect.insort(poses, (stamp, pose), key=_stamp)
 
     def _take_those_with_a_pose(self) -> None:
         """Take the scans that have waited long enough, in the order in which they came."""
@@ -123,9 +130,10 @@ class ObstacleEstimator:
     def _take(self, scan: Scan, stamp: int) -> bool:
         """True if there is something marked, or was."""
         poses = self._poses
-        if stamp < max(poses[0][0], poses[-1][0] - round(POSES_KEPT_S * 1e9)):
+        if stamp < max(poses[0][0], poses[-1][0] - POSES_KEPT_NS):
             return False
         self._scanned[scan.sensor] = stamp
+        self._oldest_scan = min(self._scanned.values())
         end = stamp + round(scan.beam_time * (len(scan.ranges) - 1) * 1e9)
         mount, outline = self._scanner.mount(scan.sensor), self._scanner.outline
         known = Known(mount, outline, self._user_at(stamp), self._sigma)

@@ -13,6 +13,7 @@ from engine.state import Sample
 from hw.geometry import Pose2
 from hw.room import Point
 from hw.samples import PoseSigma, UserPose
+from states.localization.estimates import Estimate
 from states.navigation.unmapped import Obstacles
 from states.site import SUBSYSTEMS
 from tests.scans import scan_of
@@ -247,10 +248,10 @@ def test_poses_out_of_order_are_put_in_order() -> None:
 def test_walls_seen_from_a_pose_that_is_unsure_are_no_news() -> None:
     """The pose is 12 cm wrong, and says that it may be."""
     told, untold = Scanning(), Scanning()
-    told.estimator.update("base.pose_sigma", Sample(PoseSigma(0.05, 0.0), 0))
     post = (12.1, 4.0)  # it stands 10 cm out of the wall
-    for scanning in (told, untold):
-        scanning.robot(Pose2(9.88, 4.0), 100)
+    for scanning, sigma in ((told, 0.05), (untold, 0.0)):
+        estimate = Estimate(Pose2(9.88, 4.0), PoseSigma(sigma, 0.0))
+        scanning.estimator.update("base.localization", Sample(estimate, 100 * MS))
         scanning.scan(Pose2(10.0, 4.0), 100, post)
     assert not told.estimator.value()
     assert untold.estimator.value()
