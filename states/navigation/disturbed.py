@@ -85,10 +85,13 @@ class Case:
     over: float
     within_error: bool = False
 
+    def depth(self, result: Result) -> float:
+        """How deep a drive came into the disc, m, as far as that counts here."""
+        return result.beyond if self.within_error else result.intrusion
+
     def held(self, result: Result) -> bool:
         """Did this drive arrive and keep out of the disc?"""
-        deepest = result.beyond if self.within_error else result.intrusion
-        return result.arrived and deepest <= 0.0
+        return result.arrived and self.depth(result) <= 0.0
 
 
 CASES = (
