@@ -1,7 +1,7 @@
 """Where something is run: a scene by name or file, or a map as map_server writes it.
 
-A map is a scene without a person: its room is what the map shows, tidied; the robot starts in the
-most open place, or where `FILE@x,y,yaw` says (m, rad).
+A map is a scene without a person: its room is what the map shows, tidied; the robot starts in an
+open place, or where `FILE@x,y,yaw` says (m, rad).
 """
 
 from __future__ import annotations
@@ -55,14 +55,14 @@ def open_place(name: str) -> Place:
     if not is_map(file):
         return Place(load_scene(name))
     from states.maps.occupancy import load_map
-    from states.maps.rooms import most_open, room_of, tidied
+    from states.maps.rooms import room_of, start_in, tidied
 
     try:
         map_ = tidied(load_map(file))
     except ValueError as refused:
         raise Problem(f"{file}: {refused}") from None
     room = room_of(map_)
-    pose = _start(name, start, room) if start else most_open(map_)
+    pose = _start(name, start, room) if start else start_in(map_)
     about = f"the map {Path(file).name}"
     scene = Scene(Path(file).stem, about, room, ROBOT, pose, folder=Path(file).parent)
     return Place(scene, map_)

@@ -24,6 +24,8 @@ SPECK_CELLS = 4
 """Things of fewer cells amid free ones are specks."""
 LOOSE = 0.5
 """How far the outline may move when corners are taken away, in cells."""
+ROBOT_M, APART_M = 1.0, 3.0
+"""A robot starts so far from walls, and from where a person would be put, where there is room."""
 _LEAST_AREA = 1e-6
 _STAIR = 1
 
@@ -65,12 +67,20 @@ def room_of(map_: OccupancyMap) -> Room:
     return Room(outer=_ring(outline.exterior, map_), walls=walls)
 
 
-def most_open(map_: OccupancyMap) -> Pose2:
-    """The free place that is furthest from all that is not free."""
+def start_in(map_: OccupancyMap) -> Pose2:
+    """The most open place that leaves the very most open one to people, looking along x.
+
+    A robot can drive from the one to the other; where that is not so it stands in the latter.
+    """
     field = distances(np.pad(map_.values != FREE, 1, constant_values=True), map_.resolution)
-    row, column = np.unravel_index(int(field[1:-1, 1:-1].argmax()), map_.values.shape)
-    x, y = map_.center(int(row), int(column))
-    return Pose2(x, y)
+    field = field[1:-1, 1:-1]
+    best = np.unravel_index(int(field.argmax()), field.shape)
+    row, column = np.indices(field.shape)
+    away = np.hypot(row - best[0], column - best[1]) * map_.resolution
+    pieces, _ = ndimage.label(field >= ROBOT_M)
+    apart = np.where((pieces == pieces[best]) & (pieces > 0) & (away >= APART_M), field, 0.0)
+    found = np.unravel_index(int(apart.argmax()), field.shape) if apart.any() else best
+    return Pose2(*map_.center(int(found[0]), int(found[1])))
 
 
 def outlines(free: Mask) -> list[NDArray[np.int64]]:

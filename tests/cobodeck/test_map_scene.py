@@ -19,7 +19,7 @@ from hw.robot import load_robot
 from hw.room import Room
 from hw.scene import load_scene
 from states.maps.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMap, save_map
-from states.maps.rooms import most_open, outlines, room_of, tidied
+from states.maps.rooms import outlines, room_of, start_in, tidied
 from states.navigation.local_planner import Limits, Tolerance
 from states.navigation.profile import ProfilePlanner
 from states.site import Site
@@ -101,13 +101,25 @@ def test_the_outline_of_any_cells_stays_within_a_cell() -> None:
         assert shapely.Polygon(room.outer).is_valid
 
 
-def test_the_start_is_the_most_open_place() -> None:
-    rows = ["." * 60] * 40
-    rows[10:20] = ["." * 20 + "#" * 10 + "." * 30] * 10
-    start = most_open(tidied(drawn(*rows)))
-    room = room_of(tidied(drawn(*rows)))
-    best = max(room.clearance(0.05 + 0.1 * i, 0.05 + 0.1 * j) for i in range(30) for j in range(20))
-    assert room.clearance(start.x, start.y) == pytest.approx(best, abs=0.06)
+def test_the_start_is_open_and_leaves_the_most_open_place_to_people() -> None:
+    rows = ["." * 160] * 100
+    rows[40:60] = ["." * 60 + "#" * 10 + "." * 90] * 20
+    map_ = tidied(drawn(*rows))
+    start, room = start_in(map_), room_of(map_)
+    middle = room.largest_free_disc
+    assert math.dist((start.x, start.y), (middle.x, middle.y)) >= 2.9
+    best = max(
+        room.clearance(x, y)
+        for x in np.arange(0.05, 8.0, 0.1)
+        for y in np.arange(0.05, 5.0, 0.1)
+        if math.dist((x, y), (middle.x, middle.y)) >= 3.1
+    )
+    assert room.clearance(start.x, start.y) == pytest.approx(best, abs=0.1)
+
+
+def test_where_there_is_no_other_open_place_the_robot_starts_in_the_most_open_one() -> None:
+    start = start_in(tidied(drawn(*["." * 60] * 40)))
+    assert (start.x, start.y) == pytest.approx((1.5, 1.0), abs=0.55)
 
 
 @pytest.fixture
@@ -121,7 +133,8 @@ def test_a_map_file_is_a_scene_with_a_start_or_one_that_is_given(hall: Path) -> 
     place = open_place(str(hall))
     assert place.map is not None
     assert place.scene.name == "hall"
-    assert place.scene.robot_start.distance_to(Pose2(4.0, 3.0)) < 1.1
+    start = place.scene.robot_start
+    assert place.scene.room.clearance(start.x, start.y) > 1.0
     given = open_place(f"{hall}@1.5,2.5,0.7").scene
     assert given.robot_start == Pose2(1.5, 2.5, 0.7)
     assert given.user is None
@@ -160,7 +173,7 @@ def places_for(site: Site, count: int) -> list[tuple[float, float]]:
     chance, planner = random.Random(0), site.static_planners["chase"]
     x_low, y_low, x_high, y_high = site.room.bounds
     assert site.map is not None
-    start = most_open(site.map)
+    start = start_in(site.map)
     found: list[tuple[float, float]] = []
     for _ in range(20_000):
         place = chance.uniform(x_low, x_high), chance.uniform(y_low, y_high)
