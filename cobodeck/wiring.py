@@ -121,7 +121,8 @@ class Setup:
         shipped: tuple[Signal, ...] = MEASURED
         if self.scene is not None:
             localizer = None if self.localizing is None else self.localizer
-            shipped = signals(self.site, self.profile.settings, localizer, scanning)
+            settings = self.profile.settings
+            shipped = signals(self.site, settings, localizer, scanning=scanning)
         try:
             return declare((*shipped, *self.catalogue.own_signals))
         except ValueError as error:

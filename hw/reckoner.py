@@ -50,6 +50,7 @@ class Reckoner:
     def __init__(self, tracking: Tracking) -> None:
         self._tracking = tracking
         self._wheels: deque[tuple[int, Pose2, float]] = deque()
+        self._seen: tuple[int, TrackerPose] | None = None
         self._tracked: _Fix | None = None
         self._estimated: _Fix | None = None
 
@@ -65,11 +66,10 @@ class Reckoner:
             wheels.popleft()
 
     def track(self, stamp_ns: int, seen: TrackerPose) -> None:
-        """A tracker on the rover was seen; the newest counts, whichever it is."""
-        pose = self._tracking.base_by(seen)
-        newest = self._tracked
-        if pose is not None and (newest is None or stamp_ns >= newest.stamp_ns):
-            self._tracked = self._fix(stamp_ns, pose, TRACKER_SIGMA) or newest
+        """A tracker on the rover was seen; the newest that is known counts, whichever it is."""
+        newest = self._seen
+        if seen.tracker in self._tracking.mounts and (newest is None or stamp_ns >= newest[0]):
+            self._seen = stamp_ns, seen
 
     def estimate(self, stamp_ns: int, pose: Pose2 | None, sigma: PoseSigma | None) -> None:
         """Where localization takes the base to have been; None: it does not know."""
@@ -92,14 +92,25 @@ class Reckoner:
         _, last, way = self._wheels[-1]
         place = odom_from_base or last
         way += last.distance_to(place)
-        tracked, estimated = self._tracked, self._estimated
+        tracked, estimated = self._newest_tracked(now_ns), self._estimated
         found = None if estimated is None else estimated.at(place, way)
-        if tracked is None or now_ns - tracked.stamp_ns > FRESH_NS:
+        if tracked is None:
             return found
         seen = tracked.at(place, way)
         if found is None:
             return seen
         return Located(seen.pose, max(seen.sigma, seen.pose.distance_to(found.pose)))
+
+    def _newest_tracked(self, now_ns: int) -> _Fix | None:
+        """The fix by the newest tracker; None: none has been seen lately."""
+        if self._seen is None or now_ns - self._seen[0] > FRESH_NS:
+            return None
+        stamp, seen = self._seen
+        if self._tracked is None or self._tracked.stamp_ns != stamp:
+            pose = self._tracking.base_by(seen)
+            assert pose is not None  # its mount is known
+            self._tracked = self._fix(stamp, pose, TRACKER_SIGMA)
+        return self._tracked
 
     def _fix(self, stamp_ns: int, pose: Pose2, sigma: float) -> _Fix | None:
         """A fix by where the wheels were then; None: nobody knows any more."""

@@ -12,8 +12,8 @@ has no queue and no lock, and is called at 100 Hz or more by whoever owns the wh
 
 `command` is what the wheels would be given in the next cycle, ramps included, because behind the
 chain nothing may be slower than the brakes. In this order: stop line and latches, command age, age
-of the user's pose, speed limit, separation governor (R48-R52, R149). A command that gets old is
-taken back gradually, so that a computer that is too slow slows the robot down before it stops it.
+of the user's pose, speed limit, separation governor (R48-R52, R149). While a command gets old the
+limit falls, so that a computer that is too slow slows the robot down before it stops it.
 Time that runs backwards latches, and what is stamped ahead of the clock counts for nothing: a
 negative age is never fresh.
 
@@ -210,7 +210,7 @@ class SafetyChain:
         if self.latched is not None:
             return LATCHED
         since = (now_ns - stamp_ns) / 1e9
-        if since > self.limits.command_age:
+        if since >= self.limits.command_age:
             return COMMAND_OLD
         if since < -self.limits.ahead:
             return COMMAND_AHEAD
@@ -268,7 +268,7 @@ class SafetyChain:
         It falls with the age of their pose, so that the way covered unseen does not grow.
         """
         limits, user = self.limits, self._user
-        if user.speed is None or user.speed >= limits.still:
+        if user.steady is None or user.steady >= limits.still:
             return 0.0
         floor = limits.touch_gap
         if self._served_from is not None:
@@ -279,15 +279,12 @@ class SafetyChain:
     def _limited(
         self, command: Twist2, age: float, reasons: tuple[str, ...]
     ) -> tuple[Twist2, tuple[str, ...]]:
-        """The command, less and less of it while it gets old, within the speed limit (R149).
+        """The command within the speed limit, which falls to 0 as it gets old (R149).
 
-        The limit falls to 0 while the pose of the user gets old.
+        So it does while the pose of the user gets old.
         """
-        limits, share = self.limits, self._share(age)
-        kept = limits.command_share(self._command_age)
-        if kept < 1.0:
-            command = Twist2(kept * command.vx, kept * command.vy, kept * command.wz)
-            reasons = (*reasons, COMMAND_LATE)
+        limits, seen = self.limits, self._share(age)
+        share = min(seen, limits.command_share(self._command_age))
         speed, turn = math.hypot(command.vx, command.vy), abs(command.wz)
         scale = 1.0
         if speed > share * limits.speed + ROUNDING:
@@ -297,7 +294,8 @@ class SafetyChain:
         if scale == 1.0:
             return command, reasons
         slower = Twist2(scale * command.vx, scale * command.vy, scale * command.wz)
-        return slower, (*reasons, SPEED if share == 1.0 else USER_LATE)
+        reason = SPEED if share == 1.0 else USER_LATE if share == seen else COMMAND_LATE
+        return slower, (*reasons, reason)
 
     def _share(self, age: float) -> float:
         """Of a speed limit, what a pose of this age leaves: all if it is not late, none if old."""

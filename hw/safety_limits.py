@@ -79,9 +79,9 @@ class SafetyLimits:
     has asked for a touch may be approached with `touch_speed` down to the gap of the pose they are
     served from, less its tolerance `touch_slack`, and never below `touch_gap`. Poses of the user
     are used up to the age `late`, with less and less speed up to `old`, and not at all then; at
-    `lost` the stop latches. Commands count up to `command_age`, and from `command_late` on less and
-    less. A stamp may be `ahead` of the clock
-    by as much as clocks differ, and more where poses are predicted.
+    `lost` the stop latches. Commands count up to `command_age`, from `command_late` on with ever
+    less speed. A stamp may be `ahead` of the clock by as much as clocks differ, and more where
+    poses are predicted.
 
     `governor` switches the separation step, and nothing else. `watched`: somebody tracks the user
     of this body; if nobody does, ages of their pose and separation cannot be looked at. With no
@@ -124,7 +124,7 @@ class SafetyLimits:
             )
 
     def command_share(self, age: float) -> float:
-        """How much of a command of this age counts: all up to `command_late`, none when old."""
+        """How much of the speed limit a command of this age has: all up to `command_late`."""
         if age <= self.command_late:
             return 1.0
         return max(0.0, (self.command_age - age) / (self.command_age - self.command_late))

@@ -149,10 +149,15 @@ EXACT = PoseSigma(0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class ImuReading:
-    """Rates of turn in rad/s and accelerations in m/s2, in the base frame."""
+    """Rates of turn in rad/s and accelerations in m/s2, in the base frame.
+
+    `attitude` is the quaternion (qx, qy, qz, qw) of world_from_base, the world's z upwards, of
+    sensors that tell it.
+    """
 
     rates: tuple[float, float, float]
     accelerations: tuple[float, float, float]
+    attitude: tuple[float, float, float, float] | None = None
 
 
 def is_finite(value: object) -> bool:

@@ -9,11 +9,10 @@ import math
 from typing import NamedTuple
 
 from hw.geometry import Twist2
+from hw.motion import Motion
 
-_WINDOW_NS = 50_000_000
-"""A speed is taken over at least this time, so that the noise of single poses does not show."""
-_GONE_NS = 150_000_000
-"""After a longer silence the speed begins anew: nobody knows what happened in between."""
+QUICK, STEADY = 0.1, 0.3
+"""Times over which the user's speed is taken, s."""
 _FAR = 1e4
 """Nobody is tracked farther than this from the origin of the map, m."""
 _TOUCH = 1e-9
@@ -84,19 +83,31 @@ def nearness(half_length: float, half_width: float, x: float, y: float, radius: 
 class UserTrack:
     """Where the user was last seen, and how fast they were: newest wins, nothing is queued.
 
-    `x`, `y` in the map and `stamp_ns` are those of the newest pose (None before the first), `speed`
-    is that over the last 50 to 130 ms in m/s, or None while that is unknown. A stamp may be `ahead`
-    s ahead of our clock.
+    `x`, `y` in the map and `stamp_ns` are those of the newest pose (None before the first). `speed`
+    is the greater of those over the last 0.1 s, which tells at once who sets off, and over
+    0.3 s; `steady` is that over 0.3 s alone, in which a user who stands does stand. m/s, or None
+    while they are unknown. A stamp may be `ahead` s ahead of our clock.
     """
 
-    __slots__ = ("_ahead_ns", "_early", "_late", "speed", "stamp_ns", "x", "y")
+    __slots__ = ("_ahead_ns", "_quick", "_steady", "stamp_ns", "x", "y")
 
     def __init__(self, ahead: float = 0.02) -> None:
         self._ahead_ns = round(ahead * 1e9)
         self.x = self.y = 0.0
         self.stamp_ns: int | None = None
-        self.speed: float | None = None
-        self._early = self._late = (0, 0.0, 0.0)
+        self._quick, self._steady = Motion(QUICK), Motion(STEADY)
+
+    @property
+    def steady(self) -> float | None:
+        """How fast the user is in the mean of a while, m/s."""
+        velocity = self._steady.velocity
+        return None if velocity is None else velocity.speed
+
+    @property
+    def speed(self) -> float | None:
+        """How fast the user may be, m/s."""
+        quick, steady = self._quick.velocity, self.steady
+        return None if quick is None or steady is None else max(quick.speed, steady)
 
     def age_s(self, now_ns: int) -> float:
         """Age of the newest pose, s; infinite before the first, negative if it is ahead of now."""
@@ -111,13 +122,6 @@ class UserTrack:
         if newest is not None and stamp_ns <= newest:
             return False
         self.x, self.y, self.stamp_ns = x, y, stamp_ns
-        if newest is None or stamp_ns - newest > _GONE_NS:
-            self.speed = None
-            self._early = self._late = (stamp_ns, x, y)
-            return True
-        if stamp_ns - self._late[0] >= _WINDOW_NS:
-            self._early, self._late = self._late, (stamp_ns, x, y)
-        since, from_x, from_y = self._early
-        if stamp_ns - since >= _WINDOW_NS:
-            self.speed = math.hypot(x - from_x, y - from_y) / ((stamp_ns - since) / 1e9)
+        self._quick.see(stamp_ns, x, y)
+        self._steady.see(stamp_ns, x, y)
         return True

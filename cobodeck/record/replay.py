@@ -124,12 +124,10 @@ def written_setup(record: Record, known: Catalogue) -> Setup:
     Raises:
         FileError: a text is wrong.
     """
-    header, texts = record.header, record.attachments
-    files = {ROOT / name: held for name, held in texts.items()}
-    files |= {Path(name): held for name, held in texts.items()}
+    header = record.header
     charts = _written_charts(record)
     given = header["given"]
-    with instead(files):
+    with instead(texts_of(record)):
         setup = open_setup(
             header["chart"],
             given["scene"],
@@ -141,6 +139,13 @@ def written_setup(record: Record, known: Catalogue) -> Setup:
         )
     localizing = header["options"]["seed"] if ESTIMATE in header["signals"] else None
     return replace(setup, localizing=localizing)
+
+
+def texts_of(record: Record) -> dict[Path, bytes]:
+    """What the files of a run held, by where they stand today and by where they stood."""
+    texts = record.attachments
+    files = {ROOT / name: held for name, held in texts.items()}
+    return files | {Path(name): held for name, held in texts.items()}
 
 
 def _written_charts(record: Record) -> Library:

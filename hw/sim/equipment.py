@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from hw.interfaces import Part
 from hw.person import RADIUS, Person
 from hw.robot import RobotModel
-from hw.room import Point, Room
+from hw.room import Point
+from hw.scene import Scene
 from hw.sim.base import SimBase
 from hw.sim.coverage import Coverage
 from hw.sim.errors import SensorErrors
@@ -15,10 +16,11 @@ from hw.sim.imu import SimImu
 from hw.sim.lidar import SimLidar
 from hw.sim.odometry import SimOdometry
 from hw.sim.person_view import PersonView
-from hw.sim.shapes import Body, Shapes
+from hw.sim.shapes import Shapes
 from hw.sim.slip import Floor
 from hw.sim.track import Track
 from hw.sim.vive import RoverTrackers
+from hw.things import Body
 
 PERSON_HEIGHT = 1.8
 
@@ -31,7 +33,7 @@ class Equipment:
         robot: RobotModel,
         base: SimBase,
         person: Person | None,
-        room: Room | None,
+        scene: Scene | None,
         errors: SensorErrors,
         seed: int,
         bodies: Sequence[Body] = (),
@@ -45,9 +47,11 @@ class Equipment:
         if person is not None:
             self._walked = Track(person.body)
             bodies = (Body(RADIUS, PERSON_HEIGHT, self._walker), *bodies)
+        room = None if scene is None else scene.room
         shapes, sensing = Shapes(room, bodies), robot.sensing
         coverage = Coverage(room, shapes, errors.vive)
-        self.view = PersonView(coverage, errors.vive, seed)
+        everywhere = scene is None or scene.tracking == "everywhere"
+        self.view = PersonView(coverage, errors.vive, seed, everywhere=everywhere)
         self.tracking_delay = errors.vive.delay
         self.parts: dict[str, Part] = {}
         if sensing.lidars:

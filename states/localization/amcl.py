@@ -177,11 +177,18 @@ class Amcl:
         self._move(way, rng)
         if len(points) == 0:
             return True
-        fit = self._weigh(points[:: max(1, math.ceil(len(points) / values.laser_max_beams))])
+        fit = self._weigh(points)
         self._updates += 1
         if self._updates % values.resample_interval == 0:
             self._resample(self._share_of_new(fit), rng)
         return True
+
+    def fits(self, points: Array) -> Array:
+        """The log-likelihood of a scan, points (n, 2) in the base frame, for each particle."""
+        some = points[:: max(1, math.ceil(len(points) / self.values.laser_max_beams))]
+        found = np.empty(len(self._particles))
+        weigh(self._particles, some, self._likelihoods, self.values.resolution, found)
+        return found
 
     def estimate(self, odom_from_base: Pose2 | None = None) -> Estimate:
         """The heaviest cluster, moved on to where odometry is now."""
@@ -234,13 +241,12 @@ class Amcl:
 
     def _weigh(self, points: Array) -> float:
         """Adds the scan to the weights; returns the mean likelihood of a beam."""
-        fits = np.empty(len(self._particles))
-        weigh(self._particles, points, self._likelihoods, self.values.resolution, fits)
+        fits = self.fits(points)
         weights, _ = normalise(self._logs)
         self._logs += self.values.likelihood_power * fits
         self._logs -= self._logs.max()
         # per beam, so that scans of more or fewer beams can be compared
-        return float(weights @ np.exp(fits / len(points)))
+        return float(weights @ np.exp(fits / min(len(points), self.values.laser_max_beams)))
 
     def _share_of_new(self, fit: float) -> float:
         """By how much the scans fit worse than they used to (augmented MCL, Thrun 8.3.3)."""

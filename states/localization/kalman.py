@@ -11,99 +11,24 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections import Counter
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from collections.abc import Callable
 
 import numpy as np
-from scipy.special import chdtri
 
-from states.localization.filter_kernels import Array, Integers, News, covariance_of
+from states.localization.filter_kernels import Array, News, covariance_of
+from states.localization.sources import (
+    FilterConfig,
+    KnownSource,
+    Measurement,
+    Outcome,
+    Verdict,
+    known_sources,
+)
 
 LONGEST = 4096
 """Measurements remembered at most, whatever the seconds."""
 
-Outcome = Literal["accepted", "rejected", "reacquired", "duplicate", "too_old", "empty"]
 Step = Callable[..., tuple[float, int]]
-
-
-@dataclass(frozen=True, slots=True)
-class Source:
-    """Whatever measures `axes`, entries of the state by name.
-
-    `gate`: the share of right measurements that are to pass, or None to let all pass.
-    `reacquire_after`: so many rejections in a row, and the next one is believed: what it was missed
-    by is added to the filter's uncertainty first. `yields_to`: sources by whose acceptance that
-    count starts anew, so that a source that jumped does not take the filter away from one that
-    fits. `correlation`: for so long errors stay alike, s; measurements that come faster count less.
-    """
-
-    name: str
-    axes: tuple[str, ...]
-    gate: float | None = 0.997
-    reacquire_after: int = 5
-    yields_to: tuple[str, ...] = ()
-    correlation: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Noise:
-    """Variances that a state gains, SI units squared, one per axis.
-
-    Per second, per metre gone and per radian turned: slip comes with motion.
-    """
-
-    per_second: tuple[float, ...]
-    per_metre: tuple[float, ...]
-    per_radian: tuple[float, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class FilterConfig:
-    """What a filter is told once: its sources, its process noise, its ignorance at the start.
-
-    `initial`: standard deviations of the state, of mean 0, at the first measurement. `history`: how
-    late a measurement may come, s.
-    """
-
-    sources: tuple[Source, ...]
-    noise: Noise
-    initial: tuple[float, ...]
-    history: float = 1.0
-
-
-class Measurement(NamedTuple):
-    """Values of a source's axes at a stamp, with their covariance (m, m) or variances (m,).
-
-    An axis whose value is not finite, or beyond 1e12, is left out, and so is one whose variance is
-    negative, not finite or beyond 1e100, as drivers mark what they do not measure. Variances are
-    brought into 1e-9 to 1e9.
-    """
-
-    stamp_ns: int
-    source: str
-    values: Sequence[float] | Array
-    covariance: Sequence[float] | Array
-
-
-class Verdict(NamedTuple):
-    """What became of a measurement, and its Mahalanobis distance, in standard deviations.
-
-    `empty`: no axis was left; `duplicate`: this source has told of this stamp, the first counts.
-    """
-
-    outcome: Outcome
-    distance: float
-
-
-class _Known(NamedTuple):
-    """A source as the kernels want it."""
-
-    order: int
-    axes: Integers
-    gates: Array
-    source: Source
-    yielding: tuple[int, ...]
 
 
 class _Entry:
@@ -112,7 +37,7 @@ class _Entry:
     __slots__ = ("covariance", "key", "known", "last", "rejections", "state", "values", "verdict")
 
     key: tuple[int, int]
-    known: _Known
+    known: KnownSource
     values: Array
     covariance: Array
     state: Array
@@ -146,10 +71,14 @@ class KalmanFilter:
         self._noise = np.array(
             [config.noise.per_second, config.noise.per_metre, config.noise.per_radian], np.float64
         )
-        self._sources = _known_sources(config.sources, axes)
+        self._sources = known_sources(config.sources, axes)
         self._history_ns = round(config.history * 1e9)
         self._entries: list[_Entry] = []
         self.counts: Counter[tuple[str, Outcome]] = Counter()
+        # compiled now, not in a tick
+        state = self._beginning(0).state
+        self._step(state, 1e-3, self._noise, _NO_NEWS, np.empty_like(state))
+        _covariance(state)
 
     @property
     def stamp_ns(self) -> int | None:
@@ -230,8 +159,8 @@ class KalmanFilter:
             raise ValueError(f"no source {measurement.source!r}; known: {names}")
         entry = _Entry()
         entry.key, entry.known = (measurement.stamp_ns, known.order), known
-        entry.values = np.array(measurement.values, np.float64)
-        covariance = np.array(measurement.covariance, np.float64)
+        entry.values = np.array(measurement.values, np.float64, order="C")
+        covariance = np.array(measurement.covariance, np.float64, order="C")
         entry.covariance = np.diag(covariance) if covariance.ndim == 1 else covariance
         m = len(known.axes)
         if entry.values.shape != (m,) or entry.covariance.shape != (m, m):
@@ -328,34 +257,3 @@ def _factor(correlation: float, elapsed_ns: int) -> float:
     if correlation <= 0.0:
         return 1.0
     return 1.0 / math.tanh(max(0.5e-9 * elapsed_ns / correlation, 1e-6))
-
-
-def _known_sources(sources: tuple[Source, ...], axes: tuple[str, ...]) -> dict[str, _Known]:
-    names = [source.name for source in sources]
-    if not names or len(set(names)) < len(names):
-        raise ValueError(f"sources: {names}; at least one is needed, each with a name of its own")
-    known = {}
-    for at, source in enumerate(sources):
-        where = f"source {source.name}"
-        wrong = [axis for axis in source.axes if axis not in axes]
-        if wrong or not source.axes or len(set(source.axes)) < len(source.axes):
-            raise ValueError(f"{where}: axes {source.axes}; different ones of {', '.join(axes)}")
-        if source.gate is not None and not 0.0 < source.gate < 1.0:
-            raise ValueError(f"{where}: gate {source.gate}; a share between 0 and 1, or None")
-        if not 0.0 <= source.correlation < math.inf or source.reacquire_after < 0:
-            raise ValueError(f"{where}: correlation and reacquire_after must not be negative")
-        unknown = [name for name in source.yields_to if name not in names]
-        if unknown:
-            raise ValueError(f"{where}: yields to {unknown[0]}; sources: {', '.join(names)}")
-        index = np.array([axes.index(axis) for axis in source.axes], np.int64)
-        yielding = tuple(i for i, s in enumerate(sources) if source.name in s.yields_to)
-        known[source.name] = _Known(at, index, _gates(source.gate, len(axes)), source, yielding)
-    return known
-
-
-def _gates(share: float | None, most: int) -> Array:
-    """Greatest squared distance of 0 to `most` axes."""
-    if share is None:
-        return np.full(most + 1, np.inf)
-    gates = chdtri(np.arange(most + 1, dtype=np.float64).clip(1.0), 1.0 - share)
-    return np.asarray(gates, np.float64)

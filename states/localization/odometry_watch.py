@@ -13,7 +13,7 @@ SLIP_M, SLIP_SHARE = 0.08, 0.3
 """What slip explains: m, and a share of the way."""
 SLIP_RAD, TURN_SHARE, TURN_PER_METRE = 0.05, 0.3, 0.15
 """What slip explains: rad, a share of the turn, and rad per m of the way."""
-CLEARED = 2.0
+CLEARED = 10.0
 """Wheels that were wrong are right again after so long without a difference, s."""
 
 
@@ -28,6 +28,10 @@ class OdometryWatch:
     def wrong(self) -> bool:
         """Did the ways differ lately?"""
         return self._wrong_ns is not None
+
+    def moved_at_rest(self, stamp_ns: int) -> None:
+        """The base was seen elsewhere while its wheels stood."""
+        self._wrong_ns = stamp_ns
 
     def restart(self) -> None:
         """The base was found elsewhere: ways from before it tell nothing."""

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from hw.geometry import Pose2, Twist2
 from states.localization.filter_kernels import Array, planar_step
-from states.localization.kalman import FilterConfig, KalmanFilter, Noise, Source
+from states.localization.kalman import KalmanFilter
+from states.localization.sources import FilterConfig, Noise, Source
 
 AXES = ("x", "y", "yaw", "vx", "vy", "wz")
 

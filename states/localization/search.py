@@ -1,86 +1,200 @@
-"""Looks for the base all over the map, or about a place: particles, polished by matching.
+"""Looks for the base all over the map, or about a place: particles show where, matches how well.
 
-Particles find the basin, the match its bottom. A place counts as found when scans in a row lead to
-the same one, told by odometry, each with most of the particles' weight and a healthy match.
+The likeliest particles of a first scan, well apart, become hypotheses. Each is laid onto the walls
+by every further scan and keeps the sum of its log-likelihoods; those that fall behind are dropped.
+Particles alone go to the wrong place where rooms look alike: one that is a hand off the truth fits
+worse than one that happens to lie in the bottom of a wrong place. Polished, both can be compared.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from hw.geometry import Pose2, wrap
+from hw.samples import PoseSigma
 from states.localization.amcl import Amcl, AmclValues
+from states.localization.fusion import covariance_of, inverse
+from states.localization.particles import wrapped
 from states.localization.scan_tracker import Match, TrackerValues, match
 from states.maps.distance import Array
-from states.maps.field import Field
+from states.maps.field import Field, Table, distance_at, is_floor
 
-PER_SQUARE_METRE = 150
-"""Particles that a search all over the floor starts with, but not more than MOST."""
-MOST = 100_000
-CONFIRMED = 3
-"""Scans in a row that must lead to one place."""
-SAME_M, SAME_RAD = 0.15, 0.08
-"""Places closer than this are one."""
-SURE = 0.8
-"""Weight that the heaviest cluster must have."""
-PATIENCE = 40
-"""Scans after which a search begins anew, all over the floor."""
+PER_SQUARE_METRE, MOST = 150, 100_000
+"""Particles of a search all over the floor, and how many it has at most."""
+SEEDS = 100
+"""Hypotheses at the start."""
+APART = (0.3, 0.25)
+"""Hypotheses start no closer, m and rad."""
+ONE = (0.1, 0.05)
+"""Hypotheses that come closer are one."""
+BEHIND_WALL = 3.0
+"""A beam that ends behind a wall is less likely than one on something unknown by e to this."""
+WORSE, KEPT = 60.0, 30
+"""A hypothesis is dropped that is less likely by e to this, or not among so many best ones."""
+ALIKE = 0.1
+"""Beams of a scan count as so many independent ones."""
+SURE = 0.99
+"""Probability at which the best hypothesis is taken."""
+FEWEST = 4
+"""Scans that a search looks at, so that two scanners have their say."""
+PATIENCE = 100
+"""After so many scans in a row to which nothing fits it begins anew, all over the floor."""
+CARRIED = 8.0
+"""By so much, in the logarithm, it is likelier that the base was not carried elsewhere."""
+_NEAR = covariance_of(PoseSigma(0.3, 0.2))
+
+
+@dataclass(slots=True)
+class _Hypothesis:
+    match: Match
+    log: float
 
 
 class Search:
-    """One search; tell it what is known of the place, then every scan."""
+    """Tell it every scan; it looks everywhere unless told `about` where."""
 
     def __init__(
         self, field: Field, particles: AmclValues, matching: TrackerValues, seed: int
     ) -> None:
         self._field, self._matching = field, matching
         self._amcl = Amcl(field, particles, seed)
-        self._map_from_odom: Pose2 | None = None
-        self._agreeing = self._scans = 0
+        self._also: Pose2 | None = None
+        self._prior: Array | None = None
+        self._hypotheses: list[_Hypothesis] = []
+        self._odom_from_base: Pose2 | None = None
+        self._scans = self._unfit = 0
+        self._begun = False
 
     def about(self, map_from_base: Pose2, covariance: Array) -> None:
         """Look near a pose; covariance (3, 3) in the map."""
         self._amcl.start(map_from_base, covariance)
-        self._begin()
+        self._begin(map_from_base)
+        self._prior = inverse(covariance)
 
-    def anywhere(self) -> None:
-        """Look all over the floor."""
+    def anywhere(self, also: Pose2 | None = None) -> None:
+        """Look all over the floor; and where the base would be if nothing had happened."""
         area = len(self._field.free) * self._field.table.cell**2
         wanted = round(PER_SQUARE_METRE * area)
         self._amcl.start_anywhere(min(max(wanted, self._amcl.values.max_particles), MOST))
-        self._begin()
+        self._begin(also)
 
     def update(self, odom_from_base: Pose2, points: Array) -> Match | None:
         """Take a scan, points (n, 2) in the base frame; the match where the base was found."""
-        self._scans += 1
-        self._amcl.update(odom_from_base, points, force=True)
-        guess = self._amcl.estimate()
-        covariance = guess.covariance.copy()
-        # an endless variance of yaw has no inverse
-        covariance[2, 2] = min(covariance[2, 2], math.pi**2)
-        covariance += np.diag([0.05**2, 0.05**2, 0.05**2])
-        found = match(self._field, points, guess.map_from_base, covariance, self._matching)
-        if guess.weight >= SURE and found.is_healthy(self._matching):
-            self._compare(found.map_from_base @ odom_from_base.inverse(), odom_from_base)
-        else:
-            self._agreeing, self._map_from_odom = 0, None
-        if self._agreeing >= CONFIRMED:
-            return found
-        if self._scans >= PATIENCE:
+        if not self._begun:
             self.anywhere()
-        return None
+        self._scans += 1
+        if not self._hypotheses:
+            self._seed(points)
+        way = (self._odom_from_base or odom_from_base).inverse() @ odom_from_base
+        self._odom_from_base = odom_from_base
+        self._also = None if self._also is None else self._also @ way
+        for one in self._hypotheses:
+            predicted = one.match.map_from_base @ way
+            one.match = match(self._field, points, predicted, _NEAR, self._matching)
+            one.log += self._fit(points, one.match.map_from_base)
+        self._hypotheses = _kept(self._hypotheses)
+        best = self._hypotheses[0]
+        weight = 1.0 / sum(math.exp(one.log - best.log) for one in self._hypotheses)
+        fair = best.match.is_fair(self._matching)
+        self._unfit = 0 if fair else self._unfit + 1
+        if self._unfit >= PATIENCE:
+            self.anywhere(self._also)
+        return best.match if fair and weight >= SURE and self._scans >= FEWEST else None
 
-    def _begin(self) -> None:
-        self._map_from_odom, self._agreeing, self._scans = None, 0, 0
+    def _begin(self, also: Pose2 | None) -> None:
+        self._also, self._prior, self._hypotheses = also, None, []
+        self._odom_from_base, self._scans, self._unfit, self._begun = None, 0, 0, True
 
-    def _compare(self, map_from_odom: Pose2, odom_from_base: Pose2) -> None:
-        before, self._map_from_odom = self._map_from_odom, map_from_odom
-        self._agreeing += 1
-        if before is None:
-            self._agreeing = 1
-            return
-        one, other = before @ odom_from_base, map_from_odom @ odom_from_base
-        if one.distance_to(other) > SAME_M or abs(wrap(one.yaw - other.yaw)) > SAME_RAD:
-            self._agreeing = 1
+    def _seed(self, points: Array) -> None:
+        particles = self._amcl.particles
+        order = np.argsort(-self._amcl.fits(points), kind="stable")
+        chosen = _apart(particles[order], SEEDS, *APART)
+        poses = [Pose2(*map(float, row)) for row in chosen]
+        if self._also is not None:
+            poses.append(self._also)
+        none = np.zeros((3, 3))
+        for pose in poses:
+            start = Match(pose, none, 0.0, 0, 0.0, 0)
+            self._hypotheses.append(_Hypothesis(start, self._expected(pose)))
+
+    def _expected(self, pose: Pose2) -> float:
+        """Log-likelihood of a place before any scan."""
+        also = self._also
+        if also is None:
+            return 0.0
+        if self._prior is None:
+            return 0.0 if _same(pose, also) else -CARRIED
+        off = np.array([pose.x - also.x, pose.y - also.y, wrap(pose.yaw - also.yaw)])
+        return -0.5 * float(off @ self._prior @ off)
+
+    def _fit(self, points: Array, map_from_base: Pose2) -> float:
+        values, corner = self._amcl.values, self._field.map_from_corner
+        pose = corner.inverse() @ map_from_base
+        sigma = math.hypot(values.sigma_hit, self._field.sigma)
+        floor = values.z_rand / values.laser_max_range
+        table = self._field.table
+        log: float = _fit(points, (pose.x, pose.y, pose.yaw), table, sigma, values.z_hit, floor)
+        return ALIKE * log
+
+
+def _kept(hypotheses: list[_Hypothesis]) -> list[_Hypothesis]:
+    """The best first; without those far behind it, and those that have come to a better one."""
+    ordered = sorted(hypotheses, key=lambda one: -one.log)
+    kept: list[_Hypothesis] = []
+    for one in ordered:
+        if one.log < ordered[0].log - WORSE or len(kept) == KEPT:
+            break
+        if not any(_same(one.match.map_from_base, other.match.map_from_base) for other in kept):
+            kept.append(one)
+    return kept
+
+
+def _same(one: Pose2, other: Pose2) -> bool:
+    return one.distance_to(other) < ONE[0] and abs(wrap(one.yaw - other.yaw)) < ONE[1]
+
+
+@njit(cache=True)
+def _fit(
+    points: Array,
+    pose: tuple[float, float, float],
+    table: Table,
+    sigma: float,
+    hit: float,
+    floor: float,
+) -> float:
+    """Sum of ln(hit exp(-d^2 / 2 sigma^2) + floor); a beam behind a wall is still less likely."""
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    total = 0.0
+    for i in range(len(points)):
+        x = pose[0] + c * points[i, 0] - s * points[i, 1]
+        y = pose[1] + s * points[i, 0] + c * points[i, 1]
+        d = distance_at(x, y, table)[0]
+        total += math.log(hit * math.exp(-0.5 * (d / sigma) ** 2) + floor)
+        if d > 3.0 * sigma and not is_floor(x, y, table):
+            total -= BEHIND_WALL
+    return total
+
+
+@njit(cache=True)
+def _apart(particles: Array, count: int, metres: float, radians: float) -> Array:
+    """The first of the particles (n, 3) that are apart from all chosen before, at most `count`."""
+    chosen = np.empty((count, 3))
+    found = 0
+    for i in range(len(particles)):
+        near = False
+        for k in range(found):
+            dx, dy = particles[i, 0] - chosen[k, 0], particles[i, 1] - chosen[k, 1]
+            turn = wrapped(particles[i, 2] - chosen[k, 2])
+            if dx * dx + dy * dy < metres * metres and abs(turn) < radians:
+                near = True
+                break
+        if not near:
+            chosen[found] = particles[i]
+            found += 1
+            if found == count:
+                break
+    return chosen[:found].copy()

@@ -10,7 +10,8 @@ import math
 
 from hw.geometry import Pose3
 from states.localization.filter_kernels import spatial_step
-from states.localization.kalman import FilterConfig, KalmanFilter
+from states.localization.kalman import KalmanFilter
+from states.localization.sources import FilterConfig
 
 AXES = (
     *("x", "y", "z", "roll", "pitch", "yaw"),

@@ -8,22 +8,19 @@ Stamps are integer nanoseconds of whichever clock the caller uses; they may be n
 
 from __future__ import annotations
 
-import math
 from bisect import bisect_left
 from dataclasses import dataclass
 from typing import Literal
 
 from hw.geometry import Pose3
+from states.localization.edges import IDENTITY, Edge, between, checked, inverse, product
 
 CACHE_S = 10.0
 """How long a dynamic edge is remembered by default, s."""
 
 Reason = Literal["unknown", "unconnected", "loop", "one_value", "future", "past"]
 
-_Edge = tuple[float, float, float, float, float, float, float]
-_IDENTITY: _Edge = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 _TRIM = 256  # forgotten values are freed in blocks of at least as many
-_CLOSE = 1.0 - 1e-10  # cosine of half the angle above which slerp and a straight line are the same
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,11 +49,11 @@ class _History:
     def __init__(self) -> None:
         self.stamps: list[int] = []
         self.parents: list[str] = []
-        self.edges: list[_Edge] = []
+        self.edges: list[Edge] = []
         self.first = 0
         self.parent: str | None = None
 
-    def put(self, stamp: int, parent: str, edge: _Edge, cache_ns: int) -> bool:
+    def put(self, stamp: int, parent: str, edge: Edge, cache_ns: int) -> bool:
         """False if the value is older than what is remembered. An equal stamp is written over."""
         stamps = self.stamps
         if stamps and stamp < stamps[-1] - cache_ns:
@@ -104,7 +101,7 @@ class _History:
     def parent_at(self, at: int, stamp: int) -> str:
         return self.parents[at if self.stamps[at] == stamp else at - 1]
 
-    def edge_at(self, at: int, stamp: int) -> _Edge:
+    def edge_at(self, at: int, stamp: int) -> Edge:
         """Between values of one parent interpolated; else the older one holds."""
         after = self.stamps[at]
         if after == stamp:
@@ -112,7 +109,7 @@ class _History:
         before = self.stamps[at - 1]
         if self.parent is None and self.parents[at - 1] != self.parents[at]:
             return self.edges[at - 1]
-        return _between(self.edges[at - 1], self.edges[at], (stamp - before) / (after - before))
+        return between(self.edges[at - 1], self.edges[at], (stamp - before) / (after - before))
 
 
 class TransformBuffer:
@@ -120,7 +117,7 @@ class TransformBuffer:
 
     def __init__(self, cache: float = CACHE_S) -> None:
         self._cache_ns = round(cache * 1e9)
-        self._static: dict[str, tuple[str, _Edge]] = {}
+        self._static: dict[str, tuple[str, Edge]] = {}
         self._moving: dict[str, _History] = {}
         self._parents: set[str] = set()
 
@@ -130,7 +127,7 @@ class TransformBuffer:
         Raises:
             ValueError: a value is not finite, no unit quaternion, or a frame is its own parent.
         """
-        edge = _checked(parent, child, parent_from_child)
+        edge = checked(parent, child, parent_from_child)
         self._moving.pop(child, None)
         self._static[child] = (parent, edge)
         self._parents.add(parent)
@@ -144,7 +141,7 @@ class TransformBuffer:
         Raises:
             ValueError: a value is not finite, no unit quaternion, or a frame is its own parent.
         """
-        edge = _checked(parent, child, parent_from_child)
+        edge = checked(parent, child, parent_from_child)
         history = self._moving.get(child)
         if history is None:
             self._static.pop(child, None)
@@ -170,7 +167,7 @@ class TransformBuffer:
             return self._failure(target, source, up, down, stamp_ns)
         from_source = self._climb(up, meeting[0], stamp_ns)
         from_target = self._climb(down, meeting[1], stamp_ns)
-        return Pose3(*_product(_inverse(from_target), from_source))
+        return Pose3(*product(inverse(from_target), from_source))
 
     def lookup_across(
         self, target: str, target_ns: int, source: str, source_ns: int, fixed: str
@@ -222,9 +219,9 @@ class TransformBuffer:
             chain.append(frame)
         return chain
 
-    def _climb(self, chain: list[str], steps: int, stamp: int) -> _Edge:
+    def _climb(self, chain: list[str], steps: int, stamp: int) -> Edge:
         """ancestor_from_frame after so many steps of a chain that is known at the time."""
-        whole = _IDENTITY
+        whole = IDENTITY
         for frame in chain[:steps]:
             fixed = self._static.get(frame)
             if fixed is not None:
@@ -234,7 +231,7 @@ class TransformBuffer:
                 at = history.find(stamp)
                 assert isinstance(at, int)
                 edge = history.edge_at(at, stamp)
-            whole = edge if whole is _IDENTITY else _product(edge, whole)
+            whole = edge if whole is IDENTITY else product(edge, whole)
         return whole
 
     def _failure(
@@ -268,68 +265,3 @@ def _meeting(up: list[str], down: list[str]) -> tuple[int, int] | None:
         if frame in places:
             return places[frame], at
     return None
-
-
-def _checked(parent: str, child: str, pose: Pose3) -> _Edge:
-    where = f"{child} in {parent}"
-    if parent == child:
-        raise ValueError(f"{where}: a frame cannot be its own parent")
-    edge = (pose.x, pose.y, pose.z, pose.qx, pose.qy, pose.qz, pose.qw)
-    if not math.isfinite(sum(edge)):
-        raise ValueError(f"{where}: {pose} is not finite")
-    x, y, z, qx, qy, qz, qw = edge
-    length = math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
-    if abs(length - 1.0) > 0.01:
-        raise ValueError(f"{where}: the quaternion has length {length:.3g}; it must be 1")
-    if abs(length - 1.0) <= 1e-12:
-        return edge
-    return (x, y, z, qx / length, qy / length, qz / length, qw / length)
-
-
-def _between(a: _Edge, b: _Edge, share: float) -> _Edge:
-    """Straight from a to b and, the short way round, along one turn."""
-    ax, ay, az, ai, aj, ak, aw = a
-    bx, by, bz, bi, bj, bk, bw = b
-    cosine = ai * bi + aj * bj + ak * bk + aw * bw
-    rest = 1.0 - share
-    u, v = rest, share
-    if abs(cosine) < _CLOSE:
-        half = math.acos(abs(cosine))
-        scale = 1.0 / math.sin(half)
-        u, v = math.sin(rest * half) * scale, math.sin(share * half) * scale
-    if cosine < 0.0:
-        v = -v
-    qx, qy, qz, qw = u * ai + v * bi, u * aj + v * bj, u * ak + v * bk, u * aw + v * bw
-    scale = 1.0 / math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
-    x, y, z = rest * ax + share * bx, rest * ay + share * by, rest * az + share * bz
-    return (x, y, z, qx * scale, qy * scale, qz * scale, qw * scale)
-
-
-def _product(a: _Edge, b: _Edge) -> _Edge:
-    """The chain of both, as `Pose3` has it, without making objects of what lies between."""
-    ax, ay, az, ai, aj, ak, aw = a
-    x, y, z, bi, bj, bk, bw = b
-    tx = 2.0 * (aj * z - ak * y)
-    ty = 2.0 * (ak * x - ai * z)
-    tz = 2.0 * (ai * y - aj * x)
-    qx = aw * bi + ai * bw + aj * bk - ak * bj
-    qy = aw * bj - ai * bk + aj * bw + ak * bi
-    qz = aw * bk + ai * bj - aj * bi + ak * bw
-    qw = aw * bw - ai * bi - aj * bj - ak * bk
-    scale = 1.0 / math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
-    return (
-        ax + x + aw * tx + aj * tz - ak * ty,
-        ay + y + aw * ty + ak * tx - ai * tz,
-        az + z + aw * tz + ai * ty - aj * tx,
-        qx * scale,
-        qy * scale,
-        qz * scale,
-        qw * scale,
-    )
-
-
-def _inverse(a: _Edge) -> _Edge:
-    x, y, z, i, j, k, w = a
-    turned = (0.0, 0.0, 0.0, -i, -j, -k, w)
-    back = _product(turned, (-x, -y, -z, 0.0, 0.0, 0.0, 1.0))
-    return (back[0], back[1], back[2], -i, -j, -k, w)

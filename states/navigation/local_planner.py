@@ -32,6 +32,8 @@ USER_MARGIN = 0.01
 """Ways are planned this much further from the user than demanded, so that no ripple of the control
 loop comes inside, m; and by SIGMAS times as much as the pose is uncertain."""
 SIGMAS = 3.0
+SPREAD = 9.0
+"""What is foreseen of a walking user is less certain by so many sigma each second, 1/s."""
 BEND_SHARE = 0.9
 """Bends are planned with this share of the acceleration; the rest is for corrections."""
 CORNER_ERROR = 0.03
@@ -145,7 +147,7 @@ class LocalPlanner(ABC):
         self._reckoned = ReckonedPose(latency)
         self._reckoned_user = ReckonedPlace()
         self._user_velocity = (0.0, 0.0)
-        self._margin = USER_MARGIN
+        self._margin, self._spread = USER_MARGIN, 0.0
 
     def go_to(self, goal: Pose2) -> None:
         """Take a goal, map_from_base; a goal under way is replaced without stopping.
@@ -205,6 +207,7 @@ class LocalPlanner(ABC):
         self._user_velocity = (float(user_velocity[0]), float(user_velocity[1]))
         user = self._reckoned_disc(user, dt)
         self._margin = _margin(sigma)
+        self._spread = SPREAD * sigma
         if self._has_arrived(pose, now):
             wanted = self._braked(now, dt)
         else:

@@ -1,7 +1,7 @@
 """Gaps and closing speeds against shapely and against two bodies moved step by step."""
 
-import itertools
 import math
+import random
 
 import pytest
 from hypothesis import assume, given, settings
@@ -236,13 +236,46 @@ def test_a_track_without_a_pose_is_infinitely_old():
     assert UserTrack().age_s(0) == math.inf
 
 
-def test_a_jump_is_a_high_speed_and_not_a_long_one():
-    track = walked(0.0, range(0, 300 * MS, 33 * MS))
+def test_of_a_user_whose_tracking_jumps_nothing_is_known_for_a_moment():
+    track = walked(0.0, range(0, 600 * MS, 33 * MS))
     since = track.stamp_ns
-    speeds_after = []
+    found = []
     for n in range(1, 6):
         track.see(since + n * 33 * MS, since + n * 33 * MS, 3.0, 1.0)
-        speeds_after.append(track.speed)
-    assert speeds_after[0] > 20.0
-    assert speeds_after[-1] == 0.0
-    assert all(a >= b for a, b in itertools.pairwise(speeds_after))
+        found.append((track.speed, track.steady))
+    assert found[:2] == [(None, None)] * 2
+    assert found[2:] == [(0.0, 0.0)] * 3
+
+
+def test_a_leap_that_a_person_could_make_is_a_high_speed_and_not_a_long_one():
+    track = walked(0.0, range(0, 600 * MS, 33 * MS))
+    since = track.stamp_ns
+    speeds = []
+    for n in range(1, 6):
+        track.see(since + n * 33 * MS, since + n * 33 * MS, 0.3, 1.0)
+        speeds.append(track.speed)
+    assert speeds[0] > 2.5
+    assert speeds[-1] < 1.5
+
+
+def test_a_user_who_stands_seen_with_noise_stands_and_may_be_as_fast_as_the_noise():
+    chance, track = random.Random(1), UserTrack()
+    steady, speeds = [], []
+    for n in range(900):
+        stamp = n * 33 * MS
+        track.see(stamp, stamp, chance.gauss(0.0, 0.01), chance.gauss(0.0, 0.01))
+        if n > 10:
+            steady.append(track.steady)
+            speeds.append(track.speed)
+            assert track.speed >= track.steady
+    assert sum(speed >= 0.1 for speed in steady) < 0.03 * len(steady)
+    assert max(speeds) < 0.6
+
+
+def test_who_sets_off_is_noticed_within_a_tenth_of_a_second():
+    track = walked(0.0, range(0, 600 * MS, 33 * MS))
+    since = track.stamp_ns
+    for n in range(1, 4):
+        track.see(since + n * 33 * MS, since + n * 33 * MS, 1.2 * n * 0.033, 1.0)
+    assert track.speed > 1.1
+    assert track.steady > 0.3

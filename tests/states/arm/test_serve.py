@@ -16,7 +16,7 @@ from hw.calibration import load_calibration
 from hw.geometry import Pose2, Pose3, wrap
 from hw.robot import FOLDER as ROBOTS
 from hw.robot import load_robot
-from hw.samples import UserPose
+from hw.samples import EXACT, UserPose
 from hw.sim.arm import SimArm
 from states.arm.motion import Look
 from states.arm.planning import Plan, plan
@@ -32,7 +32,12 @@ class Rig:
 
     def __init__(self, site: Site, context: Any, base: Pose2, user: Pose2) -> None:
         self.arm = SimArm(site.robot.arm, site.limits)
-        values = {"site": site, "base.pose": base, "user.pose": UserPose(user, user.yaw)}
+        values = {
+            "site": site,
+            "base.pose": base,
+            "base.pose_sigma": EXACT,
+            "user.pose": UserPose(user, user.yaw),
+        }
         self.ctx = context(values, {"arm": self.arm})
         self.tick = 0
         self.advance()

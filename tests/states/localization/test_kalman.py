@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from states.localization.kalman import FilterConfig, KalmanFilter, Measurement, Noise, Source
+from states.localization.kalman import KalmanFilter
 from states.localization.planar import PlanarFilter, planar_config
+from states.localization.sources import FilterConfig, Measurement, Noise, Source
 from states.localization.spatial import AXES, SpatialFilter
 
 MS = 1_000_000
@@ -218,7 +219,7 @@ def test_errors_that_stay_alike_do_not_average_away() -> None:
     told, honest = 0.0, 0.0
     for source in (replace(SCAN, gate=None), replace(SCAN, gate=None, correlation=0.5)):
         squares = []
-        for _ in range(150):
+        for _ in range(100):
             f = make(source, noise=still, initial=unmoved)
             errors = chance.normal(size=3)
             for n in range(200):

@@ -15,7 +15,7 @@ from rosbags.rosbag1 import Reader
 from rosbags.typesys import Stores, get_typestore
 from scipy.spatial.transform import Rotation
 
-from states.localization.kalman import FilterConfig, Measurement, Noise, Source
+from states.localization.sources import FilterConfig, Measurement, Noise, Source
 from states.localization.spatial import (
     AXES,
     GRAVITY,

@@ -1,0 +1,1 @@
+"""Recorded sensor logs of several kinds, read as one stream of samples."""

@@ -1,0 +1,258 @@
+"""Bags of ROS: scans, odometry, inertial readings, and where the sensors sit, by its frames.
+
+Of several topics with odometry that of the wheels counts: not one whose name says that it was
+filtered. If the bag knows the robot in a map, that gives reference poses.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from cobodeck.logs.content import head, plain_file
+from cobodeck.logs.log import IMU, ODOMETRY, Gathered, RawScan, SensorLog, odometry_of
+from engine.files.finding import mistake
+from hw.geometry import Pose2, Pose3, Twist2
+from hw.samples import ImuReading, Odometry
+from states.localization.transforms import NoTransform, TransformBuffer
+
+_BAG1 = b"#ROSBAG V"
+_FOLDER = "metadata.yaml"
+_TRUE = ("truth", "gt_", "mocap")
+_ESTIMATED = ("filter", "ekf", "ukf", "amcl", "slam", "visual", "vio", "gps", "global", "map")
+_MAPS = ("map", "world")
+_ODOMS = ("odom", "odom_combined")
+_BASES = ("base_footprint", "base_link", "base")
+_FARTHEST = 100.0
+"""Where a scan does not say how far its scanner sees, m."""
+_LONGEST_SCAN = 0.5
+"""A scan that says its beams took longer says nothing of use, s."""
+_CACHE_S = 1e8
+"""So long frames are remembered: for good."""
+
+
+def is_bag(path: Path) -> bool:
+    """A ROS 1 bag, packed or not, or the folder of a ROS 2 bag?"""
+    if path.is_dir():
+        return (path / _FOLDER).is_file()
+    return head(path, len(_BAG1)) == _BAG1
+
+
+def read_bag(path: Path) -> SensorLog:
+    """A bag.
+
+    Raises:
+        FileError: it cannot be read, or nothing in it is of use.
+    """
+    gathered = Gathered(path, "ROS bag")
+    told = _Told()
+    opened = nullcontext((path, None)) if path.is_dir() else plain_file(path, ".bag")
+    with opened as (plain, broken):
+        if broken is not None:
+            gathered.remark(broken)
+        try:
+            _read(plain, told)
+        except Exception as error:  # noqa: BLE001  of a library, over whatever a file holds
+            if not any((told.scans, told.odometry, told.imu)):
+                hint = "`rosbag reindex` mends bags that were cut off"
+                raise mistake(path, f"cannot be read as a bag: {error}", hint=hint) from None
+            gathered.remark(f"it breaks off: {error}")
+    _Frames(told, gathered).put_all()
+    return gathered.finished()
+
+
+class _Wheels(NamedTuple):
+    """A message with odometry."""
+
+    stamp_ns: int
+    child: str
+    pose: Pose2
+    twist: Twist2
+
+
+@dataclass(slots=True)
+class _Told:
+    """The messages of a bag, by topic, with stamps and frames."""
+
+    scans: list[tuple[int, str, str, Any]] = field(default_factory=list)
+    odometry: dict[str, list[_Wheels]] = field(default_factory=lambda: defaultdict(list))
+    imu: list[tuple[int, str, Any]] = field(default_factory=list)
+    frames: TransformBuffer = field(default_factory=lambda: TransformBuffer(_CACHE_S))
+    known: set[str] = field(default_factory=set)
+
+    def scan(self, topic: str, at_ns: int, message: Any) -> None:
+        self.scans.append((_stamp(message, at_ns), topic, _name(message.header.frame_id), message))
+
+    def wheels(self, topic: str, at_ns: int, message: Any) -> None:
+        twist = message.twist.twist
+        velocity = Twist2(twist.linear.x, twist.linear.y, twist.angular.z)
+        pose = _pose(message.pose.pose.position, message.pose.pose.orientation).flat()
+        child = _name(message.child_frame_id)
+        self.odometry[topic].append(_Wheels(_stamp(message, at_ns), child, pose, velocity))
+
+    def inertial(self, _topic: str, at_ns: int, message: Any) -> None:
+        self.imu.append((_stamp(message, at_ns), _name(message.header.frame_id), message))
+
+    def edges(self, topic: str, at_ns: int, message: Any) -> None:
+        for edge in message.transforms:
+            parent, child = _name(edge.header.frame_id), _name(edge.child_frame_id)
+            pose = _pose(edge.transform.translation, edge.transform.rotation)
+            self.known |= {parent, child}
+            try:
+                if topic.endswith("static"):
+                    self.frames.fix(parent, child, pose)
+                else:
+                    self.frames.put(parent, child, _stamp(edge, at_ns), pose)
+            except ValueError:  # a transform with numbers that are none
+                continue
+
+
+_TAKING: Mapping[str, Any] = {
+    "sensor_msgs/msg/LaserScan": _Told.scan,
+    "nav_msgs/msg/Odometry": _Told.wheels,
+    "sensor_msgs/msg/Imu": _Told.inertial,
+    "tf2_msgs/msg/TFMessage": _Told.edges,
+    "tf/msg/tfMessage": _Told.edges,
+}
+
+
+def _read(path: Path, told: _Told) -> None:
+    """Take all messages that are of use."""
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
+    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+        worth = [found for found in reader.connections if found.msgtype in _TAKING]
+        for connection, at_ns, data in reader.messages(connections=worth):
+            message = reader.deserialize(data, connection.msgtype)
+            _TAKING[connection.msgtype](told, connection.topic, at_ns, message)
+
+
+class _Frames:
+    """Brings what was told into the frame of the base."""
+
+    def __init__(self, told: _Told, gathered: Gathered) -> None:
+        self._told = told
+        self._gathered = gathered
+        self._wheels = self._best_odometry()
+        child = self._wheels[0].child if self._wheels else ""
+        found = (name for name in _BASES if name in told.known)
+        self._base = child or next(found, _BASES[1])
+        self._mounts: dict[str, Pose3] = {}
+
+    def put_all(self) -> None:
+        """Everything into the log."""
+        for stamp, topic, frame, message in self._told.scans:
+            self._scan(stamp, topic, self._mount(frame, stamp), message)
+        for stamp, frame, message in self._told.imu:
+            self._gathered.put(IMU, stamp, _reading(message, self._mount(frame, stamp)))
+        for stamp, odometry in self._odometry():
+            self._gathered.put(ODOMETRY, stamp, odometry)
+        self._reference()
+
+    def _best_odometry(self) -> Sequence[_Wheels]:
+        def merit(topic: str) -> tuple[bool, int]:
+            estimated = any(word in topic.lower() for word in _ESTIMATED)
+            return not estimated, len(self._told.odometry[topic])
+
+        measured = [t for t in self._told.odometry if not any(w in t.lower() for w in _TRUE)]
+        if not measured:
+            return ()
+        best = max(measured, key=merit)
+        for other in sorted(set(measured) - {best}):
+            self._gathered.remark(f"odometry {other} was left out: {best} is taken")
+        return self._told.odometry[best]
+
+    def _odometry(self) -> list[tuple[int, Odometry]]:
+        """That of the wheels, else what the frames say of the base in `odom`."""
+        wheels = self._wheels
+        if wheels:
+            reckoned = odometry_of([(one.stamp_ns, one.pose) for one in wheels])
+            if all(one.twist == Twist2(0.0, 0.0, 0.0) for one in wheels):
+                return reckoned
+            return [(one.stamp_ns, Odometry(one.pose, one.twist)) for one in wheels]
+        odom = next((name for name in _ODOMS if name in self._told.known), None)
+        return [] if odom is None else odometry_of(self._ways(odom))
+
+    def _ways(self, fixed: str) -> list[tuple[int, Pose2]]:
+        """Where the base was at each scan, or inertial reading, as far as the frames know it."""
+        stamps = sorted({found[0] for found in self._told.scans or self._told.imu})
+        looked_up = ((at, self._told.frames.lookup(fixed, self._base, at)) for at in stamps)
+        return [(at, pose.flat()) for at, pose in looked_up if isinstance(pose, Pose3)]
+
+    def _reference(self) -> None:
+        for topic, found in self._told.odometry.items():
+            if any(word in topic.lower() for word in _TRUE):
+                for one in found:
+                    self._gathered.refer(one.stamp_ns, one.pose)
+                return
+        fixed = next((name for name in _MAPS if name in self._told.known), None)
+        for stamp, pose in [] if fixed is None else self._ways(fixed):
+            self._gathered.refer(stamp, pose)
+
+    def _mount(self, frame: str, stamp: int) -> Pose3:
+        """base_from_frame: sensors do not move on the base, so that once looked up does."""
+        if frame in self._mounts:
+            return self._mounts[frame]
+        found: Pose3 | NoTransform = Pose3(0.0, 0.0, 0.0)
+        if frame != self._base:
+            found = self._told.frames.lookup(self._base, frame, stamp)
+            if isinstance(found, NoTransform):
+                found = self._told.frames.lookup(self._base, frame)
+        if isinstance(found, NoTransform):
+            told = f"where {frame} sits is not in the bag: it is taken to be {self._base}"
+            self._gathered.remark(told)
+            found = Pose3(0.0, 0.0, 0.0)
+        self._mounts[frame] = found
+        return found
+
+    def _scan(self, stamp: int, topic: str, mount: Pose3, message: Any) -> None:
+        count, most = len(message.ranges), float(message.range_max)
+        beam_time = float(message.time_increment)
+        if not 0.0 <= beam_time * count <= _LONGEST_SCAN:
+            self._gathered.remark(f"the times of beams on {topic} make no sense: they are left out")
+            beam_time = 0.0
+        raw = RawScan(
+            topic.strip("/").replace("/", "_") or "scan",
+            mount,
+            float(message.angle_min),
+            float(message.angle_increment),
+            message.ranges.tolist(),
+            most if 0.0 < most < 1e4 else _FARTHEST,
+            max(0.0, float(message.range_min)),
+            beam_time,
+        )
+        self._gathered.scan(stamp, raw)
+
+
+def _stamp(message: Any, at_ns: int) -> int:
+    """When it was measured; when it was received, if that is not told."""
+    stamp = message.header.stamp
+    measured: int = stamp.sec * 10**9 + stamp.nanosec
+    return measured or at_ns
+
+
+def _name(frame: str) -> str:
+    return frame.lstrip("/")
+
+
+def _pose(at: Any, turned: Any) -> Pose3:
+    return Pose3(at.x, at.y, at.z, turned.x, turned.y, turned.z, turned.w)
+
+
+def _reading(message: Any, mount: Pose3) -> ImuReading:
+    """A reading in the frame of the base."""
+    turn = Pose3(0.0, 0.0, 0.0, mount.qx, mount.qy, mount.qz, mount.qw)
+    w, a, q = message.angular_velocity, message.linear_acceleration, message.orientation
+    attitude = None
+    if (
+        message.orientation_covariance[0] >= 0.0
+        and abs(q.x**2 + q.y**2 + q.z**2 + q.w**2 - 1) < 0.02
+    ):
+        pose = Pose3(0.0, 0.0, 0.0, q.x, q.y, q.z, q.w) @ turn.inverse()
+        attitude = (pose.qx, pose.qy, pose.qz, pose.qw)
+    return ImuReading(turn.transform(w.x, w.y, w.z), turn.transform(a.x, a.y, a.z), attitude)

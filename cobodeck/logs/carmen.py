@@ -1,0 +1,230 @@
+"""Logs of CARMEN's text format: one message in a line, its name first.
+
+    FLASER count ranges… x y theta odom_x odom_y odom_theta stamp host logger_stamp
+    ROBOTLASER1 type start view resolution max_range accuracy remission count ranges…
+                [count remissions…] laser_x laser_y laser_theta robot_x robot_y robot_theta
+                tv rv forward_safety side_safety turn_axis stamp host logger_stamp
+    ODOM x y theta tv rv acceleration stamp host logger_stamp
+    TRUEPOS x y theta odom_x odom_y odom_theta stamp host logger_stamp
+
+m, rad and s. Of a scan with two poses the first one is the scanner's if it stays where it is on the
+robot; in logs that were corrected afterwards it is the corrected pose of the robot.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from statistics import median
+
+from cobodeck.logs.content import content, head
+from cobodeck.logs.log import ODOMETRY, Gathered, RawScan, SensorLog, numbered_stamps, odometry_of
+from hw.geometry import Pose2, Pose3, wrap
+
+OLD = ("FLASER", "RLASER", "LASER3", "LASER4", "LASER5")
+RAW = tuple(f"RAWLASER{n}" for n in range(1, 6))
+ROBOT = tuple(f"ROBOTLASER{n}" for n in range(1, 6))
+_KNOWN = frozenset((*OLD, *RAW, *ROBOT, "ODOM", "TRUEPOS", "PARAM"))
+_FARTHEST = 80.0
+"""Where an old message does not say how far the scanner sees: that of the scanner all had, m."""
+_MOVED, _TURNED = 0.02, 0.01
+"""Where a scanner moves on the robot by more, m and rad, its pose is a corrected one."""
+_STRAY = 0.25
+"""Poses that lie farther from what the wheels say are corrected ones, m."""
+_HEAD = 1 << 16
+_MIDDLE = Pose3(0.0, 0.0, 0.0)
+
+
+def is_carmen(path: Path) -> bool:
+    """Is there a line of a known message among the first ones?"""
+    lines = head(path, _HEAD).split(b"\n")
+    if b"\0" in lines[0]:
+        return False
+    names = (line.split(b" ", 1)[0].decode("ascii", "replace") for line in lines if b" " in line)
+    return any(name in _KNOWN and name != "PARAM" for name in names)
+
+
+def read_carmen(path: Path) -> SensorLog:
+    """A log of CARMEN's.
+
+    Raises:
+        FileError: it cannot be read, or nothing in it is of use.
+    """
+    data, broken = content(path)
+    gathered = Gathered(path, "CARMEN log")
+    if broken is not None:
+        gathered.remark(broken)
+    lines = _Lines(gathered)
+    for number, line in enumerate(data.decode("utf-8", "replace").splitlines(), start=1):
+        words = line.split()
+        if words and words[0] in _KNOWN:
+            try:
+                lines.take(words)
+            except (ValueError, IndexError):
+                lines.wrong.append((number, words[0]))
+    lines.close()
+    return gathered.finished()
+
+
+@dataclass(frozen=True, slots=True)
+class _Told:
+    """A message with poses: the scanner's or a corrected one, and the robot's by its wheels."""
+
+    stamp: float | None
+    name: str
+    first: Pose2 | None
+    robot: Pose2 | None
+    scan: RawScan | None = None
+
+
+@dataclass(slots=True)
+class _Lines:
+    gathered: Gathered
+    told: list[_Told] = field(default_factory=list)
+    given: dict[str, str] = field(default_factory=dict)
+    wrong: list[tuple[int, str]] = field(default_factory=list)
+
+    def take(self, words: Sequence[str]) -> None:
+        """A line.
+
+        Raises:
+            ValueError, IndexError: it is not as its name says.
+        """
+        name = words[0]
+        if name == "PARAM":
+            self.given[words[1].lower()] = words[2]
+        elif name in OLD:
+            self.told.append(self._old(words))
+        elif name in ROBOT or name in RAW:
+            self.told.append(_new(words, poses=name in ROBOT))
+        elif name == "ODOM":
+            self.told.append(_Told(_stamp(words, 7), name, None, _pose(words, 1)))
+        else:
+            self.told.append(_Told(_stamp(words, 7), name, _pose(words, 1), _pose(words, 4)))
+
+    def _old(self, words: Sequence[str]) -> _Told:
+        count = int(words[1])
+        ranges = [float(word) for word in words[2 : 2 + count]]
+        if count < 2 or len(ranges) < count:
+            raise ValueError("breaks off")
+        side = {"FLASER": "front", "RLASER": "rear"}.get(words[0], words[0].lower())
+        most = float(self.given.get(f"robot_{side}_laser_max", _FARTHEST))
+        start, step = _spread(count)
+        at = 2 + count
+        scan = RawScan(words[0].lower(), _MIDDLE, start, step, ranges, most)
+        return _Told(_stamp(words, at + 6), words[0], _pose(words, at), _pose(words, at + 3), scan)
+
+    def close(self) -> None:
+        """Put everything in."""
+        for number, name in self.wrong[:1]:
+            more = f", and {len(self.wrong) - 1} more lines" if len(self.wrong) > 1 else ""
+            self.gathered.remark(f"line {number} is no {name} as known, and was left out{more}")
+        clocks = (one.stamp for one in self.told)
+        stamps = numbered_stamps([None if at is None else round(at * 1e9) for at in clocks])
+        mounts = {name: self._mount(name) for name in {one.name for one in self.told}}
+        pairs = list(zip(stamps, self.told, strict=True))
+        wheels = {at: one.robot for at, one in pairs if one.name == "ODOM" and one.robot}
+        others = {at: one.robot for at, one in pairs if one.name != "ODOM" and one.robot}
+        if wheels and _stray(others, wheels):
+            for stamp, pose in others.items():
+                self.gathered.refer(stamp, pose)
+        else:
+            wheels |= others
+        for stamp, odometry in odometry_of(wheels.items()):
+            self.gathered.put(ODOMETRY, stamp, odometry)
+        for stamp, one in pairs:
+            mount = mounts[one.name]
+            if one.first is not None and mount is None:
+                self.gathered.refer(stamp, one.first)
+            if one.scan is not None:
+                placed = _level(mount or self._offset(one.name))
+                self.gathered.scan(stamp, replace(one.scan, base_from_sensor=placed))
+
+    def _mount(self, name: str) -> Pose2 | None:
+        """robot_from_scanner as its messages say; None: their first pose is a corrected one."""
+        if name == "TRUEPOS":
+            return None
+        found = [one for one in self.told if one.name == name and one.first is not None]
+        if not found:
+            return self._offset(name)
+        seen = [one.robot.inverse() @ one.first for one in found if one.robot and one.first]
+        if any(not _same(seen[0], other) for other in seen):
+            return None
+        return self._offset(name) if _same(seen[0], Pose2(0.0, 0.0)) else seen[0]
+
+    def _offset(self, name: str) -> Pose2:
+        """What the parameters say of where a scanner is; the middle if they do not."""
+        side = "rear" if name in ("RLASER", "ROBOTLASER2", "RAWLASER2") else "front"
+        ahead = float(self.given.get(f"robot_{side}laser_offset", 0.0))
+        return Pose2(ahead, 0.0, 0.0 if side == "front" else math.pi)
+
+
+def _new(words: Sequence[str], poses: bool) -> _Told:
+    start, view, step, most = (float(word) for word in words[2:6])
+    count = int(words[8])
+    ranges = [float(word) for word in words[9 : 9 + count]]
+    if count < 2 or len(ranges) < count:
+        raise ValueError("breaks off")
+    rest = words[9 + count :]
+    tail = 14 if poses else 3
+    if len(rest) > tail:
+        rest = rest[1 + int(rest[0]) :]
+    step = step or view / (count - 1)
+    most = most if most > 0.0 else _FARTHEST
+    scan = RawScan(words[0].lower(), _MIDDLE, start, step, ranges, most)
+    if not poses:
+        return _Told(_stamp(rest, 0), words[0], None, None, scan)
+    return _Told(_stamp(rest, 11), words[0], _pose(rest, 0), _pose(rest, 3), scan)
+
+
+def _spread(count: int) -> tuple[float, float]:
+    """First angle and step of a scan that says only how many beams it has.
+
+    Such scanners looked over 180 degrees in steps of 1 or 0.5 degrees, or over 100 in steps of
+    0.25; counts without the last beam lack it, so that the first is at -90 degrees all the same.
+    """
+    if count == 401:
+        return -math.radians(50.0), math.radians(0.25)
+    closed = count % 2 == 1
+    return -0.5 * math.pi, math.pi / (count - 1 if closed else count)
+
+
+def _stamp(words: Sequence[str], at: int) -> float | None:
+    if at >= len(words):
+        return None
+    stamp = float(words[at])
+    if not math.isfinite(stamp):
+        raise ValueError("is no time")
+    return stamp
+
+
+def _pose(words: Sequence[str], at: int) -> Pose2:
+    x, y, yaw = (float(word) for word in words[at : at + 3])
+    return Pose2.checked(x, y, yaw)
+
+
+def _level(pose: Pose2) -> Pose3:
+    return Pose3.from_yaw(pose.x, pose.y, 0.0, pose.yaw)
+
+
+def _stray(poses: Mapping[int, Pose2], wheels: Mapping[int, Pose2]) -> bool:
+    """Do poses of scans lie elsewhere than the wheels say at the time: are they corrected ones?"""
+    stamps = sorted(wheels)
+    if not poses:
+        return False
+    off = []
+    for stamp, pose in poses.items():
+        after = min(max(bisect_left(stamps, stamp), 1), len(stamps) - 1)
+        before = max(after - 1, 0)
+        share = (stamp - stamps[before]) / max(1, stamps[after] - stamps[before])
+        first, second = wheels[stamps[before]], wheels[stamps[after]]
+        off.append(first.between(second, min(max(share, 0.0), 1.0)).distance_to(pose))
+    return median(off) > _STRAY
+
+
+def _same(one: Pose2, other: Pose2) -> bool:
+    near = one.distance_to(other) <= _MOVED
+    return near and abs(wrap(one.yaw - other.yaw)) <= _TURNED

@@ -1,0 +1,40 @@
+"""Opens a log of whatever kind: told by what is in it, not by its name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from cobodeck.logs.bag import is_bag, read_bag
+from cobodeck.logs.carmen import is_carmen, read_carmen
+from cobodeck.logs.content import head
+from cobodeck.logs.log import SensorLog
+from cobodeck.logs.rawlog import is_rawlog, read_rawlog
+from cobodeck.logs.recorded import is_record, read_record
+from engine.files.finding import mistake
+
+KINDS: tuple[tuple[Callable[[Path], bool], Callable[[Path], SensorLog]], ...] = (
+    (is_record, read_record),
+    (is_bag, read_bag),
+    (is_rawlog, read_rawlog),
+    (is_carmen, read_carmen),
+)
+NAMES = "a record (MCAP), an MRPT rawlog or simplemap, a CARMEN log, or a ROS bag; gzip may pack it"
+
+
+def open_log(path: Path) -> SensorLog:
+    """A log, read as a whole.
+
+    Raises:
+        FileError: it cannot be read, is of no known kind, or nothing in it is of use.
+    """
+    if path.is_dir():
+        if not is_bag(path):
+            raise mistake(path, "is a folder", hint=f"a log is {NAMES}")
+        return read_bag(path)
+    if not head(path, 1):
+        raise mistake(path, "is empty", hint=f"a log is {NAMES}")
+    for is_kind, read in KINDS:
+        if is_kind(path):
+            return read(path)
+    raise mistake(path, "is no log that is known", hint=f"a log is {NAMES}")

@@ -1,0 +1,145 @@
+"""MRPT rawlogs and simplemaps.
+
+A rawlog is a row of movements and sensory frames, or of single observations with stamps; both are
+read. A simplemap is a row of corrected poses with what was seen from them. It has no odometry: the
+way from pose to pose stands in for it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from cobodeck.logs.archive import header_at, objects
+from cobodeck.logs.content import content, head
+from cobodeck.logs.log import (
+    IMU,
+    ODOMETRY,
+    Gathered,
+    RawScan,
+    SensorLog,
+    numbered_stamps,
+    odometry_of,
+)
+from cobodeck.logs.mrpt_sensors import BY_WHEELS, Inertial, Movement, RangeScan, RobotPose, Wheels
+from hw.geometry import Pose2, Pose3
+from hw.samples import ImuReading
+
+_MAPS = ("CSimpleMap", "CSensFrameProbSequence")
+_FRAMES = ("CSensoryFrame", "CSensorialFrame")
+STOOD_IN = "it has no odometry: the way from pose to pose stands in for it"
+
+
+def is_rawlog(path: Path) -> bool:
+    """Does it begin as MRPT's archives do?"""
+    return header_at(head(path, 256), 0) is not None
+
+
+def read_rawlog(path: Path) -> SensorLog:
+    """A rawlog or a simplemap.
+
+    Raises:
+        FileError: it cannot be read, or nothing in it is of use.
+    """
+    data, broken = content(path)
+    first = header_at(data, 0)
+    is_map = first is not None and first.kind in _MAPS
+    gathered = Gathered(path, "MRPT simplemap" if is_map else "MRPT rawlog")
+    if broken is not None:
+        gathered.remark(broken)
+    row = _Row(gathered)
+    for found in objects(data, gathered.remark):
+        row.take(found.kind, found.value)
+    row.close()
+    return gathered.finished()
+
+
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    """A scan, in which frame it was, and from where: by the movements, and corrected."""
+
+    scan: RangeScan
+    frame: int
+    reckoned: Pose2
+    corrected: Pose2 | None
+
+
+@dataclass(slots=True)
+class _Row:
+    """Goes through the objects; stamps may be lacking until all are known."""
+
+    gathered: Gathered
+    seen: list[_Seen] = field(default_factory=list)
+    wheels: list[tuple[int, Pose2]] = field(default_factory=list)
+    frame: int = 0
+    moves: list[Movement] | None = None
+    reckoned: Pose2 = field(default_factory=lambda: Pose2(0.0, 0.0))
+    corrected: Pose2 | None = None
+
+    def take(self, kind: str, value: Any) -> None:
+        """The next object."""
+        if kind in _FRAMES:
+            self.frame += 1
+            self._moved()
+        elif isinstance(value, Movement):
+            self.moves = [*(self.moves or []), value]
+        elif isinstance(value, Pose2 | Pose3):
+            self.corrected = value.flat() if isinstance(value, Pose3) else value
+        elif isinstance(value, RangeScan):
+            self._moved()
+            self.seen.append(_Seen(value, self.frame, self.reckoned, self.corrected))
+        elif isinstance(value, Wheels | Inertial | RobotPose):
+            self._stamped(value)
+
+    def _moved(self) -> None:
+        """Of several estimates of one movement that of the wheels counts."""
+        if self.moves:
+            move = next((m for m in self.moves if m.source == BY_WHEELS), self.moves[0])
+            self.reckoned = self.reckoned @ move.step
+            self.moves = []
+
+    def _stamped(self, value: Wheels | Inertial | RobotPose) -> None:
+        stamp = value.stamp_ns
+        if stamp is None:
+            self.gathered.remark(f"{type(value).__name__} without a stamp was left out")
+        elif isinstance(value, Wheels):
+            self.wheels.append((stamp, value.odom_from_base))
+        elif isinstance(value, RobotPose):
+            self.gathered.refer(stamp, value.pose.flat())
+        else:
+            self.gathered.put(IMU, stamp, _in_base(value))
+
+    def close(self) -> None:
+        """Put everything in, with stamps."""
+        stamps = numbered_stamps([one.scan.stamp_ns for one in self.seen])
+        ways: dict[int, tuple[int, Pose2]] = {}
+        for stamp, one in zip(stamps, self.seen, strict=True):
+            self._scan(stamp, one.scan)
+            if one.corrected is not None:
+                self.gathered.refer(stamp, one.corrected)
+            way = one.corrected if self.moves is None else one.reckoned
+            if way is not None:
+                ways.setdefault(one.frame, (stamp, way))
+        if self.moves is None and ways and not self.wheels:
+            self.gathered.remark(STOOD_IN)
+        for stamp, odometry in odometry_of(self.wheels or ways.values()):
+            self.gathered.put(ODOMETRY, stamp, odometry)
+
+    def _scan(self, stamp: int, scan: RangeScan) -> None:
+        side = 1.0 if scan.right_to_left else -1.0
+        start = -0.5 * side * scan.aperture
+        step = side * scan.aperture / max(1, len(scan.ranges) - 1)
+        checked = zip(scan.ranges, scan.valid, strict=True)
+        ranges = [r if valid else math.inf for r, valid in checked]
+        label, mount = scan.label or "laser", scan.base_from_sensor
+        self.gathered.scan(stamp, RawScan(label, mount, start, step, ranges, scan.max_range))
+
+
+def _in_base(found: Inertial) -> ImuReading:
+    """A reading in the base frame."""
+    turn = found.base_from_sensor
+    turn = Pose3(0.0, 0.0, 0.0, turn.qx, turn.qy, turn.qz, turn.qw)
+    reading = found.reading
+    return ImuReading(turn.transform(*reading.rates), turn.transform(*reading.accelerations))

@@ -1,0 +1,87 @@
+"""The product's own records as sensor logs; the truth in them is the reference."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from cobodeck.logs.content import head, plain_file
+from cobodeck.logs.log import IMU, ODOMETRY, SCAN, TRACKER, Gathered, SensorLog
+from cobodeck.record.messages import truth_again
+from cobodeck.record.reader import Group, Record
+from cobodeck.record.replay import texts_of
+from cobodeck.record.samples import TOPIC, SampleReader
+from engine.clock import Grid
+from engine.files.text import instead
+from hw.robot import RobotModel, load_robot
+from hw.room import Room
+from hw.scene import load_scene
+from hw.truth import Truth
+
+_MAGIC = b"\x89MCAP0\r\n"
+_WORTH = (ODOMETRY, IMU, TRACKER, SCAN)
+
+
+def is_record(path: Path) -> bool:
+    """Does it begin as MCAP files do?"""
+    return head(path, len(_MAGIC)) == _MAGIC
+
+
+def read_record(path: Path) -> SensorLog:
+    """A record of a run.
+
+    Raises:
+        FileError: it cannot be read, or nothing in it is of use.
+    """
+    gathered = Gathered(path, "record")
+    with plain_file(path, ".mcap") as (plain, broken):
+        if broken is not None:
+            gathered.remark(broken)
+        record = Record(plain)
+        robot, gathered.room = surroundings_of(record)
+        gathered.sensing = robot.sensing
+        taking = _Taking(record, gathered)
+        for group in record.groups():
+            with record.understood(group):
+                taking.take(group)
+        if record.broken is not None:
+            gathered.remark(record.broken)
+    return gathered.finished()
+
+
+def surroundings_of(record: Record) -> tuple[RobotModel, Room | None]:
+    """The robot of a run and its room, from the texts in its record.
+
+    Raises:
+        FileError: a text is wrong.
+    """
+    given = record.header["given"]
+    with instead(texts_of(record)):
+        scene = None if given["scene"] is None else load_scene(given["scene"])
+        named = given["robot"] or (record.header["robot"] if scene is None else scene.robot)
+        return load_robot(named), None if scene is None else scene.room
+
+
+class _Taking:
+    def __init__(self, record: Record, gathered: Gathered) -> None:
+        self._gathered = gathered
+        self._readers = {TOPIC + name: SampleReader(name) for name in _WORTH}
+        self._grid = Grid(record.header["tick_hz"])
+        self._truth: Truth | None = None
+
+    def take(self, group: Group) -> None:
+        """One tick."""
+        for told in group.told:
+            if told.topic in self._readers:
+                name, stamp, value = self._readers[told.topic].read(told.schema, told.data)
+                self._gathered.put(name, stamp, value)
+        self._refer(group)
+
+    def _refer(self, group: Group) -> None:
+        found: Any = None
+        for found in group.of("truth"):
+            self._truth = truth_again(found, self._truth)
+        if found is None or group.ticked.kind not in ("grid", "left_out"):
+            return
+        if self._truth is not None and self._truth.base is not None:
+            self._gathered.refer(self._grid.instant(group.ticked.number), self._truth.base)

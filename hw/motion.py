@@ -1,0 +1,77 @@
+"""How a person moves, from tracked poses that are noisy, late and sometimes missing.
+
+States and the safety chain ask the same class; they differ in the time over which they average.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+from hw.geometry import STILL, Twist2, wrap
+
+LEAST_NS = 50_000_000
+"""Poses must span so much time before there is a velocity."""
+GONE_NS = 150_000_000
+"""After a longer silence nobody knows what happened in between."""
+JUMP = 0.3
+FASTEST = 4.0
+"""A step of more than JUMP m and FASTEST m/s is the tracking's, not the person's."""
+
+Seen = tuple[int, float, float, float]
+"""A stamp, ns, and x, y, m, and yaw, rad, without leaps of a turn."""
+
+
+class Motion:
+    """Velocity of a body in the map over the last `window` seconds, m/s, its turn as wz, rad/s.
+
+    A straight line is laid through the poses by least squares: of all averages with the same delay,
+    half a window, it lets the least noise through. After a silence or a jump it begins anew, and
+    `velocity` is None until 50 ms are seen; it is exactly `STILL` while all poses are the same.
+    """
+
+    def __init__(self, window: float) -> None:
+        self.velocity: Twist2 | None = None
+        self._window_ns = round(window * 1e9)
+        self._seen: deque[Seen] = deque()
+        self._same_since = 0
+
+    def see(self, stamp_ns: int, x: float, y: float, yaw: float = 0.0) -> None:
+        """Take a pose, map; one that is not newer than the last is left out."""
+        seen = self._seen
+        if seen:
+            last = seen[-1]
+            if stamp_ns <= last[0]:
+                return
+            if _is_broken(last, stamp_ns, x, y):
+                seen.clear()
+            else:
+                yaw = last[3] + wrap(yaw - last[3])
+        if not seen or seen[-1][1:] != (x, y, yaw):
+            self._same_since = stamp_ns
+        seen.append((stamp_ns, x, y, yaw))
+        while stamp_ns - seen[0][0] > self._window_ns:
+            seen.popleft()
+        self.velocity = None
+        if stamp_ns - seen[0][0] >= LEAST_NS:
+            self.velocity = STILL if seen[0][0] >= self._same_since else _slope(seen)
+
+
+def _is_broken(last: Seen, stamp_ns: int, x: float, y: float) -> bool:
+    elapsed = stamp_ns - last[0]
+    step = math.hypot(x - last[1], y - last[2])
+    return elapsed > GONE_NS or step > JUMP + FASTEST * elapsed * 1e-9
+
+
+def _slope(seen: deque[Seen]) -> Twist2:
+    origin = seen[0][0]
+    times = [(pose[0] - origin) * 1e-9 for pose in seen]
+    middle = sum(times) / len(times)
+    spread = vx = vy = wz = 0.0
+    for t, (_, x, y, yaw) in zip(times, seen, strict=True):
+        away = t - middle
+        spread += away * away
+        vx += away * x
+        vy += away * y
+        wz += away * yaw
+    return Twist2(vx / spread, vy / spread, wz / spread)

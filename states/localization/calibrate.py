@@ -1,0 +1,188 @@
+"""Where the tracking's frame lies in the map, and where the trackers sit on the base.
+
+From a drive during which trackers told vive_from_tracker and a scan matcher map_from_base:
+both frames are found at once by robust least squares (`hand_eye.py`). What motion in a plane leaves
+open is settled by convention: the tracking's floor is the floor, unless the mounts are known.
+Readings are averaged over windows, so that what is judged is what does not average out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from hw.geometry import Pose2, Pose3
+from states.localization.hand_eye import Frames, Problem, first_guess, fit
+from states.localization.tracks import Array, pairs_of
+
+GREATEST_OFFSET = 0.005
+GREATEST_TURN = math.radians(0.1)
+"""Residuals and uncertainties beyond, m and rad, are refused: 0.1 degrees are 1 cm at 5 m."""
+
+WINDOW_S = 1.0
+LEAST_WINDOWS = 10
+_CLOCK_S = 0.02  # by so much the clocks of trackers and scanners may differ
+
+
+class TrackerReading(NamedTuple):
+    """What the tracking told of one tracker: vive_from_tracker at a stamp, ns."""
+
+    stamp_ns: int
+    tracker: str
+    vive_from_tracker: Pose3
+
+
+class BaseReading(NamedTuple):
+    """What a matcher told: map_from_base at a stamp, ns, by the scanner of this name alone.
+
+    Without a name: by several scanners, or none; then there is no scanner's yaw to be found.
+    """
+
+    stamp_ns: int
+    map_from_base: Pose2
+    scanner: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """The frames, how well they fit the log, and how sure each number is.
+
+    `mounts`: base_from_tracker. `scanner_yaws`: by how much each scanner is turned against its
+    nominal mount, rad; while the mounts are unknown only the differences can be seen, and their
+    mean is 0. `clock_offset`: by how much stamps of trackers are behind those of scanners, s.
+    `position_rms` (m) and `yaw_rms` (rad) of the windows' means; `sigmas` of each unknown, m or
+    rad, by name.
+    """
+
+    map_from_vive: Pose3
+    mounts: Mapping[str, Pose3]
+    scanner_yaws: Mapping[str, float]
+    clock_offset: float
+    position_rms: float
+    yaw_rms: float
+    windows: int
+    sigmas: Mapping[str, float]
+
+    @property
+    def tilt(self) -> float:
+        """Angle between the tracking's vertical and that of the map, rad."""
+        return _upright(self.map_from_vive)
+
+
+@dataclass(frozen=True, slots=True)
+class NoCalibration:
+    """Why a log gives no calibration; what was found all the same, if anything was.
+
+    `data`: too few readings that go together; `motion`: the drive leaves unknowns open, which the
+    text names; `residual`: the readings contradict each other.
+    """
+
+    reason: Literal["data", "motion", "residual"]
+    text: str
+    found: Calibration | None = None
+
+
+def calibrate(
+    trackers: Sequence[TrackerReading],
+    bases: Sequence[BaseReading],
+    *,
+    mounts: Mapping[str, Pose3] | None = None,
+    scanners: Mapping[str, Pose2] | None = None,
+    window: float = WINDOW_S,
+) -> Calibration | NoCalibration:
+    """All frames at once; with known `mounts` (base_from_tracker) map_from_vive alone.
+
+    `scanners` has the nominal base_from_scanner of the scanners that the base readings name.
+
+    Raises:
+        ValueError: a tracker or a scanner is named that `mounts` or `scanners` does not have.
+    """
+    pairs = pairs_of(trackers, bases, window)
+    for what, given, needed in (
+        ("mounts", mounts, pairs.trackers),
+        ("scanners", scanners or {}, [name for name in pairs.scanners if name]),
+    ):
+        missing = [name for name in needed if given is not None and name not in given]
+        if missing:
+            raise ValueError(f"{what}: there is none of {missing[0]}; given: {sorted(given or {})}")
+    if pairs.windows < LEAST_WINDOWS:
+        text = f"{pairs.windows} windows of {window:g} s with trackers and scans; {LEAST_WINDOWS}"
+        return NoCalibration("data", f"{text} are needed")
+    named = [at for at, name in enumerate(pairs.scanners) if name]
+    nominal = [(scanners or {}).get(name, Pose2(0.0, 0.0)) for name in pairs.scanners]
+    free = 1 if mounts is not None else 1 + len(pairs.trackers)
+    scales = (GREATEST_OFFSET, GREATEST_TURN, _CLOCK_S)
+    problem = Problem(pairs, free, named, nominal, scales)
+    return _judged(problem, *fit(problem, first_guess(pairs, mounts)))
+
+
+def _judged(
+    problem: Problem, frames: Frames, rest: Array, slope: Array
+) -> Calibration | NoCalibration:
+    pairs = problem.pairs
+    offset, turn = problem.misses(frames)
+    poses = [
+        Pose3(*place, *turn.as_quat().tolist())
+        for place, turn in zip(frames.places.tolist(), frames.turns, strict=True)
+    ]
+    found = Calibration(
+        map_from_vive=poses[0],
+        mounts=dict(zip(pairs.trackers, poses[1:], strict=True)),
+        scanner_yaws={pairs.scanners[at]: float(frames.yaws[at]) for at in problem.named},
+        clock_offset=frames.clock,
+        position_rms=math.sqrt(float(np.mean(np.sum(offset**2, axis=1)))),
+        yaw_rms=math.sqrt(float(np.mean(turn[:, 2] ** 2))),
+        windows=pairs.windows,
+        sigmas=dict(zip(_names(problem), _sigmas(problem, rest, slope), strict=True)),
+    )
+    if found.position_rms > GREATEST_OFFSET or found.yaw_rms > GREATEST_TURN:
+        return NoCalibration("residual", _contradiction(found), found)
+    left_open = [name for name, sigma in found.sigmas.items() if sigma > _allowed(name)]
+    if left_open:
+        text = f"the drive leaves open: {', '.join(left_open)}; it needs turns both ways and"
+        return NoCalibration("motion", f"{text} places metres apart in two directions", found)
+    return found
+
+
+def _names(problem: Problem) -> list[str]:
+    """Of the unknowns in their order."""
+    frames = ["vive", *problem.pairs.trackers][: problem.free]
+    moved = [f"{frame} {axis}" for frame in frames for axis in "xyz"]
+    turned = [f"{frame} about {axis}" for frame in frames for axis in "xyz"]
+    scanners = [f"scanner {problem.pairs.scanners[at]} yaw" for at in problem.named]
+    return [*moved, *turned, *scanners, "clock"]
+
+
+def _sigmas(problem: Problem, rest: Array, slope: Array) -> list[float]:
+    """By the Jacobian's singular values; directions without any are as good as infinite.
+
+    An error of the scans is in the residuals of all trackers, which so count as one.
+    """
+    _, values, rows = np.linalg.svd(slope, full_matrices=False)
+    variance = float(rest @ rest) / max(len(rest) - slope.shape[1], 1)
+    variance = max(variance, 1e-6) * len(problem.pairs.trackers)
+    spread = np.square(rows / np.maximum(values, 1e-9)[:, None]).sum(axis=0)
+    return [math.sqrt(v) for v in variance * spread]
+
+
+def _allowed(name: str) -> float:
+    if name == "clock":
+        return math.inf
+    return GREATEST_TURN if "about" in name or "yaw" in name else GREATEST_OFFSET
+
+
+def _contradiction(found: Calibration) -> str:
+    return (
+        f"trackers and scans differ by {1e3 * found.position_rms:.1f} mm and "
+        f"{math.degrees(found.yaw_rms):.2f} degrees; {1e3 * GREATEST_OFFSET:g} mm and "
+        f"{math.degrees(GREATEST_TURN):g} degrees are allowed"
+    )
+
+
+def _upright(pose: Pose3) -> float:
+    """Angle between the z axes."""
+    return 2.0 * math.asin(min(math.hypot(pose.qx, pose.qy), 1.0))

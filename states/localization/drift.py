@@ -1,0 +1,101 @@
+"""Does the tracking's frame still lie where it was calibrated? Watched while the robot drives.
+
+A restart of the tracking can shift its frame by centimetres and turn it by 0.9 degrees; a base
+station that was knocked does so slowly. Where the base is by its trackers and where it is by its
+scanners then differs for as long as one looks, which no filter's gate tells.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from statistics import median
+from typing import Literal
+
+from hw.geometry import Pose2, wrap
+
+LEAST = 8
+"""Comparisons in each half of the window before anything is said."""
+
+_Difference = tuple[int, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Drift:
+    """Trackers and scanners differ: by how many m, by how many rad, and since when, ns.
+
+    `jump`: from one comparison to the next; `drift`: little by little, or from the beginning.
+    """
+
+    kind: Literal["jump", "drift"]
+    offset: float
+    turn: float
+    since_ns: int
+
+    def __str__(self) -> str:
+        size = f"{1e3 * self.offset:.0f} mm and {math.degrees(self.turn):.2f} degrees"
+        return f"trackers and scanners differ by {size} ({self.kind}): calibrate anew"
+
+
+class DriftWatch:
+    """Compares two poses of the base, and tells when they differ by more than the limits.
+
+    Medians over the halves of a window are compared, so that single jumps, and noise of both
+    sides, are no news. What is found stays found until the newer half is within the limits.
+    """
+
+    def __init__(
+        self, offset: float = 0.02, turn: float = math.radians(0.5), window: float = 4.0
+    ) -> None:
+        self._limits = (offset, turn)
+        self._half_ns = round(0.5e9 * window)
+        self._differences: deque[_Difference] = deque()
+        self._found: Drift | None = None
+
+    def update(self, stamp_ns: int, by_trackers: Pose2, by_scanners: Pose2) -> Drift | None:
+        """Take map_from_base twice, true at the same time; what is found, None if all is well.
+
+        Wants four comparisons a second or more. Stamps that do not rise are left out; after a gap
+        of a window it begins anew.
+        """
+        differences = self._differences
+        if differences and stamp_ns <= differences[-1][0]:
+            return self._found
+        differences.append(
+            (
+                stamp_ns,
+                by_trackers.x - by_scanners.x,
+                by_trackers.y - by_scanners.y,
+                wrap(by_trackers.yaw - by_scanners.yaw),
+            )
+        )
+        while stamp_ns - differences[0][0] > 2 * self._half_ns:
+            differences.popleft()
+        newer = [d for d in differences if stamp_ns - d[0] < self._half_ns]
+        older = [d for d in differences if stamp_ns - d[0] >= self._half_ns]
+        if min(len(newer), len(older)) < LEAST:
+            return self._found
+        self._found = self._judged(_medians(older), _medians(newer), newer[0][0])
+        return self._found
+
+    def _judged(self, before: Sequence[float], now: Sequence[float], since_ns: int) -> Drift | None:
+        size = self._size(now)
+        if size <= 1.0:
+            return None
+        offset, turn = math.hypot(now[0], now[1]), abs(now[2])
+        if self._found is not None:
+            return Drift(self._found.kind, offset, turn, self._found.since_ns)
+        change = self._size([b - a for a, b in zip(before, now, strict=True)])
+        return Drift("jump" if change > 0.5 * size else "drift", offset, turn, since_ns)
+
+    def _size(self, difference: Sequence[float]) -> float:
+        """In units of the limits."""
+        offset, turn = self._limits
+        x, y, yaw = difference
+        return max(math.hypot(x, y) / offset, abs(yaw) / turn)
+
+
+def _medians(differences: list[_Difference]) -> list[float]:
+    return [median(d[axis] for d in differences) for axis in (1, 2, 3)]
