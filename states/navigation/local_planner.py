@@ -304,8 +304,11 @@ class LocalPlanner(ABC):
     def _clear(
         self, pose: Pose2, now: Twist2, wanted: Twist2, user: Disc | None, dt: float
     ) -> Twist2:
-        """The wanted velocity, or as much of it as braking from it hits nothing."""
-        braked = self._braked(now, dt)
+        """The wanted velocity, or as much of it as braking from it hits nothing.
+
+        Where even braking comes too near to something, the robot does not turn a corner to it.
+        """
+        stopped = braked = self._braked(now, dt)
         if self.mode == "omni" or now.speed <= CRAWL:
             braked = Twist2(braked.vx, braked.vy, wanted.wz)
         for part in (1.0, 0.75, 0.5, 0.25):
@@ -313,7 +316,8 @@ class LocalPlanner(ABC):
             vy = braked.vy + part * (wanted.vy - braked.vy)
             if self._can_brake(pose, now, (vx, vy), user, dt):
                 return Twist2(vx, vy, wanted.wz)
-        return braked
+        rests = self._can_brake(pose, now, (stopped.vx, stopped.vy), user, dt)
+        return braked if rests else stopped
 
     def _can_brake(
         self, pose: Pose2, now: Twist2, velocity: Point, user: Disc | None, dt: float
