@@ -8,19 +8,23 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
 
-from cobodeck.logs.log import SCAN, SensorLog
+from cobodeck.logs.log import ODOMETRY, SCAN, SensorLog
 from cobodeck.logs.mapped import Ground, points_of_scan, reference_at
 from hw.geometry import Pose2, wrap
-from hw.samples import PoseSigma
+from hw.samples import Odometry, PoseSigma, Sample
 from hw.tracking import Tracking
 from states.localization.localizer import Localizer
+from states.localization.trail import velocity_of, way_of
 
+_STEADY_NS = 100_000_000
+"""Wheels are told at least so often."""
 NEAR = 0.05
 """Scans whose beams end nearer to walls than this, in the median, are counted, m."""
 Clock = Callable[[], float]
@@ -96,7 +100,7 @@ def localize(
     steps: list[Step] = []
     number = -1
     begin = min(ground.scored, default=0) - 1
-    for sample in log.samples:
+    for sample in with_steady_wheels(log.samples):
         number += sample.name == SCAN
         if number < begin and sample.name != SCAN and not steps:
             continue
@@ -109,6 +113,31 @@ def localize(
             steps.append(_step(localizer, sample, log, ground, took))
     steps, frame = _judged(steps, log, ground)
     return Localized(log, ground, start, seed, tuple(steps), dict(localizer.counts), frame)
+
+
+def with_steady_wheels(samples: Sequence[Sample]) -> list[Sample]:
+    """Samples as they are, and odometry in between where wheels speak seldom.
+
+    From word to word of its wheels the robot is taken to have moved steadily, on an arc.
+    """
+    wheels = [one for one in samples if isinstance(one.value, Odometry)]
+    more = [new for before, after in pairwise(wheels) for new in _between(before, after)]
+    return sorted((*more, *samples), key=lambda one: one.stamp_ns) if more else list(samples)
+
+
+def _between(before: Sample, after: Sample) -> Iterator[Sample]:
+    assert isinstance(before.value, Odometry)
+    assert isinstance(after.value, Odometry)
+    gap_ns = after.stamp_ns - before.stamp_ns
+    parts = math.ceil(gap_ns / _STEADY_NS)
+    if parts < 2:
+        return
+    way = before.value.pose.inverse() @ after.value.pose
+    velocity = velocity_of(way, gap_ns * 1e-9)
+    for part in range(1, parts):
+        since_ns = gap_ns * part // parts
+        pose = before.value.pose @ way_of(velocity, since_ns * 1e-9)
+        yield Sample(ODOMETRY, before.stamp_ns + since_ns, Odometry(pose, velocity))
 
 
 def first_pose(ground: Ground) -> Pose2 | None:
