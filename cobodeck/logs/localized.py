@@ -16,7 +16,8 @@ from typing import Any, Literal
 import numpy as np
 
 from cobodeck.logs.log import ODOMETRY, SCAN, SensorLog
-from cobodeck.logs.mapped import Ground, points_of_scan, reference_at
+from cobodeck.logs.mapped import Ground, reference_at
+from cobodeck.logs.seen import Seen, scans_of
 from hw.geometry import Pose2, wrap
 from hw.samples import Odometry, PoseSigma, Sample
 from hw.tracking import Tracking
@@ -98,7 +99,7 @@ def localize(
     """
     localizer = Localizer(ground.field, log.sensing, Tracking.of(log.sensing), start, seed)
     steps: list[Step] = []
-    number = -1
+    scans, number = scans_of(log), -1
     begin = min(ground.scored, default=0) - 1
     for sample in with_steady_wheels(log.samples):
         number += sample.name == SCAN
@@ -110,7 +111,7 @@ def localize(
         localizer.update(sample.name, sample.stamp_ns, sample.value)
         took = clock() - before
         if sample.name == SCAN:
-            steps.append(_step(localizer, sample, log, ground, took))
+            steps.append(_step(localizer, scans[number], ground, took))
     steps, frame = _judged(steps, log, ground)
     return Localized(log, ground, start, seed, tuple(steps), dict(localizer.counts), frame)
 
@@ -148,14 +149,14 @@ def first_pose(ground: Ground) -> Pose2 | None:
     return None
 
 
-def _step(localizer: Localizer, sample: Any, log: SensorLog, ground: Ground, took: float) -> Step:
+def _step(localizer: Localizer, seen: Seen, ground: Ground, took: float) -> Step:
     pose, stamp = localizer.pose, localizer.stamp_ns
     status, sigma = localizer.status, localizer.sigma
     wall = None
     if pose is not None:
-        distances = ground.field.distances(pose, points_of_scan(sample, log))
+        distances = ground.field.distances(pose, seen.points)
         wall = float(np.median(distances)) if len(distances) else None
-    return Step(sample.stamp_ns if stamp is None else stamp, pose, sigma, status, wall, took)
+    return Step(seen.stamp_ns if stamp is None else stamp, pose, sigma, status, wall, took)
 
 
 def _judged(steps: Sequence[Step], log: SensorLog, ground: Ground) -> tuple[list[Step], Frame]:
