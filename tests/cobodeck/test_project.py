@@ -190,6 +190,8 @@ CALLS = {
     "compare": "compare first.mcap first.mcap",
     "space": "space hall",
     "reach": "reach --height 1 --distance 1",
+    "localize": "localize drive.log",
+    "calibrate": "calibrate drive.log --map hall",
     "new": "new begun",
     "bench": "bench --show results.json",
     "doctor": "doctor",
