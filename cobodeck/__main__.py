@@ -38,6 +38,8 @@ COMMANDS = {
     "compare": "tell how two recorded runs differ",
     "space": "measure how much of a room or map the robot can use",
     "reach": "tell how high the arm reaches",
+    "localize": "run the localization on a recorded log",
+    "calibrate": "find where tracking, trackers and scanners are, from a log",
     "new": "begin a project of your own",
     "bench": "measure run time against error",
     "doctor": "tell whether this machine is fit",

@@ -6,8 +6,12 @@ import argparse
 import math
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cobodeck.record.sink import ENDING, PART
+
+if TYPE_CHECKING:
+    from hw.geometry import Pose2
 
 LONGEST_S = 1e7
 """Four months: longer runs are a mistake."""
@@ -41,6 +45,18 @@ def instant(text: str) -> float:
 def length(text: str) -> float:
     """A length above 0 m."""
     return _number(text, FARTHEST_M, "m")
+
+
+def pose(text: str) -> Pose2:
+    """Where something stands: x, y, m, and yaw, rad."""
+    from hw.geometry import Pose2
+
+    try:
+        x, y, yaw = (float(part) for part in text.split(","))
+        return Pose2.checked(x, y, yaw)
+    except ValueError:
+        hint = "x,y in m and yaw in rad, as 1.5,-2,0.3"
+        raise argparse.ArgumentTypeError(f"{text!r} is no pose: {hint}") from None
 
 
 def word(text: str) -> str:

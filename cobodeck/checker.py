@@ -39,6 +39,7 @@ class FileChecker:
             "calibration": self._calibration,
             "arm": self._arm,
             "connection": self._connection,
+            "tracking": self._tracking,
         }
 
     def findings(self, file: Path, kind: str) -> tuple[Finding, ...]:
@@ -108,6 +109,11 @@ class FileChecker:
         from hw.calibration import load_calibration
 
         load_calibration(file)
+
+    def _tracking(self, file: Path) -> None:
+        from hw.tracking_file import load_tracking
+
+        load_tracking(file)
 
     def _arm(self, file: Path) -> None:
         from states.arm.model import load_manipulator

@@ -21,7 +21,18 @@ from engine.files.text import read_text
 from engine.load import Library, load_files
 from engine.report import text
 
-KINDS = ("chart", "scene", "robot", "profile", "user", "prop", "calibration", "arm", "connection")
+KINDS = (
+    "chart",
+    "scene",
+    "robot",
+    "profile",
+    "user",
+    "prop",
+    "calibration",
+    "arm",
+    "connection",
+    "tracking",
+)
 SKIPPED = frozenset((".git", ".venv", "venv", "node_modules", "build", "dist", "__pycache__"))
 _HEAD_BYTES = 4096
 

@@ -25,7 +25,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from engine.files.item import Fault, Item, find_file, load_yaml
 from engine.files.record import Name, record
@@ -39,6 +39,9 @@ from hw.room import MIN_WIDTH, Room
 from hw.things import Thing
 
 FOLDER = Path(__file__).parent / "scenes"
+
+Tracked = Literal["everywhere", "area"]
+"""Where the person is tracked: all over the room, or in its tracked area alone (R6)."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,7 @@ class Scene:
     parking: tuple[tuple[str, Pose2], ...] = ()
     touchable: tuple[Surface, ...] = ()
     objects: tuple[Thing, ...] = ()
+    tracking: Tracked = "everywhere"
     folder: Path | None = field(default=None, repr=False, compare=False)
 
     def parking_spot(self, name: str) -> Pose2:
@@ -151,8 +155,11 @@ class _Scene:
     parking: Mapping[str, Pose] = field(default_factory=dict)
     touchable: tuple[_Surface, ...] = ()
     objects: tuple[Thing, ...] = ()
+    tracking: Tracked = "everywhere"
 
     def faults(self) -> Iterator[Fault]:
+        if self.tracking == "area" and self.room.tracked_area is None:
+            yield "tracking", "the room has no tracked_area to be tracked in"
         poses = {"robot.start": self.robot.start}
         if self.user.start is not None:
             poses["user.start"] = self.user.start
@@ -189,5 +196,6 @@ def scene_from(item: Item) -> Scene:
         parking=tuple(read.parking.items()),
         touchable=tuple(Surface(s.from_, s.to, s.low, s.high) for s in read.touchable),
         objects=read.objects,
+        tracking=read.tracking,
         folder=item.folder,
     )

@@ -12,9 +12,11 @@ from statistics import median
 from typing import NamedTuple
 
 from engine.files.finding import mistake
-from hw.geometry import Pose2, Pose3, Twist2, wrap
+from hw.geometry import STILL, Pose2, Pose3, wrap
+from hw.room import Room
 from hw.samples import Odometry, Sample, Scan, is_finite
 from hw.sensing import ImuModel, LidarModel, Mount, OdometryModel, Sensing
+from states.localization.trail import velocity_of
 
 SCAN, ODOMETRY, IMU, TRACKER = "base.scan", "base.odometry", "base.imu", "rover.tracker"
 _ORDER = (ODOMETRY, IMU, TRACKER, SCAN)
@@ -46,6 +48,7 @@ class SensorLog:
         sensing: the scanners with their mounts, and which other sensors there are.
         reference: corrected or true poses, in order; empty where there are none.
         remarks: what was left out, and why.
+        room: in which the log was made, where it says so.
     """
 
     path: Path
@@ -54,6 +57,7 @@ class SensorLog:
     sensing: Sensing
     reference: tuple[Reference, ...] = ()
     remarks: tuple[str, ...] = ()
+    room: Room | None = None
 
     def count(self, name: str) -> int:
         """How many samples of a name there are."""
@@ -94,6 +98,7 @@ class Gathered:
     """What a reader has found so far, in any order; stamps in ns of any clock.
 
     `sensing` is that of a robot file, where the log has one; else it is told by the samples.
+    `room` is that of its scene.
     """
 
     path: Path
@@ -103,6 +108,7 @@ class Gathered:
     lidars: dict[str, LidarModel] = field(default_factory=dict)
     remarks: dict[str, int] = field(default_factory=lambda: defaultdict(int))
     sensing: Sensing | None = None
+    room: Room | None = None
 
     def put(self, name: str, stamp_ns: int, value: object) -> None:
         """Take a sample; one with numbers that are none is left out, and told."""
@@ -167,7 +173,7 @@ class Gathered:
         poses = {ref.stamp_ns - start: ref.pose for ref in self.reference}
         sensing = self.sensing or self._sensing(samples)
         reference = tuple(Reference(at, poses[at]) for at in sorted(poses))
-        return SensorLog(self.path, self.form, samples, sensing, reference, told)
+        return SensorLog(self.path, self.form, samples, sensing, reference, told, self.room)
 
     def _sensing(self, samples: Sequence[Sample]) -> Sensing:
         stamps: dict[str, list[int]] = defaultdict(list)
@@ -209,24 +215,15 @@ def _upright(pose: Pose3) -> float:
     return 1.0 - 2.0 * (pose.qx * pose.qx + pose.qy * pose.qy)
 
 
-def twist_between(before: Pose2, after: Pose2, seconds: float) -> Twist2:
-    """The steady velocity, in the base frame, that leads from pose to pose: along one arc."""
-    step = before.inverse() @ after
-    half = 0.5 * wrap(step.yaw)
-    bent = half / math.tan(half) if abs(half) > 1e-6 else 1.0 - half * half / 3.0
-    along, aside = bent * step.x + half * step.y, bent * step.y - half * step.x
-    return Twist2(along / seconds, aside / seconds, 2.0 * half / seconds)
-
-
 def odometry_of(poses: Iterable[tuple[int, Pose2]]) -> list[tuple[int, Odometry]]:
     """Odometry in the order of stamps, with the velocities that its poses tell."""
     found: list[tuple[int, Odometry]] = []
     for stamp, pose in sorted(poses, key=lambda one: one[0]):
         if not is_finite(pose) or (found and stamp == found[-1][0]):
             continue
-        twist = Twist2(0.0, 0.0, 0.0)
+        twist = STILL
         if found:
             before, known = found[-1]
-            twist = twist_between(known.pose, pose, (stamp - before) / 1e9)
+            twist = velocity_of(known.pose.inverse() @ pose, (stamp - before) / 1e9)
         found.append((stamp, Odometry(pose, twist)))
     return found

@@ -14,6 +14,7 @@ from cobodeck.record.samples import TOPIC, SampleReader
 from engine.clock import Grid
 from engine.files.text import instead
 from hw.robot import RobotModel, load_robot
+from hw.room import Room
 from hw.scene import load_scene
 from hw.truth import Truth
 
@@ -37,7 +38,8 @@ def read_record(path: Path) -> SensorLog:
         if broken is not None:
             gathered.remark(broken)
         record = Record(plain)
-        gathered.sensing = robot_of(record).sensing
+        robot, gathered.room = surroundings_of(record)
+        gathered.sensing = robot.sensing
         taking = _Taking(record, gathered)
         for group in record.groups():
             with record.understood(group):
@@ -47,15 +49,17 @@ def read_record(path: Path) -> SensorLog:
     return gathered.finished()
 
 
-def robot_of(record: Record) -> RobotModel:
-    """The robot of a run, from the texts in its record.
+def surroundings_of(record: Record) -> tuple[RobotModel, Room | None]:
+    """The robot of a run and its room, from the texts in its record.
 
     Raises:
         FileError: a text is wrong.
     """
     given = record.header["given"]
     with instead(texts_of(record)):
-        return load_robot(given["robot"] or load_scene(given["scene"]).robot)
+        scene = None if given["scene"] is None else load_scene(given["scene"])
+        named = given["robot"] or (record.header["robot"] if scene is None else scene.robot)
+        return load_robot(named), None if scene is None else scene.room
 
 
 class _Taking:

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from hw.interfaces import Part
 from hw.person import RADIUS, Person
 from hw.robot import RobotModel
-from hw.room import Point, Room
+from hw.room import Point
+from hw.scene import Scene
 from hw.sim import coverage, rays
 from hw.sim.base import SimBase
 from hw.sim.errors import SensorErrors
@@ -32,7 +33,7 @@ class Equipment:
         robot: RobotModel,
         base: SimBase,
         person: Person | None,
-        room: Room | None,
+        scene: Scene | None,
         errors: SensorErrors,
         seed: int,
         bodies: Sequence[Body] = (),
@@ -48,9 +49,11 @@ class Equipment:
         if person is not None:
             self._walked = Track(person.body)
             bodies = (Body(RADIUS, PERSON_HEIGHT, self._walker), *bodies)
+        room = None if scene is None else scene.room
         shapes, sensing = Shapes(room, bodies), robot.sensing
         seen = coverage.Coverage(room, shapes, errors.vive)
-        self.view = PersonView(seen, errors.vive, seed)
+        everywhere = scene is None or scene.tracking == "everywhere"
+        self.view = PersonView(seen, errors.vive, seed, everywhere=everywhere)
         self.tracking_delay = errors.vive.delay
         self.parts: dict[str, Part] = {}
         if sensing.lidars:

@@ -51,9 +51,7 @@ class World:
     is a snapshot of them: `contacts` are the touches of the robot's outline and anybody (swept
     between steps), `wall_hits` counts those of robot and room, `object_hits` those of chairs and
     the like, `min_gap` is the least distance between outline and the user so far, m, infinite
-    without one. With `area_only` the person is
-    tracked in the room's tracked area only (R6), else everywhere. Without a scene the robot starts
-    at the map's origin and meets no walls.
+    without one. Without a scene the robot starts at the map's origin and meets no walls.
 
     `guard` is the part `base`: it stands in front of the wheels, which are `base`. A stop that it
     latches pulls the stop line. `safety`: the limits of its chain; None: those of the robot.
@@ -90,7 +88,6 @@ class World:
         arm: MovingArm | None = None,
         *,
         hand: Hand | None = None,
-        area_only: bool = False,
         safety: SafetyLimits | None = None,
         latency_ns: int = 0,
         sensors: SensorModel = IDEAL,
@@ -125,7 +122,7 @@ class World:
         parts = self._own_parts()
         if self._equipment is not None:
             parts |= self._equipment.parts
-        parts |= self._of_person(sensors, area_only)
+        parts |= self._of_person(sensors)
         self.parts: Mapping[str, Any] = {k: part for k, part in parts.items() if part is not None}
         self._check_start()
 
@@ -140,13 +137,15 @@ class World:
             "wrench": self.hand.wrench,
         }
 
-    def _of_person(self, sensors: SensorModel, area_only: bool) -> dict[str, Part | None]:
+    def _of_person(self, sensors: SensorModel) -> dict[str, Part | None]:
         if self.person is None:
             return {}
-        room = None if self.scene is None or not area_only else self.scene.room
-        delay, view = sensors.tracking_delay, None
+        delay, view, room = sensors.tracking_delay, None, None
+        if self.scene is not None and self.scene.tracking == "area":
+            room = self.scene.room
         if self._equipment is not None:
             delay, view = delay + self._equipment.tracking_delay, self._equipment.view
+            room = None  # the view knows where there is tracking
         noise = sensors.of_tracking
         self._vr = SimVr(self.person, view)
         self._trackers = SimTrackers(self.person, room, round(delay * 1e9), noise, view)
@@ -158,9 +157,8 @@ class World:
 
         if not isinstance(self.base, SimBase):
             raise TypeError(f"sensing needs a SimBase, not a {type(self.base).__name__}")
-        room = None if self.scene is None else self.scene.room
         bodies = self._others.bodies
-        return Equipment(self.robot, self.base, self.person, room, sensing, seed, bodies)
+        return Equipment(self.robot, self.base, self.person, self.scene, sensing, seed, bodies)
 
     @property
     def min_gap(self) -> float:

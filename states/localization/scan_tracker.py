@@ -20,7 +20,7 @@ from engine.files.units import Length
 from engine.files.values import Range
 from hw.geometry import Pose2, wrap
 from states.maps.distance import Array
-from states.maps.field import Field, Table, distance_at
+from states.maps.field import Field, Table, distance_at, is_floor
 
 _Length = Annotated[Length, Range(0.001, 5.0)]
 
@@ -31,7 +31,9 @@ class TrackerValues:
 
     `beams` of a scan are used. `sigma_range` is the least that beams are taken to be off, m; that
     of a scan is measured on those that fit. `scale` is that of the robust loss, m, `widest` what it
-    may start from. A beam that ends within `inlier_distance` of a wall fits, m; a match is healthy
+    may start from. A beam that ends within `inlier_distance` of a wall fits, m; one that ends
+    twice as far behind a wall speaks against the match, as nothing that stands about does, and
+    takes away from the share of those that fit. A match is healthy
     if at least a share `healthy` of its beams do, `fewest` of them, and fair with a share `fair`.
     `iterations` bounds the steps; the last of a fair match is below `step`, m and rad.
     """
@@ -54,8 +56,8 @@ class Match:
 
     `information` (3, 3) is what the beams alone say about x, y (map) and yaw, 1/m2 and 1/rad2; next
     to nothing in a direction in which walls hold nothing, along a corridor: there the pose is the
-    predicted one. `share` is that of the beams that fit, `count` their number, `step` the length of
-    the last iteration's, m and rad.
+    predicted one. `count` is the number of beams that fit less those that end behind walls,
+    `share` their share, `step` the length of the last iteration's, m and rad.
     """
 
     map_from_base: Pose2
@@ -90,7 +92,9 @@ def match(
     values = values or TrackerValues()
     near = field.map_from_corner.inverse() @ predicted
     turn = _turned(-field.map_from_corner.yaw)
-    prior = turn @ np.linalg.inv(covariance) @ turn.T
+    prior = np.asarray(np.linalg.inv(covariance), np.float64)
+    if turn is not None:
+        prior = turn @ prior @ turn.T
     off = math.sqrt(max(covariance[0, 0] + covariance[1, 1], 0.0))
     scale = values.scale + field.sigma
     widest = min(max(3.0 * off, scale), max(values.widest, scale))
@@ -101,11 +105,15 @@ def match(
     )  # fmt: skip
     pose = field.map_from_corner @ Pose2(x, y, wrap(yaw))
     share = inliers / len(points) if len(points) else 0.0
-    return Match(pose, turn.T @ information @ turn, share, inliers, step, iterations)
+    if turn is not None:
+        information = turn.T @ information @ turn
+    return Match(pose, information, share, inliers, step, iterations)
 
 
-def _turned(yaw: float) -> Array:
+def _turned(yaw: float) -> Array | None:
     """Brings errors of x, y and yaw into a frame in which they are turned by yaw, (3, 3)."""
+    if yaw == 0.0:
+        return None
     c, s = math.cos(yaw), math.sin(yaw)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
@@ -119,7 +127,7 @@ def _matched(
     lengths: tuple[float, float, float, float],
     iterations: int,
 ) -> tuple[float, float, float, Array, int, float, int]:
-    """Pose, information of the beams alone, beams that fit, last step, steps made."""
+    """Pose, information of the beams alone, beams that fit less others, last step, steps made."""
     sigma, scale, widest, fits = lengths
     x, y, yaw = predicted
     information, gradient = np.zeros((3, 3)), np.zeros(3)
@@ -150,6 +158,7 @@ def _matched(
     spread, inliers = _normal_equations(
         points, (x, y, yaw), table, (scale, fits), information, gradient
     )
+    inliers -= _behind_walls(points, (x, y, yaw), table, 2.0 * fits)
     least = max(sigma, spread)
     for i in range(3):
         for j in range(3):
@@ -204,6 +213,21 @@ def _normal_equations(
     gradient[0], gradient[1], gradient[2] = gx, gy, gt
     spread = math.sqrt(squares / total) if total > 0.0 else 0.0
     return spread, inliers
+
+
+@njit(cache=True)
+def _behind_walls(
+    points: Array, pose: tuple[float, float, float], table: Table, distance: float
+) -> int:
+    """How many points lie off the floor, farther than `distance` from all walls."""
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    count = 0
+    for i in range(len(points)):
+        x = pose[0] + c * points[i, 0] - s * points[i, 1]
+        y = pose[1] + s * points[i, 0] + c * points[i, 1]
+        if not is_floor(x, y, table) and distance_at(x, y, table)[0] > distance:
+            count += 1
+    return count
 
 
 @njit(cache=True)

@@ -17,11 +17,11 @@ from numba import njit
 from hw.geometry import Pose2, wrap
 from hw.samples import PoseSigma
 from states.localization.amcl import Amcl, AmclValues
-from states.localization.fusion import covariance_of
+from states.localization.fusion import covariance_of, inverse
 from states.localization.particles import wrapped
 from states.localization.scan_tracker import Match, TrackerValues, match
 from states.maps.distance import Array
-from states.maps.field import Field
+from states.maps.field import Field, Table, distance_at, is_floor
 
 PER_SQUARE_METRE, MOST = 150, 100_000
 """Particles of a search all over the floor, and how many it has at most."""
@@ -31,16 +31,20 @@ APART = (0.3, 0.25)
 """Hypotheses start no closer, m and rad."""
 ONE = (0.1, 0.05)
 """Hypotheses that come closer are one."""
-BEHIND = 20.0
-"""A hypothesis whose likelihood falls behind by e to the power of this is dropped."""
+BEHIND_WALL = 3.0
+"""A beam that ends behind a wall is less likely than one on something unknown by e to this."""
+WORSE, KEPT = 60.0, 30
+"""A hypothesis is dropped that is less likely by e to this, or not among so many best ones."""
 ALIKE = 0.1
 """Beams of a scan count as so many independent ones."""
 SURE = 0.99
 """Probability at which the best hypothesis is taken."""
 FEWEST = 4
 """Scans that a search looks at, so that two scanners have their say."""
-PATIENCE = 50
-"""Scans after which it begins anew, all over the floor."""
+PATIENCE = 100
+"""After so many scans in a row to which nothing fits it begins anew, all over the floor."""
+CARRIED = 8.0
+"""By so much, in the logarithm, it is likelier that the base was not carried elsewhere."""
 _NEAR = covariance_of(PoseSigma(0.3, 0.2))
 
 
@@ -51,7 +55,7 @@ class _Hypothesis:
 
 
 class Search:
-    """Begin with `about` or `anywhere`, then tell it every scan."""
+    """Tell it every scan; it looks everywhere unless told `about` where."""
 
     def __init__(
         self, field: Field, particles: AmclValues, matching: TrackerValues, seed: int
@@ -59,14 +63,17 @@ class Search:
         self._field, self._matching = field, matching
         self._amcl = Amcl(field, particles, seed)
         self._also: Pose2 | None = None
+        self._prior: Array | None = None
         self._hypotheses: list[_Hypothesis] = []
         self._odom_from_base: Pose2 | None = None
-        self._scans = 0
+        self._scans = self._unfit = 0
+        self._begun = False
 
     def about(self, map_from_base: Pose2, covariance: Array) -> None:
         """Look near a pose; covariance (3, 3) in the map."""
         self._amcl.start(map_from_base, covariance)
         self._begin(map_from_base)
+        self._prior = inverse(covariance)
 
     def anywhere(self, also: Pose2 | None = None) -> None:
         """Look all over the floor; and where the base would be if nothing had happened."""
@@ -77,11 +84,14 @@ class Search:
 
     def update(self, odom_from_base: Pose2, points: Array) -> Match | None:
         """Take a scan, points (n, 2) in the base frame; the match where the base was found."""
+        if not self._begun:
+            self.anywhere()
         self._scans += 1
         if not self._hypotheses:
             self._seed(points)
         way = (self._odom_from_base or odom_from_base).inverse() @ odom_from_base
         self._odom_from_base = odom_from_base
+        self._also = None if self._also is None else self._also @ way
         for one in self._hypotheses:
             predicted = one.match.map_from_base @ way
             one.match = match(self._field, points, predicted, _NEAR, self._matching)
@@ -89,14 +99,15 @@ class Search:
         self._hypotheses = _kept(self._hypotheses)
         best = self._hypotheses[0]
         weight = 1.0 / sum(math.exp(one.log - best.log) for one in self._hypotheses)
-        if self._scans >= FEWEST and weight >= SURE and best.match.is_fair(self._matching):
-            return best.match
-        if self._scans >= PATIENCE:
-            self.anywhere()
-        return None
+        fair = best.match.is_fair(self._matching)
+        self._unfit = 0 if fair else self._unfit + 1
+        if self._unfit >= PATIENCE:
+            self.anywhere(self._also)
+        return best.match if fair and weight >= SURE and self._scans >= FEWEST else None
 
     def _begin(self, also: Pose2 | None) -> None:
-        self._also, self._hypotheses, self._odom_from_base, self._scans = also, [], None, 0
+        self._also, self._prior, self._hypotheses = also, None, []
+        self._odom_from_base, self._scans, self._unfit, self._begun = None, 0, 0, True
 
     def _seed(self, points: Array) -> None:
         particles = self._amcl.particles
@@ -106,15 +117,28 @@ class Search:
         if self._also is not None:
             poses.append(self._also)
         none = np.zeros((3, 3))
-        self._hypotheses = [_Hypothesis(Match(pose, none, 0.0, 0, 0.0, 0), 0.0) for pose in poses]
+        for pose in poses:
+            start = Match(pose, none, 0.0, 0, 0.0, 0)
+            self._hypotheses.append(_Hypothesis(start, self._expected(pose)))
+
+    def _expected(self, pose: Pose2) -> float:
+        """Log-likelihood of a place before any scan."""
+        also = self._also
+        if also is None:
+            return 0.0
+        if self._prior is None:
+            return 0.0 if _same(pose, also) else -CARRIED
+        off = np.array([pose.x - also.x, pose.y - also.y, wrap(pose.yaw - also.yaw)])
+        return -0.5 * float(off @ self._prior @ off)
 
     def _fit(self, points: Array, map_from_base: Pose2) -> float:
-        values = self._amcl.values
-        off = self._field.distances(map_from_base, points)
+        values, corner = self._amcl.values, self._field.map_from_corner
+        pose = corner.inverse() @ map_from_base
         sigma = math.hypot(values.sigma_hit, self._field.sigma)
         floor = values.z_rand / values.laser_max_range
-        likely = values.z_hit * np.exp(-0.5 * np.square(off / sigma)) + floor
-        return ALIKE * float(np.log(likely).sum())
+        table = self._field.table
+        log: float = _fit(points, (pose.x, pose.y, pose.yaw), table, sigma, values.z_hit, floor)
+        return ALIKE * log
 
 
 def _kept(hypotheses: list[_Hypothesis]) -> list[_Hypothesis]:
@@ -122,7 +146,7 @@ def _kept(hypotheses: list[_Hypothesis]) -> list[_Hypothesis]:
     ordered = sorted(hypotheses, key=lambda one: -one.log)
     kept: list[_Hypothesis] = []
     for one in ordered:
-        if one.log < ordered[0].log - BEHIND:
+        if one.log < ordered[0].log - WORSE or len(kept) == KEPT:
             break
         if not any(_same(one.match.map_from_base, other.match.map_from_base) for other in kept):
             kept.append(one)
@@ -131,6 +155,28 @@ def _kept(hypotheses: list[_Hypothesis]) -> list[_Hypothesis]:
 
 def _same(one: Pose2, other: Pose2) -> bool:
     return one.distance_to(other) < ONE[0] and abs(wrap(one.yaw - other.yaw)) < ONE[1]
+
+
+@njit(cache=True)
+def _fit(
+    points: Array,
+    pose: tuple[float, float, float],
+    table: Table,
+    sigma: float,
+    hit: float,
+    floor: float,
+) -> float:
+    """Sum of ln(hit exp(-d^2 / 2 sigma^2) + floor); a beam behind a wall is still less likely."""
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    total = 0.0
+    for i in range(len(points)):
+        x = pose[0] + c * points[i, 0] - s * points[i, 1]
+        y = pose[1] + s * points[i, 0] + c * points[i, 1]
+        d = distance_at(x, y, table)[0]
+        total += math.log(hit * math.exp(-0.5 * (d / sigma) ** 2) + floor)
+        if d > 3.0 * sigma and not is_floor(x, y, table):
+            total -= BEHIND_WALL
+    return total
 
 
 @njit(cache=True)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from hw.geometry import Pose2
 from hw.room import Room
-from states.maps.cells import Mask, fill_rings, grid_over
+from states.maps.cells import Grid, Mask, fill_rings
 from states.maps.distance import Array, distances
 from states.maps.occupancy import FREE, OccupancyMap, Values
 
@@ -37,7 +38,8 @@ class Table(NamedTuple):
 
     Drawn: the sides that can be nearest in cell i are `sides[listed[first[i]:first[i + 1]]]`; a
     side is x, y of its start, its direction and its length. Scanned: `nearest` (rows, columns)
-    holds the distances at the centres of cells. What is not used is empty.
+    holds the distances at the centres of cells. What is not used is empty. `floor` (rows, columns)
+    are the cells whose centre is on the floor; empty where nobody knows what is floor.
     """
 
     cell: float
@@ -48,19 +50,22 @@ class Table(NamedTuple):
     first: Indices
     listed: Indices
     nearest: Array
+    floor: Mask
 
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """Distances to the walls of a map; `sigma` is how well the walls themselves are known, m.
-
-    `free` (n, 2) are places of the floor, evenly spread, counted from the corner as in the table.
-    """
+    """Distances to the walls of a map; `sigma` is how well the walls themselves are known, m."""
 
     map_from_corner: Pose2
     table: Table
-    free: Array
     sigma: float = 0.0
+
+    @cached_property
+    def free(self) -> Array:
+        """Places of the floor (n, 2), evenly spread, counted from the corner as in the table."""
+        row, column = np.nonzero(self.table.floor)
+        return self.table.cell * (np.stack([column, row], axis=1).astype(np.float64) + 0.5)
 
     def distances(self, map_from_base: Pose2, points: Array) -> Array:
         """Distance to the nearest wall of points (n, 2) of the base frame, (n,), m."""
@@ -82,8 +87,11 @@ def room_field(room: Room, reach: float = REACH) -> Field:
     parts = (ends[kept, :2], along[kept] / length[kept, None], length[kept, None])
     sides = np.ascontiguousarray(np.hstack(parts))
     first, listed = _candidates(sides, cell, rows, columns, reach)
-    table = Table(cell, rows, columns, reach, sides, first, listed, np.empty((0, 0)))
-    return Field(corner, table, _floor(room, corner, cell))
+    grid = Grid(cell, rows, columns, corner.x, corner.y)
+    floor = fill_rings(grid, [room.outer, *room.obstacles])
+    return Field(
+        corner, Table(cell, rows, columns, reach, sides, first, listed, np.empty((0, 0)), floor)
+    )
 
 
 def map_field(map_: OccupancyMap, reach: float = REACH) -> Field:
@@ -94,10 +102,9 @@ def map_field(map_: OccupancyMap, reach: float = REACH) -> Field:
     nearest = np.minimum(distances(_faces(map_.values), map_.resolution), reach)
     none, nobody = np.empty((0, 5)), np.empty(0, np.int32)
     rows, columns = map_.values.shape
-    table = Table(map_.resolution, rows, columns, reach, none, nobody, nobody, nearest)
-    row, column = np.nonzero(map_.values == FREE)
-    free = map_.resolution * (np.stack([column, row], axis=1).astype(np.float64) + 0.5)
-    return Field(map_.map_from_corner, table, free, 0.5 * map_.resolution)
+    floor = map_.values == FREE
+    table = Table(map_.resolution, rows, columns, reach, none, nobody, nobody, nearest, floor)
+    return Field(map_.map_from_corner, table, 0.5 * map_.resolution)
 
 
 def _faces(values: Values) -> Mask:
@@ -110,13 +117,6 @@ def _faces(values: Values) -> Mask:
         beside |= free[i : i + rows, j : j + columns]
     faces: Mask = occupied & beside
     return faces if faces.any() else occupied
-
-
-def _floor(room: Room, corner: Pose2, cell: float) -> Array:
-    grid = grid_over([room.outer], cell)
-    row, column = np.nonzero(fill_rings(grid, [room.outer, *room.obstacles]))
-    xs, ys = grid.centers()
-    return np.stack([xs[column] - corner.x, ys[row] - corner.y], axis=1)
 
 
 @njit(cache=True)
@@ -146,6 +146,17 @@ def distance_at(x: float, y: float, table: Table) -> tuple[float, float, float]:
         return distance, dx / distance, dy / distance
     # on a side: across it, for there the way to the nearest place has no direction
     return distance, -table.sides[side, 3], table.sides[side, 2]
+
+
+@njit(cache=True)
+def is_floor(x: float, y: float, table: Table) -> bool:
+    """Is the centre of the cell on the floor, as far as anybody knows?"""
+    if len(table.floor) == 0:
+        return True
+    column, row = math.floor(x / table.cell), math.floor(y / table.cell)
+    if not (0 <= column < table.columns and 0 <= row < table.rows):
+        return False
+    return bool(table.floor[int(row), int(column)])
 
 
 @njit(cache=True)

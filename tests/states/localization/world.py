@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hw.geometry import Pose2, Twist2
+from hw.geometry import Pose2, Pose3, Twist2
 from hw.room import Room
-from hw.samples import ImuReading, Odometry, Sample, Scan
+from hw.samples import ImuReading, Odometry, Sample, Scan, TrackerPose
 from hw.sensing import ImuModel, LidarModel, Mount, OdometryModel, Sensing, TrackerModel
 
 ROOM = Room(
@@ -156,6 +156,8 @@ class World:
     walker: bool = True
     blocked: float = 0.0
     slip: float = 1.0
+    covered: float = 6.0
+    lost_trackers: tuple = ()
 
     def __post_init__(self):
         self.sides = np.array(self.room.segments)
@@ -194,7 +196,7 @@ class World:
         """Sectors of 15 degrees of the map's directions, new ones every two seconds."""
         epoch = int(time // 2.0)
         rng = np.random.default_rng((self.seed, 3, epoch))
-        chosen = rng.random(24) < self.blocked
+        chosen = rng.permutation(24) < round(24 * self.blocked)
         share = rng.uniform(0.3, 0.9, 24)
         sector = (np.mod(directions, 2.0 * math.pi) / (2.0 * math.pi) * 24).astype(int) % 24
         ranges *= np.where(chosen[sector], share[sector], 1.0)
@@ -238,6 +240,36 @@ class World:
             for time, rate in zip(times, rates, strict=True)
         ]
 
+    def trackers(self):
+        """(stamp_ns, TrackerPose) of both where x is below `covered`, 30 times a second.
+
+        0.5 mm of noise; each acquisition has an offset of its own of 15 to 47 mm and 1.3 to 1.8
+        degrees; in the last 0.7 m before the edge up to 6 cm of bias. Both are lost now and then.
+        """
+        found = []
+        for number, (name, model) in enumerate(sorted(self.sensing.trackers.items())):
+            if name in self.lost_trackers:
+                continue
+            rng = np.random.default_rng((self.seed, 6, number))
+            seen, gap_until, mount = False, 0.0, model.mount.flat
+            for time in np.arange(0.0, self.drive.times[-1] + 1e-9, 1.0 / 30.0):
+                true = self.drive.pose(float(time)) @ mount
+                if rng.random() < 0.003:
+                    gap_until = time + rng.uniform(0.3, 2.0)
+                if true.x > self.covered or time < gap_until:
+                    seen = False
+                    continue
+                if not seen:
+                    seen = True
+                    size, angle = rng.uniform(0.015, 0.047), rng.uniform(0.0, 2.0 * math.pi)
+                    turn = math.radians(rng.uniform(1.3, 1.8)) * rng.choice([-1.0, 1.0])
+                edge = 0.06 * max(0.0, 1.0 - (self.covered - true.x) / 0.7)
+                x, y = true.x + size * math.cos(angle) + edge, true.y + size * math.sin(angle)
+                noise = rng.normal(0.0, 5e-4, 2)
+                pose = Pose3.from_yaw(x + noise[0], y + noise[1], model.mount.z, true.yaw + turn)
+                found.append((round(time * 1e9), TrackerPose(name, pose)))
+        return found
+
     def samples(self, *names):
         """Those of these names in the order of arrival: scans come after their last beam."""
         found = []
@@ -247,6 +279,12 @@ class World:
             ]
         if "base.imu" in names:
             found += [(stamp, Sample("base.imu", stamp, value)) for stamp, value in self.imu()]
+        if "rover.tracker" in names:
+            late = 20_000_000
+            found += [
+                (stamp + late, Sample("rover.tracker", stamp, value))
+                for stamp, value in self.trackers()
+            ]
         if "base.scan" in names:
             for name, lidar in self.sensing.lidars.items():
                 for number in range(int(self.drive.times[-1] * lidar.rate) - 1):
@@ -261,6 +299,6 @@ def arc(way):
     """The pose after a steady turn and way, by its complex form."""
     turn = float(way[2])
     step = complex(way[0], way[1])
-    if abs(turn) > 1e-9:
-        step *= (np.exp(1j * turn) - 1.0) / (1j * turn)
+    if turn != 0.0:
+        step *= np.expm1(1j * turn) / (1j * turn)
     return Pose2(step.real, step.imag, turn)

@@ -1,0 +1,93 @@
+"""A calibration from a log: scans are matched to the walls, and set against the trackers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from cobodeck.logs.log import SCAN, TRACKER, SensorLog
+from cobodeck.logs.mapped import Ground
+from engine.files.finding import mistake
+from hw.geometry import Pose2, Pose3
+from hw.prop import Placement
+from hw.samples import Odometry, Scan, TrackerPose
+from hw.tracking import Tracking
+from hw.tracking_file import Residual, TrackingFile, placement_of
+from states.localization.calibrate import (
+    BaseReading,
+    Calibration,
+    NoCalibration,
+    TrackerReading,
+    calibrate,
+)
+from states.localization.localizer import Localizer
+from states.localization.scan_tracker import TrackerValues, match
+from states.localization.scans import cloud_of
+from states.localization.trail import Trail
+
+_NEAR = np.diag([0.05**2, 0.05**2, 0.03**2])
+"""How far a scanner's own match may lie from what all of them together say."""
+_SPAN_NS = 50_000_000
+
+
+def calibrated(
+    log: SensorLog,
+    ground: Ground,
+    start: Pose2 | None,
+    seed: int,
+    mounts: Mapping[str, Pose3] | None = None,
+) -> Calibration | NoCalibration:
+    """The frames of a log's trackers and scanners, in the map; why not, if it gives none.
+
+    `start` is where the base was at first, or None: anywhere. With known `mounts`
+    (base_from_tracker) only the tracking's frame is looked for.
+
+    Raises:
+        FileError: it has no trackers or no scans.
+    """
+    for name in (TRACKER, SCAN):
+        if log.count(name) == 0:
+            hint = "record a drive of the robot with `run` or `simulate --tier 2 --record`"
+            raise mistake(log.path, f"has no {name}", hint=hint)
+    trackers = [
+        TrackerReading(sample.stamp_ns, sample.value.tracker, sample.value.pose)
+        for sample in log.samples
+        if isinstance(sample.value, TrackerPose)
+    ]
+    scanners = {name: model.mount.flat for name, model in log.sensing.lidars.items()}
+    strange = sorted({one.tracker for one in trackers} - set(mounts)) if mounts is not None else []
+    if strange:
+        raise mistake(log.path, f"has a tracker {strange[0]}, of which no mount is known")
+    bases = matched(log, ground, start, seed)
+    return calibrate(trackers, bases, mounts=mounts, scanners=scanners)
+
+
+def matched(log: SensorLog, ground: Ground, start: Pose2 | None, seed: int) -> list[BaseReading]:
+    """Where each scan by itself says the base was; no tracker has a say in it."""
+    localizer = Localizer(ground.field, log.sensing, Tracking(), start, seed)
+    values, trail, found = TrackerValues(), Trail(), []
+    for sample in log.samples:
+        scan = sample.value
+        if isinstance(scan, TrackerPose):
+            continue
+        localizer.update(sample.name, sample.stamp_ns, scan)
+        if isinstance(scan, Odometry):
+            trail.put(sample.stamp_ns, scan.pose)
+        if not isinstance(scan, Scan) or localizer.pose is None or localizer.status == "lost":
+            continue
+        motion = trail.velocity(sample.stamp_ns - _SPAN_NS, sample.stamp_ns)
+        cloud = cloud_of(scan, sample.stamp_ns, log.sensing, values.beams, motion)
+        one = match(ground.field, cloud.points, localizer.pose, _NEAR, values)
+        if one.is_healthy(values):
+            found.append(BaseReading(cloud.stamp_ns, one.map_from_base, scan.sensor))
+    return found
+
+
+def tracking_file(found: Calibration, name: str, about: str) -> TrackingFile:
+    """The calibration as a file."""
+    mounts: dict[str, Placement] = {n: placement_of(p) for n, p in found.mounts.items()}
+    residual = Residual(found.position_rms, found.yaw_rms)
+    return TrackingFile(
+        name, placement_of(found.map_from_vive), mounts, residual, dict(found.scanner_yaws), about
+    )

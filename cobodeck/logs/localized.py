@@ -1,0 +1,237 @@
+"""Runs the localization on a log, and tells how good it was.
+
+Where a log has no corrected poses, walls are the measure: how far from the nearest one the beams of
+a scan end, from the estimated pose, in the median.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from cobodeck.logs.log import SCAN, SensorLog
+from cobodeck.logs.mapped import Ground, points_of_scan, reference_at
+from hw.geometry import Pose2, wrap
+from hw.samples import PoseSigma
+from hw.tracking import Tracking
+from states.localization.localizer import Localizer
+
+NEAR = 0.05
+"""Scans whose beams end nearer to walls than this, in the median, are counted, m."""
+Clock = Callable[[], float]
+Frame = Literal["same", "aligned"]
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """What was made of one scan.
+
+    Attributes:
+        stamp_ns: of the pose.
+        pose: map_from_base, or None while it is unknown.
+        sigma: how sure it is said to be.
+        status: what the localization said of itself.
+        wall: how far beams end from the nearest wall, median, m.
+        took: how long the scan took to compute, s.
+        true: the corrected pose at that instant, where there is one.
+    """
+
+    stamp_ns: int
+    pose: Pose2 | None
+    sigma: PoseSigma
+    status: str
+    wall: float | None
+    took: float
+    true: Pose2 | None = None
+
+    @property
+    def error(self) -> tuple[float, float] | None:
+        """From the corrected pose, m and rad."""
+        if self.pose is None or self.true is None:
+            return None
+        return self.pose.distance_to(self.true), abs(wrap(self.pose.yaw - self.true.yaw))
+
+
+@dataclass(frozen=True, slots=True)
+class Localized:
+    """A log, run through the localization; `frame` is that of the corrected poses."""
+
+    log: SensorLog
+    ground: Ground
+    start: Pose2 | None
+    seed: int
+    steps: tuple[Step, ...]
+    counts: Mapping[str, int]
+    frame: Frame = "same"
+
+    @property
+    def walls(self) -> list[float]:
+        """Median distances of beams to walls, by scan, m."""
+        return [step.wall for step in self.steps if step.wall is not None]
+
+    @property
+    def errors(self) -> list[tuple[float, float]]:
+        """From the corrected poses, m and rad."""
+        return [step.error for step in self.steps if step.error is not None]
+
+
+def localize(
+    log: SensorLog, ground: Ground, start: Pose2 | None, seed: int, clock: Clock
+) -> Localized:
+    """Run the localization over a log.
+
+    Args:
+        log: what sensors said.
+        ground: the map; scans that made it are withheld.
+        start: where the base is told to be at first; None: anywhere.
+        seed: of all random numbers.
+        clock: tells time, s.
+    """
+    localizer = Localizer(ground.field, log.sensing, Tracking.of(log.sensing), start, seed)
+    steps: list[Step] = []
+    number = -1
+    begin = min(ground.scored, default=0) - 1
+    for sample in log.samples:
+        number += sample.name == SCAN
+        if number < begin and sample.name != SCAN and not steps:
+            continue
+        if sample.name == SCAN and number not in ground.scored:
+            continue
+        before = clock()
+        localizer.update(sample.name, sample.stamp_ns, sample.value)
+        took = clock() - before
+        if sample.name == SCAN:
+            steps.append(_step(localizer, sample, log, ground, took))
+    steps, frame = _judged(steps, log, ground)
+    return Localized(log, ground, start, seed, tuple(steps), dict(localizer.counts), frame)
+
+
+def first_pose(ground: Ground) -> Pose2 | None:
+    """Where the base was at the first scan that is scored, as the map was made."""
+    for one in ground.placed:
+        if one.number in ground.scored:
+            return one.pose
+    return None
+
+
+def _step(localizer: Localizer, sample: Any, log: SensorLog, ground: Ground, took: float) -> Step:
+    pose, stamp = localizer.pose, localizer.stamp_ns
+    status, sigma = localizer.status, localizer.sigma
+    wall = None
+    if pose is not None:
+        distances = ground.field.distances(pose, points_of_scan(sample, log))
+        wall = float(np.median(distances)) if len(distances) else None
+    return Step(sample.stamp_ns if stamp is None else stamp, pose, sigma, status, wall, took)
+
+
+def _judged(steps: Sequence[Step], log: SensorLog, ground: Ground) -> tuple[list[Step], Frame]:
+    """With corrected poses; those of another map are laid onto the estimates as a whole."""
+    true = [reference_at(log, step.stamp_ns) for step in steps]
+    pairs = [(s.pose, t) for s, t in zip(steps, true, strict=True) if s.pose and t]
+    if ground.own or not pairs:
+        return [replace(s, true=t) for s, t in zip(steps, true, strict=True)], "same"
+    there = aligned([t for _, t in pairs], [p for p, _ in pairs])
+    return [
+        replace(s, true=None if t is None else there @ t) for s, t in zip(steps, true, strict=True)
+    ], "aligned"
+
+
+def aligned(poses: Sequence[Pose2], onto: Sequence[Pose2]) -> Pose2:
+    """The motion that brings poses onto others best: least squares of their places (Umeyama)."""
+    a = np.array([[pose.x, pose.y] for pose in poses])
+    b = np.array([[pose.x, pose.y] for pose in onto])
+    mean_a, mean_b = a.mean(axis=0), b.mean(axis=0)
+    da, db = a - mean_a, b - mean_b
+    sine = float((da[:, 0] * db[:, 1] - da[:, 1] * db[:, 0]).sum())
+    cosine = float((da * db).sum())
+    turned = [wrap(q.yaw - p.yaw) for p, q in zip(poses, onto, strict=True)]
+    spread = math.sqrt(float((da * da).sum()) / len(a))
+    yaw = math.atan2(sine, cosine) if spread > 0.1 else float(np.median(turned))
+    x, y = Pose2(0.0, 0.0, yaw).transform(*mean_a.tolist())
+    return Pose2(float(mean_b[0]) - x, float(mean_b[1]) - y, yaw)
+
+
+def figures(found: Localized) -> dict[str, Any]:
+    """The figures for programs; m, rad, s."""
+    ground, steps = found.ground, found.steps
+    last = next((step.pose for step in reversed(steps) if step.pose), None)
+    return {
+        "log": str(found.log.path),
+        "form": found.log.form,
+        "duration_s": found.log.duration,
+        "remarks": list(found.log.remarks),
+        "map": ground.source,
+        "split": ground.split,
+        "start": None if found.start is None else _numbers(found.start),
+        "seed": found.seed,
+        "scans": len(steps),
+        "without_pose": sum(step.pose is None for step in steps),
+        "wall_distance_m": walls_figures(found.walls),
+        "errors": error_figures(found),
+        "status": dict(Counter(step.status for step in steps)),
+        "counts": dict(found.counts),
+        "time_per_scan_ms": time_figures([step.took for step in steps]),
+        "final_pose": None if last is None else _numbers(last),
+        "trajectory": [_row(step) for step in steps],
+    }
+
+
+def walls_figures(walls: Sequence[float]) -> dict[str, float] | None:
+    """Of the median distances of beams to walls."""
+    if not walls:
+        return None
+    return {
+        "median": float(np.median(walls)),
+        "p95": float(np.percentile(walls, 95.0)),
+        "max": max(walls),
+        "share_below_5cm": float(np.mean(np.array(walls) < NEAR)),
+    }
+
+
+def error_figures(found: Localized) -> dict[str, Any] | None:
+    """Of the differences to corrected poses."""
+    if not found.errors:
+        return None
+    metres, turns = (np.array(column) for column in zip(*found.errors, strict=True))
+    return {
+        "frame": found.frame,
+        "scans": len(metres),
+        "position_rmse_m": math.sqrt(float(np.mean(metres**2))),
+        "position_median_m": float(np.median(metres)),
+        "position_p95_m": float(np.percentile(metres, 95.0)),
+        "position_max_m": float(metres.max()),
+        "yaw_rmse_rad": math.sqrt(float(np.mean(turns**2))),
+        "yaw_max_rad": float(turns.max()),
+    }
+
+
+def time_figures(took: Sequence[float]) -> dict[str, float] | None:
+    """How long scans took, ms."""
+    if not took:
+        return None
+    return {
+        "median": 1e3 * float(np.median(took)),
+        "p99": 1e3 * float(np.percentile(took, 99.0)),
+        "max": 1e3 * max(took),
+    }
+
+
+def _numbers(pose: Pose2) -> list[float]:
+    return [pose.x, pose.y, pose.yaw]
+
+
+def _row(step: Step) -> dict[str, Any]:
+    pose = step.pose
+    return {
+        "t": step.stamp_ns / 1e9,
+        "pose": None if pose is None else _numbers(pose),
+        "sigma": None if pose is None else [step.sigma.position, step.sigma.yaw],
+        "status": step.status,
+        "wall_m": step.wall,
+        "error": None if step.error is None else list(step.error),
+    }

@@ -1,0 +1,202 @@
+"""The map that a log is localized in: a given one, or one from part of the log's own scans.
+
+The first half of the scans makes the map, the second is scored. Where the second half leaves what
+the first has seen, there would be nothing to score: every other scan makes the map then.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+
+from cobodeck.logs.log import SCAN, SensorLog
+from cobodeck.logs.rawlog import is_rawlog, read_rawlog
+from engine.files.finding import mistake
+from engine.files.source import read_file
+from hw.geometry import Pose2
+from hw.samples import Odometry, Sample, Scan
+from states.localization.growing import Growing, points_in
+from states.localization.scans import cloud_of
+from states.maps.field import Field, map_field, room_field
+from states.maps.mapping import RESOLUTION, Mapper
+from states.maps.occupancy import UNKNOWN, OccupancyMap, load_map
+
+if TYPE_CHECKING:
+    from hw.room import Room
+
+Split = Literal["halves", "alternate"]
+_HALVES: Split = "halves"
+_ALTERNATE: Split = "alternate"
+ALL_BEAMS = 100_000
+_SEEN = 0.6
+"""Beams of a scan that must end in what a map has seen, if it is to tell where the base is."""
+_OFTEN = 0.9
+"""Scans of which this must hold."""
+
+
+class Placed(NamedTuple):
+    """A scan of a log, by its number among them, with where it was taken: map_from_base."""
+
+    number: int
+    sample: Sample
+    pose: Pose2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ground:
+    """What a log is localized in.
+
+    `source` tells where the map is from in words; `map` is that of scans, `room` a drawn one.
+    `scored` are the scans that did not make the map, by their numbers; `placed` says where scans
+    are, if the map was made from them. `own` is true where poses of the log are poses in this map.
+    """
+
+    source: str
+    field: Field
+    map: OccupancyMap | None
+    room: Room | None
+    scored: frozenset[int]
+    split: Split | None = None
+    placed: tuple[Placed, ...] = ()
+    own: bool = True
+
+
+def given_ground(place: str, log: SensorLog, resolution: float = RESOLUTION) -> Ground:
+    """The ground of a map: map_server YAML, a scene by name or file, or a log with poses.
+
+    Raises:
+        FileError: it is none of them, or wrong.
+    """
+    numbers = frozenset(range(log.count(SCAN)))
+    path = Path(place)
+    if path.is_file() and is_rawlog(path):
+        seen = read_rawlog(path)
+        map_ = _map_of(placed_by_reference(seen), seen, resolution)
+        return Ground(f"{place}, {resolution:g} m", map_field(map_), map_, None, numbers, own=False)
+    if path.is_file() and _is_map(path):
+        map_ = load_map(path)
+        return Ground(place, map_field(map_), map_, None, numbers, own=False)
+    from hw.scene import load_scene
+
+    room = load_scene(place).room
+    own = log.form == "record"  # poses of a record are those of its scene
+    return Ground(f"scene {place}", room_field(room), None, room, numbers, own=own)
+
+
+def room_ground(log: SensorLog, room: Room) -> Ground:
+    """The ground of the room in which the log was made."""
+    numbers = frozenset(range(log.count(SCAN)))
+    return Ground("the room of the log", room_field(room), None, room, numbers)
+
+
+def built_ground(log: SensorLog, resolution: float = RESOLUTION) -> Ground:
+    """The ground that part of the log's own scans shows.
+
+    Raises:
+        FileError: there are too few scans, or no poses for them.
+    """
+    count = log.count(SCAN)
+    if count < 4:
+        hint = "--map MAP gives one"
+        raise mistake(log.path, f"has {count} scans: too few for a map of its own", hint=hint)
+    by = "its corrected poses" if log.reference else "matching scan to scan"
+    placed = placed_by_reference(log) if log.reference else placed_by_matching(log, resolution)
+    if len(placed) < 4:
+        raise mistake(log.path, f"has poses for {len(placed)} scans only: too few for a map")
+    half = len(placed) // 2
+    map_, scored, split = _map_of(placed[:half], log, resolution), placed[half:], _HALVES
+    if not _is_seen(map_, scored, log):
+        map_, scored, split = _map_of(placed[::2], log, resolution), placed[1::2], _ALTERNATE
+    part = "the first half of its scans" if split == _HALVES else "every other scan"
+    source = f"{part}, by {by}, {resolution:g} m"
+    numbers = frozenset(one.number for one in scored)
+    return Ground(source, map_field(map_), map_, None, numbers, split, tuple(placed))
+
+
+def placed_by_reference(log: SensorLog) -> list[Placed]:
+    """The scans for whose instants there are corrected poses.
+
+    Raises:
+        FileError: there are none.
+    """
+    if not log.reference:
+        raise mistake(log.path, "has no poses to make a map by", hint="a simplemap has")
+    scans = enumerate(sample for sample in log.samples if sample.name == SCAN)
+    found = ((number, sample, reference_at(log, sample.stamp_ns)) for number, sample in scans)
+    return [Placed(number, sample, pose) for number, sample, pose in found if pose is not None]
+
+
+def placed_by_matching(log: SensorLog, resolution: float) -> list[Placed]:
+    """All scans, each matched to those before it; the wheels tell where to begin."""
+    growing, odom, number = Growing(resolution), Pose2(0.0, 0.0), 0
+    found = []
+    for sample in log.samples:
+        if isinstance(sample.value, Odometry):
+            odom = sample.value.pose
+        elif isinstance(sample.value, Scan):
+            pose = growing.take(odom, sample.value.sensor, points_of_scan(sample, log))
+            found.append(Placed(number, sample, pose))
+            number += 1
+    return found
+
+
+def points_of_scan(sample: Sample, log: SensorLog) -> Any:
+    """All ends of beams (n, 2) of a scan in the base frame, m."""
+    scan = sample.value
+    assert isinstance(scan, Scan)
+    return cloud_of(scan, sample.stamp_ns, log.sensing, ALL_BEAMS).points
+
+
+def reference_at(log: SensorLog, stamp_ns: int) -> Pose2 | None:
+    """The corrected pose at an instant, between two of them; None where they are far apart."""
+    stamps = [ref.stamp_ns for ref in log.reference]
+    after = bisect_left(stamps, stamp_ns)
+    if after < len(stamps) and stamps[after] == stamp_ns:
+        return log.reference[after].pose
+    if not 0 < after < len(stamps) or stamps[after] - stamps[after - 1] > _LONGEST_NS:
+        return None
+    share = (stamp_ns - stamps[after - 1]) / (stamps[after] - stamps[after - 1])
+    return log.reference[after - 1].pose.between(log.reference[after].pose, share)
+
+
+_LONGEST_NS = 500_000_000
+"""Corrected poses that lie farther apart in time say nothing of what is between them."""
+
+
+def _map_of(placed: Sequence[Placed], log: SensorLog, resolution: float) -> OccupancyMap:
+    mapper = Mapper(resolution)
+    try:
+        for _, sample, pose in placed:
+            assert isinstance(sample.value, Scan)
+            start = pose @ log.sensing.mount(sample.value.sensor)
+            mapper.add((start.x, start.y), points_in(pose, points_of_scan(sample, log)))
+        return mapper.map()
+    except ValueError as error:
+        raise mistake(log.path, f"gives no map: {error}") from None
+
+
+def _is_seen(map_: OccupancyMap, placed: Sequence[Placed], log: SensorLog) -> bool:
+    """Do most scans end where the map knows something?"""
+    return float(np.mean([share >= _SEEN for share in _shares(map_, placed, log)])) >= _OFTEN
+
+
+def _shares(map_: OccupancyMap, placed: Sequence[Placed], log: SensorLog) -> Iterator[float]:
+    corner, cell = map_.map_from_corner, map_.resolution
+    rows, columns = map_.values.shape
+    for _, sample, pose in placed:
+        points = points_in(pose, points_of_scan(sample, log))
+        places = np.floor((points - [corner.x, corner.y]) / cell).astype(np.int64)
+        inside = ((places >= 0) & (places < [columns, rows])).all(axis=1)
+        known = map_.values[places[inside, 1], places[inside, 0]] != UNKNOWN
+        yield float(known.sum()) / max(1, len(points))
+
+
+def _is_map(path: Path) -> bool:
+    """A file that says `image:` is a map."""
+    source = read_file(path)
+    return isinstance(source.value, dict) and "image" in source.value

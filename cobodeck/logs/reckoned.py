@@ -1,0 +1,77 @@
+"""Logs without scans: where wheels and an inertial sensor say the base has come to.
+
+Both correct one filter in space: the wheels tell the velocity along the base, and that it neither
+lifts off nor slides; the inertial sensor tells turns and accelerations and, if it can, the attitude.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from cobodeck.logs.log import IMU, ODOMETRY, SensorLog
+from engine.files.finding import mistake
+from hw.geometry import Pose3
+from hw.samples import ImuReading, Odometry
+from states.localization.sources import FilterConfig, Measurement, Noise, Source
+from states.localization.spatial import SpatialFilter, angles_of, without_gravity
+
+_WHEELS, _TURNS, _ATTITUDE = "wheels", "turns", "attitude"
+_SOURCES = (
+    Source(_WHEELS, ("vx", "vy", "vz", "wz"), gate=None),
+    Source(_TURNS, ("wx", "wy", "wz"), gate=None),
+    Source(_ATTITUDE, ("roll", "pitch", "yaw", "ax", "ay", "az"), gate=None),
+)
+_NOISE = (0.03, 0.03, 0.04, 0.03, 0.03, 0.06, 0.025, 0.025, 0.05, 0.02, 0.02, 0.04, 0.1, 0.1, 0.1)
+"""Variances per second, in the order of the filter's axes."""
+_WHEELS_OFF = (1e-3, 1e-3, 1e-3, 1e-2)
+_TURNS_OFF = (1e-4, 1e-4, 1e-4)
+_ATTITUDE_OFF = (1e-4, 1e-4, 1e-4, 0.1, 0.1, 0.1)
+"""Variances of wheels and sensors of the usual kind: (m/s)2, (rad/s)2, rad2, (m/s2)2."""
+
+
+def reckon(log: SensorLog) -> SpatialFilter:
+    """The filter after the whole log; its pose begins at the origin.
+
+    Raises:
+        FileError: there are no wheels in the log.
+    """
+    if log.count(ODOMETRY) == 0:
+        hint = "at least one of both is needed"
+        raise mistake(log.path, "has neither scans nor odometry", hint=hint)
+    known = FilterConfig(_SOURCES, Noise(_NOISE, (0.0,) * 15, (0.0,) * 15), (1e-4,) * 15)
+    found = SpatialFilter(known)
+    for sample in log.samples:
+        if isinstance(sample.value, Odometry):
+            twist = sample.value.twist
+            values = (twist.vx, twist.vy, 0.0, twist.wz)
+            found.correct(Measurement(sample.stamp_ns, _WHEELS, values, _WHEELS_OFF))
+        elif isinstance(sample.value, ImuReading):
+            _turn(found, sample.stamp_ns, sample.value)
+    return found
+
+
+def _turn(found: SpatialFilter, stamp_ns: int, reading: ImuReading) -> None:
+    found.correct(Measurement(stamp_ns, _TURNS, reading.rates, _TURNS_OFF))
+    if reading.attitude is None:
+        return
+    angles = angles_of(*reading.attitude)
+    free = without_gravity(reading.accelerations, *angles[:2])
+    found.correct(Measurement(stamp_ns, _ATTITUDE, (*angles, *free), _ATTITUDE_OFF))
+
+
+def figures(log: SensorLog, found: SpatialFilter) -> dict[str, Any]:
+    """The figures for programs; m, rad, s."""
+    pose: Pose3 = found.pose
+    names = (name for name in (ODOMETRY, IMU) if log.count(name))
+    ways = [sample.value.pose for sample in log.samples if isinstance(sample.value, Odometry)]
+    pairs = zip(ways, ways[1:], strict=False)
+    return {
+        "log": str(log.path),
+        "form": log.form,
+        "duration_s": log.duration,
+        "remarks": list(log.remarks),
+        "samples": {name: log.count(name) for name in names},
+        "way_m": sum(before.distance_to(after) for before, after in pairs),
+        "final_position_m": [pose.x, pose.y, pose.z],
+        "final_yaw_rad": pose.yaw,
+    }

@@ -1,0 +1,98 @@
+"""A calibrated tracking system as a file, as `cobodeck calibrate` writes it.
+
+tracking: lab_a
+map_from_vive: {xyz: [3.1, 0.4, 0.0], rpy: [0, 0, 1.57]}
+mounts:                        # base_from_tracker, by the tracker's name
+  front_tracker: {xyz: [0.38, 0.27, 0.45], rpy: [0, 0, 0]}
+scanner_yaws: {front_laser: 0.002}   # turned against the mounts of the robot file, rad
+residual: {position: 0.0016, yaw: 0.0004}   # how well it fitted its log: rms, m and rad
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+from engine.files.item import load_yaml
+from engine.files.record import Name, record
+from engine.files.units import Angle, Length
+from engine.files.values import Range
+from hw.geometry import Pose3
+from hw.places import AnyAngle
+from hw.prop import Placement
+from hw.tracking import Tracking
+
+
+@dataclass(frozen=True, slots=True)
+class Residual:
+    """How far readings lay from the calibration, root mean square, m and rad."""
+
+    position: Annotated[Length, Range(0.0, 10.0)]
+    yaw: Annotated[Angle, Range(0.0, math.pi)]
+
+
+@dataclass(frozen=True, slots=True)
+class TrackingFile:
+    """A calibration by its name; poses as they are used, with where they come from."""
+
+    tracking: Name
+    map_from_vive: Placement
+    mounts: Mapping[str, Placement]
+    residual: Residual
+    scanner_yaws: Mapping[str, AnyAngle] = field(default_factory=dict)
+    about: str = ""
+
+    def poses(self) -> Tracking:
+        """The calibrated poses."""
+        mounts = {name: pose_of(placed) for name, placed in self.mounts.items()}
+        return Tracking(pose_of(self.map_from_vive), mounts)
+
+    def text(self) -> str:
+        """The file."""
+        mounts = "".join(f"  {name}: {_written(at)}\n" for name, at in self.mounts.items())
+        yaws = "".join(f"  {name}: {yaw!r}\n" for name, yaw in self.scanner_yaws.items())
+        return (
+            f"tracking: {self.tracking}\nabout: >\n  {self.about}\n"
+            f"map_from_vive: {_written(self.map_from_vive)}    # m and rad\n"
+            f"mounts:    # base_from_tracker\n{mounts}"
+            + (
+                f"scanner_yaws:    # against the mounts of the robot file, rad\n{yaws}"
+                if yaws
+                else ""
+            )
+            + f"residual: {{position: {self.residual.position!r}, yaw: {self.residual.yaw!r}}}\n"
+        )
+
+
+def load_tracking(path: Path) -> TrackingFile:
+    """A calibrated tracking system.
+
+    Raises:
+        FileError: every mistake in it, with file, line, column and what would be right.
+    """
+    return load_yaml(path, lambda item: record(item, TrackingFile))
+
+
+def pose_of(placed: Placement) -> Pose3:
+    """A pose from roll, pitch and yaw about fixed axes."""
+    roll, pitch, yaw = (0.5 * angle for angle in placed.rpy)
+    level = Pose3(*placed.xyz, 0.0, 0.0, math.sin(yaw), math.cos(yaw))
+    nodded = Pose3(0.0, 0.0, 0.0, 0.0, math.sin(pitch), 0.0, math.cos(pitch))
+    return level @ nodded @ Pose3(0.0, 0.0, 0.0, math.sin(roll), 0.0, 0.0, math.cos(roll))
+
+
+def placement_of(pose: Pose3) -> Placement:
+    """Roll, pitch and yaw of a pose; the pitch within 90 degrees."""
+    qx, qy, qz, qw = pose.qx, pose.qy, pose.qz, pose.qw
+    roll = math.atan2(2.0 * (qw * qx + qy * qz), 1.0 - 2.0 * (qx * qx + qy * qy))
+    pitch = math.asin(min(max(2.0 * (qw * qy - qz * qx), -1.0), 1.0))
+    return Placement((pose.x, pose.y, pose.z), (roll, pitch, pose.yaw))
+
+
+def _written(placed: Placement) -> str:
+    x, y, z = placed.xyz
+    roll, pitch, yaw = placed.rpy
+    return f"{{xyz: [{x!r}, {y!r}, {z!r}], rpy: [{roll!r}, {pitch!r}, {yaw!r}]}}"
