@@ -20,7 +20,7 @@ from hw.geometry import Pose2
 from hw.person import RADIUS
 from hw.robot import Footprint
 from hw.samples import Joints
-from hw.truth import Contact, Truth
+from hw.truth import USER, Contact, Truth
 
 Array = NDArray[np.float64]
 CapsulesOf = Callable[[Joints], tuple[Array, Array]]
@@ -71,10 +71,12 @@ class _Touch(NamedTuple):
 
 
 class ArmWatch:
-    """Notes each touch of arm and person once; `watch` once per tick."""
+    """Notes each touch of arm and anybody once; `watch` once per tick."""
 
-    def __init__(self, outline: ArmOutline) -> None:
+    def __init__(self, outline: ArmOutline, who: str = USER) -> None:
         self.contacts: list[Contact] = []
+        self._who = who
+        self._others: dict[str, ArmWatch] = {}
         self._outline = outline
         self._half = np.array((outline.footprint.half_length, outline.footprint.half_width))
         self._last: tuple[int, _Look] | None = None
@@ -83,6 +85,10 @@ class ArmWatch:
 
     def watch(self, now_ns: int, truth: Truth) -> None:
         """Look at this instant, and at the motion since the one before."""
+        for who, body in truth.others:
+            other = self._others.setdefault(who, ArmWatch(self._outline, who))
+            other.contacts = self.contacts
+            other.watch(now_ns, truth._replace(body=body, request=None, others=()))
         if truth.base is None or truth.body is None or truth.joints is None:
             return
         now = _Look(truth.base, truth.body, truth.joints)
@@ -148,6 +154,7 @@ class ArmWatch:
             robot_closing=per_s * (nx * (bx - ax) + ny * (by - ay)),
             person_closing=-per_s * (nx * (body.x - before.x) + ny * (body.y - before.y)),
             granted=granted,
+            who=self._who,
         )
         self.contacts.append(contact)
 

@@ -31,11 +31,11 @@ def room_checks(scene_name: str, profile_name: str | None = None) -> Iterator[Ch
         FileError: the scene or the profile is wrong.
     """
     from behaviors.profile import load_profile
+    from cobodeck.places import open_place
     from cobodeck.wiring import PROFILE
     from hw.robot import load_robot
-    from hw.scene import load_scene
 
-    scene, profile = load_scene(scene_name), load_profile(profile_name or PROFILE)
+    scene, profile = open_place(scene_name).scene, load_profile(profile_name or PROFILE)
     robot = load_robot(scene.robot)
     yield "robot", FIT, _outline(robot)
     try:

@@ -51,6 +51,7 @@ def _listed(contact: Contact) -> dict[str, Any]:
         "robot_closing_m_s": contact.robot_closing,
         "person_closing_m_s": contact.person_closing,
         "granted": contact.granted,
+        "who": contact.who,
     }
 
 
@@ -119,6 +120,7 @@ NOTHING: Mapping[str, Any] = {
     "time_to_safety_s": dict.fromkeys(("mean", "min", "max")),
     **contact_figures(None),
     "wall_hits": None,
+    "object_hits": None,
     "min_gap_m": None,
     "walking_s": None,
     "beside_share": None,

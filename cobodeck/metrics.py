@@ -154,6 +154,7 @@ class Evaluator:
             "distance_m": truth.distance_m,
             "energy_j": truth.energy_j,
             "wall_hits": truth.wall_hits,
+            "object_hits": truth.object_hits,
             "motion_sha256": self.motion.sha256,
         }
         if not self.person:

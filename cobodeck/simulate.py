@@ -16,7 +16,7 @@ from cobodeck.loop import Loop
 from cobodeck.metrics import Evaluator
 from cobodeck.refusals import refusals
 from cobodeck.separation import SeparationWatch
-from cobodeck.stage import Options, refuse_small_floor, stage
+from cobodeck.stage import Options, localizing, refuse_small_floor, stage
 from cobodeck.warmup import warm_up
 from cobodeck.wiring import Setup, Wired
 from engine.board import Usage
@@ -89,6 +89,7 @@ def _staged(setup: Setup, options: Options, clock: Clock | None, recorder: Recor
     if options.tier and {"base", "vr"} <= setup.uses().commands:
         refuse_small_floor(setup)
     if options.tier:
+        setup = localizing(setup, options)
         warm_up(setup, setup.machine())  # before devices are opened and clocks run
     return stage(setup, options, clock=clock, tap=None if recorder is None else recorder.tap)
 

@@ -92,9 +92,7 @@ def stage(
     if options.tier == 0:
         wired = wander(setup, options.seed)
         return Loop(Nothing(), wired, grid, clock=timing, leave_out=not options.eager)
-    if options.tier == FULL:
-        refuse_blind_robot(setup)
-        setup = replace(setup, localizing=options.seed)
+    setup = localizing(setup, options)
     uses = setup.uses(parameters)
     if "base" in uses.commands:
         setup.profile.require_robot(setup.robot, beside_person=uses.person)
@@ -122,6 +120,22 @@ def stage(
     return loop
 
 
+def localizing(setup: Setup, options: Options) -> Setup:
+    """The setup, with localization where the base will not know where it is.
+
+    Raises:
+        Problem: it cannot find out, or a driver is of no known package.
+    """
+    connection = options.connection
+    if connection is not None:
+        refuse_strange_drivers(connection, setup.catalogue.packages)
+    if options.tier == FULL:
+        refuse_blind_robot(setup)
+    elif connection is None or setup.scene is None or not finds_itself(connection):
+        return setup
+    return replace(setup, localizing=options.seed)
+
+
 def _on_real_parts(
     setup: Setup,
     uses: Uses,
@@ -137,10 +151,6 @@ def _on_real_parts(
         Problem: something is missing, or nobody watches where people are and it was not said so.
     """
     limits = setup.profile.safety.limits(setup.robot, setup.profile.robot.limits)
-    refuse_strange_drivers(connection, setup.catalogue.packages)
-    if finds_itself(connection) and setup.scene is not None:
-        setup = replace(setup, localizing=options.seed)
-        uses = setup.uses(parameters)
     plant = connect(connection, setup.body, limits, clock.now, uses)
     try:
         if "base" in uses.commands and not plant.person_watched and not options.unwatched:
@@ -240,12 +250,15 @@ def refuse_small_floor(setup: Setup) -> None:
     Raises:
         Problem: the floor is too small.
     """
+    from states.navigation.floor_cells import MapFloor
     from states.navigation.floor_plan import RoomFloor
     from states.navigation.space import shortcoming
 
-    if setup.scene is None:
+    if setup.place is None or setup.scene is None:
         return
-    found = shortcoming(RoomFloor(setup.scene.room), setup.profile.navigation.haptic.inflation)
+    map_ = setup.place.map
+    floor = RoomFloor(setup.scene.room) if map_ is None else MapFloor(map_)
+    found = shortcoming(floor, setup.profile.navigation.haptic.inflation)
     if found is not None:
         raise Problem(f"scene {setup.scene.name}: {found}", FAILED)
 

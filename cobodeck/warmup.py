@@ -17,8 +17,11 @@ from pathlib import Path
 
 from cobodeck.wiring import Setup, reachable
 from engine.machine import Machine
-from hw.geometry import Pose2, Twist2
+from hw.geometry import Pose2, Pose3, Twist2
+from hw.samples import ImuReading, Odometry, Scan, TrackerPose
 
+SCANS, SCAN_NS = 12, 80_000_000
+"""After so many scans that fit nowhere a localizer searches; time from one to the next, ns."""
 ROOT = Path(__file__).parent.parent
 
 
@@ -62,6 +65,8 @@ def warm_up(setup: Setup, machine: Machine) -> None:
         _driving(setup)
     if "arm" in commanded and in_a_room:
         _reaching(setup)
+    if setup.localizing is not None:
+        _localizing(setup)
     # what is loaded by now stays: collecting garbage in a tick need not look through it again
     gc.unfreeze()
     gc.collect()
@@ -80,6 +85,23 @@ def _driving(setup: Setup) -> None:
     start, driver = setup.scene.robot_start, setup.site.driver("chase", planner)
     driver.go_to(start @ Pose2(0.5, 0.0))  # straight ahead, for the ways without a bend
     driver.command(start, Twist2(0.1, 0.1), None, setup.site.period)
+
+
+def _localizing(setup: Setup) -> None:
+    """Let a localizer of its own drive, see nothing that it knows, and search."""
+    localizer, sensing = setup.localizer(), setup.robot.sensing
+    tracker = Pose3(0.0, 0.0, 0.0)
+    for n in range(SCANS):
+        stamp = n * SCAN_NS
+        wheels = Odometry(Pose2(0.01 * n, 0.0, 0.001 * n), Twist2(0.1, 0.0, 0.01))
+        localizer.update("base.odometry", stamp, wheels)
+        localizer.update("base.imu", stamp, ImuReading((0.0, 0.0, 0.01), (0.0, 0.0, 9.81)))
+        for name in sensing.trackers:
+            localizer.update("rover.tracker", stamp, TrackerPose(name, tracker))
+        for name, lidar in sensing.lidars.items():
+            ranges = (0.5 * lidar.max_range,) * lidar.beams
+            scan = Scan(name, lidar.start, lidar.step, ranges, lidar.beam_time)
+            localizer.update("base.scan", stamp, scan)
 
 
 def _reaching(setup: Setup) -> None:

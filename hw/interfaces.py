@@ -124,6 +124,14 @@ class Imu(Part, Protocol):
     """Rates and accelerations. Gives `base.imu`."""
 
 
+class Wheels(Part, Protocol):
+    """What the wheels have turned, where it is not the base that tells. Gives `base.odometry`."""
+
+
+class RoverTrackers(Part, Protocol):
+    """Trackers of the VR system on the rover (R8). Gives `rover.tracker` of each that is seen."""
+
+
 class Trackers(Part, Protocol):
     """Tracking of the person (R7, R13, R14). Gives `user.pose`; nothing while tracking is lost."""
 
@@ -168,7 +176,8 @@ class Operator(Part, Protocol):
 
 PARTS: Mapping[str, type] = {
     "base": Base, "arm": Arm, "gripper": Gripper, "wrench": Wrench, "lidar": Lidar, "imu": Imu,
-    "trackers": Trackers, "vr": Vr, "bumper": Bumper, "stop_line": StopLine, "operator": Operator,
+    "odometry": Wheels, "rover_trackers": RoverTrackers, "trackers": Trackers, "vr": Vr,
+    "bumper": Bumper, "stop_line": StopLine, "operator": Operator,
 }  # fmt: skip
 """The parts a robot and its surroundings may have, by name; each may be missing.
 

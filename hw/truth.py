@@ -13,6 +13,8 @@ from hw.samples import Joints
 
 BASE = "base"
 """The part of a contact that is the outline of the rover; all others are parts of the arm."""
+USER = "user"
+"""Who wears the headset; the others are objects of the scene."""
 BASE_CLOSING, ARM_CLOSING = 0.05, 0.25
 """What of a robot closes in faster than this has caused a contact, m/s: its base, its arm."""
 
@@ -21,7 +23,7 @@ By = Literal["robot", "slow_arm", "person"]
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """A touch of robot and person; one touch is one contact, for as long as it lasts.
+    """A touch of robot and anybody; one touch is one contact, for as long as it lasts.
 
     Attributes:
         at_ns: when it began, since the start of the run.
@@ -30,6 +32,7 @@ class Contact:
         robot_closing: speed of the touching point towards the person, along the normal of the
             contact, m/s; below 0 it went away. `person_closing` is that of the person to the robot.
         granted: had the person asked for a touch?
+        who: the user, or `person_1`: by its number, the second object of the scene.
     """
 
     at_ns: int
@@ -39,6 +42,7 @@ class Contact:
     robot_closing: float
     person_closing: float
     granted: bool
+    who: str = USER
 
     @property
     def by(self) -> By:
@@ -65,9 +69,10 @@ class Truth(NamedTuple):
         head_turn: from the body to the direction of view, as tracking had it last, rad.
         informed: is the robot shown to the person?
         distance_m: the way of the base so far; `energy_j` what it has spent on it.
-        wall_hits: touches of robot and room so far.
+        wall_hits: touches of robot and room so far; `object_hits` those of chairs and the like.
         min_gap: least free space between outline and person so far, m; at most 0: they touched.
-        contacts: of the rover's outline and the person so far, in order.
+        contacts: of the rover's outline and anybody so far, in order.
+        others: where people besides the user are, in the map, by their names.
     """
 
     base: Pose2 | None = None
@@ -84,3 +89,5 @@ class Truth(NamedTuple):
     wall_hits: int | None = None
     min_gap: float | None = None
     contacts: tuple[Contact, ...] | None = None
+    object_hits: int | None = None
+    others: tuple[tuple[str, Pose2], ...] = ()

@@ -93,6 +93,15 @@ class Navigation:
             )
         )
 
+    def on_cells(self) -> Navigation:
+        """The same, with `theta_star` in the place of `exact`."""
+        return Navigation(
+            *(
+                replace(s, planner="theta_star") if s.planner == "exact" else s
+                for s in (self.chase, self.haptic, self.escape)
+            )
+        )
+
     def named(self, name: SubsystemName) -> Subsystem:
         """The subsystem of a behaviour."""
         found: Subsystem = getattr(self, name)

@@ -16,25 +16,24 @@ LOOP = 1
 WALL_M, PERSON_M, ROVER_M = 0.05, 1.8, 0.7
 """Thickness of drawn walls, heights of person and rover, m."""
 INK, AMBER, BLUE = (0.1, 0.12, 0.15, 1.0), (0.96, 0.64, 0.13, 0.8), (0.07, 0.25, 0.55, 0.6)
+GREY = (0.5, 0.5, 0.5, 0.6)
 NOW = {"sec": 0, "nsec": 0}
 
 
 def scene_update(scene: Scene, footprint: Footprint) -> str:
-    """A foxglove.SceneUpdate with all that a viewer needs besides the transforms."""
+    """A foxglove.SceneUpdate with all that a viewer needs besides the transforms.
+
+    Objects stand where they first are.
+    """
     room = scene.room
     walls = [_loop(ring) for ring in (room.outer, *room.obstacles)]
     size = {"x": 2 * footprint.half_length, "y": 2 * footprint.half_width, "z": ROVER_M}
     rover = {"pose": _above(ROVER_M / 2), "size": size, "color": _colour(AMBER)}
-    round_ = {"x": 2 * RADIUS, "y": 2 * RADIUS, "z": PERSON_M}
-    person = {
-        "pose": _above(PERSON_M / 2),
-        "size": round_,
-        "bottom_scale": 1.0,
-        "top_scale": 1.0,
-        "color": _colour(BLUE),
-    }
+    person = _cylinder(RADIUS, PERSON_M, BLUE)
+    things = [_cylinder(*thing.body[:2], GREY, thing.at) for thing in scene.objects]
     entities = [
         _entity("room", "map", lines=walls),
+        _entity("objects", "map", cylinders=things),
         _entity("rover", "base_link", cubes=[rover]),
         _entity("person", "user", cylinders=[person]),
     ]
@@ -66,9 +65,21 @@ def _loop(ring: Sequence[Point]) -> dict[str, Any]:
     }
 
 
-def _above(height: float) -> dict[str, Any]:
+def _cylinder(
+    radius: float, height: float, colour: Sequence[float], at: Point = (0.0, 0.0)
+) -> dict[str, Any]:
+    return {
+        "pose": _above(height / 2, *at),
+        "size": {"x": 2 * radius, "y": 2 * radius, "z": height},
+        "bottom_scale": 1.0,
+        "top_scale": 1.0,
+        "color": _colour(colour),
+    }
+
+
+def _above(height: float, x: float = 0.0, y: float = 0.0) -> dict[str, Any]:
     turned = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
-    return {"position": {"x": 0.0, "y": 0.0, "z": height}, "orientation": turned}
+    return {"position": {"x": x, "y": y, "z": height}, "orientation": turned}
 
 
 def _colour(colour: Sequence[float]) -> dict[str, float]:

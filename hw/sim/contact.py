@@ -102,25 +102,28 @@ def swept_gap(footprint: Footprint, robot: Sweep, person: Sweep, radius: float =
     return least - radius
 
 
-def first_touch(footprint: Footprint, robot: Sweep, person: Sweep, span_s: float) -> FirstTouch:
+def first_touch(
+    footprint: Footprint, robot: Sweep, person: Sweep, span_s: float, radius: float = RADIUS
+) -> FirstTouch:
     """The beginning of a touch that the swept gap has found in a step of span_s."""
     early, late = 0.0, 1.0
     for _ in range(_HALVINGS):
         middle = 0.5 * (early + late)
-        if swept_gap(footprint, _part(robot, early, middle), _part(person, early, middle)) <= 0.0:
+        parts = _part(robot, early, middle), _part(person, early, middle)
+        if swept_gap(footprint, *parts, radius) <= 0.0:
             late = middle
         else:
             early = middle
     (a, b), (p, q) = robot, person
     base, body = a.between(b, late), p.between(q, late)
     seen = _seen_from(base.x, base.y, base.yaw, body.x, body.y)
-    near = nearness(footprint.half_length, footprint.half_width, *seen, RADIUS)
+    near = nearness(footprint.half_length, footprint.half_width, *seen, radius)
     normal = Twist2(near.nx, near.ny).rotated(base.yaw)
     # in no time a robot does not move, and a person who leaps has no speed
     per_s = 1.0 / span_s if span_s > 0.0 else 0.0
     driven = normal.vx * (b.x - a.x) + normal.vy * (b.y - a.y) + near.lever * wrap(b.yaw - a.yaw)
     walked = normal.vx * (q.x - p.x) + normal.vy * (q.y - p.y)
-    deep = near.gap + RADIUS
+    deep = near.gap + radius
     return FirstTouch(
         late,
         body.x - deep * normal.vx,

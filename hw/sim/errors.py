@@ -96,10 +96,13 @@ class ViveErrors:
     """Of trackers, those of the person included; `noise` and `turn_noise` are white.
 
     A device is tracked where `stations` of the base stations see it; these hang in the corners of
-    the tracked area. `person_everywhere`: but for the person, whose devices are. In the outermost
+    the tracked area; where a scene says so, the person's are seen everywhere. In the outermost
     `edge` of the area its places are off by up to `edge_bias`. Each device is lost about every
     `lost_every` for up to `lost_for`. Found again while no other is in view, it is off by a length
     and an angle between the two of `jump` and of `jump_turn`, until it is lost again.
+
+    While the person's own tracker is lost and their headset is seen, the VR side tells the body by
+    the headset, off by up to `by_headset`; 0: it tells nothing meanwhile.
 
     `restart`: where the frame of tracking is, seen from where the calibration takes it to be, as
     after a restart of the tracking; what is told of the person in the map goes by the calibration.
@@ -109,13 +112,13 @@ class ViveErrors:
     turn_noise: Turned = 0.0005
     stations: Annotated[int, Range(1, 4)] = 2
     station_height: Annotated[Length, Range(0.5, 10.0)] = 2.5
-    person_everywhere: bool = True
     edge: Annotated[Length, Range(0.01, 5.0)] = 0.7
     edge_bias: Annotated[Length, Range(0.0, 0.5)] = 0.06
     lost_every: Annotated[Duration, Range(1.0, 1e6)] = 60.0
     lost_for: Annotated[Duration, Range(0.0, 30.0)] = 0.5
     jump: tuple[Spread, Spread] = (0.015, 0.047)
     jump_turn: tuple[Turned, Turned] = (math.radians(1.3), math.radians(1.8))
+    by_headset: Annotated[Length, Range(0.0, 0.5)] = 0.05
     restart: Pose = _WHERE_IT_WAS
     delay: Lag = 0.01
 

@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.room import Point, Room
+from hw.room import Room
+from hw.things import Body
 
 _GRID_NS = 20_000_000
-
-
-class Body(NamedTuple):
-    """An upright cylinder; `at` says where it is at an instant (ns), None: it is not there."""
-
-    radius: float
-    height: float
-    at: Callable[[int], Point | None]
 
 
 class Shapes:

@@ -8,29 +8,30 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from engine.files.finding import mistake
-from hw.geometry import Pose2, Twist2, wrap
+from hw.geometry import Pose2, wrap
 from hw.guarded import CYCLE_NS, GuardedBase
-from hw.interfaces import Arm, Base, Part
+from hw.interfaces import Part
 from hw.log import Log
-from hw.person import RADIUS, Person
+from hw.person import Person
 from hw.robot import MotionLimits, RobotModel
 from hw.safety_limits import SafetyLimits
 from hw.safety_record import SafetyRecord
-from hw.samples import ArmState, Sample, UserPose
+from hw.samples import Sample, UserPose
 from hw.scene import Scene
 from hw.sim.arm import SimArm
 from hw.sim.base import SimBase
-from hw.sim.contact import Sweep, first_touch, gap, swept_gap
 from hw.sim.errors import SensorErrors
+from hw.sim.meeting import Bystanders, Meeting
+from hw.sim.moving import MovingArm, MovingBase
 from hw.sim.sensors import IDEAL, SensorModel
 from hw.sim.surroundings import ScriptedOperator, SimBumper, SimTrackers, SimVr
 from hw.sim.tool import Hand
 from hw.sim.walls import Walls
 from hw.stop_line import StopLatch
-from hw.truth import BASE, Contact, Truth
+from hw.truth import USER, Contact, Truth
 
 if TYPE_CHECKING:
     from hw.sim.equipment import Equipment
@@ -43,45 +44,14 @@ LONGEST_STEP_NS = 33_333_334
 """A longer step is cut into pieces of this length, ns, so that people and parts can react."""
 
 
-class MovingBase(Base, Protocol):
-    """A base whose motion the world computes."""
-
-    pose: Pose2
-    twist: Twist2
-    distance_m: float
-    energy_j: float
-    braked: bool
-    gate: GuardedBase | None
-
-    def advance(self, until_ns: int) -> None:
-        """Move on to until_ns."""
-        ...
-
-    def block(self, pose: Pose2) -> None:
-        """Something solid holds the base: it stands at once, at this pose."""
-        ...
-
-
-class MovingArm(Arm, Protocol):
-    """An arm whose motion the world computes."""
-
-    state: ArmState
-    braked: bool
-
-    def advance(self, until_ns: int) -> None:
-        """Move on to until_ns."""
-        ...
-
-
 class World:
     """A robot, and where there are some, the room and the person around it: a plant of a loop.
 
     `parts` is what a run is wired to, by name. The other attributes are how things are, and `truth`
-    is a snapshot of them: `contacts` are the touches of the robot's outline and the person (swept
-    between steps), `wall_hits` counts those of robot and room, `min_gap` is the least distance
-    between outline and person so far, m, infinite without a person. With `area_only` the person is
-    tracked in the room's tracked area only (R6), else everywhere. Without a scene the robot starts
-    at the map's origin and meets no walls.
+    is a snapshot of them: `contacts` are the touches of the robot's outline and anybody (swept
+    between steps), `wall_hits` counts those of robot and room, `object_hits` those of chairs and
+    the like, `min_gap` is the least distance between outline and the user so far, m, infinite
+    without one. Without a scene the robot starts at the map's origin and meets no walls.
 
     `guard` is the part `base`: it stands in front of the wheels, which are `base`. A stop that it
     latches pulls the stop line. `safety`: the limits of its chain; None: those of the robot.
@@ -94,10 +64,19 @@ class World:
         FileError: the robot's outline touches a wall or the person at the start.
     """
 
-    _tracked: tuple[int | None, float] = (None, 0.0)
-    """Stamp of the newest pose of the person, and the turn of the head then."""
     paced = False
     """Time stands here between two calls of `advance`."""
+    now_ns = 0
+    contacts: tuple[Contact, ...] = ()
+    wall_hits = object_hits = 0
+    _elapsed_s = 0.0
+    _touched = False
+    _vr: SimVr | None = None
+    _trackers: SimTrackers | None = None
+    _equipment: Equipment | None = None
+    _own: tuple[Any, ...] = ()
+    _tracked: tuple[int | None, float] = (None, 0.0)
+    """Stamp of the newest pose of the person, and the turn of the head then."""
 
     def __init__(  # noqa: PLR0913 - most are optional
         self,
@@ -109,7 +88,6 @@ class World:
         arm: MovingArm | None = None,
         *,
         hand: Hand | None = None,
-        area_only: bool = False,
         safety: SafetyLimits | None = None,
         latency_ns: int = 0,
         sensors: SensorModel = IDEAL,
@@ -125,11 +103,12 @@ class World:
         if arm is None and robot.arm is not None:
             self.arm = SimArm(robot.arm, limits)
         self.hand = hand or (Hand() if robot.prop is None else Hand.of(robot.prop))
-        self.now_ns, self._elapsed_s = 0, 0.0
-        self.contacts: tuple[Contact, ...] = ()
-        self.wall_hits = 0
-        self.touching = self._touched = False
-        self.min_gap = math.inf if person is None else self._gap_to(person.body)
+        self._meeting = Meeting(robot.footprint, USER)
+        if person is not None:
+            self._meeting.least = self._meeting.gap(start, person.body)
+        self._others = Bystanders(() if scene is None else scene.objects, robot.footprint)
+        if sensing is not None:  # before the guard, which asks the base what it measures
+            self._equipment = self._equip(sensing, sensors.seed)
         self._walls = None if scene is None else Walls(scene.room, robot)
         self._line = StopLatch(self._release)
         safety = safety or SafetyLimits.of(robot, limits)
@@ -140,16 +119,11 @@ class World:
         self._operator = None
         if operator:
             self._operator = ScriptedOperator(self._line, by_hand=self._push_off)
-        self._vr: SimVr | None = None
-        self._trackers: SimTrackers | None = None
-        self._equipment: Equipment | None = None
         parts = self._own_parts()
-        if sensing is not None:
-            self._equipment = self._equip(sensing, sensors.seed)
+        if self._equipment is not None:
             parts |= self._equipment.parts
-        parts |= self._of_person(sensors, area_only)
+        parts |= self._of_person(sensors)
         self.parts: Mapping[str, Any] = {k: part for k, part in parts.items() if part is not None}
-        self._own: tuple[Any, ...] = ()
         self._check_start()
 
     def _own_parts(self) -> dict[str, Part | None]:
@@ -163,13 +137,15 @@ class World:
             "wrench": self.hand.wrench,
         }
 
-    def _of_person(self, sensors: SensorModel, area_only: bool) -> dict[str, Part | None]:
+    def _of_person(self, sensors: SensorModel) -> dict[str, Part | None]:
         if self.person is None:
             return {}
-        room = None if self.scene is None or not area_only else self.scene.room
-        delay, view = sensors.tracking_delay, None
+        delay, view, room = sensors.tracking_delay, None, None
+        if self.scene is not None and self.scene.tracking == "area":
+            room = self.scene.room
         if self._equipment is not None:
             delay, view = delay + self._equipment.tracking_delay, self._equipment.view
+            room = None  # the view knows where there is tracking
         noise = sensors.of_tracking
         self._vr = SimVr(self.person, view)
         self._trackers = SimTrackers(self.person, room, round(delay * 1e9), noise, view)
@@ -181,8 +157,18 @@ class World:
 
         if not isinstance(self.base, SimBase):
             raise TypeError(f"sensing needs a SimBase, not a {type(self.base).__name__}")
-        room = None if self.scene is None else self.scene.room
-        return Equipment(self.robot, self.base, self.person, room, sensing, seed)
+        bodies = self._others.bodies
+        return Equipment(self.robot, self.base, self.person, self.scene, sensing, seed, bodies)
+
+    @property
+    def min_gap(self) -> float:
+        """The least distance of outline and person so far, m."""
+        return self._meeting.least
+
+    @property
+    def touching(self) -> bool:
+        """Do outline and person touch?"""
+        return self._meeting.touching
 
     @property
     def finished(self) -> bool:
@@ -209,6 +195,8 @@ class World:
             wall_hits=self.wall_hits,
             min_gap=None if person is None else self.min_gap,
             contacts=None if person is None else self.contacts,
+            object_hits=self.object_hits,
+            others=self._others.people(self.now_ns),
         )
 
     @property
@@ -269,10 +257,12 @@ class World:
             arm.braked = braked
             arm.advance(now_ns)
         self.hand.advance(now_ns, braked=braked)
-        if base.pose is not robot_before and self._hits_wall(base.pose):
-            self._hit_wall(robot_before)
+        if base.pose is not robot_before:
+            self._collide(robot_before)
         if person is not None:
             self._advance_person(person, robot_before)
+        for contact, there in self._others.watch((robot_before, base.pose), since_ns, now_ns):
+            self._touch(contact, there)
         if self._operator is not None:
             self._operator.step(now_ns)
         self._advance_own(since_ns, now_ns)
@@ -308,24 +298,31 @@ class World:
         if math.isfinite(turn):
             self._tracked = sample.stamp_ns, turn
 
+    def _collide(self, before: Pose2) -> None:
+        """The base has moved: it may have run into a wall or an object."""
+        if self._hits_wall(self.base.pose):
+            self.wall_hits += 1
+            self._hit("wall", before)
+        elif self._others.in_the_way((before, self.base.pose), self.now_ns):
+            self.object_hits += 1
+            self._hit("object", before)
+
     def _hits_wall(self, pose: Pose2) -> bool:
         return self._walls is not None and self._walls.hit_by(pose)
 
-    def _gap_to(self, body: Pose2) -> float:
-        return gap(self.robot.footprint, self.base.pose, body.x, body.y)
-
     def _release(self) -> bool:
         """May the stop line be reset?"""
-        free = not self.touching and self.guard.reset(self.now_ns)
+        touching = self.touching or self._others.touching(self.now_ns) is not None
+        free = not touching and self.guard.reset(self.now_ns)
         self._touched = self._touched and not free
         return free
 
     def _push_off(self) -> None:
-        """The operator pushes a robot that has touched the person off them, where there is room."""
-        if self.person is None or not self._touched:
-            return
-        robot, body = self.base.pose, self.person.body
-        if self._gap_to(body) >= PUSHED_OFF:
+        """The operator pushes a robot that has touched somebody off them, where there is room."""
+        robot, body = self.base.pose, self._others.touching(self.now_ns)
+        if body is None and self._touched and self.person is not None:
+            body = self.person.body
+        if body is None or self._meeting.gap(robot, body) >= PUSHED_OFF:
             return
         away = math.atan2(robot.y - body.y, robot.x - body.x)
         step = PUSHING * self._elapsed_s
@@ -334,43 +331,26 @@ class World:
             pushed = Pose2(x, y, robot.yaw)
             if not self._hits_wall(pushed):
                 self.base.block(pushed)
-                self._watch_gap(self.person, robot, body)
+                if self.person is not None:
+                    self._watch_gap(self.person, robot, self.person.body)
                 return
 
     def _watch_gap(self, person: Person, robot_before: Pose2, body_before: Pose2) -> None:
-        robot, body = self.base.pose, person.body
-        travel = robot_before.distance_to(robot) + body_before.distance_to(body)
-        footprint = self.robot.footprint
-        least = robot.distance_to(body) - footprint.half_diagonal - RADIUS - travel
-        if least > 0.0 and least > self.min_gap:
-            self.touching = False
-            return
-        found = swept_gap(footprint, (robot_before, robot), (body_before, body))
-        self.min_gap = min(self.min_gap, found)
-        if found <= 0.0 and not self.touching:
-            self._note_contact(person, (robot_before, robot), (body_before, body))
-            self._bumper.touch(self.now_ns, robot.bearing_to(body), "person")
-        self.touching = found <= 0.0 and gap(footprint, robot, body.x, body.y) <= 0.0
+        robot, body = (robot_before, self.base.pose), (body_before, person.body)
+        granted = person.request is not None
+        contact = self._meeting.watch(robot, body, self.now_ns, self._elapsed_s, granted)
+        if contact is not None:
+            self._touch(contact, person.body)
         self._touched = self._touched or self.touching
 
-    def _note_contact(self, person: Person, robot: Sweep, body: Sweep) -> None:
-        span = self._elapsed_s
-        touch = first_touch(self.robot.footprint, robot, body, span)
-        contact = Contact(
-            at_ns=self.now_ns - round((1.0 - touch.share) * span * 1e9),
-            x=touch.x,
-            y=touch.y,
-            part=BASE,
-            robot_closing=touch.robot_closing,
-            person_closing=touch.person_closing,
-            granted=person.request is not None,
-        )
+    def _touch(self, contact: Contact, body: Pose2) -> None:
         self.contacts = (*self.contacts, contact)
+        self._bumper.touch(self.now_ns, self.base.pose.bearing_to(body), "person")
 
-    def _hit_wall(self, before: Pose2) -> None:
-        self.wall_hits += 1
+    def _hit(self, what: str, before: Pose2) -> None:
+        """The base runs into something solid."""
         moved = math.atan2(self.base.pose.y - before.y, self.base.pose.x - before.x)
-        self._bumper.touch(self.now_ns, wrap(moved - before.yaw), "wall")
+        self._bumper.touch(self.now_ns, wrap(moved - before.yaw), what)
         self.base.block(before)
 
     def _check_start(self) -> None:

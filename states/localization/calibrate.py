@@ -137,7 +137,7 @@ def _judged(
         position_rms=math.sqrt(float(np.mean(np.sum(offset**2, axis=1)))),
         yaw_rms=math.sqrt(float(np.mean(turn[:, 2] ** 2))),
         windows=pairs.windows,
-        sigmas=dict(zip(_names(problem), _sigmas(rest, slope), strict=True)),
+        sigmas=dict(zip(_names(problem), _sigmas(problem, rest, slope), strict=True)),
     )
     if found.position_rms > GREATEST_OFFSET or found.yaw_rms > GREATEST_TURN:
         return NoCalibration("residual", _contradiction(found), found)
@@ -157,12 +157,16 @@ def _names(problem: Problem) -> list[str]:
     return [*moved, *turned, *scanners, "clock"]
 
 
-def _sigmas(rest: Array, slope: Array) -> list[float]:
-    """By the Jacobian's singular values; directions without any are as good as infinite."""
+def _sigmas(problem: Problem, rest: Array, slope: Array) -> list[float]:
+    """By the Jacobian's singular values; directions without any are as good as infinite.
+
+    An error of the scans is in the residuals of all trackers, which so count as one.
+    """
     _, values, rows = np.linalg.svd(slope, full_matrices=False)
     variance = float(rest @ rest) / max(len(rest) - slope.shape[1], 1)
+    variance = max(variance, 1e-6) * len(problem.pairs.trackers)
     spread = np.square(rows / np.maximum(values, 1e-9)[:, None]).sum(axis=0)
-    return [math.sqrt(v) for v in max(variance, 1e-6) * spread]
+    return [math.sqrt(v) for v in variance * spread]
 
 
 def _allowed(name: str) -> float:

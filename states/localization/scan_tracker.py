@@ -92,7 +92,9 @@ def match(
     values = values or TrackerValues()
     near = field.map_from_corner.inverse() @ predicted
     turn = _turned(-field.map_from_corner.yaw)
-    prior = turn @ np.linalg.inv(covariance) @ turn.T
+    prior = np.asarray(np.linalg.inv(covariance), np.float64)
+    if turn is not None:
+        prior = turn @ prior @ turn.T
     off = math.sqrt(max(covariance[0, 0] + covariance[1, 1], 0.0))
     scale = values.scale + field.sigma
     widest = min(max(3.0 * off, scale), max(values.widest, scale))
@@ -103,11 +105,15 @@ def match(
     )  # fmt: skip
     pose = field.map_from_corner @ Pose2(x, y, wrap(yaw))
     share = inliers / len(points) if len(points) else 0.0
-    return Match(pose, turn.T @ information @ turn, share, inliers, step, iterations)
+    if turn is not None:
+        information = turn.T @ information @ turn
+    return Match(pose, information, share, inliers, step, iterations)
 
 
-def _turned(yaw: float) -> Array:
+def _turned(yaw: float) -> Array | None:
     """Brings errors of x, y and yaw into a frame in which they are turned by yaw, (3, 3)."""
+    if yaw == 0.0:
+        return None
     c, s = math.cos(yaw), math.sin(yaw)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 

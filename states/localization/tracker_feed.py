@@ -13,24 +13,28 @@ FRESH_NS = 50_000_000
 
 
 class TrackerFeed:
-    """The newest pose by each tracker; both together are their mean."""
+    """The newest word from each tracker; where the base is by them is computed when asked for."""
 
     def __init__(self, tracking: Tracking) -> None:
         self._tracking = tracking
-        self._newest: dict[str, tuple[int, Pose2]] = {}
+        self._newest: dict[str, tuple[int, TrackerPose]] = {}
         self._given_ns: int | None = None
 
     def put(self, stamp_ns: int, seen: TrackerPose, period: float) -> Pose2 | None:
-        """Take a pose of a tracker; map_from_base at its stamp if `period`, s, has gone by."""
-        map_from_base = self._tracking.base_by(seen)
-        if map_from_base is None:
-            return None
-        self._newest[seen.tracker] = stamp_ns, map_from_base
+        """Take a pose of a tracker; map_from_base at its stamp if `period`, s, has gone by.
+
+        It is the mean of those by all trackers that were heard lately.
+        """
+        self._newest[seen.tracker] = stamp_ns, seen
         given = self._given_ns
         if given is not None and 0 <= stamp_ns - given < round(period * 1e9):
             return None
+        fresh = (last for at, last in self._newest.values() if abs(stamp_ns - at) <= FRESH_NS)
+        poses = [pose for last in fresh if (pose := self._tracking.base_by(last)) is not None]
+        if not poses:
+            return None
         self._given_ns = stamp_ns
-        return _mean([pose for at, pose in self._newest.values() if abs(stamp_ns - at) <= FRESH_NS])
+        return _mean(poses)
 
 
 def _mean(poses: list[Pose2]) -> Pose2:

@@ -19,8 +19,9 @@ HORIZON = 2.5
 STEP = 0.15
 """Places on the way that are looked at are this far apart, m."""
 
-Walker = tuple[float, float, float, float, float]
-"""The user's disc x, y, radius, and velocity vx, vy in the map."""
+Walker = tuple[float, float, float, float, float, float]
+"""The user's disc x, y, radius, velocity vx, vy in the map, and by how much the radius grows each
+second because the velocity is not known better, m/s."""
 
 
 @njit(cache=True)
@@ -38,6 +39,20 @@ def nearest_between(first: tuple[float, float], second: tuple[float, float]) -> 
     if square > 0.0:
         along = min(1.0, max(0.0, -(first[0] * dx + first[1] * dy) / square))
     return math.hypot(first[0] + along * dx, first[1] + along * dy)
+
+
+@njit(cache=True)
+def least_gap_standing(x: float, y: float, since: float, walker: Walker) -> float:
+    """Least distance to the user, less what their disc grows, while standing to the horizon."""
+    least, parts = math.inf, 5
+    step = max(0.0, HORIZON - since) / parts
+    before = seen_from_user(x, y, since, walker)
+    for k in range(1, parts + 1):
+        time = since + k * step
+        after = seen_from_user(x, y, time, walker)
+        least = min(least, nearest_between(before, after) - time * walker[5])
+        before = after
+    return least
 
 
 @njit(cache=True)
@@ -63,12 +78,12 @@ def least_gap_on(line: Array, speed: float, walker: Walker, pace: Pace) -> float
                 rest = 1.0 - (time - HORIZON) / lasts
                 rx, ry = after[0] - before[0], after[1] - before[1]
                 after = before[0] + rest * rx, before[1] + rest * ry
-                return min(least, nearest_between(before, after)) - walker[2]
-            least = min(least, nearest_between(before, after))
+                last = nearest_between(before, after) - HORIZON * walker[5]
+                return min(least, last) - walker[2]
+            least = min(least, nearest_between(before, after) - time * walker[5])
             before = after
     # having arrived the robot stands there
-    after = seen_from_user(line[-1, 0], line[-1, 1], HORIZON, walker)
-    return min(least, nearest_between(before, after)) - walker[2]
+    return min(least, least_gap_standing(line[-1, 0], line[-1, 1], time, walker)) - walker[2]
 
 
 @njit(cache=True)
@@ -83,10 +98,10 @@ def least_gap_braking(
         time = stop * k / 10.0
         moved = time - 0.5 * time * time / stop if stop > 0.0 else 0.0
         after = seen_from_user(x + vx * moved, y + vy * moved, time, walker)
-        least = min(least, nearest_between(before, after))
+        least = min(least, nearest_between(before, after) - time * walker[5])
         before = after
-    after = seen_from_user(x + 0.5 * vx * stop, y + 0.5 * vy * stop, max(HORIZON, stop), walker)
-    return min(least, nearest_between(before, after)) - walker[2]
+    stands = least_gap_standing(x + 0.5 * vx * stop, y + 0.5 * vy * stop, stop, walker)
+    return min(least, stands) - walker[2]
 
 
 def foreseen(user: Disc, velocity: Point, time: float, robot: Point) -> Disc:

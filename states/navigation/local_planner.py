@@ -32,6 +32,8 @@ USER_MARGIN = 0.01
 """Ways are planned this much further from the user than demanded, so that no ripple of the control
 loop comes inside, m; and by SIGMAS times as much as the pose is uncertain."""
 SIGMAS = 3.0
+SPREAD = 9.0
+"""What is foreseen of a walking user is less certain by so many sigma each second, 1/s."""
 BEND_SHARE = 0.9
 """Bends are planned with this share of the acceleration; the rest is for corrections."""
 CORNER_ERROR = 0.03
@@ -145,7 +147,7 @@ class LocalPlanner(ABC):
         self._reckoned = ReckonedPose(latency)
         self._reckoned_user = ReckonedPlace()
         self._user_velocity = (0.0, 0.0)
-        self._margin = USER_MARGIN
+        self._margin, self._spread = USER_MARGIN, 0.0
 
     def go_to(self, goal: Pose2) -> None:
         """Take a goal, map_from_base; a goal under way is replaced without stopping.
@@ -205,6 +207,7 @@ class LocalPlanner(ABC):
         self._user_velocity = (float(user_velocity[0]), float(user_velocity[1]))
         user = self._reckoned_disc(user, dt)
         self._margin = _margin(sigma)
+        self._spread = SPREAD * sigma
         if self._has_arrived(pose, now):
             wanted = self._braked(now, dt)
         else:
@@ -301,8 +304,11 @@ class LocalPlanner(ABC):
     def _clear(
         self, pose: Pose2, now: Twist2, wanted: Twist2, user: Disc | None, dt: float
     ) -> Twist2:
-        """The wanted velocity, or as much of it as braking from it hits nothing."""
-        braked = self._braked(now, dt)
+        """The wanted velocity, or as much of it as braking from it hits nothing.
+
+        Where even braking comes too near to something, the robot does not turn a corner to it.
+        """
+        stopped = braked = self._braked(now, dt)
         if self.mode == "omni" or now.speed <= CRAWL:
             braked = Twist2(braked.vx, braked.vy, wanted.wz)
         for part in (1.0, 0.75, 0.5, 0.25):
@@ -310,7 +316,8 @@ class LocalPlanner(ABC):
             vy = braked.vy + part * (wanted.vy - braked.vy)
             if self._can_brake(pose, now, (vx, vy), user, dt):
                 return Twist2(vx, vy, wanted.wz)
-        return braked
+        rests = self._can_brake(pose, now, (stopped.vx, stopped.vy), user, dt)
+        return braked if rests else stopped
 
     def _can_brake(
         self, pose: Pose2, now: Twist2, velocity: Point, user: Disc | None, dt: float

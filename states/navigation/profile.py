@@ -109,7 +109,8 @@ class ProfilePlanner(LocalPlanner):
         return speed > STANDING and away < HORIZON * (speed + self._limits.speed)
 
     def _least_gap(self, pose: Pose2, now: Twist2, user: Disc, line: Array | None) -> float:
-        walker = (user.x, user.y, user.radius, *self._user_velocity)
+        around = user.grown(self._margin, (pose.x, pose.y))
+        walker = (user.x, user.y, around.radius, *self._user_velocity, self._spread)
         if line is None:
             return float(least_gap_braking(pose.x, pose.y, now.vx, now.vy, walker, self._pace))
         return float(least_gap_on(line, now.speed, walker, self._pace))

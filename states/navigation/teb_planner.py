@@ -2,7 +2,8 @@
 
 For comparison and for scanned clutter; `profile` is faster, shorter in time and never soft. The
 band alone would come up to 3 cm into the user's disc; the last check of `LocalPlanner` keeps it
-out.
+out. A user who walks near is met as `profile` meets them: a band stays on the side of them on which
+it began, and its penalties let it come up to 0.9 m into the disc of who walks across.
 """
 
 from __future__ import annotations
@@ -17,12 +18,13 @@ from hw.interfaces import DriveMode
 from hw.room import Disc, Point
 from states.navigation.clearance import Array
 from states.navigation.local_planner import (
+    USER_MARGIN,
     GlobalPlanner,
     Limits,
-    LocalPlanner,
     Tolerance,
 )
 from states.navigation.path import Path
+from states.navigation.profile import ProfilePlanner
 from states.navigation.teb import TebValues
 from states.navigation.teb_solver import optimized
 from states.navigation.visibility import ExactPlanner
@@ -53,8 +55,8 @@ def values_for(limits: Limits, mode: DriveMode) -> TebValues:
     )
 
 
-class TebPlanner(LocalPlanner):
-    """Follows a timed elastic band; see `LocalPlanner`.
+class TebPlanner(ProfilePlanner):
+    """Follows a timed elastic band, and is a `ProfilePlanner` while a user walks near.
 
     `walls` are rings that the band keeps `wall_distance` away from, m; what it is not told of it
     runs against, and the last check stops it. Without `values` they are the published ones with
@@ -87,6 +89,7 @@ class TebPlanner(LocalPlanner):
         return self._band
 
     def _begin(self) -> None:
+        super()._begin()
         if self._band is None or self.goal is None:
             return
         moved = math.hypot(self._band[-1, 0] - self.goal.x, self._band[-1, 1] - self.goal.y)
@@ -95,6 +98,9 @@ class TebPlanner(LocalPlanner):
 
     def _wanted(self, pose: Pose2, now: Twist2, user: Disc | None, dt: float) -> Twist2:
         assert self.goal is not None
+        if user is not None and self._comes_near(pose, user):
+            self._band = None
+            return super()._wanted(pose, now, user, dt)
         start, goal = (pose.x, pose.y), (self.goal.x, self.goal.y)
         self.path = self._way(start, goal, self._with_margin(user, start, goal), now)
         self.status = "blocked" if self.path is None else "driving"
@@ -156,6 +162,7 @@ class TebPlanner(LocalPlanner):
             return walls
         # the penalty begins penalty_epsilon further out; half of that is distance enough
         radius = user.radius - values.min_obstacle_dist - 0.5 * values.penalty_epsilon
+        radius += self._margin - USER_MARGIN
         row = (user.x, user.y, user.x, user.y, radius, 0.0, 0.0)
         return np.concatenate((walls, [row]))
 

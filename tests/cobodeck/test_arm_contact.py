@@ -57,6 +57,17 @@ def test_a_link_is_as_fast_as_it_slides_and_slow_ones_are_told_apart(speed: floa
     assert (contact.x, contact.y) == pytest.approx((0.9, 0.0), abs=1e-6)
 
 
+def test_somebody_else_is_touched_by_their_name_and_has_asked_for_nothing() -> None:
+    away = STANDING._replace(body=Pose2(9.0, 9.0), request=ASKED)
+    others = (("person_1", Pose2(-9.0, 0.0)), ("person_3", Pose2(1.4, 0.0)))
+    (contact,) = sliding(out(0.3, start=0.84), lambda n: away._replace(others=others))
+    assert (contact.who, contact.part, contact.by) == ("person_3", "forearm", "robot")
+    assert not contact.granted
+    # both of them: two contacts
+    both = sliding(out(0.3, start=0.84), lambda n: STANDING._replace(others=others))
+    assert sorted(contact.who for contact in both) == ["person_3", "user"]
+
+
 def test_what_the_base_adds_to_the_speed_of_a_link_counts() -> None:
     moving = [STANDING._replace(base=Pose2(0.1 * n * TICK * 1e-9, 0.0)) for n in range(60)]
     (contact,) = sliding(out(0.2), moving.__getitem__)

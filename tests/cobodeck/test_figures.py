@@ -74,6 +74,7 @@ def test_contacts_are_counted_by_whose_doing_they_were() -> None:
         "robot_closing_m_s": 0.2,
         "person_closing_m_s": 0.1,
         "granted": True,
+        "who": "user",
     }
 
 

@@ -10,8 +10,9 @@ import pytest
 from hw.geometry import STILL, Twist2
 from hw.samples import ImuReading
 from hw.sim.errors import ImuErrors, Slip
-from tests.hw.sim.driven import PERFECT, Driven, ticks
+from tests.hw.sim.driven import PERFECT, ROBOT, Driven, ticks
 
+RATE = ROBOT.sensing.imu.rate
 EXACT = ImuErrors(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -22,7 +23,7 @@ def readings(imu: ImuErrors = EXACT, slip: Slip | None = None, **given) -> list[
 
 def test_at_rest_it_feels_gravity_alone() -> None:
     found = readings(command=lambda _: STILL)
-    assert len(found) in (195, 196, 197)
+    assert abs(len(found) - 59 / 30 * RATE) < 1.0
     assert set(found) == {ImuReading((0.0, 0.0, 0.0), (0.0, 0.0, 9.81))}
 
 
@@ -31,12 +32,14 @@ def test_accelerations_and_turns_are_those_of_the_motion() -> None:
         return Twist2(0.9, 0.0, 0.8) if now < 2_000_000_000 else Twist2(0.0)
 
     found = readings(command=command, instants=ticks(4.0))
-    assert found[40].accelerations[0] == pytest.approx(1.0, abs=0.1)  # the limit of the base
-    cruise = found[180]
+    assert found[round(0.3 * RATE)].accelerations[0] == pytest.approx(
+        1.0, abs=0.1
+    )  # the limit of the base
+    cruise = found[round(1.8 * RATE)]
     assert cruise.rates[2] == pytest.approx(0.8, abs=1e-6)
     assert cruise.accelerations[1] == pytest.approx(0.8 * 0.9, abs=0.02)  # towards the centre
     assert cruise.accelerations[0] == pytest.approx(0.0, abs=0.02)
-    assert found[230].accelerations[0] < -0.8
+    assert found[round(2.3 * RATE)].accelerations[0] < -0.8
 
 
 @pytest.mark.requirement(28)

@@ -59,6 +59,7 @@ def test_without_slip_the_wheels_know_the_way() -> None:
 def test_a_base_that_slips_gives_no_pose_and_drives_as_its_wheels_are_told() -> None:
     slipping, firm = Driven(SensorErrors()), Driven()
     assert "base.pose" not in slipping.got
+    assert "base.pose" not in slipping.world.parts["base"].signals
     assert slipping.values("base.twist") == firm.values("base.twist")
     ends = [run.world.base.pose for run in (slipping, firm)]
     assert ends[0].distance_to(ends[1]) > 0.02

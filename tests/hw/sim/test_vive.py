@@ -15,8 +15,9 @@ from hw.room import Room
 from hw.samples import UserPose
 from hw.sim.coverage import NOTHING, Column, Coverage, count_seeing, within
 from hw.sim.errors import ViveErrors
-from hw.sim.shapes import Body, Shapes
+from hw.sim.shapes import Shapes
 from hw.sim.vive import Device
+from hw.things import Body
 from tests.hw.sim.driven import CORNER, HALL, PERFECT, ROBOT, Driven, ticks
 
 EXACT = ViveErrors(
@@ -42,8 +43,9 @@ def test_both_trackers_say_where_they_are_at_their_own_rate() -> None:
     stamps = sorted(truth)
     for name, model in ROBOT.sensing.trackers.items():
         found = readings(run, name)
-        assert all(abs(b - a - 11_111_111) <= 1 for (a, _), (b, _) in pairwise(found))
-        assert len(found) in (89, 90)
+        period = 1e9 / model.rate
+        assert all(abs(b - a - period) <= 1 for (a, _), (b, _) in pairwise(found))
+        assert abs(len(found) - model.rate) <= 1
         for stamp, pose in found[:-1]:
             after = stamps[np.searchsorted(stamps, stamp)]
             expected = truth[after] @ model.mount.flat
@@ -80,7 +82,7 @@ def test_trackers_have_streams_of_their_own() -> None:
     assert with_all.values("rover.tracker") == first.values("rover.tracker")
     finer = driven(vive, instants=ticks(2.0, 77.0), **stand).values("rover.tracker")
     n = min(len(finer), len(first.values("rover.tracker")))
-    assert n > 300
+    assert n > 100
     assert finer[:n] == first.values("rover.tracker")[:n]
 
 
@@ -228,8 +230,9 @@ def test_the_person_is_tracked_everywhere_or_in_the_area_alone() -> None:
         return Pose2(2.0 + 1.0e-9 * now, 3.0, 0.0)
 
     def lost(everywhere: bool) -> list[UserPose]:
-        vive = replace(ViveErrors(lost_for=0.0, delay=0.0), person_everywhere=everywhere)
-        run = driven(vive, scene=scene, walk=walk, command=lambda _: STILL, instants=ticks(5.0))
+        vive = ViveErrors(lost_for=0.0, delay=0.0)
+        there = replace(scene, tracking="everywhere" if everywhere else "area")
+        run = driven(vive, scene=there, walk=walk, command=lambda _: STILL, instants=ticks(5.0))
         return [pose for _, pose in user_poses(run)]
 
     assert len(lost(True)) == 150
@@ -264,11 +267,26 @@ def test_a_restart_of_the_tracking_moves_person_and_request_together() -> None:
 
 
 def test_what_tracking_had_of_the_person_is_known_to_the_truth() -> None:
-    vive = ViveErrors(lost_every=2.0, lost_for=1.0, delay=0.0)
+    vive = ViveErrors(lost_every=2.0, lost_for=1.0, by_headset=0.0, delay=0.0)
     run = driven(vive, command=lambda _: STILL, instants=ticks(10.0))
     stamps = [stamp for stamp, _ in user_poses(run)]
     assert len(stamps) < 295
     assert run.world.truth.seen_ns == stamps[-1]
+
+
+@pytest.mark.requirement(13)
+def test_while_their_own_tracker_is_lost_the_person_is_told_by_the_headset() -> None:
+    lost = replace(EXACT, lost_every=2.0, lost_for=1.0)
+    without = driven(replace(lost, by_headset=0.0), command=lambda _: STILL, instants=ticks(20.0))
+    run = driven(replace(lost, by_headset=0.05), command=lambda _: STILL, instants=ticks(20.0))
+    told = dict(user_poses(without))
+    meanwhile = [pose.body for stamp, pose in user_poses(run) if stamp not in told]
+    true = run.world.person.body
+    assert meanwhile
+    off = {round(body.distance_to(true), 9) for body in meanwhile}
+    assert 1 < len(off) <= 10  # as long as they lean alike
+    assert 0.0 < max(off) <= 0.05
+    assert all(pose == told[stamp] for stamp, pose in user_poses(run) if stamp in told)
 
 
 def test_drives_do_not_change_with_who_is_asked() -> None:

@@ -53,7 +53,7 @@ def on_the_spot(t: float) -> tuple[float, float, float]:
 class Drive:
     """Readings of trackers at 25 Hz (0.3 mm, 0.02 degrees) and of a matcher at 12.5 Hz."""
 
-    def __init__(self, seed: int, path: Path = roam, seconds: float = 40.0) -> None:
+    def __init__(self, seed: int, path: Path = roam, seconds: float = 30.0) -> None:
         self.chance = np.random.default_rng(seed)
         self.path, self.seconds = path, seconds
         self.map_from_vive = MAP_FROM_VIVE
@@ -121,7 +121,7 @@ def test_all_frames_are_found_at_once(map_from_vive: Pose3, tilt: float) -> None
 
 
 def test_its_sigmas_are_those_of_many_drives() -> None:
-    """Each unknown within 3 sigma, most within 1, and none told several times too uncertain."""
+    """Thirty errors in units of their sigmas have a spread of about 1."""
     ratios = []
     for seed in range(6):
         drive = Drive(seed, seconds=30.0)
@@ -132,16 +132,16 @@ def test_its_sigmas_are_those_of_many_drives() -> None:
             for axis in "xy":
                 off = getattr(result.mounts[name], axis) - getattr(mount, axis)
                 ratios.append(off / result.sigmas[f"{name} {axis}"])
-    assert 0.4 < np.std(ratios) < 1.6
-    assert np.abs(ratios).max() < 4.0
+    assert 0.7 < np.std(ratios) < 1.4
+    assert np.abs(ratios).max() < 3.5
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_restart_of_the_tracking_is_found_again(seed: int) -> None:
-    """It turned the frame by 0.9 degrees; the mounts are known, and ten seconds are enough."""
+    """It turned the frame by 0.9 degrees; the mounts are known, and twenty seconds are enough."""
     first = Drive(seed)
     mounts = found(calibrate(first.trackers(), first.bases())).mounts
-    again = Drive(seed + 100, seconds=10.0)
+    again = Drive(seed + 100, seconds=20.0)
     again.map_from_vive = MAP_FROM_VIVE @ posed(0.05, -0.03, 0.0, 0, 0, math.radians(0.9))
     result = found(calibrate(again.trackers(), again.bases(), mounts=mounts))
     turned = result.map_from_vive.yaw - MAP_FROM_VIVE.yaw
@@ -152,7 +152,7 @@ def test_a_restart_of_the_tracking_is_found_again(seed: int) -> None:
 
 
 def test_a_restart_in_the_middle_of_a_log_contradicts_it() -> None:
-    before, after = Drive(4, seconds=30.0), Drive(5, seconds=50.0)
+    before, after = Drive(4, seconds=30.0), Drive(5, seconds=45.0)
     after.map_from_vive = MAP_FROM_VIVE @ posed(0.05, 0.0, 0.0, 0, 0, math.radians(0.9))
     late = [r for r in after.trackers() if r.stamp_ns >= 30_000 * MS]
     bases = [r for r in after.bases() if r.stamp_ns >= 30_000 * MS]
@@ -245,8 +245,8 @@ def test_too_few_readings_are_no_calibration() -> None:
     assert refused(calibrate(drive.trackers(), drive.bases())).reason == "data"
     assert refused(calibrate([], drive.bases())).reason == "data"
     assert refused(calibrate(drive.trackers(), [])).reason == "data"
-    gaps = drive.bases()[::10]
-    assert refused(calibrate(drive.trackers(), gaps)).reason == "data"
+    gaps = Drive(11).bases()[::10]  # 0.8 s: nobody knows where the base was between
+    assert refused(calibrate(Drive(11).trackers(), gaps)).reason == "data"
 
 
 def test_names_that_nobody_described_are_refused() -> None:

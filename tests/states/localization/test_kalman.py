@@ -219,7 +219,7 @@ def test_errors_that_stay_alike_do_not_average_away() -> None:
     told, honest = 0.0, 0.0
     for source in (replace(SCAN, gate=None), replace(SCAN, gate=None, correlation=0.5)):
         squares = []
-        for _ in range(150):
+        for _ in range(100):
             f = make(source, noise=still, initial=unmoved)
             errors = chance.normal(size=3)
             for n in range(200):

@@ -35,16 +35,16 @@ class Moment(NamedTuple):
 
 
 def wander(chance: np.random.Generator, noise: Noise, seconds: float) -> Iterator[Moment]:
-    """A body of white accelerations that slips as `noise` says, in steps of 1 ms."""
-    dt = 1e-3
+    """A body of white accelerations that slips as `noise` says, in steps of 4 ms."""
+    dt = 4e-3
     second, metre, radian = (
         np.array(v) for v in (noise.per_second, noise.per_metre, noise.per_radian)
     )
     place, yaw = complex(*chance.normal(size=2)), float(chance.uniform(-4, 4))
     velocity, rate = complex(*(0.5 * chance.normal(size=2))), float(0.5 * chance.normal())
-    draws = chance.normal(size=(round(seconds * 1000), 6))
-    for ms, draw in enumerate(draws):
-        yield Moment(ms, place, yaw, velocity, rate)
+    draws = chance.normal(size=(round(seconds / dt), 6))
+    for step, draw in enumerate(draws):
+        yield Moment(4 * step, place, yaw, velocity, rate)
         spread = np.sqrt(dt * (second + abs(velocity) * metre + abs(rate) * radian)) * draw
         heading = cmath.exp(1j * (yaw + 0.5 * rate * dt))
         place += heading * (velocity * dt + complex(spread[0], spread[1]))

@@ -1,0 +1,92 @@
+"""What no map shows: chairs, and people besides the user, as a scene file lists them.
+
+    objects:
+      - {kind: chair, at: [3.0, 4.0], appears: 12 s}
+      - {kind: person, at: [1.0, 1.0], walks: [[5.0, 1.0], [5.0, 4.0]], speed: 0.8 m/s, again: true}
+
+Each is an upright cylinder. It is there from `appears` until `leaves`, and goes from `at` through
+the places of `walks`; `again`: there and back, on and on, else it stays at the last one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Annotated, Literal, NamedTuple
+
+from engine.files.item import Fault
+from engine.files.units import Duration, Length, Speed
+from engine.files.values import Range
+from hw.person import RADIUS
+from hw.places import Place
+
+_SIZES = {"chair": (0.25, 0.9), "person": (RADIUS, 1.8)}
+"""Radius and height, m, if nothing is said."""
+Time = Annotated[Duration, Range(0.0, 1e6)]
+
+
+class Body(NamedTuple):
+    """An upright cylinder; `at` says where it is at an instant (ns), None: it is not there."""
+
+    radius: float
+    height: float
+    at: Callable[[int], Place | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Thing:
+    """A checked object of a scene; s, m, m/s."""
+
+    kind: Literal["chair", "person"]
+    at: Place
+    radius: Annotated[Length, Range(0.02, 2.0)] | None = None
+    height: Annotated[Length, Range(0.1, 3.0)] | None = None
+    appears: Time = 0.0
+    leaves: Time | None = None
+    walks: tuple[Place, ...] = ()
+    speed: Annotated[Speed, Range(0.01, 5.0)] = 1.0
+    again: bool = False
+
+    def faults(self) -> Iterator[Fault]:
+        """What does not go together, by key."""
+        if self.leaves is not None and self.leaves <= self.appears:
+            yield "leaves", f"{self.leaves:g} s is not after appears, {self.appears:g} s"
+        if self.again and not self.walks:
+            yield "again", "there are no places to walk through; give them as 'walks'"
+        for place, following in pairwise((self.at, *self.walks)):
+            if place == following:
+                yield "walks", f"({place[0]:g}, {place[1]:g}) is there twice in a row"
+
+    @property
+    def body(self) -> Body:
+        """Its shape, and where it is."""
+        radius, height = _SIZES[self.kind]
+        return Body(self.radius or radius, self.height or height, self.place)
+
+    def place(self, time_ns: int) -> Place | None:
+        """Where it is at an instant of the run; None: it is not there."""
+        since = time_ns * 1e-9 - self.appears
+        if since < 0.0 or (self.leaves is not None and time_ns * 1e-9 >= self.leaves):
+            return None
+        if not self.walks:
+            return self.at
+        way = since * self.speed
+        places = (self.at, *self.walks)
+        if self.again:
+            length = sum(math.dist(a, b) for a, b in pairwise(places))
+            way %= 2.0 * length
+            way = min(way, 2.0 * length - way)
+        return _along(places, way)
+
+
+def _along(places: tuple[Place, ...], way: float) -> Place:
+    """The place after so many metres of a line through places; its end beyond."""
+    for (x1, y1), (x2, y2) in pairwise(places):
+        length = math.hypot(x2 - x1, y2 - y1)
+        if way < length:
+            share = way / length
+            return x1 + share * (x2 - x1), y1 + share * (y2 - y1)
+        way -= length
+    return places[-1]
