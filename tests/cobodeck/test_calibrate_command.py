@@ -14,7 +14,9 @@ from cobodeck.logs.calibrated import calibrated, tracking_file
 from cobodeck.logs.mapped import room_ground
 from engine.files.finding import FileError
 from hw.geometry import Pose3
+from hw.robot import load_robot
 from hw.samples import Sample
+from hw.tracking import Tracking
 from hw.tracking_file import load_tracking, placement_of, pose_of
 from states.localization.calibrate import NoCalibration
 from tests.cobodeck.logs.drives import log_of, tracked, world
@@ -74,6 +76,19 @@ def test_the_file_gives_the_poses_again(found, tmp_path):
     assert poses.map_from_vive.distance_to(found.map_from_vive) < 1e-12
     assert poses.map_from_vive.angle_to(found.map_from_vive) < 1e-7
     assert set(poses.mounts) == {"front_tracker", "rear_tracker"}
+
+
+def test_the_shipped_file_says_what_the_robot_file_does():
+    nominal, told = (
+        load_tracking("nominal").poses(),
+        Tracking.of(load_robot("rbkairos_ur10").sensing),
+    )
+
+    assert nominal.map_from_vive == told.map_from_vive
+    assert set(nominal.mounts) == set(told.mounts)
+    for name, mount in told.mounts.items():
+        assert nominal.mounts[name].distance_to(mount) < 1e-9
+        assert nominal.mounts[name].angle_to(mount) < 1e-7
 
 
 def test_poses_and_angles_belong_together():
