@@ -38,6 +38,8 @@ MISSING = 0.3
 """Wheels that are silent for longer than scans are missing, s."""
 TURNED = 0.05
 """A base that the gyroscope feels turning faster is not at rest, whatever its wheels say, rad/s."""
+CARRIED_NS = 1_000_000_000
+"""Longer than this no pose is moved on by the wheels alone."""
 MOMENT_NS = 50_000_000
 """Over so long a velocity is told."""
 UNSEEN_NS = 1_000_000_000
@@ -46,6 +48,12 @@ STOOD = 0.3
 """Wheels that have not moved for so long stand, s."""
 ALIKE = 0.3
 """For so long errors of matches on a scanned map stay alike, s: the map is off by half a cell."""
+SMOOTH = 0.05
+"""By so much each scan counts in the share of beams on walls."""
+LEAP = 3.0
+"""A match that is off its prediction by more standard deviations has to repeat itself."""
+CERTAIN = 0.8
+"""But not if such a share of its beams is on walls."""
 BETTER = 0.1
 """A place elsewhere is believed if its share of beams on walls is higher by so much."""
 AROUND = PoseSigma(0.3, 0.2)
@@ -87,8 +95,8 @@ class Localizer:
         self._sigma: PoseSigma | None = None
         self._resting = False
         self._check_ns = self._scan_ns = self._fair_ns = 0
-        self._bad = self._good = self._stood = self._elsewhere = 0
-        self._sure_ns, self._share = -1, 0.0
+        self._bad = self._stood = self._elsewhere = 0
+        self._sure_ns, self._share = -1, 1.0
         # what no averaging removes: on a scanned map half a cell, and what that turns by
         least, half = self._values.floor_sigma, field_.sigma
         self._floor = covariance_of(
@@ -230,24 +238,39 @@ class Localizer:
         known = self._fusion.at(cloud.stamp_ns)
         if known is None:
             return
+        predicted = self._carried_on(cloud.stamp_ns) or known[0]
         # more than it may be off by, for the filter adds what is known to the match once more
-        found = self._match(cloud, known[0], 4.0 * known[1])
+        found = self._match(cloud, predicted, 4.0 * known[1])
         values = self._values
         if not found.is_fair(values.matching):
-            around = self._match(cloud, known[0], covariance_of(AROUND))
-            found = around if around.is_healthy(values.matching) else found
-        self._share = found.share
+            around = self._match(cloud, predicted, covariance_of(AROUND))
+            found = around if around.is_plain(values.matching, values.plain) else found
+        self._share += SMOOTH * (found.share - self._share)
         if found.is_fair(values.matching):
-            alone = self._watch.wrong or self._are_silent
             pose, information = found.map_from_base, found.information
-            self._fusion.scan(cloud.stamp_ns, pose, information, alone=alone)
+            believed = self._watch.wrong or self._are_silent or found.share >= CERTAIN
+            leaps = not believed and not _is_near(pose, predicted, known[1])
+            self._fusion.scan(cloud.stamp_ns, pose, information, gated=leaps)
             self._fair_ns = cloud.stamp_ns
         healthy = found.is_healthy(values.matching)
-        self._bad, self._good = (0, self._good + 1) if healthy else (self._bad + 1, 0)
+        self._bad = 0 if healthy else self._bad + 1
         self._change_mode(cloud.stamp_ns)
         if healthy:
             self._compare_wheels(cloud.stamp_ns, found.map_from_base)
             self._settle(cloud.stamp_ns)
+
+    def _carried_on(self, stamp_ns: int) -> Pose2 | None:
+        """The pose of the last fair match, moved on by the very way of the wheels.
+
+        The filter knows ways as velocities: between words that come seldom or unevenly it is off.
+        """
+        if self._moving(self._fair_ns, stamp_ns) is None or stamp_ns - self._fair_ns > CARRIED_NS:
+            return None
+        then = self._fusion.at(self._fair_ns)
+        before, now = self._trail.at(self._fair_ns), self._trail.at(stamp_ns)
+        if then is None or before is None or now is None:
+            return None
+        return then[0] @ (before.inverse() @ now)
 
     def _match(self, cloud: Cloud, predicted: Pose2, covariance: Array) -> Match:
         self.counts["matched"] += 1
@@ -257,12 +280,14 @@ class Localizer:
 
     def _change_mode(self, stamp_ns: int) -> None:
         values = self._values
-        if self._mode == "tracking" and self._bad >= values.patience and stamp_ns > self._sure_ns:
+        good = self._share >= values.plain and self._bad == 0
+        odd = self._share < values.plain or self._bad >= values.patience
+        if self._mode == "tracking" and odd and stamp_ns > self._sure_ns:
             self._mode = "doubtful"
             self._elsewhere = 0
             here = self._fusion.at(stamp_ns)
             self._search.anywhere(None if here is None else here[0])
-        elif self._mode == "doubtful" and self._good >= values.patience:
+        elif self._mode == "doubtful" and good:
             self._mode = "tracking"
         elif self._mode == "doubtful" and stamp_ns - self._fair_ns > values.lost_after * 1e9:
             self._mode = "lost"
@@ -322,12 +347,13 @@ class Localizer:
             return
         self.counts["found"] += 1
         self._sure_ns = cloud.stamp_ns + round(self._values.sure_for * 1e9)
-        self._mode, self._bad, self._good = "tracking", 0, 0
+        self._mode, self._bad = "tracking", 0
         if stays:
             return
         covariance = inverse(found.information + np.eye(3))
         velocity = self._moving(cloud.stamp_ns - MOMENT_NS, cloud.stamp_ns)
         self._fusion.begin(cloud.stamp_ns, found.map_from_base, covariance, velocity)
+        self._share = found.share
         self._watch.restart()
 
     def _is_elsewhere(self, found: Match) -> bool:
@@ -362,6 +388,14 @@ class Localizer:
             self._mode = "tracking"
         if verdict.outcome == "rejected" and self._mode != "tracking":
             self._search.about(pose, 9.0 * covariance)
+
+
+def _is_near(found: Pose2, predicted: Pose2, covariance: Array) -> bool:
+    """Is a match within what the prediction may be off by, several times over?"""
+    place = LEAP * math.sqrt(0.5 * (covariance[0, 0] + covariance[1, 1])) + SAME_M
+    turn = LEAP * math.sqrt(covariance[2, 2]) + SAME_RAD
+    near = found.distance_to(predicted) < place
+    return near and abs(wrap(found.yaw - predicted.yaw)) < turn
 
 
 def _same(one: Pose2, other: Pose2) -> bool:
