@@ -21,6 +21,7 @@ from engine.files.finding import mistake
 from engine.files.source import read_file
 from hw.geometry import Pose2
 from states.localization.growing import Growing, points_in
+from states.localization.loops import close_loops, polished
 from states.maps.field import Field, map_field, room_field
 from states.maps.mapping import RESOLUTION, Mapper
 from states.maps.occupancy import UNKNOWN, OccupancyMap, load_map
@@ -33,6 +34,8 @@ _HALVES: Split = "halves"
 _ALTERNATE: Split = "alternate"
 _SEEN = 0.6
 """Beams of a scan that must end in what a map has seen, if it is to tell where the base is."""
+_POLISHES = 3
+"""How often all scans are matched to the walls that all of them show."""
 _OFTEN = 0.9
 """Scans of which this must hold."""
 
@@ -129,15 +132,28 @@ def placed_by_reference(log: SensorLog) -> list[Placed]:
 
 
 def placed_by_matching(log: SensorLog, resolution: float) -> list[Placed]:
-    """All scans, each matched to those before it; the wheels tell where to begin."""
-    growing, found = Growing(resolution), []
+    """All scans, matched to each other: one after the other, round loops, and all to all.
+
+    Raises:
+        FileError: they lie too far apart for a map.
+    """
+    growing, scans = Growing(resolution), scans_of(log)
+    clouds = [seen.points for seen in scans]
+
+    def placed(poses: Sequence[Pose2]) -> list[Placed]:
+        return [Placed(n, scans[n], pose) for n, pose in enumerate(poses)]
+
     try:
-        for number, seen in enumerate(scans_of(log)):
-            odom = seen.odom_from_base or Pose2(0.0, 0.0)
-            found.append(Placed(number, seen, growing.take(odom, seen.sensor, seen.points)))
+        poses = [
+            growing.take(seen.odom_from_base or Pose2(0.0, 0.0), seen.sensor, seen.points)
+            for seen in scans
+        ]
+        poses = close_loops(poses, clouds)
     except ValueError as error:
         raise mistake(log.path, f"gives no map: {error}") from None
-    return found
+    for _ in range(_POLISHES):
+        poses = polished(poses, clouds, map_field(_map_of(placed(poses), log, resolution)))
+    return placed(poses)
 
 
 def reference_at(log: SensorLog, stamp_ns: int) -> Pose2 | None:
