@@ -401,7 +401,7 @@ class Localizer:
         pose = self._compared.put(stamp_ns, seen, COMPARED)
         if pose is None or self._resting or self._mode != "tracking":
             return
-        known = self._fusion.at(stamp_ns)
+        known = self._fusion.at(stamp_ns) if self._compared.agree else None
         if known is not None:
             self.drift = self._drifts.update(stamp_ns, pose, known[0])
 
