@@ -14,14 +14,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from time import perf_counter_ns
 from typing import Any
 
 import numpy as np
 import shapely
 from scipy import ndimage, sparse
 
-from cobodeck.bench import decisions
+from cobodeck.bench import decisions, drives
 from cobodeck.bench.engine import times
 from cobodeck.bench.harness import ROUNDS, Row, Work, seconds_of
 from cobodeck.console import complain
@@ -34,10 +33,7 @@ from states.navigation import profile, teb_planner
 from states.navigation.costmap import Costmap, Ground
 from states.navigation.grid_planners import NavfnPlanner, ThetaStarPlanner
 from states.navigation.inflation import Costs, Inflation
-from states.navigation.local_planner import Limits, Tolerance
-from states.navigation.planners import GLOBAL_PLANNERS, LOCAL_PLANNERS
-from states.navigation.trials import OPEN_ROOM, TRIALS, Trial, drive
-from states.navigation.visibility import ExactPlanner
+from states.navigation.planners import GLOBAL_PLANNERS
 
 NAME = "navigation"
 ROOMS = ("lab_a", "lab_b", "hall")
@@ -85,8 +81,7 @@ def rows(rounds: int = ROUNDS) -> Iterator[Row]:
         yield from way_rows(floor, rounds=rounds)
     profile.warm_up()
     teb_planner.warm_up()
-    for trial in TRIALS:
-        yield from drive_rows(trial, rounds)
+    yield from drives.rows(rounds)
     yield from decisions.rows(rounds)
 
 
@@ -262,39 +257,3 @@ def _bends(ring: Any, sense: float) -> Any:
     before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
     turn = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
     return points[sense * turn > 0.0]
-
-
-# drives
-
-
-PERIOD = 0.05
-DRIVE_GOALS = {"profile": 7.0, "teb": 5.0}
-"""At most so much over the least time, %."""
-
-
-def drive_rows(trial: Trial, rounds: int = ROUNDS) -> Iterator[Row]:
-    """For both local planners: the median cycle, time over the least one, and intrusion."""
-    for name, make in LOCAL_PLANNERS.items():
-        drives = []
-        for _ in range(min(rounds, 3)):
-            driver = make(ExactPlanner(OPEN_ROOM, inflation_radius=0.5), Limits(), Tolerance())
-            drives.append(drive(driver, trial, PERIOD, clock=perf_counter_ns))
-        cycles = [min(same) / 1e9 for same in zip(*(d.cycles_ns for d in drives), strict=True)]
-        time = drives[0].time if drives[0].arrived else math.inf
-        yield Row(
-            NAME, f"drive {trial.name}", name, "period", PERIOD,
-            time_us=statistics.median(cycles) * 1e6,
-            ratio=statistics.median(cycles) / PERIOD,
-            ratio_to="period",
-            error=round(100.0 * (time / trial.least_time - 1.0), 3),
-            error_unit="% over the least time",
-            reference="direct transcription, 120 intervals",
-            goal=DRIVE_GOALS[name],
-        )  # fmt: skip
-        if trial.user is not None:
-            deepest = max(0.0, drives[0].intrusion)
-            yield Row(
-                NAME, f"drive {trial.name} intrusion", name, "period", PERIOD,
-                error=round(100.0 * deepest, 3), error_unit="cm",
-                reference="the user's disc", goal=0.0 if name == "profile" else 3.0,
-            )  # fmt: skip

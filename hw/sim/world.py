@@ -8,23 +8,24 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from engine.files.finding import mistake
-from hw.geometry import Pose2, Twist2, wrap
+from hw.geometry import Pose2, wrap
 from hw.guarded import CYCLE_NS, GuardedBase
-from hw.interfaces import Arm, Base, Part
+from hw.interfaces import Part
 from hw.log import Log
 from hw.person import Person
 from hw.robot import MotionLimits, RobotModel
 from hw.safety_limits import SafetyLimits
 from hw.safety_record import SafetyRecord
-from hw.samples import ArmState, Sample, UserPose
+from hw.samples import Sample, UserPose
 from hw.scene import Scene
 from hw.sim.arm import SimArm
 from hw.sim.base import SimBase
 from hw.sim.errors import SensorErrors
 from hw.sim.meeting import Bystanders, Meeting
+from hw.sim.moving import MovingArm, MovingBase
 from hw.sim.sensors import IDEAL, SensorModel
 from hw.sim.surroundings import ScriptedOperator, SimBumper, SimTrackers, SimVr
 from hw.sim.tool import Hand
@@ -41,36 +42,6 @@ _PUSHES = tuple(math.radians(angle) for angle in (0, 40, -40, 80, -80))
 """Directions to push in, from the one away from the person, rad."""
 LONGEST_STEP_NS = 33_333_334
 """A longer step is cut into pieces of this length, ns, so that people and parts can react."""
-
-
-class MovingBase(Base, Protocol):
-    """A base whose motion the world computes."""
-
-    pose: Pose2
-    twist: Twist2
-    distance_m: float
-    energy_j: float
-    braked: bool
-    gate: GuardedBase | None
-
-    def advance(self, until_ns: int) -> None:
-        """Move on to until_ns."""
-        ...
-
-    def block(self, pose: Pose2) -> None:
-        """Something solid holds the base: it stands at once, at this pose."""
-        ...
-
-
-class MovingArm(Arm, Protocol):
-    """An arm whose motion the world computes."""
-
-    state: ArmState
-    braked: bool
-
-    def advance(self, until_ns: int) -> None:
-        """Move on to until_ns."""
-        ...
 
 
 class World:

@@ -25,8 +25,8 @@ NOWHERE = 1e-2
 TRACKERS_ALIKE = 5.0
 """For so long the errors of trackers stay alike, s: each acquisition has an offset of its own."""
 POSE = ("x", "y", "yaw")
-SCANS = ("scan", "scan alone")
-"""A match that leaps is refused at first, but not where no wheels say how far the base has gone."""
+SCANS = ("scan", "leaping scan")
+"""Matches; those that leap away from the prediction are refused at first."""
 
 
 class Fusion:
@@ -37,8 +37,10 @@ class Fusion:
             planar_config(
                 Source("start", POSE, gate=None),
                 Source("wheels", ("vx", "vy", "wz"), gate=None),
-                Source("scan", POSE, reacquire_after=3, correlation=alike),
-                Source("scan alone", POSE, gate=None, correlation=alike),
+                Source("scan", POSE, gate=None, correlation=alike),
+                Source(
+                    "leaping scan", POSE, reacquire_after=3, correlation=alike, yields_to=SCANS[:1]
+                ),
                 Source("trackers", POSE, yields_to=SCANS, correlation=TRACKERS_ALIKE),
                 noise=GYRO_NOISE if gyro else SLIPPING,
             )
@@ -77,11 +79,11 @@ class Fusion:
         self._filter.correct(Measurement(stamp_ns, "wheels", values, variances))
 
     def scan(
-        self, stamp_ns: int, map_from_base: Pose2, information: Array, *, alone: bool
+        self, stamp_ns: int, map_from_base: Pose2, information: Array, *, gated: bool
     ) -> Verdict:
-        """A match and its information (3, 3); is it alone, without wheels to believe?"""
+        """A match and its information (3, 3); is it to repeat itself before it is believed?"""
         covariance = inverse(information + NOWHERE * np.eye(3))
-        return self._correct(stamp_ns, SCANS[alone], map_from_base, covariance)
+        return self._correct(stamp_ns, SCANS[gated], map_from_base, covariance)
 
     def trackers(self, stamp_ns: int, map_from_base: Pose2, sigma: PoseSigma) -> Verdict:
         """A pose by trackers."""

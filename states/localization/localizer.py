@@ -19,6 +19,7 @@ from hw.geometry import Pose2, Twist2, wrap
 from hw.samples import ImuReading, Odometry, PoseSigma, Scan, TrackerPose, is_finite
 from hw.sensing import Sensing
 from hw.tracking import Tracking
+from states.localization.drift import Drift, DriftWatch
 from states.localization.fusion import Fusion, covariance_of, inverse
 from states.localization.gyro import Gyro
 from states.localization.localizer_values import LocalizerValues
@@ -38,14 +39,24 @@ MISSING = 0.3
 """Wheels that are silent for longer than scans are missing, s."""
 TURNED = 0.05
 """A base that the gyroscope feels turning faster is not at rest, whatever its wheels say, rad/s."""
+CARRIED_NS = 1_000_000_000
+"""Longer than this no pose is moved on by the wheels alone."""
 MOMENT_NS = 50_000_000
 """Over so long a velocity is told."""
 UNSEEN_NS = 1_000_000_000
 """Where no scans have come for so long, trackers alone have to do."""
 STOOD = 0.3
 """Wheels that have not moved for so long stand, s."""
+COMPARED = 0.2
+"""So often trackers are compared with the estimate, s."""
 ALIKE = 0.3
 """For so long errors of matches on a scanned map stay alike, s: the map is off by half a cell."""
+SMOOTH = 0.05
+"""By so much each scan counts in the share of beams on walls."""
+LEAP = 3.0
+"""A match that is off its prediction by more standard deviations has to repeat itself."""
+CERTAIN = 0.8
+"""But not if such a share of its beams is on walls."""
 BETTER = 0.1
 """A place elsewhere is believed if its share of beams on walls is higher by so much."""
 AROUND = PoseSigma(0.3, 0.2)
@@ -63,7 +74,8 @@ class Localizer:
 
     `start` is where the base is told to be, to `start_sigma`; without it the whole floor is
     searched. Samples are taken in the order in which they come. `counts` says how many scans were
-    matched and skipped, how many tracker poses taken, searches begun, places found.
+    matched and skipped, how many tracker poses taken, searches begun, places found. `drift` says
+    how trackers and scanners differ for longer than a tracker that was lost explains.
     """
 
     def __init__(
@@ -79,7 +91,9 @@ class Localizer:
         self._values = values or LocalizerValues()
         self._fusion = Fusion(sensing.imu is not None, ALIKE if field_.sigma > 0.0 else 0.0)
         self._trail, self._gyro, self._watch = Trail(), Gyro(), OdometryWatch()
-        self._feed = TrackerFeed(tracking)
+        self._feed, self._compared = TrackerFeed(tracking), TrackerFeed(tracking)
+        self._drifts = DriftWatch()
+        self.drift: Drift | None = None
         self._start = start
         self._mode: Mode = "starting"
         self._stamp_ns: int | None = None
@@ -87,8 +101,8 @@ class Localizer:
         self._sigma: PoseSigma | None = None
         self._resting = False
         self._check_ns = self._scan_ns = self._fair_ns = 0
-        self._bad = self._good = self._stood = self._elsewhere = 0
-        self._sure_ns, self._share = -1, 0.0
+        self._bad = self._stood = self._elsewhere = 0
+        self._sure_ns, self._share = -1, 1.0
         # what no averaging removes: on a scanned map half a cell, and what that turns by
         least, half = self._values.floor_sigma, field_.sigma
         self._floor = covariance_of(
@@ -230,24 +244,39 @@ class Localizer:
         known = self._fusion.at(cloud.stamp_ns)
         if known is None:
             return
+        predicted = self._carried_on(cloud.stamp_ns) or known[0]
         # more than it may be off by, for the filter adds what is known to the match once more
-        found = self._match(cloud, known[0], 4.0 * known[1])
+        found = self._match(cloud, predicted, 4.0 * known[1])
         values = self._values
         if not found.is_fair(values.matching):
-            around = self._match(cloud, known[0], covariance_of(AROUND))
-            found = around if around.is_healthy(values.matching) else found
-        self._share = found.share
+            around = self._match(cloud, predicted, covariance_of(AROUND))
+            found = around if around.is_plain(values.matching, values.plain) else found
+        self._share += SMOOTH * (found.share - self._share)
         if found.is_fair(values.matching):
-            alone = self._watch.wrong or self._are_silent
             pose, information = found.map_from_base, found.information
-            self._fusion.scan(cloud.stamp_ns, pose, information, alone=alone)
+            believed = self._watch.wrong or self._are_silent or found.share >= CERTAIN
+            leaps = not believed and not _is_near(pose, predicted, known[1])
+            self._fusion.scan(cloud.stamp_ns, pose, information, gated=leaps)
             self._fair_ns = cloud.stamp_ns
         healthy = found.is_healthy(values.matching)
-        self._bad, self._good = (0, self._good + 1) if healthy else (self._bad + 1, 0)
+        self._bad = 0 if healthy else self._bad + 1
         self._change_mode(cloud.stamp_ns)
         if healthy:
             self._compare_wheels(cloud.stamp_ns, found.map_from_base)
             self._settle(cloud.stamp_ns)
+
+    def _carried_on(self, stamp_ns: int) -> Pose2 | None:
+        """The pose of the last fair match, moved on by the very way of the wheels.
+
+        The filter knows ways as velocities: between words that come seldom or unevenly it is off.
+        """
+        if self._moving(self._fair_ns, stamp_ns) is None or stamp_ns - self._fair_ns > CARRIED_NS:
+            return None
+        then = self._fusion.at(self._fair_ns)
+        before, now = self._trail.at(self._fair_ns), self._trail.at(stamp_ns)
+        if then is None or before is None or now is None:
+            return None
+        return then[0] @ (before.inverse() @ now)
 
     def _match(self, cloud: Cloud, predicted: Pose2, covariance: Array) -> Match:
         self.counts["matched"] += 1
@@ -257,12 +286,14 @@ class Localizer:
 
     def _change_mode(self, stamp_ns: int) -> None:
         values = self._values
-        if self._mode == "tracking" and self._bad >= values.patience and stamp_ns > self._sure_ns:
+        good = self._share >= values.plain and self._bad == 0
+        odd = self._share < values.plain or self._bad >= values.patience
+        if self._mode == "tracking" and odd and stamp_ns > self._sure_ns:
             self._mode = "doubtful"
             self._elsewhere = 0
             here = self._fusion.at(stamp_ns)
             self._search.anywhere(None if here is None else here[0])
-        elif self._mode == "doubtful" and self._good >= values.patience:
+        elif self._mode == "doubtful" and good:
             self._mode = "tracking"
         elif self._mode == "doubtful" and stamp_ns - self._fair_ns > values.lost_after * 1e9:
             self._mode = "lost"
@@ -316,18 +347,20 @@ class Localizer:
         found = self._search.update(odom_from_base, cloud.points)
         if found is None:
             return
-        here = self._fusion.at(cloud.stamp_ns) if self._fusion.begun else None
+        doubtful = self._mode == "doubtful"
+        here = self._fusion.at(cloud.stamp_ns) if doubtful else None
         stays = here is not None and _same(here[0], found.map_from_base)
-        if self._mode == "doubtful" and not stays and not self._is_elsewhere(found):
+        if doubtful and not stays and not self._is_elsewhere(found):
             return
         self.counts["found"] += 1
         self._sure_ns = cloud.stamp_ns + round(self._values.sure_for * 1e9)
-        self._mode, self._bad, self._good = "tracking", 0, 0
+        self._mode, self._bad = "tracking", 0
         if stays:
             return
         covariance = inverse(found.information + np.eye(3))
         velocity = self._moving(cloud.stamp_ns - MOMENT_NS, cloud.stamp_ns)
         self._fusion.begin(cloud.stamp_ns, found.map_from_base, covariance, velocity)
+        self._fair_ns, self._share = cloud.stamp_ns, found.share
         self._watch.restart()
 
     def _is_elsewhere(self, found: Match) -> bool:
@@ -343,6 +376,7 @@ class Localizer:
     # trackers
 
     def _take_tracker(self, stamp_ns: int, seen: TrackerPose) -> None:
+        self._watch_drift(stamp_ns, seen)
         values = self._values
         turns = abs(self._trail.last_velocity().wz) > values.turning
         period = values.vive_period_turning if turns else values.vive_period
@@ -362,6 +396,22 @@ class Localizer:
             self._mode = "tracking"
         if verdict.outcome == "rejected" and self._mode != "tracking":
             self._search.about(pose, 9.0 * covariance)
+
+    def _watch_drift(self, stamp_ns: int, seen: TrackerPose) -> None:
+        pose = self._compared.put(stamp_ns, seen, COMPARED)
+        if pose is None or self._resting or self._mode != "tracking":
+            return
+        known = self._fusion.at(stamp_ns)
+        if known is not None:
+            self.drift = self._drifts.update(stamp_ns, pose, known[0])
+
+
+def _is_near(found: Pose2, predicted: Pose2, covariance: Array) -> bool:
+    """Is a match within what the prediction may be off by, several times over?"""
+    place = LEAP * math.sqrt(0.5 * (covariance[0, 0] + covariance[1, 1])) + SAME_M
+    turn = LEAP * math.sqrt(covariance[2, 2]) + SAME_RAD
+    near = found.distance_to(predicted) < place
+    return near and abs(wrap(found.yaw - predicted.yaw)) < turn
 
 
 def _same(one: Pose2, other: Pose2) -> bool:

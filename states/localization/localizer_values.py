@@ -19,19 +19,21 @@ _VIVE, _FLOOR = PoseSigma(0.02, 0.015), PoseSigma(0.002, 0.0005)
 class LocalizerValues:
     """How the parts work together.
 
-    `start_sigma` is how far off the told start may be. Of `patience` unhealthy matches in a row on
-    the base is searched, unless a search has said within the last `sure_for` s that it is here;
-    and one found elsewhere by `elsewhere` scans in a row is gone to;
-    after `lost_after` s without a fair match there is no pose. The pose of a standing base is
-    settled when it is sure to `rest_sigma`, or after `rest_scans`; then it is looked at every
-    `check` s. Trackers correct it every `vive_period` s, and every `vive_period_turning` s while it
-    turns faster than `turning`, rad/s; `vive_sigma` is what each acquisition may be off by.
-    `floor_sigma` is what no averaging removes.
+    `start_sigma` is how far off the told start may be. The base is searched from `patience`
+    unhealthy matches in a row on, and while less than a share `plain` of beams, over about a
+    second, is on walls, unless a search has said within the last `sure_for` s that it is here. A
+    place found elsewhere by `elsewhere` scans in a row is gone to; after `lost_after` s without a
+    fair match there is no pose. The pose of a standing base is settled when it is sure to
+    `rest_sigma`, or after `rest_scans`; then it is looked at every `check` s. Trackers correct it
+    every `vive_period` s, and every `vive_period_turning` s while it turns faster than `turning`,
+    rad/s; `vive_sigma` is what each acquisition may be off by. `floor_sigma` is what no averaging
+    removes.
     """
 
     matching: TrackerValues = field(default_factory=TrackerValues)
     particles: AmclValues = field(default_factory=AmclValues)
     start_sigma: PoseSigma = _START
+    plain: Annotated[float, Range(0.0, 1.0)] = 0.6
     patience: Annotated[int, Range(1, 1000)] = 5
     elsewhere: Annotated[int, Range(1, 1000)] = 40
     sure_for: Annotated[Duration, Range(0.0, 600.0)] = 5.0

@@ -9,14 +9,17 @@ import math
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.room import Disc, Point
+from hw.samples import UserPose
 from states.navigation.local_planner import LocalPlanner
 from states.navigation.reckoning import moved
 from states.navigation.trials import Trial
+from states.signals.motion import VelocityEstimator
 
 PARTS = 10
 """So many steps of integration a cycle."""
@@ -26,9 +29,6 @@ SEEN_BEFORE = 1.0
 """The user is seen so long before the drive begins, s."""
 LONGEST = 30.0
 """A drive that takes longer has failed, s."""
-
-Track = Callable[[float, Point], Point]
-"""Takes a time, s, and a measured place of the user; gives their velocity, m/s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,10 +85,13 @@ class Case:
     over: float
     within_error: bool = False
 
+    def depth(self, result: Result) -> float:
+        """How deep a drive came into the disc, m, as far as that counts here."""
+        return result.beyond if self.within_error else result.intrusion
+
     def held(self, result: Result) -> bool:
         """Did this drive arrive and keep out of the disc?"""
-        deepest = result.beyond if self.within_error else result.intrusion
-        return result.arrived and deepest <= 0.0
+        return result.arrived and self.depth(result) <= 0.0
 
 
 CASES = (
@@ -99,6 +102,42 @@ CASES = (
     Case("drift 5 mm", Disturbance(drift=0.005), 6.0),
     Case("drift 1 cm, jump 4 cm", Disturbance(drift=0.01, jump=0.04), 10.0, within_error=True),
 )
+
+
+@dataclass(frozen=True, slots=True)
+class Walk:
+    """A drive beside somebody who walks on with this velocity in the map, m/s."""
+
+    name: str
+    trial: Trial
+    walking: Point
+
+
+def _walks(speed: float) -> tuple[Walk, ...]:
+    return tuple(
+        Walk(f"{name} {speed:g} m/s", Trial(name, _FROM, _TO, Disc(x, y, 1.27), 5.5), walking)
+        for name, x, y, walking in (
+            ("from the left", 0.0, 4.0 * speed, (0.0, -speed)),
+            ("from the right", 1.0, -3.5 * speed, (0.0, speed)),
+            ("slantwise", 2.5 * speed, 3.0 * speed, (-0.7 * speed, -0.7 * speed)),
+            ("overtaken", -2.0, 1.35, (speed, 0.0)),
+            ("passing", 3.0, 1.35, (-speed, 0.0)),
+            ("head on", 3.5, 0.5, (-speed, 0.0)),
+        )
+    )
+
+
+_FROM, _TO = Pose2(-3.0, 0.0), Pose2(3.0, 0.0)
+WALKS = (*_walks(0.6), *_walks(1.2))
+WALKERS = (
+    Case("walkers, drift 5 mm", Disturbance(drift=0.005), math.inf),
+    Case("walkers, drift 1 cm", Disturbance(drift=0.01), math.inf, within_error=True),
+)
+
+
+class _Seen(NamedTuple):
+    value: UserPose
+    stamp: int
 
 
 class _Errors:
@@ -174,7 +213,7 @@ def drive_disturbed(
     hz: float = 30.0,
     *,
     walking: Point = (0.0, 0.0),
-    track: Track | None = None,
+    window: float | None = None,
 ) -> Result:
     """Drive a trial by measured poses.
 
@@ -185,18 +224,21 @@ def drive_disturbed(
         seed: of all noise.
         hz: cycles per s.
         walking: velocity of the user in the map, m/s.
-        track: finds the user's velocity from measured places; None: it is told.
+        window: over which the user's velocity is estimated, s; None: it is told.
     """
     dt = 1.0 / hz
     errors, result, user = _Errors(disturbance, trial, seed, dt), Result(), trial.user
     body = _Body(trial.start, disturbance, dt, 0.5 if driver.mode == "omni" else 1.0)
+    estimator = None if window is None else VelocityEstimator(window)
     driver.go_to(trial.goal)
     before = STILL
     for cycle in range(-round(SEEN_BEFORE * hz), round(LONGEST * hz)):
         time = cycle * dt
         error, user_error = errors.next(time)
         seen = user and _disc_at(user, walking, time, user_error)
-        velocity = walking if track is None or seen is None else track(time, (seen.x, seen.y))
+        velocity = walking
+        if estimator is not None and seen is not None:
+            velocity = _velocity(estimator, time + SEEN_BEFORE, seen)
         if cycle < 0:
             continue
         true = body.pose
@@ -215,6 +257,13 @@ def drive_disturbed(
         result.beyond = max(result.beyond, inside - wrong)
         result.time = time + dt
     return result
+
+
+def _velocity(estimator: VelocityEstimator, time: float, seen: Disc) -> Point:
+    pose = UserPose(Pose2(seen.x, seen.y), 0.0)
+    estimator.update("user.pose", _Seen(pose, round(time * 1e9)))
+    found = estimator.value() or STILL
+    return found.vx, found.vy
 
 
 def _go(

@@ -18,6 +18,7 @@ from hw.interfaces import DriveMode
 from hw.room import Disc, Point
 from states.navigation.clearance import Array
 from states.navigation.local_planner import (
+    USER_MARGIN,
     GlobalPlanner,
     Limits,
     Tolerance,
@@ -161,6 +162,7 @@ class TebPlanner(ProfilePlanner):
             return walls
         # the penalty begins penalty_epsilon further out; half of that is distance enough
         radius = user.radius - values.min_obstacle_dist - 0.5 * values.penalty_epsilon
+        radius += self._margin - USER_MARGIN
         row = (user.x, user.y, user.x, user.y, radius, 0.0, 0.0)
         return np.concatenate((walls, [row]))
 

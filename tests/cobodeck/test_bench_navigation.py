@@ -8,17 +8,18 @@ import numpy as np
 import pytest
 
 from cobodeck.bench import navigation
+from cobodeck.bench.drives import disturbed_rows, drive_rows
 from cobodeck.bench.navigation import (
     MAP_FOLDER,
     Floor,
     answered,
-    drive_rows,
     map_floor,
     outline_lengths,
     way_rows,
 )
 from hw.geometry import Pose2
 from states.maps.occupancy import OccupancyMap
+from states.navigation.disturbed import CASES, WALKERS
 from states.navigation.trials import TRIALS
 
 SQUARE = ((0.0, 0.0), (8.0, 0.0), (8.0, 8.0), (0.0, 8.0))
@@ -116,6 +117,22 @@ def test_a_drive_has_rows_of_its_time_and_where_there_is_a_user_of_intrusion():
     for row in (*alone, *beside):
         assert 0.0 <= row.error < 10.0
         assert row.error_unit == "cm" or row.time_us > 0.0
+
+
+@pytest.mark.requirement(50, 52)
+def test_drives_by_estimated_poses_have_rows_of_time_and_intrusion_with_their_goals():
+    rows = [*disturbed_rows(CASES[1], [0]), *disturbed_rows(WALKERS[0], [0])]
+    assert [
+        (row.name, row.variant, row.error_unit, row.goal)
+        for row in rows
+        if row.variant == "profile"
+    ] == [
+        ("drives, delay 20 ms", "profile", "% over the least time, mean", 6.0),
+        ("drives, delay 20 ms: intrusion", "profile", "cm", 0.0),
+        ("drives, walkers, drift 5 mm: intrusion", "profile", "cm", 0.0),
+    ]
+    assert len(rows) == 6
+    assert all(row.error <= row.goal for row in rows)
 
 
 def test_maps_that_are_not_there_are_left_out_with_a_note(tmp_path, monkeypatch, capsys):

@@ -71,6 +71,17 @@ def test_after_a_gap_it_begins_anew() -> None:
     assert (found.vx, found.vy) == pytest.approx((0.0, 1.0), abs=1e-6)
 
 
+@pytest.mark.requirement(149)
+@pytest.mark.parametrize(("silence", "known"), [(0.15, True), (0.16, False)])
+def test_what_is_older_than_poses_may_be_is_forgotten(silence: float, known: bool) -> None:
+    motion = Motion(0.3)
+    feed(motion, walk(100, 1.0, 1.0, 0.0))
+
+    found = feed(motion, [(1.0 + silence, 1.0 + silence, 0.0, 0.0)])
+
+    assert (found is not None) is known
+
+
 def test_a_jump_of_the_tracking_is_no_motion() -> None:
     motion = Motion(0.3)
     feed(motion, walk(100, 1.0, 0.0, 0.0))

@@ -249,6 +249,30 @@ def test_a_drive_keeps_off_a_user_who_walks_across_if_it_knows_their_velocity(
     assert (least > site.navigation.haptic.user_radius - 0.05) is told
 
 
+@pytest.mark.parametrize(
+    ("told", "speed"),
+    [
+        ({}, 1.0),
+        ({"base.admitted": Twist2(0.8)}, 0.8),
+        ({"base.refusal": "the arm is not folded", "base.twist": Twist2(0.9)}, 0.9),
+    ],
+)
+def test_a_drive_goes_on_from_what_was_left_of_its_velocity(
+    site: Site, context: Any, take_step: Any, told: dict[str, Any], speed: float
+) -> None:
+    rig, sent = Rig(site, context), []
+    run = DriveTo("chase").run(rig.ctx, Pose2(8.0, 2.0, 0.0))
+    for _ in range(30):
+        rig.tick(run, take_step)
+    rig.guard.drive = lambda command, *_: sent.append(command)  # type: ignore[method-assign]
+    rig.ctx.values |= told
+
+    take_step(run)
+
+    step = site.limits.base_acceleration / HZ
+    assert sent[0].vx == pytest.approx(speed + step, abs=1e-3)
+
+
 @pytest.mark.requirement(78, 86)
 @pytest.mark.parametrize(("name", "granted"), [("haptic", True), ("chase", False)])
 def test_the_chain_is_told_the_pose_a_touch_is_served_from_while_the_drive_lasts(
