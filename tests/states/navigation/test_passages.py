@@ -1,7 +1,7 @@
 """Passages of twice the radius are open to every planner, narrower ones closed (R119).
 
-On cells the way runs through centres, which may lie half a cell off the middle of a passage: so much
-nearer to walls counts as free, and passages narrower by less than a cell may be open too.
+On cells the way runs through centres, which may lie half a cell off the middle of a passage: so
+much nearer to walls counts as free, and passages narrower by less than a cell may be open too.
 """
 
 from __future__ import annotations
