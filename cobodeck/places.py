@@ -81,7 +81,7 @@ def site_at(place: Place, profile: Profile, robot: RobotModel) -> Site:
     site = profile.site(place.scene.room, robot)
     if len(place.scene.room.segments) > EXACT_CORNERS:
         site = replace(site, navigation=site.navigation.on_cells())
-    return replace(site, map=place.map)
+    return replace(site, map=place.map, zones=place.scene.zones)
 
 
 def _start(name: str, text: str, room: Room) -> Pose2:

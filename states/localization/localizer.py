@@ -19,6 +19,7 @@ from hw.geometry import Pose2, Twist2, wrap
 from hw.samples import ImuReading, Odometry, PoseSigma, Scan, TrackerPose, is_finite
 from hw.sensing import Sensing
 from hw.tracking import Tracking
+from states.localization.drift import Drift, DriftWatch
 from states.localization.fusion import Fusion, covariance_of, inverse
 from states.localization.gyro import Gyro
 from states.localization.localizer_values import LocalizerValues
@@ -46,6 +47,8 @@ UNSEEN_NS = 1_000_000_000
 """Where no scans have come for so long, trackers alone have to do."""
 STOOD = 0.3
 """Wheels that have not moved for so long stand, s."""
+COMPARED = 0.2
+"""So often trackers are compared with the estimate, s."""
 ALIKE = 0.3
 """For so long errors of matches on a scanned map stay alike, s: the map is off by half a cell."""
 SMOOTH = 0.05
@@ -71,7 +74,8 @@ class Localizer:
 
     `start` is where the base is told to be, to `start_sigma`; without it the whole floor is
     searched. Samples are taken in the order in which they come. `counts` says how many scans were
-    matched and skipped, how many tracker poses taken, searches begun, places found.
+    matched and skipped, how many tracker poses taken, searches begun, places found. `drift` says
+    how trackers and scanners differ for longer than a tracker that was lost explains.
     """
 
     def __init__(
@@ -87,7 +91,9 @@ class Localizer:
         self._values = values or LocalizerValues()
         self._fusion = Fusion(sensing.imu is not None, ALIKE if field_.sigma > 0.0 else 0.0)
         self._trail, self._gyro, self._watch = Trail(), Gyro(), OdometryWatch()
-        self._feed = TrackerFeed(tracking)
+        self._feed, self._compared = TrackerFeed(tracking), TrackerFeed(tracking)
+        self._drifts = DriftWatch()
+        self.drift: Drift | None = None
         self._start = start
         self._mode: Mode = "starting"
         self._stamp_ns: int | None = None
@@ -341,9 +347,10 @@ class Localizer:
         found = self._search.update(odom_from_base, cloud.points)
         if found is None:
             return
-        here = self._fusion.at(cloud.stamp_ns) if self._fusion.begun else None
+        doubtful = self._mode == "doubtful"
+        here = self._fusion.at(cloud.stamp_ns) if doubtful else None
         stays = here is not None and _same(here[0], found.map_from_base)
-        if self._mode == "doubtful" and not stays and not self._is_elsewhere(found):
+        if doubtful and not stays and not self._is_elsewhere(found):
             return
         self.counts["found"] += 1
         self._sure_ns = cloud.stamp_ns + round(self._values.sure_for * 1e9)
@@ -353,7 +360,7 @@ class Localizer:
         covariance = inverse(found.information + np.eye(3))
         velocity = self._moving(cloud.stamp_ns - MOMENT_NS, cloud.stamp_ns)
         self._fusion.begin(cloud.stamp_ns, found.map_from_base, covariance, velocity)
-        self._share = found.share
+        self._fair_ns, self._share = cloud.stamp_ns, found.share
         self._watch.restart()
 
     def _is_elsewhere(self, found: Match) -> bool:
@@ -369,6 +376,7 @@ class Localizer:
     # trackers
 
     def _take_tracker(self, stamp_ns: int, seen: TrackerPose) -> None:
+        self._watch_drift(stamp_ns, seen)
         values = self._values
         turns = abs(self._trail.last_velocity().wz) > values.turning
         period = values.vive_period_turning if turns else values.vive_period
@@ -388,6 +396,14 @@ class Localizer:
             self._mode = "tracking"
         if verdict.outcome == "rejected" and self._mode != "tracking":
             self._search.about(pose, 9.0 * covariance)
+
+    def _watch_drift(self, stamp_ns: int, seen: TrackerPose) -> None:
+        pose = self._compared.put(stamp_ns, seen, COMPARED)
+        if pose is None or self._resting or self._mode != "tracking":
+            return
+        known = self._fusion.at(stamp_ns)
+        if known is not None:
+            self.drift = self._drifts.update(stamp_ns, pose, known[0])
 
 
 def _is_near(found: Pose2, predicted: Pose2, covariance: Array) -> bool:

@@ -111,9 +111,16 @@ class ProfilePlanner(LocalPlanner):
     def _least_gap(self, pose: Pose2, now: Twist2, user: Disc, line: Array | None) -> float:
         around = user.grown(self._margin, (pose.x, pose.y))
         walker = (user.x, user.y, around.radius, *self._user_velocity, self._spread)
-        if line is None:
-            return float(least_gap_braking(pose.x, pose.y, now.vx, now.vy, walker, self._pace))
-        return float(least_gap_on(line, now.speed, walker, self._pace))
+        gap = math.inf
+        along = 0.0 if line is None else _along(line, now)
+        if line is None or along < 0.0:  # who has to turn back has to brake first
+            gap = float(least_gap_braking(pose.x, pose.y, now.vx, now.vy, walker, self._pace))
+        if line is not None:
+            gap = min(
+                gap,
+                float(least_gap_on(line, max(0.0, along), walker, self._pace)),
+            )
+        return gap
 
     def _foreseeing(self, pose: Pose2, now: Twist2, user: Disc, present: _Choice) -> Array | None:
         """Of ways round where the user will be, steps aside and waiting, the one that keeps off.
@@ -208,6 +215,13 @@ class ProfilePlanner(LocalPlanner):
             turning = math.copysign(across / abs(along), turning)
         look = pose.yaw + 0.5 * (now.wz + turning) * dt
         return Twist2(speed * math.cos(look), speed * math.sin(look), turning)
+
+
+def _along(line: Array, motion: Twist2) -> float:
+    """How fast a motion goes the way a line begins, m/s."""
+    dx, dy = (line[1, :2] - line[0, :2]).tolist()
+    length = math.hypot(dx, dy)
+    return (dx * motion.vx + dy * motion.vy) / length if length else motion.speed
 
 
 class _Choice:
