@@ -29,6 +29,7 @@ from states.localization.estimates import (
     PoseOf,
     SigmaOf,
 )
+from states.localization.frames import FramesEstimator
 from states.signals.motion import StillnessEstimator, VelocityEstimator
 from states.site import SUBSYSTEMS, Site, SubsystemName
 
@@ -85,6 +86,11 @@ def signals(
     return (
         *(measured() if localizer is None else localized(localizer)),
         *planning(site, scanning, "base.pose" if localizer is None else ESTIMATE),
+        Estimated(
+            "transforms", ("base.pose", "user.pose"),
+            partial(FramesEstimator, site.robot, site.tracking), needs=(),
+            about="all frames of robot, sensors, person and tracking, with ten seconds of history",
+        ),
         Estimated(
             "user.velocity", ("user.pose",), partial(VelocityEstimator, user.window), Twist2,
             about="in the map, by least squares; turn of the body as wz",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from engine.files.finding import FileError
@@ -30,11 +31,11 @@ def room_checks(scene_name: str, profile_name: str | None = None) -> Iterator[Ch
         FileError: the scene or the profile is wrong.
     """
     from behaviors.profile import load_profile
+    from cobodeck.places import open_place
     from cobodeck.wiring import PROFILE
     from hw.robot import load_robot
-    from hw.scene import load_scene
 
-    scene, profile = load_scene(scene_name), load_profile(profile_name or PROFILE)
+    scene, profile = open_place(scene_name).scene, load_profile(profile_name or PROFILE)
     robot = load_robot(scene.robot)
     yield "robot", FIT, _outline(robot)
     try:
@@ -43,6 +44,25 @@ def room_checks(scene_name: str, profile_name: str | None = None) -> Iterator[Ch
         yield "profile", BAD, str(error)
     yield "escape", FIT, _getting_away(robot, profile)
     yield from _room(scene, profile)
+
+
+def tracking_checks(path: Path) -> Iterator[Check]:
+    """Whether a calibrated tracking system can be used.
+
+    Raises:
+        FileError: the file is wrong.
+    """
+    from hw.tracking_file import load_tracking
+    from states.localization.calibrate import GREATEST_OFFSET, GREATEST_TURN
+
+    held = load_tracking(path)
+    off, turn = held.residual.position, held.residual.yaw
+    fits = off <= GREATEST_OFFSET and turn <= GREATEST_TURN
+    told = f"fits to {1e3 * off:.1f} mm and {math.degrees(turn):.2f} deg"
+    if not fits:
+        most = f"{1e3 * GREATEST_OFFSET:g} mm and {math.degrees(GREATEST_TURN):g} deg"
+        told += f"; {most} are allowed: `cobodeck calibrate LOG` makes another one"
+    yield f"tracking {held.tracking}", FIT if fits else BAD, told
 
 
 def _outline(robot: RobotModel) -> str:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from behaviors.signals import ESTIMATE
 from cobodeck.console import table
 from cobodeck.simulate import Result
 from cobodeck.wiring import reachable
+from states.localization.estimates import LocalizationEstimator
 
 
 def explain(result: Result) -> str:
@@ -34,10 +36,21 @@ def explain(result: Result) -> str:
         f"not built           {', '.join(missing) or '-'}",
         f"parts sampled       {', '.join(parts) or '-'}",
         f"parts not sampled   {', '.join(idle) or '-'}",
+        *_scans(result),
         f"states              {len(leaves)} of {len(run.machine.leaves)} can be reached",
         f"time per tick       {_times(result)}",
     ]
     return "\n".join(lines)
+
+
+def _scans(result: Result) -> list[str]:
+    """What localization did with scans, where there is some."""
+    slot = result.wired.board.slots.get(ESTIMATE)
+    estimator = getattr(slot, "estimator", None)
+    if not isinstance(estimator, LocalizationEstimator):
+        return []
+    counts = ", ".join(f"{what} {n}" for what, n in sorted(estimator.localizer.counts.items()))
+    return [f"scans and trackers  {counts}"]
 
 
 def _times(result: Result) -> str:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections import deque
+from collections import Counter, deque
 from typing import Any
 
 from behaviors.signals import ESTIMATE
 from cobodeck.metrics import Known
 from engine.board import Board
-from engine.slots import compute
+from engine.slots import EstimatedSlot, compute
 from hw.geometry import Pose2, wrap
 from hw.truth import Truth
-from states.localization.estimates import Estimate
+from states.localization.estimates import Estimate, LocalizationEstimator
 
 KEPT = 32
 """Estimates are of the past; the truth of so many ticks is kept for them."""
@@ -27,7 +27,9 @@ class LocalizationWatch:
     """
 
     def __init__(self, plant: Known, board: Board) -> None:
-        self._plant, self._slot = plant, board.slots[ESTIMATE]
+        slot = board.slots[ESTIMATE]
+        assert isinstance(slot, EstimatedSlot)
+        self._plant, self._slot = plant, slot
         self._truths: deque[tuple[int, Pose2]] = deque(maxlen=KEPT)
         self._stamp: int | None = None
         self._now = 0
@@ -35,6 +37,8 @@ class LocalizationWatch:
         self._reaching: list[tuple[float, float]] = []
         self._within = 0
         self._unknown_ns = 0
+        self._status_ns: Counter[str] = Counter()
+        self._drift: str | None = None
 
     def watch(self, now_ns: int) -> None:
         """Look at this instant."""
@@ -45,6 +49,7 @@ class LocalizationWatch:
         self._truths.append((now_ns, truth.base))
         compute(self._slot)
         sample = self._slot.newest
+        self._listen(elapsed)
         if sample is None:
             self._unknown_ns += elapsed
             return
@@ -69,7 +74,17 @@ class LocalizationWatch:
             "reaching_p95_rad": _p95([turned for _, turned in reaching]),
             "within_3_sigma": self._within / len(known) if known else None,
             "unknown_s": self._unknown_ns / 1e9,
+            "status_s": {name: ns / 1e9 for name, ns in sorted(self._status_ns.items())},
+            "drift": self._drift,
         }
+
+    def _listen(self, elapsed: int) -> None:
+        """What the localizer says of itself."""
+        estimator = self._slot.estimator
+        if isinstance(estimator, LocalizationEstimator):
+            self._status_ns[estimator.localizer.status] += elapsed
+            drift = estimator.localizer.drift
+            self._drift = self._drift if drift is None else str(drift)
 
     def _compare(self, estimate: Estimate, true: Pose2, truth: Truth) -> None:
         off = estimate.pose.distance_to(true)

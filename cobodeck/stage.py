@@ -250,12 +250,15 @@ def refuse_small_floor(setup: Setup) -> None:
     Raises:
         Problem: the floor is too small.
     """
+    from states.navigation.floor_cells import MapFloor
     from states.navigation.floor_plan import RoomFloor
     from states.navigation.space import shortcoming
 
-    if setup.scene is None:
+    if setup.place is None or setup.scene is None:
         return
-    found = shortcoming(RoomFloor(setup.scene.room), setup.profile.navigation.haptic.inflation)
+    map_ = setup.place.map
+    floor = RoomFloor(setup.scene.room) if map_ is None else MapFloor(map_)
+    found = shortcoming(floor, setup.profile.navigation.haptic.inflation)
     if found is not None:
         raise Problem(f"scene {setup.scene.name}: {found}", FAILED)
 

@@ -65,13 +65,15 @@ def _robot_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
     return rows
 
 
-def _localization(found: Mapping[str, float | None]) -> str:
+def _localization(found: Mapping[str, Any]) -> str:
     """How far the robot was from where it took itself to be."""
     if found["rmse_m"] is None:
         return "never known"
     parts = [f"off by {_mm(found['rmse_m'])} rms, {_mm(found['max_m'])} at most"]
     if found["reaching_p95_m"] is not None:
         parts.append(f"{_mm(found['reaching_p95_m'])} while reaching (95 %)")
+    if found["drift"] is not None:
+        parts.append(str(found["drift"]))
     if found["unknown_s"]:
         parts.append(f"not known for {found['unknown_s']:.1f} s")
     return ", ".join(parts)

@@ -18,6 +18,7 @@ from cobodeck.catalogue import Catalogue, catalogue
 from cobodeck.console import FAILED, Problem
 from cobodeck.inlet import Inlet
 from cobodeck.library import open_chart, reached
+from cobodeck.places import Place, open_place, site_at
 from cobodeck.plants import Inert
 from engine.board import Board
 from engine.chart import Chart
@@ -29,7 +30,7 @@ from hw.guarded import GuardedBase
 from hw.interfaces import Part
 from hw.robot import RobotModel, load_robot
 from hw.samples import PoseSigma, Sample
-from hw.scene import Scene, load_scene
+from hw.scene import Scene
 from states.localization.estimates import Localizes
 from states.site import Site
 
@@ -67,12 +68,17 @@ class Setup:
     chart: Chart
     library: Mapping[str, Chart]
     catalogue: Catalogue
-    scene: Scene | None
+    place: Place | None
     robot: RobotModel
     profile: Profile
     tick_hz: int = TICK_HZ
     given: Mapping[str, Any] = field(default_factory=dict)
     localizing: int | None = None
+
+    @property
+    def scene(self) -> Scene | None:
+        """The room, and who and what is in it."""
+        return None if self.place is None else self.place.scene
 
     @cached_property
     def body(self) -> RobotModel:
@@ -86,9 +92,9 @@ class Setup:
         Raises:
             Problem: there is no scene.
         """
-        if self.scene is None:
+        if self.place is None:
             raise Problem(f"chart {self.chart.name} needs a room; give one with --scene")
-        site = self.profile.site(self.scene.room, self.robot)
+        site = site_at(self.place, self.profile, self.robot)
         noise = self.profile.plant.pose_noise
         return replace(
             site,
@@ -181,14 +187,14 @@ def open_setup(
     if charts is None:
         opened, charts = open_chart(chart, known)
         chart = opened.name
-    place = load_scene(scene or SCENE) if scene is not None or robot is None else None
-    body = robot or (place.robot if place is not None else "")
+    place = open_place(scene or SCENE) if scene is not None or robot is None else None
+    body = robot or (place.scene.robot if place is not None else "")
     applied = used_profile.apply(charts)
     return Setup(
         chart=applied[chart],
         library=applied,
         catalogue=known,
-        scene=place,
+        place=place,
         robot=load_robot(body),
         profile=used_profile,
         tick_hz=tick_hz,

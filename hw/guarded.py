@@ -240,7 +240,7 @@ class GuardedBase:
         pose, twist = self._recent("base.pose", now_ns), self._recent("base.twist", now_ns)
         if self._reckoner is not None:
             wheels = self._recent("base.odometry", now_ns)
-            pose, twist = (None, None) if wheels is None else (wheels.pose, wheels.twist)
+            twist = None if wheels is None else wheels.twist
         command = self.selected.twist
         if command == STILL and twist is not None and _is_standing(twist):
             self.rest(now_ns)
@@ -257,12 +257,12 @@ class GuardedBase:
     ) -> Twist2:
         """How much of the next velocity, ramps included, may reach the motors: `SafetyChain`.
 
-        `pose` is map_from_base, or of a base that is located by a reckoner odom_from_base.
+        `pose` is map_from_base; that of a base that is located by a reckoner is the reckoner's.
         """
         chain, stamp, sigma = self.chain, self._stamp_ns, 0.0
         with self._mutex:
             if self._reckoner is not None:
-                located = self._reckoner.at(now_ns, pose)
+                located = self._reckoner.at(now_ns)
                 pose, sigma = (None, 0.0) if located is None else located
             chain.holonomic = self.mode == "omni"
             if stamp is None:
@@ -311,7 +311,7 @@ class GuardedBase:
 
     def _move(self, now_ns: int, stamp_ns: int, wheels: Odometry) -> None:
         assert self._reckoner is not None
-        self._reckoner.move(stamp_ns, wheels.pose)
+        self._reckoner.move(stamp_ns, wheels)
         self._measure("base.odometry", now_ns, stamp_ns, wheels)
 
     def _track(self, now_ns: int, stamp_ns: int, seen: TrackerPose) -> None:  # noqa: ARG002

@@ -12,12 +12,12 @@ from bisect import bisect_left
 from collections import deque
 from typing import NamedTuple
 
-from hw.geometry import Pose2, wrap
-from hw.samples import PoseSigma, TrackerPose
+from hw.geometry import STILL, Pose2, Twist2, wrap
+from hw.samples import Odometry, PoseSigma, TrackerPose
 from hw.tracking import Tracking
 
 FRESH_NS = 150_000_000
-"""A tracker that has been silent for longer is not seen any more."""
+"""Wheels or a tracker that have been silent for longer tell nothing any more."""
 KEPT_NS = 1_000_000_000
 """A tracker's pose that comes later than this after its stamp is left out."""
 TRACKER_SIGMA = 0.01
@@ -50,18 +50,20 @@ class Reckoner:
     def __init__(self, tracking: Tracking) -> None:
         self._tracking = tracking
         self._wheels: deque[tuple[int, Pose2, float]] = deque()
+        self._twist = STILL
         self._seen: tuple[int, TrackerPose] | None = None
         self._tracked: _Fix | None = None
         self._estimated: _Fix | None = None
 
-    def move(self, stamp_ns: int, odom_from_base: Pose2) -> None:
+    def move(self, stamp_ns: int, wheels_say: Odometry) -> None:
         """The wheels have got here, in the frame in which they count; late stamps are left out."""
-        wheels, way = self._wheels, 0.0
+        wheels, way, odom_from_base = self._wheels, 0.0, wheels_say.pose
         if wheels:
             if stamp_ns <= wheels[-1][0]:
                 return
             way = wheels[-1][2] + wheels[-1][1].distance_to(odom_from_base)
         wheels.append((stamp_ns, odom_from_base, way))
+        self._twist = wheels_say.twist
         while stamp_ns - wheels[0][0] > KEPT_NS:
             wheels.popleft()
 
@@ -78,19 +80,16 @@ class Reckoner:
         elif self._estimated is None or stamp_ns != self._estimated.stamp_ns:
             self._estimated = self._fix(stamp_ns, pose, sigma.position)
 
-    def at(self, now_ns: int, odom_from_base: Pose2 | None = None) -> Located | None:
-        """Where the base is; None: neither a tracker nor localization says so.
+    def at(self, now_ns: int) -> Located | None:
+        """Where the base is; None: neither a tracker nor localization says so, or no wheel speaks.
 
-        Args:
-            now_ns: the instant.
-            odom_from_base: by the wheels at this instant; None: their newest sample.
-
-        Where both speak, by how much they contradict each other is part of sigma.
+        Since their last word the wheels are taken to turn on. Where trackers and localization both
+        speak, by how much they contradict each other is part of sigma.
         """
-        if not self._wheels:
+        if not self._wheels or now_ns - self._wheels[-1][0] > FRESH_NS:
             return None
-        _, last, way = self._wheels[-1]
-        place = odom_from_base or last
+        stamp, last, way = self._wheels[-1]
+        place = last @ _way(self._twist, max(0, now_ns - stamp) * 1e-9)
         way += last.distance_to(place)
         tracked, estimated = self._newest_tracked(now_ns), self._estimated
         found = None if estimated is None else estimated.at(place, way)
@@ -131,3 +130,9 @@ class Reckoner:
                 odom = Pose2(middle.x, middle.y, wrap(middle.yaw))
                 way = start + share * (way - start)
         return _Fix(stamp_ns, pose @ odom.inverse(), sigma, way)
+
+
+def _way(twist: Twist2, time: float) -> Pose2:
+    """Where a velocity in the base frame leads within a moment, s: along the mean heading."""
+    gone = twist.rotated(0.5 * twist.wz * time)
+    return Pose2(gone.vx * time, gone.vy * time, wrap(twist.wz * time))

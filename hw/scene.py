@@ -10,11 +10,15 @@ A scene file names its room either by its polygons or by another scene that has 
     parking: {corner: {x: 1.15, y: 1.15, yaw: 0.785}}
     touchable: [{from: [3.0, 4.5], to: [6.0, 4.5], low: 0.0, high: 2.0}]
     objects: [{kind: chair, at: [3.0, 4.0], appears: 12 s}]
+    zones:
+      keepout: [[[1.0, 1.0], [2.0, 1.0], [2.0, 2.0]]]
+      speed: [{area: [[4.0, 1.0], [6.0, 1.0], [5.0, 3.0]], limit: 0.5 m/s}]
 
 Metres and radians where no unit stands (`780 cm`, `90 deg`). `user.source` is a script of
 `hw/users` or a recording, the default of `--user`; paths are told from the scene's folder.
 `touchable` are surfaces that only the user sees (`interaction.py`), `objects` what no map shows
-(`things.py`). These, `user`, `parking` and the lists in `room` except `outer` may be left out.
+(`things.py`), `zones` where the robot may not be or goes slowly (`zones.py`). These, `user`,
+`parking` and the lists in `room` except `outer` may be left out.
 """
 
 from __future__ import annotations
@@ -25,7 +29,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from engine.files.item import Fault, Item, find_file, load_yaml
 from engine.files.record import Name, record
@@ -37,8 +41,12 @@ from hw.interaction import Surface
 from hw.places import Place, Pose
 from hw.room import MIN_WIDTH, Room
 from hw.things import Thing
+from hw.zones import NO_ZONES, Zones
 
 FOLDER = Path(__file__).parent / "scenes"
+
+Tracked = Literal["everywhere", "area"]
+"""Where the person is tracked: all over the room, or in its tracked area alone (R6)."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +67,8 @@ class Scene:
     parking: tuple[tuple[str, Pose2], ...] = ()
     touchable: tuple[Surface, ...] = ()
     objects: tuple[Thing, ...] = ()
+    zones: Zones = NO_ZONES
+    tracking: Tracked = "everywhere"
     folder: Path | None = field(default=None, repr=False, compare=False)
 
     def parking_spot(self, name: str) -> Pose2:
@@ -151,8 +161,12 @@ class _Scene:
     parking: Mapping[str, Pose] = field(default_factory=dict)
     touchable: tuple[_Surface, ...] = ()
     objects: tuple[Thing, ...] = ()
+    zones: Zones = NO_ZONES
+    tracking: Tracked = "everywhere"
 
     def faults(self) -> Iterator[Fault]:
+        if self.tracking == "area" and self.room.tracked_area is None:
+            yield "tracking", "the room has no tracked_area to be tracked in"
         poses = {"robot.start": self.robot.start}
         if self.user.start is not None:
             poses["user.start"] = self.user.start
@@ -165,6 +179,9 @@ class _Scene:
                     f"({pose.x:g}, {pose.y:g}) is not on the free floor; the room reaches from "
                     f"({x_low:g}, {y_low:g}) to ({x_high:g}, {y_high:g})",
                 )
+        for key, pose in poses.items():
+            if key != "user.start" and self.zones.keeps_out(pose.x, pose.y):
+                yield key, f"({pose.x:g}, {pose.y:g}) is in a zone that the robot keeps out of"
         for n, thing in enumerate(self.objects):
             for x, y in (thing.at, *thing.walks):
                 if not self.room.is_free(x, y):
@@ -189,5 +206,7 @@ def scene_from(item: Item) -> Scene:
         parking=tuple(read.parking.items()),
         touchable=tuple(Surface(s.from_, s.to, s.low, s.high) for s in read.touchable),
         objects=read.objects,
+        zones=read.zones,
+        tracking=read.tracking,
         folder=item.folder,
     )

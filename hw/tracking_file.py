@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
-from engine.files.item import load_yaml
+from engine.files.item import find_file, load_yaml
 from engine.files.record import Name, record
 from engine.files.units import Angle, Length
 from engine.files.values import Range
@@ -24,6 +24,8 @@ from hw.geometry import Pose3
 from hw.places import AnyAngle
 from hw.prop import Placement
 from hw.tracking import Tracking
+
+FOLDER = Path(__file__).parent / "trackings"
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,12 +69,13 @@ class TrackingFile:
         )
 
 
-def load_tracking(path: Path) -> TrackingFile:
-    """A calibrated tracking system.
+def load_tracking(name_or_path: str | Path) -> TrackingFile:
+    """A calibrated tracking system, by name or by file.
 
     Raises:
         FileError: every mistake in it, with file, line, column and what would be right.
     """
+    path = find_file(str(name_or_path), FOLDER, "tracking")
     return load_yaml(path, lambda item: record(item, TrackingFile))
 
 

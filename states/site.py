@@ -19,6 +19,7 @@ from hw.robot import MotionLimits, RobotModel
 from hw.room import Room
 from hw.samples import EXACT, Joints, PoseSigma
 from hw.tracking import Tracking
+from hw.zones import NO_ZONES, Zones
 from states.ages import slowed
 
 if TYPE_CHECKING:
@@ -93,6 +94,15 @@ class Navigation:
             )
         )
 
+    def on_cells(self) -> Navigation:
+        """The same, with `theta_star` in the place of `exact`."""
+        return Navigation(
+            *(
+                replace(s, planner="theta_star") if s.planner == "exact" else s
+                for s in (self.chase, self.haptic, self.escape)
+            )
+        )
+
     def named(self, name: SubsystemName) -> Subsystem:
         """The subsystem of a behaviour."""
         found: Subsystem = getattr(self, name)
@@ -116,6 +126,7 @@ class Site:
     latency: float = 0.0
     map: OccupancyMap | None = None
     pose_sigma: PoseSigma = EXACT
+    zones: Zones = NO_ZONES
 
     @cached_property
     def _grounds(self) -> dict[float, Ground]:
@@ -127,7 +138,7 @@ class Site:
             from states.navigation.layers import ground_of, map_of
 
             drawn = self.map or map_of(self.room, resolution)
-            self._grounds[resolution] = ground_of(drawn, resolution)
+            self._grounds[resolution] = ground_of(drawn, resolution, self.zones.keepout)
         return self._grounds[resolution]
 
     @cached_property
@@ -169,7 +180,7 @@ class Site:
 
         @cache
         def exact(inflation: float) -> ExactPlanner:
-            outer, obstacles = self.room.outer, self.room.obstacles
+            outer, obstacles = self.room.outer, (*self.room.obstacles, *self.zones.keepout)
             return ExactPlanner(outer, obstacles, inflation_radius=inflation)
 
         used = {name: self.navigation.named(name) for name in SUBSYSTEMS}
@@ -230,14 +241,19 @@ class Site:
             own.base_yaw_acceleration,
         )
         tolerance, latency = Tolerance(subsystem.tolerance, subsystem.yaw_tolerance), self.latency
+        driver: LocalPlanner
         if subsystem.local_planner == "profile":
-            return ProfilePlanner(planner, limits, tolerance, latency=latency)
-        from states.navigation.teb_planner import TebPlanner
+            driver = ProfilePlanner(planner, limits, tolerance, latency=latency)
+        else:
+            from states.navigation.teb_planner import TebPlanner
 
-        walls, kept = (room.outer, *room.obstacles), subsystem.inflation
-        return TebPlanner(
-            planner, limits, tolerance, latency=latency, walls=walls, wall_distance=kept
-        )
+            walls = (room.outer, *room.obstacles, *self.zones.keepout)
+            kept = subsystem.inflation
+            driver = TebPlanner(
+                planner, limits, tolerance, latency=latency, walls=walls, wall_distance=kept
+            )
+        driver.zones = self.zones
+        return driver
 
     def warm_up(self) -> None:
         """Compile, or load from the cache, what the subsystems drive by, and build their maps."""

@@ -1,7 +1,8 @@
 """Tell whether this machine is fit: versions, libraries, names that hide ours, Graphviz.
 
 With --scene: whether a room is fit for its robot too, how far a user who faces a wall has to be
-from it, and where there is no Haptic pose. Exit code 1: something is bad.
+from it, and where there is no Haptic pose. With --tracking: whether a calibration can be used. Exit
+code 1: something is bad.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from pathlib import Path
 
 from cobodeck.arguments import word
 from cobodeck.console import FAILED, OK, show, show_json, table
-from cobodeck.doctor import BAD, FIT, MISSING, room_checks
+from cobodeck.doctor import BAD, FIT, MISSING, room_checks, tracking_checks
 
 PACKAGES = ("engine", "states", "behaviors", "hw", "cobodeck", "charts")
 ROOT = Path(__file__).parent.parent.parent
@@ -26,6 +27,9 @@ ROOT = Path(__file__).parent.parent.parent
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("--scene", type=word, metavar="S", help="name or file of a room")
+    parser.add_argument(
+        "--tracking", type=Path, metavar="FILE", help="a calibration that `calibrate` has written"
+    )
     parser.add_argument("--profile", type=word, help="name or file; default tuned")
     parser.add_argument("--json", action="store_true", help="for programs")
 
@@ -35,6 +39,8 @@ def run(args: argparse.Namespace) -> int:
     found = list(checks())
     if args.scene is not None:
         found += room_checks(args.scene, args.profile)
+    if args.tracking is not None:
+        found += tracking_checks(args.tracking)
     if args.json:
         keys = ("what", "state", "about")
         show_json([dict(zip(keys, check, strict=True)) for check in found])

@@ -209,6 +209,8 @@ def _run(
         body = None if options.connection is None else options.connection.model
     known = catalogue(own=args.own)
     setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz, body, known=known)
+    for remark in () if setup.place is None else setup.place.remarks:
+        complain(remark)
     recorder = _recorder(args, setup, options, clock, began)
     progress = Progress("simulate")
     aside = redirect_stdout(sys.stderr) if args.json else nullcontext()  # what states print

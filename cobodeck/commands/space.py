@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 from cobodeck.arguments import length, word
 from cobodeck.console import FAILED, OK, Problem, show, show_json, table
 from cobodeck.wiring import PROFILE
-from engine.files.source import read_file
 
 if TYPE_CHECKING:
     from behaviors.profile import Profile
@@ -112,10 +111,11 @@ def _tolerance(profile: Profile) -> float:
 
 
 def _floor(place: str, corners: str) -> tuple[str, RoomFloor | MapFloor, tuple[str, ...]]:
+    from cobodeck.places import is_map
     from hw.scene import load_scene
     from states.navigation.floor_plan import RoomFloor
 
-    if not _is_map(place):
+    if not is_map(place):
         scene = load_scene(place)
         return scene.name, RoomFloor(scene.room, "square" if corners == "square" else "round"), ()
     if corners == "square":
@@ -125,14 +125,6 @@ def _floor(place: str, corners: str) -> tuple[str, RoomFloor | MapFloor, tuple[s
 
     map_ = load_map(place)
     return Path(place).stem, MapFloor(map_), map_.remarks
-
-
-def _is_map(place: str) -> bool:
-    """A file that says `image:` is a map; one that cannot be read is left to the scene reader."""
-    if not Path(place).is_file():
-        return False
-    source = read_file(Path(place))
-    return isinstance(source.value, dict) and "image" in source.value
 
 
 def figures(found: Report) -> dict[str, Any]:

@@ -8,10 +8,11 @@ import numpy as np
 
 from cobodeck.logs.log import SCAN, TRACKER, SensorLog
 from cobodeck.logs.mapped import Ground
+from cobodeck.logs.seen import scans_of
 from engine.files.finding import mistake
 from hw.geometry import Pose2, Pose3
 from hw.prop import Placement
-from hw.samples import Odometry, Scan, TrackerPose
+from hw.samples import Scan, TrackerPose
 from hw.tracking import Tracking
 from hw.tracking_file import Residual, TrackingFile, placement_of
 from states.localization.calibrate import (
@@ -23,12 +24,9 @@ from states.localization.calibrate import (
 )
 from states.localization.localizer import Localizer
 from states.localization.scan_tracker import TrackerValues, match
-from states.localization.scans import cloud_of
-from states.localization.trail import Trail
 
 _NEAR = np.diag([0.05**2, 0.05**2, 0.03**2])
 """How far a scanner's own match may lie from what all of them together say."""
-_SPAN_NS = 50_000_000
 
 
 def calibrated(
@@ -66,21 +64,19 @@ def calibrated(
 def matched(log: SensorLog, ground: Ground, start: Pose2 | None, seed: int) -> list[BaseReading]:
     """Where each scan by itself says the base was; no tracker has a say in it."""
     localizer = Localizer(ground.field, log.sensing, Tracking(), start, seed)
-    values, trail, found = TrackerValues(), Trail(), []
+    values, found, scans = TrackerValues(), [], iter(scans_of(log))
     for sample in log.samples:
-        scan = sample.value
-        if isinstance(scan, TrackerPose):
+        if isinstance(sample.value, TrackerPose):
             continue
-        localizer.update(sample.name, sample.stamp_ns, scan)
-        if isinstance(scan, Odometry):
-            trail.put(sample.stamp_ns, scan.pose)
-        if not isinstance(scan, Scan) or localizer.pose is None or localizer.status == "lost":
+        localizer.update(sample.name, sample.stamp_ns, sample.value)
+        if not isinstance(sample.value, Scan):
             continue
-        motion = trail.velocity(sample.stamp_ns - _SPAN_NS, sample.stamp_ns)
-        cloud = cloud_of(scan, sample.stamp_ns, log.sensing, values.beams, motion)
-        one = match(ground.field, cloud.points, localizer.pose, _NEAR, values)
+        seen = next(scans)
+        if localizer.pose is None or localizer.status in ("starting", "lost"):
+            continue
+        one = match(ground.field, seen.points, localizer.pose, _NEAR, values)
         if one.is_healthy(values):
-            found.append(BaseReading(cloud.stamp_ns, one.map_from_base, scan.sensor))
+            found.append(BaseReading(seen.stamp_ns, one.map_from_base, seen.sensor))
     return found
 
 

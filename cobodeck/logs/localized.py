@@ -8,19 +8,24 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
 
-from cobodeck.logs.log import SCAN, SensorLog
-from cobodeck.logs.mapped import Ground, points_of_scan, reference_at
+from cobodeck.logs.log import ODOMETRY, SCAN, SensorLog
+from cobodeck.logs.mapped import Ground, reference_at
+from cobodeck.logs.seen import Seen, scans_of
 from hw.geometry import Pose2, wrap
-from hw.samples import PoseSigma
+from hw.samples import Odometry, PoseSigma, Sample
 from hw.tracking import Tracking
 from states.localization.localizer import Localizer
+from states.localization.trail import velocity_of, way_of
 
+_STEADY_NS = 100_000_000
+"""Wheels are told at least so often."""
 NEAR = 0.05
 """Scans whose beams end nearer to walls than this, in the median, are counted, m."""
 Clock = Callable[[], float]
@@ -94,9 +99,9 @@ def localize(
     """
     localizer = Localizer(ground.field, log.sensing, Tracking.of(log.sensing), start, seed)
     steps: list[Step] = []
-    number = -1
+    scans, number = scans_of(log), -1
     begin = min(ground.scored, default=0) - 1
-    for sample in log.samples:
+    for sample in with_steady_wheels(log.samples):
         number += sample.name == SCAN
         if number < begin and sample.name != SCAN and not steps:
             continue
@@ -106,9 +111,34 @@ def localize(
         localizer.update(sample.name, sample.stamp_ns, sample.value)
         took = clock() - before
         if sample.name == SCAN:
-            steps.append(_step(localizer, sample, log, ground, took))
+            steps.append(_step(localizer, scans[number], ground, took))
     steps, frame = _judged(steps, log, ground)
     return Localized(log, ground, start, seed, tuple(steps), dict(localizer.counts), frame)
+
+
+def with_steady_wheels(samples: Sequence[Sample]) -> list[Sample]:
+    """Samples as they are, and odometry in between where wheels speak seldom.
+
+    From word to word of its wheels the robot is taken to have moved steadily, on an arc.
+    """
+    wheels = [one for one in samples if isinstance(one.value, Odometry)]
+    more = [new for before, after in pairwise(wheels) for new in _between(before, after)]
+    return sorted((*more, *samples), key=lambda one: one.stamp_ns) if more else list(samples)
+
+
+def _between(before: Sample, after: Sample) -> Iterator[Sample]:
+    assert isinstance(before.value, Odometry)
+    assert isinstance(after.value, Odometry)
+    gap_ns = after.stamp_ns - before.stamp_ns
+    parts = math.ceil(gap_ns / _STEADY_NS)
+    if parts < 2:
+        return
+    way = before.value.pose.inverse() @ after.value.pose
+    velocity = velocity_of(way, gap_ns * 1e-9)
+    for part in range(1, parts):
+        since_ns = gap_ns * part // parts
+        pose = before.value.pose @ way_of(velocity, since_ns * 1e-9)
+        yield Sample(ODOMETRY, before.stamp_ns + since_ns, Odometry(pose, velocity))
 
 
 def first_pose(ground: Ground) -> Pose2 | None:
@@ -119,14 +149,14 @@ def first_pose(ground: Ground) -> Pose2 | None:
     return None
 
 
-def _step(localizer: Localizer, sample: Any, log: SensorLog, ground: Ground, took: float) -> Step:
+def _step(localizer: Localizer, seen: Seen, ground: Ground, took: float) -> Step:
     pose, stamp = localizer.pose, localizer.stamp_ns
     status, sigma = localizer.status, localizer.sigma
     wall = None
     if pose is not None:
-        distances = ground.field.distances(pose, points_of_scan(sample, log))
+        distances = ground.field.distances(pose, seen.points)
         wall = float(np.median(distances)) if len(distances) else None
-    return Step(sample.stamp_ns if stamp is None else stamp, pose, sigma, status, wall, took)
+    return Step(seen.stamp_ns if stamp is None else stamp, pose, sigma, status, wall, took)
 
 
 def _judged(steps: Sequence[Step], log: SensorLog, ground: Ground) -> tuple[list[Step], Frame]:

@@ -10,18 +10,18 @@ from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
 from cobodeck.logs.log import SCAN, SensorLog
 from cobodeck.logs.rawlog import is_rawlog, read_rawlog
+from cobodeck.logs.seen import Seen, scans_of
 from engine.files.finding import mistake
 from engine.files.source import read_file
 from hw.geometry import Pose2
-from hw.samples import Odometry, Sample, Scan
 from states.localization.growing import Growing, points_in
-from states.localization.scans import cloud_of
+from states.localization.loops import close_loops, polished
 from states.maps.field import Field, map_field, room_field
 from states.maps.mapping import RESOLUTION, Mapper
 from states.maps.occupancy import UNKNOWN, OccupancyMap, load_map
@@ -32,9 +32,10 @@ if TYPE_CHECKING:
 Split = Literal["halves", "alternate"]
 _HALVES: Split = "halves"
 _ALTERNATE: Split = "alternate"
-ALL_BEAMS = 100_000
 _SEEN = 0.6
 """Beams of a scan that must end in what a map has seen, if it is to tell where the base is."""
+_POLISHES = 3
+"""How often all scans are matched to the walls that all of them show."""
 _OFTEN = 0.9
 """Scans of which this must hold."""
 
@@ -43,7 +44,7 @@ class Placed(NamedTuple):
     """A scan of a log, by its number among them, with where it was taken: map_from_base."""
 
     number: int
-    sample: Sample
+    seen: Seen
     pose: Pose2
 
 
@@ -110,7 +111,7 @@ def built_ground(log: SensorLog, resolution: float = RESOLUTION) -> Ground:
         raise mistake(log.path, f"has poses for {len(placed)} scans only: too few for a map")
     half = len(placed) // 2
     map_, scored, split = _map_of(placed[:half], log, resolution), placed[half:], _HALVES
-    if not _is_seen(map_, scored, log):
+    if not _is_seen(map_, scored):
         map_, scored, split = _map_of(placed[::2], log, resolution), placed[1::2], _ALTERNATE
     part = "the first half of its scans" if split == _HALVES else "every other scan"
     source = f"{part}, by {by}, {resolution:g} m"
@@ -126,30 +127,33 @@ def placed_by_reference(log: SensorLog) -> list[Placed]:
     """
     if not log.reference:
         raise mistake(log.path, "has no poses to make a map by", hint="a simplemap has")
-    scans = enumerate(sample for sample in log.samples if sample.name == SCAN)
-    found = ((number, sample, reference_at(log, sample.stamp_ns)) for number, sample in scans)
-    return [Placed(number, sample, pose) for number, sample, pose in found if pose is not None]
+    found = ((n, seen, reference_at(log, seen.stamp_ns)) for n, seen in enumerate(scans_of(log)))
+    return [Placed(number, seen, pose) for number, seen, pose in found if pose is not None]
 
 
 def placed_by_matching(log: SensorLog, resolution: float) -> list[Placed]:
-    """All scans, each matched to those before it; the wheels tell where to begin."""
-    growing, odom, number = Growing(resolution), Pose2(0.0, 0.0), 0
-    found = []
-    for sample in log.samples:
-        if isinstance(sample.value, Odometry):
-            odom = sample.value.pose
-        elif isinstance(sample.value, Scan):
-            pose = growing.take(odom, sample.value.sensor, points_of_scan(sample, log))
-            found.append(Placed(number, sample, pose))
-            number += 1
-    return found
+    """All scans, matched to each other: one after the other, round loops, and all to all.
 
+    Raises:
+        FileError: they lie too far apart for a map.
+    """
+    growing, scans = Growing(resolution), scans_of(log)
+    clouds = [seen.points for seen in scans]
 
-def points_of_scan(sample: Sample, log: SensorLog) -> Any:
-    """All ends of beams (n, 2) of a scan in the base frame, m."""
-    scan = sample.value
-    assert isinstance(scan, Scan)
-    return cloud_of(scan, sample.stamp_ns, log.sensing, ALL_BEAMS).points
+    def placed(poses: Sequence[Pose2]) -> list[Placed]:
+        return [Placed(n, scans[n], pose) for n, pose in enumerate(poses)]
+
+    try:
+        poses = [
+            growing.take(seen.odom_from_base or Pose2(0.0, 0.0), seen.sensor, seen.points)
+            for seen in scans
+        ]
+        poses = close_loops(poses, clouds)
+    except ValueError as error:
+        raise mistake(log.path, f"gives no map: {error}") from None
+    for _ in range(_POLISHES):
+        poses = polished(poses, clouds, map_field(_map_of(placed(poses), log, resolution)))
+    return placed(poses)
 
 
 def reference_at(log: SensorLog, stamp_ns: int) -> Pose2 | None:
@@ -171,25 +175,24 @@ _LONGEST_NS = 500_000_000
 def _map_of(placed: Sequence[Placed], log: SensorLog, resolution: float) -> OccupancyMap:
     mapper = Mapper(resolution)
     try:
-        for _, sample, pose in placed:
-            assert isinstance(sample.value, Scan)
-            start = pose @ log.sensing.mount(sample.value.sensor)
-            mapper.add((start.x, start.y), points_in(pose, points_of_scan(sample, log)))
+        for _, seen, pose in placed:
+            start = pose @ log.sensing.mount(seen.sensor)
+            mapper.add((start.x, start.y), points_in(pose, seen.points))
         return mapper.map()
     except ValueError as error:
         raise mistake(log.path, f"gives no map: {error}") from None
 
 
-def _is_seen(map_: OccupancyMap, placed: Sequence[Placed], log: SensorLog) -> bool:
+def _is_seen(map_: OccupancyMap, placed: Sequence[Placed]) -> bool:
     """Do most scans end where the map knows something?"""
-    return float(np.mean([share >= _SEEN for share in _shares(map_, placed, log)])) >= _OFTEN
+    return float(np.mean([share >= _SEEN for share in _shares(map_, placed)])) >= _OFTEN
 
 
-def _shares(map_: OccupancyMap, placed: Sequence[Placed], log: SensorLog) -> Iterator[float]:
+def _shares(map_: OccupancyMap, placed: Sequence[Placed]) -> Iterator[float]:
     corner, cell = map_.map_from_corner, map_.resolution
     rows, columns = map_.values.shape
-    for _, sample, pose in placed:
-        points = points_in(pose, points_of_scan(sample, log))
+    for _, seen, pose in placed:
+        points = points_in(pose, seen.points)
         places = np.floor((points - [corner.x, corner.y]) / cell).astype(np.int64)
         inside = ((places >= 0) & (places < [columns, rows])).all(axis=1)
         known = map_.values[places[inside, 1], places[inside, 0]] != UNKNOWN

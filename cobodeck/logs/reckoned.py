@@ -1,11 +1,12 @@
 """Logs without scans: where wheels and an inertial sensor say the base has come to.
 
 Both correct one filter in space: the wheels tell the velocity along the base, and that it neither
-lifts off nor slides; the inertial sensor tells turns and accelerations and, if it can, the attitude.
+lifts off nor slides; the inertial sensor tells turns, accelerations and, if it can, the attitude.
 """
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 from cobodeck.logs.log import IMU, ODOMETRY, SensorLog
@@ -64,14 +65,13 @@ def figures(log: SensorLog, found: SpatialFilter) -> dict[str, Any]:
     pose: Pose3 = found.pose
     names = (name for name in (ODOMETRY, IMU) if log.count(name))
     ways = [sample.value.pose for sample in log.samples if isinstance(sample.value, Odometry)]
-    pairs = zip(ways, ways[1:], strict=False)
     return {
         "log": str(log.path),
         "form": log.form,
         "duration_s": log.duration,
         "remarks": list(log.remarks),
         "samples": {name: log.count(name) for name in names},
-        "way_m": sum(before.distance_to(after) for before, after in pairs),
+        "way_m": sum(before.distance_to(after) for before, after in pairwise(ways)),
         "final_position_m": [pose.x, pose.y, pose.z],
         "final_yaw_rad": pose.yaw,
     }

@@ -49,15 +49,16 @@ def draw_scene(args: argparse.Namespace) -> int:
     from cobodeck.pictures.canvas import form_of, save
     from cobodeck.pictures.moment import at_start, with_next_drive
     from cobodeck.pictures.scene import scene_picture
+    from cobodeck.places import open_place, site_at
     from hw.robot import load_robot
-    from hw.scene import load_scene
 
-    scene = load_scene(args.scene)
+    place = open_place(args.scene)
+    scene = place.scene
     output: Path = args.output or Path(f"{scene.name}.svg")
     form_of(output)
     spaces = _spaces(args.show)
     profile = load_profile(args.profile)
-    site = profile.site(scene.room, load_robot(scene.robot))
+    site = site_at(place, profile, load_robot(scene.robot))
     if args.at is None and args.user is None:
         moment = with_next_drive(at_start(scene), site, profile.settings)
     else:

@@ -10,8 +10,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from cobodeck.logs.localized import NEAR
-from cobodeck.logs.log import SCAN
-from cobodeck.logs.mapped import points_of_scan
+from cobodeck.logs.seen import scans_of
 from cobodeck.pictures.canvas import Sheet, sheet
 from engine.draw import GREY, INK
 from states.localization.growing import points_in
@@ -92,11 +91,11 @@ def _draw_map(drawn: Sheet, found: Localized) -> None:
 
 def _draw_beams(drawn: Sheet, found: Localized) -> None:
     """Where the beams of the scored scans ended, thinned to what can be seen."""
-    scans = [sample for sample in found.log.samples if sample.name == SCAN]
+    scans = scans_of(found.log)
     scored = [scans[number] for number in sorted(found.ground.scored)]
     ends = [
-        points_in(step.pose, points_of_scan(sample, found.log))
-        for step, sample in zip(found.steps, scored, strict=True)
+        points_in(step.pose, seen.points)
+        for step, seen in zip(found.steps, scored, strict=True)
         if step.pose is not None
     ]
     if not ends:

@@ -8,17 +8,19 @@ from typing import Any
 import numpy as np
 import shapely
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, PathPatch
+from matplotlib.patches import Circle, Patch, PathPatch
 from matplotlib.path import Path
 
 from cobodeck.pictures.canvas import Sheet
 from engine.draw import INK
 from hw.room import Point, Room
+from hw.things import Thing
 
 FLOOR = "#ffffff"
 INFLATIONS = ("#e6e9ed", "#cdd3da", "#b4bcc6")
 """From the widest inflation, beside the free floor, to the narrowest, beside the walls."""
 TRACKED = "#8a94a0"
+OBJECT = "#b39b7d"
 
 
 def draw_room(on: Sheet, room: Room) -> None:
@@ -51,6 +53,18 @@ def draw_tracked_area(on: Sheet, room: Room) -> None:
     style: dict[str, Any] = {"color": TRACKED, "linewidth": 0.8, "linestyle": (0, (1, 2))}
     on.axes.plot(xs, ys, zorder=1.9, **style)
     on.explain("area of tracking", Line2D([], [], **style))
+
+
+def draw_objects(on: Sheet, objects: Sequence[Thing]) -> None:
+    """What no map shows: circles where they first are, and the ways of those that walk."""
+    style: dict[str, Any] = {"facecolor": OBJECT, "edgecolor": INK, "linewidth": 0.6}
+    for thing in objects:
+        on.axes.add_patch(Circle(thing.at, thing.body.radius, zorder=4.0, **style))
+        if thing.walks:
+            xs, ys = zip(thing.at, *thing.walks, strict=True)
+            on.axes.plot(xs, ys, color=OBJECT, linewidth=1.2, zorder=3.9)
+    if objects:
+        on.explain("not on the map", Patch(**style))
 
 
 def add_area(on: Sheet, area: Any, **style: Any) -> None:

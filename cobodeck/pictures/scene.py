@@ -15,7 +15,7 @@ from cobodeck.pictures.actors import (
 )
 from cobodeck.pictures.canvas import Sheet, sheet
 from cobodeck.pictures.moment import Moment
-from cobodeck.pictures.room import draw_inflations, draw_room, draw_tracked_area
+from cobodeck.pictures.room import draw_inflations, draw_objects, draw_room, draw_tracked_area
 from cobodeck.pictures.spaces import draw_chase, draw_escape, draw_haptic, draw_path
 from hw.geometry import Pose3
 from hw.scene import Scene
@@ -38,6 +38,7 @@ def scene_picture(
     lines = [line for line in (scene.about, moment.caption) if line]
     on = sheet(scene.room.bounds, scene.name, lines)
     draw_room(on, scene.room)
+    draw_objects(on, scene.objects)
     draw_inflations(on, scene.room, levels(site.navigation))
     draw_tracked_area(on, scene.room)
     user, robot = moment.user, moment.robot

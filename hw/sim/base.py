@@ -11,7 +11,6 @@ the ramps and last before the wheels; what it takes away is braked away.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
@@ -47,8 +46,8 @@ class SimBase:
     measured, by the gate too; `pose` is the true one.
 
     With a floor the wheels do as they are told and the body slips: `pose` is the body's. Watched by
-    sensors (`watch`) the base does not know where it is: it gives the velocity of its wheels only,
-    and the gate goes by `located`, if there is somebody who knows; else by the truth.
+    sensors (`watch`) the base does not know where it is, and gives the velocity of its wheels only;
+    a gate that does not reckon by itself goes by the truth then.
     """
 
     def __init__(
@@ -67,7 +66,6 @@ class SimBase:
         self.braked = False
         self.gate: GuardedBase | None = None
         self.signals: tuple[str, ...] = ("base.pose", "base.twist")
-        self.located: Callable[[int], Pose2 | None] | None = None
         self._floor: Floor | None = None
         self._tracks: tuple[Track, Track] | None = None
         self._noise, self._error = noise, _EXACT
@@ -198,7 +196,7 @@ class SimBase:
             now = since + span * cycle // cycles
             motion = self._toward(target, h, braked)
             command = self._twist(motion)
-            pose = self._measured() if self.located is None else self.located(now)
+            pose = None if gate.reckons else self._measured()
             admitted = gate.admit(now, command, pose, self.twist)
             if admitted is not command:
                 motion = self._toward(self._limited(admitted), h, braked=True)

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from hw.interfaces import Part
 from hw.person import RADIUS, Person
 from hw.robot import RobotModel
-from hw.room import Point, Room
+from hw.room import Point
+from hw.scene import Scene
+from hw.sim import coverage, rays
 from hw.sim.base import SimBase
-from hw.sim.coverage import Coverage
 from hw.sim.errors import SensorErrors
 from hw.sim.imu import SimImu
 from hw.sim.lidar import SimLidar
@@ -32,12 +33,14 @@ class Equipment:
         robot: RobotModel,
         base: SimBase,
         person: Person | None,
-        room: Room | None,
+        scene: Scene | None,
         errors: SensorErrors,
         seed: int,
         bodies: Sequence[Body] = (),
     ) -> None:
-        self._base, self._person = base, person
+        rays.warm_up()
+        coverage.warm_up()
+        self._person = person
         self._body = Track(base.pose)
         wheels, floor = self._body, None
         if errors.slip is not None:
@@ -46,9 +49,11 @@ class Equipment:
         if person is not None:
             self._walked = Track(person.body)
             bodies = (Body(RADIUS, PERSON_HEIGHT, self._walker), *bodies)
+        room = None if scene is None else scene.room
         shapes, sensing = Shapes(room, bodies), robot.sensing
-        coverage = Coverage(room, shapes, errors.vive)
-        self.view = PersonView(coverage, errors.vive, seed)
+        seen = coverage.Coverage(room, shapes, errors.vive)
+        everywhere = scene is None or scene.tracking == "everywhere"
+        self.view = PersonView(seen, errors.vive, seed, everywhere=everywhere)
         self.tracking_delay = errors.vive.delay
         self.parts: dict[str, Part] = {}
         if sensing.lidars:
@@ -58,9 +63,7 @@ class Equipment:
         if sensing.imu is not None:
             self.parts["imu"] = SimImu(sensing.imu, self._body, errors.imu, seed)
         if sensing.trackers:
-            self.parts["rover_trackers"] = RoverTrackers(
-                robot, self._body, coverage, errors.vive, seed
-            )
+            self.parts["rover_trackers"] = RoverTrackers(robot, self._body, seen, errors.vive, seed)
 
     def note(self, now_ns: int) -> None:
         """The world has moved on."""

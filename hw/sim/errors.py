@@ -96,7 +96,7 @@ class ViveErrors:
     """Of trackers, those of the person included; `noise` and `turn_noise` are white.
 
     A device is tracked where `stations` of the base stations see it; these hang in the corners of
-    the tracked area. `person_everywhere`: but for the person, whose devices are. In the outermost
+    the tracked area; where a scene says so, the person's are seen everywhere. In the outermost
     `edge` of the area its places are off by up to `edge_bias`. Each device is lost about every
     `lost_every` for up to `lost_for`. Found again while no other is in view, it is off by a length
     and an angle between the two of `jump` and of `jump_turn`, until it is lost again.
@@ -112,7 +112,6 @@ class ViveErrors:
     turn_noise: Turned = 0.0005
     stations: Annotated[int, Range(1, 4)] = 2
     station_height: Annotated[Length, Range(0.5, 10.0)] = 2.5
-    person_everywhere: bool = True
     edge: Annotated[Length, Range(0.01, 5.0)] = 0.7
     edge_bias: Annotated[Length, Range(0.0, 0.5)] = 0.06
     lost_every: Annotated[Duration, Range(1.0, 1e6)] = 60.0

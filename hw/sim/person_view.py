@@ -22,11 +22,14 @@ class PersonView:
 
     So after a restart of the tracking their poses and the DEEP are off together. The tailbone's
     tracker is lost now and then; the headset goes on being seen: it tells the body meanwhile, less
-    exactly, and only somebody who comes back into the tracked area is off by a jump.
+    exactly, and only somebody who comes back into the tracked area is off by a jump. `everywhere`:
+    the whole room is as good as the tracked area.
     """
 
-    def __init__(self, coverage: Coverage, errors: ViveErrors, seed: int) -> None:
-        self._coverage, self._everywhere = coverage, errors.person_everywhere
+    def __init__(
+        self, coverage: Coverage, errors: ViveErrors, seed: int, *, everywhere: bool
+    ) -> None:
+        self._coverage, self._everywhere = coverage, everywhere
         self._device = Device(errors, seed, "user.pose")
         self._noise = Noise(seed, "user.pose/vive", errors.noise)
         self._told_from_map = errors.restart.inverse()

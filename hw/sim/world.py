@@ -8,23 +8,24 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from engine.files.finding import mistake
-from hw.geometry import Pose2, Twist2, wrap
+from hw.geometry import Pose2, wrap
 from hw.guarded import CYCLE_NS, GuardedBase
-from hw.interfaces import Arm, Base, Part
+from hw.interfaces import Part
 from hw.log import Log
 from hw.person import Person
 from hw.robot import MotionLimits, RobotModel
 from hw.safety_limits import SafetyLimits
 from hw.safety_record import SafetyRecord
-from hw.samples import ArmState, Sample, UserPose
+from hw.samples import Sample, UserPose
 from hw.scene import Scene
 from hw.sim.arm import SimArm
 from hw.sim.base import SimBase
 from hw.sim.errors import SensorErrors
 from hw.sim.meeting import Bystanders, Meeting
+from hw.sim.moving import MovingArm, MovingBase
 from hw.sim.sensors import IDEAL, SensorModel
 from hw.sim.surroundings import ScriptedOperator, SimBumper, SimTrackers, SimVr
 from hw.sim.tool import Hand
@@ -43,36 +44,6 @@ LONGEST_STEP_NS = 33_333_334
 """A longer step is cut into pieces of this length, ns, so that people and parts can react."""
 
 
-class MovingBase(Base, Protocol):
-    """A base whose motion the world computes."""
-
-    pose: Pose2
-    twist: Twist2
-    distance_m: float
-    energy_j: float
-    braked: bool
-    gate: GuardedBase | None
-
-    def advance(self, until_ns: int) -> None:
-        """Move on to until_ns."""
-        ...
-
-    def block(self, pose: Pose2) -> None:
-        """Something solid holds the base: it stands at once, at this pose."""
-        ...
-
-
-class MovingArm(Arm, Protocol):
-    """An arm whose motion the world computes."""
-
-    state: ArmState
-    braked: bool
-
-    def advance(self, until_ns: int) -> None:
-        """Move on to until_ns."""
-        ...
-
-
 class World:
     """A robot, and where there are some, the room and the person around it: a plant of a loop.
 
@@ -80,9 +51,7 @@ class World:
     is a snapshot of them: `contacts` are the touches of the robot's outline and anybody (swept
     between steps), `wall_hits` counts those of robot and room, `object_hits` those of chairs and
     the like, `min_gap` is the least distance between outline and the user so far, m, infinite
-    without one. With `area_only` the person is
-    tracked in the room's tracked area only (R6), else everywhere. Without a scene the robot starts
-    at the map's origin and meets no walls.
+    without one. Without a scene the robot starts at the map's origin and meets no walls.
 
     `guard` is the part `base`: it stands in front of the wheels, which are `base`. A stop that it
     latches pulls the stop line. `safety`: the limits of its chain; None: those of the robot.
@@ -119,7 +88,6 @@ class World:
         arm: MovingArm | None = None,
         *,
         hand: Hand | None = None,
-        area_only: bool = False,
         safety: SafetyLimits | None = None,
         latency_ns: int = 0,
         sensors: SensorModel = IDEAL,
@@ -154,7 +122,7 @@ class World:
         parts = self._own_parts()
         if self._equipment is not None:
             parts |= self._equipment.parts
-        parts |= self._of_person(sensors, area_only)
+        parts |= self._of_person(sensors)
         self.parts: Mapping[str, Any] = {k: part for k, part in parts.items() if part is not None}
         self._check_start()
 
@@ -169,13 +137,15 @@ class World:
             "wrench": self.hand.wrench,
         }
 
-    def _of_person(self, sensors: SensorModel, area_only: bool) -> dict[str, Part | None]:
+    def _of_person(self, sensors: SensorModel) -> dict[str, Part | None]:
         if self.person is None:
             return {}
-        room = None if self.scene is None or not area_only else self.scene.room
-        delay, view = sensors.tracking_delay, None
+        delay, view, room = sensors.tracking_delay, None, None
+        if self.scene is not None and self.scene.tracking == "area":
+            room = self.scene.room
         if self._equipment is not None:
             delay, view = delay + self._equipment.tracking_delay, self._equipment.view
+            room = None  # the view knows where there is tracking
         noise = sensors.of_tracking
         self._vr = SimVr(self.person, view)
         self._trackers = SimTrackers(self.person, room, round(delay * 1e9), noise, view)
@@ -187,9 +157,8 @@ class World:
 
         if not isinstance(self.base, SimBase):
             raise TypeError(f"sensing needs a SimBase, not a {type(self.base).__name__}")
-        room = None if self.scene is None else self.scene.room
         bodies = self._others.bodies
-        return Equipment(self.robot, self.base, self.person, room, sensing, seed, bodies)
+        return Equipment(self.robot, self.base, self.person, self.scene, sensing, seed, bodies)
 
     @property
     def min_gap(self) -> float:

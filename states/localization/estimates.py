@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple, Protocol
 
 from hw.geometry import Pose2
@@ -30,6 +31,21 @@ class Localizes(Protocol):
         """The instant of the pose: that of the newest word from the wheels."""
         ...
 
+    @property
+    def status(self) -> str:
+        """What the pose rests on."""
+        ...
+
+    @property
+    def drift(self) -> object | None:
+        """How trackers and scanners differ, as something that can be told; None: they agree."""
+        ...
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """What was computed and what was skipped."""
+        ...
+
     def update(self, name: str, stamp_ns: int, value: object) -> None:
         """Take one sample."""
         ...
@@ -43,16 +59,16 @@ class Estimate(NamedTuple):
 
 
 class LocalizationEstimator:
-    """The estimates of a localizer; None while it is lost, so that `base.pose` gets old then."""
+    """The estimates of a `localizer`; None while it is lost, so that `base.pose` gets old then."""
 
     def __init__(self, localizer: Localizes) -> None:
-        self._localizer = localizer
+        self.localizer = localizer
         self._value: Estimate | None = None
 
     def update(self, signal: str, sample: Stamped) -> None:
         """Take one sample of one of `SENSED`."""
-        self._localizer.update(signal, sample.stamp, sample.value)
-        pose, sigma, before = self._localizer.pose, self._localizer.sigma, self._value
+        self.localizer.update(signal, sample.stamp, sample.value)
+        pose, sigma, before = self.localizer.pose, self.localizer.sigma, self._value
         if pose is None:
             self._value = None
         elif before is None or pose is not before.pose or sigma != before.sigma:
@@ -64,7 +80,7 @@ class LocalizationEstimator:
 
     def stamp(self) -> int | None:
         """The instant it is of, ns."""
-        return self._localizer.stamp_ns
+        return self.localizer.stamp_ns
 
 
 class PoseOf:

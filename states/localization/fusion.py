@@ -25,6 +25,8 @@ NOWHERE = 1e-2
 TRACKERS_ALIKE = 5.0
 """For so long the errors of trackers stay alike, s: each acquisition has an offset of its own."""
 POSE = ("x", "y", "yaw")
+SCANS = ("scan", "leaping scan")
+"""Matches; those that leap away from the prediction are refused at first."""
 
 
 class Fusion:
@@ -35,8 +37,11 @@ class Fusion:
             planar_config(
                 Source("start", POSE, gate=None),
                 Source("wheels", ("vx", "vy", "wz"), gate=None),
-                Source("scan", POSE, reacquire_after=3, correlation=alike),
-                Source("trackers", POSE, yields_to=("scan",), correlation=TRACKERS_ALIKE),
+                Source("scan", POSE, gate=None, correlation=alike),
+                Source(
+                    "leaping scan", POSE, reacquire_after=3, correlation=alike, yields_to=SCANS[:1]
+                ),
+                Source("trackers", POSE, yields_to=SCANS, correlation=TRACKERS_ALIKE),
                 noise=GYRO_NOISE if gyro else SLIPPING,
             )
         )
@@ -73,10 +78,12 @@ class Fusion:
         values, variances = (velocity.vx, velocity.vy, wz), (speed**2, speed**2, turn**2)
         self._filter.correct(Measurement(stamp_ns, "wheels", values, variances))
 
-    def scan(self, stamp_ns: int, map_from_base: Pose2, information: Array) -> Verdict:
-        """A match and its information (3, 3)."""
+    def scan(
+        self, stamp_ns: int, map_from_base: Pose2, information: Array, *, gated: bool
+    ) -> Verdict:
+        """A match and its information (3, 3); is it to repeat itself before it is believed?"""
         covariance = inverse(information + NOWHERE * np.eye(3))
-        return self._correct(stamp_ns, "scan", map_from_base, covariance)
+        return self._correct(stamp_ns, SCANS[gated], map_from_base, covariance)
 
     def trackers(self, stamp_ns: int, map_from_base: Pose2, sigma: PoseSigma) -> Verdict:
         """A pose by trackers."""
@@ -90,10 +97,6 @@ class Fusion:
         x, y, yaw = known[0][:3].tolist()
         return Pose2(x, y, yaw), known[1][:3, :3]
 
-    def pose_at(self, stamp_ns: int) -> Pose2 | None:
-        """map_from_base at a stamp."""
-        return self._filter.pose_at(stamp_ns)
-
     def _correct(self, stamp_ns: int, source: str, pose: Pose2, covariance: Array) -> Verdict:
         values = (pose.x, pose.y, pose.yaw)
         return self._filter.correct(Measurement(stamp_ns, source, values, covariance))
@@ -101,7 +104,8 @@ class Fusion:
 
 def covariance_of(sigma: PoseSigma) -> Array:
     """Of x, y and yaw (3, 3), with no direction preferred."""
-    return np.diag([sigma.position**2, sigma.position**2, sigma.yaw**2])
+    place, yaw = sigma.position**2, sigma.yaw**2
+    return np.array([[place, 0.0, 0.0], [0.0, place, 0.0], [0.0, 0.0, yaw]])
 
 
 def inverse(matrix: Array) -> Array:

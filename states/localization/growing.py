@@ -14,6 +14,7 @@ from numba import njit
 
 from hw.geometry import Pose2, wrap
 from states.localization.scan_tracker import TrackerValues, match
+from states.maps.cells import Mask
 from states.maps.distance import Array
 from states.maps.field import Field, Table
 from states.maps.mapping import FARTHEST, RESOLUTION, Corner, covering
@@ -99,6 +100,7 @@ class GrowingWalls:
         self._cell = resolution
         self._corner: Corner = (0, 0)
         self._nearest = np.zeros((0, 0))
+        self._floor: Mask = np.zeros((0, 0), np.bool_)
 
     def add(self, points: Array) -> None:
         """Walls at points (n, 2) of the map, m.
@@ -113,6 +115,8 @@ class GrowingWalls:
         self._nearest, self._corner = covering(
             self._nearest, self._corner, low / self._cell, high / self._cell, _REACH
         )
+        if self._floor.shape != self._nearest.shape:
+            self._floor = np.ones(self._nearest.shape, np.bool_)  # nothing is known to be wall
         corner = np.array(self._corner, dtype=np.float64)
         _brush(self._nearest, points / self._cell - corner, self._cell)
 
@@ -121,9 +125,11 @@ class GrowingWalls:
         """The distances so far; it changes as walls are added."""
         rows, columns = self._nearest.shape
         none, nobody = np.empty((0, 5)), np.empty(0, np.int32)
-        table = Table(self._cell, rows, columns, _REACH, none, nobody, nobody, self._nearest)
+        table = Table(
+            self._cell, rows, columns, _REACH, none, nobody, nobody, self._nearest, self._floor
+        )
         x, y = (self._cell * count for count in self._corner)
-        return Field(Pose2(x, y), table, np.empty((0, 2)), 0.5 * self._cell)
+        return Field(Pose2(x, y), table, 0.5 * self._cell)
 
 
 def points_in(map_from_base: Pose2, points: Array) -> Array:

@@ -10,23 +10,21 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
 
-from engine.files.units import Duration
-from engine.files.values import Range
 from hw.geometry import Pose2, Twist2, wrap
 from hw.samples import ImuReading, Odometry, PoseSigma, Scan, TrackerPose, is_finite
 from hw.sensing import Sensing
 from hw.tracking import Tracking
-from states.localization.amcl import AmclValues
+from states.localization.drift import Drift, DriftWatch
 from states.localization.fusion import Fusion, covariance_of, inverse
 from states.localization.gyro import Gyro
+from states.localization.localizer_values import LocalizerValues
 from states.localization.odometry_watch import OdometryWatch
-from states.localization.scan_tracker import Match, TrackerValues, match
+from states.localization.scan_tracker import Match, match
 from states.localization.scans import Cloud, cloud_of, span_ns
 from states.localization.search import Search
 from states.localization.tracker_feed import TrackerFeed
@@ -39,14 +37,26 @@ Status = Literal[Mode, "resting", "odometry wrong", "odometry missing"]
 
 MISSING = 0.3
 """Wheels that are silent for longer than scans are missing, s."""
+TURNED = 0.05
+"""A base that the gyroscope feels turning faster is not at rest, whatever its wheels say, rad/s."""
+CARRIED_NS = 1_000_000_000
+"""Longer than this no pose is moved on by the wheels alone."""
 MOMENT_NS = 50_000_000
 """Over so long a velocity is told."""
 UNSEEN_NS = 1_000_000_000
 """Where no scans have come for so long, trackers alone have to do."""
 STOOD = 0.3
 """Wheels that have not moved for so long stand, s."""
+COMPARED = 0.2
+"""So often trackers are compared with the estimate, s."""
 ALIKE = 0.3
 """For so long errors of matches on a scanned map stay alike, s: the map is off by half a cell."""
+SMOOTH = 0.05
+"""By so much each scan counts in the share of beams on walls."""
+LEAP = 3.0
+"""A match that is off its prediction by more standard deviations has to repeat itself."""
+CERTAIN = 0.8
+"""But not if such a share of its beams is on walls."""
 BETTER = 0.1
 """A place elsewhere is believed if its share of beams on walls is higher by so much."""
 AROUND = PoseSigma(0.3, 0.2)
@@ -55,39 +65,8 @@ SAME_M, SAME_RAD = 0.03, 0.01
 """A base at rest that is seen farther off has been moved."""
 
 
-_START, _REST = PoseSigma(1.0, 0.5), PoseSigma(0.002, 0.0005)
-_VIVE, _FLOOR = PoseSigma(0.02, 0.015), PoseSigma(0.002, 0.0005)
-
-
-@dataclass(frozen=True, slots=True)
-class LocalizerValues:
-    """How the parts work together.
-
-    `start_sigma` is how far off the told start may be. Of `patience` unhealthy matches in a row on
-    the base is searched, unless a search has said within the last `sure_for` s that it is here;
-    and one found elsewhere by `elsewhere` scans in a row is gone to;
-    after `lost_after` s without a fair match there is no pose. The pose of a standing base is
-    settled when it is sure to `rest_sigma`, or after `rest_scans`; then it is looked at every
-    `check` s. Trackers correct it every `vive_period` s, and every `vive_period_turning` s while it
-    turns faster than `turning`, rad/s; `vive_sigma` is what each acquisition may be off by.
-    `floor_sigma` is what no averaging removes.
-    """
-
-    matching: TrackerValues = field(default_factory=TrackerValues)
-    particles: AmclValues = field(default_factory=AmclValues)
-    start_sigma: PoseSigma = _START
-    patience: Annotated[int, Range(1, 1000)] = 5
-    elsewhere: Annotated[int, Range(1, 1000)] = 40
-    sure_for: Annotated[Duration, Range(0.0, 600.0)] = 5.0
-    lost_after: Annotated[Duration, Range(0.1, 60.0)] = 2.0
-    rest_sigma: PoseSigma = _REST
-    rest_scans: Annotated[int, Range(1, 1000)] = 25
-    check: Annotated[Duration, Range(0.05, 60.0)] = 0.4
-    vive_period: Annotated[Duration, Range(0.01, 60.0)] = 1.0
-    vive_period_turning: Annotated[Duration, Range(0.01, 60.0)] = 0.1
-    turning: float = 0.1
-    vive_sigma: PoseSigma = _VIVE
-    floor_sigma: PoseSigma = _FLOOR
+UNKNOWN = PoseSigma(math.inf, math.inf)
+"""Of a base that is lost."""
 
 
 class Localizer:
@@ -95,7 +74,8 @@ class Localizer:
 
     `start` is where the base is told to be, to `start_sigma`; without it the whole floor is
     searched. Samples are taken in the order in which they come. `counts` says how many scans were
-    matched and skipped, how many tracker poses taken, searches begun, places found.
+    matched and skipped, how many tracker poses taken, searches begun, places found. `drift` says
+    how trackers and scanners differ for longer than a tracker that was lost explains.
     """
 
     def __init__(
@@ -111,22 +91,29 @@ class Localizer:
         self._values = values or LocalizerValues()
         self._fusion = Fusion(sensing.imu is not None, ALIKE if field_.sigma > 0.0 else 0.0)
         self._trail, self._gyro, self._watch = Trail(), Gyro(), OdometryWatch()
-        self._feed = TrackerFeed(tracking)
+        self._feed, self._compared = TrackerFeed(tracking), TrackerFeed(tracking)
+        self._drifts = DriftWatch()
+        self.drift: Drift | None = None
         self._start = start
         self._mode: Mode = "starting"
         self._stamp_ns: int | None = None
-        self._pose: Pose2 | None = None
-        self._covariance: Array | None = None
-        self._rest: tuple[Pose2, Array] | None = None
+        self._known: tuple[Pose2, Array] | None = None
+        self._sigma: PoseSigma | None = None
+        self._resting = False
         self._check_ns = self._scan_ns = self._fair_ns = 0
-        self._bad = self._good = self._stood = self._elsewhere = 0
-        self._sure_ns, self._share = -1, 0.0
+        self._bad = self._stood = self._elsewhere = 0
+        self._sure_ns, self._share = -1, 1.0
+        # what no averaging removes: on a scanned map half a cell, and what that turns by
+        least, half = self._values.floor_sigma, field_.sigma
+        self._floor = covariance_of(
+            PoseSigma(math.hypot(least.position, half), math.hypot(least.yaw, 0.2 * half))
+        )
         self.counts: Counter[str] = Counter()
 
     @property
     def pose(self) -> Pose2 | None:
         """map_from_base at `stamp_ns`, the same object while the base is at rest; None: lost."""
-        return None if self._mode == "lost" else self._pose
+        return None if self._mode == "lost" or self._known is None else self._known[0]
 
     @property
     def stamp_ns(self) -> int | None:
@@ -136,21 +123,21 @@ class Localizer:
     @property
     def covariance(self) -> Array:
         """Of the pose (3, 3): x, y in the map, m2, and yaw, rad2; infinite without a pose."""
-        if self.pose is None or self._stamp_ns is None:
+        if self.pose is None:
             return np.diag([math.inf] * 3)
-        if self._covariance is None:
-            known = self._rest or self._fusion.at(self._stamp_ns)
-            assert known is not None  # there is a pose
-            self._covariance = known[1] + self._floor
-        return self._covariance
+        assert self._known is not None  # there is a pose
+        return self._known[1] + self._floor
 
     @property
     def sigma(self) -> PoseSigma:
-        """How sure the pose is."""
-        covariance = self.covariance
-        xx, xy, yy = covariance[0, 0], covariance[0, 1], covariance[1, 1]
-        worst = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy) if xx < math.inf else xx
-        return PoseSigma(math.sqrt(worst), math.sqrt(covariance[2, 2]))
+        """How sure the pose is; the same object while nothing is new."""
+        if self.pose is None:
+            return UNKNOWN
+        if self._sigma is None:
+            (xx, xy, _), (_, yy, _), (_, _, yaw) = self.covariance.tolist()
+            worst = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)
+            self._sigma = PoseSigma(math.sqrt(worst), math.sqrt(yaw))
+        return self._sigma
 
     @property
     def status(self) -> Status:
@@ -161,7 +148,7 @@ class Localizer:
             return "odometry missing"
         if self._watch.wrong:
             return "odometry wrong"
-        return "tracking" if self._rest is None else "resting"
+        return "resting" if self._resting else "tracking"
 
     @property
     def map_from_odom(self) -> Pose2 | None:
@@ -193,8 +180,8 @@ class Localizer:
         rate = self._gyro.take(stamp_ns)
         if self._start is not None:
             self._begin_at_start(stamp_ns, self._start)
-        if self._rest is not None:
-            if self._trail.standing > 0.0:
+        if self._resting:
+            if self._trail.standing > 0.0 and abs(rate or 0.0) < TURNED:
                 self._stamp_ns = stamp_ns
                 return
             self._get_up(before or stamp_ns)
@@ -216,10 +203,10 @@ class Localizer:
 
     def _move_on(self, stamp_ns: int) -> None:
         """Tell the pose at the newest instant."""
-        newest = max(stamp_ns, stamp_ns if self._stamp_ns is None else self._stamp_ns)
+        newest = stamp_ns if self._stamp_ns is None else max(stamp_ns, self._stamp_ns)
         if self._fusion.begun:
-            self._pose = self._fusion.pose_at(newest)
-        self._stamp_ns, self._covariance = newest, None
+            self._known, self._sigma = self._fusion.at(newest), None
+        self._stamp_ns = newest
 
     # scans
 
@@ -227,19 +214,19 @@ class Localizer:
         if self._start is not None:
             self._begin_at_start(stamp_ns, self._start)
         self._scan_ns = max(self._scan_ns, stamp_ns)
-        if self._rest is not None and stamp_ns < self._check_ns:
+        if self._resting and stamp_ns < self._check_ns:
             self.counts["skipped"] += 1
             return
         motion = self._moving(stamp_ns, stamp_ns + span_ns(scan)) or self._fusion.velocity
         cloud = cloud_of(scan, stamp_ns, self._sensing, self._values.matching.beams, motion)
-        if self._rest is not None and self._is_still_there(cloud):
+        if self._resting and self._is_still_there(cloud):
             self._check_ns = stamp_ns + round(self._values.check * 1e9)
             return
         if self._mode in ("tracking", "doubtful"):
             self._follow(cloud)
         if self._mode != "tracking":
             self._look(cloud)
-        if self._fusion.begun and self._rest is None:
+        if self._fusion.begun and not self._resting:
             self._move_on(cloud.stamp_ns)
 
     def _moving(self, first_ns: int, last_ns: int) -> Twist2 | None:
@@ -257,22 +244,39 @@ class Localizer:
         known = self._fusion.at(cloud.stamp_ns)
         if known is None:
             return
+        predicted = self._carried_on(cloud.stamp_ns) or known[0]
         # more than it may be off by, for the filter adds what is known to the match once more
-        found = self._match(cloud, known[0], 4.0 * known[1])
+        found = self._match(cloud, predicted, 4.0 * known[1])
         values = self._values
         if not found.is_fair(values.matching):
-            around = self._match(cloud, known[0], covariance_of(AROUND))
-            found = around if around.is_healthy(values.matching) else found
-        self._share = found.share
+            around = self._match(cloud, predicted, covariance_of(AROUND))
+            found = around if around.is_plain(values.matching, values.plain) else found
+        self._share += SMOOTH * (found.share - self._share)
         if found.is_fair(values.matching):
-            self._fusion.scan(cloud.stamp_ns, found.map_from_base, found.information)
+            pose, information = found.map_from_base, found.information
+            believed = self._watch.wrong or self._are_silent or found.share >= CERTAIN
+            leaps = not believed and not _is_near(pose, predicted, known[1])
+            self._fusion.scan(cloud.stamp_ns, pose, information, gated=leaps)
             self._fair_ns = cloud.stamp_ns
         healthy = found.is_healthy(values.matching)
-        self._bad, self._good = (0, self._good + 1) if healthy else (self._bad + 1, 0)
+        self._bad = 0 if healthy else self._bad + 1
         self._change_mode(cloud.stamp_ns)
         if healthy:
             self._compare_wheels(cloud.stamp_ns, found.map_from_base)
             self._settle(cloud.stamp_ns)
+
+    def _carried_on(self, stamp_ns: int) -> Pose2 | None:
+        """The pose of the last fair match, moved on by the very way of the wheels.
+
+        The filter knows ways as velocities: between words that come seldom or unevenly it is off.
+        """
+        if self._moving(self._fair_ns, stamp_ns) is None or stamp_ns - self._fair_ns > CARRIED_NS:
+            return None
+        then = self._fusion.at(self._fair_ns)
+        before, now = self._trail.at(self._fair_ns), self._trail.at(stamp_ns)
+        if then is None or before is None or now is None:
+            return None
+        return then[0] @ (before.inverse() @ now)
 
     def _match(self, cloud: Cloud, predicted: Pose2, covariance: Array) -> Match:
         self.counts["matched"] += 1
@@ -282,11 +286,14 @@ class Localizer:
 
     def _change_mode(self, stamp_ns: int) -> None:
         values = self._values
-        if self._mode == "tracking" and self._bad >= values.patience and stamp_ns > self._sure_ns:
+        good = self._share >= values.plain and self._bad == 0
+        odd = self._share < values.plain or self._bad >= values.patience
+        if self._mode == "tracking" and odd and stamp_ns > self._sure_ns:
             self._mode = "doubtful"
             self._elsewhere = 0
-            self._search.anywhere(self._fusion.pose_at(stamp_ns))
-        elif self._mode == "doubtful" and self._good >= values.patience:
+            here = self._fusion.at(stamp_ns)
+            self._search.anywhere(None if here is None else here[0])
+        elif self._mode == "doubtful" and good:
             self._mode = "tracking"
         elif self._mode == "doubtful" and stamp_ns - self._fair_ns > values.lost_after * 1e9:
             self._mode = "lost"
@@ -295,14 +302,6 @@ class Localizer:
         odom_from_base = self._trail.at(stamp_ns)
         if odom_from_base is not None:
             self._watch.see(stamp_ns, map_from_base, odom_from_base)
-
-    @property
-    def _floor(self) -> Array:
-        """What no averaging removes: on a scanned map half a cell, and what that turns by."""
-        floor, half = self._values.floor_sigma, self._field.sigma
-        return covariance_of(
-            PoseSigma(math.hypot(floor.position, half), math.hypot(floor.yaw, 0.2 * half))
-        )
 
     # standing
 
@@ -316,26 +315,28 @@ class Localizer:
         assert known is not None  # it has just been corrected
         wanted = covariance_of(self._values.rest_sigma)
         if self._stood >= self._values.rest_scans or (np.diag(known[1]) <= np.diag(wanted)).all():
-            self._rest = self._pose, self._covariance = known
-            self._covariance = None
+            self._resting, self._known, self._sigma = True, known, None
             self._check_ns = stamp_ns + round(self._values.check * 1e9)
 
     def _is_still_there(self, cloud: Cloud) -> bool:
-        assert self._rest is not None
-        pose, covariance = self._rest
+        assert self._known is not None  # it rests on that
+        pose, covariance = self._known
+        values = self._values.matching
         found = self._match(cloud, pose, covariance)
-        healthy = found.is_healthy(self._values.matching)
-        if healthy and _same(pose, found.map_from_base):
+        if found.is_healthy(values) and _same(pose, found.map_from_base):
             return True
-        if healthy:
+        around = self._match(cloud, pose, covariance_of(AROUND))
+        found = around if around.share > found.share else found
+        if found.is_healthy(values):
             self._watch.moved_at_rest(cloud.stamp_ns)
+            self._known = found.map_from_base, inverse(found.information + np.eye(3))
         self._get_up(cloud.stamp_ns)
         return False
 
     def _get_up(self, stamp_ns: int) -> None:
-        assert self._rest is not None
-        pose, covariance = self._rest
-        self._rest, self._stood = None, 0
+        assert self._known is not None  # it rested on that
+        pose, covariance = self._known
+        self._resting, self._stood = False, 0
         self._fusion.begin(stamp_ns, pose, covariance, self._moving(stamp_ns - MOMENT_NS, stamp_ns))
 
     # particles
@@ -346,18 +347,20 @@ class Localizer:
         found = self._search.update(odom_from_base, cloud.points)
         if found is None:
             return
-        here = self._fusion.pose_at(cloud.stamp_ns)
-        stays = here is not None and _same(here, found.map_from_base)
-        if self._mode == "doubtful" and not stays and not self._is_elsewhere(found):
+        doubtful = self._mode == "doubtful"
+        here = self._fusion.at(cloud.stamp_ns) if doubtful else None
+        stays = here is not None and _same(here[0], found.map_from_base)
+        if doubtful and not stays and not self._is_elsewhere(found):
             return
         self.counts["found"] += 1
         self._sure_ns = cloud.stamp_ns + round(self._values.sure_for * 1e9)
-        self._mode, self._bad, self._good = "tracking", 0, 0
+        self._mode, self._bad = "tracking", 0
         if stays:
             return
         covariance = inverse(found.information + np.eye(3))
         velocity = self._moving(cloud.stamp_ns - MOMENT_NS, cloud.stamp_ns)
         self._fusion.begin(cloud.stamp_ns, found.map_from_base, covariance, velocity)
+        self._fair_ns, self._share = cloud.stamp_ns, found.share
         self._watch.restart()
 
     def _is_elsewhere(self, found: Match) -> bool:
@@ -368,18 +371,17 @@ class Localizer:
 
     @cached_property
     def _search(self) -> Search:
-        particles = Search(self._field, self._values.particles, self._values.matching, self._seed)
-        particles.anywhere()
-        return particles
+        return Search(self._field, self._values.particles, self._values.matching, self._seed)
 
     # trackers
 
     def _take_tracker(self, stamp_ns: int, seen: TrackerPose) -> None:
+        self._watch_drift(stamp_ns, seen)
         values = self._values
         turns = abs(self._trail.last_velocity().wz) > values.turning
         period = values.vive_period_turning if turns else values.vive_period
         pose = self._feed.put(stamp_ns, seen, period)
-        if pose is None or self._rest is not None:
+        if pose is None or self._resting:
             return
         self.counts["trackers"] += 1
         covariance = covariance_of(values.vive_sigma)
@@ -394,6 +396,22 @@ class Localizer:
             self._mode = "tracking"
         if verdict.outcome == "rejected" and self._mode != "tracking":
             self._search.about(pose, 9.0 * covariance)
+
+    def _watch_drift(self, stamp_ns: int, seen: TrackerPose) -> None:
+        pose = self._compared.put(stamp_ns, seen, COMPARED)
+        if pose is None or self._resting or self._mode != "tracking":
+            return
+        known = self._fusion.at(stamp_ns) if self._compared.agree else None
+        if known is not None:
+            self.drift = self._drifts.update(stamp_ns, pose, known[0])
+
+
+def _is_near(found: Pose2, predicted: Pose2, covariance: Array) -> bool:
+    """Is a match within what the prediction may be off by, several times over?"""
+    place = LEAP * math.sqrt(0.5 * (covariance[0, 0] + covariance[1, 1])) + SAME_M
+    turn = LEAP * math.sqrt(covariance[2, 2]) + SAME_RAD
+    near = found.distance_to(predicted) < place
+    return near and abs(wrap(found.yaw - predicted.yaw)) < turn
 
 
 def _same(one: Pose2, other: Pose2) -> bool:

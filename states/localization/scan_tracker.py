@@ -3,8 +3,8 @@
 Minimises the sum over the beams of rho(d_i) / sigma^2 plus the squared distance to the predicted
 pose in terms of its information. rho is the robust loss of Geman and McClure,
 d^2 / (1 + d^2 / scale^2): a beam that ends farther than `scale` from all walls hardly counts. The
-scale starts at what the prediction may be off by and comes down to `scale`, so that beams on people
-and chairs let go as the pose gets sure.
+scale of each beam starts at what its end may be off by as predicted, more for long beams, and comes
+down to `scale`, so that beams on people and chairs let go as the pose gets sure.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ from hw.geometry import Pose2, wrap
 from states.maps.distance import Array
 from states.maps.field import Field, Table, distance_at, is_floor
 
+LONGEST = 0.5
+"""Of a step, m and rad."""
 _Length = Annotated[Length, Range(0.001, 5.0)]
 
 
@@ -30,18 +32,19 @@ class TrackerValues:
     """How scans are matched.
 
     `beams` of a scan are used. `sigma_range` is the least that beams are taken to be off, m; that
-    of a scan is measured on those that fit. `scale` is that of the robust loss, m, `widest` what it
-    may start from. A beam that ends within `inlier_distance` of a wall fits, m; one that ends
+    of a scan is measured on those that fit. `scale` is that of the robust loss, m, `widest` the
+    most it starts from. A beam that ends within `inlier_distance` of a wall fits, m; one that ends
     twice as far behind a wall speaks against the match, as nothing that stands about does, and
     takes away from the share of those that fit. A match is healthy
     if at least a share `healthy` of its beams do, `fewest` of them, and fair with a share `fair`.
-    `iterations` bounds the steps; the last of a fair match is below `step`, m and rad.
+    `iterations` bounds the steps; the last of a fair match is below `step`, m and rad, or on a
+    scanned map below what its walls are known to.
     """
 
     beams: Annotated[int, Range(3, 10_000)] = 180
     sigma_range: _Length = 0.01
     scale: _Length = 0.1
-    widest: _Length = 0.5
+    widest: _Length = 1.0
     inlier_distance: _Length = 0.1
     healthy: Annotated[float, Range(0.0, 1.0)] = 0.4
     fair: Annotated[float, Range(0.0, 1.0)] = 0.25
@@ -66,15 +69,20 @@ class Match:
     count: int
     step: float
     iterations: int
+    field_sigma: float = 0.0
 
     def is_healthy(self, values: TrackerValues) -> bool:
         """Most beams on walls that one can hope for, and no longer on its way?"""
-        return self.share >= values.healthy and self.is_fair(values)
+        return self.is_plain(values, values.healthy)
+
+    def is_plain(self, values: TrackerValues, share: float) -> bool:
+        """The same with another share of beams on walls."""
+        return self.share >= share and self.is_fair(values)
 
     def is_fair(self, values: TrackerValues) -> bool:
         """Enough beams on walls to say something, and no longer on its way?"""
         enough = self.share >= values.fair and self.count >= values.fewest
-        return enough and self.step <= values.step
+        return enough and self.step <= max(values.step, self.field_sigma)
 
 
 def match(
@@ -92,22 +100,27 @@ def match(
     values = values or TrackerValues()
     near = field.map_from_corner.inverse() @ predicted
     turn = _turned(-field.map_from_corner.yaw)
-    prior = turn @ np.linalg.inv(covariance) @ turn.T
-    off = math.sqrt(max(covariance[0, 0] + covariance[1, 1], 0.0))
-    scale = values.scale + field.sigma
-    widest = min(max(3.0 * off, scale), max(values.widest, scale))
+    prior = np.asarray(np.linalg.inv(covariance), np.float64)
+    if turn is not None:
+        prior = turn @ prior @ turn.T
+    off = 3.0 * math.sqrt(max(0.5 * (covariance[0, 0] + covariance[1, 1]), 0.0))
+    turned = 3.0 * math.sqrt(max(covariance[2, 2], 0.0))
     x, y, yaw, information, inliers, step, iterations = _matched(
         points, (near.x, near.y, near.yaw), prior, field.table,
-        (values.sigma_range, scale, widest, values.inlier_distance + field.sigma),
-        values.iterations,
+        (values.sigma_range, values.scale + field.sigma, values.widest, off, turned),
+        values.inlier_distance + field.sigma, values.iterations,
     )  # fmt: skip
     pose = field.map_from_corner @ Pose2(x, y, wrap(yaw))
     share = inliers / len(points) if len(points) else 0.0
-    return Match(pose, turn.T @ information @ turn, share, inliers, step, iterations)
+    if turn is not None:
+        information = turn.T @ information @ turn
+    return Match(pose, information, share, inliers, step, iterations, field.sigma)
 
 
-def _turned(yaw: float) -> Array:
+def _turned(yaw: float) -> Array | None:
     """Brings errors of x, y and yaw into a frame in which they are turned by yaw, (3, 3)."""
+    if yaw == 0.0:
+        return None
     c, s = math.cos(yaw), math.sin(yaw)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
@@ -118,19 +131,24 @@ def _matched(
     predicted: tuple[float, float, float],
     prior: Array,
     table: Table,
-    lengths: tuple[float, float, float, float],
+    lengths: tuple[float, float, float, float, float],
+    fits: float,
     iterations: int,
 ) -> tuple[float, float, float, Array, int, float, int]:
     """Pose, information of the beams alone, beams that fit less others, last step, steps made."""
-    sigma, scale, widest, fits = lengths
+    sigma, scale, widest, off, turned = lengths
     x, y, yaw = predicted
     information, gradient = np.zeros((3, 3)), np.zeros(3)
     least = sigma
-    step, done = 0.0, 0
-    wide = widest
+    step, done, wide = 0.0, 0, 1.0
     while done < iterations:
         spread, _ = _normal_equations(
-            points, (x, y, yaw), table, (wide, fits), information, gradient
+            points,
+            (x, y, yaw),
+            table,
+            (scale, widest, wide * off, wide * turned, fits),
+            information,
+            gradient,
         )
         least = max(sigma, spread)
         dx, dy, dyaw = predicted[0] - x, predicted[1] - y, _wrapped(predicted[2] - yaw)
@@ -143,14 +161,14 @@ def _matched(
                 whole[i, j] = information[i, j] * inverse + prior[i, j]
         _solve(whole, right)
         length = max(math.hypot(right[0], right[1]), abs(right[2]))
-        cut = min(1.0, wide / length) if length > 0.0 else 1.0
+        cut = min(1.0, LONGEST / length) if length > 0.0 else 1.0
         x, y, yaw = x + cut * right[0], y + cut * right[1], yaw + cut * right[2]
         step, done = cut * length, done + 1
-        if step < 1e-4 and wide <= scale:
+        if step < 1e-4 and wide * off < 0.2 * scale:
             break
-        wide = max(scale, 0.5 * wide)
+        wide *= 0.5
     spread, inliers = _normal_equations(
-        points, (x, y, yaw), table, (scale, fits), information, gradient
+        points, (x, y, yaw), table, (scale, scale, 0.0, 0.0, fits), information, gradient
     )
     inliers -= _behind_walls(points, (x, y, yaw), table, 2.0 * fits)
     least = max(sigma, spread)
@@ -165,16 +183,17 @@ def _normal_equations(
     points: Array,
     pose: tuple[float, float, float],
     table: Table,
-    lengths: tuple[float, float],
+    lengths: tuple[float, float, float, float, float],
     information: Array,
     gradient: Array,
 ) -> tuple[float, int]:
     """Writes sum w J J^T and -sum w J d, J = (nx, ny, n . dp/dyaw); returns spread and inliers.
 
-    w = 1 / (1 + d^2 / scale^2)^2 is the weight by which the robust loss becomes a sum of squares.
-    The spread is the root mean square of the distances, so weighted.
+    w = 1 / (1 + d^2 / scale^2)^2 is the weight by which the robust loss becomes a sum of squares;
+    the scale is raised to what the beam's end may be off by, but not above `widest`. The spread is
+    the root mean square of the distances, so weighted.
     """
-    (x, y, yaw), (scale, fits) = pose, lengths
+    (x, y, yaw), (scale, widest, off, turned, fits) = pose, lengths
     c, s = math.cos(yaw), math.sin(yaw)
     xx = xy = yy = xt = yt = tt = gx = gy = gt = 0.0
     squares = total = 0.0
@@ -183,7 +202,10 @@ def _normal_equations(
         px = c * points[i, 0] - s * points[i, 1]
         py = s * points[i, 0] + c * points[i, 1]
         d, nx, ny = distance_at(x + px, y + py, table)
-        root = 1.0 / (1.0 + d * d / (scale * scale))
+        own = scale
+        if off > 0.0 or turned > 0.0:
+            own = max(scale, min(widest, off + turned * math.hypot(px, py)))
+        root = 1.0 / (1.0 + d * d / (own * own))
         w = root * root
         if nx != 0.0 or ny != 0.0:
             nt = ny * px - nx * py

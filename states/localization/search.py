@@ -55,7 +55,7 @@ class _Hypothesis:
 
 
 class Search:
-    """Begin with `about` or `anywhere`, then tell it every scan."""
+    """Tell it every scan; it looks everywhere unless told `about` where."""
 
     def __init__(
         self, field: Field, particles: AmclValues, matching: TrackerValues, seed: int
@@ -67,6 +67,7 @@ class Search:
         self._hypotheses: list[_Hypothesis] = []
         self._odom_from_base: Pose2 | None = None
         self._scans = self._unfit = 0
+        self._begun = False
 
     def about(self, map_from_base: Pose2, covariance: Array) -> None:
         """Look near a pose; covariance (3, 3) in the map."""
@@ -83,6 +84,8 @@ class Search:
 
     def update(self, odom_from_base: Pose2, points: Array) -> Match | None:
         """Take a scan, points (n, 2) in the base frame; the match where the base was found."""
+        if not self._begun:
+            self.anywhere()
         self._scans += 1
         if not self._hypotheses:
             self._seed(points)
@@ -104,7 +107,7 @@ class Search:
 
     def _begin(self, also: Pose2 | None) -> None:
         self._also, self._prior, self._hypotheses = also, None, []
-        self._odom_from_base, self._scans, self._unfit = None, 0, 0
+        self._odom_from_base, self._scans, self._unfit, self._begun = None, 0, 0, True
 
     def _seed(self, points: Array) -> None:
         particles = self._amcl.particles

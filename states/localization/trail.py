@@ -24,6 +24,7 @@ class Trail:
         self._poses: deque[Pose2] = deque()
         self._stood_ns = 0
         self._stood_at: Pose2 | None = None
+        self._velocity = STILL
 
     @property
     def stamp_ns(self) -> int | None:
@@ -51,6 +52,7 @@ class Trail:
             self._stamps.clear()
             self._poses.clear()
             self._stood_at = None
+        self._velocity = self._velocity_to(stamp_ns, odom_from_base)
         self._stamps.append(stamp_ns)
         self._poses.append(odom_from_base)
         while self._stamps[0] < stamp_ns - REMEMBERED * 1e9:
@@ -95,10 +97,13 @@ class Trail:
 
     def last_velocity(self) -> Twist2:
         """The velocity between the newest two poses."""
-        if len(self._stamps) < 2:
+        return self._velocity
+
+    def _velocity_to(self, stamp_ns: int, odom_from_base: Pose2) -> Twist2:
+        if not self._stamps:
             return STILL
-        way = self._poses[-2].inverse() @ self._poses[-1]
-        return velocity_of(way, (self._stamps[-1] - self._stamps[-2]) * 1e-9)
+        way = self._poses[-1].inverse() @ odom_from_base
+        return velocity_of(way, (stamp_ns - self._stamps[-1]) * 1e-9)
 
 
 def way_of(velocity: Twist2, time: float) -> Pose2:

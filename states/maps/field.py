@@ -39,7 +39,7 @@ class Table(NamedTuple):
     Drawn: the sides that can be nearest in cell i are `sides[listed[first[i]:first[i + 1]]]`; a
     side is x, y of its start, its direction and its length. Scanned: `nearest` (rows, columns)
     holds the distances at the centres of cells. What is not used is empty. `floor` (rows, columns)
-    are the cells whose centre is on the floor.
+    are the cells whose centre is on the floor; empty where nobody knows what is floor.
     """
 
     cell: float
@@ -150,7 +150,9 @@ def distance_at(x: float, y: float, table: Table) -> tuple[float, float, float]:
 
 @njit(cache=True)
 def is_floor(x: float, y: float, table: Table) -> bool:
-    """Is the centre of the cell on the floor?"""
+    """Is the centre of the cell on the floor, as far as anybody knows?"""
+    if len(table.floor) == 0:
+        return True
     column, row = math.floor(x / table.cell), math.floor(y / table.cell)
     if not (0 <= column < table.columns and 0 <= row < table.rows):
         return False

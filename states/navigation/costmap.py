@@ -74,12 +74,19 @@ class Ground:
         """From the centre of every cell to that of the nearest lethal one, m, (rows, columns)."""
         return distances(self.costs == LETHAL, self.grid.resolution)
 
+    def among(self, obstacles: Obstacles) -> Array:
+        """The distances with obstacles; exact up to what these cost anybody."""
+        area, near = obstacles.distances_on(self.grid)
+        field = self.distances.copy()
+        np.minimum(field[area], near, out=field[area])
+        return field
+
 
 class Costmap:
     """The costs of one navigation subsystem; computed once (R36)."""
 
     def __init__(self, ground: Ground, inflation: Inflation) -> None:
-        self.grid, self.inflation = ground.grid, inflation
+        self.ground, self.grid, self.inflation = ground, ground.grid, inflation
         self.costs: Costs = ground.costs.copy()
         inflate(self.costs, ground.distances, *inflation.values(self.grid.resolution))
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -36,7 +36,8 @@ class GridPlanner(ABC):
     """Ways for the robot's centre through the cells of a costmap.
 
     Cells from `lethal_cost` on are blocked; unknown ones only if `allow_unknown` is false. `boxes`
-    are obstacles among them that scanners have shown, for those who know walls as polygons.
+    are obstacles among them that scanners have shown, for those who know walls as polygons. `field`
+    gives `distances` where somebody has them already.
     """
 
     boxes: tuple[Ring, ...] = ()
@@ -48,8 +49,10 @@ class GridPlanner(ABC):
         *,
         lethal_cost: int = INSCRIBED,
         allow_unknown: bool = True,
+        field: Callable[[], Array] | None = None,
     ) -> None:
         self.grid, self.costs = grid, costs
+        self._field = field
         self.lethal_cost = lethal_cost
         self.allow_unknown = allow_unknown
         blocked = costs >= lethal_cost
@@ -113,15 +116,15 @@ class GridPlanner(ABC):
         """
         if self.grid.cell(*place) is None:
             return 0.0
-        between = float(_interpolated(self._distances, *self._in_cells(place)))
+        between = float(interpolated(self.distances, *self._in_cells(place)))
         return max(0.0, between - 0.5 * self.grid.resolution)
 
     def allows(
         self, start: Point, end: Point, user: Disc | None = None, slack: float = 0.0
     ) -> bool:
-        """Does going straight lead through free cells, or none worse than where the robot is?
+        """Does going straight lead through free cells, or no nearer to anything than it is now?
 
-        `slack` is not used: a cell is blocked or not.
+        Nearer by `slack`, m, is allowed to a robot that is too near already; cells are free or not.
         """
         start, end, disc = as_floats(start), as_floats(end), as_disc(user)
         cell = self.grid.cell(*start)
@@ -130,8 +133,10 @@ class GridPlanner(ABC):
         reach = min(disc.radius, math.dist(start, (disc.x, disc.y))) - TOLERANCE
         if not passes_disc(*start, *end, disc.x, disc.y, reach):
             return False
-        free = self._free if self._free[cell] else self.costs <= self.costs[cell]
-        return bool(line_is_free(free, *self._in_cells(start), *self._in_cells(end)))
+        ends = (*self._in_cells(start), *self._in_cells(end))
+        if self._free[cell]:
+            return bool(line_is_free(self._free, *ends))
+        return bool(comes_no_nearer(self.distances, *ends, float(slack) + TOLERANCE))
 
     def nearest_free(self, place: Point, user: Disc | None = None) -> Point | None:
         """The middle of the nearest free cell that is reached straight without a lethal cell."""
@@ -139,15 +144,20 @@ class GridPlanner(ABC):
         at = self.grid.cell(*place)
         if at is None:
             return None
-        passable = self.costs < LETHAL if self.costs[at] < LETHAL else np.ones_like(self._free)
+        # within a cell's diagonal nobody can say whether the way comes nearer
+        nearest = self.distances[at] - math.sqrt(2.0) * self.grid.resolution
+        passable = self._free | (self.distances >= nearest)
         x, y = self._in_cells((disc.x, disc.y))
         around = np.array((x, y, disc.radius / self.grid.resolution))
         found = _nearest_free(self._free, passable, *self._in_cells(place), around)
         return self._in_map(found) if found[0] >= 0.0 else None
 
     @cached_property
-    def _distances(self) -> Array:
-        return distances(np.ascontiguousarray(self.costs == LETHAL), self.grid.resolution)
+    def distances(self) -> Array:
+        """From every cell's centre to that of the nearest lethal one, m, (rows, columns)."""
+        if self._field is not None:
+            return self._field()
+        return distances(self.costs == LETHAL, self.grid.resolution)
 
     def _in_cells(self, place: Point) -> Point:
         return (
@@ -249,7 +259,7 @@ def _nearest_free(
 
 
 @njit(cache=True)
-def _interpolated(field: Array, x: float, y: float) -> float:
+def interpolated(field: Array, x: float, y: float) -> float:
     """The value between the centres of four cells, in cells; those at the border go on outside."""
     rows, columns = field.shape
     x, y = min(max(x - 0.5, 0.0), columns - 1.0), min(max(y - 0.5, 0.0), rows - 1.0)
@@ -260,6 +270,21 @@ def _interpolated(field: Array, x: float, y: float) -> float:
     return float((1.0 - v) * low + v * high)
 
 
+@njit(cache=True)
+def comes_no_nearer(field: Array, px: float, py: float, qx: float, qy: float, slack: float) -> bool:
+    """Does the line p-q, in cells, come no nearer to what is lethal than p, but for `slack`, m?"""
+    rows, columns = field.shape
+    if not (0.0 <= qx < columns and 0.0 <= qy < rows):
+        return False
+    least = interpolated(field, px, py) - slack
+    steps = math.ceil(2.0 * math.hypot(qx - px, qy - py))
+    for i in range(1, steps + 1):
+        part = i / steps
+        if interpolated(field, px + part * (qx - px), py + part * (qy - py)) < least:
+            return False
+    return True
+
+
 def warm_up() -> None:
     """Compile, or load from the cache, everything that a query may need."""
     room = ((0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (0.0, 3.0))
@@ -267,5 +292,6 @@ def warm_up() -> None:
         built = planner.in_room(room, inflation_radius=0.3, resolution=0.1)
         built.plan((0.1, 0.1), (2.5, 2.5), Disc(1.5, 1.5, 0.4), side=1)
         built.allows((1.0, 1.0), (1.2, 1.0), Disc(2.5, 2.5, 0.2))
+        built.allows((0.1, 0.1), (0.2, 0.2))
         built.clearance((1.0, 1.0))
         built.are_free(np.ones((2, 2)))

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from hw.room import Ring, Room
 from states.maps.cells import Grid, grid_over, room_map
 from states.maps.occupancy import OccupancyMap
-from states.navigation.clearance import TOLERANCE
+from states.navigation.clearance import TOLERANCE, Array
 from states.navigation.costmap import Costmap, Ground
 from states.navigation.grid_planners import GridPlanner, NavfnPlanner, ThetaStarPlanner
 from states.navigation.inflation import Costs, Inflation
@@ -48,10 +48,15 @@ class Costmaps:
         """On the cells of the map, (rows, columns)."""
         return self.whole.with_obstacles(self.obstacles) if self.obstacles else self.whole.costs
 
+    def _distances(self) -> Array:
+        ground = self.whole.ground
+        return ground.among(self.obstacles) if self.obstacles else ground.distances
+
     def planner(self, name: str) -> GridPlanner:
         """One of `PLANNERS` on these costs; what the map does not know is blocked."""
         if name not in self._planners:
-            planner = PLANNERS[name](self.whole.grid, self.costs, allow_unknown=False)
+            grid, field = self.whole.grid, self._distances
+            planner = PLANNERS[name](grid, self.costs, allow_unknown=False, field=field)
             planner.boxes = self.obstacles.boxes if self.obstacles else ()
             self._planners[name] = planner
         return self._planners[name]

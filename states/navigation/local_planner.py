@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, Protocol
 
 import numpy as np
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from hw.geometry import Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
 from hw.room import Disc, Point
+from hw.zones import NO_ZONES
 from states.ages import slowed
 from states.navigation.clearance import Array
 from states.navigation.path import Path
@@ -40,6 +41,8 @@ CORNER_ERROR = 0.03
 """Corners of ways found on grids are rounded within this, m."""
 SWITCH_GAIN = 0.10
 """The other way round the user is taken when it is faster by this share."""
+ZONE_SHARE = 0.8
+"""Robots brake for zones of low speed with this share of the acceleration."""
 SLACK = 0.02
 """A robot no deeper than this inside an inflation goes on along its way, m."""
 LEAVING_MARGIN = 0.5
@@ -139,7 +142,8 @@ class LocalPlanner(ABC):
         self.path: Path | None = None
         self.goal: Pose2 | None = None
         self.planner = planner
-        self._limits = limits
+        self.zones = NO_ZONES
+        self._limits = self._own_limits = limits
         self._tolerance = tolerance
         self._pace = Pace(float(limits.speed), float(limits.acceleration), BEND_SHARE, CORNER_ERROR)
         self._side = 0
@@ -204,6 +208,7 @@ class LocalPlanner(ABC):
         lost = _apart(given, measured) > LOST_TRACK
         now = measured if lost else given
         pose = self._reckoned.update(pose, measured, now, dt, lost=lost)
+        self._heed_zones(pose, now, dt)
         self._user_velocity = (float(user_velocity[0]), float(user_velocity[1]))
         user = self._reckoned_disc(user, dt)
         self._margin = _margin(sigma)
@@ -226,6 +231,17 @@ class LocalPlanner(ABC):
             return None
         place = self._reckoned_user.update((user.x, user.y), self._user_velocity, dt)
         return Disc(*place, user.radius)
+
+    def _heed_zones(self, pose: Pose2, now: Twist2, dt: float) -> None:
+        """Go no faster than the zones where the robot will be allow, braking in time for them."""
+        if not self.zones.speed:
+            return
+        own, x, y = self._own_limits, pose.x + now.vx * dt, pose.y + now.vy * dt
+        allowed = self.zones.speed_at(x, y, ZONE_SHARE * own.acceleration)
+        speed = min(own.speed, allowed)
+        if speed != self._limits.speed:
+            self._limits = replace(own, speed=speed)
+            self._pace = self._pace._replace(speed=float(speed))
 
     @abstractmethod
     def _begin(self) -> None:
@@ -304,8 +320,11 @@ class LocalPlanner(ABC):
     def _clear(
         self, pose: Pose2, now: Twist2, wanted: Twist2, user: Disc | None, dt: float
     ) -> Twist2:
-        """The wanted velocity, or as much of it as braking from it hits nothing."""
-        braked = self._braked(now, dt)
+        """The wanted velocity, or as much of it as braking from it hits nothing.
+
+        Where even braking comes too near to something, the robot does not turn a corner to it.
+        """
+        stopped = braked = self._braked(now, dt)
         if self.mode == "omni" or now.speed <= CRAWL:
             braked = Twist2(braked.vx, braked.vy, wanted.wz)
         for part in (1.0, 0.75, 0.5, 0.25):
@@ -313,7 +332,8 @@ class LocalPlanner(ABC):
             vy = braked.vy + part * (wanted.vy - braked.vy)
             if self._can_brake(pose, now, (vx, vy), user, dt):
                 return Twist2(vx, vy, wanted.wz)
-        return braked
+        rests = self._can_brake(pose, now, (stopped.vx, stopped.vy), user, dt)
+        return braked if rests else stopped
 
     def _can_brake(
         self, pose: Pose2, now: Twist2, velocity: Point, user: Disc | None, dt: float

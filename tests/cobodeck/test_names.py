@@ -23,6 +23,7 @@ FILES = {
     "calibration": "hw/calibrations/robotnik_ur10.yaml",
     "arm": "states/arm/ur10.yaml",
     "connection": "cobodeck/template/robot/PROJECT/rover_udp.yaml",
+    "tracking": "hw/trackings/nominal.yaml",
 }
 NO_NAMES = ["../../out", "a/b", r'"a\\b"', r'"a\e[2J"', "a b", "C:a", "-a", "9a", "..", "ä"]
 

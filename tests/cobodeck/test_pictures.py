@@ -1,11 +1,13 @@
 """Pictures of rooms: what is in them, that they repeat, and what is said of bad input."""
 
 import math
+from copy import copy
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgba
-from matplotlib.patches import FancyArrowPatch
+from matplotlib.patches import Circle, FancyArrowPatch
 
 from behaviors import escape, haptic
 from behaviors.chase_space import grid
@@ -14,6 +16,7 @@ from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK, USAGE, Problem
 from cobodeck.pictures.canvas import form_of, save
 from cobodeck.pictures.moment import Moment, after, at_start, with_next_drive
+from cobodeck.pictures.room import OBJECT
 from cobodeck.pictures.scene import levels, next_deep, scene_picture
 from cobodeck.pictures.spaces import PATH, colours
 from cobodeck.stage import Options
@@ -24,6 +27,7 @@ from hw.robot import load_robot
 from hw.samples import UserPose
 from hw.scene import load_scene
 from hw.sim.world import World
+from hw.things import Thing
 
 
 class Place:
@@ -163,6 +167,21 @@ def test_the_way_to_a_touch_leads_to_a_free_haptic_pose(lab):
 @pytest.mark.requirement(120)
 def test_inflations_are_named_after_the_subsystems_that_have_them(lab):
     assert levels(lab.site.navigation) == [(1.0, "Haptic, Chase"), (0.77, "Escape")]
+
+
+def test_what_no_map_shows_is_drawn_where_it_first_is(hall):
+    place = copy(hall)
+    walker = Thing("person", (3.0, 4.0), walks=((5.0, 4.0), (5.0, 6.0)))
+    place.scene = replace(hall.scene, objects=(Thing("chair", (9.0, 8.0)), walker))
+    on = place.draw(Moment(Pose2(2.0, 2.0)))
+    circles = {
+        (patch.center, patch.radius)
+        for patch in on.axes.patches
+        if isinstance(patch, Circle) and patch.get_facecolor() == to_rgba(OBJECT)
+    }
+    assert circles == {((9.0, 8.0), 0.25), ((3.0, 4.0), 0.5)}
+    (way,) = [line for line in on.axes.lines if line.get_color() == OBJECT]
+    assert [tuple(xy) for xy in way.get_xydata()] == [(3.0, 4.0), (5.0, 4.0), (5.0, 6.0)]
 
 
 def test_a_scene_without_a_user_shows_room_and_robot_alone(hall):

@@ -190,6 +190,8 @@ CALLS = {
     "compare": "compare first.mcap first.mcap",
     "space": "space hall",
     "reach": "reach --height 1 --distance 1",
+    "localize": "localize drive.log",
+    "calibrate": "calibrate drive.log --map hall",
     "new": "new begun",
     "bench": "bench --show results.json",
     "doctor": "doctor",
@@ -208,6 +210,9 @@ def test_without_projects_no_code_of_theirs_is_imported(
 ) -> None:
     monkeypatch.chdir(folder)
     (folder / "results.json").write_bytes((ROOT / "cobodeck/bench/engine.json").read_bytes())
+    seen = " ".join(["2.5"] * 181)
+    drive = [f"FLASER 181 {seen} {n} 0 0 {n} 0 0 {n} host {n}" for n in range(1, 9)]
+    (folder / "drive.log").write_text("\n".join(drive))
     sys.modules.pop("own_code.states", None)
     if "first.mcap" in call:
         main(["simulate", "--tier", "0", "--record", "first.mcap", *SHORT, "--no-project"])

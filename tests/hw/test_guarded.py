@@ -552,15 +552,16 @@ def test_who_is_told_where_it_is_drives_by_that_and_by_the_wheels():
     base, _ = reckoned()
     base.hear(Sample("user.pose", 0, UserPose(Pose2(2.0, 0.0), 0.0)), 0)
     base.hear(wheels_at(100.0, 0), 0)
-    assert base.admit(0, FAST, Pose2(100.0, 0.0), FAST) == STILL  # nobody knows where it is
+    assert base.admit(0, FAST, None, FAST) == STILL  # nobody knows where it is
     base.locate(0, Pose2(0.0, 0.0), PoseSigma(0.01, 0.01))
-    base.admit(0, SLOW, Pose2(100.0, 0.0), SLOW)
+    base.admit(0, SLOW, None, SLOW)
     gap = gap_of(base)
     assert gap == pytest.approx(2.0 - 0.565 - 0.5)
-    base.admit(0, SLOW, Pose2(100.3, 0.0), SLOW)
+    base.hear(wheels_at(100.3, 10 * MS), 10 * MS)
+    base.admit(10 * MS, SLOW, None, SLOW)
     assert gap_of(base) == pytest.approx(gap - 0.3)
     base.locate(0, None, None)
-    assert base.admit(0, SLOW, Pose2(100.3, 0.0), SLOW) == STILL
+    assert base.admit(10 * MS, SLOW, None, SLOW) == STILL
 
 
 def test_wheels_without_a_loop_of_their_own_are_reckoned_too():

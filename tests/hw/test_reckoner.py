@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hw.geometry import Pose2, Pose3
+from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.reckoner import FRESH_NS, KEPT_NS, SLIP, TRACKER_SIGMA, Reckoner
 from hw.robot import load_robot
-from hw.samples import PoseSigma, TrackerPose
+from hw.samples import Odometry, PoseSigma, TrackerPose
 from hw.tracking import Tracking
 
 MS = 1_000_000
@@ -27,6 +27,11 @@ def seen_at(pose, tracker="a"):
     return TrackerPose(tracker, TURNED.inverse() @ map_from_base @ MOUNT)
 
 
+def stood(pose):
+    """Wheels that are here and turn no more."""
+    return Odometry(pose, STILL)
+
+
 def near(a, b, within=1e-9):
     turned = math.remainder(a.yaw - b.yaw, 2 * math.pi)
     return a.distance_to(b) <= within and abs(turned) <= within
@@ -35,7 +40,7 @@ def near(a, b, within=1e-9):
 def test_without_a_fix_nobody_knows():
     reckoner = Reckoner(TRACKING)
     assert reckoner.at(0) is None
-    reckoner.move(0, Pose2(0.0, 0.0))
+    reckoner.move(0, stood(Pose2(0.0, 0.0)))
     assert reckoner.at(0) is None
 
 
@@ -45,12 +50,12 @@ def test_a_fix_is_moved_on_by_the_wheels(start, first, then):
     """The wheels count in any frame: what moves the base is their difference."""
     for fix in ("tracker", "estimate"):
         reckoner = Reckoner(TRACKING)
-        reckoner.move(0, first)
+        reckoner.move(0, stood(first))
         if fix == "tracker":
             reckoner.track(0, seen_at(start))
         else:
             reckoner.estimate(0, start, SIGMA)
-        reckoner.move(20 * MS, then)
+        reckoner.move(20 * MS, stood(then))
         expected = start @ (first.inverse() @ then)
         found = reckoner.at(20 * MS)
         assert near(found.pose, expected)
@@ -63,7 +68,7 @@ def test_a_late_fix_counts_from_its_own_instant():
     """Straight ahead at 1 m/s; what was seen 30 ms ago is 3 cm further by now."""
     reckoner = Reckoner(TRACKING)
     for k in range(11):
-        reckoner.move(k * 10 * MS, Pose2(0.01 * k, 0.0))
+        reckoner.move(k * 10 * MS, stood(Pose2(0.01 * k, 0.0)))
     reckoner.estimate(65 * MS, Pose2(5.0, 5.0), SIGMA)
     assert near(reckoner.at(100 * MS).pose, Pose2(5.035, 5.0))
     reckoner.estimate(-1, Pose2(9.0, 9.0), SIGMA)
@@ -72,19 +77,37 @@ def test_a_late_fix_counts_from_its_own_instant():
     assert reckoner.at(100 * MS) is None
 
 
-def test_the_wheels_of_this_very_instant_count_before_their_last_sample():
+def test_between_two_words_of_the_wheels_they_turn_on():
+    """A quarter of a circle of 1 m radius within half a second, told every 50 ms."""
+    reckoner, twist = Reckoner(TRACKING), Twist2(math.pi, 0.0, math.pi)
+
+    def on_circle(ns):
+        angle = math.pi * ns * 1e-9
+        return Pose2(math.sin(angle), 1.0 - math.cos(angle), angle)
+
+    reckoner.move(0, Odometry(Pose2(0.0, 0.0), twist))
+    reckoner.estimate(0, Pose2(0.0, 0.0), SIGMA)
+    for ns in range(0, 500 * MS, 10 * MS):
+        if ns % (50 * MS) == 0:
+            reckoner.move(ns, Odometry(on_circle(ns), twist))
+        assert near(reckoner.at(ns).pose, on_circle(ns), within=2e-4)
+    assert reckoner.at(0).sigma >= 0.02 + SLIP * 1.3
+
+
+def test_of_silent_wheels_nothing_is_known():
     reckoner = Reckoner(TRACKING)
-    reckoner.move(0, Pose2(0.0, 0.0))
+    reckoner.move(0, stood(Pose2(0.0, 0.0)))
     reckoner.estimate(0, Pose2(1.0, 0.0), SIGMA)
-    assert near(reckoner.at(5 * MS, Pose2(0.2, 0.0)).pose, Pose2(1.2, 0.0))
-    assert reckoner.at(5 * MS, Pose2(0.2, 0.0)).sigma == pytest.approx(0.02 + SLIP * 0.2)
+    assert reckoner.at(FRESH_NS) is not None
+    assert reckoner.at(FRESH_NS + 1) is None
 
 
 def test_a_tracker_goes_before_the_estimate_while_it_is_seen():
     reckoner = Reckoner(TRACKING)
-    reckoner.move(0, Pose2(0.0, 0.0))
+    reckoner.move(0, stood(Pose2(0.0, 0.0)))
     reckoner.estimate(0, Pose2(1.0, 0.0), SIGMA)
     reckoner.track(0, seen_at(Pose2(1.3, 0.0)))
+    reckoner.move(FRESH_NS, stood(Pose2(0.0, 0.0)))
     by_tracker = reckoner.at(FRESH_NS)
     assert near(by_tracker.pose, Pose2(1.3, 0.0))
     assert by_tracker.sigma == pytest.approx(0.3)  # they contradict each other
@@ -93,8 +116,8 @@ def test_a_tracker_goes_before_the_estimate_while_it_is_seen():
 
 def test_the_newest_tracker_counts_and_a_strange_one_does_not():
     reckoner = Reckoner(TRACKING)
-    reckoner.move(0, Pose2(0.0, 0.0))
-    reckoner.move(50 * MS, Pose2(0.0, 0.0))
+    reckoner.move(0, stood(Pose2(0.0, 0.0)))
+    reckoner.move(50 * MS, stood(Pose2(0.0, 0.0)))
     reckoner.track(40 * MS, seen_at(Pose2(1.0, 0.0)))
     reckoner.track(30 * MS, seen_at(Pose2(2.0, 0.0)))
     reckoner.track(45 * MS, seen_at(Pose2(3.0, 0.0), "b"))
@@ -104,7 +127,7 @@ def test_the_newest_tracker_counts_and_a_strange_one_does_not():
 def test_memory_is_bounded():
     reckoner = Reckoner(TRACKING)
     for k in range(10_000):
-        reckoner.move(k * 10 * MS, Pose2(0.0, 0.0))
+        reckoner.move(k * 10 * MS, stood(Pose2(0.0, 0.0)))
     assert len(reckoner._wheels) <= KEPT_NS // (10 * MS) + 1
 
 

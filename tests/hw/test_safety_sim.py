@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from dataclasses import replace
 from itertools import pairwise as pairs
 
 import pytest
@@ -347,8 +348,8 @@ def test_a_base_whose_user_is_lost_stops_in_half_a_second_and_waits_for_the_oper
 
 @pytest.mark.requirement(6, 149)
 def test_outside_the_tracked_area_the_chain_sees_nobody_either():
-    lab = load_scene("lab_a")
-    world = World(lab, ROBOT, LivePerson(Pose2(9.0, 5.0)), CAPS, area_only=True, safety=SAFETY)
+    lab = replace(load_scene("lab_a"), tracking="area")
+    world = World(lab, ROBOT, LivePerson(Pose2(9.0, 5.0)), CAPS, safety=SAFETY)
     for n in range(1, 30):
         world.person.push(n * 10**9 // 30, UserPose(Pose2(9.0, 3.0), 0.0))
         world.advance(n * 10**9 // 30)

@@ -180,6 +180,12 @@ RUNS: dict[str, Callable[[Path, Path], Result]] = {
     "every signal computed": lambda path, _: recorded(
         path, Options(duration_s=5.0, eager=True), scene="lab_a"
     ),
+    "all sensors": lambda path, _: recorded(
+        path, Options(requests=1, duration_s=25.0, tier=2, seed=2), scene="study"
+    ),
+    "all sensors, out of tracking": lambda path, _: recorded(
+        path, Options(duration_s=20.0, tier=2), scene="tracked_area"
+    ),
     "virtual wall": lambda path, _: recorded(path, SHORT, scene="virtual_wall"),
     "a base that stands": lambda path, _: recorded(
         path, Options(duration_s=9.0, frozen_base=True), scene="lab_a"

@@ -27,9 +27,10 @@ def ticks(seconds: float, rate: float = 30.0) -> list[int]:
 
 
 class Driven:
-    """A run in a hall; `asked`: the sensors whose samples are taken, `after` ns if not at once.
+    """A run in a hall; `asked`: the sensors whose samples are taken, from `heard_from` ns on.
 
-    `got` has the samples by name with the instants of their arrival, `truth` the poses of the base.
+    `got` has the samples by name with the instants of their arrival, `truth` the poses of the base,
+    `seen` what the truth says of when tracking had the person last.
     """
 
     def __init__(
@@ -42,7 +43,7 @@ class Driven:
         command: Callable[[int], Twist2] = lambda _: Twist2(0.8, 0.0, 0.4),
         walk: Callable[[int], Pose2] = lambda _: CORNER,
         scene: Scene | None = None,
-        seen: int = 0,
+        heard_from: int = 0,
     ) -> None:
         self.person = LivePerson(walk(0))
         scene = HALL if scene is None else scene
@@ -51,6 +52,7 @@ class Driven:
             sensing=errors, sensors=SensorModel(seed=seed),
         )  # fmt: skip
         self.got: dict[str, list[tuple[int, int, Any]]] = {}
+        self.seen: list[int | None] = []
         self.truth: list[tuple[int, Pose2]] = []
         asked = {*asked, "base", "arm", "trackers"}
         for now in instants or ticks(2.0):
@@ -58,8 +60,9 @@ class Driven:
             self.person.push(now, UserPose(body, body.yaw))
             self.world.advance(now)
             self.truth.append((now, self.world.base.pose))
+            self.seen.append(self.world.truth.seen_ns)
             for name in asked:
-                if now < seen and name in SENSORS:
+                if now < heard_from and name in SENSORS:
                     continue
                 for sample in self.world.parts[name].samples(now):
                     self.world.guard.hear(sample, now)

@@ -74,6 +74,6 @@ def test_noise_bias_and_walk_have_their_sizes() -> None:
 def test_the_walk_of_the_bias_goes_on_while_nobody_listens() -> None:
     imu = {"imu": ImuErrors(), "command": lambda _: STILL, "seed": 6}
     whole = readings(**imu)
-    late = readings(**imu, seen=1_700_000_000)
+    late = readings(**imu, heard_from=1_700_000_000)
     assert late == whole[-len(late) :]
     assert late != whole

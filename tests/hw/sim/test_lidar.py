@@ -114,7 +114,9 @@ def test_scans_do_not_hang_on_how_the_world_is_cut_or_who_else_is_asked() -> Non
     n = len(first.values("base.scan")) - 2
     assert finer.values("base.scan")[:n] == first.values("base.scan")[:n]
     # who begins to listen later hears the same as who listened from the start
-    late = Driven(NOISY, seed=4, command=lambda _: STILL, seen=1_500_000_000).values("base.scan")
+    late = Driven(NOISY, seed=4, command=lambda _: STILL, heard_from=1_500_000_000).values(
+        "base.scan"
+    )
     assert late == first.values("base.scan")[-len(late) :]
     assert 0 < len(late) < len(first.values("base.scan"))
     assert Driven(NOISY, seed=5, command=lambda _: STILL).got != first.got

@@ -109,7 +109,8 @@ def test_the_demo_person_stops_when_shown_the_robot():
 @pytest.mark.parametrize("area_only", [False, True])
 def test_outside_the_tracked_area_tracking_can_be_made_silent(area_only):
     person = LivePerson(Pose2(9.0, 5.0))
-    world = World(LAB, ROBOT, person, area_only=area_only)
+    scene = replace(LAB, tracking="area" if area_only else "everywhere")
+    world = World(scene, ROBOT, person)
     seen = []
     for n, x in enumerate((9.0, 6.0), start=1):
         person.push(tick(n), UserPose(Pose2(x, 3.0), 0.0))

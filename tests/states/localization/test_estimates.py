@@ -15,6 +15,7 @@ class Follower:
     def __init__(self):
         self.pose, self.sigma, self.stamp_ns = None, PoseSigma(0.0, 0.0), None
         self.heard = []
+        self.status, self.drift, self.counts = "following", None, {}
 
     def update(self, name, stamp_ns, value):
         self.heard.append((name, stamp_ns))

@@ -62,7 +62,9 @@ def test_the_gradient_is_that_of_the_robust_loss():
     for _ in range(5):
         at = np.array([5.0 - corner.x, 3.0 - corner.y, 0.7]) + rng.normal(0.0, 0.03, 3)
         information, gradient = np.zeros((3, 3)), np.zeros(3)
-        _normal_equations(points, tuple(at), FIELD.table, (scale, 0.1), information, gradient)
+        _normal_equations(
+            points, tuple(at), FIELD.table, (scale, scale, 0.0, 0.0, 0.1), information, gradient
+        )
         for i in range(3):
             step = np.zeros(3)
             step[i] = 1e-6

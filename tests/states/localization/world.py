@@ -299,6 +299,6 @@ def arc(way):
     """The pose after a steady turn and way, by its complex form."""
     turn = float(way[2])
     step = complex(way[0], way[1])
-    if abs(turn) > 1e-9:
-        step *= (np.exp(1j * turn) - 1.0) / (1j * turn)
+    if abs(turn) > 1e-100:
+        step *= np.expm1(1j * turn) / (1j * turn)
     return Pose2(step.real, step.imag, turn)

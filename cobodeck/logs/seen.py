@@ -1,0 +1,65 @@
+"""The scans of a log as points, each at one instant, with where its wheels said the base was."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from typing import Any, NamedTuple
+
+from cobodeck.logs.log import SensorLog
+from hw.geometry import STILL, Pose2, Twist2
+from hw.samples import Odometry, Scan
+from states.localization.scans import cloud_of, span_ns
+from states.localization.trail import velocity_of, way_of
+
+ALL_BEAMS = 100_000
+
+
+class Seen(NamedTuple):
+    """A scan: its points (n, 2) in the base frame at `stamp_ns`, in the middle of the scan, m.
+
+    `odom_from_base` is that of the same instant, None in a log without wheels.
+    """
+
+    sensor: str
+    stamp_ns: int
+    points: Any
+    odom_from_base: Pose2 | None
+
+
+class Way:
+    """The wheels of a log as a whole: between two words the base moves on an arc."""
+
+    def __init__(self, log: SensorLog) -> None:
+        wheels = [one for one in log.samples if isinstance(one.value, Odometry)]
+        self._stamps = [one.stamp_ns for one in wheels]
+        self._poses = [one.value.pose for one in wheels if isinstance(one.value, Odometry)]
+
+    def at(self, stamp_ns: int) -> Pose2 | None:
+        """odom_from_base; before the first word and behind the last it stands."""
+        if not self._stamps:
+            return None
+        after = bisect_left(self._stamps, stamp_ns)
+        if after == 0 or after == len(self._stamps):
+            return self._poses[min(after, len(self._poses) - 1)]
+        before, since = self._poses[after - 1], stamp_ns - self._stamps[after - 1]
+        share = since / (self._stamps[after] - self._stamps[after - 1])
+        return before @ way_of(velocity_of(before.inverse() @ self._poses[after], 1.0), share)
+
+    def velocity(self, first_ns: int, last_ns: int) -> Twist2:
+        """The mean velocity in the base frame between two instants."""
+        first, last = self.at(first_ns), self.at(last_ns)
+        if first is None or last is None or last_ns <= first_ns:
+            return STILL
+        return velocity_of(first.inverse() @ last, (last_ns - first_ns) * 1e-9)
+
+
+def scans_of(log: SensorLog) -> list[Seen]:
+    """All scans of a log, with all their beams, in order."""
+    way, found = Way(log), []
+    for sample in log.samples:
+        scan = sample.value
+        if isinstance(scan, Scan):
+            motion = way.velocity(sample.stamp_ns, sample.stamp_ns + span_ns(scan))
+            cloud = cloud_of(scan, sample.stamp_ns, log.sensing, ALL_BEAMS, motion)
+            found.append(Seen(scan.sensor, cloud.stamp_ns, cloud.points, way.at(cloud.stamp_ns)))
+    return found

@@ -1,0 +1,94 @@
+"""Where something is run: a scene by name or file, or a map as map_server writes it.
+
+A map is a scene without a person: its room is what the map shows, tidied; the robot starts in an
+open place, or where `FILE@x,y,yaw` says (m, rad).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from behaviors.profile import Profile
+from cobodeck.console import Problem
+from engine.files.source import read_file
+from hw.geometry import Pose2
+from hw.robot import RobotModel
+from hw.room import Room
+from hw.scene import Scene, load_scene
+from states.site import Site
+
+if TYPE_CHECKING:
+    from states.maps.occupancy import OccupancyMap
+
+EXACT_CORNERS = 1200
+"""Among so many corners, the planner `exact` is made in a second at the most (0.2 s on a scanned
+office of 861, 0.5 s on a hall of 1004, all of which can be gone round)."""
+ROBOT = "rbkairos_ur10"
+
+
+class Place(NamedTuple):
+    """A scene, and the map that it was made from, if it was."""
+
+    scene: Scene
+    map: OccupancyMap | None = None
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What whoever runs something here should know."""
+        told = () if self.map is None else self.map.remarks
+        corners = len(self.scene.room.segments)
+        if corners > EXACT_CORNERS:
+            told += (f"{corners} corners are too many for the planner exact; theta_star is used",)
+        return tuple(f"{self.scene.name}: {remark}" for remark in told)
+
+
+def open_place(name: str) -> Place:
+    """A scene, or a map as one.
+
+    Raises:
+        Problem: a map has no free floor, or the start in it is none; FileError: a file is wrong.
+    """
+    file, _, start = name.partition("@")
+    if not is_map(file):
+        return Place(load_scene(name))
+    from states.maps.occupancy import load_map
+    from states.maps.rooms import room_of, start_in, tidied
+
+    try:
+        map_ = tidied(load_map(file))
+    except ValueError as refused:
+        raise Problem(f"{file}: {refused}") from None
+    room = room_of(map_)
+    pose = _start(name, start, room) if start else start_in(map_)
+    about = f"the map {Path(file).name}"
+    scene = Scene(Path(file).stem, about, room, ROBOT, pose, folder=Path(file).parent)
+    return Place(scene, map_)
+
+
+def is_map(file: str) -> bool:
+    """A file that says `image:` is a map; one that cannot be read is left to the scene reader."""
+    if not Path(file).is_file():
+        return False
+    source = read_file(Path(file))
+    return isinstance(source.value, dict) and "image" in source.value
+
+
+def site_at(place: Place, profile: Profile, robot: RobotModel) -> Site:
+    """What the states need of a place; its planners are those that can be made there."""
+    site = profile.site(place.scene.room, robot)
+    if len(place.scene.room.segments) > EXACT_CORNERS:
+        site = replace(site, navigation=site.navigation.on_cells())
+    return replace(site, map=place.map, zones=place.scene.zones)
+
+
+def _start(name: str, text: str, room: Room) -> Pose2:
+    try:
+        x, y, yaw = (float(part) for part in (*text.split(","), "0")[:3])
+    except ValueError:
+        raise Problem(f"{name}: after @ the start is needed as x,y or x,y,yaw (m, rad)") from None
+    if not (math.isfinite(x + y + yaw) and room.is_free(x, y)):
+        raise Problem(f"{name}: ({x:g}, {y:g}) is not on the free floor of the map")
+    return Pose2(x, y, yaw)

@@ -1,0 +1,40 @@
+"""What the world needs of wheels and arms whose motion it computes."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from hw.geometry import Pose2, Twist2
+from hw.guarded import GuardedBase
+from hw.interfaces import Arm, Base
+from hw.samples import ArmState
+
+
+class MovingBase(Base, Protocol):
+    """A base whose motion the world computes."""
+
+    pose: Pose2
+    twist: Twist2
+    distance_m: float
+    energy_j: float
+    braked: bool
+    gate: GuardedBase | None
+
+    def advance(self, until_ns: int) -> None:
+        """Move on to until_ns."""
+        ...
+
+    def block(self, pose: Pose2) -> None:
+        """Something solid holds the base: it stands at once, at this pose."""
+        ...
+
+
+class MovingArm(Arm, Protocol):
+    """An arm whose motion the world computes."""
+
+    state: ArmState
+    braked: bool
+
+    def advance(self, until_ns: int) -> None:
+        """Move on to until_ns."""
+        ...

@@ -1,0 +1,67 @@
+"""The frames of a run as one tree with a history: the signal `transforms`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hw.geometry import Pose2, Pose3
+from hw.robot import RobotModel
+from hw.samples import UserPose
+from hw.tracking import Tracking
+from states.signals.motion import Stamped
+
+if TYPE_CHECKING:
+    from states.localization.transforms import TransformBuffer
+
+MAP, BASE, USER, VIVE, ARM = "map", "base", "user", "vive", "arm"
+HEAD, HANDS = "user_head", ("user_left_hand", "user_right_hand")
+
+
+class FramesEstimator:
+    """Puts poses of robot and person into a `TransformBuffer`, which is its value.
+
+    Frames: `map`, `vive` (of the tracking), `base`, `arm` and each scanner and tracker by its name
+    on it, `user` (their body on the floor) and, where they are tracked, `user_head` and the hands.
+    The buffer grows as poses come; what was looked up at a stamp is the same ever after.
+    """
+
+    def __init__(self, robot: RobotModel, tracking: Tracking) -> None:
+        from states.localization.transforms import TransformBuffer
+
+        self._frames: TransformBuffer = TransformBuffer()
+        self._frames.fix(MAP, VIVE, tracking.map_from_vive)
+        for name, mount in tracking.mounts.items():
+            self._frames.fix(BASE, name, mount)
+        for name, lidar in robot.sensing.lidars.items():
+            self._frames.fix(BASE, name, lidar.mount.pose)
+        if robot.arm is not None:
+            self._frames.fix(BASE, ARM, Pose3(0.0, 0.0, robot.arm.mount_height))
+        self._stamp: int | None = None
+
+    def update(self, _signal: str, sample: Stamped) -> None:
+        """Take one pose of the base or of the user."""
+        pose, stamp = sample.value, sample.stamp
+        if isinstance(pose, Pose2):
+            self._put(BASE, stamp, _upright(pose))
+        elif isinstance(pose, UserPose):
+            self._put(USER, stamp, _upright(pose.body))
+            others = zip((HEAD, *HANDS), (pose.head, pose.left_hand, pose.right_hand), strict=True)
+            for name, other in others:
+                if other is not None:
+                    self._put(name, stamp, other)
+
+    def value(self) -> TransformBuffer:
+        """All frames, to be looked up."""
+        return self._frames
+
+    def stamp(self) -> int | None:
+        """Of the newest pose, ns."""
+        return self._stamp
+
+    def _put(self, frame: str, stamp: int, map_from_frame: Pose3) -> None:
+        self._frames.put(MAP, frame, stamp, map_from_frame)
+        self._stamp = stamp if self._stamp is None else max(stamp, self._stamp)
+
+
+def _upright(pose: Pose2) -> Pose3:
+    return Pose3.from_yaw(pose.x, pose.y, 0.0, pose.yaw)

@@ -1,0 +1,48 @@
+"""What a localizer is told once: how matching, particles, filter and trackers work together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from engine.files.units import Duration
+from engine.files.values import Range
+from hw.samples import PoseSigma
+from states.localization.amcl import AmclValues
+from states.localization.scan_tracker import TrackerValues
+
+_START, _REST = PoseSigma(1.0, 0.5), PoseSigma(0.002, 0.0005)
+_VIVE, _FLOOR = PoseSigma(0.02, 0.015), PoseSigma(0.002, 0.0005)
+
+
+@dataclass(frozen=True, slots=True)
+class LocalizerValues:
+    """How the parts work together.
+
+    `start_sigma` is how far off the told start may be. The base is searched from `patience`
+    unhealthy matches in a row on, and while less than a share `plain` of beams, over about a
+    second, is on walls, unless a search has said within the last `sure_for` s that it is here. A
+    place found elsewhere by `elsewhere` scans in a row is gone to; after `lost_after` s without a
+    fair match there is no pose. The pose of a standing base is settled when it is sure to
+    `rest_sigma`, or after `rest_scans`; then it is looked at every `check` s. Trackers correct it
+    every `vive_period` s, and every `vive_period_turning` s while it turns faster than `turning`,
+    rad/s; `vive_sigma` is what each acquisition may be off by. `floor_sigma` is what no averaging
+    removes.
+    """
+
+    matching: TrackerValues = field(default_factory=TrackerValues)
+    particles: AmclValues = field(default_factory=AmclValues)
+    start_sigma: PoseSigma = _START
+    plain: Annotated[float, Range(0.0, 1.0)] = 0.6
+    patience: Annotated[int, Range(1, 1000)] = 5
+    elsewhere: Annotated[int, Range(1, 1000)] = 40
+    sure_for: Annotated[Duration, Range(0.0, 600.0)] = 5.0
+    lost_after: Annotated[Duration, Range(0.1, 60.0)] = 2.0
+    rest_sigma: PoseSigma = _REST
+    rest_scans: Annotated[int, Range(1, 1000)] = 25
+    check: Annotated[Duration, Range(0.05, 60.0)] = 0.4
+    vive_period: Annotated[Duration, Range(0.01, 60.0)] = 1.0
+    vive_period_turning: Annotated[Duration, Range(0.01, 60.0)] = 0.1
+    turning: float = 0.1
+    vive_sigma: PoseSigma = _VIVE
+    floor_sigma: PoseSigma = _FLOOR

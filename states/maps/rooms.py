@@ -1,0 +1,160 @@
+"""A scanned map as a room: the outline of its largest free piece, as polygons.
+
+Specks are dropped, all that cannot be reached is left out, and corners are taken away where the
+outline stays within half a cell of where it was. What a speck was after all, scanners will show.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from hw.geometry import Pose2
+from hw.room import Point, Ring, Room
+from states.maps.cells import Mask
+from states.maps.distance import Array, distances
+from states.maps.occupancy import FREE, UNKNOWN, OccupancyMap
+
+SPECK_CELLS = 4
+"""Things of fewer cells amid free ones are specks."""
+LOOSE = 0.5
+"""How far the outline may move when corners are taken away, in cells."""
+ROBOT_M, APART_M = 1.0, 3.0
+"""A robot starts so far from walls, and from where a person would be put, where there is room."""
+_LEAST_AREA = 1e-6
+_STAIR = 1
+
+
+def tidied(map_: OccupancyMap) -> OccupancyMap:
+    """The map without specks; free cells that are not joined to the largest piece are unknown.
+
+    Raises:
+        ValueError: no cell is free.
+    """
+    free = map_.values == FREE
+    if not free.any():
+        raise ValueError("no cell of the map is free")
+    things, _ = ndimage.label(~free, np.ones((3, 3)))
+    small = np.bincount(things.ravel()) < SPECK_CELLS
+    small[0] = False
+    free |= small[things]
+    pieces, _ = ndimage.label(free)
+    sizes = np.bincount(pieces.ravel())
+    sizes[0] = 0
+    own = pieces == sizes.argmax()
+    values = np.where(own, FREE, np.where(map_.values == FREE, UNKNOWN, map_.values))
+    values = values.astype(np.int16)
+    values.setflags(write=False)
+    return replace(map_, values=values)
+
+
+def room_of(map_: OccupancyMap) -> Room:
+    """The room that a tidied map shows; everything that is not free stands in the way."""
+    rings = [np.array(list(_smoothed(ring))) for ring in outlines(map_.values == FREE)]
+    areas = [_area(ring) for ring in rings]
+    outer = max(range(len(rings)), key=lambda i: areas[i])
+    holes = [ring for i, ring in enumerate(rings) if i != outer and areas[i] < -_LEAST_AREA]
+    shape = shapely.Polygon(rings[outer], holes)
+    shape = shape if shape.is_valid else shape.buffer(0.0)
+    loose = shapely.simplify(shape, LOOSE, preserve_topology=True)
+    outline = max(shapely.get_parts(loose), key=lambda part: part.area)
+    walls = tuple(_ring(hole, map_) for hole in outline.interiors)
+    return Room(outer=_ring(outline.exterior, map_), walls=walls)
+
+
+def start_in(map_: OccupancyMap) -> Pose2:
+    """The most open place that leaves the very most open one to people, looking along x.
+
+    A robot can drive from the one to the other; where that is not so it stands in the latter.
+    """
+    field = distances(np.pad(map_.values != FREE, 1, constant_values=True), map_.resolution)
+    field = field[1:-1, 1:-1]
+    best = np.unravel_index(int(field.argmax()), field.shape)
+    row, column = np.indices(field.shape)
+    away = np.hypot(row - best[0], column - best[1]) * map_.resolution
+    pieces, _ = ndimage.label(field >= ROBOT_M)
+    apart = np.where((pieces == pieces[best]) & (pieces > 0) & (away >= APART_M), field, 0.0)
+    found = np.unravel_index(int(apart.argmax()), field.shape) if apart.any() else best
+    return Pose2(*map_.center(int(found[0]), int(found[1])))
+
+
+def outlines(free: Mask) -> list[NDArray[np.int64]]:
+    """Rings of corners about free cells, (n, 2) x, y in cells, free cells on the left.
+
+    Free cells that only meet at a corner are not joined.
+    """
+    leads: dict[Point, list[Point]] = {}
+    padded = np.pad(free, 1)
+    for (up, across), start, end in _SIDES:
+        beside = padded[1 + up : 1 + up + free.shape[0], 1 + across : 1 + across + free.shape[1]]
+        for row, column in np.argwhere(free & ~beside).tolist():
+            here = (column + start[0], row + start[1])
+            leads.setdefault(here, []).append((column + end[0], row + end[1]))
+    rings = []
+    while leads:
+        place = next(iter(leads))
+        ring, heading = [place], None
+        while place in leads:
+            place, heading = _next(leads, place, heading)
+            ring.append(place)
+        rings.append(np.array(ring[:-1], dtype=np.int64))
+    return rings
+
+
+_SIDES = (
+    ((-1, 0), (0, 0), (1, 0)),
+    ((1, 0), (1, 1), (0, 1)),
+    ((0, -1), (0, 1), (0, 0)),
+    ((0, 1), (1, 0), (1, 1)),
+)
+"""Of a cell: what lies beside it (rows, columns), and the side there, free cells on the left."""
+
+
+def _next(
+    leads: dict[Point, list[Point]], place: Point, heading: Point | None
+) -> tuple[Point, Point]:
+    """The next corner and the heading there; where two sides lead on, the one to the left."""
+    onward = leads[place]
+    chosen = 0
+    if len(onward) > 1 and heading is not None:
+        left = (place[0] - heading[1], place[1] + heading[0])
+        chosen = onward.index(left) if left in onward else 0
+    there = onward.pop(chosen)
+    if not onward:
+        del leads[place]
+    return there, (there[0] - place[0], there[1] - place[1])
+
+
+def _smoothed(ring: NDArray[np.int64]) -> Iterator[Point]:
+    """The corners of a ring; of stairs, as slanting walls are drawn, the middles of the steps."""
+    ahead, behind = np.roll(ring, -1, axis=0) - ring, ring - np.roll(ring, 1, axis=0)
+    turns = (ahead != behind).any(axis=1)
+    corners = ring[turns]
+    lengths = np.abs(np.roll(corners, -1, axis=0) - corners).sum(axis=1)
+    found: list[Point] = []
+    for i, (x, y) in enumerate(corners.tolist()):
+        if lengths[i - 1] > _STAIR and lengths[i] > _STAIR:
+            found.append((float(x), float(y)))
+        if lengths[i] <= _STAIR:
+            far_x, far_y = corners[(i + 1) % len(corners)].tolist()
+            found.append((0.5 * (x + far_x), 0.5 * (y + far_y)))
+    plain = len(found) < 3 or abs(_area(np.array(found))) < 0.5
+    yield from ([(float(x), float(y)) for x, y in corners.tolist()] if plain else found)
+
+
+def _area(ring: Array) -> float:
+    """In cells; above 0 if it goes round counter-clockwise."""
+    x, y = ring.T
+    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+
+
+def _ring(line: shapely.LinearRing, map_: OccupancyMap) -> Ring:
+    size = map_.resolution
+    return tuple(
+        map_.map_from_corner.transform(x * size, y * size) for x, y in list(line.coords)[:-1]
+    )

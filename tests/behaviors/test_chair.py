@@ -1,0 +1,158 @@
+"""A chair is put in front of a robot that drives at 1.5 m/s: it stops, or goes round (R37, R51).
+
+What it needs, at the worst: the front scanner has just passed the place (0.08 s until it comes
+back), half a sweep is still to come (0.03 s), the scan waits for a tick (0.033 s), the command
+counts at once: 0.15 s or 0.22 m; braking with 1 m/s2 takes 1.125 m; the outline reaches up to
+0.725 m ahead of base_link. So 2.07 m from base_link to the chair's near side are enough, whatever
+the robot's heading; 2.2 m are asked for.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections import Counter
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from behaviors.profile import load_profile
+from behaviors.signals import signals
+from engine.board import Board
+from engine.context import LeafContext
+from engine.signals import declare
+from engine.state import interface
+from hw.geometry import Pose2
+from hw.guarded import GuardedBase
+from hw.robot import load_robot
+from hw.room import Point
+from hw.safety_limits import SafetyLimits
+from hw.scene import load_scene
+from hw.sim.base import SimBase
+from hw.sim.errors import LidarErrors
+from hw.sim.lidar import SimLidar
+from hw.sim.shapes import Body, Shapes
+from hw.sim.track import Track
+from states.navigation.states import DriveTo
+from states.site import SUBSYSTEMS, Site, SubsystemName
+
+HZ = 30
+AHEAD, RADIUS = 2.2, 0.225
+FASTEST = {"profile": 1.47, "teb": 1.38}  # `teb` drives 0.1 m/s below its limit
+WATCHED_S = 3.5
+PROFILE, ROBOT, SCENE = load_profile("tuned"), load_robot("rbkairos_ur10"), load_scene("lab_a")
+
+
+def site_of(planner: str, local_planner: str) -> Site:
+    """`lab_a` with the default profile but for the planners, and 1.5 m/s for all."""
+    navigation = PROFILE.navigation
+    for name in SUBSYSTEMS:
+        own = replace(navigation.named(name), planner=planner, local_planner=local_planner)
+        own = replace(own, max_speed=1.5)
+        navigation = replace(navigation, **{name: own})
+    site = replace(PROFILE, navigation=navigation).site(SCENE.room, ROBOT)
+    site.warm_up()
+    return site
+
+
+class Trial:
+    """A drive along the hall, and a chair before it as soon as it is fast."""
+
+    def __init__(self, site: Site, subsystem: SubsystemName, seed: int) -> None:
+        chance = random.Random(seed)
+        ends = [(chance.uniform(1.3, 5.2), 1.3), (chance.uniform(1.3, 5.2), 8.8)]
+        chance.shuffle(ends)
+        start, self.goal = (Pose2(*end, chance.uniform(-math.pi, math.pi)) for end in ends)
+        self.fast = FASTEST[site.navigation.chase.local_planner]
+        self.chair: tuple[int, Point] | None = None
+        self.gap = math.inf
+        self.base, self.track = SimBase(site.robot, site.limits, start), Track(start)
+        limits = SafetyLimits.of(site.robot, site.limits)
+        self.guard = GuardedBase(self.base, replace(limits, watched=False))
+        shapes = Shapes(site.room, [Body(RADIUS, 1.0, self._stands)])
+        errors, lidars = LidarErrors(), site.robot.sensing.lidars
+        self.lidar = SimLidar(lidars, self.track, shapes, errors, seed)
+        made = interface(DriveTo)
+        leaf: Any = SimpleNamespace(path="drive", interface=made, commands=made.commands)
+        self.board = Board(declare(signals(site, PROFILE.settings)), made.reads)
+        self.board.put("site", site, 0)
+        ctx = LeafContext(leaf, self.board, {"base": self.guard})
+        self.run = DriveTo(subsystem).run(ctx, self.goal)
+
+    def outcome(self) -> str:
+        """How it ended: `none` is a drive before which there was no chair; `driving` goes on."""
+        for tick in range(1, 20 * HZ):
+            now, before = tick * 10**9 // HZ, (tick - 1) * 10**9 // HZ
+            for k in range(1, 11):
+                self.base.advance(before + (now - before) * k // 10)
+                self.track.note(before + (now - before) * k // 10, self.base.pose)
+            for sample in (*self.guard.samples(now), *self.lidar.samples(now)):
+                self.board.put(sample.name, sample.value, sample.stamp_ns)
+            self._look(now)
+            self.board.begin(now)
+            try:
+                next(self.run)
+            except StopIteration as end:
+                return str(end.value) if self.chair else "none"
+            finally:
+                self.guard.tick(now)
+            if self.chair and now - self.chair[0] > WATCHED_S * 1e9:
+                return "driving"
+        return "none"
+
+    def _stands(self, now: int) -> Point | None:
+        return self.chair[1] if self.chair and now >= self.chair[0] else None
+
+    def _look(self, now: int) -> None:
+        pose = self.base.pose
+        motion = self.base.twist.rotated(pose.yaw)
+        if self.chair is not None:
+            x, y = pose.inverse().transform(*self.chair[1])
+            body = ROBOT.footprint
+            aside = max(abs(x) - body.half_length, 0.0), max(abs(y) - body.half_width, 0.0)
+            self.gap = min(self.gap, math.hypot(*aside) - RADIUS)
+        elif motion.speed > self.fast and pose.distance_to(self.goal) > AHEAD + 1.6:
+            ahead = (AHEAD + RADIUS) / motion.speed
+            self.chair = now, (pose.x + ahead * motion.vx, pose.y + ahead * motion.vy)
+
+
+def touched(site: Site, name: SubsystemName, seeds: range) -> tuple[Counter[str], int]:
+    """How the drives ended before which there was a chair, and how many touched it."""
+    trials = [Trial(site, name, seed) for seed in seeds]
+    ends = Counter(trial.outcome() for trial in trials)
+    return ends, sum(trial.gap <= 0.0 for trial in trials)
+
+
+@pytest.mark.requirement(37, 51)
+@pytest.mark.parametrize("local_planner", ["profile", "teb"])
+@pytest.mark.parametrize("planner", ["exact", "theta_star"])
+def test_a_chair_before_a_fast_robot_is_not_touched(planner: str, local_planner: str) -> None:
+    site = site_of(planner, local_planner)
+    ends, touches = touched(site, "haptic", range(4, 6))
+    assert touches == 0
+    assert ends["none"] < 2
+
+
+def test_who_sees_nothing_runs_into_the_chair(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(SimLidar, "samples", lambda *_: [])
+    assert touched(site_of("exact", "profile"), "chase", range(3))[1] == 3
+
+
+@pytest.mark.slow
+@pytest.mark.requirement(37, 51)
+@pytest.mark.parametrize("name", SUBSYSTEMS)
+def test_of_fifty_chairs_none_is_touched(name: SubsystemName) -> None:
+    ends, touches = touched(site_of("exact", "profile"), name, range(50))
+    assert touches == 0
+    assert ends["none"] == 0
+
+
+@pytest.mark.slow
+@pytest.mark.requirement(37, 51)
+@pytest.mark.parametrize("local_planner", ["profile", "teb"])
+@pytest.mark.parametrize("planner", ["theta_star", "navfn"])
+def test_of_chairs_before_other_planners_none_is_touched(planner: str, local_planner: str) -> None:
+    for name in SUBSYSTEMS:
+        assert touched(site_of(planner, local_planner), name, range(60, 63))[1] == 0
