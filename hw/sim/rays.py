@@ -149,7 +149,7 @@ def cast(rays: Floats, segments: Floats, discs: Floats, start: float, step: floa
 def measured(
     ranges: Floats, noise: Floats, chance: Floats, limits: Floats, sigma: float, outliers: float
 ) -> Floats:
-    """Exact ranges as a scanner gives them, rounded to 1 mm; inf: nothing within its limits.
+    """Exact ranges as a scanner gives them, rounded to 1/1024 m; inf: nothing within its limits.
 
     Args:
         ranges: (n,) m.
@@ -170,7 +170,7 @@ def measured(
             r = math.inf if place >= 1.0 else least + place * (min(r, most) - least)
         elif r < math.inf:
             r += sigma * noise[i]
-        found[i] = math.floor(1000.0 * r + 0.5) / 1000.0 if least <= r <= most else math.inf
+        found[i] = math.floor(1024.0 * r + 0.5) / 1024.0 if least <= r <= most else math.inf
     return found
 
 

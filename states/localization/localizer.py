@@ -57,6 +57,8 @@ LEAP = 3.0
 """A match that is off its prediction by more standard deviations has to repeat itself."""
 CERTAIN = 0.8
 """But not if such a share of its beams is on walls."""
+FAR_BETTER = 0.25
+"""After several bad matches one from farther around is taken that fits better by such a share."""
 BETTER = 0.1
 """A place elsewhere is believed if its share of beams on walls is higher by so much."""
 AROUND = PoseSigma(0.3, 0.2)
@@ -250,7 +252,9 @@ class Localizer:
         values = self._values
         if not found.is_fair(values.matching):
             around = self._match(cloud, predicted, covariance_of(AROUND))
-            found = around if around.is_plain(values.matching, values.plain) else found
+            least = found.share + FAR_BETTER if self._bad >= values.patience else values.plain
+            takes = around.share >= least and around.is_healthy(values.matching)
+            found = around if takes else found
         self._share += SMOOTH * (found.share - self._share)
         if found.is_fair(values.matching):
             pose, information = found.map_from_base, found.information
@@ -401,7 +405,7 @@ class Localizer:
         pose = self._compared.put(stamp_ns, seen, COMPARED)
         if pose is None or self._resting or self._mode != "tracking":
             return
-        known = self._fusion.at(stamp_ns)
+        known = self._fusion.at(stamp_ns) if self._compared.agree else None
         if known is not None:
             self.drift = self._drifts.update(stamp_ns, pose, known[0])
 

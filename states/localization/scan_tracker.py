@@ -73,11 +73,7 @@ class Match:
 
     def is_healthy(self, values: TrackerValues) -> bool:
         """Most beams on walls that one can hope for, and no longer on its way?"""
-        return self.is_plain(values, values.healthy)
-
-    def is_plain(self, values: TrackerValues, share: float) -> bool:
-        """The same with another share of beams on walls."""
-        return self.share >= share and self.is_fair(values)
+        return self.share >= values.healthy and self.is_fair(values)
 
     def is_fair(self, values: TrackerValues) -> bool:
         """Enough beams on walls to say something, and no longer on its way?"""

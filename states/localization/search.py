@@ -1,7 +1,8 @@
 """Looks for the base all over the map, or about a place: particles show where, matches how well.
 
 The likeliest particles of a first scan, well apart, become hypotheses. Each is laid onto the walls
-by every further scan and keeps the sum of its log-likelihoods; those that fall behind are dropped.
+by every further scan, and scored by the log-likelihoods of the latest; those that fall behind are
+dropped.
 Particles alone go to the wrong place where rooms look alike: one that is a hand off the truth fits
 worse than one that happens to lie in the bottom of a wrong place. Polished, both can be compared.
 """
@@ -37,21 +38,29 @@ WORSE, KEPT = 60.0, 30
 """A hypothesis is dropped that is less likely by e to this, or not among so many best ones."""
 ALIKE = 0.1
 """Beams of a scan count as so many independent ones."""
+KEEP = 0.9
+"""What earlier scans still count when a new one comes: those of one place say the same again."""
 SURE = 0.99
 """Probability at which the best hypothesis is taken."""
-FEWEST = 4
-"""Scans that a search looks at, so that two scanners have their say."""
+FEWEST, MORE, PLAIN = 4, 60, 0.6
+"""Scans that a search looks at, so that two scanners have their say; more of them where less than
+such a share of beams is on walls, so that what stands in the way has time to change."""
 PATIENCE = 100
 """After so many scans in a row to which nothing fits it begins anew, all over the floor."""
 CARRIED = 8.0
 """By so much, in the logarithm, it is likelier that the base was not carried elsewhere."""
-_NEAR = covariance_of(PoseSigma(0.3, 0.2))
+_NEAR, _CLOSE = covariance_of(PoseSigma(0.3, 0.2)), covariance_of(PoseSigma(0.05, 0.03))
 
 
 @dataclass(slots=True)
 class _Hypothesis:
     match: Match
-    log: float
+    expected: float
+    fits: float = 0.0
+
+    @property
+    def log(self) -> float:
+        return self.expected + self.fits
 
 
 class Search:
@@ -92,10 +101,11 @@ class Search:
         way = (self._odom_from_base or odom_from_base).inverse() @ odom_from_base
         self._odom_from_base = odom_from_base
         self._also = None if self._also is None else self._also @ way
+        about = _NEAR if self._scans < FEWEST else _CLOSE
         for one in self._hypotheses:
             predicted = one.match.map_from_base @ way
-            one.match = match(self._field, points, predicted, _NEAR, self._matching)
-            one.log += self._fit(points, one.match.map_from_base)
+            one.match = match(self._field, points, predicted, about, self._matching)
+            one.fits = KEEP * one.fits + self._fit(points, one.match.map_from_base)
         self._hypotheses = _kept(self._hypotheses)
         best = self._hypotheses[0]
         weight = 1.0 / sum(math.exp(one.log - best.log) for one in self._hypotheses)
@@ -103,7 +113,8 @@ class Search:
         self._unfit = 0 if fair else self._unfit + 1
         if self._unfit >= PATIENCE:
             self.anywhere(self._also)
-        return best.match if fair and weight >= SURE and self._scans >= FEWEST else None
+        fewest = FEWEST if best.match.share >= PLAIN else MORE
+        return best.match if fair and weight >= SURE and self._scans >= fewest else None
 
     def _begin(self, also: Pose2 | None) -> None:
         self._also, self._prior, self._hypotheses = also, None, []
