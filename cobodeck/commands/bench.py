@@ -19,6 +19,7 @@ BENCHES = {
     "engine": "cobodeck.bench.engine",
     "navigation": "cobodeck.bench.navigation",
     "arm": "cobodeck.bench.arm",
+    "localization": "cobodeck.bench.localization",
     "simulation": "cobodeck.bench.simulation",
     "realtime": "cobodeck.bench.realtime",
 }
