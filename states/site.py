@@ -138,7 +138,8 @@ class Site:
             from states.navigation.layers import ground_of, map_of
 
             drawn = self.map or map_of(self.room, resolution)
-            self._grounds[resolution] = ground_of(drawn, resolution, self.zones.keepout)
+            walls = self.field if self.map is None else None
+            self._grounds[resolution] = ground_of(drawn, resolution, self.zones.keepout, walls)
         return self._grounds[resolution]
 
     @cached_property

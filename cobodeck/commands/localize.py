@@ -164,7 +164,7 @@ def summary(found: Localized) -> str:
     rows = [
         ("map", told["map"]),
         ("begins", begins),
-        ("scans", f"{told['scans']}, {told['without_pose']} without a pose: {status}"),
+        ("scans", f"{told['scans']}, {told['scored']} scored: {status}"),
         ("beams to walls", _walls(walls)),
         ("against corrected poses", _errors(errors)),
         ("time per scan", f"{took['median']:.2f} ms, p99 {took['p99']:.1f} ms" if took else "-"),

@@ -37,7 +37,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "chart", nargs="?", type=word, default=CHART, help=f"name or file; default {CHART}"
     )
-    parser.add_argument("--scene", type=word, help=f"name or file; default {SCENE}")
+    about = f"name or file, or a map: FILE.yaml[@x,y,yaw]; default {SCENE}"
+    parser.add_argument("--scene", type=word, help=about)
     parser.add_argument(
         "--robot", type=word, help="name or file; default the scene's; without --scene: no room"
     )

@@ -55,6 +55,11 @@ class Step:
     true: Pose2 | None = None
 
     @property
+    def scored(self) -> bool:
+        """Was the base found by then? A start that was told counts once scans have borne it out."""
+        return self.pose is not None and self.status != "starting"
+
+    @property
     def error(self) -> tuple[float, float] | None:
         """From the corrected pose, m and rad."""
         if self.pose is None or self.true is None:
@@ -77,12 +82,12 @@ class Localized:
     @property
     def walls(self) -> list[float]:
         """Median distances of beams to walls, by scan, m."""
-        return [step.wall for step in self.steps if step.wall is not None]
+        return [step.wall for step in self.steps if step.scored and step.wall is not None]
 
     @property
     def errors(self) -> list[tuple[float, float]]:
         """From the corrected poses, m and rad."""
-        return [step.error for step in self.steps if step.error is not None]
+        return [step.error for step in self.steps if step.scored and step.error is not None]
 
 
 def localize(
@@ -200,6 +205,7 @@ def figures(found: Localized) -> dict[str, Any]:
         "start": None if found.start is None else _numbers(found.start),
         "seed": found.seed,
         "scans": len(steps),
+        "scored": sum(step.scored for step in steps),
         "without_pose": sum(step.pose is None for step in steps),
         "wall_distance_m": walls_figures(found.walls),
         "errors": error_figures(found),

@@ -16,8 +16,9 @@ import numpy as np
 
 from hw.geometry import Pose2
 from hw.room import Disc, Point
-from states.maps.cells import Grid, fill_rings
+from states.maps.cells import Grid, Mask, fill_rings
 from states.maps.distance import Array, distances
+from states.maps.field import Field
 from states.maps.occupancy import UNKNOWN, OccupancyMap
 from states.navigation.inflation import FREE, LETHAL, NO_INFORMATION, Costs, Inflation, inflate
 from states.navigation.unmapped import Obstacles
@@ -49,10 +50,15 @@ class StaticValues:
 
 @dataclass(frozen=True)
 class Ground:
-    """What a map shows, before any inflation: costs of the cells of a grid, (rows, columns)."""
+    """What a map shows, before any inflation: costs of the cells of a grid, (rows, columns).
+
+    `walls` of a drawn room tell distances below a cell; `keepouts` are cells that are no walls.
+    """
 
     grid: Grid
     costs: Costs
+    walls: Field | None = None
+    keepouts: Mask | None = None
 
     @classmethod
     def of(
@@ -60,19 +66,34 @@ class Ground:
         static: OccupancyMap,
         grid: Grid,
         keepouts: Sequence[Ring] = (),
-        values: StaticValues | None = None,
+        walls: Field | None = None,
     ) -> Ground:
         """A map on the cells of a grid; keepouts are kept off like walls."""
-        drawn = (values or StaticValues()).costs(static)
+        drawn = StaticValues().costs(static)
         costs = sample(drawn, static.resolution, static.map_from_corner, grid)
+        kept = np.zeros(costs.shape, np.bool_)
         for ring in keepouts:
-            costs[fill_rings(grid, [ring])] = LETHAL
-        return cls(grid, costs)
+            kept |= fill_rings(grid, [ring])
+        costs[kept] = LETHAL
+        return cls(grid, costs, walls, kept)
 
     @cached_property
     def distances(self) -> Array:
-        """From the centre of every cell to that of the nearest lethal one, m, (rows, columns)."""
-        return distances(self.costs == LETHAL, self.grid.resolution)
+        """From the centre of every cell to that of the nearest lethal one, m, (rows, columns).
+
+        A wall that is drawn counts as if lethal cells began at its side.
+        """
+        size, lethal = self.grid.resolution, self.costs == LETHAL
+        found = distances(lethal, size)
+        if self.walls is None or self.keepouts is None:
+            return found
+        xs, ys = self.grid.centers()
+        x, y = np.meshgrid(xs, ys)
+        places = np.column_stack((x.ravel(), y.ravel()))
+        exact = self.walls.distances(Pose2(0.0, 0.0), places).reshape(found.shape)
+        found = np.where(exact < self.walls.table.reach, exact + 0.5 * size, found)
+        found = np.minimum(found, distances(self.keepouts, size))
+        return np.where(lethal, 0.0, found)
 
     def among(self, obstacles: Obstacles) -> Array:
         """The distances with obstacles; exact up to what these cost anybody."""

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from hw.room import Ring, Room
 from states.maps.cells import Grid, grid_over, room_map
+from states.maps.field import Field
 from states.maps.occupancy import OccupancyMap
 from states.navigation.clearance import TOLERANCE, Array
 from states.navigation.costmap import Costmap, Ground
@@ -86,9 +87,14 @@ def exact_among(planner: ExactPlanner, obstacles: Obstacles) -> ExactPlanner:
     return obstacles.exact[radius]
 
 
-def ground_of(static: OccupancyMap, resolution: float, keepouts: Sequence[Ring] = ()) -> Ground:
-    """A map on cells of this size, along the axes of the map."""
-    return Ground.of(static, _grid_over(static, resolution), keepouts)
+def ground_of(
+    static: OccupancyMap,
+    resolution: float,
+    keepouts: Sequence[Ring] = (),
+    walls: Field | None = None,
+) -> Ground:
+    """A map on cells of this size, along the axes of the map; with `walls` that of a drawn room."""
+    return Ground.of(static, _grid_over(static, resolution), keepouts, walls)
 
 
 def map_of(room: Room, resolution: float) -> OccupancyMap:

@@ -139,6 +139,8 @@ def descend(potential: Array, ends: Array) -> Array:
     """The way from start to goal, (k, 2) in cells, walked down from the goal; empty if it fails."""
     start_x, start_y = ends[0]
     x, y = ends[1]
+    if potential[math.floor(y), math.floor(x)] == math.inf:
+        return np.empty((0, 2))
     limit = 8 * potential.size
     way = np.empty((64, 2))
     way[0] = ends[1]

@@ -135,7 +135,9 @@ class ProfilePlanner(LocalPlanner):
             if line is not None and self.path is not None:
                 choices.append(_Choice(self._least_gap(pose, now, user, line), line, self))
         present.restore(self)
-        for aside in steps_aside(user, self._user_velocity, place, self._margin):
+        passes = math.dist(place, (user.x, user.y)) / math.hypot(*self._user_velocity)
+        room = self._margin + self._spread * min(HORIZON, passes)
+        for aside in steps_aside(user, self._user_velocity, place, room):
             if self.planner.is_free(aside) and self.planner.allows(place, aside, user):
                 line = as_line(Path.of_points((place, aside)))
                 choices.append(_Choice(self._least_gap(pose, now, user, line), line, self))

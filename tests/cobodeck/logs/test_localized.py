@@ -197,6 +197,21 @@ def test_a_real_log_is_found_anywhere_in_a_real_map(seed):
     ground = given_ground(str(DATA / "localization_demo.simplemap.gz"), log)
     told = figures(localize(log, ground, None, seed, ticking()))
 
-    assert told["without_pose"] <= 6
+    assert told["scored"] >= 30
+    assert told["wall_distance_m"]["share_below_5cm"] >= 0.95
+    assert told["wall_distance_m"]["max"] <= 0.15
+
+
+@needs_data
+@pytest.mark.slow
+@pytest.mark.parametrize("anywhere", [True, False])
+def test_a_real_round_is_mapped_and_driven_again(anywhere):
+    log = open_log(DATA / "sena_one_loop.rawlog")
+    ground = built_ground(log)
+    start = None if anywhere else first_pose(ground)
+    told = figures(localize(log, ground, start, 0, ticking()))
+
+    assert ground.split == "alternate"
+    assert told["scored"] >= 105
     assert told["wall_distance_m"]["share_below_5cm"] >= 0.95
     assert told["wall_distance_m"]["max"] <= 0.15
