@@ -19,6 +19,7 @@ BENCHES = {
     "engine": "cobodeck.bench.engine",
     "navigation": "cobodeck.bench.navigation",
     "arm": "cobodeck.bench.arm",
+    "localization": "cobodeck.bench.localization",
     "simulation": "cobodeck.bench.simulation",
     "realtime": "cobodeck.bench.realtime",
 }
@@ -34,6 +35,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--rounds", type=positive, default=9, help="medians of so many; default 9")
     parser.add_argument("--show", type=Path, metavar="FILE", help="measure nothing, show a --json")
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="time against error, as X.svg, .png, .pdf"
+    )
     parser.add_argument("--json", action="store_true", help="for programs")
 
 
@@ -44,6 +48,10 @@ def run(args: argparse.Namespace) -> int:
         show_json(result)
     else:
         show(text(result))
+    if args.output is not None:
+        from cobodeck.pictures.benched import draw_bench
+
+        draw_bench(result["rows"], args.output)
     if args.compare is None:
         return OK
     worse = list(slower(result["rows"], _read(args.compare)["rows"]))

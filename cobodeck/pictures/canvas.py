@@ -108,12 +108,22 @@ def save(drawn: Sheet, path: Path) -> None:
     Raises:
         Problem: the ending is none of `FORMS`.
     """
-    form = form_of(path)
     with mpl.rc_context(_STYLE):
         if drawn.legend:
             _add_legend(drawn)
+    save_figure(drawn.figure, path)
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a figure as the file's suffix says, the same bytes each time.
+
+    Raises:
+        Problem: there is no such form.
+    """
+    form = form_of(path)
+    with mpl.rc_context(_STYLE):
         path.parent.mkdir(parents=True, exist_ok=True)
-        drawn.figure.savefig(path, format=form, dpi=DPI, metadata=_UNDATED[form])
+        figure.savefig(path, format=form, dpi=DPI, metadata=_UNDATED[form])
 
 
 def form_of(path: Path) -> str:

@@ -349,6 +349,11 @@ class Localizer:
         """Search for the base; where it is found, go on from there."""
         odom_from_base = self._trail.at(cloud.stamp_ns) or Pose2(0.0, 0.0)
         found = self._search.update(odom_from_base, cloud.points)
+        guess = self._search.guess
+        velocity = self._moving(cloud.stamp_ns - MOMENT_NS, cloud.stamp_ns)
+        if found is None and guess is not None and self._mode == "starting":
+            unsure = covariance_of(self._values.start_sigma)
+            self._fusion.begin(cloud.stamp_ns, guess.map_from_base, unsure, velocity)
         if found is None:
             return
         doubtful = self._mode == "doubtful"
@@ -362,7 +367,6 @@ class Localizer:
         if stays:
             return
         covariance = inverse(found.information + np.eye(3))
-        velocity = self._moving(cloud.stamp_ns - MOMENT_NS, cloud.stamp_ns)
         self._fusion.begin(cloud.stamp_ns, found.map_from_base, covariance, velocity)
         self._fair_ns, self._share = cloud.stamp_ns, found.share
         self._watch.restart()

@@ -64,7 +64,10 @@ class _Hypothesis:
 
 
 class Search:
-    """Tell it every scan; it looks everywhere unless told `about` where."""
+    """Tell it every scan; it looks everywhere unless told `about` where.
+
+    `guess` is what fits the latest scan best, if it fits well, before enough scans have been seen.
+    """
 
     def __init__(
         self, field: Field, particles: AmclValues, matching: TrackerValues, seed: int
@@ -76,6 +79,7 @@ class Search:
         self._hypotheses: list[_Hypothesis] = []
         self._odom_from_base: Pose2 | None = None
         self._scans = self._unfit = 0
+        self.guess: Match | None = None
         self._begun = False
 
     def about(self, map_from_base: Pose2, covariance: Array) -> None:
@@ -113,12 +117,15 @@ class Search:
         self._unfit = 0 if fair else self._unfit + 1
         if self._unfit >= PATIENCE:
             self.anywhere(self._also)
-        fewest = FEWEST if best.match.share >= PLAIN else MORE
-        return best.match if fair and weight >= SURE and self._scans >= fewest else None
+        sure = fair and weight >= SURE
+        plain = best.match.share >= PLAIN
+        self.guess = best.match if sure and plain else None
+        return best.match if sure and self._scans >= (FEWEST if plain else MORE) else None
 
     def _begin(self, also: Pose2 | None) -> None:
         self._also, self._prior, self._hypotheses = also, None, []
         self._odom_from_base, self._scans, self._unfit, self._begun = None, 0, 0, True
+        self.guess = None
 
     def _seed(self, points: Array) -> None:
         particles = self._amcl.particles
