@@ -9,6 +9,8 @@ A scene file names its room either by its polygons or by another scene that has 
     user: {source: study, start: {x: 6.0, y: 5.0, yaw: 3.1}}
     parking: {corner: {x: 1.15, y: 1.15, yaw: 0.785}}
     touchable: [{from: [3.0, 4.5], to: [6.0, 4.5], low: 0.0, high: 2.0}]
+    tracking: area                       # of the person: in the room's tracked_area alone
+    calibration: lab.yaml                # of the tracking system, as `cobodeck calibrate` wrote it
     objects: [{kind: chair, at: [3.0, 4.0], appears: 12 s}]
     zones:
       keepout: [[[1.0, 1.0], [2.0, 1.0], [2.0, 2.0]]]
