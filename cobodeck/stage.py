@@ -159,6 +159,8 @@ def _on_real_parts(
                 "base away from them; if nobody can be near it, say so with --person-unwatched",
                 REFUSED,
             )
+        if setup.localizing is not None and plant.guard is not None:
+            plant.guard.locate_by(Reckoner(setup.site.tracking))
         operator = ConsoleOperator(plant.parts["stop_line"], complain)
         plant.parts.setdefault("operator", operator)
         wired = wire(setup, plant.parts, eager=options.eager, parameters=parameters, tap=tap)

@@ -95,12 +95,13 @@ class Setup:
         if self.place is None:
             raise Problem(f"chart {self.chart.name} needs a room; give one with --scene")
         site = site_at(self.place, self.profile, self.robot)
-        noise = self.profile.plant.pose_noise
+        noise, calibrated = self.profile.plant.pose_noise, self.place.scene.calibration
         return replace(
             site,
             period=1.0 / self.tick_hz,
             latency=self.profile.plant.latency,
             pose_sigma=PoseSigma(noise, 0.5 * noise),
+            calibration=None if calibrated is None else calibrated.poses(),
         )
 
     @cached_property
@@ -195,11 +196,19 @@ def open_setup(
         library=applied,
         catalogue=known,
         place=place,
-        robot=load_robot(body),
+        robot=_in_place(load_robot(body), place),
         profile=used_profile,
         tick_hz=tick_hz,
         given={"scene": scene, "profile": profile, "robot": robot},
     )
+
+
+def _in_place(robot: RobotModel, place: Place | None) -> RobotModel:
+    """A robot with its scanners as they were found to be turned where it is used."""
+    calibrated = None if place is None else place.scene.calibration
+    if calibrated is None or not calibrated.scanner_yaws:
+        return robot
+    return replace(robot, sensing=robot.sensing.turned(calibrated.scanner_yaws))
 
 
 class WithoutMotion:

@@ -41,6 +41,7 @@ from hw.interaction import Surface
 from hw.places import Place, Pose
 from hw.room import MIN_WIDTH, Room
 from hw.things import Thing
+from hw.tracking_file import TrackingFile, load_tracking
 from hw.zones import NO_ZONES, Zones
 
 FOLDER = Path(__file__).parent / "scenes"
@@ -69,6 +70,7 @@ class Scene:
     objects: tuple[Thing, ...] = ()
     zones: Zones = NO_ZONES
     tracking: Tracked = "everywhere"
+    calibration: TrackingFile | None = None
     folder: Path | None = field(default=None, repr=False, compare=False)
 
     def parking_spot(self, name: str) -> Pose2:
@@ -151,6 +153,11 @@ def _room(item: Item) -> Room:
     return item.refer(lambda: load_yaml(find_file(named, FOLDER, "scene"), own))
 
 
+def _calibration(item: Item) -> TrackingFile:
+    """The tracking system of the room, by name or file."""
+    return item.refer(lambda: load_tracking(item.target()))
+
+
 @dataclass(frozen=True, slots=True)
 class _Scene:
     scene: Name
@@ -163,6 +170,7 @@ class _Scene:
     objects: tuple[Thing, ...] = ()
     zones: Zones = NO_ZONES
     tracking: Tracked = "everywhere"
+    calibration: Annotated[TrackingFile, _calibration] | None = None
 
     def faults(self) -> Iterator[Fault]:
         if self.tracking == "area" and self.room.tracked_area is None:
@@ -208,5 +216,6 @@ def scene_from(item: Item) -> Scene:
         objects=read.objects,
         zones=read.zones,
         tracking=read.tracking,
+        calibration=read.calibration,
         folder=item.folder,
     )

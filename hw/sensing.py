@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Annotated
 
@@ -118,6 +118,16 @@ class Sensing:
     trackers: Mapping[str, TrackerModel] = field(default_factory=_no_trackers)
     odometry: OdometryModel | None = None
     imu: ImuModel | None = None
+
+    def turned(self, yaws: Mapping[str, float]) -> Sensing:
+        """The same with scanners turned by so much against their mounts, rad, by their names."""
+        lidars = {
+            name: replace(model, mount=replace(model.mount, yaw=model.mount.yaw + yaws[name]))
+            if name in yaws
+            else model
+            for name, model in self.lidars.items()
+        }
+        return replace(self, lidars=lidars)
 
     def mount(self, lidar: str) -> Pose2:
         """base_from_sensor of a scanner; one that the robot file does not name is in base_link."""

@@ -116,6 +116,8 @@ class Site:
     `map` is a scanned map for the planners on costmaps; without one they draw the room's. `period`
     is the time from tick to tick, s; `latency` how long it takes until the base has heard what a
     tick decided, s. `pose_sigma`: of measured poses of the base; estimated ones have their own.
+    `calibration`: of the room's tracking system; None: trackers as the robot file has them, in a
+    tracking frame that is the map's.
     """
 
     room: Room
@@ -126,6 +128,7 @@ class Site:
     latency: float = 0.0
     map: OccupancyMap | None = None
     pose_sigma: PoseSigma = EXACT
+    calibration: Tracking | None = None
     zones: Zones = NO_ZONES
 
     @cached_property
@@ -145,7 +148,7 @@ class Site:
     @cached_property
     def tracking(self) -> Tracking:
         """How the tracking system lies in the map, and its trackers on the robot."""
-        return Tracking.of(self.robot.sensing)
+        return self.calibration or Tracking.of(self.robot.sensing)
 
     @cached_property
     def static_costmaps(self) -> Mapping[SubsystemName, Costmaps]:

@@ -52,6 +52,8 @@ class Equipment:
         room = None if scene is None else scene.room
         shapes, sensing = Shapes(room, bodies), robot.sensing
         seen = coverage.Coverage(room, shapes, errors.vive)
+        calibrated = None if scene is None else scene.calibration
+        tracking = None if calibrated is None else calibrated.poses()
         everywhere = scene is None or scene.tracking == "everywhere"
         self.view = PersonView(seen, errors.vive, seed, everywhere=everywhere)
         self.tracking_delay = errors.vive.delay
@@ -63,7 +65,9 @@ class Equipment:
         if sensing.imu is not None:
             self.parts["imu"] = SimImu(sensing.imu, self._body, errors.imu, seed)
         if sensing.trackers:
-            self.parts["rover_trackers"] = RoverTrackers(robot, self._body, seen, errors.vive, seed)
+            self.parts["rover_trackers"] = RoverTrackers(
+                robot, self._body, seen, errors.vive, seed, tracking
+            )
 
     def note(self, now_ns: int) -> None:
         """The world has moved on."""

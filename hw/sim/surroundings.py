@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from hw.geometry import Pose3
+from hw.geometry import Pose2, Pose3, wrap
 from hw.person import Person
 from hw.room import Room
 from hw.samples import BumperHit, Sample, UserPose
@@ -20,6 +21,8 @@ STILL_SPEED = 0.1
 """Below this speed, m/s, a person counts as standing still."""
 STILL_NS = 500_000_000
 """After standing so long, shown the robot, the person is ready again (R115)."""
+WALK, UNSEEN_NS = 64, 100_000_000
+"""So many poses of a person are kept; poses farther apart than this are not seen between, ns."""
 PATIENCE_NS = 5_000_000_000
 """A stop line that cannot be reset for so long is looked after by hand."""
 
@@ -27,8 +30,10 @@ PATIENCE_NS = 5_000_000_000
 class SimTrackers:
     """Hands on what tracking saw of the person, `delay_ns` later, and nothing during drop-outs.
 
-    With a room, nothing either while the person is outside its tracked area (R6); `view` says what
-    tracking with faults has of a pose. A sample keeps the stamp of when it was seen.
+    With a room, nothing either while the person is outside its tracked area (R6). A sample keeps
+    the stamp of when it was seen. `view` says what tracking with faults has of a pose; it sees the
+    person at all times, and not only when the world takes a step: what arrives now is `delay_ns`
+    old, whatever the steps.
     """
 
     signals: tuple[str, ...] = ("user.pose",)
@@ -44,7 +49,10 @@ class SimTrackers:
         self._person, self._room, self._view = person, room, view
         self._delay_ns, self._noise = delay_ns, noise
         self._seen: Sample | None = None
+        self._walk: deque[Sample] = deque(maxlen=WALK)
         self._pending: deque[Sample] = deque()
+        if view is not None:
+            self._delay_ns, self._behind_ns = 0, delay_ns
 
     def step(self) -> Sample | None:
         """Look at the person; the pose that tracking has from now on, as it truly is."""
@@ -54,7 +62,11 @@ class SimTrackers:
         if self._room is not None and not self._room.is_tracked(body.x, body.y):
             return None
         self._seen = true
-        seen = true if self._view is None else self._view.seen(true)
+        seen: Sample | None = true
+        if self._view is not None:
+            self._walk.append(true)
+            earlier = self._earlier(true.stamp_ns - self._behind_ns)
+            seen = None if earlier is None else self._view.seen(earlier)
         if seen is None:
             return None
         name, stamp, value = seen
@@ -63,12 +75,35 @@ class SimTrackers:
         self._pending.append(seen)
         return true
 
+    def _earlier(self, stamp_ns: int) -> Sample | None:
+        """Where the person was between two steps; None where that is not known."""
+        after = None
+        for before in reversed(self._walk):
+            if before.stamp_ns <= stamp_ns:
+                return before if after is None else _between(before, after, stamp_ns)
+            after = before
+        return None
+
     def samples(self, now_ns: int) -> list[Sample]:
         """What was seen and has arrived since the last call."""
         arrived, pending = [], self._pending
         while pending and pending[0].stamp_ns + self._delay_ns <= now_ns:
             arrived.append(pending.popleft())
         return arrived
+
+
+def _between(before: Sample, after: Sample, stamp_ns: int) -> Sample | None:
+    """Of two poses of a person the one between; None: nobody has seen them in between."""
+    a, b = before.value, after.value
+    if stamp_ns == before.stamp_ns or not (isinstance(a, UserPose) and isinstance(b, UserPose)):
+        return before
+    if after.stamp_ns - before.stamp_ns > UNSEEN_NS:
+        return None
+    share = (stamp_ns - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)
+    body = a.body.between(b.body, share)
+    turned = wrap(a.head_yaw + share * wrap(b.head_yaw - a.head_yaw))
+    there = replace(b, body=Pose2(body.x, body.y, wrap(body.yaw)), head_yaw=turned)
+    return Sample(before.name, stamp_ns, there)
 
 
 class SimVr:

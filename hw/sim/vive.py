@@ -17,6 +17,7 @@ from hw.sim.coverage import Column, Coverage
 from hw.sim.errors import ViveErrors
 from hw.sim.streams import Normals, Rhythm, Stream
 from hw.sim.track import Track
+from hw.tracking import Tracking
 
 ARM_RADIUS, ARM_HEIGHT = 0.2, 0.6
 """The folded arm, as a cylinder on its mount about base_link, m; it may hide a tracker."""
@@ -91,15 +92,18 @@ class RoverTrackers:
         coverage: Coverage,
         errors: ViveErrors,
         seed: int,
+        tracking: Tracking | None = None,
     ) -> None:
         trackers: Mapping[str, TrackerModel] = robot.sensing.trackers
         self._track, self._coverage, self._errors = track, coverage, errors
         self._arm = 0.0 if robot.arm is None else robot.arm.mount_height + ARM_HEIGHT
-        self._vive_from_map = errors.restart.inverse()
-        self._mounts = {name: model.mount for name, model in trackers.items()}
+        tracking = tracking or Tracking.of(robot.sensing)
+        self._vive_from_map = (tracking.map_from_vive.flat() @ errors.restart).inverse()
+        self._mounts = tracking.mounts
         lag = round(errors.delay * 1e9)
         self._rhythms, self._devices, self._noise = {}, {}, {}
-        for name, model in trackers.items():
+        for name in trackers.keys() & tracking.mounts.keys():
+            model = trackers[name]
             source = f"rover.tracker/{name}"
             self._rhythms[name] = Rhythm(model.rate, seed, source, lag)
             self._devices[name] = Device(errors, seed, source)

@@ -11,11 +11,12 @@ import numpy as np
 
 from hw.geometry import Outline, Pose2, wrap
 from hw.person import RADIUS
-from hw.room import Disc
+from hw.room import Disc, Room
 from hw.safety_limits import OLD_S
 from hw.samples import EXACT, PoseSigma, Scan, UserPose
 from states.localization.estimates import Estimate
 from states.maps.cells import Grid
+from states.maps.field import room_field
 from states.navigation import obstacles
 from states.navigation.costmap import Costmap, Ground
 from states.navigation.inflation import FREE, Inflation
@@ -176,6 +177,8 @@ def _on_the_way(before: tuple[int, Pose2], after: tuple[int, Pose2], stamp: int)
 def warm_up() -> None:
     """Compile, or load from the cache, what scans need."""
     obstacles.warm_up()
+    square = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
+    room_field(Room(square)).distances(Pose2(0.0, 0.0), np.ones((1, 2)))
     grid = Grid(0.1, 10, 10)
     shown = Shown(grid, 0.2)
     for marked in ([33], [33], [34]):

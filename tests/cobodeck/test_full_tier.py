@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,6 +16,7 @@ from cobodeck.figures import visits
 from cobodeck.simulate import Result, simulate
 from cobodeck.stage import Options, stage
 from cobodeck.wiring import Setup, open_setup
+from engine.files.finding import FileError
 from hw.sensing import Sensing
 from hw.sim.contact import gap
 
@@ -161,3 +163,31 @@ def test_after_a_restart_of_the_tracking_the_robot_goes_by_the_tracking() -> Non
 
     assert result.figures["contacts_by_robot"] == 0
     assert result.figures["localization"]["drift"]
+
+
+TURNED = """tracking: turned
+map_from_vive: {xyz: [3.0, -2.0, 0.1], rpy: [0, 0, 140 deg]}
+mounts:
+  front_tracker: {xyz: [0.30, 0.21, 0.45], rpy: [0, 0, 20 deg]}
+  rear_tracker: {xyz: [-0.31, -0.22, 0.45], rpy: [0, 0, 0]}
+scanner_yaws: {front_laser: 1 deg}
+residual: {position: 2 mm, yaw: 0.05 deg}
+"""
+
+
+@pytest.mark.requirement(12, 20)
+def test_a_scene_names_its_calibrated_tracking(tmp_path: Path) -> None:
+    (tmp_path / "turned.yaml").write_text(TURNED)
+    text = (Path(__file__).parents[2] / "hw" / "scenes" / "study.yaml").read_text()
+    scene = tmp_path / "here.yaml"
+    scene.write_text(text.replace("scene: study", "scene: here\ncalibration: turned.yaml"))
+    result = run(str(scene), 1)
+
+    assert result.figures["served"] == 1
+    assert result.figures["localization"]["rmse_m"] <= 0.01
+    assert result.figures["localization"]["drift"] is None
+    counts = result.wired.board.slots[ESTIMATE].estimator.localizer.counts
+    assert counts["trackers"] >= 2
+    scene.write_text(text.replace("scene: study", "scene: here\ncalibration: nowhere"))
+    with pytest.raises(FileError, match=r"here\.yaml:2:\d+: calibration"):
+        open_setup(scene=str(scene))

@@ -350,3 +350,21 @@ def test_many_places_are_free_as_each_is():
     expected = [planner.is_free((x, y)) for x, y in places.tolist()]
     assert planner.are_free(places).tolist() == expected
     assert any(expected)
+
+
+@pytest.mark.requirement(51)
+@pytest.mark.parametrize("name", ["theta_star", "navfn"])
+def test_who_is_too_near_to_something_may_go_along_and_away_but_no_nearer(name):
+    outer = ((0.0, 0.0), (8.0, 0.0), (8.0, 8.0), (0.0, 8.0))
+    post = ((3.9, 3.9), (4.1, 3.9), (4.1, 4.1), (3.9, 4.1))
+    planner = GLOBAL_PLANNERS[name](outer, (post,), inflation_radius=1.0)
+    here = (3.4, 4.0)
+    assert not planner.is_free(here)
+    for angle in np.arange(-180, 180, 15):
+        there = (here[0] + 0.2 * math.cos(math.radians(angle)),
+                 here[1] + 0.2 * math.sin(math.radians(angle)))  # fmt: skip
+        away = planner.clearance(there) - planner.clearance(here)
+        assert planner.allows(here, there) == (away >= -1e-6)
+    assert not planner.allows(here, (4.6, 4.0))  # through it to a place as far on the other side
+    assert planner.allows(here, (3.39, 4.0), slack=0.0)
+    assert planner.allows(here, (3.41, 4.0), slack=0.02)
