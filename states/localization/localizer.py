@@ -37,6 +37,8 @@ Status = Literal[Mode, "resting", "odometry wrong", "odometry missing"]
 
 MISSING = 0.3
 """Wheels that are silent for longer than scans are missing, s."""
+BLIND_NS = 1_000_000_000
+"""Without a fair match for so long no word of a search helps any more."""
 TURNED = 0.05
 """A base that the gyroscope feels turning faster is not at rest, whatever its wheels say, rad/s."""
 CARRIED_NS = 1_000_000_000
@@ -292,7 +294,8 @@ class Localizer:
         values = self._values
         good = self._share >= values.plain and self._bad == 0
         odd = self._share < values.plain or self._bad >= values.patience
-        if self._mode == "tracking" and odd and stamp_ns > self._sure_ns:
+        blind = stamp_ns - self._fair_ns > BLIND_NS
+        if self._mode == "tracking" and (blind or (odd and stamp_ns > self._sure_ns)):
             self._mode = "doubtful"
             self._elsewhere = 0
             here = self._fusion.at(stamp_ns)

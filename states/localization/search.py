@@ -45,7 +45,7 @@ SURE = 0.99
 FEWEST, MORE, PLAIN = 4, 60, 0.6
 """Scans that a search looks at, so that two scanners have their say; more of them where less than
 such a share of beams is on walls, so that what stands in the way has time to change."""
-PATIENCE = 100
+PATIENCE = 25
 """After so many scans in a row to which nothing fits it begins anew, all over the floor."""
 CARRIED = 8.0
 """By so much, in the logarithm, it is likelier that the base was not carried elsewhere."""

@@ -1,5 +1,6 @@
 """One estimate from all sensors: right, honest, and open about what it does not know."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -366,13 +367,34 @@ def test_what_is_no_number_is_left_out(broken):
     found = localizer(world, Pose2(5.0, 3.0))
     for k, sample in enumerate(world.samples(*NO_TRACKERS)):
         found.update(*sample)
-        stamp = sample.stamp_ns + 1
-        if k % 7 == 0:
-            found.update("base.odometry", stamp, Odometry(Pose2(broken, 0.0), Twist2(0.0)))
-            found.update("base.imu", stamp, ImuReading((0.0, 0.0, broken), (0.0, 0.0, 0.0)))
-            found.update("base.scan", stamp, Scan("front_laser", 0.0, 0.1, (broken,) * 50))
+        if k % 7:
+            continue
+        before, stamp = (found.pose, found.stamp_ns, found.status), sample.stamp_ns + 1
+        found.update("base.odometry", stamp, Odometry(Pose2(broken, 0.0), Twist2(0.0)))
+        found.update("base.imu", stamp, ImuReading((0.0, 0.0, broken), (0.0, 0.0, 0.0)))
+        assert (found.pose, found.stamp_ns, found.status) == before
+        found.update("base.scan", stamp, Scan("front_laser", 0.0, 0.1, (broken,) * 50))
     assert found.pose.distance_to(Pose2(5.0, 3.0)) < 0.02
     assert math.isfinite(found.sigma.position)
+
+
+def test_a_base_that_sees_nothing_it_knows_is_lost_and_found_when_it_sees_again():
+    world = World(random_drive(49, 7.0, 0.5), 49)
+    found = localizer(world, world.drive.pose(0.0))
+    rng, statuses = np.random.default_rng(0), {}
+    for sample in world.samples(*NO_TRACKERS):
+        time = sample.stamp_ns * 1e-9
+        if sample.name == "base.scan" and 1.0 < time < 5.0:
+            crowded = tuple(rng.uniform(0.3, 0.6, 181).tolist())
+            sample = sample._replace(value=dataclasses.replace(sample.value, ranges=crowded))
+        found.update(*sample)
+        statuses[time] = found.status
+        assert (found.pose is None) == (found.status == "lost")
+        assert (found.sigma.position == math.inf) == (found.status == "lost")
+        assert (found.map_from_odom is None) == (found.status == "lost")
+    assert any(status == "lost" for time, status in statuses.items() if 3.0 < time < 4.0)
+    assert found.status == "tracking"
+    assert found.pose.distance_to(world.drive.pose(found.stamp_ns * 1e-9)) < 0.03
 
 
 def test_a_scan_of_nothing_corrects_nothing():
