@@ -42,7 +42,7 @@ from engine.types import builtin_types, convert
 from hw.person import RADIUS
 from hw.robot import RobotModel
 from hw.room import Room
-from states.site import Navigation, Site, SubsystemName
+from states.site import Localization, Navigation, Site, SubsystemName
 
 FOLDER = Path(__file__).parent.parent / "charts" / "profiles"
 
@@ -57,6 +57,7 @@ class Profile:
     safety: SafetySettings
     plant: PlantSettings
     navigation: Navigation
+    localization: Localization
     settings: Settings
     charts: Mapping[str, Mapping[str, Any]]
     places: Mapping[str, Place]
@@ -73,7 +74,8 @@ class Profile:
         """What the states need of a place, with the values of this profile."""
         robot = self.body(robot)
         fastest = min(self.robot.base_speed, robot.base.max_speed)
-        return Site(room, robot, self.robot.limits, self.navigation.capped(fastest))
+        navigation = self.navigation.capped(fastest)
+        return Site(room, robot, self.robot.limits, navigation, localization=self.localization)
 
     def apply(self, library: Mapping[str, Chart]) -> dict[str, Chart]:
         """The charts with this profile's values as defaults of their parameters.
@@ -186,6 +188,7 @@ class _Profile:
     escape: EscapeSettings
     chase: ChaseSettings
     haptic: HapticSettings
+    localization: Localization = "combined"
     charts: Mapping[str, Mapping[str, Item]] = field(default_factory=dict)
 
 
@@ -198,6 +201,7 @@ def _profile(item: Item) -> Profile:
         safety=read.safety,
         plant=read.plant,
         navigation=read.navigation,
+        localization=read.localization,
         settings=Settings(user=read.user, escape=read.escape, chase=read.chase, haptic=read.haptic),
         charts={
             chart: {name: value.value for name, value in values.items()}

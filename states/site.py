@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from states.navigation.visibility import ExactPlanner
 
 SubsystemName = Literal["chase", "haptic", "escape"]
+Localization = Literal["combined", "amcl"]
+"""Scans matched, particles for searches, a filter and trackers; or AMCL alone, as in the paper."""
 SUBSYSTEMS: tuple[SubsystemName, ...] = get_args(SubsystemName)
 
 
@@ -129,6 +131,7 @@ class Site:
     map: OccupancyMap | None = None
     pose_sigma: PoseSigma = EXACT
     calibration: Tracking | None = None
+    localization: Localization = "combined"
     zones: Zones = NO_ZONES
 
     @cached_property
@@ -228,9 +231,14 @@ class Site:
 
     def localizer(self, start: Pose2, seed: int) -> Localizes:
         """A new one that takes the robot to start about here; one per run."""
+        sensing, tracking = self.robot.sensing, self.tracking
+        if self.localization == "amcl":
+            from states.localization.particle_localizer import ParticleLocalizer
+
+            return ParticleLocalizer(self.field, sensing, tracking, start, seed)
         from states.localization.localizer import Localizer
 
-        return Localizer(self.field, self.robot.sensing, self.tracking, start, seed)
+        return Localizer(self.field, sensing, tracking, start, seed)
 
     def driver(self, name: SubsystemName, planner: GlobalPlanner) -> LocalPlanner:
         """A new local planner with the values of a subsystem; one per drive."""

@@ -165,6 +165,18 @@ def test_after_a_restart_of_the_tracking_the_robot_goes_by_the_tracking() -> Non
     assert result.figures["localization"]["drift"]
 
 
+@pytest.mark.requirement(26, 27, 30)
+def test_amcl_alone_can_be_chosen_by_name() -> None:
+    setup = open_setup(scene="study")
+    chosen = replace(setup, profile=replace(setup.profile, localization="amcl"))
+    found = [simulate(chosen, Options(duration_s=15.0, tier=2)).figures for _ in range(2)]
+
+    assert found[0]["localization"]["rmse_m"] <= 0.06
+    assert found[0]["localization"]["max_m"] <= 0.5
+    assert found[0]["motion_sha256"] == found[1]["motion_sha256"]
+    assert found[0]["contacts"] == 0
+
+
 TURNED = """tracking: turned
 map_from_vive: {xyz: [3.0, -2.0, 0.1], rpy: [0, 0, 140 deg]}
 mounts:

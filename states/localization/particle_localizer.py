@@ -1,0 +1,145 @@
+"""The paper's localization, to be chosen by name: AMCL alone, set anew by the trackers (4.2.2).
+
+Particles follow wheels and scans; between two updates the wheels move their estimate on. Trackers
+set the particles anew once a second, and up to ten times a second while the base turns (R30). What
+measured better is `Localizer`, the default: there scans are matched, and particles only search.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping
+from typing import Literal
+
+import numpy as np
+
+from hw.geometry import Pose2
+from hw.samples import Odometry, PoseSigma, Scan, TrackerPose, is_finite
+from hw.sensing import Sensing
+from hw.tracking import Tracking
+from states.localization.amcl import Amcl, AmclValues
+from states.localization.fusion import covariance_of
+from states.localization.localizer_values import LocalizerValues
+from states.localization.scans import cloud_of, span_ns
+from states.localization.tracker_feed import TrackerFeed
+from states.localization.trail import Trail
+from states.maps.distance import Array
+from states.maps.field import Field
+
+Status = Literal["starting", "tracking", "odometry missing"]
+
+MISSING_NS = 300_000_000
+"""Wheels that are silent for longer than scans are missing."""
+
+
+class ParticleLocalizer:
+    """Estimates map_from_base by particles alone; see the module. `counts` is as of `Localizer`."""
+
+    drift = None
+    """Nobody compares trackers and scanners here."""
+
+    def __init__(
+        self,
+        field: Field,
+        sensing: Sensing,
+        tracking: Tracking,
+        start: Pose2 | None = None,
+        seed: int = 0,
+        values: AmclValues | None = None,
+    ) -> None:
+        self._sensing, self._values = sensing, LocalizerValues()
+        self._amcl = Amcl(field, values, seed)
+        self._trail, self._feed = Trail(), TrackerFeed(tracking)
+        self._spread(start, covariance_of(self._values.start_sigma))
+        self._from_odom: Pose2 | None = None
+        self._pose: Pose2 | None = None
+        self._sigma = PoseSigma(math.inf, math.inf)
+        self._scan_ns = 0
+        self._counts: Counter[str] = Counter()
+
+    @property
+    def pose(self) -> Pose2 | None:
+        """map_from_base at `stamp_ns`; None before the first scan."""
+        return self._pose
+
+    @property
+    def sigma(self) -> PoseSigma:
+        """How far the particles are spread."""
+        return self._sigma
+
+    @property
+    def stamp_ns(self) -> int | None:
+        """Of the newest word from the wheels."""
+        return self._trail.stamp_ns
+
+    @property
+    def status(self) -> Status:
+        """What the estimate rests on."""
+        heard = self._trail.stamp_ns
+        if heard is None or self._scan_ns - heard > MISSING_NS:
+            return "odometry missing"
+        return "starting" if self._pose is None else "tracking"
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """Scans matched and skipped, tracker poses taken."""
+        return self._counts
+
+    def update(self, name: str, stamp_ns: int, value: object) -> None:
+        """Take one sample; what is not finite is left out."""
+        if not is_finite(value):
+            return
+        if isinstance(value, Odometry):
+            if self._trail.put(stamp_ns, value.pose):
+                self._move_on()
+        elif isinstance(value, Scan):
+            self._take_scan(stamp_ns, value)
+        elif isinstance(value, TrackerPose):
+            self._take_tracker(stamp_ns, value)
+
+    def _move_on(self) -> None:
+        odom_from_base = self._trail.pose
+        if self._from_odom is None or odom_from_base is None:
+            return
+        pose = self._from_odom @ odom_from_base
+        if self._pose is None or pose != self._pose:
+            self._pose = pose
+
+    def _take_scan(self, stamp_ns: int, scan: Scan) -> None:
+        self._scan_ns = max(self._scan_ns, stamp_ns)
+        motion = self._trail.velocity(stamp_ns, stamp_ns + span_ns(scan))
+        cloud = cloud_of(scan, stamp_ns, self._sensing, self._amcl.values.laser_max_beams, motion)
+        odom_from_base = self._trail.at(cloud.stamp_ns)
+        if odom_from_base is None:
+            return
+        taken = self._amcl.update(odom_from_base, cloud.points)
+        self._counts["matched" if taken else "skipped"] += 1
+        if taken:
+            self._believe(odom_from_base)
+
+    def _take_tracker(self, stamp_ns: int, seen: TrackerPose) -> None:
+        values = self._values
+        turns = abs(self._trail.last_velocity().wz) > values.turning
+        period = values.vive_period_turning if turns else values.vive_period
+        pose, odom_from_base = self._feed.put(stamp_ns, seen, period), self._trail.at(stamp_ns)
+        if pose is None or odom_from_base is None:
+            return
+        self._counts["trackers"] += 1
+        self._spread(pose, covariance_of(values.vive_sigma))
+        self._amcl.update(odom_from_base, np.empty((0, 2)), force=True)
+        self._believe(odom_from_base)
+
+    def _spread(self, pose: Pose2 | None, covariance: Array) -> None:
+        if pose is None:
+            self._amcl.start_anywhere()
+        else:
+            self._amcl.start(pose, covariance)
+
+    def _believe(self, odom_from_base: Pose2) -> None:
+        found = self._amcl.estimate()
+        self._from_odom = found.map_from_base @ odom_from_base.inverse()
+        (xx, xy, _), (_, yy, _), (_, _, yaw) = found.covariance.tolist()
+        worst = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)
+        self._sigma = PoseSigma(math.sqrt(worst), math.sqrt(yaw))
+        self._move_on()
