@@ -136,6 +136,6 @@ def test_every_number_has_bounds_and_a_unit_that_fits(
 
 def test_the_kinds_are_those_that_have_a_reader() -> None:
     assert set(SHIPPED) == {
-        "arm", "calibration", "chart", "connection", "profile", "prop", "robot", "scene", "tracking",
-        "user",
+        "arm", "calibration", "chart", "connection", "profile", "prop", "robot", "scene",
+        "tracking", "user",
     }  # fmt: skip

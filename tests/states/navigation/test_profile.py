@@ -1,7 +1,7 @@
 import math
 
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
@@ -166,6 +166,7 @@ def test_a_user_who_comes_too_near_is_left_straight_away():
 @pytest.mark.requirement(2)
 @settings(deadline=None, max_examples=25, derandomize=True)
 @given(start=places, goal=places, yaw=yaws, goal_yaw=yaws)
+@example(start=(5.0, 4.5), goal=(8.0, 1.0), yaw=1.0, goal_yaw=0.0)
 def test_in_differential_mode_the_robot_never_goes_sideways_and_arrives(start, goal, yaw, goal_yaw):
     assume(LAB.plan(start, goal) is not None)
     assume(LAB.is_free(start))
