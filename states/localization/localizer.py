@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Literal
 
 import numpy as np
@@ -49,6 +49,8 @@ UNSEEN_NS = 1_000_000_000
 """Where no scans have come for so long, trackers alone have to do."""
 STOOD = 0.3
 """Wheels that have not moved for so long stand, s."""
+MOVED = (0.05, math.radians(0.8))
+"""A frame of tracking that has moved by more, m and rad, is told; less may be a border's bias."""
 COMPARED = 0.2
 """So often trackers are compared with the estimate, s."""
 ALIKE = 0.3
@@ -96,7 +98,7 @@ class Localizer:
         self._fusion = Fusion(sensing.imu is not None, ALIKE if field_.sigma > 0.0 else 0.0)
         self._trail, self._gyro, self._watch = Trail(), Gyro(), OdometryWatch()
         self._feed, self._compared = TrackerFeed(tracking), TrackerFeed(tracking)
-        self._drifts = DriftWatch()
+        self._drifts = DriftWatch(*MOVED)
         self.drift: Drift | None = None
         self._start = start
         self._mode: Mode = "starting"
@@ -410,11 +412,13 @@ class Localizer:
 
     def _watch_drift(self, stamp_ns: int, seen: TrackerPose) -> None:
         pose = self._compared.put(stamp_ns, seen, COMPARED)
-        if pose is None or self._resting or self._mode != "tracking":
+        if pose is None or self._mode != "tracking" or len(self._compared.each) < 2:
             return
-        known = self._fusion.at(stamp_ns) if self._compared.agree else None
+        known = self._known if self._resting else self._fusion.at(stamp_ns)
         if known is not None:
-            self.drift = self._drifts.update(stamp_ns, pose, known[0])
+            # one that was lost is off alone; a frame that has moved is moved for the best, too
+            best = min(self._compared.each, key=partial(_apart, known[0]))
+            self.drift = self._drifts.update(stamp_ns, best, known[0])
 
 
 def _is_near(found: Pose2, predicted: Pose2, covariance: Array) -> bool:
@@ -423,6 +427,11 @@ def _is_near(found: Pose2, predicted: Pose2, covariance: Array) -> bool:
     turn = LEAP * math.sqrt(covariance[2, 2]) + SAME_RAD
     near = found.distance_to(predicted) < place
     return near and abs(wrap(found.yaw - predicted.yaw)) < turn
+
+
+def _apart(one: Pose2, other: Pose2) -> float:
+    """In units of what is told."""
+    return max(one.distance_to(other) / MOVED[0], abs(wrap(one.yaw - other.yaw)) / MOVED[1])
 
 
 def _same(one: Pose2, other: Pose2) -> bool:

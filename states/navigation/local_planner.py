@@ -221,10 +221,10 @@ class LocalPlanner(ABC):
         safe = self._sent = slowed(safe, share, self._limits.speed, self._limits.turn_rate)
         turn = 0.5 * (now.wz + safe.wz) * dt
         if self.mode == "differential":
-            wanted = math.copysign(safe.speed, safe.rotated(-(pose.yaw + turn)).vx)
+            speed = math.copysign(safe.speed, safe.rotated(-(pose.yaw + turn)).vx)
             before = math.copysign(now.speed, now.rotated(-pose.yaw).vx)
             step = self._limits.acceleration * dt
-            command = Twist2(max(before - step, min(before + step, wanted)), 0.0, safe.wz)
+            command = Twist2(max(before - step, min(before + step, speed)), 0.0, safe.wz)
             self._sent = command.rotated(pose.yaw + turn)  # it goes along its heading, whatever
             return command
         return safe.rotated(-(pose.yaw + 0.5 * turn))
