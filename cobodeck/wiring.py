@@ -237,7 +237,7 @@ class Wired:
         """Give the base the velocity that counts from this instant on, in every tick."""
         if self.base is None:
             return
-        if self.base.reckons:
+        if self.base.reckons and ESTIMATE in self.board.slots:
             self._locate(self.base, stamp_ns)
         self.base.tick(stamp_ns)
 

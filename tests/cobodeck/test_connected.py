@@ -238,6 +238,18 @@ def test_wheels_that_do_not_know_where_they_are_are_located() -> None:
     assert finds_itself(connection(base=(Wheels, "")))
 
 
+def test_wheels_without_a_room_to_be_located_in_are_driven_all_the_same() -> None:
+    plant = connected(base=(Wheels, ""))
+    try:
+        assert plant.guard is not None
+        board = Board()
+        plant.guard.drive(AHEAD)
+        Wired(run=None, board=board, inlet=Inlet(board), base=plant.guard).pass_on(0)  # type: ignore[arg-type]
+        assert plant.guard.selected.twist == AHEAD
+    finally:
+        plant.close()
+
+
 def test_what_a_chart_can_do_without_is_opened_too_where_it_is_there() -> None:
     class Scanner(Driver):
         signals = ("base.scan",)
