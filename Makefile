@@ -57,5 +57,5 @@ INSTALL = @echo "installing into .venv, some minutes the first time"; \
 	@touch $@
 
 .venv/installed-dev: .venv/bin/python pyproject.toml
-	$(INSTALL) -e ".[dev,peers]"
+	$(INSTALL) -e ".[dev,peers,ros]"
 	@touch $@ .venv/installed

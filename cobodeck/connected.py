@@ -5,21 +5,19 @@ from __future__ import annotations
 import importlib
 import threading
 from collections import deque
-from collections.abc import Callable, Container, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import replace
+from inspect import signature
 from typing import Any
 
 from cobodeck.console import FAILED, Problem
 from cobodeck.wiring import Uses
-from hw.connection import Connection, Served
+from hw.connection import REFERS, Connection, Opening, Served
 from hw.guarded import CYCLE_NS, HEARD, GuardedBase
 from hw.interfaces import StopLine
 from hw.reckoner import Reckoner
-from hw.robot import RobotModel
-from hw.safety_limits import SafetyLimits
 from hw.samples import Sample
 from hw.stop_line import StopLatch
-from hw.tracking import Tracking
 
 Now = Callable[[], int]
 ALWAYS = frozenset(("stop_line", "operator"))
@@ -75,8 +73,15 @@ class Stops:
 class Connected:
     """Parts behind drivers; the wheels' guard cycles in a thread of its own."""
 
-    def __init__(self, parts: dict[str, Any], guard: GuardedBase | None, now: Now) -> None:
+    def __init__(
+        self,
+        parts: dict[str, Any],
+        guard: GuardedBase | None,
+        now: Now,
+        beside: Sequence[Any] = (),
+    ) -> None:
         self.parts = parts
+        self._beside = beside
         self.latency_ns = 0
         self.paced = True
         self.finished = False
@@ -115,6 +120,9 @@ class Connected:
         for name, part in self.parts.items():
             if hasattr(part, "close"):
                 self._try(name, part.close)
+        for shared in reversed(self._beside):
+            if hasattr(shared, "close"):
+                self._try(type(shared).__name__, shared.close)
 
     def _cycle(self) -> None:
         """Whatever the driver of the base raises, the chain goes on, and the robot is stopped."""
@@ -152,25 +160,50 @@ def refuse_strange_drivers(connection: Connection, packages: Container[str]) -> 
             )
 
 
-def connect(
-    connection: Connection, body: RobotModel, limits: SafetyLimits, now: Now, uses: Uses
-) -> Connected:
+def connect(connection: Connection, opening: Opening, uses: Uses) -> Connected:
     """Open the parts of a connection that a chart uses, and those that its stop depends on.
+
+    `opening.safety.watched` counts for nothing: a part that tracks people is there, or it is not.
 
     Raises:
         Problem: a driver cannot be found or opened; what was opened before is closed again.
     """
+    drivers = {name: _driver(name, served) for name, served in connection.parts.items()}
+    needed = {name: d for name, d in drivers.items() if is_needed(name, d, uses)}
+    watched = any(_may_give("user.pose", driver) for driver in needed.values())
+    opening = replace(opening, safety=replace(opening.safety, watched=watched))
     parts: dict[str, Any] = {}
+    beside: dict[str, Any] = {}
     try:
-        for name, served in connection.parts.items():
-            driver = _driver(name, served)
-            if is_needed(name, driver, uses):
-                parts[name] = _opened(name, served, driver, now)
-        return _guarded(parts, body, limits, now)
+        for name, served in connection.peers.items():
+            beside[name] = _opened(name, served, _driver(name, served), opening, {})
+        for name in _needed_links(connection, needed):
+            served = connection.links[name]
+            beside[name] = _opened(name, served, _driver(name, served), opening, beside)
+        for name, driver in needed.items():
+            parts[name] = _opened(name, connection.parts[name], driver, opening, beside)
+        return _guarded(parts, opening, list(beside.values()))
     except BaseException:
-        for part in parts.values():
-            try_to(getattr(part, "close", _nothing))
+        for opened in (*parts.values(), *reversed(beside.values())):
+            try_to(getattr(opened, "close", _nothing))
         raise
+
+
+def _may_give(signal: str, driver: Any) -> bool:
+    given = getattr(driver, "signals", None)
+    return isinstance(given, tuple) and signal in given
+
+
+def _needed_links(connection: Connection, needed: Container[str]) -> list[str]:
+    """The links that some parts lead to, in the order of the file."""
+    wanted: set[str] = set()
+    entries = [served for name, served in connection.parts.items() if name in needed]
+    while entries:
+        named = {str(entries[0].arguments.get(key)) for key in REFERS}
+        named &= connection.links.keys() - wanted
+        wanted |= named
+        entries = [*entries[1:], *(connection.links[name] for name in named)]
+    return [name for name in connection.links if name in wanted]
 
 
 def is_needed(name: str, driver: Any, uses: Uses) -> bool:
@@ -195,18 +228,19 @@ def finds_itself(connection: Connection) -> bool:
     return isinstance(given, tuple) and "base.odometry" in given and "base.pose" not in given
 
 
-def _guarded(parts: dict[str, Any], body: RobotModel, limits: SafetyLimits, now: Now) -> Connected:
-    guard = None
+def _guarded(parts: dict[str, Any], opening: Opening, beside: Sequence[Any]) -> Connected:
+    guard, now, body = None, opening.now, opening.body
     line: StopLine = parts.get("stop_line") or StopLatch(lambda: True)
     stops = parts["stop_line"] = Stops(line, parts, now)
     if "base" in parts:
         watched = any("user.pose" in part.signals for part in parts.values())
         parked = body.parked if "arm" in parts else None
-        guard = GuardedBase(parts["base"], replace(limits, watched=watched), parked, stops.pull)
+        safety = replace(opening.safety, watched=watched)
+        guard = GuardedBase(parts["base"], safety, parked, stops.pull)
         parts["base"] = stops.guard = guard
         if "base.pose" not in guard.base.signals and "base.odometry" in guard.base.signals:
-            guard.locate_by(Reckoner(Tracking.of(body.sensing)))
-    return Connected(parts, guard, now)
+            guard.locate_by(Reckoner(opening.tracking))
+    return Connected(parts, guard, now, beside)
 
 
 def try_to(act: Callable[[], object]) -> Exception | None:
@@ -225,9 +259,15 @@ def _driver(name: str, served: Served) -> Any:
         raise _problem(name, served, error) from None
 
 
-def _opened(name: str, served: Served, driver: Any, now: Now) -> Any:
+def _opened(
+    name: str, served: Served, driver: Any, opening: Opening, beside: Mapping[str, Any]
+) -> Any:
+    given = dict(served.arguments)
+    given |= {key: beside[given[key]] for key in REFERS if key in given and beside}
     try:
-        return driver(**served.arguments, now=now)
+        if "opening" in signature(driver).parameters:
+            given["opening"] = opening
+        return driver(**given, now=opening.now)
     except Exception as error:  # noqa: BLE001
         raise _problem(name, served, error) from None
 

@@ -26,7 +26,7 @@ from cobodeck.requests import RequestWatch
 from cobodeck.separation import SeparationWatch
 from cobodeck.wiring import Setup, Tap, Uses, Wired, refuse_slow_ticks, wire
 from engine.clock import Grid
-from hw.connection import Connection
+from hw.connection import Connection, Opening
 from hw.geometry import Pose2, Pose3
 from hw.mock import mock_world
 from hw.person import Person
@@ -150,8 +150,15 @@ def _on_real_parts(
     Raises:
         Problem: something is missing, or nobody watches where people are and it was not said so.
     """
-    limits = setup.profile.safety.limits(setup.robot, setup.profile.robot.limits)
-    plant = connect(connection, setup.body, limits, clock.now, uses)
+    motion = setup.profile.robot.limits
+    opening = Opening(
+        now=clock.now,
+        body=setup.body,
+        motion=motion,
+        safety=setup.profile.safety.limits(setup.robot, motion),
+        tracking=setup.tracking,
+    )
+    plant = connect(connection, opening, uses)
     try:
         if "base" in uses.commands and not plant.person_watched and not options.unwatched:
             raise Problem(

@@ -31,6 +31,7 @@ from hw.interfaces import Part
 from hw.robot import RobotModel, load_robot
 from hw.samples import PoseSigma, Sample
 from hw.scene import Scene
+from hw.tracking import Tracking
 from states.localization.estimates import Localizes
 from states.site import Site
 
@@ -103,6 +104,11 @@ class Setup:
             pose_sigma=PoseSigma(noise, 0.5 * noise),
             calibration=None if calibrated is None else calibrated.poses(),
         )
+
+    @property
+    def tracking(self) -> Tracking:
+        """Where the tracking system lies in the map, and its trackers on the robot."""
+        return Tracking.of(self.robot.sensing) if self.place is None else self.site.tracking
 
     @cached_property
     def signals(self) -> dict[str, Signal]:

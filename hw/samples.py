@@ -33,7 +33,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from types import MemberDescriptorType
-from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
+from typing import Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
 
 from hw.geometry import Pose2, Pose3, Twist2
 
@@ -69,13 +69,29 @@ class UserPose:
     right_hand: Pose3 | None = None
 
 
+ArmMode = Literal[
+    "normal", "reduced", "recovery", "protective_stop", "safeguard_stop", "emergency_stop", "fault",
+    "unknown",
+]  # fmt: skip
+"""What the arm's own safety system says; it moves in the first three only."""
+
+
 @dataclass(frozen=True, slots=True)
 class ArmState:
-    """Joint angles in rad and joint velocities in rad/s, shoulder first; is a move under way?"""
+    """Joint angles in rad and joint velocities in rad/s, shoulder first; is a move under way?
+
+    `course` is the number of the newest course that was taken or refused (`Arm.follow`), and
+    `refused` why it was refused, or why it was broken off; None: it was not. `scaling` is the share
+    of its commanded speed at which the arm runs.
+    """
 
     joints: Joints
     velocities: Joints
     moving: bool = False
+    course: int = 0
+    refused: str | None = None
+    mode: ArmMode = "normal"
+    scaling: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,7 +25,7 @@ from engine.run import Run
 from engine.signals import Measured, declare
 from engine.state import Action, Context, interface
 from engine.state import Run as Steps
-from hw.connection import Connection, Served
+from hw.connection import Connection, Opening, Served
 from hw.geometry import STILL, Pose2, Twist2
 from hw.guarded import HEARD, GuardedBase
 from hw.reckoner import Reckoner
@@ -163,7 +163,9 @@ def _this_module() -> Any:
 
 def connected(uses: Uses = EVERYTHING, **drivers: tuple[type[Driver], str]) -> Connected:
     begin = time.monotonic_ns()
-    return connect(connection(**drivers), BODY, LIMITS, lambda: time.monotonic_ns() - begin, uses)
+    now = lambda: time.monotonic_ns() - begin  # noqa: E731
+    opening = Opening(now, BODY, MotionLimits(), LIMITS, Tracking.of(BODY.sensing))
+    return connect(connection(**drivers), opening, uses)
 
 
 def until(reached: Callable[[], object]) -> None:

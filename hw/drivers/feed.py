@@ -1,0 +1,48 @@
+"""Datagrams of a process of ours as they arrive in the engine: a thread that takes them."""
+
+from __future__ import annotations
+
+import select
+import threading
+import time
+from collections.abc import Callable
+
+from hw.links.datagrams import Address, Intake, Told
+
+LOOK_S = 0.2
+"""The thread looks so often whether it is still wanted, s."""
+
+
+class Feed:
+    """Receives at an `address` of its own and hands each datagram on, in its thread.
+
+    `take` is called with a datagram and its stamp in the time of the run, ns.
+    """
+
+    def __init__(self, now: Callable[[], int], take: Callable[[Told, int], None]) -> None:
+        self._now, self._take = now, take
+        self._intake = Intake()
+        self._over = False
+        self._thread = threading.Thread(target=self._run, name="feed", daemon=True)
+
+    @property
+    def address(self) -> Address:
+        """Where to send to."""
+        return self._intake.address
+
+    def start(self) -> None:
+        """Take what arrives from now on."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """Take nothing any more."""
+        self._over = True
+        if self._thread.is_alive() and self._thread is not threading.current_thread():
+            self._thread.join(2.0 * LOOK_S)
+        self._intake.close()
+
+    def _run(self) -> None:
+        while not self._over:
+            select.select([self._intake], [], [], LOOK_S)
+            for told in self._intake.poll():
+                self._take(told, self._now() - (time.monotonic_ns() - told.stamp_ns))

@@ -1,0 +1,1 @@
+"""Peers that speak the devices' protocols and misbehave on purpose; no driver shares their code."""
