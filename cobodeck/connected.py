@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import threading
 from collections import deque
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
@@ -22,6 +23,7 @@ from hw.stop_line import StopLatch
 Now = Callable[[], int]
 ALWAYS = frozenset(("stop_line", "operator"))
 """Opened whatever the chart uses."""
+LOOPBACK = "loopback"
 CLOSING_S = 1.0
 """The chain has this long to finish its last cycle, s."""
 
@@ -172,21 +174,37 @@ def connect(connection: Connection, opening: Opening, uses: Uses) -> Connected:
     needed = {name: d for name, d in drivers.items() if is_needed(name, d, uses)}
     watched = any(_may_give("user.pose", driver) for driver in needed.values())
     opening = replace(opening, safety=replace(opening.safety, watched=watched))
-    parts: dict[str, Any] = {}
+    links = _needed_links(connection, needed)
     beside: dict[str, Any] = {}
+    parts: dict[str, Any] = {}
     try:
-        for name, served in connection.peers.items():
-            beside[name] = _opened(name, served, _driver(name, served), opening, {})
-        for name in _needed_links(connection, needed):
-            served = connection.links[name]
-            beside[name] = _opened(name, served, _driver(name, served), opening, beside)
-        for name, driver in needed.items():
-            parts[name] = _opened(name, connection.parts[name], driver, opening, beside)
+        _open_all(connection.peers, connection.peers, opening, beside, beside)
+        _open_all(links, connection.links, opening, beside, beside)
+        _open_all(needed, connection.parts, opening, beside, parts)
         return _guarded(parts, opening, list(beside.values()))
     except BaseException:
         for opened in (*parts.values(), *reversed(beside.values())):
             try_to(getattr(opened, "close", _nothing))
         raise
+
+
+def _open_all(
+    names: Iterable[str],
+    served: Mapping[str, Served],
+    opening: Opening,
+    beside: Mapping[str, Any],
+    opened: dict[str, Any],
+) -> None:
+    """Open some entries; those that start in the background start side by side."""
+    begun = []
+    for name in names:
+        driver = _driver(name, served[name])
+        opened[name] = _opened(name, served[name], driver, opening, beside)
+        begun.append(name)
+    for name in begun:
+        error = try_to(getattr(opened[name], "wait", _nothing))
+        if error is not None:
+            raise _problem(name, served[name], error)
 
 
 def _may_give(signal: str, driver: Any) -> bool:
@@ -262,14 +280,29 @@ def _driver(name: str, served: Served) -> Any:
 def _opened(
     name: str, served: Served, driver: Any, opening: Opening, beside: Mapping[str, Any]
 ) -> Any:
-    given = dict(served.arguments)
-    given |= {key: beside[given[key]] for key in REFERS if key in given and beside}
+    given = {key: _placed(value) for key, value in served.arguments.items()}
+    given |= {key: beside[given[key]] for key in REFERS if given.get(key) in beside}
     try:
         if "opening" in signature(driver).parameters:
             given["opening"] = opening
         return driver(**given, now=opening.now)
     except Exception as error:  # noqa: BLE001
         raise _problem(name, served, error) from None
+
+
+def _placed(value: Any) -> Any:
+    """A value of a connection file with an address of this run in place of `loopback`."""
+    if isinstance(value, dict):
+        return {key: _placed(inner) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [_placed(inner) for inner in value]
+    return own_host() if value == LOOPBACK else value
+
+
+def own_host() -> str:
+    """An address of this machine that no other process takes: all of 127/8 is its own."""
+    number = os.getpid() % 0x3F_FF_FE + 1
+    return f"127.{64 + (number >> 16)}.{number >> 8 & 255}.{number & 255}"
 
 
 def _problem(name: str, served: Served, error: Exception) -> Problem:

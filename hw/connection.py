@@ -14,9 +14,11 @@ peers:                      # fakes that start with it, and end with it
 
 A driver is a class, named as `module:Class`. It is called with the other values of its entry and
 with `now`, a function that gives the time of the run in ns, for the stamps of its samples; one that
-has a parameter `opening` gets an `Opening`, too. `link: NAME` and `tells: NAME` become the link of
-that name. Peers are opened first, then links, in the order of the file, then the parts; only what
-is needed is opened, and all is closed the other way round.
+has a parameter `opening` gets an `Opening`, too. `link: NAME` and `tells: NAME` become the link or
+the peer of that name. Peers are opened first, then links, in the order of the file, then parts;
+only what is needed is opened, and all is closed the other way round. What has a method `wait` starts
+in the background; it is waited for before the next group is opened. The text `loopback` becomes
+an address of this machine that no other run uses.
 """
 
 from __future__ import annotations
@@ -160,7 +162,7 @@ def connection_from(item: Item) -> Connection:
         FileError: every mistake in it.
     """
     found = record(item, _File)
-    known = tuple(found.links)
+    known = (*found.links, *found.peers)
     entries = [*found.parts.values(), *found.links.values(), *found.peers.values()]
     served = iter(gather(partial(_served, entry, known) for entry in entries))
     parts, links, peers = (
