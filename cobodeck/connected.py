@@ -43,6 +43,8 @@ class Stops:
 
     def pull(self, reason: str) -> None:
         """Stop everything and stay so; a part that cannot stop does not keep the others from it."""
+        if self.guard is not None:
+            self.guard.halt(reason)  # even if it is pulled: a reset may be under way
         if self._reason is not None:
             return
         self._reason = reason
@@ -58,10 +60,11 @@ class Stops:
         """Let the robot move again; False while a cause holds."""
         if self.guard is not None and not self.guard.reset(self._now()):
             return False
-        if not self._line.reset():
-            return False
-        self._reason = None
-        return True
+        reason, self._reason = self._reason, None  # who pulls from now on is heard
+        if self._line.reset():
+            return self._reason is None
+        self._reason = self._reason or reason
+        return False
 
     def samples(self, now_ns: int) -> Iterable[Sample]:
         """Those of the line."""

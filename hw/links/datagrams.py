@@ -15,7 +15,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from hw.geometry import Pose2, Pose3, Twist2
-from hw.safety_record import SafetyRecord
+from hw.safety_record import ChainStatus, SafetyRecord
 from hw.samples import (
     ArmState,
     BumperHit,
@@ -38,8 +38,8 @@ BUFFER = 1 << 20
 KINDS: Mapping[str, Any] = {
     kind.__name__: kind
     for kind in (
-        Pose2, Pose3, Twist2, ArmState, BumperHit, Contact, GripperState, ImuReading, Odometry,
-        PoseSigma, SafetyRecord, Scan, TrackerPose, Truth, UserPose, WrenchReading,
+        Pose2, Pose3, Twist2, ArmState, BumperHit, ChainStatus, Contact, GripperState, ImuReading,
+        Odometry, PoseSigma, SafetyRecord, Scan, TrackerPose, Truth, UserPose, WrenchReading,
     )
 }  # fmt: skip
 """The classes that a value may hold."""
