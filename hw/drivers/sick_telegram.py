@@ -17,8 +17,8 @@
 | end | 2 | CRC-16 (0x1021, starts at 0xFFFF) of all from byte 4 on; least significant byte first |
 
 Bits 0-12 of a distance are cm; 13: a reflector, or dazzled; 14: in the protective field; 15: in the
-warning field. A telegram of 541 distances has 1108 bytes. Source: the drivers of Care-O-bot and Neobotix, and
-SICK's telegram listing 8015791; never tried on a device.
+warning field. A telegram of 541 distances has 1108 bytes. Source: the drivers of Care-O-bot and
+Neobotix, and SICK's telegram listing 8015791; never tried on a device.
 """
 
 from __future__ import annotations
