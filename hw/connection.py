@@ -16,9 +16,9 @@ A driver is a class, named as `module:Class`. It is called with the other values
 with `now`, a function that gives the time of the run in ns, for the stamps of its samples; one that
 has a parameter `opening` gets an `Opening`, too. `link: NAME` and `tells: NAME` become the link or
 the peer of that name. Peers are opened first, then links, in the order of the file, then parts;
-only what is needed is opened, and all is closed the other way round. What has a method `wait` starts
-in the background; it is waited for before the next group is opened. The text `loopback` becomes
-an address of this machine that no other run uses.
+only what is needed is opened, and all is closed the other way round. What has a method `wait`
+starts in the background; it is waited for before the next group is opened. The text `loopback`
+becomes an address of this machine that no other run uses.
 """
 
 from __future__ import annotations
