@@ -95,7 +95,7 @@ class Session:
         """Send what can be sent without waiting."""
         while self.waiting and self.broken is None:
             if not self._rest:
-                self._rest = memoryview(self._next())
+                self._rest = memoryview(self._pick())
             try:
                 sent = self._socket.send(self._rest)
             except BlockingIOError:
@@ -111,7 +111,7 @@ class Session:
             self._socket.shutdown(socket.SHUT_RDWR)
         self._socket.close()
 
-    def _next(self) -> bytes:
+    def _pick(self) -> bytes:
         """Commands first, then all topics in one piece: one packet, not one for each."""
         if self._commands:
             return self._commands.popleft()
