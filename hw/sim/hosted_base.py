@@ -44,6 +44,7 @@ class HostedBase(SimBase):
         self.mode: DriveMode = "omni"
         self._heard: tuple[int, Twist2] = (-SILENT_NS, STILL)
         self._against: tuple[float, float, float] | None = None
+        self._corner = robot.base.half_wheelbase + robot.base.half_track
 
     @property
     def held(self) -> bool:
@@ -94,7 +95,7 @@ class HostedBase(SimBase):
     def _velocity(self, twist: Twist2) -> tuple[float, float, float]:
         """In the map; the turn as the speed of a corner, m/s."""
         there = twist.rotated(self.pose.yaw)
-        return there.vx, there.vy, twist.wz * self._lever
+        return there.vx, there.vy, twist.wz * self._corner
 
 
 class HostedArm:
