@@ -76,6 +76,7 @@ ArmMode = Literal[
     "unknown",
 ]  # fmt: skip
 """What the arm's own safety system says; it moves in the first three only."""
+ARM_MOVES: frozenset[ArmMode] = frozenset(("normal", "reduced", "recovery"))
 
 
 @dataclass(frozen=True, slots=True)

@@ -101,7 +101,7 @@ class World:
         self.base = base or SimBase(robot, limits, start, sensors.of_pose)
         self.arm = arm
         if arm is None and robot.arm is not None:
-            self.arm = SimArm(robot.arm, limits)
+            self.arm = SimArm(robot.arm)
         self.hand = hand or (Hand() if robot.prop is None else Hand.of(robot.prop))
         self._meeting = Meeting(robot.footprint, USER)
         if person is not None:
