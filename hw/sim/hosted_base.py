@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any
 
 from hw.geometry import STILL, Pose2, Twist2
 from hw.guarded import CYCLE_NS
@@ -131,12 +130,9 @@ class HostedArm:
         """The joints of this instant."""
         return [Sample("arm.joints", now_ns, self.state)]
 
-    def follow(self, points: Sequence[TimedJoints]) -> Any:  # noqa: ARG002
+    def follow(self, points: Sequence[TimedJoints]) -> int:  # noqa: ARG002
         """Others move it."""
         return 0
-
-    def move_to(self, joints: Joints, duration_s: float | None = None) -> None:
-        """Others move it."""
 
     def stop(self) -> None:
         """Others move it."""
