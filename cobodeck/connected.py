@@ -73,7 +73,7 @@ class Stops:
 
 
 class Connected:
-    """Parts behind drivers; the wheels' guard cycles in a thread of its own."""
+    """Parts behind drivers; the wheels' guard cycles in a thread of its own, or in a process."""
 
     def __init__(
         self,
@@ -89,17 +89,17 @@ class Connected:
         self.finished = False
         self.truth = None
         self.guard = guard
-        self.cycles = None if guard is None else guard.chain.cycles
+        self.cycles = None if guard is None else guard.cycles
         self._failures: deque[tuple[str, Exception]] = deque(maxlen=100)
         self._now, self._over = now, threading.Event()
         self._cycling = threading.Thread(target=self._cycle, name="chain", daemon=True)
-        if guard is not None:
+        if guard is not None and guard.cycled:
             self._cycling.start()
 
     @property
     def person_watched(self) -> bool:
         """Does a part track where people are?"""
-        return self.guard is not None and self.guard.chain.limits.watched
+        return self.guard is not None and self.guard.limits.watched
 
     @property
     def failures(self) -> list[tuple[str, Exception]]:
@@ -117,7 +117,8 @@ class Connected:
         """Stand, and let go of the devices; one that cannot does not keep the others from it."""
         self._over.set()
         if self.guard is not None:
-            self._cycling.join(CLOSING_S)
+            if self.guard.cycled:
+                self._cycling.join(CLOSING_S)
             self._try("base", self.guard.base.stop)
         for name, part in self.parts.items():
             if hasattr(part, "close"):
