@@ -86,7 +86,9 @@ class Rig:
         return self
 
     def _pulled(self, reason):
+        """As the stop line of a connection does."""
         self.pulled.append((time.monotonic_ns(), reason))
+        self.base.halt(reason)
 
     def speak(self):
         """Say what is due."""
