@@ -14,7 +14,22 @@ from hw.drivers.chain import ENDED, SILENT, Chain
 from hw.geometry import STILL
 from hw.keeper import is_standing
 from hw.links.datagrams import Intake, Outlet
-from tests.hw.drivers.chain_rig import AHEAD, HARDWARE, MS, PATIENCE_S, Rig, opening, own_host
+from tests.hw.drivers.chain_rig import (
+    AHEAD,
+    ARM_SILENT,
+    HARDWARE,
+    MS,
+    PATIENCE_S,
+    Rig,
+    opening,
+    own_host,
+)
+
+SILENCES = [
+    ("arm", 50 * MS, ARM_SILENT),
+    ("observer", 500 * MS, "the observer is silent"),
+    ("user", 500 * MS, "tracking of the user is lost"),
+]
 
 
 @pytest.fixture
@@ -124,22 +139,17 @@ def test_a_reset_that_is_refused_says_why(rig):
 
 
 @pytest.mark.requirement(55)
-@pytest.mark.parametrize(
-    ("who", "gate_ns", "reason"),
-    [
-        ("arm", 50 * MS, "the link to the arm is silent"),
-        ("observer", 500 * MS, "the observer is silent"),
-    ],
-)
-def test_who_falls_silent_stops_everything_within_the_gate_and_two_cycles(
-    rig, who, gate_ns, reason
-):
+@pytest.mark.parametrize(("who", "gate_ns", "reason"), SILENCES)
+def test_who_falls_silent_stops_everything_within_the_gate_and_two_cycles(who, gate_ns, reason):
+    rig = Rig(arm=who == "arm").start()
     rig.driving()
+    rig.pulled.clear()
     rig.speaks.remove(who)
     rig.until(lambda: rig.pulled)
     stays_stopped(rig)
     assert [text for _, text in rig.pulled] == [reason]
     assert rig.stopped_in(rig.last[who] + gate_ns) <= 2
+    rig.close()
 
 
 @pytest.mark.requirement(41, 149)
