@@ -130,7 +130,9 @@ class Trackers(Part, Protocol):
 class Vr(Part, Protocol):
     """The virtual world. Gives `vr.haptic_request`, `vr.release`, `vr.restart`.
 
-    When its link is lost a driver ends the request under way: `vr.haptic_request` is None.
+    When its link is lost a driver ends the request under way: `vr.haptic_request` is None. One that
+    has a method `show(stamp_ns)` is called in each tick, after the states: it sends the robot's
+    pose, joints and sign as they are at that instant (R114), of which it hears by `hears`.
     """
 
     def inform(self, show: bool) -> None:
