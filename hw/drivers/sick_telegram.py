@@ -1,0 +1,128 @@
+"""The telegrams that a SICK S300 sends by itself over RS-422, taken out of a stream of bytes.
+
+| byte | size | holds (most significant byte first, where not told otherwise) |
+|---|---|---|
+| 0 | 4 | 0: the telegram is the answer to no question |
+| 4 | 2 | 0 |
+| 6 | 2 | size in words of 2 bytes; from where it counts depends on the firmware |
+| 8 | 1 | 0xFF |
+| 9 | 1 | address of the device: 7, or 8 for the guest of a pair |
+| 10 | 2 | version of the protocol |
+| 12 | 2 | status |
+| 14 | 4 | number of the scan |
+| 18 | 2 | number of the telegram |
+| 20 | 2 | what follows: 0xBBBB distances, 0xAAAA inputs and outputs, 0xCCCC reflectors |
+| 22 | 2 | 0x1111: first field of measurement |
+| 24 | 2 n | distances, least significant byte first |
+| end | 2 | CRC-16 (0x1021, starts at 0xFFFF) of all from byte 4 on; least significant byte first |
+
+Bits 0-12 of a distance are cm; 13: a reflector, or dazzled; 14: in the protective field; 15: in the
+warning field. A telegram of 541 distances has 1108 bytes. Source: the drivers of Care-O-bot and
+Neobotix, and SICK's telegram listing 8015791; never tried on a device.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from binascii import crc_hqx
+from dataclasses import dataclass
+
+LONGEST = 4096
+"""No telegram is longer, bytes."""
+DISTANCES, FIRST_FIELD = 0xBBBB, 0x1111
+STANDBY = 0x4004
+"""All distances of a scanner that does not measure."""
+_HEADER = re.compile(rb"\0{6}..\xff", re.DOTALL)
+_FIELDS = struct.Struct(">4x2xHxBHHIHHH")
+_REPLY = 4
+_CRC = 2
+_BEYOND = (4, 8, 14)
+"""Bytes of a telegram that its size does not count, by firmware."""
+_CENTIMETRES = 0x1FFF
+
+
+@dataclass(frozen=True, slots=True)
+class Telegram:
+    """One telegram with a right CRC; `words` are its distances with their flags, if it has any."""
+
+    address: int
+    version: int
+    status: int
+    scan: int
+    number: int
+    size: int
+    words: tuple[int, ...] = ()
+
+    @property
+    def measuring(self) -> bool:
+        """Does it hold distances, and not those of a scanner in standby?"""
+        return any(word != STANDBY for word in self.words)
+
+    def ranges(self, nearest: float, farthest: float) -> tuple[float, ...]:
+        """Distances in m; inf for what is not within these, as for beams that do not come back."""
+        metres = [0.01 * (word & _CENTIMETRES) for word in self.words]
+        return tuple([r if nearest <= r < farthest else float("inf") for r in metres])
+
+
+class Telegrams:
+    """Takes telegrams out of bytes as they come, however they are cut, and whatever is between.
+
+    `refused` counts starts of telegrams with a wrong CRC, `skipped` the bytes that belong to none.
+    """
+
+    def __init__(self) -> None:
+        self.refused = self.skipped = 0
+        self._data = bytearray()
+
+    def feed(self, data: bytes) -> list[Telegram]:
+        """The telegrams that have come to their end."""
+        self._data += data
+        found: list[Telegram] = []
+        while self._at_header():
+            total = self._total()
+            if total is None:
+                break
+            if total:
+                found.append(_parsed(bytes(self._data[:total])))
+                del self._data[:total]
+            else:
+                self.refused += 1
+                self._skip(1)
+        return found
+
+    def _at_header(self) -> bool:
+        """Skip what is before the next start of a telegram; False: there is none yet."""
+        match = _HEADER.search(self._data)
+        if match is None:
+            self._skip(max(0, len(self._data) - 8))
+            return False
+        self._skip(match.start())
+        return len(self._data) >= _FIELDS.size
+
+    def _total(self) -> int | None:
+        """The length at which the CRC is right; 0: there is none, None: it has not come yet."""
+        words = int.from_bytes(self._data[6:8], "big")
+        for beyond in _BEYOND:
+            total = 2 * words + beyond
+            if not _FIELDS.size + _CRC <= total <= LONGEST:
+                continue
+            if total > len(self._data):
+                return None
+            crc = int.from_bytes(self._data[total - _CRC : total], "little")
+            if crc == crc_hqx(self._data[_REPLY : total - _CRC], 0xFFFF):
+                return total
+        return 0
+
+    def _skip(self, count: int) -> None:
+        self.skipped += count
+        del self._data[:count]
+
+
+def _parsed(data: bytes) -> Telegram:
+    _, address, version, status, scan, number, kind, field = _FIELDS.unpack_from(data)
+    body = data[_FIELDS.size : -_CRC]
+    words: tuple[int, ...] = ()
+    if kind == DISTANCES and field == FIRST_FIELD and len(body) % 2 == 0:
+        words = struct.unpack(f"<{len(body) // 2}H", body)
+    return Telegram(address, version, status, scan, number, len(data), words)

@@ -1,0 +1,47 @@
+"""What tests of drivers share: an address of their own, an opening, and waiting for what comes."""
+
+import random
+import threading
+import time
+
+from hw.connection import Opening
+from hw.robot import MotionLimits, load_robot
+from hw.safety_limits import SafetyLimits, Stopping
+from hw.tracking import Tracking
+
+PATIENCE_S = 20.0
+
+
+def own_address():
+    """An address of this machine that no other test takes."""
+    chance = random.SystemRandom()
+    return f"127.{chance.randrange(1, 64)}.{chance.randrange(256)}.{chance.randrange(1, 255)}"
+
+
+def opening(body=None, now=time.monotonic_ns):
+    body = body or load_robot("rbkairos_ur10")
+    base = body.base
+    stopping = Stopping(base.brake_deceleration, base.reaction_time, 0.35)
+    safety = SafetyLimits(body.footprint, stopping, base.max_speed, base.max_yaw_rate)
+    return Opening(now, body, MotionLimits(), safety, Tracking.of(body.sensing))
+
+
+class Listener:
+    """Collects the samples of a part, which wakes it."""
+
+    def __init__(self, part):
+        self.part, self.got = part, []
+        self._woken = threading.Event()
+        part.wake = self._woken.set
+
+    def until(self, wanted, nudge=lambda: None):
+        """Collect until `wanted()`; `nudge` is called again and again in between."""
+        limit = time.monotonic() + PATIENCE_S
+        while True:
+            self.got += self.part.samples(time.monotonic_ns())
+            if wanted():
+                return
+            assert time.monotonic() < limit, f"it did not come within {PATIENCE_S} s"
+            nudge()
+            self._woken.wait(0.05)
+            self._woken.clear()
