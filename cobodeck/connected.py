@@ -197,12 +197,14 @@ def refuse_strange_drivers(connection: Connection, packages: Container[str]) -> 
     Raises:
         Problem: one is not.
     """
-    for name, served in connection.parts.items():
-        package = served.module.partition(".")[0]
+    for entry, place, driver in connection.drivers:
+        package = driver.partition(".")[0].partition(":")[0]
         if package not in packages:
+            group, _, name = entry.partition(".")
             raise Problem(
-                f"{_told(name, served)}: {package!r} is the package of no project, so nothing of "
-                "it is imported; run this in the project's folder, without --no-project",
+                f"{place}: {group.removesuffix('s')} {name!r} by {driver}: {package!r} is the "
+                "package of no project, so nothing of it is imported; run this in the project's "
+                "folder, without --no-project",
                 FAILED,
             )
 

@@ -139,11 +139,13 @@ class Odometry:
     """What the wheels say: odom_from_base, which drifts without bound, and the base's velocity.
 
     The frame `odom` is where the base was when its driver began to count; `twist` is in the base
-    frame.
+    frame. `sigma` are the standard deviations of its vx, vy (m/s) and wz (rad/s), of drivers that
+    know them.
     """
 
     pose: Pose2
     twist: Twist2
+    sigma: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
