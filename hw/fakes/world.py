@@ -13,9 +13,11 @@ from typing import Any
 
 from hw.connection import Opening
 from hw.fakes.world_process import Settings, later
+from hw.geometry import Pose3
 from hw.links.datagrams import Address, Intake, Outlet, Told
 from hw.links.processes import Child
 from hw.robot import RobotModel
+from hw.samples import UserPose
 from hw.truth import Truth
 
 SUBSCRIBE_NS = 200_000_000
@@ -93,6 +95,14 @@ class World:
     def push_off(self) -> None:
         """An operator pushes the robot off a person that it touches; call it for as long."""
         self._outlet.send("push_off", time.monotonic_ns())
+
+    def place(self, pose: UserPose) -> None:
+        """A person who is `live` is here from now on."""
+        self._outlet.send("place", time.monotonic_ns(), pose)
+
+    def ask(self, deep: Pose3 | None) -> None:
+        """A person who is `live` asks for a touch there, or does no more."""
+        self._outlet.send("ask", time.monotonic_ns(), deep)
 
     def close(self) -> None:
         """End it."""
