@@ -33,8 +33,9 @@ CLOSING_S = 1.0
 class Stops:
     """The stop line in front of all parts: who pulls it also stops them, at once.
 
-    `line` is the connection's own, or a latch of software. A reset asks the guard of the wheels
-    first. `pull` may be called from any thread.
+    `line` is the connection's own, or a latch of software. A reset first asks the parts that have
+    something to `acknowledge`, each of them, and the guard of the wheels. `pull` may be called from
+    any thread.
     """
 
     def __init__(self, line: StopLine, parts: Mapping[str, Any], now: Now) -> None:
@@ -53,11 +54,20 @@ class Stops:
             if part is not self and hasattr(part, "stop"):
                 try_to(part.stop)
 
+    @property
+    def reason(self) -> str | None:
+        """Why nothing may move; None: the line is not pulled."""
+        return self._reason
+
     def stop(self) -> None:
         """It does not move."""
 
     def reset(self) -> bool:
         """Let the robot move again; False while a cause holds."""
+        asked = [part for part in self._parts.values() if hasattr(part, "acknowledge")]
+        answers = [part.acknowledge() for part in asked]
+        if not all(answers):
+            return False
         if self.guard is not None and not self.guard.reset(self._now()):
             return False
         if not self._line.reset():
@@ -305,6 +315,9 @@ def _guarded(parts: dict[str, Any], opening: Opening, beside: Sequence[Any]) -> 
         parts["base"] = stops.guard = guard
         if "base.pose" not in guard.base.signals and "base.odometry" in guard.base.signals:
             guard.locate_by(Reckoner(opening.tracking))
+    for part in parts.values():
+        if hasattr(part, "line"):
+            part.line = stops
     return Connected(parts, guard, now, beside)
 
 
