@@ -46,6 +46,8 @@ class Stops:
 
     def pull(self, reason: str) -> None:
         """Stop everything and stay so; a part that cannot stop does not keep the others from it."""
+        if self.guard is not None:
+            self.guard.halt(reason)  # even if it is pulled: a reset may be under way
         if self.reason is not None:
             return
         self.reason = reason
@@ -70,10 +72,11 @@ class Stops:
             return False
         if self.guard is not None and not self.guard.reset(self._now()):
             return False
-        if not self._line.reset():
-            return False
-        self.reason = None
-        return True
+        reason, self.reason = self.reason, None  # who pulls from now on is heard
+        if self._line.reset():
+            return self.reason is None
+        self.reason = self.reason or reason
+        return False
 
     def samples(self, now_ns: int) -> Iterable[Sample]:
         """Those of the line."""
