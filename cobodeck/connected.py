@@ -56,11 +56,6 @@ class Stops:
             if part is not self and hasattr(part, "stop"):
                 try_to(part.stop)
 
-    @property
-    def reason(self) -> str | None:
-        """Why nothing may move; None: the line is not pulled."""
-        return self._reason
-
     def stop(self) -> None:
         """It does not move."""
 
