@@ -14,6 +14,7 @@ it was ended; so it is left to end with the process.
 from __future__ import annotations
 
 import importlib
+import logging
 import math
 import socket
 import threading
@@ -161,6 +162,7 @@ def _library() -> tuple[Any, Any]:
     Raises:
         OSError: it is missing.
     """
+    logging.getLogger("twisted").setLevel(logging.ERROR)  # it warns of each connection let go of
     try:
         library = importlib.import_module("roslibpy")
         return library, importlib.import_module("roslibpy.comm").RosBridgeClientFactory
