@@ -39,6 +39,7 @@ from engine.files.record import Name, record
 from engine.files.source import Map
 from engine.files.values import Mismatch
 from engine.types import builtin_types, convert
+from hw.connection import Narrowed
 from hw.person import RADIUS
 from hw.robot import RobotModel
 from hw.room import Room
@@ -69,6 +70,18 @@ class Profile:
             return robot
         arm = dataclasses.replace(robot.arm, parked=self.robot.arm_parked)
         return dataclasses.replace(robot, arm=arm)
+
+    def narrowed(self, limits: Narrowed) -> Profile:
+        """The same for a robot that may only go as fast as these limits say."""
+        motion = limits.motion(self.robot.limits)
+        robot = dataclasses.replace(
+            self.robot,
+            base_speed=motion.base_speed,
+            base_yaw_rate=motion.base_yaw_rate,
+            base_acceleration=motion.base_acceleration,
+            base_yaw_acceleration=motion.base_yaw_acceleration,
+        )
+        return dataclasses.replace(self, robot=robot)
 
     def site(self, room: Room, robot: RobotModel) -> Site:
         """What the states need of a place, with the values of this profile."""

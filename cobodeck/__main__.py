@@ -29,7 +29,7 @@ from engine.files.visible import visible
 COMMANDS = {
     "validate": "check charts, scenes, robots and profiles",
     "schema": "write the JSON Schema with which editors complete charts",
-    "list": "list states, signals, charts, scenes, users, profiles or robots",
+    "list": "list states, charts, scenes, users, profiles, robots, connections and signals",
     "render": "draw a chart, a recorded run or a room",
     "simulate": "run a chart on the simulated robot",
     "run": "run a chart on a robot",

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from cobodeck.catalogue import Catalogue
 from cobodeck.library import chart_names
+from cobodeck.project import is_there
 from engine.files.finding import FileError, Finding
-from engine.files.item import gather
+from engine.files.item import Item, gather, load_yaml
 from engine.load import Library, load_files
 
 if TYPE_CHECKING:
@@ -121,6 +122,27 @@ class FileChecker:
         load_manipulator(file)
 
     def _connection(self, file: Path) -> None:
-        from hw.staging import check_connection
+        load_yaml(file, self._connected)
 
-        check_connection(file)
+    def _connected(self, item: Item) -> None:
+        from cobodeck.places import open_place
+        from hw.connection import connection_from
+
+        found = connection_from(item)
+        checks: list[Callable[[], Any]] = [
+            partial(self._driver, item.inner(f"{entry}.driver"), driver)
+            for entry, _, driver in found.drivers
+        ]
+        scene = found.scene
+        if scene is not None:
+            checks.append(lambda: item.inner("scene").refer(lambda: open_place(scene)))
+        gather(checks)
+
+    def _driver(self, at: Item, driver: str) -> None:
+        """Whether its module is there; it is not imported, as it may need its vendor's library."""
+        module = driver.partition(":")[0]
+        package = module.partition(".")[0]
+        if package not in self._known.packages:
+            raise at.error(f"{package!r} is the package of no project", "check it in its project")
+        if not is_there(module):
+            raise at.error(f"there is no module {module!r}")

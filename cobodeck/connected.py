@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 from inspect import signature
-from typing import Any
+from typing import Any, Protocol
 
 from cobodeck.console import FAILED, Problem
 from cobodeck.wiring import Uses
@@ -18,7 +18,9 @@ from hw.guarded import CYCLE_NS, HEARD, GuardedBase
 from hw.interfaces import StopLine
 from hw.reckoner import Reckoner
 from hw.samples import Sample
+from hw.sim.surroundings import ScriptedOperator
 from hw.stop_line import StopLatch
+from hw.truth import Truth
 
 Now = Callable[[], int]
 ALWAYS = frozenset(("stop_line", "operator"))
@@ -38,14 +40,14 @@ class Stops:
     def __init__(self, line: StopLine, parts: Mapping[str, Any], now: Now) -> None:
         self.signals = line.signals
         self.guard: GuardedBase | None = None
+        self.reason: str | None = None
         self._line, self._parts, self._now = line, parts, now
-        self._reason: str | None = None
 
     def pull(self, reason: str) -> None:
         """Stop everything and stay so; a part that cannot stop does not keep the others from it."""
-        if self._reason is not None:
+        if self.reason is not None:
             return
-        self._reason = reason
+        self.reason = reason
         self._line.pull(reason)
         for part in self._parts.values():
             if part is not self and hasattr(part, "stop"):
@@ -60,7 +62,7 @@ class Stops:
             return False
         if not self._line.reset():
             return False
-        self._reason = None
+        self.reason = None
         return True
 
     def samples(self, now_ns: int) -> Iterable[Sample]:
@@ -72,8 +74,28 @@ class Stops:
         getattr(self._line, "close", _nothing)()
 
 
+class HostedWorld(Protocol):
+    """The peer that hosts the world of fakes; see `hw.fakes.world.World`."""
+
+    truth: Truth | None
+    truth_ns: int
+    finished: bool
+    failures: list[Exception]
+
+    def advance(self) -> None:
+        """Take what it has told."""
+        ...
+
+    def push_off(self) -> None:
+        """An operator pushes the robot off somebody."""
+        ...
+
+
 class Connected:
-    """Parts behind drivers; the wheels' guard cycles in a thread of its own."""
+    """Parts behind drivers; the wheels' guard cycles in a thread of its own, or in a process.
+
+    `world` is that of fakes: it alone knows the truth, and when all is over.
+    """
 
     def __init__(
         self,
@@ -86,20 +108,36 @@ class Connected:
         self._beside = beside
         self.latency_ns = 0
         self.paced = True
-        self.finished = False
-        self.truth = None
+        self.world: HostedWorld | None = next((p for p in beside if hasattr(p, "truth")), None)
+        self.attendant: ScriptedOperator | None = None
         self.guard = guard
-        self.cycles = None if guard is None else guard.chain.cycles
+        self.cycles = None if guard is None else guard.cycles
         self._failures: deque[tuple[str, Exception]] = deque(maxlen=100)
+        self._told = 0
         self._now, self._over = now, threading.Event()
         self._cycling = threading.Thread(target=self._cycle, name="chain", daemon=True)
-        if guard is not None:
+        if guard is not None and guard.cycled:
             self._cycling.start()
 
     @property
     def person_watched(self) -> bool:
         """Does a part track where people are?"""
-        return self.guard is not None and self.guard.chain.limits.watched
+        return self.guard is not None and self.guard.limits.watched
+
+    @property
+    def truth(self) -> Truth | None:
+        """How things are in the world of the fakes; nobody knows in the real one."""
+        return None if self.world is None else self.world.truth
+
+    @property
+    def truth_ns(self) -> int | None:
+        """The instant that the truth is of, in the time of the run."""
+        return None if self.world is None else self.world.truth_ns
+
+    @property
+    def finished(self) -> bool:
+        """Has the person of the fakes done what they were going to do?"""
+        return self.world is not None and self.world.finished
 
     @property
     def failures(self) -> list[tuple[str, Exception]]:
@@ -107,7 +145,13 @@ class Connected:
         return [self._failures.popleft() for _ in range(len(self._failures))]
 
     def advance(self, to_ns: int) -> None:
-        """The world moves on by itself."""
+        """The world moves on by itself; of that of the fakes the news are taken."""
+        if self.world is not None:
+            self.world.advance()
+            self._failures += [("world", error) for error in self.world.failures[self._told :]]
+            self._told = len(self.world.failures)
+        if self.attendant is not None:
+            self.attendant.step(to_ns)
 
     def quiet_until(self) -> int:
         """Anything may happen at any time."""
@@ -117,7 +161,8 @@ class Connected:
         """Stand, and let go of the devices; one that cannot does not keep the others from it."""
         self._over.set()
         if self.guard is not None:
-            self._cycling.join(CLOSING_S)
+            if self.guard.cycled:
+                self._cycling.join(CLOSING_S)
             self._try("base", self.guard.base.stop)
         for name, part in self.parts.items():
             if hasattr(part, "close"):
@@ -152,12 +197,14 @@ def refuse_strange_drivers(connection: Connection, packages: Container[str]) -> 
     Raises:
         Problem: one is not.
     """
-    for name, served in connection.parts.items():
-        package = served.module.partition(".")[0]
+    for entry, place, driver in connection.drivers:
+        package = driver.partition(".")[0].partition(":")[0]
         if package not in packages:
+            group, _, name = entry.partition(".")
             raise Problem(
-                f"{_told(name, served)}: {package!r} is the package of no project, so nothing of "
-                "it is imported; run this in the project's folder, without --no-project",
+                f"{place}: {group.removesuffix('s')} {name!r} by {driver}: {package!r} is the "
+                "package of no project, so nothing of it is imported; run this in the project's "
+                "folder, without --no-project",
                 FAILED,
             )
 

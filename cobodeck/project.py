@@ -106,6 +106,16 @@ def projects(start: Path | None = None) -> list[Project]:
     ]
 
 
+def is_there(module: str) -> bool:
+    """Can a module be found? Of it nothing is imported, of what is around it the packages."""
+    from importlib.util import find_spec
+
+    try:
+        return find_spec(module) is not None
+    except (ImportError, ValueError):
+        return False
+
+
 def _installed(start: Path) -> Iterator[tuple[str, str]]:
     """Names and modules of the entry points that are installed.
 

@@ -134,7 +134,7 @@ def _judged(loop: Loop) -> dict[str, Any]:
     guard = loop.plant.guard
     found: dict[str, Any] = {"localization": None}
     if guard is not None:
-        limits = guard.chain.limits
+        limits = guard.limits
         found["governor"] = limits.governor and limits.watched
         found["person_watched"] = limits.watched
     for observer in loop.observers:

@@ -26,6 +26,7 @@ from engine.machine import Box, Leaf, Machine, Vertex
 from engine.run import Run
 from engine.signals import Measured, Signal, closure, declare, roots
 from engine.slots import compute
+from hw.connection import Connection, Narrowed
 from hw.guarded import GuardedBase
 from hw.interfaces import Part
 from hw.robot import RobotModel, load_robot
@@ -64,6 +65,7 @@ class Setup:
     """What is to be run, and where; checked. `given` is what it was asked for by.
 
     `localizing` is the seed of localization where the base does not know where it is, else None.
+    Robot and profile have the limits of the `connection`, if one was named.
     """
 
     chart: Chart
@@ -75,6 +77,12 @@ class Setup:
     tick_hz: int = TICK_HZ
     given: Mapping[str, Any] = field(default_factory=dict)
     localizing: int | None = None
+    connection: Connection | None = None
+
+    @property
+    def limits(self) -> Narrowed:
+        """Those of the connection."""
+        return Narrowed() if self.connection is None else self.connection.limits
 
     @property
     def scene(self) -> Scene | None:
@@ -176,15 +184,16 @@ def open_setup(
     scene: str | None = None,
     profile: str | None = None,
     tick_hz: int = TICK_HZ,
-    robot: str | None = None,
+    robot: str | Connection | None = None,
     charts: Mapping[str, Chart] | None = None,
     known: Catalogue | None = None,
 ) -> Setup:
     """Read and check everything a run needs.
 
-    `robot` takes the place of the scene's; given alone, there is no scene at all. `charts`: those
-    of an earlier run by name, in place of files; `chart` is one of them. What charts may name is
-    `known`; by default all there is around the present folder.
+    `robot` takes the place of the scene's; given alone, there is no scene at all. That of a
+    connection has its limits; it has to be the scene's, and the connection may name a scene.
+    `charts`: those of an earlier run by name, in place of files; `chart` is one of them. What
+    charts may name is `known`; by default all there is around the present folder.
 
     Raises:
         Problem: the chart cannot run; FileError: a file is wrong.
@@ -194,19 +203,49 @@ def open_setup(
     if charts is None:
         opened, charts = open_chart(chart, known)
         chart = opened.name
+    connection = robot if isinstance(robot, Connection) else None
+    named = robot.model if isinstance(robot, Connection) else robot
+    if connection is not None:
+        scene = scene or connection.scene
     place = open_place(scene or SCENE) if scene is not None or robot is None else None
-    body = robot or (place.scene.robot if place is not None else "")
+    body = load_robot(named or (place.scene.robot if place is not None else ""))
+    if connection is not None:
+        refuse_other_body(connection, body, place)
+        body = connection.limits.body(body)
+        used_profile = used_profile.narrowed(connection.limits)
     applied = used_profile.apply(charts)
     return Setup(
         chart=applied[chart],
         library=applied,
         catalogue=known,
         place=place,
-        robot=_in_place(load_robot(body), place),
+        robot=_in_place(body, place),
         profile=used_profile,
         tick_hz=tick_hz,
-        given={"scene": scene, "profile": profile, "robot": robot},
+        given={
+            "scene": scene,
+            "profile": profile,
+            "robot": named,
+            "connection": None if connection is None else connection.known_as,
+        },
+        connection=connection,
     )
+
+
+def refuse_other_body(connection: Connection, body: RobotModel, place: Place | None) -> None:
+    """Look whether scene and connection are of one robot; a map is of none.
+
+    Raises:
+        Problem: they are not.
+    """
+    if connection.model is None or place is None or place.map is not None:
+        return
+    scenes = load_robot(place.scene.robot).name
+    if scenes != body.name:
+        raise Problem(
+            f"scene {place.scene.name} is made for robot {scenes}, connection {connection.name} "
+            f"is of {body.name}; take a scene whose robot is {body.name}"
+        )
 
 
 def _in_place(robot: RobotModel, place: Place | None) -> RobotModel:
@@ -232,20 +271,25 @@ class WithoutMotion:
 
 @dataclass(frozen=True, slots=True)
 class Wired:
-    """A run with its board, the way in for its samples, and what its states drive the base by."""
+    """A run with its board, the way in for its samples, and what its states drive the base by.
+
+    `show` is that of the virtual world, where it wants to be called in every tick (see `Vr`).
+    """
 
     run: Run
     board: Board
     inlet: Inlet
     base: GuardedBase | None = None
+    show: Callable[[int], None] | None = None
 
     def pass_on(self, stamp_ns: int) -> None:
-        """Give the base the velocity that counts from this instant on, in every tick."""
-        if self.base is None:
-            return
-        if self.base.reckons and ESTIMATE in self.board.slots:
-            self._locate(self.base, stamp_ns)
-        self.base.tick(stamp_ns)
+        """In every tick: what the base has to do from this instant on, and what the VR shows."""
+        if self.base is not None:
+            if self.base.reckons and ESTIMATE in self.board.slots:
+                self._locate(self.base, stamp_ns)
+            self.base.tick(stamp_ns)
+        if self.show is not None:
+            self.show(stamp_ns)
 
     def _locate(self, base: GuardedBase, now_ns: int) -> None:
         """Tell the safety chain where localization takes the base to have been."""
@@ -325,7 +369,8 @@ def wire(
     for name, value in constants.items():
         if board.needs(name):
             inlet.put(name, value(), 0)
-    return Wired(run, board, inlet, guarded(parts))
+    show = getattr(parts.get("vr"), "show", None)
+    return Wired(run, board, inlet, guarded(parts), show)
 
 
 def guarded(parts: Mapping[str, Any]) -> GuardedBase | None:

@@ -4,6 +4,9 @@ connection: rover_udp
 about: what it is
 model: ./rover.yaml         # the body: a robot by name or by file
 real: true                  # a robot that can hurt somebody: `run` asks for what was tried before
+proven: 2027-01-12, hall 3, A. Writer   # when it was first run on the devices, where, by whom
+told: [its own time-out is 0.5 s]       # what whoever runs it has to know, said at each run
+scene: lab_a                # the room where none is asked for; without it there is none
 limits: {speed: 0.8 m/s}    # lower than the body's, never higher
 links:                      # what several parts share: a bus, a server, a process
   bus: {driver: "rover.bus:Bus", channel: can0}
@@ -19,29 +22,36 @@ the peer of that name. Peers are opened first, then links, in the order of the f
 only what is needed is opened, and all is closed the other way round. What has a method `wait`
 starts in the background; it is waited for before the next group is opened. The text `loopback`
 becomes an address of this machine that no other run uses.
+
+`plant: mock` needs no parts: all of the scene's robot is mocked, in the simulated world.
 """
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from engine.files.item import Fault, Item, find_file, gather, load_yaml
 from engine.files.record import Name, record
 from engine.files.units import Acceleration, AngularAcceleration, AngularSpeed, Speed
 from engine.files.values import Range, shown
-from hw.robot import MotionLimits, RobotModel
+from hw.robot import MotionLimits, RobotModel, load_robot
 from hw.safety_limits import SafetyLimits
+from hw.scene import Scene
+from hw.sim.errors import SensorErrors
+from hw.sim.sensors import IDEAL, SensorModel
 from hw.tracking import Tracking
 
 FOLDER = Path(__file__).parent / "connections"
 REFERS = ("link", "tells")
 """The arguments that name a link."""
+Plant = Literal["parts", "mock"]
 _DRIVER = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*\Z")
 
 
@@ -90,28 +100,76 @@ class Narrowed:
         return replace(body, base=slower)
 
     def motion(self, motion: MotionLimits) -> MotionLimits:
-        """A profile's limits, no faster than this says."""
+        """A profile's limits, no faster than this says, and no harder than it brakes."""
         return replace(
             motion,
             base_speed=_least(motion.base_speed, self.speed),
             base_yaw_rate=_least(motion.base_yaw_rate, self.yaw_rate),
-            base_acceleration=_least(motion.base_acceleration, self.acceleration),
+            base_acceleration=_least(
+                _least(motion.base_acceleration, self.acceleration), self.brakes
+            ),
             base_yaw_acceleration=_least(motion.base_yaw_acceleration, self.yaw_acceleration),
         )
 
 
 @dataclass(frozen=True, slots=True)
 class Connection:
-    """The body of a robot, and what serves its parts, by name."""
+    """The body of a robot, and what serves its parts, by name.
+
+    `model` is None where the body is that of any scene. `proven` says when and where it was run on
+    the devices; None: never yet. `sha256` is of the text of its `file`.
+    """
 
     name: str
     about: str
-    model: str
+    model: str | None
     parts: Mapping[str, Served]
     links: Mapping[str, Served] = field(default_factory=lambda: MappingProxyType({}))
     peers: Mapping[str, Served] = field(default_factory=lambda: MappingProxyType({}))
     limits: Narrowed = Narrowed()
     real: bool = False
+    plant: Plant = "parts"
+    scene: str | None = None
+    proven: str | None = None
+    told: tuple[str, ...] = ()
+    file: str = ""
+    sha256: str = ""
+
+    @property
+    def known_as(self) -> str:
+        """By what `load_connection` finds it again."""
+        return self.name if Path(self.file).parent == FOLDER else self.file
+
+    @property
+    def entries(self) -> Iterator[tuple[str, Served]]:
+        """All that it opens, by the kind of entry and its name (`links.bus`)."""
+        groups = {"peers": self.peers, "links": self.links, "parts": self.parts}
+        for group, served in groups.items():
+            yield from ((f"{group}.{name}", one) for name, one in served.items())
+
+    @property
+    def drivers(self) -> Iterator[tuple[str, str, str]]:
+        """All drivers that it names: the entry, the place of it, and `module:Class`."""
+        for entry, served in self.entries:
+            yield entry, served.place, f"{served.module}:{served.driver}"
+            yield from ((entry, served.place, inner) for inner in _inner(served.arguments))
+
+
+@dataclass(frozen=True, slots=True)
+class Play:
+    """What goes on around fakes: the room and who is in it, for the world that hosts them.
+
+    `user` is as `hw.user.open_user` takes it, None: nobody; `requests` and `stretch_m` likewise.
+    `seed` is that of all chance, `sensors` and `sensing` how far measurements are from the truth.
+    """
+
+    scene: Scene
+    user: str | None
+    sensing: SensorErrors
+    sensors: SensorModel = IDEAL
+    requests: int | None = None
+    stretch_m: float | None = None
+    seed: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +177,8 @@ class Opening:
     """What a driver may want to know of the run that it is opened for.
 
     `safety.watched` says whether a part tracks people; `tracking` is where the tracking system lies
-    in the map, and where its trackers sit on the robot. `now`: the time of the run, ns.
+    in the map, and where its trackers sit on the robot. `now`: the time of the run, ns. `play` is
+    for fakes, where there is a room.
     """
 
     now: Callable[[], int]
@@ -127,18 +186,36 @@ class Opening:
     motion: MotionLimits
     safety: SafetyLimits
     tracking: Tracking
+    play: Play | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class _File:
     connection: Name
-    model: Annotated[str, Item.target]
-    parts: Mapping[str, Item]
+    model: Annotated[str, Item.target] | None = None
+    parts: Mapping[str, Item] = field(default_factory=dict)
     about: str = ""
     real: bool = False
     limits: Narrowed = Narrowed()
     links: Mapping[str, Item] = field(default_factory=dict)
     peers: Mapping[str, Item] = field(default_factory=dict)
+    plant: Plant = "parts"
+    scene: Annotated[str, Item.target] | None = None
+    proven: str | None = None
+    told: tuple[str, ...] = ()
+
+    def faults(self) -> Iterator[Fault]:
+        """What does not go together, or is missing, by key."""
+        if self.real and self.peers:
+            yield "peers", "a real robot has no fakes beside it; or it is not `real`"
+        if self.plant == "mock":
+            for key in ("parts", "links", "peers", "real", "model"):
+                if getattr(self, key):
+                    yield key, "a mock has none; leave it out"
+            return
+        for key in ("model", "parts"):
+            if not getattr(self, key):
+                yield key, f"the key '{key}' is missing"
 
 
 def connection_names() -> tuple[str, ...]:
@@ -150,7 +227,8 @@ def load_connection(name_or_path: str | Path) -> Connection:
     """A connection by name or by file.
 
     Raises:
-        FileError: every mistake in it, with file, line, column and what would be right.
+        FileError: every mistake in it and in the robot's file, with file, line, column and what
+            would be right; a limit that is wider than the body's.
     """
     return load_yaml(find_file(str(name_or_path), FOLDER, "connection"), connection_from)
 
@@ -159,20 +237,39 @@ def connection_from(item: Item) -> Connection:
     """A connection from a mapping as in its file.
 
     Raises:
-        FileError: every mistake in it.
+        FileError: every mistake in it and in the robot's file.
     """
     found = record(item, _File)
+    if found.model is not None:
+        _check_limits(item, found.model, found.limits)
     known = (*found.links, *found.peers)
     entries = [*found.parts.values(), *found.links.values(), *found.peers.values()]
     served = iter(gather(partial(_served, entry, known) for entry in entries))
     parts, links, peers = (
         {name: next(served) for name in group} for group in (found.parts, found.links, found.peers)
     )
-    if found.real and peers:
-        raise item.inner("peers").error("a real robot has no fakes beside it", "real: false")
     return Connection(
-        found.connection, found.about, found.model, parts, links, peers, found.limits, found.real
+        name=found.connection,
+        about=found.about,
+        model=found.model,
+        parts=parts,
+        links=links,
+        peers=peers,
+        limits=found.limits,
+        real=found.real,
+        plant=found.plant,
+        scene=found.scene,
+        proven=found.proven,
+        told=found.told,
+        file=item.source.file,
+        sha256=hashlib.sha256(item.source.text.encode()).hexdigest(),
     )
+
+
+def _check_limits(item: Item, model: str, limits: Narrowed) -> None:
+    """Look at the body, and whether nothing is wider than it."""
+    body = item.inner("model").refer(lambda: load_robot(model))
+    item.inner("limits").require(limits.faults_of(body))
 
 
 def _served(item: Item, links: tuple[str, ...]) -> Served:
@@ -189,6 +286,16 @@ def _served(item: Item, links: tuple[str, ...]) -> Served:
     module, _, driver = named.value.partition(":")
     arguments = {key: inner.value for key, inner in content.items()}
     return Served(module, driver, arguments, str(named.place))
+
+
+def _inner(value: Any) -> Iterator[str]:
+    """The drivers that stand inside the values of an entry."""
+    if not isinstance(value, Mapping):
+        return
+    for key, inner in value.items():
+        if key == "driver" and isinstance(inner, str) and _DRIVER.match(inner):
+            yield inner
+        yield from _inner(inner)
 
 
 def _least(value: float, bound: float | None) -> float:

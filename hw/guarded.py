@@ -17,17 +17,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
-from threading import Lock
 from typing import Any, Protocol, runtime_checkable
 
-from hw.geometry import STILL, Pose2, Pose3, Twist2
+from hw.geometry import STILL, Pose2, Twist2
 from hw.interfaces import Base, DriveMode
+from hw.keeper import Hear, Keeper, Keeps, Pull, is_standing
+from hw.log import Log
 from hw.multiplexer import Multiplexer, Selected
 from hw.reckoner import Reckoner
-from hw.safety import STANDING, SafetyChain
+from hw.safety import SafetyChain
 from hw.safety_limits import SafetyLimits
-from hw.samples import ArmState, Joints, Odometry, PoseSigma, Sample, TrackerPose, UserPose
+from hw.safety_record import SafetyRecord
+from hw.samples import ArmState, Joints, PoseSigma, Sample
 
 STOP_LOCK, ARM_LOCK = "stop", "arm"
 """The locks that are on while the stop line is pulled, and while the arm is not folded."""
@@ -43,8 +44,6 @@ TOLD = ("base.mode", "base.refusal", "base.admitted")
 """What a guard tells of itself, whenever it changes."""
 CYCLE_NS = 10_000_000
 """Longest time between two cycles."""
-Hear = Callable[[int, int, Any], None]
-"""Takes now and the stamp, ns, and the value of a sample."""
 
 
 @runtime_checkable
@@ -54,13 +53,20 @@ class Gated(Protocol):
     gate: GuardedBase | None
 
 
+class KeptElsewhere(Protocol):
+    """The engine's side of a keeper in another process; it cycles there."""
+
+    stops: Pull | None
+    """Called, from any thread, with the reason when the wheels are stopped for good."""
+
+
 class GuardedBase:
     """See the module.
 
     While the arm is not folded, and until it has reported, only Escape drives, and Haptic with no
     more than `limits.overlap` to go (R46). While the stop line is pulled nobody drives (R48).
 
-    `selected` is what counted in the last tick; `chain.cycles` has the records.
+    `selected` is what counted in the last tick; `cycles` has the records of the chain.
     """
 
     def __init__(
@@ -68,54 +74,77 @@ class GuardedBase:
         base: Base,
         limits: SafetyLimits,
         parked: Joints | None = None,
-        pull: Callable[[str], None] | None = None,
+        pull: Pull | None = None,
     ) -> None:
         """Guard a base.
 
         Args:
-            base: the wheels. If they have a `gate` it is set: they ask it in each cycle.
+            base: the wheels. If they have a `gate` it is set: they ask it in each cycle. If they
+                have a `keeper` it guards them where they are, and here nobody cycles.
             limits: of the safety chain.
             parked: the joints of the folded arm, rad; None: there is no arm.
             pull: the stop line, pulled with the reason when a stop latches.
         """
         self.base = base
-        self.chain = SafetyChain(limits)
         self.selected = Selected(STILL, None, None)
         self.signals: tuple[str, ...] = (*base.signals, *TOLD)
-        self._hears: dict[str, Hear] = {
-            "vr.haptic_request": self._ask,
-            "stop.engaged": self._hear_stop_line,
-        }
+        self._gated = isinstance(base, Gated)
+        self._own: Keeper | None = None
+        self._kept: Keeps
+        elsewhere: Any = getattr(base, "keeper", None)
+        if elsewhere is None:
+            self._kept = self._own = Keeper(limits, measures=not self._gated)
+        else:
+            self._kept, elsewhere.stops = elsewhere, pull
+        self._hears: dict[str, Hear] = {"stop.engaged": self._hear_stop_line}
         self._multiplexer = Multiplexer()
         self._parked, self._pull = parked, pull
-        self._stamp_ns: int | None = None
         self._told: dict[str, object] = {}
-        self._admitted: Twist2 | None = None
-        self._measured: dict[str, tuple[int, Any]] = {}
-        self._mutex = Lock()
-        self._reckoner: Reckoner | None = None
-        if limits.watched:
-            self._hears["user.pose"] = self._see
         if parked is not None:
             self._hears["arm.joints"] = self._fold
             self._multiplexer.switch(ARM_LOCK, True, 0)
-        self._gated = isinstance(base, Gated)
         if isinstance(base, Gated):
             base.gate = self
-        else:
-            self._hears["base.pose"] = partial(self._measure, "base.pose")
-            self._hears["base.twist"] = partial(self._measure, "base.twist")
 
     def locate_by(self, reckoner: Reckoner) -> None:
         """The base does not know where it is: poses are those of a reckoner from now on."""
-        self._reckoner = reckoner
-        self._hears["base.odometry"] = self._move
-        self._hears["rover.tracker"] = self._track
+        self._kept.locate_by(reckoner)
+
+    @property
+    def keeper(self) -> Keeper:
+        """Who keeps the wheels in this process.
+
+        Raises:
+            AttributeError: they are kept in another one.
+        """
+        if self._own is None:
+            raise AttributeError("the wheels are kept in a process of their own")
+        return self._own
+
+    @property
+    def cycled(self) -> bool:
+        """Does somebody have to call `cycle`, or the gated wheels `admit`, in this process?"""
+        return self._own is not None
+
+    @property
+    def chain(self) -> SafetyChain:
+        """The safety chain in this process; see `keeper`."""
+        return self.keeper.chain
+
+    @property
+    def limits(self) -> SafetyLimits:
+        """What the chain goes by."""
+        return self._kept.limits
+
+    @property
+    def cycles(self) -> Log[SafetyRecord]:
+        """The newest records of the chain, for any number of readers."""
+        return self._kept.cycles
 
     @property
     def reckons(self) -> bool:
         """Does it have to be told the estimates of localization, in every tick?"""
-        return self._reckoner is not None
+        return self._kept.reckons
 
     @property
     def mode(self) -> DriveMode:
@@ -141,7 +170,7 @@ class GuardedBase:
     @property
     def hears(self) -> tuple[str, ...]:
         """The signals to call `hear` with; whoever measures them has to be sampled."""
-        return tuple(self._hears)
+        return tuple({**self._hears, **dict.fromkeys(self._kept.hears)})
 
     # what states call
 
@@ -154,7 +183,7 @@ class GuardedBase:
             ValueError: a value is NaN or infinite.
             KeyError: there is no such source.
         """
-        overlap = self.chain.limits.overlap
+        overlap = self.limits.overlap
         docks = source == "haptic" and overlap > 0.0 and left <= overlap
         if source == "haptic" and not docks:
             self._multiplexer.release("docking")  # it had less to go a moment ago
@@ -180,15 +209,14 @@ class GuardedBase:
         The chain lets the base come slowly as near to the user as that pose is, while they ask for
         it. The end of the request ends the grant.
         """
-        with self._mutex:
-            self.chain.grant(pose)
+        self._kept.grant(pose)
 
     # samples, and ticks
 
     @property
     def admitted(self) -> Twist2 | None:
         """What the chain last let pass, base frame; None: since the last tick, all of it."""
-        return self._admitted
+        return self._kept.admitted
 
     @property
     def refusal(self) -> str | None:
@@ -196,8 +224,8 @@ class GuardedBase:
         source, lock = self.selected[1:]
         if source is None:
             return None if lock is None else REFUSALS[lock]
-        refused = self.chain.refused
-        return self.chain.latched or refused[0] if refused else None
+        refused = self._kept.refused
+        return self._kept.latched or refused[0] if refused else None
 
     def samples(self, now_ns: int) -> list[Sample]:
         """Those of the wheels, and what has changed of `TOLD`."""
@@ -210,22 +238,19 @@ class GuardedBase:
 
     def hear(self, sample: Sample, now_ns: int) -> None:
         """A sample has arrived now; anything else is ignored."""
+        self._kept.hear(sample, now_ns)
         take = self._hears.get(sample.name)
         if take is not None:
-            with self._mutex:
-                take(now_ns, sample.stamp_ns, sample.value)
+            take(now_ns, sample.stamp_ns, sample.value)
 
     def locate(self, stamp_ns: int, pose: Pose2 | None, sigma: PoseSigma | None) -> None:
         """Where localization takes the base to have been at an instant; None: it does not know."""
-        if self._reckoner is not None:
-            with self._mutex:
-                self._reckoner.estimate(stamp_ns, pose, sigma)
+        self._kept.locate(stamp_ns, pose, sigma)
 
     def tick(self, now_ns: int) -> None:
         """All states were stepped: what they offer counts from now on, or goes on counting."""
         self.selected = selected = self._multiplexer.select(now_ns)
-        self._stamp_ns = None if selected.source is None else now_ns
-        self._admitted = None
+        self._kept.command(selected.twist, None if selected.source is None else now_ns)
         if not self._gated:
             return
         if selected.source is None:
@@ -237,12 +262,9 @@ class GuardedBase:
 
     def cycle(self, now_ns: int) -> None:
         """Let wheels without a gate have their next velocity; call it at 100 Hz or more."""
-        pose, twist = self._recent("base.pose", now_ns), self._recent("base.twist", now_ns)
-        if self._reckoner is not None:
-            wheels = self._recent("base.odometry", now_ns)
-            twist = None if wheels is None else wheels.twist
+        pose, twist = self.keeper.measured(now_ns)
         command = self.selected.twist
-        if command == STILL and twist is not None and _is_standing(twist):
+        if command == STILL and twist is not None and is_standing(twist):
             self.rest(now_ns)
             self.base.stop()
             return
@@ -255,34 +277,19 @@ class GuardedBase:
     def admit(
         self, now_ns: int, command: Twist2, pose: Pose2 | None, twist: Twist2 | None
     ) -> Twist2:
-        """How much of the next velocity, ramps included, may reach the motors: `SafetyChain`.
-
-        `pose` is map_from_base; that of a base that is located by a reckoner is the reckoner's.
-        """
-        chain, stamp, sigma = self.chain, self._stamp_ns, 0.0
-        with self._mutex:
-            if self._reckoner is not None:
-                located = self._reckoner.at(now_ns)
-                pose, sigma = (None, 0.0) if located is None else located
-            chain.holonomic = self.mode == "omni"
-            if stamp is None:
-                stamp = now_ns  # a stop does not get old
-            record = chain.admit(now_ns, command, stamp, pose, twist, sigma)
-            if self._admitted is not None or record.admitted != command:
-                self._admitted = record.admitted
+        """How much of the next velocity may reach the motors: see `Keeper`."""
+        admitted = self.keeper.admit(now_ns, command, pose, twist, self.mode)
         self._pull_if_latched()
-        return record.admitted
+        return admitted
 
     def rest(self, now_ns: int) -> None:
         """A cycle in which the base stands and is to stand."""
-        with self._mutex:
-            self.chain.rest(now_ns)
+        self.keeper.rest(now_ns)
         self._pull_if_latched()
 
     def reset(self, now_ns: int) -> bool:
         """Take a latched stop away, by the operator's order; False while its cause holds."""
-        with self._mutex:
-            return self.chain.reset(now_ns)
+        return self._kept.reset(now_ns)
 
     def _pull_if_latched(self) -> None:
         if self.chain.latched is not None and self._pull is not None:
@@ -290,15 +297,7 @@ class GuardedBase:
 
     # what is heard
 
-    def _see(self, now_ns: int, stamp_ns: int, user: UserPose | None) -> None:
-        if user is not None:
-            self.chain.see(now_ns, stamp_ns, user.body.x, user.body.y)
-
-    def _ask(self, now_ns: int, stamp_ns: int, deep: Pose3 | None) -> None:  # noqa: ARG002
-        self.chain.request(deep is not None)
-
     def _hear_stop_line(self, now_ns: int, stamp_ns: int, reason: str | None) -> None:  # noqa: ARG002
-        self.chain.stop_line = reason
         self._multiplexer.switch(STOP_LOCK, reason is not None, now_ns)
 
     def _fold(self, now_ns: int, stamp_ns: int, arm: ArmState) -> None:  # noqa: ARG002
@@ -308,25 +307,3 @@ class GuardedBase:
             and all(abs(a - b) <= FOLDED_RAD for a, b in zip(arm.joints, parked, strict=True))
         )
         self._multiplexer.switch(ARM_LOCK, not folded, now_ns)
-
-    def _move(self, now_ns: int, stamp_ns: int, wheels: Odometry) -> None:
-        assert self._reckoner is not None
-        self._reckoner.move(stamp_ns, wheels)
-        self._measure("base.odometry", now_ns, stamp_ns, wheels)
-
-    def _track(self, now_ns: int, stamp_ns: int, seen: TrackerPose) -> None:  # noqa: ARG002
-        assert self._reckoner is not None
-        self._reckoner.track(stamp_ns, seen)
-
-    def _measure(self, name: str, now_ns: int, stamp_ns: int, value: Any) -> None:  # noqa: ARG002
-        self._measured[name] = stamp_ns, value
-
-    def _recent(self, name: str, now_ns: int) -> Any:
-        """The newest value; None if it is older than poses may be, or ahead of the clock."""
-        limits = self.chain.limits
-        stamp, value = self._measured.get(name, (now_ns, None))
-        return value if -limits.ahead <= (now_ns - stamp) / 1e9 <= limits.old else None
-
-
-def _is_standing(twist: Twist2) -> bool:
-    return max(twist.speed, abs(twist.wz)) <= STANDING

@@ -12,6 +12,8 @@
 | `vr.haptic_request` | `Pose3` while requested (the DEEP in the map), or None | on change |
 | `vr.release` | `True` | an event: the user lets go of a request |
 | `vr.restart` | `True` | an event: the user, shown the robot, stood still and is ready |
+| `vr.clock` | `ClockState`: the VR application's clock against ours | ten times a second |
+| `vr.fault` | what is wrong with the VR link, as text, or None | on change |
 | `bumper.hit` | `BumperHit` | an event: the foam was touched |
 | `stop.engaged` | the reason as text while the stop line is pulled, or None | on change |
 | `operator.acknowledge` | `True` | an event: the operator cleared a fault |
@@ -74,6 +76,7 @@ ArmMode = Literal[
     "unknown",
 ]  # fmt: skip
 """What the arm's own safety system says; it moves in the first three only."""
+ARM_MOVES: frozenset[ArmMode] = frozenset(("normal", "reduced", "recovery"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,11 +139,13 @@ class Odometry:
     """What the wheels say: odom_from_base, which drifts without bound, and the base's velocity.
 
     The frame `odom` is where the base was when its driver began to count; `twist` is in the base
-    frame.
+    frame. `sigma` are the standard deviations of its vx, vy (m/s) and wz (rad/s), of drivers that
+    know them.
     """
 
     pose: Pose2
     twist: Twist2
+    sigma: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,6 +154,34 @@ class TrackerPose:
 
     tracker: str
     pose: Pose3
+
+
+@dataclass(frozen=True, slots=True)
+class RobotView:
+    """What the virtual world is shown of the robot.
+
+    `pose` is map_from_base, `twist` the velocity in the base frame, `joints` the arm's angles, rad;
+    each None where nobody knows. `visible`: the robot is drawn; `stop_sign`: with the sign (R18).
+    """
+
+    pose: Pose2 | None = None
+    twist: Twist2 | None = None
+    joints: Joints | None = None
+    visible: bool = False
+    stop_sign: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ClockState:
+    """The clock of another machine, s: ours less theirs, by how much that may be wrong.
+
+    `age` is that of the newest data when it came; `round_trips`: the offset comes of answers.
+    """
+
+    offset: float
+    error: float
+    age: float
+    round_trips: bool
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,11 +1,10 @@
-"""Looks whether all that a scene or a connection names goes together, before anything runs."""
+"""Looks whether all that a scene names goes together, before anything runs."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from engine.files.item import Item, gather, load_yaml
-from hw.connection import connection_from
 from hw.robot import load_robot
 from hw.scene import Scene, scene_from
 from hw.sim.contact import rectangle_segment_distance
@@ -20,20 +19,6 @@ def check_scene(file: Path) -> None:
             wall, the user leave the floor.
     """
     load_yaml(file, _check)
-
-
-def check_connection(file: Path) -> None:
-    """Read a connection with its robot.
-
-    Raises:
-        FileError: every mistake in its file, and in the robot's.
-    """
-
-    def check(item: Item) -> None:
-        named = connection_from(item).model
-        item.inner("model").refer(lambda: load_robot(named))
-
-    load_yaml(file, check)
 
 
 def _check(item: Item) -> None:

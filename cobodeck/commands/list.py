@@ -1,4 +1,4 @@
-"""List what there is: states, signals, charts, scenes, users, profiles or robots."""
+"""List what there is: states, signals, charts, scenes, users, profiles, robots, connections."""
 
 from __future__ import annotations
 
@@ -110,10 +110,22 @@ def _profiles(_own: bool) -> list[dict[str, Any]]:
 def _robots(_own: bool) -> list[dict[str, Any]]:
     from hw.robot import load_robot, robot_names
 
-    found: list[dict[str, Any]] = [
-        {"robot": name, "about": load_robot(name).about} for name in robot_names()
+    return [{"robot": name, "about": load_robot(name).about} for name in robot_names()]
+
+
+def _connections(_own: bool) -> list[dict[str, Any]]:
+    from hw.connection import connection_names, load_connection
+
+    return [
+        {
+            "connection": found.name,
+            "model": found.model or "the scene's",
+            "real": "yes" if found.real else "no",
+            "parts": list(found.parts) or "all",
+            "about": found.about,
+        }
+        for found in map(load_connection, connection_names())
     ]
-    return [*found, {"robot": "mock", "about": "Does exactly as told, at the next tick."}]
 
 
 _LISTS: dict[str, Callable[[bool], list[dict[str, Any]]]] = {
@@ -124,4 +136,5 @@ _LISTS: dict[str, Callable[[bool], list[dict[str, Any]]]] = {
     "users": _users,
     "profiles": _profiles,
     "robots": _robots,
+    "connections": _connections,
 }

@@ -1,7 +1,8 @@
 """Run a chart on a robot, in real time.
 
-The robot is `mock`, which does exactly as told, at the next tick, or the file of a connection: it
-says which driver serves which part. At a terminal the operator types: ack, stop, reset, end.
+The robot is a connection, which says what serves each part; `cobodeck list connections` has those
+that come with the project. `mock` does exactly as told, at the next tick. At a terminal the
+operator types: ack, stop, reset, end.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import sys
 from cobodeck.arguments import new_record, positive, seconds, word
 from cobodeck.commands import simulate
 from cobodeck.console import Problem
-from cobodeck.wiring import PROFILE, SCENE, TICK_HZ
+from cobodeck.wiring import PROFILE, TICK_HZ
 
 BLOCKED_S = 0.1
 """Longer ticks, s, are reported with what blocks them: three periods at 30 Hz."""
@@ -21,8 +22,8 @@ BLOCKED_S = 0.1
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("chart", type=word, metavar="CHART", help="name or file")
-    parser.add_argument("--robot", required=True, help="mock, or a connection's file")
-    about = f"name or file; default {SCENE} for the mock, else no room"
+    parser.add_argument("--robot", required=True, type=word, help="name or file of a connection")
+    about = "name or file; default: the one that the connection names, else no room"
     parser.add_argument("--scene", type=word, help=about)
     parser.add_argument(
         "--user",
@@ -55,14 +56,14 @@ def run(args: argparse.Namespace) -> int:
     """Run on the mock, or on real parts."""
     from cobodeck.clocks import RealTime, Virtual
     from cobodeck.stage import Options
-    from engine.files.item import is_path
-    from hw.connection import load_connection
+    from hw.connection import connection_names, load_connection
     from hw.robot import robot_names
 
-    mock = args.robot == "mock"
-    if not mock and not is_path(args.robot):
-        known = "a body that nothing drives" if args.robot in robot_names() else "no connection"
-        raise Problem(f"--robot {args.robot}: {known}; use mock, or the file of a connection")
+    if args.robot in robot_names():
+        there = ", ".join(connection_names())
+        raise Problem(f"--robot {args.robot}: a body that nothing drives; connections: {there}")
+    connection = load_connection(args.robot)
+    mock = connection.plant == "mock"
     if not mock and args.fast:
         raise Problem(f"--fast: {args.robot} has a pace of its own; it is for the mock")
     options = Options(
@@ -71,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
         seed=args.seed,
         duration_s=args.duration,
         mock=mock,
-        connection=None if mock else load_connection(args.robot),
+        connection=None if mock else connection,
         console=None if args.fast or not sys.stdin.isatty() else sys.stdin,
         unwatched=args.person_unwatched,
     )

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from cobodeck.simulate import Result
     from cobodeck.stage import Options
     from cobodeck.wiring import Setup
+    from hw.connection import Connection
 
 BLOCKED_S = 5.0
 """Longer ticks, s of wall time, are reported with what blocks them."""
@@ -40,7 +41,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     about = f"name or file, or a map: FILE.yaml[@x,y,yaw]; default {SCENE}"
     parser.add_argument("--scene", type=word, help=about)
     parser.add_argument(
-        "--robot", type=word, help="name or file; default the scene's; without --scene: no room"
+        "--robot",
+        type=word,
+        help="name or file of a robot, or of a connection, for its body and limits; default the "
+        "scene's; without --scene: no room",
     )
     parser.add_argument(
         "--user",
@@ -205,9 +209,7 @@ def _run(
     from cobodeck.simulate import simulate
     from cobodeck.wiring import open_setup
 
-    body = getattr(args, "robot", None)
-    if clock is not None:  # of `run`: what is named there is no body
-        body = None if options.connection is None else options.connection.model
+    body = _robot_of(args, options, clock)
     known = catalogue(own=args.own)
     setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz, body, known=known)
     for remark in () if setup.place is None else setup.place.remarks:
@@ -229,6 +231,23 @@ def _run(
     finally:
         progress.done()
     return result, setup
+
+
+def _robot_of(
+    args: argparse.Namespace, options: Options, clock: Clock | None
+) -> str | Connection | None:
+    """A body, or a connection; a simulation takes no more of it than body and limits."""
+    from cobodeck.library import kind_of
+    from hw.connection import connection_names, load_connection
+
+    named: str | None = getattr(args, "robot", None)
+    if clock is not None and options.connection is not None:
+        return options.connection
+    if named is None:
+        return None
+    if named in connection_names() or kind_of(Path(named)) == "connection":
+        return load_connection(named)
+    return named
 
 
 @contextmanager

@@ -7,7 +7,7 @@ import platform
 import sys
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import fields
+from dataclasses import asdict, fields
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -68,6 +68,8 @@ def header(
         "charts": {name: label(Path(setup.library[name].file)) for name in _charts(setup)},
         "scene": None if scene is None else {"name": scene.name, "sha256": scene.sha256},
         "robot": setup.robot.name,
+        "connection": _connection(setup),
+        "limits": asdict(setup.limits),
         "profile": {"name": setup.profile.name, "sha256": setup.profile.sha256},
         "given": setup.given,
         "tick_hz": setup.tick_hz,
@@ -79,12 +81,19 @@ def header(
         "flowing": sorted(loop.wired.inlet.flowing),
         "guard": None
         if guard is None
-        else {"governor": guard.chain.limits.governor, "watched": guard.chain.limits.watched},
+        else {"governor": guard.limits.governor, "watched": guard.limits.watched},
         "versions": versions(),
         "machine": machine(),
         "files": {label(path): sha256(data) for path, data in read_files()} | _of_person(options),
         "code": code(setup),
     }
+
+
+def _connection(setup: Setup) -> dict[str, Any] | None:
+    found = setup.connection
+    if found is None:
+        return None
+    return {"name": found.name, "sha256": found.sha256, "real": found.real}
 
 
 def read_files() -> list[tuple[Path, bytes]]:

@@ -39,6 +39,7 @@ from engine.load import Library, load_text
 from engine.machine import Machine
 from engine.report import text
 from engine.run import Run
+from hw.connection import load_connection
 
 
 @dataclass(slots=True)
@@ -128,12 +129,13 @@ def written_setup(record: Record, known: Catalogue) -> Setup:
     charts = _written_charts(record)
     given = header["given"]
     with instead(texts_of(record)):
+        connection = given.get("connection")
         setup = open_setup(
             header["chart"],
             given["scene"],
             given["profile"],
             header["tick_hz"],
-            given["robot"],
+            given["robot"] if connection is None else load_connection(connection),
             charts,
             known,
         )

@@ -24,6 +24,7 @@ OPTIONS = _object(
     user=MAYBE, requests=_or_none(WHOLE), stretch_m=_or_none(NUMBER), tier=WHOLE, seed=WHOLE,
     duration_s=NUMBER, eager=FLAG, frozen_base=FLAG, mock=FLAG, unwatched=FLAG,
 ) | {"additionalProperties": False}  # fmt: skip
+GIVEN = _object(scene=MAYBE, profile=MAYBE, robot=MAYBE)
 HEADER = _object(
     began=TEXT,
     command=WORDS,
@@ -34,7 +35,7 @@ HEADER = _object(
     scene=_or_none(NAMED),
     robot=TEXT,
     profile=NAMED,
-    given=_object(scene=MAYBE, profile=MAYBE, robot=MAYBE),
+    given=GIVEN,
     tick_hz={"type": "integer", "minimum": 1},
     options=OPTIONS,
     user=MAYBE,
@@ -48,7 +49,13 @@ HEADER = _object(
     files=TEXTS,
     code=TEXTS,
 )
-"""A JSON Schema."""
+GIVEN["properties"]["connection"] = MAYBE
+CONNECTION = _object(name=TEXT, sha256=TEXT, real=FLAG)
+HEADER["properties"] |= {
+    "connection": _or_none(CONNECTION),
+    "limits": {"type": "object", "additionalProperties": _or_none(NUMBER)},
+}
+"""A JSON Schema; older records do not tell of connections."""
 
 
 def misfit(header: Mapping[str, Any]) -> str | None:

@@ -19,10 +19,12 @@ from hw.safety_record import SafetyRecord
 from hw.samples import (
     ArmState,
     BumperHit,
+    ClockState,
     GripperState,
     ImuReading,
     Odometry,
     PoseSigma,
+    RobotView,
     Scan,
     TrackerPose,
     UserPose,
@@ -38,8 +40,9 @@ BUFFER = 1 << 20
 KINDS: Mapping[str, Any] = {
     kind.__name__: kind
     for kind in (
-        Pose2, Pose3, Twist2, ArmState, BumperHit, Contact, GripperState, ImuReading, Odometry,
-        PoseSigma, SafetyRecord, Scan, TrackerPose, Truth, UserPose, WrenchReading,
+        Pose2, Pose3, Twist2, ArmState, BumperHit, ClockState, Contact, GripperState, ImuReading,
+        Odometry, PoseSigma, RobotView, SafetyRecord, Scan, TrackerPose, Truth, UserPose,
+        WrenchReading,
     )
 }  # fmt: skip
 """The classes that a value may hold."""

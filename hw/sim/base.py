@@ -1,8 +1,6 @@
 """The wheels in the reduced simulation: ideal pose, and limits on speed and acceleration.
 
-Speed and acceleration are limited as lengths of the vector over the floor (R50), so that no
-direction is favoured; a command beyond a limit is scaled as a whole and keeps its direction. Wheel
-rates are limited too: a Mecanum base that goes sideways or turns spends more of them.
+Limits on speed and acceleration are those of `hw.ramps`.
 
 With a gate the base has its own loop at 100 Hz or more, and the gate is asked in each cycle, after
 the ramps and last before the wheels; what it takes away is braked away.
@@ -16,6 +14,7 @@ from typing import TYPE_CHECKING
 from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.guarded import CYCLE_NS, GuardedBase
 from hw.interfaces import DriveMode
+from hw.ramps import Motion, Ramps, twist_after
 from hw.robot import MotionLimits, RobotModel
 from hw.samples import Sample
 from hw.sim.sensors import Noise, added
@@ -28,11 +27,6 @@ _GRAVITY = 9.81
 _EXACT = Pose2(0.0, 0.0)
 _TURN_STEP = 0.01
 """Pieces of a turn, rad, in which the direction of the wanted velocity stays as it is."""
-_TURN_SHARE = math.sqrt(0.5)
-"""Of the acceleration, the share a differential base may spend on curves."""
-
-Motion = tuple[float, float, float, tuple[float, float, float]]
-"""Way dx, dy in the map (m), turn (rad), and the velocity after it: vx, vy in the map, wz."""
 
 
 class SimBase:
@@ -74,12 +68,7 @@ class SimBase:
         self._rolling = base.rolling_resistance * model.mass * _GRAVITY
         outline = model.footprint
         self._inertia = model.mass * (outline.length**2 + outline.width**2) / 12.0
-        self._max_speed = min(base.max_speed, limits.base_speed)
-        self._max_rate = min(base.max_yaw_rate, limits.base_yaw_rate)
-        self._wheel_speed = base.max_wheel_rate * base.wheel_radius
-        self._lever = base.half_wheelbase + base.half_track
-        self._acceleration = limits.base_acceleration
-        self._yaw_acceleration = limits.base_yaw_acceleration
+        self._ramps = Ramps(base, limits)
         self._timeout_ns = round(base.command_timeout * 1e9)
         self._target = STILL
         self._wanted_mode = self.mode
@@ -150,19 +139,7 @@ class SimBase:
         return self.pose if self._noise is None else added(self.pose, self._error)
 
     def _limited(self, command: Twist2) -> Twist2:
-        vx, wz = command.vx, command.wz
-        vy = command.vy if self._wanted_mode == "omni" else 0.0
-        speed, wheels = math.hypot(vx, vy), abs(vx) + abs(vy) + self._lever * abs(wz)
-        scale = 1.0
-        if speed > self._max_speed:
-            scale = self._max_speed / speed
-        if abs(wz) * scale > self._max_rate:
-            scale = self._max_rate / abs(wz)
-        if wheels * scale > self._wheel_speed:
-            scale = self._wheel_speed / wheels
-        if scale == 1.0 and vy == command.vy:
-            return command
-        return Twist2(scale * vx, scale * vy, scale * wz)
+        return self._ramps.limited(command, self._wanted_mode)
 
     def _move(self, until_ns: int) -> None:
         since, self._now = self._now, until_ns
@@ -219,49 +196,12 @@ class SimBase:
 
     def _twist(self, motion: Motion) -> Twist2:
         """The velocity at the end of a motion, in the base frame."""
-        _, _, turn, (vx, vy, wz) = motion
-        c, s = math.cos(self._yaw + turn), math.sin(self._yaw + turn)
-        return Twist2(c * vx + s * vy, c * vy - s * vx if self.mode == "omni" else 0.0, wz)
+        return twist_after(self._yaw, motion, self.mode)
 
     def _toward(self, target: Twist2, h: float, braked: bool) -> Motion:
         """The motion of h s towards a velocity, as fast as ramps or brakes allow."""
-        acceleration, yaw_acceleration = self._acceleration, self._yaw_acceleration
-        if braked:
-            acceleration = max(acceleration, self._model.brake_deceleration)
-            yaw_acceleration = max(yaw_acceleration, self._model.brake_deceleration / self._lever)
-        if self.mode == "omni":
-            return self._slide(target, h, acceleration, yaw_acceleration)
-        return self._roll(target, h, acceleration, yaw_acceleration)
-
-    def _slide(self, target: Twist2, h: float, a: float, b: float) -> Motion:
-        turn, wz = _ramp(self._wz, target.wz, b, h)
-        middle = self._yaw + 0.5 * turn
-        c, s = math.cos(middle), math.sin(middle)
-        vx, vy = self._vx, self._vy
-        dx = c * target.vx - s * target.vy - vx
-        dy = s * target.vx + c * target.vy - vy
-        missing = math.hypot(dx, dy)
-        ramp = h
-        if missing > a * h:
-            dx, dy = dx * a * h / missing, dy * a * h / missing
-        else:
-            ramp = missing / a
-        rest = h - 0.5 * ramp
-        return vx * h + dx * rest, vy * h + dy * rest, turn, (vx + dx, vy + dy, wz)
-
-    def _roll(self, target: Twist2, h: float, a: float, b: float) -> Motion:
-        c, s = math.cos(self._yaw), math.sin(self._yaw)
-        speed = c * self._vx + s * self._vy
-        bound = _TURN_SHARE * a
-        rate = min(abs(target.wz), bound / max(abs(speed), 1e-9))
-        turn, wz = _ramp(self._wz, math.copysign(rate, target.wz), b, h)
-        curve = (abs(speed) + a * h) * max(abs(self._wz), abs(wz))
-        along = math.sqrt(max(0.0, a * a - curve * curve))
-        way, speed = _ramp(speed, target.vx, along, h)
-        yaw = self._yaw + turn
-        middle = self._yaw + 0.5 * turn
-        velocity = (speed * math.cos(yaw), speed * math.sin(yaw), wz)
-        return way * math.cos(middle), way * math.sin(middle), turn, velocity
+        velocity = self._vx, self._vy, self._wz
+        return self._ramps.toward(self._yaw, velocity, target, h, self.mode, braked)
 
     def _step(self, motion: Motion) -> None:
         dx, dy, turn, (vx, vy, wz) = motion
@@ -283,15 +223,3 @@ class SimBase:
         before, after = (self._vx, self._vy, self._wz), (vx, vy, wz)
         along = [(c * x + s * y, c * y - s * x, z) for x, y, z in ((dx, dy, turn), before, after)]
         return floor.move(*along)
-
-
-def _ramp(value: float, target: float, slope: float, h: float) -> tuple[float, float]:
-    """Way covered and value reached while value goes to target at this slope within h."""
-    missing = target - value
-    if abs(missing) > slope * h:
-        reached = value + math.copysign(slope * h, missing)
-        return 0.5 * (value + reached) * h, reached
-    if missing == 0.0:
-        return value * h, value
-    ramp = abs(missing) / slope
-    return 0.5 * (value + target) * ramp + target * (h - ramp), target

@@ -49,6 +49,8 @@ FILES = {
     "no_size.pgm": "P5\n0 0\n255\n",
     "not_a_map.yaml": f"image: walk.csv\n{MAP}",
     "folder_map.yaml": f"image: folder\n{MAP}",
+    "rover.yaml": "connection: rover\nmodel: rbkairos_ur10\n"
+    'parts: {base: {driver: "hw.nothing:Base"}}\n',
     "negative.yaml": f"image: cut_off.pgm\n{MAP.replace('0.05', '-0.05')}",
 }
 
@@ -111,10 +113,10 @@ WRONG = [  # arguments, exit code, part of the message
     ("simulate mine.yaml --tier 7", USAGE, "invalid choice: 7"),
     ("simulate mine.yaml --seed x", USAGE, "invalid int value: 'x'"),
     ("run mine.yaml", USAGE, "--robot"),
-    ("run mine.yaml --robot rbkairos_ur10", USAGE, "a body that nothing drives; use mock"),
+    ("run mine.yaml --robot rbkairos_ur10", USAGE, "a body that nothing drives; connections: "),
     ("simulate --tick-hz 10", USAGE, "stops the base if that is not less than 80 ms"),
-    ("run mine.yaml --robot mokc", USAGE, "no connection; use mock"),
-    ("run mine.yaml --robot own.yaml --fast", USAGE, "has a pace of its own"),
+    ("run mine.yaml --robot mokc", FAILED, "no such connection; did you mean 'mock'"),
+    ("run mine.yaml --robot rover.yaml --fast", USAGE, "has a pace of its own"),
     ("space nowhere", FAILED, "nowhere: no such scene"),
     ("space lab_a --inflation 0", USAGE, "above 0"),
     ("space lab_a --inflation nan", USAGE, "above 0"),

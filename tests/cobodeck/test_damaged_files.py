@@ -20,7 +20,7 @@ for folder in (CHARTS, ROOT / "hw", ROOT / "states" / "arm"):
         SHIPPED.setdefault(kind_of(file) or "none", []).append(file)
 
 ROBOT = ROOT / "cobodeck" / "template" / "robot" / "PROJECT"
-SHIPPED["connection"] = [ROBOT / "rover_udp.yaml"]
+SHIPPED["connection"].append(ROBOT / "rover_udp.yaml")
 
 KNOWN = catalogue()
 BREAKS = (b"\n", b"\r", b"\xc2\x85", b"\xe2\x80\xa8", b"\xe2\x80\xa9")  # of YAML 1.1

@@ -208,13 +208,14 @@ def test_what_cannot_be_looked_at_to_its_end_is_no_measurement(value):
 UPRIGHT = Pose3(0.0, 0.0, 1.0)
 EVERY_NUMBER = [
     (UserPose(Pose2(0.0, 0.0), 0.0, UPRIGHT, UPRIGHT, UPRIGHT), 4 + 3 * 7),
-    (ArmState((*JOINTS, 0.0), (*JOINTS, 0.0)), 12),
+    (ArmState((*JOINTS, 0.0), (*JOINTS, 0.0)), 12 + 2),
     (BumperHit(0.0), 1),
     (GripperState(0.05), 1),
     (WrenchReading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), 6),
     (ImuReading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), 6),
     (Scan("front", 0.0, 0.1, (1.0, 2.0)), 5),
     (Odometry(Pose2(0.0, 0.0), Twist2(0.0, 0.0, 0.0)), 6),
+    (Odometry(Pose2(0.0, 0.0), Twist2(0.0, 0.0, 0.0), (0.1, 0.1, 0.2)), 9),
     (TrackerPose("front_tracker", UPRIGHT), 7),
     (Battery((Cell("a", 3.0), Cell("b", None))), 2),
     ([1.0, (2.0, 3)], 3),

@@ -1,0 +1,208 @@
+"""The clock of another machine against ours, and whether a stamp of it can be used.
+
+`offset` is our clock less theirs, ns: a stamp of theirs plus the offset is an instant of ours. Who
+answers questions is asked: of many round trips the fastest one counts, and its error is at most
+half of its time. Who cannot answer only sends stamps: then the least of (receipt - stamp) within
+WINDOW_NS is the offset, too large by the least time on the way, which ages have to be added for.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import NamedTuple
+
+from hw.drivers.gates import (
+    AHEAD_NS,
+    BACKLOG_NS,
+    BACKLOGGED_NS,
+    ONE_WAY_NS,
+    SETTLING_NS,
+    STEP_NS,
+    TURNED_BACK,
+    WINDOW_NS,
+)
+
+
+class Offset(NamedTuple):
+    """Our clock less theirs, ns, and by how much it may be wrong, ns."""
+
+    ns: int
+    error_ns: int
+
+
+class Envelope:
+    """The offset from stamps of theirs alone; one that lies far below the others is no new least.
+
+    A least that lies STEP_NS and more below the one before is believed while the estimate is young
+    (SETTLING_NS), or once it has come again for so long: their clock was set.
+    """
+
+    def __init__(self) -> None:
+        self._lows: deque[tuple[int, int]] = deque()  # (receipt, difference), differences rising
+        self._first_ns: int | None = None
+        self._below_ns: int | None = None
+
+    @property
+    def offset_ns(self) -> int | None:
+        """The least difference of the window; None: nothing has come yet."""
+        return self._lows[0][1] if self._lows else None
+
+    @property
+    def settled(self) -> bool:
+        """Has it been looked at for long enough to count?"""
+        return bool(self._lows) and not self._is_young(self._lows[-1][0])
+
+    def take(self, stamp_ns: int, received_ns: int) -> bool:
+        """Take a stamp; False: it is ahead of all others by a step, and does not count."""
+        lows, difference = self._lows, received_ns - stamp_ns
+        while lows and lows[0][0] < received_ns - WINDOW_NS:
+            lows.popleft()
+        if self._first_ns is None:
+            self._first_ns = received_ns
+        if lows and not self._is_young(received_ns) and difference < lows[0][1] - STEP_NS:
+            if self._below_ns is None:
+                self._below_ns = received_ns
+            if received_ns - self._below_ns < SETTLING_NS:
+                return False
+            self.reset()
+            self._first_ns = received_ns
+        self._below_ns = None
+        while lows and lows[-1][1] >= difference:
+            lows.pop()
+        lows.append((received_ns, difference))
+        return True
+
+    def reset(self) -> None:
+        """Begin anew."""
+        self._lows.clear()
+        self._first_ns = self._below_ns = None
+
+    def _is_young(self, now_ns: int) -> bool:
+        return self._first_ns is None or now_ns - self._first_ns < SETTLING_NS
+
+
+class RoundTrips:
+    """The offset from questions and answers: the fastest of the newest counts."""
+
+    def __init__(self) -> None:
+        self._trips: deque[tuple[int, int, int]] = deque()  # (when, time on the way, offset)
+
+    @property
+    def best(self) -> Offset | None:
+        """By the fastest round trip of the window; None: nobody has answered."""
+        if not self._trips:
+            return None
+        _, way, offset = min(self._trips, key=lambda trip: trip[1])
+        return Offset(offset, way // 2)
+
+    def take(self, asked: int, came: int, answered: int, received: int) -> None:
+        """A question sent at `asked`, its answer received, by our clock, ns; the rest theirs.
+
+        An answer that contradicts the fastest by more than both can be wrong and STEP_NS is of a
+        clock that was set: what was before is forgotten.
+        """
+        trips = self._trips
+        way = (received - asked) - (answered - came)
+        if way < 0 or answered < came:
+            return
+        offset = ((asked - came) + (received - answered)) // 2
+        best = self.best
+        if best is not None and abs(offset - best.ns) > way // 2 + best.error_ns + STEP_NS:
+            trips.clear()
+        while trips and trips[0][0] < received - WINDOW_NS:
+            trips.popleft()
+        trips.append((received, way, offset))
+
+    def reset(self) -> None:
+        """Begin anew."""
+        self._trips.clear()
+
+
+class PeerClock:
+    """The clock of one client: by its answers if it gives some, else by its stamps."""
+
+    def __init__(self, one_way_ns: int = ONE_WAY_NS) -> None:
+        self.trips, self._envelope = RoundTrips(), Envelope()
+        self._one_way_ns = one_way_ns
+        self._late_since: int | None = None
+        self.backlogged = False
+        self.age_ns = 0
+
+    @property
+    def offset(self) -> Offset | None:
+        """None: not known yet."""
+        best = self.trips.best
+        if best is not None:
+            return best
+        least = self._envelope.offset_ns
+        return None if least is None else Offset(least - self._one_way_ns, self._one_way_ns)
+
+    @property
+    def known(self) -> bool:
+        """Has it been looked at for long enough?"""
+        return self.trips.best is not None or self._envelope.settled
+
+    def instant(self, stamp_ns: int, received_ns: int) -> int | None:
+        """A stamp of theirs by our clock, ns; None: it fits to nothing known of their clock."""
+        fits = self._envelope.take(stamp_ns, received_ns)
+        offset = self.offset
+        if offset is None or (self.trips.best is None and not (fits and self._envelope.settled)):
+            return None
+        at = stamp_ns + offset.ns
+        self.age_ns = received_ns - at
+        self._look_for_backlog(received_ns)
+        return at
+
+    def reset(self) -> None:
+        """Their clock was set: begin anew."""
+        self.trips.reset()
+        self._envelope.reset()
+        self._late_since, self.backlogged = None, False
+
+    def _look_for_backlog(self, received_ns: int) -> None:
+        """Whether all that came for a while was old: it has queued up on the way."""
+        if self.age_ns <= BACKLOG_NS:
+            self._late_since = None
+        elif self._late_since is None:
+            self._late_since = received_ns
+        elif received_ns - self._late_since > BACKLOGGED_NS:
+            self.backlogged = True
+
+
+class Stamps:
+    """Whether stamps of one topic may be used: not from the future, and each after the one before.
+
+    `refused` says why the last one was not; `turned_back` that the clock behind it is another one.
+    """
+
+    def __init__(self, ahead_ns: int = AHEAD_NS) -> None:
+        self._ahead_ns = ahead_ns
+        self._newest: int | None = None
+        self._back = 0
+        self.refused: str | None = None
+
+    @property
+    def turned_back(self) -> bool:
+        """Have stamps not risen for long?"""
+        return self._back >= TURNED_BACK
+
+    def admit(self, stamp_ns: int, at_ns: int | None, received_ns: int) -> bool:
+        """Look at a stamp of theirs, and the instant that it means by our clock."""
+        self.refused = self._why_not(stamp_ns, at_ns, received_ns)
+        if self.refused is None:
+            self._newest, self._back = stamp_ns, 0
+        return self.refused is None
+
+    def reset(self) -> None:
+        """Begin anew."""
+        self._newest, self._back, self.refused = None, 0, None
+
+    def _why_not(self, stamp_ns: int, at_ns: int | None, received_ns: int) -> str | None:
+        if self._newest is not None and stamp_ns <= self._newest:
+            self._back += 1
+            return "its stamp is not after the one before"
+        if at_ns is None:
+            return "it does not fit to their clock"
+        if at_ns > received_ns + self._ahead_ns:
+            return f"its stamp is {(at_ns - received_ns) * 1e-6:.1f} ms in the future"
+        return None
