@@ -9,6 +9,7 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
+from hw.drivers.clocks import Envelope
 from hw.drivers.rosbridge import (
     CONNECTING_S,
     FIRST_S,
@@ -22,8 +23,6 @@ from hw.geometry import Pose2, Twist2
 
 OLD_S = 0.15
 """Odometry that is so old, s, is a fault; the robot sends it 100 times a second."""
-DRIFT = 1e-4
-"""The clocks of robot and driver go apart by no more than this."""
 TYPES: Mapping[str, str] = {
     "cmd_vel": "geometry_msgs/Twist",
     "odom": "nav_msgs/Odometry",
@@ -53,7 +52,7 @@ class Link:
         self._address, self._topics = address, topics
         self._begun_ns = time.monotonic_ns()
         self._stamp = -1
-        self._least_ns: int | None = None
+        self._clock = Envelope()
         self._odd = ""
         self._bridge = Bridge(*address)
         kinds = {name: kind_of(kind, version) for name, kind in TYPES.items()}
@@ -116,16 +115,11 @@ class Link:
         except (KeyError, TypeError, ValueError) as error:
             self._odd = f"; the last message was none: {type(error).__name__} {error}"
             return
-        if stamp > self._stamp:
-            self.newest = (self._in_our_time(stamp), pose, twist)
+        fits = stamp > self._stamp and self._clock.take(stamp, time.monotonic_ns())
+        offset_ns = self._clock.offset_ns
+        if fits and offset_ns is not None:
+            self.newest = (stamp + offset_ns, pose, twist)
             self._stamp, self._odd = stamp, ""
-
-    def _in_our_time(self, stamp_ns: int) -> int:
-        lag_ns = time.monotonic_ns() - stamp_ns
-        if self._least_ns is not None:
-            lag_ns = min(lag_ns, self._least_ns + round(DRIFT * (stamp_ns - self._stamp)))
-        self._least_ns = lag_ns
-        return stamp_ns + lag_ns
 
     def _take_stop(self, message: Mapping[str, Any]) -> None:
         self.stopped = message.get("data") is not False

@@ -10,9 +10,10 @@ parts:
     delay: 0.0             # s, of all that is between last beam and receipt, if it is known
 
 The connection is in a process of its own (`hw.drivers.ros_lidar_process`). A scan is stamped at its
-first beam: its receipt, less the time from the first beam to the last as the message tells it, less
-`delay`; the clock of the robot is not asked. Null and NaN, as rosbridge writes what JSON has not,
-and what is out of range are beams that do not come back.
+first beam: the robot's stamp moved to our clock as if the fastest message had been received at its
+last beam, less the time from the first beam to the last as the message tells it, less `delay`. Null
+and NaN, as rosbridge writes what JSON has not, and what is out of range are beams that do not come
+back.
 
 A silent scanner shows by silence; a lost connection is tried again every 0.5 s.
 """

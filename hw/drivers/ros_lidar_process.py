@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
+from hw.drivers.clocks import Envelope
 from hw.drivers.rosbridge import FIRST_S, Bridge, kind_of, reachable, stamp_of
 from hw.links.datagrams import Outlet
 from hw.links.processes import Parent, Ready, serve
@@ -32,6 +33,7 @@ class Scanners:
         self._settings = settings
         self._outlet = Outlet("lidar", [settings["tells"]])
         self._stamps: dict[str, int] = {}
+        self._clock = Envelope()
         self._delay_ns = round(settings["delay"] * 1e9)
 
     def open(self) -> Bridge:
@@ -60,10 +62,13 @@ class Scanners:
             stamp, scan = stamp_of(message), scan_of(name, message)
         except (KeyError, TypeError, ValueError):
             return  # none of ours: it shows as silence
-        if stamp > self._stamps.get(name, -1):  # a node that hangs may repeat itself
-            self._stamps[name] = stamp
+        if stamp <= self._stamps.get(name, -1):
+            return  # a node that hangs may repeat itself
+        self._stamps[name] = stamp
+        fits, offset_ns = self._clock.take(stamp, received_ns), self._clock.offset_ns
+        if fits and offset_ns is not None:
             sweep_ns = round((len(scan.ranges) - 1) * scan.beam_time * 1e9)
-            self._outlet.send("base.scan", received_ns - sweep_ns - self._delay_ns, scan)
+            self._outlet.send("base.scan", stamp + offset_ns - sweep_ns - self._delay_ns, scan)
 
 
 def scan_of(name: str, message: Mapping[str, Any]) -> Scan:

@@ -1,14 +1,14 @@
 """A fake RB-KAIROS behind a rosbridge server: a child (`hw.links.processes`).
 
 Settings: `host`, `port`, `ros` (1 or 2), `namespace`; `tells`, the address of a world, or None;
-`radius` and `lever` of its wheels, m. Ready: `address`, where it takes datagrams:
+`radius` and `lever` of its wheels, m. Ready: `control`, where it takes datagrams:
 
 - `base.scan` (`Scan`) of a world goes out as a LaserScan of the scanner of that name. Without a
   world it makes scans of its own, 541 beams 12.5 times a second.
-- `fault` (text) holds until the next: `drop` cuts all connections and each that comes; `mute` sends
-  nothing; `silent TOPIC` nothing on one topic; `freeze` repeats the last odometry, stamp and all;
-  `late` sends everything 0.3 s late; `nan` has no numbers in odometry and scans; `stop` is its
-  emergency stop, engaged; an empty text clears it.
+- a fault (source `fault`, by its name) holds until the next: `drop` cuts all connections and each
+  that comes; `mute` sends nothing; `silent` (value: its name) nothing on one topic; `freeze`
+  repeats the last odometry, stamp and all; `late` sends everything 0.3 s late; `nan` has no numbers
+  in odometry and scans; `stop` is its emergency stop, engaged; an empty name clears it.
 
 It tells the world its wheel rates every 10 ms: source `drives`, name `wheels`.
 """
@@ -33,7 +33,7 @@ SCANNERS = ("front_laser", "rear_laser")
 SCAN_EVERY = 8
 SUBSCRIBE_EVERY = 20
 BEAMS, STEP = 541, math.radians(0.5)
-FAULTS = ("", "drop", "mute", "freeze", "late", "nan", "stop")
+FAULTS = ("", "drop", "mute", "freeze", "late", "nan", "silent", "stop")
 
 
 class Fake:
@@ -78,8 +78,8 @@ class Fake:
     def take(self) -> None:
         """Take the datagrams that have come."""
         for told in self.intake.poll():
-            if told.name == "fault" and isinstance(told.value, str):
-                self._have(told.value)
+            if told.source == "fault" and told.name in FAULTS:
+                self._have(told.name, told.value)
             elif told.name == "base.scan" and isinstance(told.value, Scan):
                 scan = told.value
                 self._send_scan(scan.sensor, scan.start, scan.step, scan.ranges, scan.beam_time)
@@ -99,14 +99,11 @@ class Fake:
         found[self._name["stop"]] = Topic(flag, latched=True, last={"data": False})
         return found
 
-    def _have(self, fault: str) -> None:
-        silenced = fault.removeprefix("silent ") if fault.startswith("silent ") else None
-        if silenced is None and fault not in FAULTS:
-            return
+    def _have(self, fault: str, value: object) -> None:
         self._fault, server = fault, self.server
         server.muted = set(server.topics) if fault == "mute" else set()
-        if silenced is not None:
-            server.muted.add(self._full(silenced))
+        if fault == "silent":
+            server.muted.add(self._full(str(value)))
         server.late = LATE_S if fault == "late" else 0.0
         server.refusing = fault == "drop"
         if fault == "drop":
@@ -143,7 +140,7 @@ async def run(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None
     loop.add_reader(fake.intake.fileno(), fake.take)
     try:
         await fake.server.listen(settings["host"], settings["port"])
-        ready({"address": fake.intake.address})
+        ready({"control": fake.intake.address})
         due = before = loop.time()
         while not over.is_set():
             due += PERIOD_S

@@ -31,7 +31,7 @@ def model(speed=0.52, brakes=0.6):
 class Rig:
     """Fake and driver, and as much of a chain as cycles: poll, drive, 10 ms."""
 
-    def __init__(self, fault="", world=False, **given):
+    def __init__(self, fault=(), world=False, **given):
         self.host, self.world = own_address(), Intake()
         tells = self.world if world else None
         ros = given.get("ros", 1)
@@ -39,7 +39,7 @@ class Rig:
         self.fake.wait()
         self.base = None
         if fault:
-            self.fake.fault(fault)
+            self.fake.fault(*fault)
         self.cycles = 0
         self.given = given
 
@@ -170,7 +170,7 @@ def test_its_emergency_stop_is_a_fault_until_it_is_released_and_acknowledged():
     [
         ("mute", "odometry is"),
         ("drop", "the connection is lost"),
-        pytest.param("silent robotnik_base_control/odom", "odometry is", marks=pytest.mark.slow),
+        pytest.param("silent", "odometry is", marks=pytest.mark.slow),
         pytest.param("freeze", "odometry is", marks=pytest.mark.slow),
         pytest.param("late", "odometry is", marks=pytest.mark.slow),
         pytest.param("nan", "the last message was none: TypeError", marks=pytest.mark.slow),
@@ -179,7 +179,7 @@ def test_its_emergency_stop_is_a_fault_until_it_is_released_and_acknowledged():
 def test_after_a_fault_nothing_moves_until_it_is_acknowledged(fault, said):
     with Rig(world=True) as rig:
         rig.going()
-        rig.fake.fault(fault)
+        rig.fake.fault(fault, "robotnik_base_control/odom")
         rig.until(lambda: rig.base.fault is not None, AHEAD)
         assert said in rig.base.fault
         rig.until(lambda: standing(rig.world), AHEAD)
@@ -240,7 +240,7 @@ def test_a_silent_subscription_is_told_with_its_topic(given, impatient):
 
 
 def test_a_robot_that_does_not_tell_of_its_stop_counts_as_stopped(impatient):
-    with Rig(fault="silent robotnik_base_hw/emergency_stop") as rig:
+    with Rig(fault=("silent", "robotnik_base_hw/emergency_stop")) as rig:
         assert rig.base.fault == (
             f"no emergency_stop on {STOP} within 0.5 s (std_msgs/Bool), which counts as stopped"
         )

@@ -35,7 +35,7 @@ class Rig:
         tells = self.world if world else None
         self.fake = Kairos(self.host, time.monotonic_ns, opening(), ros=ros, tells=tells)
         self.fake.wait()
-        self.part, self.outlet = None, Outlet("world", [self.fake.address])
+        self.part, self.outlet = None, Outlet("world", [tuple(self.fake.ready["control"])])
         self.told, self.numbers = {}, itertools.count()
         self.given = {"scanners": TOPICS, "ros": ros} | given
 
