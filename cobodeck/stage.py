@@ -67,6 +67,11 @@ class Options:
     console: TextIO | None = None
     unwatched: bool = False
 
+    @property
+    def plays_dummy(self) -> bool:
+        """Is the person out of a record?"""
+        return self.user is not None and behind_record(self.user) is not None
+
 
 class FrozenBase(SimBase):
     """A base that does not move, whatever it is told: to see whether a test would notice."""
