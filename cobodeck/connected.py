@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 from inspect import signature
-from typing import Any
+from typing import Any, Protocol
 
 from cobodeck.console import FAILED, Problem
 from cobodeck.wiring import Uses
@@ -18,7 +18,9 @@ from hw.guarded import CYCLE_NS, HEARD, GuardedBase
 from hw.interfaces import StopLine
 from hw.reckoner import Reckoner
 from hw.samples import Sample
+from hw.sim.surroundings import ScriptedOperator
 from hw.stop_line import StopLatch
+from hw.truth import Truth
 
 Now = Callable[[], int]
 ALWAYS = frozenset(("stop_line", "operator"))
@@ -38,14 +40,14 @@ class Stops:
     def __init__(self, line: StopLine, parts: Mapping[str, Any], now: Now) -> None:
         self.signals = line.signals
         self.guard: GuardedBase | None = None
+        self.reason: str | None = None
         self._line, self._parts, self._now = line, parts, now
-        self._reason: str | None = None
 
     def pull(self, reason: str) -> None:
         """Stop everything and stay so; a part that cannot stop does not keep the others from it."""
-        if self._reason is not None:
+        if self.reason is not None:
             return
-        self._reason = reason
+        self.reason = reason
         self._line.pull(reason)
         for part in self._parts.values():
             if part is not self and hasattr(part, "stop"):
@@ -60,7 +62,7 @@ class Stops:
             return False
         if not self._line.reset():
             return False
-        self._reason = None
+        self.reason = None
         return True
 
     def samples(self, now_ns: int) -> Iterable[Sample]:
@@ -72,8 +74,28 @@ class Stops:
         getattr(self._line, "close", _nothing)()
 
 
+class HostedWorld(Protocol):
+    """The peer that hosts the world of fakes; see `hw.fakes.world.World`."""
+
+    truth: Truth | None
+    truth_ns: int
+    finished: bool
+    failures: list[Exception]
+
+    def advance(self) -> None:
+        """Take what it has told."""
+        ...
+
+    def push_off(self) -> None:
+        """An operator pushes the robot off somebody."""
+        ...
+
+
 class Connected:
-    """Parts behind drivers; the wheels' guard cycles in a thread of its own, or in a process."""
+    """Parts behind drivers; the wheels' guard cycles in a thread of its own, or in a process.
+
+    `world` is that of fakes: it alone knows the truth, and when all is over.
+    """
 
     def __init__(
         self,
@@ -86,11 +108,12 @@ class Connected:
         self._beside = beside
         self.latency_ns = 0
         self.paced = True
-        self.finished = False
-        self.truth = None
+        self.world: HostedWorld | None = next((p for p in beside if hasattr(p, "truth")), None)
+        self.attendant: ScriptedOperator | None = None
         self.guard = guard
         self.cycles = None if guard is None else guard.cycles
         self._failures: deque[tuple[str, Exception]] = deque(maxlen=100)
+        self._told = 0
         self._now, self._over = now, threading.Event()
         self._cycling = threading.Thread(target=self._cycle, name="chain", daemon=True)
         if guard is not None and guard.cycled:
@@ -102,12 +125,33 @@ class Connected:
         return self.guard is not None and self.guard.limits.watched
 
     @property
+    def truth(self) -> Truth | None:
+        """How things are in the world of the fakes; nobody knows in the real one."""
+        return None if self.world is None else self.world.truth
+
+    @property
+    def truth_ns(self) -> int | None:
+        """The instant that the truth is of, in the time of the run."""
+        return None if self.world is None else self.world.truth_ns
+
+    @property
+    def finished(self) -> bool:
+        """Has the person of the fakes, or the dummy, done what they were going to do?"""
+        return any(getattr(shared, "finished", False) for shared in self._beside)
+
+    @property
     def failures(self) -> list[tuple[str, Exception]]:
         """What parts have raised in threads of their own since the last look."""
         return [self._failures.popleft() for _ in range(len(self._failures))]
 
     def advance(self, to_ns: int) -> None:
-        """The world moves on by itself."""
+        """The world moves on by itself; of that of the fakes the news are taken."""
+        if self.world is not None:
+            self.world.advance()
+            self._failures += [("world", error) for error in self.world.failures[self._told :]]
+            self._told = len(self.world.failures)
+        if self.attendant is not None:
+            self.attendant.step(to_ns)
 
     def quiet_until(self) -> int:
         """Anything may happen at any time."""
@@ -243,10 +287,18 @@ def finds_itself(connection: Connection) -> bool:
         Problem: their driver cannot be found.
     """
     served = connection.parts.get("base")
-    if served is None:
-        return False
-    given = getattr(_driver("base", served), "signals", None)
-    return isinstance(given, tuple) and "base.odometry" in given and "base.pose" not in given
+    given = None if served is None else signals_of("base", served)
+    return given is not None and "base.odometry" in given and "base.pose" not in given
+
+
+def signals_of(name: str, served: Served) -> tuple[str, ...] | None:
+    """The signals that a part can give, before it is opened; None: they are not known then.
+
+    Raises:
+        Problem: its driver cannot be found.
+    """
+    given = getattr(_driver(name, served), "signals", None)
+    return given if isinstance(given, tuple) else None
 
 
 def _guarded(parts: dict[str, Any], opening: Opening, beside: Sequence[Any]) -> Connected:

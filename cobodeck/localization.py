@@ -32,6 +32,7 @@ class LocalizationWatch:
         self._plant, self._slot = plant, slot
         self._truths: deque[tuple[int, Pose2]] = deque(maxlen=KEPT)
         self._stamp: int | None = None
+        self._waiting: deque[tuple[int, Estimate]] = deque(maxlen=KEPT)
         self._now = 0
         self._errors: list[tuple[float, float]] = []
         self._reaching: list[tuple[float, float]] = []
@@ -46,18 +47,22 @@ class LocalizationWatch:
         self._now = now_ns
         if truth is None or truth.base is None:
             return
-        self._truths.append((now_ns, truth.base))
+        known_ns = getattr(self._plant, "truth_ns", None)  # of a world beside us it is a bit older
+        self._truths.append((now_ns if known_ns is None else known_ns, truth.base))
         compute(self._slot)
         sample = self._slot.newest
         self._listen(elapsed)
         if sample is None:
             self._unknown_ns += elapsed
             return
-        true = self._true(sample.stamp)
-        if true is None or sample.stamp == self._stamp:
-            return
-        self._stamp = sample.stamp
-        self._compare(sample.value, true, truth)
+        if sample.stamp != self._stamp:
+            self._stamp = sample.stamp
+            self._waiting.append((sample.stamp, sample.value))
+        while self._waiting and self._waiting[0][0] <= self._truths[-1][0]:
+            stamp, estimate = self._waiting.popleft()
+            true = self._true(stamp)
+            if true is not None:
+                self._compare(estimate, true, truth)
 
     def report(self) -> dict[str, Any]:
         """Errors of place in m and of yaw in rad; None for what did not occur."""

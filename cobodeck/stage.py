@@ -11,7 +11,7 @@ from typing import Any, TextIO
 from behaviors.signals import ESTIMATE
 from cobodeck.arm_contact import ArmOutline, ArmWatch
 from cobodeck.clocks import Clock, RealTime, Virtual
-from cobodeck.connected import connect, finds_itself, is_needed, refuse_strange_drivers
+from cobodeck.connected import Connected, connect, finds_itself, is_needed, refuse_strange_drivers
 from cobodeck.console import FAILED, REFUSED, Problem, complain
 from cobodeck.inlet import Inlet
 from cobodeck.localization import LocalizationWatch
@@ -26,7 +26,7 @@ from cobodeck.requests import RequestWatch
 from cobodeck.separation import SeparationWatch
 from cobodeck.wiring import Setup, Tap, Uses, Wired, refuse_slow_ticks, wire
 from engine.clock import Grid
-from hw.connection import Connection, Opening
+from hw.connection import Connection, Opening, Play
 from hw.geometry import Pose2, Pose3
 from hw.mock import mock_world
 from hw.person import Person
@@ -34,6 +34,7 @@ from hw.reckoner import Reckoner
 from hw.robot import RobotModel
 from hw.samples import Joints
 from hw.sim.base import SimBase
+from hw.sim.surroundings import ScriptedOperator
 from hw.sim.world import World
 from hw.truth import BASE
 from hw.user import open_user
@@ -155,6 +156,8 @@ def _on_real_parts(
     Raises:
         Problem: something is missing, or nobody watches where people are and it was not said so.
     """
+    play = _play(setup, uses, options, connection)
+    connection = _with_dummy(setup, uses, options, connection)
     motion = setup.profile.robot.limits
     opening = Opening(
         now=clock.now,
@@ -162,6 +165,7 @@ def _on_real_parts(
         motion=motion,
         safety=setup.profile.safety.limits(setup.robot, motion),
         tracking=setup.tracking,
+        play=play,
     )
     plant = connect(connection, opening, uses)
     try:
@@ -173,7 +177,7 @@ def _on_real_parts(
             )
         if setup.localizing is not None and plant.guard is not None:
             plant.guard.locate_by(Reckoner(setup.site.tracking))
-        operator = ConsoleOperator(plant.parts["stop_line"], complain)
+        operator = _operator(plant, options)
         plant.parts.setdefault("operator", operator)
         wired = wire(setup, plant.parts, eager=options.eager, parameters=parameters, tap=tap)
     except BaseException:
@@ -181,20 +185,67 @@ def _on_real_parts(
         raise
     watching = watchers(plant, wired, setup.robot)
     loop = Loop(plant, wired, Grid(setup.tick_hz), watching, clock)
-    if options.console is not None:
+    if isinstance(operator, ConsoleOperator) and options.console is not None:
         operator.attend(options.console, loop.stop)
     return loop
 
 
+def _with_dummy(setup: Setup, uses: Uses, options: Options, connection: Connection) -> Connection:
+    """A connection with the person of a record in the place of a real one, if one is asked for."""
+    person = _person(setup, uses, options) if options.plays_dummy else None
+    if person is None:
+        return connection
+    from cobodeck.dummy import with_dummy
+
+    return with_dummy(connection, person)
+
+
+def _operator(plant: Connected, options: Options) -> ConsoleOperator | ScriptedOperator:
+    """Who looks after faults: somebody at a terminal; beside fakes without one, a script."""
+    if plant.world is None or options.console is not None:
+        return ConsoleOperator(plant.parts["stop_line"], complain)
+    plant.attendant = ScriptedOperator(plant.parts["stop_line"], by_hand=plant.world.push_off)
+    return plant.attendant
+
+
+def _play(setup: Setup, uses: Uses, options: Options, connection: Connection) -> Play | None:
+    """What goes on around the fakes of a connection, if it has some.
+
+    Raises:
+        Problem: a person is asked for, and nothing is there that could move one.
+    """
+    if not connection.peers and not options.plays_dummy:
+        asked = {"--user": options.user, "--requests": options.requests}
+        for name, value in asked.items():
+            if value is not None:
+                raise Problem(
+                    f"{name} {value}: connection {connection.name} has no fakes, so that nobody "
+                    "but a real person is there, or a dummy: --user X.mcap, a record"
+                )
+    if setup.scene is None:
+        return None
+    person = (uses.person or options.user is not None) and not options.plays_dummy
+    plant = setup.profile.plant
+    return Play(
+        scene=setup.scene,
+        user=(options.user or setup.scene.user) if person else None,
+        sensing=plant.sensing,
+        sensors=plant.sensors(options.seed),
+        requests=options.requests,
+        stretch_m=options.stretch_m,
+        seed=options.seed,
+    )
+
+
 def watchers(plant: Plant, wired: Wired, robot: RobotModel) -> list[Observer]:
     """Who judges a run: by the truth that the plant knows, or else by the samples that flow."""
-    truth = plant.truth
-    if truth is None:
+    truth, seen = plant.truth, "user.pose" in wired.inlet.flowing
+    if truth is None or (truth.body is None and seen):  # a dummy is in no world
         found: list[Observer] = [_by_samples(wired.inlet, robot)]
     else:
         found = [_by_truth(plant, robot, truth.body is not None)]
-        if ESTIMATE in wired.board.slots:
-            found.append(LocalizationWatch(plant, wired.board))
+    if truth is not None and ESTIMATE in wired.board.slots:
+        found.append(LocalizationWatch(plant, wired.board))
     if plant.cycles is not None:
         found.append(SeparationWatch(plant.cycles))
     return found

@@ -271,20 +271,25 @@ class WithoutMotion:
 
 @dataclass(frozen=True, slots=True)
 class Wired:
-    """A run with its board, the way in for its samples, and what its states drive the base by."""
+    """A run with its board, the way in for its samples, and what its states drive the base by.
+
+    `show` is that of the virtual world, where it wants to be called in every tick (see `Vr`).
+    """
 
     run: Run
     board: Board
     inlet: Inlet
     base: GuardedBase | None = None
+    show: Callable[[int], None] | None = None
 
     def pass_on(self, stamp_ns: int) -> None:
-        """Give the base the velocity that counts from this instant on, in every tick."""
-        if self.base is None:
-            return
-        if self.base.reckons and ESTIMATE in self.board.slots:
-            self._locate(self.base, stamp_ns)
-        self.base.tick(stamp_ns)
+        """In every tick: what the base has to do from this instant on, and what the VR shows."""
+        if self.base is not None:
+            if self.base.reckons and ESTIMATE in self.board.slots:
+                self._locate(self.base, stamp_ns)
+            self.base.tick(stamp_ns)
+        if self.show is not None:
+            self.show(stamp_ns)
 
     def _locate(self, base: GuardedBase, now_ns: int) -> None:
         """Tell the safety chain where localization takes the base to have been."""
@@ -364,7 +369,8 @@ def wire(
     for name, value in constants.items():
         if board.needs(name):
             inlet.put(name, value(), 0)
-    return Wired(run, board, inlet, guarded(parts))
+    show = getattr(parts.get("vr"), "show", None)
+    return Wired(run, board, inlet, guarded(parts), show)
 
 
 def guarded(parts: Mapping[str, Any]) -> GuardedBase | None:

@@ -43,6 +43,9 @@ from engine.files.units import Acceleration, AngularAcceleration, AngularSpeed, 
 from engine.files.values import Range, shown
 from hw.robot import MotionLimits, RobotModel, load_robot
 from hw.safety_limits import SafetyLimits
+from hw.scene import Scene
+from hw.sim.errors import SensorErrors
+from hw.sim.sensors import IDEAL, SensorModel
 from hw.tracking import Tracking
 
 FOLDER = Path(__file__).parent / "connections"
@@ -153,11 +156,29 @@ class Connection:
 
 
 @dataclass(frozen=True, slots=True)
+class Play:
+    """What goes on around fakes: the room and who is in it, for the world that hosts them.
+
+    `user` is as `hw.user.open_user` takes it, None: nobody; `requests` and `stretch_m` likewise.
+    `seed` is that of all chance, `sensors` and `sensing` how far measurements are from the truth.
+    """
+
+    scene: Scene
+    user: str | None
+    sensing: SensorErrors
+    sensors: SensorModel = IDEAL
+    requests: int | None = None
+    stretch_m: float | None = None
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
 class Opening:
     """What a driver may want to know of the run that it is opened for.
 
     `safety.watched` says whether a part tracks people; `tracking` is where the tracking system lies
-    in the map, and where its trackers sit on the robot. `now`: the time of the run, ns.
+    in the map, and where its trackers sit on the robot. `now`: the time of the run, ns. `play` is
+    for fakes, where there is a room.
     """
 
     now: Callable[[], int]
@@ -165,6 +186,7 @@ class Opening:
     motion: MotionLimits
     safety: SafetyLimits
     tracking: Tracking
+    play: Play | None = None
 
 
 @dataclass(frozen=True, slots=True)

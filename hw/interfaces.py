@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Literal, Protocol
 
 from hw.geometry import Twist2
-from hw.samples import Joints, Sample, TimedJoints
+from hw.samples import Sample, TimedJoints
 
 DriveMode = Literal["omni", "differential"]
 
@@ -66,24 +66,15 @@ class Base(Part, Protocol):
 class Arm(Part, Protocol):
     """A jointed arm. Gives `arm.joints`."""
 
-    def move_to(self, joints: Joints, duration_s: float | None = None) -> None:
-        """Go to these angles (rad) in a straight joint line, all joints arriving together.
-
-        Takes the shortest time the limits allow, or duration_s if that is longer. A move under way
-        is braked first. Whether it arrived is read from `arm.joints`.
-
-        Raises:
-            ValueError: wrong number of joints, not finite, outside the joints' limits, or
-                duration_s not finite or negative.
-        """
-        ...
-
-    def follow(self, points: Sequence[TimedJoints]) -> None:
+    def follow(self, points: Sequence[TimedJoints]) -> int:
         """Be at these angles (rad) at these times, s from now, in straight joint lines between.
 
-        The first point is at time 0, where the arm stands. An arm that moves, or that stands more
-        than 0.01 rad from there, does not follow; it brakes. Whether it arrived is read from
-        `arm.joints`. A driver streams the points as they are, so they are to lie close together.
+        The first point is at time 0, where the arm stands. Gives the number of the course, which
+        counts from 1; the samples say by `ArmState.course` and `refused` whether it was taken. An
+        arm that moves, that stands more than 0.01 rad from the first point, or that is stopped does
+        not follow; if it moves, it brakes. A course that something else than `stop` ends before its
+        last point is refused from then on. Whether it arrived is read from `arm.joints`. A driver
+        streams the points as they are, so they are to lie close together.
 
         Raises:
             ValueError: no points; times that do not start at 0 and rise; wrong number of joints,
@@ -139,7 +130,9 @@ class Trackers(Part, Protocol):
 class Vr(Part, Protocol):
     """The virtual world. Gives `vr.haptic_request`, `vr.release`, `vr.restart`.
 
-    When its link is lost a driver ends the request under way: `vr.haptic_request` is None.
+    When its link is lost a driver ends the request under way: `vr.haptic_request` is None. One that
+    has a method `show(stamp_ns)` is called in each tick, after the states: it sends the robot's
+    pose, joints and sign as they are at that instant (R114), of which it hears by `hears`.
     """
 
     def inform(self, show: bool) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.guarded import CYCLE_NS, GuardedBase
@@ -14,7 +15,7 @@ from hw.robot import ArmModel, RobotModel
 from hw.safety_limits import SafetyLimits
 from hw.samples import ArmState, GripperState, Joints, Sample, TimedJoints
 from hw.scene import Scene
-from hw.sim.arm import JointCourse, begins_at
+from hw.sim.arm import STOPPED, JointCourse, refusal
 from hw.sim.tool import Hand, SimGripper, SimWrench
 from hw.sim.world import World
 
@@ -114,7 +115,7 @@ def _along(start: Pose2, twist: Twist2, span: float) -> Pose2:
 
 
 class MockArm:
-    """Is at its goal at the next instant, or after the duration it was given; follows exactly."""
+    """Is exactly where its course says, and stands at once when it is stopped."""
 
     signals: tuple[str, ...] = ("arm.joints",)
 
@@ -123,39 +124,26 @@ class MockArm:
         self.braked = False
         self.commands: list[Joints] = []
         self._model = model
-        self._goal: Joints | None = None
         self._course: JointCourse | None = None
         self._since = 0
-        self._due = 0
         self._now = 0
         self._reported = -1
 
-    def move_to(self, joints: Joints, duration_s: float | None = None) -> None:
-        """Go to these angles; see `Arm`."""
-        self._model.check(joints)
-        duration = 0.0 if duration_s is None else duration_s
-        if not 0.0 <= duration < math.inf:
-            raise ValueError(
-                f"arm: a duration of {duration_s} s; it must be finite and not below 0"
-            )
-        if self.braked:
-            return
-        self.commands.append(joints)
-        self._course = None
-        self._goal, self._due = joints, self._now + round(duration * 1e9)
-
-    def follow(self, points: Sequence[TimedJoints]) -> None:
+    def follow(self, points: Sequence[TimedJoints]) -> int:
         """Be at these angles at these times; see `Arm`."""
         self._model.check_course(points)
-        if self.braked or self.state.moving or not begins_at(points, self.state.joints):
-            self.stop()
-            return
-        self.commands.append(points[-1][1])
-        self._course, self._since = JointCourse.of(points), self._now
+        refused = refusal(self.state, points, self.braked)
+        self.stop()
+        number = self.state.course + 1
+        self.state = replace(self.state, course=number, refused=refused)
+        if refused is None:
+            self.commands.append(points[-1][1])
+            self._course, self._since = JointCourse.of(points), self._now
+        return number
 
     def stop(self) -> None:
         """Stay where it is; see `Arm`."""
-        self._goal = self._course = None
+        self._course = None
 
     def samples(self, now_ns: int) -> list[Sample]:
         """The joints of this instant."""
@@ -167,21 +155,14 @@ class MockArm:
     def advance(self, until_ns: int) -> None:
         """Move on to until_ns."""
         self._now = until_ns
-        if self.braked:
+        if self.braked and self._course is not None:
+            self.state = replace(self.state, refused=STOPPED)
             self.stop()
         if self._course is not None:
-            self._advance_course(self._course)
-            return
-        arrived = self._goal is not None and until_ns >= self._due
-        joints = self._goal if arrived and self._goal is not None else self.state.joints
-        self._goal = None if arrived else self._goal
-        moving = self._goal is not None
-        if joints is not self.state.joints or moving != self.state.moving:
-            self.state = ArmState(joints, (0.0,) * len(joints), moving)
-
-    def _advance_course(self, course: JointCourse) -> None:
-        share, rate = course.at((self._now - self._since) * 1e-9)
-        self.state = ArmState(course.joints(share), (0.0,) * len(self.state.joints), rate > 0.0)
+            share, rate = self._course.at((until_ns - self._since) * 1e-9)
+            self.state = replace(self.state, joints=self._course.joints(share), moving=rate > 0.0)
+        elif self.state.moving:
+            self.state = replace(self.state, moving=False)
         if not self.state.moving:
             self._course = None
 

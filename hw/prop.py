@@ -3,6 +3,7 @@
 prop: panel
 about: a board to be touched
 mass: 1.5                  # kg, with gripper and sensor; counts against the robot's payload
+center_of_mass: [0, 0, 0.07]   # flange frame, m; half way to the tcp if it is not given
 tcp: {xyz: [0, 0, 0.15], rpy: [0, 1.5707963267948966, 0]}   # flange_from_tcp
 capsules:                  # around all of it, in the flange frame
   - {start: [0, 0, 0.03], end: [0, 0, 0.1], radius: 0.05}
@@ -34,6 +35,7 @@ Coordinate = Annotated[Length, Range(-10.0, 10.0)]
 Point = tuple[Coordinate, Coordinate, Coordinate]
 Angles = tuple[AnyAngle, AnyAngle, AnyAngle]
 Six = tuple[AnyAngle, AnyAngle, AnyAngle, AnyAngle, AnyAngle, AnyAngle]
+Reach = Annotated[Length, Range(-1.0, 1.0)]
 Radius = Annotated[Length, Range(0.001, 1.0)]
 
 
@@ -87,6 +89,7 @@ class Prop:
 
     `parked` are the joint angles in which the arm with this prop stays inside the bumper frame
     while the rover drives (R46, R87); `parked_paper` are others that reproduce the paper's times.
+    `center_of_mass` is that of all of it, in the flange frame, m: a real arm has to be told.
     """
 
     name: str
@@ -98,6 +101,7 @@ class Prop:
     about: str = ""
     gripper: GripperModel | None = None
     wrench: WrenchModel | None = None
+    center_of_mass: Point = (0.0, 0.0, 0.0)
 
     @property
     def length(self) -> float:
@@ -137,10 +141,12 @@ class _Prop:
     about: str = ""
     gripper: GripperModel | None = None
     wrench: WrenchModel | None = None
+    center_of_mass: tuple[Reach, Reach, Reach] | None = None
 
 
 def _prop(item: Item) -> Prop:
     read = record(item, _Prop)
+    x, y, z = read.tcp.xyz
     return Prop(
         name=read.prop,
         tcp=read.tcp,
@@ -151,4 +157,5 @@ def _prop(item: Item) -> Prop:
         about=read.about,
         gripper=read.gripper,
         wrench=read.wrench,
+        center_of_mass=read.center_of_mass or (0.5 * x, 0.5 * y, 0.5 * z),
     )

@@ -76,6 +76,7 @@ ArmMode = Literal[
     "unknown",
 ]  # fmt: skip
 """What the arm's own safety system says; it moves in the first three only."""
+ARM_MOVES: frozenset[ArmMode] = frozenset(("normal", "reduced", "recovery"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,11 +139,13 @@ class Odometry:
     """What the wheels say: odom_from_base, which drifts without bound, and the base's velocity.
 
     The frame `odom` is where the base was when its driver began to count; `twist` is in the base
-    frame.
+    frame. `sigma` are the standard deviations of its vx, vy (m/s) and wz (rad/s), of drivers that
+    know them.
     """
 
     pose: Pose2
     twist: Twist2
+    sigma: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)

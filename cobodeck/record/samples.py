@@ -125,7 +125,8 @@ def _joints(arm: ArmState) -> Callable[[str, str], str]:
         f'{{"name":"{name}","position":{angle!r},"velocity":{velocity!r}}}'
         for name, angle, velocity in zip(names, arm.joints, arm.velocities, strict=True)
     )
-    ends = f'"joints":[{joints}],"moving":{"true" if arm.moving else "false"}'
+    told = {"moving": arm.moving, "course": arm.course, "refused": arm.refused, "mode": arm.mode}
+    ends = f'"joints":[{joints}],{json.dumps(told)[1:-1]},"scaling":{arm.scaling!r}'
     return lambda time, repeat: f'{{"timestamp":{time},{ends}{repeat}}}'
 
 
@@ -199,6 +200,10 @@ def _read_joints(message: Any) -> ArmState:
         tuple(joint["position"] for joint in joints),
         tuple(joint["velocity"] for joint in joints),
         message["moving"],
+        message.get("course", 0),
+        message.get("refused"),
+        message.get("mode", "normal"),
+        message.get("scaling", 1.0),
     )
 
 

@@ -55,7 +55,15 @@ FRAMES = schema(
     "foxglove.FrameTransforms", transforms=many(TRANSFORM), yaw=NUMBER, head_yaw=NUMBER, repeat=FLAG
 )
 JOINTS = schema(
-    "foxglove.JointStates", timestamp=TIME, joints=many(JOINT), moving=FLAG, repeat=FLAG
+    "foxglove.JointStates",
+    timestamp=TIME,
+    joints=many(JOINT),
+    moving=FLAG,
+    course=INTEGER,
+    refused=ANY,
+    mode=TEXT,
+    scaling=NUMBER,
+    repeat=FLAG,
 )
 LOG = schema(
     "foxglove.Log",

@@ -137,6 +137,11 @@ class PeerClock:
         least = self._envelope.offset_ns
         return None if least is None else Offset(least - self._one_way_ns, self._one_way_ns)
 
+    @property
+    def known(self) -> bool:
+        """Has it been looked at for long enough?"""
+        return self.trips.best is not None or self._envelope.settled
+
     def instant(self, stamp_ns: int, received_ns: int) -> int | None:
         """A stamp of theirs by our clock, ns; None: it fits to nothing known of their clock."""
         fits = self._envelope.take(stamp_ns, received_ns)
@@ -197,7 +202,7 @@ class Stamps:
             self._back += 1
             return "its stamp is not after the one before"
         if at_ns is None:
-            return "their clock is not known yet, or was set"
+            return "it does not fit to their clock"
         if at_ns > received_ns + self._ahead_ns:
             return f"its stamp is {(at_ns - received_ns) * 1e-6:.1f} ms in the future"
         return None

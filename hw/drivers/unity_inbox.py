@@ -151,7 +151,7 @@ class Inbox:
             source = self._sources[role] = _Source(Stamps(self.checks.ahead_ns))
         at = self._instant(source, message, received_ns, clock)
         if isinstance(at, str):
-            return at
+            return at or None
         if pose != source.raw:
             source.raw, source.changed_ns = pose, received_ns
         source.at_ns, source.received_ns = at, received_ns
@@ -168,7 +168,7 @@ class Inbox:
     def _instant(
         self, source: _Source, message: Any, received_ns: int, clock: PeerClock
     ) -> int | str:
-        """When a pose was measured, by our clock; or why it is not used."""
+        """When a pose was measured, by our clock; or why it is not used, if that is a fault."""
         try:
             stamp = stamp_of(message)
         except ValueError as error:
@@ -178,6 +178,8 @@ class Inbox:
                 return received_ns - self.checks.one_way_ns
             return "it has no stamp, so that nobody knows how old it is"
         at = clock.instant(stamp, received_ns)
+        if at is None and not clock.known:
+            return ""
         if not source.stamps.admit(stamp, at, received_ns):
             if source.stamps.turned_back:
                 clock.reset()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from hw.geometry import Pose2, Pose3, wrap
 from hw.person import Person
@@ -171,6 +171,19 @@ class SimBumper:
         return pending
 
 
+class Latched(Protocol):
+    """A stop line that says why it is pulled."""
+
+    @property
+    def reason(self) -> str | None:
+        """Why; None: it is not."""
+        ...
+
+    def reset(self) -> bool:
+        """See `StopLine`."""
+        ...
+
+
 class ScriptedOperator:
     """Acknowledges every fault a while after it began, and the stop line as soon as it can be.
 
@@ -183,7 +196,7 @@ class ScriptedOperator:
 
     def __init__(
         self,
-        stop_line: StopLatch,
+        stop_line: Latched,
         delay_ns: int = 1_000_000_000,
         by_hand: Callable[[], None] | None = None,
     ) -> None:

@@ -101,7 +101,7 @@ class World:
         self.base = base or SimBase(robot, limits, start, sensors.of_pose)
         self.arm = arm
         if arm is None and robot.arm is not None:
-            self.arm = SimArm(robot.arm, limits)
+            self.arm = SimArm(robot.arm)
         self.hand = hand or (Hand() if robot.prop is None else Hand.of(robot.prop))
         self._meeting = Meeting(robot.footprint, USER)
         if person is not None:
@@ -118,7 +118,7 @@ class World:
         self._bumper = SimBumper(self._line)
         self._operator = None
         if operator:
-            self._operator = ScriptedOperator(self._line, by_hand=self._push_off)
+            self._operator = ScriptedOperator(self._line, by_hand=self.push_off)
         parts = self._own_parts()
         if self._equipment is not None:
             parts |= self._equipment.parts
@@ -169,6 +169,11 @@ class World:
     def touching(self) -> bool:
         """Do outline and person touch?"""
         return self._meeting.touching
+
+    @property
+    def pressed(self) -> bool:
+        """Does anybody touch the foam?"""
+        return self.touching or self._others.touching(self.now_ns) is not None
 
     @property
     def finished(self) -> bool:
@@ -312,12 +317,11 @@ class World:
 
     def _release(self) -> bool:
         """May the stop line be reset?"""
-        touching = self.touching or self._others.touching(self.now_ns) is not None
-        free = not touching and self.guard.reset(self.now_ns)
+        free = not self.pressed and self.guard.reset(self.now_ns)
         self._touched = self._touched and not free
         return free
 
-    def _push_off(self) -> None:
+    def push_off(self) -> None:
         """The operator pushes a robot that has touched somebody off them, where there is room."""
         robot, body = self.base.pose, self._others.touching(self.now_ns)
         if body is None and self._touched and self.person is not None:

@@ -10,7 +10,7 @@ from engine.files.units import Angle, Duration
 from engine.state import NEVER_NS, Action, Context, On, Run, Until, Yielded
 from hw.geometry import Pose2, Pose3, wrap
 from hw.interfaces import Arm
-from hw.samples import ArmState, Joints, PoseSigma
+from hw.samples import ARM_MOVES, ArmState, Joints, PoseSigma
 
 if TYPE_CHECKING:
     from states.arm.motion import Look
@@ -174,8 +174,13 @@ def _at_rest(ctx: Context) -> Generator[Yielded, None, Look | None]:
     """Everything's place once the arm stands; None while nothing may move."""
     while ctx.value("stop.engaged") is None:
         look = _look(ctx)
-        if look is not None and not ctx.value("arm.joints").moving:
-            return look
+        if look is not None:
+            refused = _stopped(ctx.value("arm.joints"))
+            if refused is not None:
+                yield refused
+                return None
+            if not ctx.value("arm.joints").moving:
+                return look
         yield On("arm.joints", "base.pose", "user.pose", "stop.engaged")
     return None
 
@@ -214,12 +219,16 @@ def _follow(
     arm: Arm = ctx.part("arm")
     points, checked, begun = course(plan), planned, ctx.now
     late = ctx.after(points[-1][0] + LATE_S)
-    if len(points) > 1:
-        arm.follow(points)
+    number = arm.follow(points) if len(points) > 1 else None
     try:
         while ctx.now < late and ctx.value("stop.engaged") is None:
-            if _is_at(ctx.value("arm.joints"), points[-1][1], tolerance):
+            state: ArmState | None = ctx.value("arm.joints")
+            if _is_at(state, points[-1][1], tolerance):
                 return True
+            refused = _refused(state, number)
+            if refused is not None:
+                yield refused
+                return False
             look = _look(ctx)
             if look is not None and not look.is_like(checked, MOVED, TURNED):
                 checked, since = look, (ctx.now - begun) * 1e-9
@@ -230,6 +239,20 @@ def _follow(
         return False
     finally:
         arm.stop()
+
+
+def _stopped(state: ArmState) -> str | None:
+    """Why the arm's own safety system does not let it move, if it does not."""
+    return None if state.mode in ARM_MOVES else f"the arm: {state.mode.replace('_', ' ')}"
+
+
+def _refused(state: ArmState | None, number: int | None) -> str | None:
+    """Why the arm does not follow the course of this number, if it does not."""
+    if state is None:
+        return None
+    if number is not None and state.course == number and state.refused is not None:
+        return state.refused
+    return _stopped(state)
 
 
 def _is_at(state: ArmState | None, joints: Joints, tolerance: float) -> bool:

@@ -14,11 +14,18 @@ from hw.geometry import Pose2, Twist2
 from hw.guarded import GuardedBase
 from hw.live import LivePerson
 from hw.mock import mock_world
-from hw.samples import UserPose
+from hw.samples import Joints, UserPose
+from hw.sim.moving import MovingArm
 
 DRIVE = "chase/follow/drive/go"
 OUT = (0.0, -1.5, 1.0, 0.0, 1.5, 0.0)
 AHEAD = Twist2(0.3)
+
+
+def turn(arm: MovingArm, joints: Joints) -> None:
+    """Let the arm go to these angles at even speeds."""
+    here = arm.state.joints
+    arm.follow([(0.0, here), (1.5, joints)])
 
 
 def base_of(sim: Rehearsal) -> GuardedBase:
@@ -41,7 +48,7 @@ def driving(sim: Rehearsal, request: pytest.FixtureRequest) -> Rehearsal:
 
 @pytest.mark.requirement(46)
 def test_a_drive_is_refused_while_the_arm_is_not_folded_and_says_why(driving: Rehearsal) -> None:
-    driving.run.parts["arm"].move_to(OUT)
+    turn(driving.run.parts["arm"], OUT)
     driving.wait(1.0)
 
     base = base_of(driving)
@@ -57,7 +64,7 @@ def test_a_drive_is_refused_while_the_arm_is_not_folded_and_says_why(driving: Re
 
 @pytest.mark.requirement(46, 87)
 def test_escape_drives_even_if_the_arm_is_not_folded(driving: Rehearsal) -> None:
-    driving.run.parts["arm"].move_to(OUT)
+    turn(driving.run.parts["arm"], OUT)
     driving.wait(1.0)
     driving.end("danger", "required")
     driving.tick()
@@ -92,21 +99,26 @@ class Rig:
         self.base.tick(self.now)
         return self.base.selected.source
 
+    def turn(self, joints: Joints) -> None:
+        """Let the arm go there, while nobody drives."""
+        turn(self.world.arm, joints)
+        self.tick()
+        while self.world.arm.state.moving:
+            self.tick()
+
 
 @pytest.mark.requirement(46)
 @pytest.mark.parametrize("source", ["own", "chase", "haptic"])
 def test_no_source_but_escape_drives_with_the_arm_out(source: str) -> None:
     rig = Rig(overlap=0.0)
     assert rig.tick(source) == source
-    rig.world.parts["arm"].move_to(OUT)
-    rig.tick()
+    rig.turn(OUT)
     assert rig.tick(source, left=0.0) is None
     assert rig.base.refusal == "the arm is not folded"
     assert rig.tick("escape") == "escape"
     assert rig.base.refusal is None
     rig.base.release("escape")
-    rig.world.parts["arm"].move_to(rig.world.robot.arm.parked)
-    rig.tick()
+    rig.turn(rig.world.robot.arm.parked)
     assert rig.tick(source) == source
 
 
@@ -129,8 +141,7 @@ def test_it_holds_for_a_chart_that_knows_of_no_arm(tmp_path: Path) -> None:
     file.write_text(CARELESS)
     rig = Rig(overlap=0.0, chart=str(file))
     assert rig.tick("own") == "own"
-    rig.world.parts["arm"].move_to(OUT)
-    rig.tick()
+    rig.turn(OUT)
     assert rig.tick("own") is None
     assert rig.base.selected.lock == "arm"
 
@@ -138,8 +149,7 @@ def test_it_holds_for_a_chart_that_knows_of_no_arm(tmp_path: Path) -> None:
 @pytest.mark.requirement(46)
 def test_with_the_operators_leave_a_haptic_drive_ends_while_the_arm_unfolds() -> None:
     rig = Rig(overlap=0.5)
-    rig.world.parts["arm"].move_to(OUT)
-    rig.tick()
+    rig.turn(OUT)
     assert rig.tick("haptic", left=0.51) is None
     assert rig.tick("chase", left=0.1) is None
     assert rig.tick("haptic", left=0.5) == "docking"
@@ -152,7 +162,7 @@ def test_with_the_operators_leave_a_haptic_drive_ends_while_the_arm_unfolds() ->
 @pytest.mark.requirement(46)
 def test_a_stop_line_goes_before_everything() -> None:
     rig = Rig(overlap=0.5)
-    rig.world.parts["arm"].move_to(OUT)
+    rig.turn(OUT)
     rig.world.parts["stop_line"].pull("button")
     rig.tick()
     for source in ("escape", "haptic"):

@@ -42,6 +42,7 @@ def test_a_prop_of_ones_own_may_bring_fingers_and_a_sensor(tmp_path):
         ("held: 0.05", "held: 0.1", "gripper.held: 0.1 is wider than the opening, 0.085"),
         ("speed: 0.15", "sped: 0.15", "did you mean 'speed'"),
         ("force: 300", "force: 0", "wrench.force: 0 is out of range"),
+        ("mass: 1.7", "mass: 1.7\ncenter_of_mass: [0, 0, 1.1]", "center_of_mass[2]: 1.1 is out"),
         ("tcp:", "tpc:", "did you mean 'tcp'"),
     ],
 )
@@ -87,6 +88,15 @@ def test_what_no_prop_can_be_is_refused_at_its_place(tmp_path, old, new, place):
     with pytest.raises(FileError) as caught:
         load_prop(file)
     assert caught.value.findings[0].place[1:3] == place
+
+
+def test_the_centre_of_mass_is_half_way_to_the_point_unless_it_is_given(tmp_path):
+    assert load_prop("gripped").center_of_mass == (0.0, 0.0, 0.125)
+    file = tmp_path / "own.yaml"
+    file.write_text(TEXT.replace("mass: 1.7", "mass: 1.7\ncenter_of_mass: [1 cm, 0, 50 mm]"))
+    assert load_prop(file).center_of_mass == (0.01, 0.0, 0.05)
+    file.write_text(TEXT.replace("mass: 1.7", "mass: 1.7\ncenter_of_mass: [0, 0, 0]"))
+    assert load_prop(file).center_of_mass == (0.0, 0.0, 0.0)
 
 
 def test_props_and_calibrations_may_carry_units(tmp_path):

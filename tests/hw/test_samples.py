@@ -215,6 +215,7 @@ EVERY_NUMBER = [
     (ImuReading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), 6),
     (Scan("front", 0.0, 0.1, (1.0, 2.0)), 5),
     (Odometry(Pose2(0.0, 0.0), Twist2(0.0, 0.0, 0.0)), 6),
+    (Odometry(Pose2(0.0, 0.0), Twist2(0.0, 0.0, 0.0), (0.1, 0.1, 0.2)), 9),
     (TrackerPose("front_tracker", UPRIGHT), 7),
     (Battery((Cell("a", 3.0), Cell("b", None))), 2),
     ([1.0, (2.0, 3)], 3),

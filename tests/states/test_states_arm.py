@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 from importlib.util import find_spec
 from typing import Any, cast
 
@@ -41,7 +42,7 @@ def deep_at(site: Site, height: float, base: Pose2 = BASE) -> Pose3:
 
 class Move:
     def __init__(self, site: Site, context: Any, state: Any, **inputs: Any) -> None:
-        self.arm = SimArm(site.robot.arm, site.limits)
+        self.arm = SimArm(site.robot.arm)
         values = {
             "site": site,
             "base.pose": BASE,
@@ -71,7 +72,7 @@ def test_a_parked_arm_is_parked_at_once(site: Site, context: Any, take_step: Any
 @pytest.mark.requirement(46, 47)
 def test_an_arm_that_is_out_is_folded(site: Site, context: Any, take_step: Any) -> None:
     move = Move(site, context, ParkArm())
-    move.arm = SimArm(site.robot.arm, site.limits, (0.0, -1.5, 1.0, 0.0, 1.5, 0.0))
+    move.arm = SimArm(site.robot.arm, (0.0, -1.5, 1.0, 0.0, 1.5, 0.0))
     move.ctx.parts["arm"], move.ctx.values["arm.joints"] = move.arm, move.arm.state
 
     assert move.until_end(take_step, 10) == "parked"
@@ -238,6 +239,39 @@ def test_a_pulled_stop_line_fails_the_move(site: Site, context: Any, take_step: 
     move.until_end(take_step, 0.5)
     move.ctx.values["stop.engaged"] = "bumper"
 
+    assert take_step(move.run) == "failed"
+
+
+def test_a_course_that_the_arm_refuses_fails_the_move_at_once_and_says_why(
+    site: Site, context: Any, take_step: Any
+) -> None:
+    move = Move(site, context, ReachDeep(), deep=deep_at(site, 1.2))
+    move.arm.braked = True
+    notes = []
+
+    def noted(run: Any) -> Any:
+        try:
+            notes.append(next(run))
+        except StopIteration as end:
+            return end.value
+        return None
+
+    assert move.until_end(noted, 2) == "failed"
+    assert notes[-1] == "the stop line is pulled"
+    assert move.tick < HZ
+
+
+@pytest.mark.parametrize("at_start", [True, False])
+def test_an_arm_whose_own_safety_system_stops_it_fails_the_move_and_says_so(
+    site: Site, context: Any, take_step: Any, at_start: bool
+) -> None:
+    move = Move(site, context, ReachDeep(), deep=deep_at(site, 1.2))
+    if not at_start:
+        move.until_end(take_step, 0.5)
+        assert move.arm.state.moving
+    move.ctx.values["arm.joints"] = replace(move.arm.state, mode="protective_stop")
+
+    assert next(move.run) == "the arm: protective stop"
     assert take_step(move.run) == "failed"
 
 

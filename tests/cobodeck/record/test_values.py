@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ from cobodeck.record.scans import read_scan, write_scan
 from cobodeck.record.values import Unknown, text, value
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.safety_record import SafetyRecord
-from hw.samples import ArmState, Scan, UserPose
+from hw.samples import ArmMode, ArmState, Scan, UserPose
 from hw.truth import Contact, Truth
 
 
@@ -137,7 +137,15 @@ poses = st.builds(Pose2, finite, finite, finite)
 spaces = st.none() | st.builds(Pose3, *[finite] * 7)
 users = st.builds(UserPose, poses, finite, spaces, spaces, spaces)
 arms = st.integers(1, 7).flatmap(
-    lambda n: st.builds(ArmState, *[st.tuples(*[finite] * n)] * 2, st.booleans())
+    lambda n: st.builds(
+        ArmState,
+        *[st.tuples(*[finite] * n)] * 2,
+        st.booleans(),
+        st.integers(0),
+        st.none() | st.text(),
+        st.sampled_from(get_args(ArmMode)),
+        st.floats(0.0, 1.0),
+    )
 )
 scans = st.builds(Scan, st.text(), finite, finite, st.lists(st.floats(allow_nan=False)).map(tuple))
 SAMPLES = {

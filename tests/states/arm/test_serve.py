@@ -31,7 +31,7 @@ class Rig:
     """A simulated arm, and a state that moves it, tick by tick."""
 
     def __init__(self, site: Site, context: Any, base: Pose2, user: Pose2) -> None:
-        self.arm = SimArm(site.robot.arm, site.limits)
+        self.arm = SimArm(site.robot.arm)
         values = {
             "site": site,
             "base.pose": base,

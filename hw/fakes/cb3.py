@@ -1,0 +1,254 @@
+"""A fake UR controller of the CB3 series: RTDE, dashboard and script ports at one address.
+
+A child process (`hw.links.processes`), because a client that waits for it may hold its own process.
+Clients move it through the control script of ur_rtde, see `cb3_controller`. Faults come as
+datagrams, by their name:
+
+| fault | what happens |
+|---|---|
+| `protective_stop`, `safeguard_stop`, `emergency_stop` | the safety system stops the arm |
+| `release` | safeguard and emergency stop are over; what was paused goes on |
+| `freeze` | packages go on, time stamp and joints stand still |
+| `mute` | links stay open, nothing is sent or heard; new ones are taken and not answered |
+| `drop` | all links are closed; new ones are served |
+| `close` | all links are closed; new ones are not |
+| `refuse` | RTDE does not know the variable of this name |
+| `slow` | the speed slider stands at this share |
+| `well` | `freeze`, `mute`, `close`, `refuse` and `slow` are over |
+
+It is not faithful in dynamics, limits, kinematics (TCP poses are 0) and script errors.
+"""
+
+from __future__ import annotations
+
+import select
+import socket
+import struct
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+from hw.fakes.cb3_controller import EMERGENCY, PLAYING, PROTECTIVE, SAFEGUARD, Controller
+from hw.fakes.cb3_rtde import VERSION, Rtde
+from hw.links.datagrams import Intake, Outlet
+from hw.links.processes import Parent, Ready, serve
+
+DASHBOARD, SCRIPTS, RTDE = 29999, (30001, 30002, 30003), 30004
+CYCLE_NS = 8_000_000
+STOPS = {
+    "protective_stop": PROTECTIVE,
+    "safeguard_stop": SAFEGUARD,
+    "emergency_stop": EMERGENCY,
+}
+
+
+class Dashboard:
+    """Lines of text, one answer each."""
+
+    def __init__(self, arm: Controller) -> None:
+        self._arm, self._buffer = arm, b""
+
+    def taken(self, data: bytes) -> bytes:
+        """The answers to what has come."""
+        *lines, self._buffer = (self._buffer + data).split(b"\n")
+        return b"".join(self._answer(line.decode(errors="replace").strip()) for line in lines)
+
+    def _answer(self, line: str) -> bytes:
+        arm = self._arm
+        running = arm.runtime == PLAYING
+        if line == "stop":
+            arm.end()
+        answers: dict[str, Callable[[], str]] = {
+            "stop": lambda: "Stopped",
+            "play": lambda: "Failed to execute: play",
+            "pause": lambda: "Failed to execute: pause",
+            "running": lambda: f"Program running: {str(running).lower()}",
+            "robotmode": lambda: f"Robotmode: {'RUNNING' if arm.powered else 'POWER_OFF'}",
+            "programState": lambda: "PLAYING control.urp" if running else "STOPPED control.urp",
+            "safetymode": lambda: f"Safetymode: {arm.safety.upper()}",
+            "PolyscopeVersion": lambda: "URSoftware " + ".".join(map(str, VERSION)),
+            "unlock protective stop": arm.unlock,
+            "close safety popup": lambda: "closing safety popup",
+            "close popup": lambda: "closing popup",
+            "quit": lambda: "Disconnected",
+        }
+        answer = answers.get(line, lambda: f"could not understand: '{line}'")
+        return answer().encode() + b"\n"
+
+
+class Scripts:
+    """Takes URScript; what is no whole program stops the one that runs."""
+
+    def __init__(self, arm: Controller) -> None:
+        self._arm, self._buffer = arm, b""
+
+    def taken(self, data: bytes) -> bytes:
+        """Nothing is answered."""
+        self._buffer += data
+        if self._buffer.startswith(b"def "):
+            if self._buffer.endswith(b"\nend\n"):
+                self._buffer = b""
+                self._arm.upload()
+        elif b"\n" in self._buffer:
+            self._buffer = b""
+            self._arm.end()
+        return b""
+
+
+class Server:
+    """All ports, and who is connected to them."""
+
+    def __init__(self, host: str, arm: Controller) -> None:
+        self._host, self._arm = host, arm
+        self._refused: set[str] = set()
+        self._frozen = self._mute = False
+        self._talks: dict[socket.socket, Any] = {}
+        self._doors: dict[socket.socket, Callable[[], Any]] = {}
+        self.open()
+
+    def open(self) -> None:
+        """Listen on all ports.
+
+        Raises:
+            OSError: one of them is in use.
+        """
+        kinds: dict[int, Callable[[], Any]] = {
+            DASHBOARD: lambda: Dashboard(self._arm),
+            RTDE: lambda: Rtde(self._arm, self._refused),
+            **{port: lambda: Scripts(self._arm) for port in SCRIPTS},
+        }
+        for port, talk in kinds.items():
+            self._doors[_listening(self._host, port)] = talk
+
+    def sources(self) -> list[socket.socket]:
+        """What may have something to say."""
+        return [*self._doors, *([] if self._mute else self._talks)]
+
+    def serve(self, source: socket.socket) -> None:
+        """Take what a source has to say."""
+        if source in self._doors:
+            self._accept(source)
+        elif source in self._talks:
+            self._take(source)
+
+    def cycle(self) -> None:
+        """One cycle of the controller, and its package for all who have started."""
+        if not self._frozen:
+            self._arm.step()
+        if self._mute:
+            return
+        for link, talk in list(self._talks.items()):
+            if isinstance(talk, Rtde):
+                self._send(link, talk.told())
+
+    def misbehave(self, name: str, value: Any) -> None:
+        """Begin or end a fault."""
+        if name in STOPS:
+            self._arm.halt(STOPS[name])
+        elif name == "release":
+            self._arm.release()
+        elif name == "slow":
+            self._arm.scaling = float(value)
+        elif name == "refuse":
+            self._refused.add(str(value))
+        elif name in ("drop", "close"):
+            self.hang_up(doors=name == "close")
+        elif name in ("freeze", "mute"):
+            self._frozen, self._mute = self._frozen or name == "freeze", name == "mute"
+        elif name == "well":
+            self._well()
+
+    def hang_up(self, doors: bool = True) -> None:
+        """Close all links, and the ports if asked."""
+        for link in [*self._talks, *(self._doors if doors else ())]:
+            link.close()
+        self._talks.clear()
+        if doors:
+            self._doors.clear()
+
+    def _well(self) -> None:
+        if self._mute:
+            self.hang_up(doors=False)
+        self._frozen = self._mute = False
+        self._refused.clear()
+        self._arm.scaling = 1.0
+        if not self._doors:
+            self.open()
+
+    def _accept(self, door: socket.socket) -> None:
+        with suppress(OSError):
+            link, _ = door.accept()
+            link.setblocking(False)
+            link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            talk = self._talks[link] = self._doors[door]()
+            if isinstance(talk, Dashboard) and not self._mute:
+                self._send(link, b"Connected: Universal Robots Dashboard Server\n")
+
+    def _take(self, link: socket.socket) -> None:
+        try:
+            data = link.recv(1 << 16)
+            answer = self._talks[link].taken(data)
+        except BlockingIOError:
+            return
+        except (OSError, ValueError, LookupError, struct.error):  # no client that we know
+            data = answer = b""
+        if data:
+            self._send(link, answer)
+        else:
+            self._lose(link)
+
+    def _send(self, link: socket.socket, data: bytes) -> None:
+        """A client that does not take what it is sent is dropped, as a real controller does."""
+        try:
+            if data and link.send(data) < len(data):
+                self._lose(link)
+        except OSError:
+            self._lose(link)
+
+    def _lose(self, link: socket.socket) -> None:
+        self._talks.pop(link, None)
+        link.close()
+
+
+def _listening(host: str, port: int) -> socket.socket:
+    door = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        door.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        door.bind((host, port))
+        door.listen(8)
+        door.setblocking(False)
+    except OSError:
+        door.close()
+        raise
+    return door
+
+
+def main(settings: Any, ready: Ready, parent: Parent) -> None:
+    """Run until the parent goes; settings: host, joints (rad), unlock (s), tells (address)."""
+    arm = Controller(tuple(settings["joints"]), settings["unlock"])
+    server, control = Server(settings["host"], arm), Intake(settings["host"])
+    joints = Outlet("cb3", [settings["tells"]] if settings["tells"] else [])
+    ready({"control": control.address})
+    due = time.monotonic_ns()
+    while True:
+        left = max(0.0, (due - time.monotonic_ns()) * 1e-9)
+        waited: list[Any] = [parent, control, *server.sources()]
+        found, _, _ = select.select(waited, [], [], left)
+        if parent in found:
+            break
+        for told in control.poll():
+            server.misbehave(told.name, told.value)
+        for source in found:
+            if isinstance(source, socket.socket):
+                server.serve(source)
+        now = time.monotonic_ns()
+        if now >= due:
+            server.cycle()
+            joints.send("joints", now, arm.joints)
+            due = max(due + CYCLE_NS, now - CYCLE_NS)
+    server.hang_up()
+
+
+if __name__ == "__main__":
+    serve(main)

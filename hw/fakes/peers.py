@@ -1,0 +1,48 @@
+"""The fake devices that a connection file can name under `peers`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+from hw.connection import Opening
+from hw.fakes.peer import Peer
+from hw.links.datagrams import Address
+
+UR10 = (0.0, -1.57, 1.57, -1.57, -1.57, 0.0)
+"""Where an arm stands that nobody says anything of, rad."""
+
+
+class Hearer(Protocol):
+    """Who takes datagrams."""
+
+    @property
+    def address(self) -> Address:
+        """Where."""
+        ...
+
+
+class Cb3(Peer):
+    """A UR controller of the CB3 series at `host`, on the ports that all of them have.
+
+    It stands at `joints` (rad), else folded as the robot's body is; it tells its joints to `tells`.
+    `unlock` is how long a protective stop cannot be unlocked, s. `hw.fakes.cb3` has its faults.
+    """
+
+    def __init__(
+        self,
+        host: str,
+        tells: Hearer | None = None,
+        joints: Sequence[float] | None = None,
+        unlock: float = 5.0,
+        opening: Opening | None = None,
+        now: Callable[[], int] | None = None,  # noqa: ARG002
+    ) -> None:
+        folded = None if opening is None else opening.body.parked
+        settings: dict[str, Any] = {
+            "host": host,
+            "joints": tuple(joints or folded or UR10),
+            "unlock": unlock,
+            "tells": None if tells is None else tuple(tells.address),
+        }
+        super().__init__("hw.fakes.cb3", settings)

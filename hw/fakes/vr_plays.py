@@ -1,0 +1,81 @@
+"""What the user of the fake VR application does: one of our people, or whom the world hosts."""
+
+from __future__ import annotations
+
+import time
+from typing import Any, NamedTuple
+
+from hw.geometry import Pose2
+from hw.links.datagrams import Address, Intake, Outlet
+from hw.person import Person
+from hw.sim.surroundings import SimTrackers, SimVr
+
+AGAIN_NS = 100_000_000
+"""The world is told so often what the user sees, and that somebody listens."""
+STEP_NS = 10_000_000
+AWAY = Pose2(100.0, 100.0)
+"""Where the robot is as long as nobody has shown it."""
+SEEN = ("user.pose", "rover.tracker", "vr.haptic_request", "vr.release", "vr.restart")
+
+
+class Told(NamedTuple):
+    """Something about the user, named as in `hw.samples`; the stamp by the monotonic clock, ns."""
+
+    name: str
+    stamp_ns: int
+    value: Any
+
+
+class Alone:
+    """A person of ours who lives in the application itself, in real time."""
+
+    def __init__(self, person: Person) -> None:
+        self._person, self._trackers, self._vr = person, SimTrackers(person), SimVr(person)
+        self._begun_ns = time.monotonic_ns()
+        self._now_ns = 0
+
+    @property
+    def finished(self) -> bool:
+        """Has the person done all they wanted?"""
+        return self._person.finished
+
+    def step(self, now_ns: int, robot: Pose2 | None, shown: bool) -> list[Told]:
+        """See `Play`."""
+        found = []
+        self._vr.inform(shown)
+        while self._now_ns + STEP_NS <= now_ns - self._begun_ns:
+            self._now_ns += STEP_NS
+            self._person.step(self._now_ns, robot or AWAY, shown)
+            self._trackers.step()
+            self._vr.step(self._now_ns)
+            for part in (self._trackers, self._vr):
+                found += part.samples(self._now_ns)
+        return [Told(name, stamp + self._begun_ns, value) for name, stamp, value in found]
+
+
+class Hosted:
+    """The person whom a world hosts: told by its datagrams, and the world what they are shown."""
+
+    def __init__(self, world: Address, intake: Intake) -> None:
+        self._intake, self._outlet = intake, Outlet("vr_client", [world])
+        self._told: bool | None = None
+        self._told_ns = 0
+        self.faults: list[str] = []
+
+    def step(self, now_ns: int, robot: Pose2 | None, shown: bool) -> list[Told]:  # noqa: ARG002
+        """See `Play`; the world knows where the robot is."""
+        if shown is not self._told or now_ns - self._told_ns >= AGAIN_NS:
+            self._told, self._told_ns = shown, now_ns
+            self._outlet.send("subscribe", now_ns, tuple(self._intake.address))
+            self._outlet.send("inform", now_ns, shown)
+        found = []
+        for told in self._intake.poll():
+            if told.name == "fault":
+                self.faults.append(told.value)
+            elif told.name in SEEN:
+                found.append(Told(told.name, told.stamp_ns, told.value))
+        return found
+
+    def close(self) -> None:
+        """Tell nothing any more."""
+        self._outlet.close()

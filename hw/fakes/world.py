@@ -1,0 +1,136 @@
+"""The world of the fakes, as the engine sees it: started and ended here, the truth comes back.
+
+For the evaluator alone: nothing that drives may look at it.
+"""
+
+from __future__ import annotations
+
+import select
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from hw.connection import Opening
+from hw.fakes.world_process import Settings, later
+from hw.links.datagrams import Address, Intake, Outlet, Told
+from hw.links.processes import Child
+from hw.robot import RobotModel
+from hw.truth import Truth
+
+SUBSCRIBE_NS = 200_000_000
+FIRST_S = 5.0
+"""The first truth comes within so long after the world is ready, s."""
+SILENT_NS = 1_000_000_000
+"""A world that tells nothing for so long has failed."""
+
+
+class World:
+    """The process of the world; peers that are given it as `tells` send to its `address`.
+
+    `truth` stays as it is between two calls of `advance`; its times are those of the run.
+    `finished`: has the person done what they were going to do? `late` counts steps of the world
+    that came more than 50 ms late.
+    """
+
+    def __init__(self, port: int, opening: Opening, host: str = "127.0.0.1", *, now: Any) -> None:
+        """Start it.
+
+        Raises:
+            ValueError: there is no room to host.
+        """
+        if opening.play is None:
+            raise ValueError("a world needs a room; give one with --scene")
+        self.address: Address = (host, port)
+        self.truth: Truth | None = None
+        self.truth_ns = 0
+        self.finished = False
+        self.late = 0
+        self.failures: list[Exception] = []
+        self._now: Callable[[], int] = now
+        self._shift: int | None = None
+        self._begun = False
+        self._subscribed = self._heard = time.monotonic_ns()
+        self._intake, self._outlet = Intake(host), Outlet("evaluator", [self.address])
+        settings = Settings(self.address, opening.play, _plain(opening.body), opening.motion)
+        self._child = Child("hw.fakes.world_process", settings)
+
+    @property
+    def pid(self) -> int:
+        """Of its process."""
+        return self._child.pid
+
+    def wait(self) -> None:
+        """It is ready, and its first truth is known.
+
+        Raises:
+            OSError: it cannot start, and why.
+        """
+        self._child.wait()
+        self._subscribe(time.monotonic_ns())
+        until = time.monotonic() + FIRST_S
+        while self.truth is None:
+            left = until - time.monotonic()
+            if left <= 0.0:
+                raise OSError("the world of the fakes tells nothing")
+            select.select([self._intake], [], [], left)
+            self._poll()
+
+    def advance(self) -> None:
+        """The run goes on: take what the world has told; at first, the person begins."""
+        real = time.monotonic_ns()
+        if self._shift is None:
+            self._shift, self._heard = self._now() - real, real
+            self.truth = None if self.truth is None else later(self.truth, self._shift)
+        if not self._begun:
+            self._outlet.send("begin", real)
+        if real - self._subscribed >= SUBSCRIBE_NS:
+            self._subscribe(real)
+        self._poll()
+        if real - self._heard > SILENT_NS and not self.failures:
+            self.failures.append(OSError("the world of the fakes has been silent for 1 s"))
+
+    def push_off(self) -> None:
+        """An operator pushes the robot off a person that it touches; call it for as long."""
+        self._outlet.send("push_off", time.monotonic_ns())
+
+    def close(self) -> None:
+        """End it."""
+        self._child.close()
+        self._intake.close()
+        self._outlet.close()
+
+    def _subscribe(self, real_ns: int) -> None:
+        self._subscribed = real_ns
+        self._outlet.send("subscribe", real_ns, self._intake.address)
+
+    def _poll(self) -> None:
+        while heard := self._intake.poll():
+            for told in heard:
+                self._take(told)
+
+    def _take(self, told: Told) -> None:
+        self._heard = time.monotonic_ns()
+        if told.name == "truth":
+            shift = self._shift or 0
+            self.truth_ns = told.stamp_ns + shift
+            self.truth = _kept(later(told.value, shift), self.truth)
+        elif told.name == "finished":
+            self._begun, self.finished = told.value is not None, told.value is True
+        elif told.name == "world.late":
+            self.late = told.value
+
+
+def _kept(truth: Truth, before: Truth | None) -> Truth:
+    """The truth, with the same objects as before where nothing has changed."""
+    if before is None:
+        return truth
+    pairs = zip(before, truth, strict=True)
+    return Truth._make(old if old == new else new for old, new in pairs)
+
+
+def _plain(body: RobotModel) -> RobotModel:
+    """A body that can be sent to a process."""
+    sensing = body.sensing
+    plain = replace(sensing, lidars=dict(sensing.lidars), trackers=dict(sensing.trackers))
+    return replace(body, sensing=plain)

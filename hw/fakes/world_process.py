@@ -1,0 +1,167 @@
+"""The world of the fakes as a process: peers tell it what their motors do, and hear what there is.
+
+Its address is known beforehand. All goes by `hw.links.datagrams`; stamps are instants of measuring.
+Who wants to hear something sends `subscribe` there, from the start and every 200 ms, under a source
+that says who it is; the value is the address (host, port) of its own intake.
+
+| source | hears (from source `world`) |
+|---|---|
+| `vr_client` | `user.pose`, `rover.tracker`, `vr.haptic_request` (a level), `vr.release`, … |
+| `drives` | `bumper`: `BumperHit` as a touch of the foam begins, None while it is free (a level) |
+| `scanners` | `base.scan` |
+| `evaluator` | `truth` (times of the monotonic clock), `finished` (None: not begun), `world.late` |
+
+| source | tells |
+|---|---|
+| `drives` | `wheels`: rates of front left, front right, rear left, rear right, rad/s |
+| `cb3` | `joints`, rad |
+| `vr_client` | `inform`: is the robot shown to the user? |
+| `evaluator` | `begin`: the person may start; `push_off`: an operator pushes the robot off them |
+
+Levels come every 100 ms, and on change. Nobody but the evaluator hears the truth.
+"""
+
+from __future__ import annotations
+
+import select
+import sys
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from hw.connection import Play
+from hw.links.datagrams import Address, Intake, Outlet
+from hw.links.datagrams import Told as Heard
+from hw.links.processes import Parent, Ready, serve
+from hw.robot import MotionLimits, RobotModel
+from hw.sim.hosted import DRIVES, EVALUATOR, SCANNERS, STEP_NS, VR, Hosted, Told
+from hw.truth import Truth
+
+KEPT_S = 1.0
+"""Who has not subscribed anew for so long, s, is gone."""
+LATE_NS = 50_000_000
+"""A step that is later than this is counted."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What is hosted, and at which address."""
+
+    address: Address
+    play: Play
+    robot: RobotModel
+    motion: MotionLimits
+
+
+class Audience:
+    """Who hears what: addresses by the kind of peer, for as long as they ask."""
+
+    def __init__(self) -> None:
+        self._outlets = {kind: Outlet("world") for kind in (VR, DRIVES, SCANNERS, EVALUATOR)}
+        self._until: dict[tuple[str, Address], float] = {}
+
+    def welcome(self, kind: str, address: Any, now_s: float) -> None:
+        """A peer wants to hear; an address that is none is left alone."""
+        known = kind in self._outlets and isinstance(address, tuple) and len(address) == 2
+        if not known or not isinstance(address[0], str) or not isinstance(address[1], int):
+            return
+        self._until[kind, address] = now_s + KEPT_S
+        if address not in self._outlets[kind].addresses:
+            self._outlets[kind].addresses.append(address)
+
+    def tell(self, told: Iterable[Told], began_ns: int, now_s: float) -> None:
+        """Deliver."""
+        for (kind, address), until in list(self._until.items()):
+            if until < now_s:
+                del self._until[kind, address]
+                self._outlets[kind].addresses.remove(address)
+        for one in told:
+            outlet, value = self._outlets[one.to], one.value
+            if outlet.addresses:
+                if isinstance(value, Truth):
+                    value = later(value, began_ns)
+                outlet.send(one.name, began_ns + one.stamp_ns, value)
+
+    def close(self) -> None:
+        """Tell nobody any more."""
+        for outlet in self._outlets.values():
+            outlet.close()
+
+
+def later(truth: Truth, by_ns: int) -> Truth:
+    """The same truth with its times shifted."""
+    seen, contacts = truth.seen_ns, truth.contacts
+    if contacts is not None:
+        contacts = tuple(replace(one, at_ns=one.at_ns + by_ns) for one in contacts)
+    return truth._replace(seen_ns=None if seen is None else seen + by_ns, contacts=contacts)
+
+
+class Host:
+    """Lets a world step in real time; `late` counts steps that came too late."""
+
+    def __init__(self, world: Hosted, intake: Intake, audience: Audience) -> None:
+        self.late, self.worst_ns, self.steps = 0, 0, 0
+        self._world, self._intake, self._audience = world, intake, audience
+        self._began = time.monotonic_ns()
+
+    def run(self, parent: Parent) -> None:
+        """Step until the parent has gone."""
+        while True:
+            due = self._began + self._world.now_ns + STEP_NS
+            left = (due - time.monotonic_ns()) * 1e-9
+            watched: list[Any] = [self._intake, parent]
+            readable, _, _ = select.select(watched, [], [], max(0.0, left))
+            if parent in readable:
+                return
+            if self._intake in readable:
+                self._hear()
+            behind = time.monotonic_ns() - due
+            if behind >= 0:
+                self._step(behind)
+
+    def _hear(self) -> None:
+        for heard in self._intake.poll():
+            if heard.name == "subscribe":
+                self._audience.welcome(heard.source, heard.value, time.monotonic())
+                continue
+            try:
+                self._take(heard)
+            except (TypeError, ValueError) as error:
+                sys.stderr.write(f"world: {heard.source} {heard.name}: {error}\n")
+
+    def _take(self, heard: Heard) -> None:
+        self._world.hear(heard.source, heard.name, heard.stamp_ns - self._began, heard.value)
+
+    def _step(self, behind_ns: int) -> None:
+        told = self._world.step()
+        self.steps += 1
+        self.worst_ns = max(self.worst_ns, behind_ns)
+        if behind_ns > LATE_NS:
+            self.late += 1
+            told.append(Told(EVALUATOR, "world.late", self._world.now_ns, self.late))
+        self._audience.tell(told, self._began, time.monotonic())
+
+
+def main(settings: Settings, ready: Ready, parent: Parent) -> None:
+    """Host the world until the parent has gone."""
+    intake = Intake(*settings.address)
+    audience = Audience()
+    try:
+        world = Hosted(settings.play, settings.robot, settings.motion)
+        ready({"host": intake.address[0], "port": intake.address[1]})
+        host = Host(world, intake, audience)
+        host.run(parent)
+        if host.late:
+            worst = host.worst_ns * 1e-6
+            sys.stderr.write(
+                f"the world of the fakes was late in {host.late} of {host.steps} steps, "
+                f"by up to {worst:.0f} ms\n"
+            )
+    finally:
+        intake.close()
+        audience.close()
+
+
+if __name__ == "__main__":
+    serve(main)

@@ -1,0 +1,138 @@
+"""A base and an arm that others move: fake devices report what their motors do, bodies follow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+from hw.geometry import STILL, Pose2, Twist2
+from hw.guarded import CYCLE_NS
+from hw.interfaces import DriveMode
+from hw.robot import BaseModel, MotionLimits, RobotModel
+from hw.samples import ArmState, Joints, Sample, TimedJoints
+from hw.sim.base import SimBase
+
+SILENT_NS = 100_000_000
+"""Motors that report nothing for so long stand."""
+MOVING = 1e-3
+"""A joint that is faster than this moves, rad/s."""
+WHEELS = 4
+"""Front left, front right, rear left, rear right; each turns forward with positive rates."""
+
+
+def twist_of(rates: Sequence[float], base: BaseModel) -> Twist2:
+    """The velocity of a Mecanum base from its wheel rates, rad/s; base frame."""
+    left, right, rear_left, rear_right = rates
+    share = 0.25 * base.wheel_radius
+    return Twist2(
+        share * (left + right + rear_left + rear_right),
+        share * (right + rear_left - left - rear_right),
+        share * (right + rear_right - left - rear_left) / (base.half_wheelbase + base.half_track),
+    )
+
+
+class HostedBase(SimBase):
+    """The body goes where the wheels that were heard of take it, and slips as the floor has it.
+
+    A body that something solid holds stays there for as long as the wheels push against that.
+    """
+
+    def __init__(self, robot: RobotModel, limits: MotionLimits, start: Pose2) -> None:
+        super().__init__(robot, limits, start)
+        self.mode: DriveMode = "omni"
+        self._heard: tuple[int, Twist2] = (-SILENT_NS, STILL)
+        self._against: tuple[float, float, float] | None = None
+        self._corner = robot.base.half_wheelbase + robot.base.half_track
+
+    @property
+    def held(self) -> bool:
+        """Do the wheels push against something solid?"""
+        return self._against is not None
+
+    def turn(self, stamp_ns: int, rates: Sequence[float]) -> None:
+        """The wheels turn with these rates, rad/s, from now on.
+
+        Raises:
+            ValueError: other than four finite numbers.
+        """
+        if len(rates) != WHEELS or not all(map(math.isfinite, rates)):
+            raise ValueError(f"wheels: {tuple(rates)} are not {WHEELS} finite rates")
+        self._heard = stamp_ns, twist_of(rates, self._model)
+
+    def block(self, pose: Pose2) -> None:
+        """Something solid holds the base, or somebody pushes it: it stands at this pose."""
+        self._against = self._velocity(self.twist) if self.twist != STILL else None
+        super().block(pose)
+
+    def advance(self, until_ns: int) -> None:
+        """Move on to until_ns."""
+        stamp, twist = self._heard
+        if until_ns - stamp > SILENT_NS:
+            twist = STILL
+        if self._against is not None:
+            pushing = sum(a * b for a, b in zip(self._against, self._velocity(twist), strict=True))
+            if pushing > 0.0:
+                twist = STILL
+            else:
+                self._against = None
+        instants = [*range(self._now, until_ns, CYCLE_NS), until_ns]
+        for since, until in pairwise(instants):
+            self._go(twist, (until - since) * 1e-9)
+            self._note(until)
+        self._now = until_ns
+
+    def _go(self, twist: Twist2, h: float) -> None:
+        if twist == STILL == self.twist:
+            return
+        turn = 0.5 * (self._wz + twist.wz) * h
+        ahead = twist.rotated(self._yaw + turn)
+        way_x, way_y = 0.5 * (self._vx + ahead.vx) * h, 0.5 * (self._vy + ahead.vy) * h
+        self._step((way_x, way_y, turn, (ahead.vx, ahead.vy, twist.wz)))
+        self.pose, self.twist = self._place(), twist
+
+    def _velocity(self, twist: Twist2) -> tuple[float, float, float]:
+        """In the map; the turn as the speed of a corner, m/s."""
+        there = twist.rotated(self.pose.yaw)
+        return there.vx, there.vy, twist.wz * self._corner
+
+
+class HostedArm:
+    """An arm that is where a controller says."""
+
+    signals: tuple[str, ...] = ("arm.joints",)
+
+    def __init__(self, joints: Joints) -> None:
+        self.state = ArmState(joints, (0.0,) * len(joints))
+        self.braked = False
+        self._heard: tuple[int, Joints] = (0, joints)
+
+    def take(self, stamp_ns: int, joints: Joints) -> None:
+        """The controller has the joints at these angles, rad.
+
+        Raises:
+            ValueError: of another number, or not finite.
+        """
+        if len(joints) != len(self.state.joints) or not all(map(math.isfinite, joints)):
+            raise ValueError(f"joints: {joints} are not {len(self.state.joints)} finite angles")
+        since, before = self._heard
+        if stamp_ns <= since:
+            return
+        self._heard = stamp_ns, joints
+        span = (stamp_ns - since) * 1e-9
+        rates = tuple((b - a) / span for a, b in zip(before, joints, strict=True))
+        self.state = ArmState(joints, rates, moving=max(map(abs, rates)) > MOVING)
+
+    def advance(self, until_ns: int) -> None:
+        """Others move it."""
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """The joints of this instant."""
+        return [Sample("arm.joints", now_ns, self.state)]
+
+    def follow(self, points: Sequence[TimedJoints]) -> int:  # noqa: ARG002
+        """Others move it."""
+        return 0
+
+    def stop(self) -> None:
+        """Others move it."""
