@@ -33,8 +33,9 @@ CLOSING_S = 1.0
 class Stops:
     """The stop line in front of all parts: who pulls it also stops them, at once.
 
-    `line` is the connection's own, or a latch of software. A reset asks the guard of the wheels
-    first. `pull` may be called from any thread.
+    `line` is the connection's own, or a latch of software. A reset first asks the parts that have
+    something to `acknowledge`, each of them, and the guard of the wheels. `pull` may be called from
+    any thread.
     """
 
     def __init__(self, line: StopLine, parts: Mapping[str, Any], now: Now) -> None:
@@ -60,6 +61,10 @@ class Stops:
 
     def reset(self) -> bool:
         """Let the robot move again; False while a cause holds."""
+        asked = [part for part in self._parts.values() if hasattr(part, "acknowledge")]
+        answers = [part.acknowledge() for part in asked]
+        if not all(answers):
+            return False
         if self.guard is not None and not self.guard.reset(self._now()):
             return False
         reason, self.reason = self.reason, None  # who pulls from now on is heard
@@ -139,8 +144,8 @@ class Connected:
 
     @property
     def finished(self) -> bool:
-        """Has the person of the fakes done what they were going to do?"""
-        return self.world is not None and self.world.finished
+        """Has the person of the fakes, or the dummy, done what they were going to do?"""
+        return any(getattr(shared, "finished", False) for shared in self._beside)
 
     @property
     def failures(self) -> list[tuple[str, Exception]]:
@@ -290,10 +295,18 @@ def finds_itself(connection: Connection) -> bool:
         Problem: their driver cannot be found.
     """
     served = connection.parts.get("base")
-    if served is None:
-        return False
-    given = getattr(_driver("base", served), "signals", None)
-    return isinstance(given, tuple) and "base.odometry" in given and "base.pose" not in given
+    given = None if served is None else signals_of("base", served)
+    return given is not None and "base.odometry" in given and "base.pose" not in given
+
+
+def signals_of(name: str, served: Served) -> tuple[str, ...] | None:
+    """The signals that a part can give, before it is opened; None: they are not known then.
+
+    Raises:
+        Problem: its driver cannot be found.
+    """
+    given = getattr(_driver(name, served), "signals", None)
+    return given if isinstance(given, tuple) else None
 
 
 def _guarded(parts: dict[str, Any], opening: Opening, beside: Sequence[Any]) -> Connected:
@@ -308,6 +321,9 @@ def _guarded(parts: dict[str, Any], opening: Opening, beside: Sequence[Any]) -> 
         parts["base"] = stops.guard = guard
         if "base.pose" not in guard.base.signals and "base.odometry" in guard.base.signals:
             guard.locate_by(Reckoner(opening.tracking))
+    for part in parts.values():
+        if hasattr(part, "line"):
+            part.line = stops
     return Connected(parts, guard, now, beside)
 
 
