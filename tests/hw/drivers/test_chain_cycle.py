@@ -156,7 +156,7 @@ def test_nothing_moves_before_everybody_was_heard_and_nothing_latches(who):
     rig.go(200)
     assert rig.wheels.told == STILL
     assert rig.chain.stopped is None
-    assert "has not been heard" in rig.chain.links.awaited()
+    assert "has not been heard" in rig.chain.awaited
     rig.speaks.add(who)
     rig.go(100)
     assert rig.wheels.told == AHEAD
@@ -198,6 +198,32 @@ def test_a_fault_of_the_arm_stops_the_base_in_the_next_cycle(rig):
     rig.speaks.remove("arm")
     assert rig.until_stopped() == 1
     assert rig.chain.stopped == "arm: protective stop"
+
+
+def test_an_arm_that_is_not_ready_yet_is_awaited():
+    rig = Rig()
+    rig.speaks.remove("arm")
+    for _ in range(100):
+        rig.tell("arm", "arm.link", "it is switched off")
+        rig.go()
+    assert rig.wheels.told == STILL
+    assert rig.chain.stopped is None
+    assert rig.chain.awaited == "arm: it is switched off"
+    rig.speaks.add("arm")
+    rig.go(100)
+    assert rig.wheels.told == AHEAD
+
+
+def test_wheels_that_are_not_ready_yet_are_awaited_and_begin_with_their_ramp():
+    rig = Rig()
+    rig.wheels.stopped = True
+    rig.go(100)
+    assert rig.wheels.told == STILL
+    assert rig.chain.stopped is None
+    assert rig.chain.awaited == "the wheels are not ready"
+    rig.wheels.stopped = False
+    rig.go(2)
+    assert 0.0 < rig.wheels.told.vx <= 0.021
 
 
 def test_a_word_of_the_arm_with_an_old_stamp_does_not_count(rig):
