@@ -139,7 +139,7 @@ class ChainCycle:
         before, self._cycled_ns = self._cycled_ns, now_ns
         span = 0.0 if before is None else min(max(0.0, (now_ns - before) * 1e-9), LONGEST_S)
         target = self._ramps.limited(self.keeper.wanted, self._mode_wanted)
-        if self.stopped is not None or not self.hardware.ready:
+        if self.stopped is not None:
             target, self._velocity = STILL, STANDSTILL
         _, twist = self.keeper.measured(now_ns)
         if self._velocity == STANDSTILL:

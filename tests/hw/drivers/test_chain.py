@@ -1,6 +1,5 @@
 """The chain in a process of its own, as the engine sees it: times, deaths, and who may have it."""
 
-import itertools
 import os
 import select
 import signal
@@ -58,9 +57,8 @@ def test_it_drives_and_no_record_is_lost(rig):
     rig.driving().go(100)
     cycles, keeper = rig.cycles, rig.chain.keeper
     rig.until(lambda: keeper.status.cycles >= cycles[-1][1])
-    times = [b[0] - a[0] for a, b in itertools.pairwise(cycles)]
-    hz = 1e9 * len(times) / sum(times)
-    assert hz >= 99.0
+    (first, start, *_), (last, end, *_) = cycles[0], cycles[-1]
+    assert abs((last - first) / 1e7 - (end - start) - keeper.status.missed) <= 2
     assert keeper.lost == 0
     assert keeper.cycles.written > 100
     records = keeper.cycles.reader().take()
