@@ -203,7 +203,10 @@ Rig(host=sys.argv[1], also=[(sys.argv[2], int(sys.argv[3]))]).start().until(lamb
 @pytest.mark.requirement(41, 48, 149)
 def test_an_engine_that_is_killed_leaves_nothing_moving_and_the_base_free():
     host, seen = own_host(), Intake()
-    engine = subprocess.Popen([sys.executable, "-c", ENGINE, host, *map(str, seen.address)])
+    engine = subprocess.Popen(
+        [sys.executable, "-c", ENGINE, host, *map(str, seen.address)],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+    )
     told = []
 
     def drives():
