@@ -129,6 +129,11 @@ class UrArm:
         """Why the arm does not move until the operator has acknowledged."""
         return self._fault
 
+    @property
+    def pid(self) -> int:
+        """Of its worker."""
+        return self._child.pid
+
     def acknowledge(self) -> bool:
         """By the operator's order: start a lost arm anew. False until it is there; ask again."""
         if self._fault is None:
