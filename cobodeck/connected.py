@@ -46,6 +46,8 @@ class Stops:
 
     def pull(self, reason: str) -> None:
         """Stop everything and stay so; a part that cannot stop does not keep the others from it."""
+        if self.guard is not None:
+            self.guard.halt(reason)  # even if it is pulled: a reset may be under way
         if self.reason is not None:
             return
         self.reason = reason
@@ -53,11 +55,6 @@ class Stops:
         for part in self._parts.values():
             if part is not self and hasattr(part, "stop"):
                 try_to(part.stop)
-
-    @property
-    def reason(self) -> str | None:
-        """Why nothing may move; None: the line is not pulled."""
-        return self._reason
 
     def stop(self) -> None:
         """It does not move."""
@@ -70,10 +67,11 @@ class Stops:
             return False
         if self.guard is not None and not self.guard.reset(self._now()):
             return False
-        if not self._line.reset():
-            return False
-        self.reason = None
-        return True
+        reason, self.reason = self.reason, None  # who pulls from now on is heard
+        if self._line.reset():
+            return self.reason is None
+        self.reason = self.reason or reason
+        return False
 
     def samples(self, now_ns: int) -> Iterable[Sample]:
         """Those of the line."""
@@ -146,8 +144,8 @@ class Connected:
 
     @property
     def finished(self) -> bool:
-        """Has the person of the fakes done what they were going to do?"""
-        return self.world is not None and self.world.finished
+        """Has the person of the fakes, or the dummy, done what they were going to do?"""
+        return any(getattr(shared, "finished", False) for shared in self._beside)
 
     @property
     def failures(self) -> list[tuple[str, Exception]]:
@@ -297,10 +295,18 @@ def finds_itself(connection: Connection) -> bool:
         Problem: their driver cannot be found.
     """
     served = connection.parts.get("base")
-    if served is None:
-        return False
-    given = getattr(_driver("base", served), "signals", None)
-    return isinstance(given, tuple) and "base.odometry" in given and "base.pose" not in given
+    given = None if served is None else signals_of("base", served)
+    return given is not None and "base.odometry" in given and "base.pose" not in given
+
+
+def signals_of(name: str, served: Served) -> tuple[str, ...] | None:
+    """The signals that a part can give, before it is opened; None: they are not known then.
+
+    Raises:
+        Problem: its driver cannot be found.
+    """
+    given = getattr(_driver(name, served), "signals", None)
+    return given if isinstance(given, tuple) else None
 
 
 def _guarded(parts: dict[str, Any], opening: Opening, beside: Sequence[Any]) -> Connected:
