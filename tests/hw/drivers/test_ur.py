@@ -14,17 +14,17 @@ from statistics import quantiles
 
 import pytest
 
+from cobodeck.connected import connect
+from cobodeck.wiring import Uses
+from hw.connection import Connection, Served
 from hw.drivers.ur import MISSING, UrArm
 from hw.fakes.peers import Cb3
 from hw.samples import ArmState
-from tests.hw.drivers.rigs import PATIENCE_S, opening, own_address
+from tests.hw.drivers.rigs import PATIENCE_S, Listener, opening, own_address
 from tests.hw.drivers.ur_rig import CYCLE_S, OUT, PARKED, ROBOT, UrRig, course
 from tests.hw.fakes.ur_client import Client
 
 needs_rtde = pytest.mark.skipif(find_spec("rtde_control") is None, reason=MISSING)
-
-GATE_CYCLES = 7
-"""50 ms, in cycles of the controller."""
 
 
 @pytest.fixture
@@ -230,6 +230,8 @@ FAULTS = (
     "protective_stop", "safeguard_stop", "emergency_stop", "freeze", "mute", "drop", "close",
     "killed",
 )  # fmt: skip
+GATES = dict.fromkeys(("freeze", "mute", "drop", "close"), 7) | {"killed": 2}
+"""After so many cycles of the controller a fault counts: 50 ms, or a look at the worker."""
 QUICK = ("safeguard_stop", "mute", "drop")
 
 
@@ -281,6 +283,7 @@ def test_each_of_twenty_faults_is_told_within_its_gate(rig, fault, capsys):
     cycles = sorted(cycles for _, cycles in taken)
     with capsys.disabled():
         print(f"\n{fault}: p50 {shares[49]:.1f} ms, p99 {shares[98]:.1f} ms, cycles {cycles}")  # noqa: T201
+    assert cycles[-1] <= GATES.get(fault, 0) + 2
 
 
 @needs_rtde
@@ -296,6 +299,29 @@ def test_a_fault_whose_cause_holds_is_not_acknowledged_and_says_why(calm):
     rig.recover()
     rig.arrive(OUT)
     rig.arrive(PARKED)
+
+
+@needs_rtde
+def test_a_connection_opens_it_and_the_operators_reset_has_it_started_again():
+    uses = Uses(frozenset(("arm",)), frozenset(("arm.joints",)))
+    here = {"host": own_address()}
+    peers = {"controller": Served("hw.fakes.peers", "Cb3", here | {"unlock": 0.0}, "peers")}
+    parts = {"arm": Served("hw.drivers.ur", "UrArm", here, "parts")}
+    plant = connect(Connection("own", "", "m", parts, {}, peers), opening(ROBOT), uses)
+    try:
+        arm, line = plant.parts["arm"], plant.parts["stop_line"]
+        assert arm.line is line
+        listener = Listener(arm)
+        listener.until(lambda: bool(listener.got))
+        os.kill(arm.pid, signal.SIGKILL)
+        listener.until(lambda: line.reason is not None)
+        assert line.reason == "arm: its process has ended"
+        assert not line.reset()
+        listener.until(line.reset)
+        assert (line.reason, arm.fault) == (None, None)
+    finally:
+        plant.close()
+    assert plant.failures == []
 
 
 ENGINE = """

@@ -64,7 +64,7 @@ class UrRig:
         """Turn until something is so."""
         limit = time.monotonic() + PATIENCE_S
         while not wanted():
-            assert time.monotonic() < limit, f"it did not come within {PATIENCE_S} s"
+            assert time.monotonic() < limit, (self.state, self.arm.fault, self.line.reason)
             self._woken.wait(0.02)
             self._woken.clear()
             self.turn()
