@@ -92,6 +92,8 @@ class Drive:
         self.stuck = False  # it tells the same velocity again and again
         self._network = network
         self._node = canopen.LocalNode(number, dictionary(number))
+        self._node.add_write_callback(self._written)
+        self._values: dict[tuple[int, int], int] = {}
         network.add_node(self._node)
         self._control = 0
         self._waiting: bytes | None = None
@@ -105,6 +107,7 @@ class Drive:
         node = self._node
         node.nmt.stop_heartbeat()
         node.data_store.clear()
+        self._values.clear()
         self.state, self._control, self._waiting, self._beat_ns = "disabled", 0, None, None
         node.nmt.state = "INITIALISING"
         node.nmt.state = "PRE-OPERATIONAL"
@@ -150,10 +153,16 @@ class Drive:
 
     def value(self, index: int, subindex: int = 0) -> int:
         """An object as it is now."""
-        found: int = self._node.object_dictionary.get_variable(index, subindex).decode_raw(
-            self._node.get_data(index, subindex)
-        )
+        found = self._values.get((index, subindex))
+        if found is None:
+            variable = self._node.object_dictionary.get_variable(index, subindex)
+            assert variable is not None
+            found = int(variable.decode_raw(self._node.get_data(index, subindex)))
+            self._values[index, subindex] = found
         return found
+
+    def _written(self, *, index: int, subindex: int, **_: object) -> None:
+        self._values.pop((index, subindex), None)
 
     def _motion(self) -> tuple[float, float]:
         """The velocity it heads for, and the ramp."""
