@@ -39,8 +39,11 @@ BEAT_NS = 15_000_000
 """A heartbeat of ours is sent when the last one is older, ns: in every second cycle of 10 ms."""
 STRANGE_NS = 1_000_000_000
 """Another master that was silent for so long, ns, has gone."""
-SLIPPING, SLIPPING_NS = 0.15, 200_000_000
-"""Wheels that differ by more, m/s, for so long, ns, slip, are blocked, or measured wrongly."""
+SLIPPING, SLIPPING_NS = 0.15, 500_000_000
+"""Wheels that differ by more, m/s, for so long, ns, slip, are blocked, or measured wrongly.
+
+Longer than their ramps can make them differ after a leap of the commanded velocity.
+"""
 STANDING_NS = 1_000_000_000
 """At the end the wheels have so long to stand, ns."""
 
@@ -117,7 +120,8 @@ class CanBase:
             self._bus.send(0x700 + self._wheels.master, b"\x05")
 
     def stop(self) -> None:
-        """Quick stop of all drives with the next `drive`, until `acknowledge`."""
+        """Quick stop of all drives with the next `drive`, until `acknowledge`; it is a fault."""
+        self.fault = self.fault or "the drives are stopped"
         self._starting_ns = None
         for drive in self._drives:
             drive.hold()

@@ -36,7 +36,8 @@ def test_a_write_of_one_two_and_four_bytes():
 def test_settings_of_a_drive_map_its_process_data_and_go_with_sync():
     frames = [write.frame.hex(" ") for write in SETTING.writes(3)]
     assert frames[:2] == ["2b 17 10 00 32 00 00 00", "23 16 10 01 50 00 7f 00"]
-    assert frames[2:8] == [
+    assert frames[2] == "2f 29 10 01 01 00 00 00"
+    assert frames[3:9] == [
         "23 00 14 01 03 02 00 80",  # receive: off
         "2f 00 16 00 00 00 00 00",
         "23 00 16 01 10 00 40 60",  # control word, 16 bits
@@ -44,7 +45,7 @@ def test_settings_of_a_drive_map_its_process_data_and_go_with_sync():
         "2f 00 16 00 02 00 00 00",
         "2f 00 14 02 01 00 00 00",  # with each SYNC
     ]
-    assert frames[8] == "23 00 14 01 03 02 00 00"
+    assert frames[9] == "23 00 14 01 03 02 00 00"
     assert "23 00 1a 01 10 00 41 60" in frames
     assert "23 00 1a 02 20 00 6c 60" in frames
     assert "23 00 18 01 83 01 00 00" in frames

@@ -1,5 +1,6 @@
 """The nodes in a process of their own, in real time: what is counted is cycles."""
 
+import logging
 import select
 import threading
 import time
@@ -15,6 +16,7 @@ from hw.samples import BumperHit
 from tests.hw.drivers.can_rig import CYCLE_NS, MODEL, WHEELS
 from tests.hw.drivers.rigs import own_address
 
+LOG = logging.getLogger(__name__)
 AHEAD = Twist2(0.5)
 RATE = 0.5 / MODEL.wheel_radius
 
@@ -128,18 +130,46 @@ def test_wheels_in_another_process_turn_stop_at_a_touch_and_turn_again(running):
 
 
 @pytest.mark.requirement(49)
-def test_without_a_master_the_drives_stop_by_themselves(running, record_property):
+def test_without_a_master_the_drives_stop_by_themselves(running):
+    without_a_master(running)
+
+
+def without_a_master(running):
+    """How long until they brake, ms."""
     running.until(running.turns, AHEAD)
-    running.cycle(AHEAD)
-    since = time.monotonic_ns()
+    running.until(lambda: running.world.rates[0] == pytest.approx(RATE, rel=0.01), AHEAD)
+    since, braking = time.monotonic_ns(), None
     while not running.stands():
         running.world.wait()
-    record_property("ms until the wheels stood", round(1e-6 * (running.world.stamp_ns - since)))
+        if braking is None and running.world.rates[0] < 0.98 * RATE:
+            braking = running.world.stamp_ns
     for _ in range(20):
         running.cycle(AHEAD)
         assert running.stands()
     running.acknowledged()
     running.until(running.turns, AHEAD)
+    return 1e-6 * (braking - since)
+
+
+def touched(running):
+    """How many cycles, and ms, until the driver stops for a touch."""
+    running.until(running.turns, AHEAD)
+    since = time.monotonic_ns()
+    running.world.bumper(BumperHit(0.0))
+    cycles = running.until(lambda: running.base.fault is not None, AHEAD)
+    span = 1e-6 * (time.monotonic_ns() - since)
+    running.until(running.stands, AHEAD)
+    running.world.bumper(None)
+    running.acknowledged()
+    return span, cycles
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("act", [touched, without_a_master])
+def test_twenty_times_in_real_time(running, act):
+    found = sorted((act(running) for _ in range(20)), key=str)
+    LOG.info("%s: %s", act.__name__, found)
+    assert len(found) == 20
 
 
 def test_the_process_of_the_nodes_is_killed_and_all_is_a_fault(running):

@@ -142,6 +142,7 @@ def test_an_error_is_an_emergency_frame_and_ends_by_the_edge_of_the_reset(mapped
     assert (0x81, "00 00 00 00 00 00 00 00") in frames
     assert (0x181, "50 02 00 00 00 00") in frames
     mapped.nodes.fault("emcy", 1)
+    mapped.step(10 * MS)
     assert mapped.sync(0x80)[0].startswith("18 02")  # the bit is set all the time: no edge
 
 
