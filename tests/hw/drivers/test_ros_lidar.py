@@ -90,6 +90,7 @@ def test_a_scan_is_stamped_at_its_first_beam():
     assert statistics.median(late) < SWEEP_NS
 
 
+@pytest.mark.slow
 def test_beams_without_a_number_do_not_come_back():
     with Rig() as rig:
         rig.part.wait()
@@ -98,6 +99,7 @@ def test_beams_without_a_number_do_not_come_back():
     assert len(got[-1].value.ranges) == 541
 
 
+@pytest.mark.slow
 def test_a_lost_connection_is_opened_again():
     with Rig() as rig:
         rig.part.wait()
