@@ -33,8 +33,9 @@ CLOSING_S = 1.0
 class Stops:
     """The stop line in front of all parts: who pulls it also stops them, at once.
 
-    `line` is the connection's own, or a latch of software. A reset asks the guard of the wheels
-    first. `pull` may be called from any thread.
+    `line` is the connection's own, or a latch of software. A reset first asks the parts that have
+    something to `acknowledge`, each of them, and the guard of the wheels. `pull` may be called from
+    any thread.
     """
 
     def __init__(self, line: StopLine, parts: Mapping[str, Any], now: Now) -> None:
@@ -45,6 +46,8 @@ class Stops:
 
     def pull(self, reason: str) -> None:
         """Stop everything and stay so; a part that cannot stop does not keep the others from it."""
+        if self.guard is not None:
+            self.guard.halt(reason)  # even if it is pulled: a reset may be under way
         if self.reason is not None:
             return
         self.reason = reason
@@ -58,12 +61,17 @@ class Stops:
 
     def reset(self) -> bool:
         """Let the robot move again; False while a cause holds."""
+        asked = [part for part in self._parts.values() if hasattr(part, "acknowledge")]
+        answers = [part.acknowledge() for part in asked]
+        if not all(answers):
+            return False
         if self.guard is not None and not self.guard.reset(self._now()):
             return False
-        if not self._line.reset():
-            return False
-        self.reason = None
-        return True
+        reason, self.reason = self.reason, None  # who pulls from now on is heard
+        if self._line.reset():
+            return self.reason is None
+        self.reason = self.reason or reason
+        return False
 
     def samples(self, now_ns: int) -> Iterable[Sample]:
         """Those of the line."""
@@ -313,6 +321,9 @@ def _guarded(parts: dict[str, Any], opening: Opening, beside: Sequence[Any]) -> 
         parts["base"] = stops.guard = guard
         if "base.pose" not in guard.base.signals and "base.odometry" in guard.base.signals:
             guard.locate_by(Reckoner(opening.tracking))
+    for part in parts.values():
+        if hasattr(part, "line"):
+            part.line = stops
     return Connected(parts, guard, now, beside)
 
 

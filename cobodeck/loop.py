@@ -143,8 +143,8 @@ class Loop:
             self.busy_since = time.perf_counter_ns()  # a clean-up may block, too
             if self.wired.run.outcome is None:
                 self.wired.run.close()
+            self.busy_since = None  # devices take their time to be switched off
             self.plant.close()
-            self.busy_since = None
             self._tell()
             self._end(Ticked(self.now_ns, self.ticks, "end"))
         return self.now_ns

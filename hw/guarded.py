@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 from hw.geometry import STILL, Pose2, Twist2
 from hw.interfaces import Base, DriveMode
@@ -53,11 +53,15 @@ class Gated(Protocol):
     gate: GuardedBase | None
 
 
-class KeptElsewhere(Protocol):
+class KeptElsewhere(Keeps, Protocol):
     """The engine's side of a keeper in another process; it cycles there."""
 
     stops: Pull | None
     """Called, from any thread, with the reason when the wheels are stopped for good."""
+
+    def pull(self, reason: str) -> None:
+        """Stop the wheels for good."""
+        ...
 
 
 class GuardedBase:
@@ -91,11 +95,11 @@ class GuardedBase:
         self._gated = isinstance(base, Gated)
         self._own: Keeper | None = None
         self._kept: Keeps
-        elsewhere: Any = getattr(base, "keeper", None)
-        if elsewhere is None:
+        self._elsewhere: KeptElsewhere | None = getattr(base, "keeper", None)
+        if self._elsewhere is None:
             self._kept = self._own = Keeper(limits, measures=not self._gated)
         else:
-            self._kept, elsewhere.stops = elsewhere, pull
+            self._kept, self._elsewhere.stops = self._elsewhere, pull
         self._hears: dict[str, Hear] = {"stop.engaged": self._hear_stop_line}
         self._multiplexer = Multiplexer()
         self._parked, self._pull = parked, pull
@@ -290,6 +294,11 @@ class GuardedBase:
     def reset(self, now_ns: int) -> bool:
         """Take a latched stop away, by the operator's order; False while its cause holds."""
         return self._kept.reset(now_ns)
+
+    def halt(self, reason: str) -> None:
+        """The stop line was pulled: wheels that are kept elsewhere are stopped there at once."""
+        if self._elsewhere is not None:
+            self._elsewhere.pull(reason)
 
     def _pull_if_latched(self) -> None:
         if self.chain.latched is not None and self._pull is not None:

@@ -177,5 +177,9 @@ PARTS: Mapping[str, type] = {
 Projects add parts of their own. Any part may have `stop()`, called whenever something new starts on
 it, and `wake`, set by a loop in real time: a driver calls it when a sample has come. A part that
 needs other parts' samples lists them in `hears` and receives them through `hear(sample, now_ns)`.
-`pull`, `reset`, and `drive` and `stop` of wheels may be called from other threads than the rest.
+`pull`, `reset`, `acknowledge`, and `drive` and `stop` of what moves may be called from other
+threads than the rest. A part with an attribute `line` is given the run's stop line there: it pulls
+it when it cannot move any more, and does not move while `line.reason` is a text. Where a lost
+device can be had again, `acknowledge()` does so by the operator's order, before the line is reset;
+it says whether the part can move now, so that the operator asks again where it takes a while.
 """

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from hw.geometry import Twist2
+from hw.interfaces import DriveMode
 
 USER_LOST = "tracking of the user is lost"
 TOO_FAST = "the base is faster than its limit"
@@ -46,3 +47,22 @@ class SafetyRecord(NamedTuple):
     user_speed: float | None = None
     user_age: float | None = None
     reasons: tuple[str, ...] = ()
+
+
+class ChainStatus(NamedTuple):
+    """What a chain in a process of its own tells of itself, again and again.
+
+    `latched`, `refused` and `admitted` are those of `hw.keeper`; `mode` is how the wheels are
+    driven. `cycles` counts cycles since the start, `missed` those that came more than one too late,
+    and `records` the records that were told; `longest_ms` is the longest time between two cycles
+    since the status before.
+    """
+
+    latched: str | None
+    refused: tuple[str, ...]
+    admitted: Twist2 | None
+    mode: DriveMode
+    cycles: int
+    missed: int
+    records: int
+    longest_ms: float

@@ -103,7 +103,8 @@ def _libraries() -> Iterator[tuple[str, str, str]]:
 
 def _advice(requirement: str, marker: str) -> str:
     if marker:
-        return f"there may be none for this machine ({marker}); the rest works without it"
+        drives = "no UR arm can be driven from here; " * requirement.startswith("ur-rtde")
+        return f"there may be none for this machine ({marker}); {drives}the rest works without it"
     return f"pip install {requirement!r}"
 
 

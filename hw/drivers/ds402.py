@@ -113,10 +113,15 @@ class Drive:
         self._wanted = self._watched = False
 
     def alive(self, now_ns: int) -> bool:
-        """Is it there, and does it tell its velocity if it should?"""
+        """Is it there, and does it tell its velocity if it should?
+
+        One that has started anew tells nothing before it has its settings, which `start` gives.
+        """
+        if not self.configured:
+            return True
         if now_ns - self._beat_ns > HEARTBEAT_NS:
             return False
-        return self._nmt != OPERATIONAL or not self.configured or self.tells(now_ns)
+        return self._nmt != OPERATIONAL or self.tells(now_ns)
 
     def tells(self, now_ns: int) -> bool:
         """Has it told its velocity lately?"""

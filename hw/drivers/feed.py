@@ -16,11 +16,18 @@ LOOK_S = 0.2
 class Feed:
     """Receives at an `address` of its own and hands each datagram on, in its thread.
 
-    `take` is called with a datagram and its stamp in the time of the run, ns.
+    `take` is called with a datagram and its stamp in the time of the run, ns; `watch`, if given,
+    whenever all that has arrived is taken, and every `look_s` at least.
     """
 
-    def __init__(self, now: Callable[[], int], take: Callable[[Told, int], None]) -> None:
-        self._now, self._take = now, take
+    def __init__(
+        self,
+        now: Callable[[], int],
+        take: Callable[[Told, int], None],
+        watch: Callable[[], None] | None = None,
+        look_s: float = LOOK_S,
+    ) -> None:
+        self._now, self._take, self._watch, self._look_s = now, take, watch, look_s
         self._intake = Intake()
         self._over = False
         self._thread = threading.Thread(target=self._run, name="feed", daemon=True)
@@ -35,7 +42,7 @@ class Feed:
         self._thread.start()
 
     def close(self) -> None:
-        """Take nothing any more."""
+        """Take what has arrived, and nothing any more."""
         self._over = True
         if self._thread.is_alive() and self._thread is not threading.current_thread():
             self._thread.join(2.0 * LOOK_S)
@@ -43,6 +50,12 @@ class Feed:
 
     def _run(self) -> None:
         while not self._over:
-            select.select([self._intake], [], [], LOOK_S)
-            for told in self._intake.poll():
-                self._take(told, self._now() - (time.monotonic_ns() - told.stamp_ns))
+            select.select([self._intake], [], [], self._look_s)
+            self._take_all()
+            if self._watch is not None:
+                self._watch()
+        self._take_all()
+
+    def _take_all(self) -> None:
+        for told in self._intake.poll():
+            self._take(told, self._now() - (time.monotonic_ns() - told.stamp_ns))

@@ -66,7 +66,7 @@ class Dashboard:
             "running": lambda: f"Program running: {str(running).lower()}",
             "robotmode": lambda: f"Robotmode: {'RUNNING' if arm.powered else 'POWER_OFF'}",
             "programState": lambda: "PLAYING control.urp" if running else "STOPPED control.urp",
-            "safetymode": lambda: f"Safetymode: {arm.safety.upper()}",
+            "safetymode": lambda: f"Safetymode: {arm.safety}",
             "PolyscopeVersion": lambda: "URSoftware " + ".".join(map(str, VERSION)),
             "unlock protective stop": arm.unlock,
             "close safety popup": lambda: "closing safety popup",

@@ -17,7 +17,8 @@ READY, DONE = 1, 2
 """Output register 0: what the script says of itself."""
 REALTIME = frozenset((6, 9, 10, 11, 24, 25, 26, 27, 38, 58, *range(66, 72)))
 """Commands that are no handshake: the script is ready again at once."""
-NORMAL, PROTECTIVE, SAFEGUARD, EMERGENCY = "normal", "protective", "safeguard", "emergency"
+NORMAL, PROTECTIVE = "NORMAL", "PROTECTIVE_STOP"
+SAFEGUARD, EMERGENCY = "SAFEGUARD_STOP", "ROBOT_EMERGENCY_STOP"
 BITS: Mapping[str, int] = {
     NORMAL: 1 << 0, PROTECTIVE: 1 << 2 | 1 << 10, SAFEGUARD: 1 << 4 | 1 << 10,
     EMERGENCY: 1 << 6 | 1 << 7 | 1 << 10,

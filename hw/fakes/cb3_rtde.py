@@ -42,7 +42,7 @@ OUTPUTS: dict[str, tuple[str, Value]] = {
     "runtime_state": ("UINT32", lambda arm: arm.runtime),
     "robot_status_bits": ("UINT32", _status),
     "safety_status_bits": ("UINT32", lambda arm: BITS[arm.safety]),
-    "speed_scaling": ("DOUBLE", lambda arm: arm.scaling),
+    "speed_scaling": ("DOUBLE", lambda _: 1.0),  # of the trajectory limiter; not of the slider
     "target_speed_fraction": ("DOUBLE", lambda arm: arm.scaling),
     "payload": ("DOUBLE", lambda arm: arm.payload),
     "payload_cog": ("VECTOR3D", lambda arm: arm.center),

@@ -13,14 +13,18 @@ from typing import Any
 
 from hw.connection import Opening
 from hw.fakes.world_process import Settings, later
+from hw.geometry import Pose3
 from hw.links.datagrams import Address, Intake, Outlet, Told
 from hw.links.processes import Child
 from hw.robot import RobotModel
+from hw.samples import UserPose
 from hw.truth import Truth
 
 SUBSCRIBE_NS = 200_000_000
 FIRST_S = 5.0
 """The first truth comes within so long after the world is ready, s."""
+CATCH_UP_NS = 100_000_000
+"""The first tick waits so long for a truth of its own time, ns."""
 SILENT_NS = 1_000_000_000
 """A world that tells nothing for so long has failed."""
 
@@ -81,7 +85,7 @@ class World:
         real = time.monotonic_ns()
         if self._shift is None:
             self._shift, self._heard = self._now() - real, real
-            self.truth = None if self.truth is None else later(self.truth, self._shift)
+            self._catch_up(real)
         if not self._begun:
             self._outlet.send("begin", real)
         if real - self._subscribed >= SUBSCRIBE_NS:
@@ -90,9 +94,26 @@ class World:
         if real - self._heard > SILENT_NS and not self.failures:
             self.failures.append(OSError("the world of the fakes has been silent for 1 s"))
 
+    def _catch_up(self, real_ns: int) -> None:
+        """Nobody listened since the start: the truth of that time does not count."""
+        self._poll()
+        self._subscribe(real_ns)
+        until, old = real_ns + CATCH_UP_NS, self.truth
+        while self.truth is old and (left := until - time.monotonic_ns()) > 0:
+            select.select([self._intake], [], [], left * 1e-9)
+            self._poll()
+
     def push_off(self) -> None:
         """An operator pushes the robot off a person that it touches; call it for as long."""
         self._outlet.send("push_off", time.monotonic_ns())
+
+    def place(self, pose: UserPose) -> None:
+        """A person who is `live` is here from now on."""
+        self._outlet.send("place", time.monotonic_ns(), pose)
+
+    def ask(self, deep: Pose3 | None) -> None:
+        """A person who is `live` asks for a touch there, or does no more."""
+        self._outlet.send("ask", time.monotonic_ns(), deep)
 
     def close(self) -> None:
         """End it."""

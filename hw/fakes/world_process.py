@@ -17,6 +17,7 @@ that says who it is; the value is the address (host, port) of its own intake.
 | `cb3` | `joints`, rad |
 | `vr_client` | `inform`: is the robot shown to the user? |
 | `evaluator` | `begin`: the person may start; `push_off`: an operator pushes the robot off them |
+| `evaluator` | `place` (UserPose), `ask` (the DEEP, None: no more), of a person who is `live` |
 
 Levels come every 100 ms, and on change. Nobody but the evaluator hears the truth.
 """

@@ -15,7 +15,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from hw.geometry import Pose2, Pose3, Twist2
-from hw.safety_record import SafetyRecord
+from hw.safety_record import ChainStatus, SafetyRecord
 from hw.samples import (
     ArmState,
     BumperHit,
@@ -40,9 +40,9 @@ BUFFER = 1 << 20
 KINDS: Mapping[str, Any] = {
     kind.__name__: kind
     for kind in (
-        Pose2, Pose3, Twist2, ArmState, BumperHit, ClockState, Contact, GripperState, ImuReading,
-        Odometry, PoseSigma, RobotView, SafetyRecord, Scan, TrackerPose, Truth, UserPose,
-        WrenchReading,
+        Pose2, Pose3, Twist2, ArmState, BumperHit, ChainStatus, ClockState, Contact, GripperState,
+        ImuReading, Odometry, PoseSigma, RobotView, SafetyRecord, Scan, TrackerPose, Truth,
+        UserPose, WrenchReading,
     )
 }  # fmt: skip
 """The classes that a value may hold."""

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from hw.connection import Play
 from hw.geometry import Pose2, Pose3
+from hw.live import LivePerson
 from hw.person import Person
 from hw.robot import MotionLimits, RobotModel
 from hw.samples import Sample, UserPose
@@ -65,6 +66,10 @@ class Waiting:
         """Has the run begun?"""
         return self._begun is not None
 
+    def own(self, now_ns: int) -> int:
+        """What it is in their own time, ns; 0 until that begins."""
+        return 0 if self._begun is None else now_ns - self._begun
+
     def begin(self, now_ns: int) -> None:
         """Their own time begins now, if it has not yet."""
         if self._begun is None:
@@ -76,7 +81,7 @@ class Waiting:
             self.measured = Sample("user.pose", now_ns, self._standing)
             return
         person = self._person
-        person.step(now_ns - self._begun, robot, informed)
+        person.step(self.own(now_ns), robot, informed)
         self.body, self.speed = person.body, person.speed
         self.request, self.finished = person.request, person.finished
         seen = person.measured
@@ -96,9 +101,11 @@ class Hosted:
     def __init__(self, play: Play, robot: RobotModel, motion: MotionLimits) -> None:
         scene = play.scene
         self.person: Waiting | None = None
+        self._live: LivePerson | None = None
         if play.user is not None:
             user = open_user(play.user, scene, play.requests, play.stretch_m, play.seed)
             self.person = Waiting(user)
+            self._live = user if isinstance(user, LivePerson) else None
         self.base = HostedBase(robot, motion, scene.robot_start)
         self.arm = None if robot.arm is None else HostedArm(robot.arm.parked)
         self.now_ns = 0
@@ -120,6 +127,7 @@ class Hosted:
         self._request: Pose3 | None = None
         self._level_due = 0
         self._pushed_until = 0
+        self._placed: UserPose | None = None
 
     @property
     def truth(self) -> Truth:
@@ -147,17 +155,33 @@ class Hosted:
         elif (source, name) == (VR, "inform"):
             if self.person is not None:
                 self._world.parts["vr"].inform(value is True)
-        elif (source, name) == (EVALUATOR, "begin"):
-            if self.person is not None:
-                self.person.begin(self.now_ns)
-        elif (source, name) == (EVALUATOR, "push_off"):
-            self._pushed_until = self.now_ns + PUSH_NS
+        elif source == EVALUATOR:
+            self._order(name, value)
         elif name != "subscribe":
             raise ValueError(f"nobody knows what {name!r} of {source!r} is")
+
+    def _order(self, name: str, value: Any) -> None:
+        """The evaluator has its way with the person and the robot."""
+        live = self._live
+        if name == "push_off":
+            self._pushed_until = self.now_ns + PUSH_NS
+        elif name == "begin":
+            if self.person is not None:
+                self.person.begin(self.now_ns)
+        elif name == "place" and live is not None and isinstance(value, UserPose):
+            self._placed = value
+        elif name == "ask" and live is not None:
+            if value is None:
+                live.let_go()
+            else:
+                live.ask(value)
+        else:
+            raise ValueError(f"nobody can {name!r}")
 
     def step(self) -> list[Told]:
         """Go on to the next instant of the grid; what there is to tell then."""
         self.now_ns = now = self.now_ns + STEP_NS
+        self._place_live(now)
         self._world.advance(now)
         if now <= self._pushed_until:
             self._world.push_off()
@@ -171,6 +195,12 @@ class Hosted:
         told.append(Told(EVALUATOR, "truth", now, self.truth))
         told.append(Told(EVALUATOR, "finished", now, self.finished))
         return told
+
+    def _place_live(self, now: int) -> None:
+        """Tracking goes on seeing a live person where they were placed."""
+        live, there, person = self._live, self._placed, self.person
+        if live is not None and there is not None and person is not None and person.begun:
+            live.push(person.own(now), there)
 
     def _levels(self, now: int, told: Iterable[Told]) -> list[Told]:
         """The request, and whether the foam is free, anew."""

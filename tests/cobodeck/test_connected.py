@@ -358,6 +358,9 @@ def test_a_cause_that_holds_keeps_the_line_pulled() -> None:
         def reset(self, now_ns: int) -> bool:
             return False
 
+        def halt(self, reason: str) -> None:
+            """Its wheels are here."""
+
     stops = Stops(StopLatch(lambda: True), {}, lambda: 0)
     stops.guard = Held()  # type: ignore[assignment]
     stops.pull("bumper")

@@ -35,6 +35,8 @@ def test_a_library_for_some_machines_only_is_no_failure() -> None:
     advice = doctor._advice("ur-rtde>=1.6.0", "platform_machine == 'x86_64'")
 
     assert "the rest works without it" in advice
+    assert "no UR arm" in advice
+    assert "UR" not in doctor._advice("pygraphviz>=2.0", "sys_platform == 'linux'")
     assert doctor._advice("numpy>=2.0", "") == "pip install 'numpy>=2.0'"
 
 

@@ -208,7 +208,7 @@ def test_what_cannot_be_looked_at_to_its_end_is_no_measurement(value):
 UPRIGHT = Pose3(0.0, 0.0, 1.0)
 EVERY_NUMBER = [
     (UserPose(Pose2(0.0, 0.0), 0.0, UPRIGHT, UPRIGHT, UPRIGHT), 4 + 3 * 7),
-    (ArmState((*JOINTS, 0.0), (*JOINTS, 0.0)), 12),
+    (ArmState((*JOINTS, 0.0), (*JOINTS, 0.0)), 12 + 2),
     (BumperHit(0.0), 1),
     (GripperState(0.05), 1),
     (WrenchReading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), 6),

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hw.connection import Play
-from hw.geometry import STILL, Pose2, Twist2
+from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.robot import MotionLimits, load_robot
-from hw.samples import BumperHit
+from hw.samples import BumperHit, UserPose
 from hw.scene import load_scene
 from hw.sim.errors import SensorErrors
 from hw.sim.hosted import DRIVES, EVALUATOR, SCANNERS, STEP_NS, VR, Hosted
@@ -195,6 +195,26 @@ def test_a_person_who_is_shown_the_robot_says_when_they_are_ready():
     told = step(world, 100)
     assert values(told, "vr.restart") == [True]
     assert world.truth.informed
+
+
+def test_a_live_person_is_where_they_are_placed_and_asks_as_told():
+    world = hosted("live")
+    here, deep = UserPose(Pose2(3.0, 3.0), 0.5), Pose3.from_yaw(3.5, 3.0, 1.4, 0.0)
+    world.hear(EVALUATOR, "place", 0, here)
+    step(world, 5)
+    world.hear(EVALUATOR, "begin", 0, None)
+    world.hear(EVALUATOR, "ask", 0, deep)
+    told = step(world, 50)
+    assert world.truth.body == here.body
+    assert len(values(told, "user.pose")) > 45
+    assert world.truth.request == deep
+    world.hear(EVALUATOR, "ask", 0, None)
+    assert values(step(world, 2), "vr.release") == [True]
+
+
+def test_nobody_else_is_placed():
+    with pytest.raises(ValueError, match="'place'"):
+        hosted().hear(EVALUATOR, "place", 0, UserPose(Pose2(3.0, 3.0), 0.5))
 
 
 def test_without_a_person_nothing_is_told_of_one():

@@ -1,0 +1,74 @@
+"""Who has to be heard again and again while the wheels may turn: the arm, the observer, the VR."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+MS = 1_000_000
+ARM_NS = 50 * MS
+"""The arm's link may be silent for so long: two steps of 24 ms of its own time stamps."""
+VR_NS = 500 * MS
+"""A request of the user, and the word that their link is up, hold for so long."""
+
+
+@dataclass(slots=True)
+class Heartbeat:
+    """One that was heard, of late: `fault` is what it says of itself, None if it is well."""
+
+    name: str
+    within_ns: int
+    heard_ns: int | None = None
+    fault: str | None = None
+
+    def beat(self, stamp_ns: int, now_ns: int, fault: str | None = None) -> None:
+        """It was heard; a stamp ahead of now is as good as now, and one of before tells nothing."""
+        stamp_ns = min(stamp_ns, now_ns)
+        if self.heard_ns is None or stamp_ns > self.heard_ns:
+            self.heard_ns, self.fault = stamp_ns, fault
+
+    def is_fresh(self, now_ns: int) -> bool:
+        """Was it heard of late?"""
+        return self.heard_ns is not None and now_ns - self.heard_ns <= self.within_ns
+
+    def lost(self, now_ns: int) -> str | None:
+        """Why it does not count any more; None: it does, or it has never been heard at all."""
+        if self.heard_ns is None:
+            return None
+        if self.fault is not None:
+            return self.fault
+        return None if self.is_fresh(now_ns) else f"{self.name} is silent"
+
+
+class Links:
+    """All that a chain listens for.
+
+    Args:
+        arm: must an arm be heard?
+        observer_s: must an observer be heard, and how often, s? None: no.
+    """
+
+    def __init__(self, arm: bool, observer_s: float | None) -> None:
+        self.arm = Heartbeat("the link to the arm", ARM_NS)
+        self.observer = Heartbeat("the observer", round((observer_s or 0.0) * 1e9))
+        self.vr = Heartbeat("the link to the virtual world", VR_NS)
+        self.request = Heartbeat("the request", VR_NS)
+        self._needed = [
+            beat
+            for beat, is_needed in ((self.arm, arm), (self.observer, observer_s is not None))
+            if is_needed
+        ]
+
+    def lost(self, now_ns: int) -> str | None:
+        """Why the base has to be stopped for good."""
+        return next(filter(None, (beat.lost(now_ns) for beat in self._needed)), None)
+
+    def awaited(self) -> str | None:
+        """Who has not been heard yet, so that nothing may move so far."""
+        return next(
+            (f"{beat.name} has not been heard" for beat in self._needed if beat.heard_ns is None),
+            None,
+        )
+
+    def may_ask(self, now_ns: int) -> bool:
+        """Can the user be heard when they let go of a request?"""
+        return all(beat.is_fresh(now_ns) and beat.fault is None for beat in (self.vr, self.request))

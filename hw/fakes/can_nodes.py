@@ -1,0 +1,95 @@
+"""The process of the fake CAN nodes: bus, faults by datagrams (`hw.fakes.nodes`), and the world.
+
+With a world it tells source `drives`, name `wheels`: the four rates, rad/s, each 10 ms; and is told
+`bumper`: a `BumperHit` when the foam is touched, None when it is free.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import Any
+
+from hw.fakes.can_wire import Bus, Hub, open_wire, wait
+from hw.fakes.nodes import Nodes
+from hw.links.datagrams import Address, Intake, Outlet
+from hw.links.processes import Parent, Ready, serve
+from hw.samples import BumperHit
+
+TELL_NS, SUBSCRIBE_NS = 10_000_000, 200_000_000
+STEP_S = 0.002
+
+
+class Teller:
+    """Tells the world how the wheels turn, and where it can tell us of touches."""
+
+    def __init__(self, world: Address, own: Address, scales: list[float]) -> None:
+        """`scales` are units of a drive per rad of its wheel, negative where mounted reversed."""
+        self._outlet = Outlet("drives", [world])
+        self._own, self._scales = own, scales
+        self._told_ns = self._subscribed_ns = 0
+
+    def step(self, velocities: list[float], now_ns: int) -> None:
+        """Tell what is due."""
+        if now_ns - self._subscribed_ns >= SUBSCRIBE_NS:
+            self._subscribed_ns = now_ns
+            self._outlet.send("subscribe", now_ns, self._own)
+        if now_ns - self._told_ns >= TELL_NS:
+            late = now_ns - self._told_ns > 2 * TELL_NS
+            self._told_ns = now_ns if late else self._told_ns + TELL_NS
+            rates = tuple(v / scale for v, scale in zip(velocities, self._scales, strict=True))
+            self._outlet.send("wheels", now_ns, rates)
+
+    def close(self) -> None:
+        """Tell no more."""
+        self._outlet.close()
+
+
+def main(settings: dict[str, Any], ready: Ready, parent: Parent) -> None:
+    """Live until the parent has gone."""
+    wire = open_wire(settings["bus"])
+    intake = Intake(settings["host"])
+    nodes = Nodes(wire, settings["nodes"], settings["by_hand_ns"], settings["bumper"])
+    teller = None
+    if settings["tells"] is not None:
+        scale = settings["gear"] * settings["increments"] / (2.0 * math.pi)
+        scales = [sign * scale for sign in settings["signs"]]
+        teller = Teller(tuple(settings["tells"]), intake.address, scales)
+    ready({"control": intake.address, "wire": type(wire).__name__})
+    try:
+        _live(wire, intake, nodes, teller, parent)
+    finally:
+        wire.close()
+        intake.close()
+        if teller is not None:
+            teller.close()
+
+
+def _live(
+    wire: Bus | Hub, intake: Intake, nodes: Nodes, teller: Teller | None, parent: Parent
+) -> None:
+    while parent.lives():
+        wait([intake, parent, *wire.files()], STEP_S)
+        now_ns = time.monotonic_ns()
+        for told in intake.poll():
+            if told.source == "world":
+                _feel(nodes, told.name, told.value)
+            else:
+                nodes.fault(told.name, told.value)
+        nodes.take(wire.poll(), now_ns)
+        nodes.step(now_ns)
+        if teller is not None:
+            teller.step(nodes.velocities(), now_ns)
+
+
+def _feel(nodes: Nodes, name: str, value: Any) -> None:
+    if name != "bumper":
+        return
+    if isinstance(value, BumperHit):
+        nodes.fault("touch", value.bearing)
+    else:
+        nodes.fault("release")
+
+
+if __name__ == "__main__":
+    serve(main)

@@ -1,0 +1,57 @@
+"""The fake CAN nodes as a peer of a connection: started with it, ended with it.
+
+peers:
+  nodes:
+    driver: "hw.fakes.can_peer:CanNodes"
+    bus: {interface: local, channel: loopback}
+    wheels: {nodes: [1, 2, 3, 4], signs: [1, -1, 1, -1], gear: 12.52, increments: 4096}
+    tells: world
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
+
+from hw.fakes.peer import Peer
+from hw.links.datagrams import LOOPBACK, Address
+
+
+class Hearer(Protocol):
+    """Who takes datagrams."""
+
+    @property
+    def address(self) -> Address:
+        """Where."""
+        ...
+
+
+class CanNodes(Peer):
+    """Four drives and a bumper's board; `fault` as `hw.fakes.nodes` says.
+
+    `by_hand` s after a touch is over somebody closes the line at the relay; None: nobody does, but
+    `fault("unlatch")`.
+    """
+
+    def __init__(
+        self,
+        bus: Mapping[str, Any],
+        wheels: Mapping[str, Any],
+        tells: Hearer | None = None,
+        by_hand: float | None = None,
+        bumper: bool = True,
+        now: Callable[[], int] | None = None,  # noqa: ARG002
+    ) -> None:
+        channel = str(bus.get("channel", ""))
+        settings: dict[str, Any] = {
+            "bus": dict(bus),
+            "host": channel if channel.startswith("127.") else LOOPBACK,
+            "nodes": tuple(wheels["nodes"]),
+            "signs": tuple(wheels.get("signs", (1, 1, 1, 1))),
+            "gear": float(wheels.get("gear", 1.0)),
+            "increments": float(wheels.get("increments", 4096.0)),
+            "by_hand_ns": None if by_hand is None else round(1e9 * by_hand),
+            "bumper": bumper,
+            "tells": None if tells is None else tuple(tells.address),
+        }
+        super().__init__("hw.fakes.can_nodes", settings)

@@ -1,0 +1,237 @@
+"""A servo drive of a wheel on a CAN bus: CANopen with profile CiA 402, profile velocity mode.
+
+It keeps its object dictionary by `canopen.LocalNode`, which answers SDO and network management;
+process data, ramps, the state machine and the watch over the master's heartbeat are here. Time is
+given by `step`, so that a test can let it pass as it likes.
+
+    drive = Drive(network, 3)
+    drive.step(now_ns)           # after the network has handed on what had come
+"""
+
+from __future__ import annotations
+
+import struct
+
+import canopen
+from canopen.objectdictionary import INTEGER8, INTEGER16, INTEGER32, UNSIGNED8, UNSIGNED16
+from canopen.objectdictionary import UNSIGNED32 as U32
+
+from hw.fakes.can_network import FakeNetwork
+
+STATUS = {
+    "disabled": 0x0240, "ready": 0x0221, "on": 0x0223, "enabled": 0x0227, "quick stop": 0x0207,
+    "reaction": 0x020F, "fault": 0x0208,
+}  # fmt: skip
+VOLTAGE = 0x0010
+COASTING = 400_000.0
+"""How fast a wheel without power slows down, units/s2."""
+OBJECTS = (
+    ("device type", 0x1000, U32, 0x0002_0192),
+    ("error register", 0x1001, UNSIGNED8, 0),
+    ("producer heartbeat", 0x1017, UNSIGNED16, 0),
+    ("abort connection", 0x6007, INTEGER16, 1),
+    ("control word", 0x6040, UNSIGNED16, 0),
+    ("status word", 0x6041, UNSIGNED16, 0),
+    ("quick stop option", 0x605A, INTEGER16, 2),
+    ("fault reaction option", 0x605E, INTEGER16, 2),
+    ("mode", 0x6060, INTEGER8, 0),
+    ("velocity actual", 0x606C, INTEGER32, 0),
+    ("acceleration", 0x6083, U32, 10_000),
+    ("deceleration", 0x6084, U32, 10_000),
+    ("quick stop deceleration", 0x6085, U32, 10_000),
+    ("target velocity", 0x60FF, INTEGER32, 0),
+)
+RECORDS = (
+    ("consumer heartbeat", 0x1016, U32, (0,)),
+    ("error behaviour", 0x1029, UNSIGNED8, (0,)),
+)
+MAPPINGS = {0x1400: 0x1600, 0x1800: 0x1A00}
+LENGTHS = {UNSIGNED8: 1, INTEGER8: 1, UNSIGNED16: 2, INTEGER16: 2, U32: 4, INTEGER32: 4}
+
+
+def dictionary(node: int) -> canopen.ObjectDictionary:
+    """The objects of a drive, one process data object each way, not mapped yet."""
+    found = canopen.ObjectDictionary()
+    for name, index, kind, default in OBJECTS:
+        found.add_object(_variable(name, index, 0, kind, default))
+    records = [*RECORDS]
+    for communication, mapping in MAPPINGS.items():
+        frame = 0x8000_0000 | (0x200 if communication == 0x1400 else 0x180) + node
+        records.append((f"mapping {mapping:X}", mapping, U32, (0, 0)))
+        record = canopen.objectdictionary.ODRecord(f"process data {communication:X}", communication)
+        record.add_member(_variable("count", communication, 0, UNSIGNED8, 2))
+        record.add_member(_variable("frame", communication, 1, U32, frame))
+        record.add_member(_variable("type", communication, 2, UNSIGNED8, 255))
+        found.add_object(record)
+    for name, index, kind, defaults in records:
+        record = canopen.objectdictionary.ODRecord(name, index)
+        count = 0 if index in MAPPINGS.values() else len(defaults)
+        record.add_member(_variable("count", index, 0, UNSIGNED8, count))
+        for n, default in enumerate(defaults, 1):
+            record.add_member(_variable(f"entry {n}", index, n, kind, default))
+        found.add_object(record)
+    return found
+
+
+def _variable(
+    name: str, index: int, subindex: int, kind: int, default: int
+) -> canopen.objectdictionary.ODVariable:
+    made = canopen.objectdictionary.ODVariable(name, index, subindex)
+    made.data_type, made.default, made.access_type = kind, default, "rw"
+    return made
+
+
+class Drive:
+    """One drive; `velocity` is that of its motor, units/s. Faults: see `hw.fakes.can_nodes`."""
+
+    def __init__(self, network: FakeNetwork, number: int) -> None:
+        self.number, self.velocity = number, 0.0
+        self.state = "disabled"
+        self.relay_open = False  # by the line of the bumper: no power for the motor
+        self.silent = False  # its process data stay away
+        self.stuck = False  # it tells the same velocity again and again
+        self._network = network
+        self._node = canopen.LocalNode(number, dictionary(number))
+        network.add_node(self._node)
+        self._control = 0
+        self._waiting: bytes | None = None
+        self._told = b""
+        self._beat_ns: int | None = None
+        self._stepped_ns: int | None = None
+        self.boot()
+
+    def boot(self) -> None:
+        """Start anew: settings are gone, the motor has no power, a boot-up message is sent."""
+        node = self._node
+        node.nmt.stop_heartbeat()
+        node.data_store.clear()
+        self.state, self._control, self._waiting, self._beat_ns = "disabled", 0, None, None
+        node.nmt.state = "INITIALISING"
+        node.nmt.state = "PRE-OPERATIONAL"
+
+    def fail(self, code: int) -> None:
+        """Something is broken: EMCY, and the reaction to faults."""
+        self._node.emcy.send(code, 0x01)
+        self.state = "reaction"
+
+    def hear(self, identifier: int, data: bytes, now_ns: int) -> None:
+        """A frame of the bus."""
+        watched = self.value(0x1016, 1)
+        if watched and identifier == 0x700 + (watched >> 16 & 0x7F):
+            self._beat_ns = now_ns
+        if self._node.nmt.state != "OPERATIONAL":
+            return
+        frame, kind = self.value(0x1400, 1), self.value(0x1400, 2)
+        if identifier == frame:
+            self._waiting = data
+            if kind >= 254:
+                self._obey()
+        elif identifier == 0x80:
+            self._obey()
+            self._tell()
+
+    def step(self, now_ns: int) -> None:
+        """Time has passed: ramps, the watch over the master."""
+        if self._node.nmt.state == "INITIALISING":  # it was told to
+            self.boot()
+        span = 0.0 if self._stepped_ns is None else 1e-9 * (now_ns - self._stepped_ns)
+        self._stepped_ns = now_ns
+        self._watch(now_ns)
+        if self.relay_open and self.state in ("ready", "on", "enabled"):
+            self.state = "quick stop" if self.state == "enabled" else "disabled"
+        target, ramp = self._motion()
+        change = target - self.velocity
+        self.velocity += max(-ramp * span, min(ramp * span, change))
+        if self.velocity == 0.0:
+            if self.state == "quick stop" and self.value(0x605A) < 5:
+                self.state = "disabled"
+            elif self.state == "reaction":
+                self.state = "fault"
+
+    def value(self, index: int, subindex: int = 0) -> int:
+        """An object as it is now."""
+        found: int = self._node.object_dictionary.get_variable(index, subindex).decode_raw(
+            self._node.get_data(index, subindex)
+        )
+        return found
+
+    def _motion(self) -> tuple[float, float]:
+        """The velocity it heads for, and the ramp."""
+        if self.state == "enabled" and self.value(0x6060) == 3:
+            target = float(self.value(0x60FF))
+            faster = abs(target) > abs(self.velocity)
+            return target, float(self.value(0x6083 if faster else 0x6084))
+        if self.state in ("quick stop", "reaction"):
+            return 0.0, float(self.value(0x6085))
+        return 0.0, COASTING
+
+    def _watch(self, now_ns: int) -> None:
+        """Has the master gone? It is watched from its first heartbeat on (CiA 301)."""
+        limit = self.value(0x1016, 1) & 0xFFFF
+        if not limit or self._beat_ns is None or now_ns - self._beat_ns <= limit * 1_000_000:
+            return
+        self._beat_ns = None
+        if self._node.nmt.state == "OPERATIONAL" and self.value(0x1029, 1) == 0:
+            self._node.nmt.state = "PRE-OPERATIONAL"
+        self._node.emcy.send(0x8130, 0x11)
+        option = self.value(0x6007)
+        if self.state == "enabled" and option:
+            self.state = {1: "reaction", 2: "disabled", 3: "quick stop"}[option]
+
+    def _obey(self) -> None:
+        """Take the process data that wait."""
+        data, self._waiting = self._waiting, None
+        if data is None or len(data) < self._length(0x1600):
+            return
+        for index, size in self._mapped(0x1600):
+            self._node.set_data(index, 0, data[:size])
+            data = data[size:]
+        control = self.value(0x6040)
+        before, self._control = self._control, control
+        self.state = self._next(control, reset=bool(control & ~before & 0x80))
+
+    def _next(self, control: int, reset: bool) -> str:
+        """The state that a control word leads to."""
+        state = self.state
+        if state == "fault" and reset:
+            self._node.emcy.reset()
+            return "disabled"
+        if state in ("fault", "reaction"):
+            return state
+        if not control & 0x02:  # disable voltage
+            return "disabled"
+        if not control & 0x04:  # quick stop
+            return {"enabled": "quick stop", "quick stop": "quick stop"}.get(state, "disabled")
+        wanted = control & 0x0F
+        if wanted == 0x0F and state == "quick stop" and self.value(0x605A) >= 5:
+            return "enabled"
+        if self.relay_open:
+            return state
+        steps = {
+            0x06: {"disabled": "ready", "on": "ready", "enabled": "ready"},
+            0x07: {"ready": "on", "enabled": "on"},
+            0x0F: {"on": "enabled"},
+        }
+        return steps.get(wanted, {}).get(state, state)
+
+    def _tell(self) -> None:
+        """Status word and velocity, as mapped."""
+        frame = self.value(0x1800, 1)
+        if self.silent or frame & 0x8000_0000 or self.value(0x1800, 2) > 240:
+            return
+        status = STATUS[self.state] | (0 if self.relay_open else VOLTAGE)
+        self._node.set_data(0x6041, 0, struct.pack("<H", status))
+        self._node.set_data(0x606C, 0, struct.pack("<i", round(self.velocity)))
+        data = b"".join(self._node.get_data(i, 0)[:size] for i, size in self._mapped(0x1A00))
+        if not self.stuck:
+            self._told = data
+        if self._told:
+            self._network.send_message(frame, self._told)
+
+    def _mapped(self, mapping: int) -> list[tuple[int, int]]:
+        """Index and bytes of what is mapped."""
+        entries = [self.value(mapping, n) for n in range(1, self.value(mapping) + 1)]
+        return [(entry >> 16, (entry & 0xFF) // 8) for entry in entries]
+
+    def _length(self, mapping: int) -> int:
+        return sum(size for _, size in self._mapped(mapping))

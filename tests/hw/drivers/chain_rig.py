@@ -1,0 +1,174 @@
+"""A chain in a process of its own with the test as its engine, arm, VR side and observer."""
+
+from __future__ import annotations
+
+import random
+import select
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+from hw.connection import Opening
+from hw.drivers.chain import Chain, ChainBase, ChainBumper, ChainStopLine
+from hw.drivers.observer import Observer
+from hw.geometry import Pose2, Twist2
+from hw.guarded import GuardedBase
+from hw.links.datagrams import Intake, Outlet
+from hw.robot import MotionLimits, load_robot
+from hw.safety_limits import SafetyLimits
+from hw.samples import PoseSigma, UserPose
+from hw.tracking import Tracking
+
+MS = 1_000_000
+PATIENCE_S = 20.0
+ROBOT = load_robot("rbkairos_ur10")
+MOTION = MotionLimits(1.0, 2.0, base_speed=2.5, base_yaw_rate=1.5)
+LIMITS = SafetyLimits.of(ROBOT, MOTION)
+TRACKING = Tracking.of(ROBOT.sensing)
+AHEAD = Twist2(0.3, 0.0, 0.0)
+EVERY_MS = {"engine": 33, "arm": 20, "observer": 100, "vr": 100, "user": 11}
+HARDWARE = "tests.hw.drivers.wheels:Wheels"
+
+
+def own_host():
+    """An address of 127/8 that no other test takes."""
+    return f"127.{random.randint(1, 254)}.{random.randint(0, 254)}.{random.randint(1, 254)}"
+
+
+def opening(now, watched=True):
+    return Opening(now, ROBOT, MOTION, replace(LIMITS, watched=watched), TRACKING)
+
+
+class Rig:
+    """Speaks for everybody whose name is in `speaks`; `go` waits for what the wheels tell."""
+
+    def __init__(self, host=None, port=7400, observer=True, also=(), **hardware):
+        self.begin = time.monotonic_ns()
+        self.reports, self.orders = Intake(), Intake()
+        orders = self.orders.address
+        self.orders.close()  # the wheels bind it
+        self.host = host or own_host()
+        self.chain = Chain(
+            port,
+            {
+                "driver": HARDWARE,
+                "tells": [self.reports.address, *also],
+                "hears": orders,
+                **hardware,
+            },
+            self.run_time,
+            opening(self.run_time),
+            host=self.host,
+            observer={"timeout": 0.5} if observer else None,
+        )
+        self.outlets = {
+            source: Outlet(source, [self.chain.address]) for source in ("arm", "vr", "world")
+        }
+        self.observer = Observer(self.chain.address)
+        self.faults = Outlet("test", [orders])
+        self.speaks = set(EVERY_MS)
+        self.command: Twist2 | None = AHEAD
+        self.user = Pose2(40.0, 0.0)
+        self.pulled: list[tuple[int, str]] = []
+        self.cycles: list[tuple[int, int, Twist2, Twist2, bool]] = []
+        self.closed = False
+        self._due = dict.fromkeys(EVERY_MS, 0)
+        self.last = dict(self._due)
+
+    def run_time(self):
+        return time.monotonic_ns() - self.begin
+
+    def start(self):
+        self.chain.wait()
+        self.base = GuardedBase(ChainBase(self.chain, self.run_time), LIMITS, None, self._pulled)
+        self.bumper = ChainBumper(self.chain, self.run_time)
+        self.line = ChainStopLine(self.chain, self.run_time)
+        return self
+
+    def _pulled(self, reason):
+        """As the stop line of a connection does."""
+        self.pulled.append((time.monotonic_ns(), reason))
+        self.base.halt(reason)
+
+    def speak(self):
+        """Say what is due."""
+        for who, every in EVERY_MS.items():
+            now = time.monotonic_ns()
+            if who in self.speaks and now >= self._due[who]:
+                self._due[who], self.last[who] = now + every * MS, now
+                getattr(self, f"_{who}")(now)
+
+    def _engine(self, now):
+        stamp = self.run_time()
+        for sample in self.base.samples(stamp):
+            if sample.name == "base.odometry":
+                self.base.locate(sample.stamp_ns, sample.value.pose, PoseSigma(0.01, 0.01))
+        if self.command is not None:
+            self.base.drive(self.command)
+        else:
+            self.base.stop()
+        self.base.tick(stamp)
+
+    def _arm(self, now):
+        self.outlets["arm"].send("arm.link", now, None)
+
+    def _observer(self, now):
+        self.observer.here()
+
+    def _vr(self, now):
+        self.outlets["vr"].send("vr.link", now, "up")
+        self.outlets["vr"].send("vr.haptic_request", now, None)
+
+    def _user(self, now):
+        self.outlets["vr"].send("user.pose", now, UserPose(self.user, 0.0))
+
+    def meanwhile(self, call):
+        """Go on while something takes its time; what it returns, or raises."""
+        with ThreadPoolExecutor(1) as pool:
+            asked = pool.submit(call)
+            self.until(asked.done)
+            return asked.result()
+
+    def order(self, name, value):
+        """Break the wheels; the time it was said."""
+        now = time.monotonic_ns()
+        self.faults.send(name, now, value)
+        return now
+
+    def until(self, reached):
+        """Speak and listen until it is so."""
+        end = time.monotonic() + PATIENCE_S
+        while not reached():
+            assert time.monotonic() < end, "it has not come to that"
+            self.speak()
+            select.select([self.reports], [], [], 0.003)
+            self.take()
+        return self
+
+    def take(self):
+        for told in self.reports.poll():
+            if told.name == "cycle":
+                self.cycles.append((told.stamp_ns, *told.value))
+            else:
+                self.closed = True
+
+    def driving(self):
+        """Until it drives as told."""
+        return self.until(lambda: self.cycles and self.cycles[-1][2] == AHEAD)
+
+    def standing(self):
+        return self.until(lambda: self.cycles and self.cycles[-1][3].speed == 0.0)
+
+    def go(self, cycles):
+        count = self.cycles[-1][1] + cycles
+        return self.until(lambda: self.cycles[-1][1] >= count)
+
+    def stopped_in(self, since_ns):
+        """Which cycle after an instant was the first in which the wheels were stopped: 1, 2, …"""
+        after = [cycle for cycle in self.cycles if cycle[0] > since_ns]
+        return next(n for n, cycle in enumerate(after, 1) if cycle[4])
+
+    def close(self):
+        self.chain.close()
+        for outlet in (*self.outlets.values(), self.observer, self.faults, self.reports):
+            outlet.close()
