@@ -144,8 +144,8 @@ class Connected:
 
     @property
     def finished(self) -> bool:
-        """Has the person of the fakes done what they were going to do?"""
-        return self.world is not None and self.world.finished
+        """Has the person of the fakes, or the dummy, done what they were going to do?"""
+        return any(getattr(shared, "finished", False) for shared in self._beside)
 
     @property
     def failures(self) -> list[tuple[str, Exception]]:
@@ -295,10 +295,18 @@ def finds_itself(connection: Connection) -> bool:
         Problem: their driver cannot be found.
     """
     served = connection.parts.get("base")
-    if served is None:
-        return False
-    given = getattr(_driver("base", served), "signals", None)
-    return isinstance(given, tuple) and "base.odometry" in given and "base.pose" not in given
+    given = None if served is None else signals_of("base", served)
+    return given is not None and "base.odometry" in given and "base.pose" not in given
+
+
+def signals_of(name: str, served: Served) -> tuple[str, ...] | None:
+    """The signals that a part can give, before it is opened; None: they are not known then.
+
+    Raises:
+        Problem: its driver cannot be found.
+    """
+    given = getattr(_driver(name, served), "signals", None)
+    return given if isinstance(given, tuple) else None
 
 
 def _guarded(parts: dict[str, Any], opening: Opening, beside: Sequence[Any]) -> Connected:

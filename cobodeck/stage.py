@@ -68,6 +68,11 @@ class Options:
     console: TextIO | None = None
     unwatched: bool = False
 
+    @property
+    def plays_dummy(self) -> bool:
+        """Is the person out of a record?"""
+        return self.user is not None and behind_record(self.user) is not None
+
 
 class FrozenBase(SimBase):
     """A base that does not move, whatever it is told: to see whether a test would notice."""
@@ -152,6 +157,7 @@ def _on_real_parts(
         Problem: something is missing, or nobody watches where people are and it was not said so.
     """
     play = _play(setup, uses, options, connection)
+    connection = _with_dummy(setup, uses, options, connection)
     motion = setup.profile.robot.limits
     opening = Opening(
         now=clock.now,
@@ -185,6 +191,16 @@ def _on_real_parts(
     return loop
 
 
+def _with_dummy(setup: Setup, uses: Uses, options: Options, connection: Connection) -> Connection:
+    """A connection with the person of a record in the place of a real one, if one is asked for."""
+    person = _person(setup, uses, options) if options.plays_dummy else None
+    if person is None:
+        return connection
+    from cobodeck.dummy import with_dummy
+
+    return with_dummy(connection, person)
+
+
 def _operator(plant: Connected, options: Options) -> ConsoleOperator | ScriptedOperator:
     """Who looks after faults: somebody at a terminal; beside fakes without one, a script."""
     if plant.world is None or options.console is not None:
@@ -199,17 +215,17 @@ def _play(setup: Setup, uses: Uses, options: Options, connection: Connection) ->
     Raises:
         Problem: a person is asked for, and nothing is there that could move one.
     """
-    if not connection.peers:
+    if not connection.peers and not options.plays_dummy:
         asked = {"--user": options.user, "--requests": options.requests}
         for name, value in asked.items():
             if value is not None:
                 raise Problem(
                     f"{name} {value}: connection {connection.name} has no fakes, so that nobody "
-                    "but a real person is there"
+                    "but a real person is there, or a dummy: --user X.mcap, a record"
                 )
     if setup.scene is None:
         return None
-    person = uses.person or options.user is not None
+    person = (uses.person or options.user is not None) and not options.plays_dummy
     plant = setup.profile.plant
     return Play(
         scene=setup.scene,
@@ -224,13 +240,13 @@ def _play(setup: Setup, uses: Uses, options: Options, connection: Connection) ->
 
 def watchers(plant: Plant, wired: Wired, robot: RobotModel) -> list[Observer]:
     """Who judges a run: by the truth that the plant knows, or else by the samples that flow."""
-    truth = plant.truth
-    if truth is None:
+    truth, seen = plant.truth, "user.pose" in wired.inlet.flowing
+    if truth is None or (truth.body is None and seen):  # a dummy is in no world
         found: list[Observer] = [_by_samples(wired.inlet, robot)]
     else:
         found = [_by_truth(plant, robot, truth.body is not None)]
-        if ESTIMATE in wired.board.slots:
-            found.append(LocalizationWatch(plant, wired.board))
+    if truth is not None and ESTIMATE in wired.board.slots:
+        found.append(LocalizationWatch(plant, wired.board))
     if plant.cycles is not None:
         found.append(SeparationWatch(plant.cycles))
     return found

@@ -1,8 +1,9 @@
 """Tell whether this machine is fit: versions, libraries, names that hide ours, Graphviz.
 
 With --scene: whether a room is fit for its robot too, how far a user who faces a wall has to be
-from it, and where there is no Haptic pose. With --tracking: whether a calibration can be used. Exit
-code 1: something is bad.
+from it, and where there is no Haptic pose. With --tracking: whether a calibration can be used. With
+--robot: whether all is there that a connection needs; nothing of it is opened, and nothing moves.
+Exit code 1: something is bad.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from pathlib import Path
 
 from cobodeck.arguments import word
 from cobodeck.console import FAILED, OK, show, show_json, table
-from cobodeck.doctor import BAD, FIT, MISSING, room_checks, tracking_checks
+from cobodeck.doctor import BAD, FIT, MISSING, Check, room_checks, tracking_checks
 
 PACKAGES = ("engine", "states", "behaviors", "hw", "cobodeck", "charts")
 ROOT = Path(__file__).parent.parent.parent
@@ -30,6 +31,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--tracking", type=Path, metavar="FILE", help="a calibration that `calibrate` has written"
     )
+    parser.add_argument("--robot", type=word, metavar="R", help="name or file of a connection")
     parser.add_argument("--profile", type=word, help="name or file; default tuned")
     parser.add_argument("--json", action="store_true", help="for programs")
 
@@ -41,12 +43,23 @@ def run(args: argparse.Namespace) -> int:
         found += room_checks(args.scene, args.profile)
     if args.tracking is not None:
         found += tracking_checks(args.tracking)
+    if args.robot is not None:
+        found += connection_checks(args.robot, own=args.own)
     if args.json:
         keys = ("what", "state", "about")
         show_json([dict(zip(keys, check, strict=True)) for check in found])
     else:
         show(table([("what", "is", ""), *found]))
     return FAILED if any(state == BAD for _, state, _ in found) else OK
+
+
+def connection_checks(name: str, *, own: bool) -> list[Check]:
+    """Whether all is there that a connection needs."""
+    from cobodeck.catalogue import catalogue
+    from cobodeck.preflight import preflight
+    from hw.connection import load_connection
+
+    return list(preflight(load_connection(name), catalogue(own=own).packages))
 
 
 def checks() -> Iterator[tuple[str, str, str]]:

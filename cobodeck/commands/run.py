@@ -9,11 +9,19 @@ from __future__ import annotations
 
 import argparse
 import sys
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cobodeck.arguments import new_record, positive, seconds, word
 from cobodeck.commands import simulate
-from cobodeck.console import Problem
+from cobodeck.console import REFUSED, Problem, complain
+from cobodeck.gate import WORDS
 from cobodeck.wiring import PROFILE, TICK_HZ
+
+if TYPE_CHECKING:
+    from cobodeck.stage import Options
+    from cobodeck.wiring import Setup
 
 BLOCKED_S = 0.1
 """Longer ticks, s, are reported with what blocks them: three periods at 30 Hz."""
@@ -49,6 +57,21 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="no part tracks people, and nobody can be near: run all the same",
     )
+    parser.add_argument(
+        "--passed",
+        type=Path,
+        nargs="+",
+        metavar="X.mcap",
+        help="records that show what was tried before a real robot; default: those in out/",
+    )
+    parser.add_argument(
+        "--although",
+        action="append",
+        default=[],
+        choices=tuple(WORDS.values()),
+        metavar="WORDS",
+        help="run a real robot although " + " or ".join(map(repr, WORDS.values())),
+    )
     parser.add_argument("--json", action="store_true", help="for programs")
 
 
@@ -76,6 +99,36 @@ def run(args: argparse.Namespace) -> int:
         console=None if args.fast or not sys.stdin.isatty() else sys.stdin,
         unwatched=args.person_unwatched,
     )
+    before = partial(_look_first, args, options)
     if args.fast:
-        return simulate.report_on(args, options, Virtual())
-    return simulate.report_on(args, options, RealTime(), blocked_s=BLOCKED_S)
+        return simulate.report_on(args, options, Virtual(), before=before)
+    return simulate.report_on(args, options, RealTime(), BLOCKED_S, before)
+
+
+def _look_first(args: argparse.Namespace, options: Options, setup: Setup) -> None:
+    """Say what has to be known of a connection, and look whether a real robot may move by it.
+
+    Raises:
+        Problem: it may not.
+    """
+    connection = setup.connection
+    assert connection is not None
+    for remark in connection.told:
+        complain(f"{connection.name}: {remark}")
+    if options.connection is not None and options.plays_dummy:
+        complain(f"the person of {options.user} is played: nobody may be in the room")
+    if not connection.real:
+        return
+    from cobodeck.doctor import BAD
+    from cobodeck.preflight import NEVER, preflight
+    from cobodeck.record.tried import refuse_untried
+
+    for told in refuse_untried(setup, options.plays_dummy, args.passed, args.although):
+        complain(told)
+    found = preflight(connection, setup.catalogue.packages)
+    bad = [f"  {what}: {about}" for what, state, about in found if state == BAD]
+    if bad:
+        listed = "\n".join(bad)
+        raise Problem(f"{connection.name} is not ready (`cobodeck doctor`):\n{listed}", REFUSED)
+    if connection.proven is None:
+        complain(f"{connection.name}: {NEVER}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, redirect_stdout
 from datetime import datetime
 from functools import partial
@@ -106,8 +106,9 @@ def report_on(
     options: Options,
     clock: Clock | None = None,
     blocked_s: float = BLOCKED_S,
+    before: Callable[[Setup], None] | None = None,
 ) -> int:
-    """Run, write the trace file, print the figures."""
+    """Run, write the trace file, print the figures; `before` is called once all is read."""
     from cobodeck.warmup import keep_compiled_code
 
     problem = keep_compiled_code()
@@ -117,7 +118,10 @@ def report_on(
     from cobodeck.summary import summary
 
     began = datetime.now()
-    result, setup = _run(args, options, clock, blocked_s, began)
+    setup = _setup(args)
+    if before is not None:
+        before(setup)
+    result = _run(setup, args, options, clock, blocked_s, began)
     not_recorded = _keeps_record(args, clock) and result.record_file is None
     path = _write_trace(setup, options, result, args.record, began, told=not_recorded)
     figures = {**result.figures, "trace_file": path and str(path)}
@@ -198,28 +202,33 @@ def _recorder(
     return None
 
 
+def _setup(args: argparse.Namespace) -> Setup:
+    from cobodeck.catalogue import catalogue
+    from cobodeck.wiring import open_setup
+
+    known, body = catalogue(own=args.own), _robot_of(args)
+    setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz, body, known=known)
+    for remark in () if setup.place is None else setup.place.remarks:
+        complain(remark)
+    return setup
+
+
 def _run(
+    setup: Setup,
     args: argparse.Namespace,
     options: Options,
     clock: Clock | None,
     blocked_s: float,
     began: datetime,
-) -> tuple[Result, Setup]:
-    from cobodeck.catalogue import catalogue
+) -> Result:
     from cobodeck.simulate import simulate
-    from cobodeck.wiring import open_setup
 
-    body = _robot_of(args, options, clock)
-    known = catalogue(own=args.own)
-    setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz, body, known=known)
-    for remark in () if setup.place is None else setup.place.remarks:
-        complain(remark)
     recorder = _recorder(args, setup, options, clock, began)
     progress = Progress("simulate")
     aside = redirect_stdout(sys.stderr) if args.json else nullcontext()  # what states print
     try:
         with aside:
-            result = simulate(
+            return simulate(
                 setup,
                 options,
                 progress.at,
@@ -230,19 +239,14 @@ def _run(
             )
     finally:
         progress.done()
-    return result, setup
 
 
-def _robot_of(
-    args: argparse.Namespace, options: Options, clock: Clock | None
-) -> str | Connection | None:
+def _robot_of(args: argparse.Namespace) -> str | Connection | None:
     """A body, or a connection; a simulation takes no more of it than body and limits."""
     from cobodeck.library import kind_of
     from hw.connection import connection_names, load_connection
 
     named: str | None = getattr(args, "robot", None)
-    if clock is not None and options.connection is not None:
-        return options.connection
     if named is None:
         return None
     if named in connection_names() or kind_of(Path(named)) == "connection":

@@ -15,6 +15,7 @@ from os import SEEK_END
 from pathlib import Path
 from typing import Any, NamedTuple, get_args
 
+from mcap.reader import make_reader
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 
@@ -127,6 +128,15 @@ class Record:
                 yield Group(ticked, tuple(told[:-1]), found, altered)
                 crc = expected
                 told.clear()
+
+    def figures(self) -> Mapping[str, Any] | None:
+        """The figures at the end of a whole file, by its index; None: the run did not end."""
+        try:
+            with self.path.open("rb") as stream:
+                found = [m for m in make_reader(stream).iter_metadata() if m.name == "result"]
+            return unpacked(found[-1]) if found else None
+        except Exception:  # noqa: BLE001  of mcap, of broken lengths, of what is no JSON
+            return None
 
     def require_ticks(self) -> None:
         """Look that there is something to go by.

@@ -234,6 +234,10 @@ class ChainBase:
         """What the wheels have told since."""
         return _until(self._link.base, now_ns)
 
+    def close(self) -> None:
+        """The other parts are closed, too: nobody is to be stopped any more."""
+        self.keeper.stops = None
+
 
 class ChainBumper:
     """The part `bumper`: a touch stops the wheels in the chain, and is told here."""

@@ -13,7 +13,7 @@ from typing import Any
 
 from hw.drivers import gates
 from hw.drivers.unity_inbox import MAP, VIVE, Checks, Inbox, Tell
-from hw.drivers.unity_messages import Messages, time_of
+from hw.drivers.unity_messages import SECOND, Messages, time_of
 from hw.drivers.unity_session import Session
 from hw.drivers.unity_topics import Topic, Topics, plain_name, plain_type
 from hw.drivers.unity_wire import Frame, Malformed, command, frame, handshake
@@ -250,8 +250,10 @@ class Bridge:
         name = plain_name(found.destination)
         topic = self._settings.topics.inputs.get(name)
         reason: str | None
-        if topic is None or self._owners.get(name) is not session:
-            reason = "this client is no source of it; it is left out"
+        owner = self._owners.get(name)
+        if topic is None or owner is not session:
+            reason = "no source of it" if owner is None else f"a second source beside {owner.name}"
+            reason = f"this client is {reason}; it is left out"
         else:
             reason = self._read(session, topic, found.body, now_ns)
         if reason is not None:
@@ -307,7 +309,7 @@ class Bridge:
             if offset is not None:
                 answers = clock.trips.best is not None
                 state = ClockState(
-                    offset.ns * 1e-9, offset.error_ns * 1e-9, clock.age_ns * 1e-9, answers
+                    offset.ns / SECOND, offset.error_ns / SECOND, clock.age_ns / SECOND, answers
                 )
                 self._tell("vr.clock", now_ns, state)
 

@@ -181,10 +181,11 @@ class Inbox:
         if at is None and not clock.known:
             return ""
         if not source.stamps.admit(stamp, at, received_ns):
+            reason = source.stamps.refused or ""
             if source.stamps.turned_back:
                 clock.reset()
                 source.stamps.reset()
-            return source.stamps.refused or ""
+            return reason
         assert at is not None
         return min(at, received_ns)
 

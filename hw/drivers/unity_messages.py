@@ -45,13 +45,18 @@ class Messages:
         self._sequence = 0
 
     def check(self, kind: str) -> None:
-        """Look whether a message is known.
+        """Look whether a message is known, with all that it consists of.
 
         Raises:
             ValueError: it is not.
         """
-        if long_name(kind) not in self._store.fielddefs:
+        name = long_name(kind)
+        if name not in self._store.fielddefs:
             raise ValueError(f"no message {kind!r} is known; give its text in `definitions`")
+        try:
+            self._store.generate_msgdef(name)
+        except Exception as error:  # noqa: BLE001  any text may have been given
+            raise ValueError(f"message {kind!r} has a field of no known type: {error}") from None
 
     def read(self, kind: str, body: bytes) -> Any:
         """A message out of bytes.

@@ -2,15 +2,15 @@
 
 A child (`hw.links.processes`). Settings: `scanners`, the (host, port) of each by its name; `host`
 of its own datagrams; `tells`, the address of a world, or None; `baud`; `beyond`, how many bytes of
-a telegram its size does not count: 4, 8 or 14, as firmwares have it. Ready: `address`, where it
+a telegram its size does not count: 4, 8 or 14, as firmwares have it. Ready: `control`, where it
 takes datagrams:
 
 - `base.scan` (`Scan`, stamped at its first beam) becomes a telegram of the scanner of that name. It
   leaves when the real one would have come to its end: after the last beam and the time on the line.
-- `fault` (text) holds until the next: `drop` lets go of all lines, and at once of new ones, `mute`
-  keeps them and says nothing, `freeze` repeats the newest telegram, `corrupt` turns one bit of each
-  telegram, `garbage` sends noise between telegrams and in front of them, `cut` ends each telegram
-  in its middle, `standby` measures nothing; an empty text clears it.
+- a fault (source `fault`, by its name) holds until the next: `drop` lets go of all lines, and at
+  once of new ones, `mute` keeps them and says nothing, `freeze` repeats the newest telegram,
+  `corrupt` turns one bit of each, `garbage` sends noise in front of them, `cut` ends each in its
+  middle, `standby` measures nothing; an empty name clears it.
 """
 
 from __future__ import annotations
@@ -124,8 +124,8 @@ class Fake:
         self._subscribe()
         self._accept(readable)
         for told in self.intake.poll():
-            if told.name == "fault" and told.value in FAULTS:
-                self._fault = told.value
+            if told.source == "fault" and told.name in FAULTS:
+                self._fault = told.name
             elif told.name == "base.scan" and isinstance(told.value, Scan):
                 self._measure(told.value, told.stamp_ns)
         self._send_due()
@@ -220,7 +220,7 @@ def _gone(line: socket.socket) -> bool:
 def main(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None:
     """Be the scanners until the parent is gone."""
     fake = Fake(settings)
-    ready({"address": fake.intake.address})
+    ready({"control": fake.intake.address})
     try:
         while parent.lives():
             fake.step(parent)

@@ -25,7 +25,7 @@ ROBOT = load_robot("rbkairos_ur10")
 MOTION = MotionLimits(1.0, 2.0, base_speed=2.5, base_yaw_rate=1.5)
 LIMITS = SafetyLimits.of(ROBOT, MOTION)
 TRACKING = Tracking.of(ROBOT.sensing)
-AHEAD = Twist2(0.5, 0.0, 0.0)
+AHEAD = Twist2(0.3, 0.0, 0.0)
 EVERY_MS = {"engine": 33, "arm": 20, "observer": 100, "vr": 100, "user": 11}
 HARDWARE = "tests.hw.drivers.wheels:Wheels"
 

@@ -1,0 +1,52 @@
+"""The dummy stage: a connection beside a person out of a record, and nobody in the room (R56)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from cobodeck.connected import signals_of
+from hw.connection import REFERS, Connection, Served
+from hw.person import Person
+
+OF_PERSON = frozenset(("user.pose", "vr.haptic_request", "vr.release", "vr.restart"))
+"""What a dummy gives, and nobody else then."""
+LINK = "dummy"
+
+
+def with_dummy(connection: Connection, person: Person) -> Connection:
+    """The same parts beside this person: whatever else would tell of one is left out.
+
+    A link that such parts share with others, as that of the VR application with trackers on the
+    robot, goes on telling the safety chain of those; the dummy keeps back what it says of people.
+
+    Raises:
+        Problem: a driver cannot be found.
+    """
+    given = {name: signals_of(name, served) for name, served in connection.parts.items()}
+    left_out = {name for name, signals in given.items() if OF_PERSON & set(signals or ())}
+    parts = {name: one for name, one in connection.parts.items() if name not in left_out}
+    parts |= {name: _served(kind, link=LINK) for name, kind in PARTS.items()}
+    vr = {connection.parts[name].arguments.get("link") for name in left_out}
+    chain = next((one for one in map(_tells, connection.links.values()) if one), None)
+    links: dict[str, Served] = {}
+    told = {} if chain is None or chain not in connection.links else {"tells": chain}
+    for name, served in connection.links.items():
+        if LINK not in links and (name in vr or _tells(served)):
+            links[LINK] = _served("Dummy", person=person, **told)
+        if name in vr and _tells(served):
+            served = replace(served, arguments={**served.arguments, "tells": LINK})
+        links[name] = served
+    links.setdefault(LINK, _served("Dummy", person=person, **told))
+    return replace(connection, parts=parts, links=links)
+
+
+PARTS = {"trackers": "DummyTrackers", "vr": "DummyVr"}
+
+
+def _tells(served: Served) -> Any:
+    return served.arguments.get(REFERS[1])
+
+
+def _served(kind: str, **arguments: Any) -> Served:
+    return Served("hw.drivers.dummy", kind, arguments, "the dummy")

@@ -1,0 +1,149 @@
+"""Was a run tried before on nobody's risk? What a real robot asks for before it moves (R53, R56).
+
+Every change goes through two stages, each with a record: first a simulation, then the robot beside
+a dummy, a recorded person who is not in the room. All of it is what it will be now: the program,
+charts, profile, robot, limits. Nothing here opens a file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+Stage = Literal["simulated", "dummy"]
+SERVED: Mapping[Stage, int] = {"simulated": 20, "dummy": 1}
+"""A stage is passed with so many requests served, where the chart has to do with people."""
+WORDS: Mapping[Stage, str] = {
+    "simulated": "it was not simulated",
+    "dummy": "it was not tried with a dummy",
+}
+"""What whoever does without a stage has to say."""
+ENDED_BADLY = ("error", "failed")
+SIMULATION = "simulation"
+"""The kind of plant of a simulated run."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What is to be run now.
+
+    `files` are the hashes of charts, profile and robot by their labels, `code` those of the
+    program's packages and of modules with states; `connection` is its name and hash; `person`: does
+    the chart have to do with people?
+    """
+
+    files: Mapping[str, str]
+    code: Mapping[str, str]
+    limits: Mapping[str, float | None]
+    tick_hz: int
+    connection: tuple[str, str]
+    person: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Tried:
+    """A record: its file, its header, and its figures, if the run came to its end.
+
+    `looked`: were the figures looked for? Where the header does not fit, they do not count.
+    """
+
+    file: str
+    header: Mapping[str, Any]
+    figures: Mapping[str, Any] | None
+    looked: bool = True
+
+
+def is_dummy(header: Mapping[str, Any]) -> bool:
+    """Was its person one of a record?"""
+    user = header["options"]["user"]
+    return isinstance(user, str) and user.endswith(".mcap")
+
+
+def is_of(stage: Stage, header: Mapping[str, Any], wanted: Wanted) -> bool:
+    """Is a record one of this stage, passed or not?"""
+    if stage == "simulated":
+        return bool(header["plant"] == SIMULATION)
+    found = header.get("connection") or {}
+    return header["plant"] == wanted.connection[0] == found.get("name") and is_dummy(header)
+
+
+def differences(stage: Stage, header: Mapping[str, Any], wanted: Wanted) -> Iterator[str]:
+    """What of a record is not as it will be now, in words."""
+    known = set(header["files"].values())
+    for label, hashed in wanted.files.items():
+        if hashed not in known:
+            yield f"{label} has changed"
+    for name in sorted({*header["code"], *wanted.code}):
+        if header["code"].get(name) != wanted.code.get(name):
+            yield f"the code of {name} has changed"
+    if header.get("limits") != wanted.limits:
+        yield "it had other limits than those of the connection"
+    if header["tick_hz"] != wanted.tick_hz:
+        yield f"it ticked at {header['tick_hz']} Hz"
+    if stage == "dummy" and header["connection"]["sha256"] != wanted.connection[1]:
+        yield "the connection has changed"
+
+
+def shortcomings(stage: Stage, figures: Mapping[str, Any] | None, person: bool) -> Iterator[str]:
+    """Why the figures of a record do not pass, in words."""
+    if figures is None:
+        yield "it did not come to its end"
+        return
+    if figures["errors"]:
+        yield f"errors: {len(figures['errors'])}"
+    if figures["outcome"] in ENDED_BADLY:
+        yield f"the chart ended with {figures['outcome']}"
+    for key, told in (("wall_hits", "walls"), ("object_hits", "objects")):
+        if figures.get(key):
+            yield f"it ran into {told}: {figures[key]}"
+    if person:
+        yield from _beside_a_person(stage, figures)
+
+
+def _beside_a_person(stage: Stage, figures: Mapping[str, Any]) -> Iterator[str]:
+    served, least = figures.get("served"), SERVED[stage]
+    if served is None or served < least:
+        yield f"{'an unknown number' if served is None else served} served, {least} are wanted"
+    touched = figures.get("contacts_by_robot")
+    if touched:
+        yield f"contacts by the robot: {touched}"
+    if touched is None and stage == "simulated":
+        yield "contacts are not known"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """How it stands with a stage: passed by the record `file`, or why not by the best there is."""
+
+    stage: Stage
+    file: str | None
+    why: tuple[str, ...] = ()
+
+    @property
+    def passed(self) -> bool:
+        """Is it?"""
+        return self.file is not None and not self.why
+
+
+def found_for(stage: Stage, tried: Sequence[Tried], wanted: Wanted) -> Finding:
+    """The first of the records that passes a stage; else the one that lacks least, and what."""
+    best = Finding(stage, None)
+    for one in tried:
+        if not is_of(stage, one.header, wanted):
+            continue
+        why = tuple(differences(stage, one.header, wanted))
+        if one.looked:
+            why += tuple(shortcomings(stage, one.figures, wanted.person))
+        if not why:
+            return Finding(stage, one.file)
+        if best.file is None or len(why) < len(best.why):
+            best = Finding(stage, one.file, why)
+    return best
+
+
+def stages_of(wanted: Wanted, with_dummy: bool) -> tuple[Stage, ...]:
+    """What has to be passed before a run; without a person there is no dummy, nor before it."""
+    if with_dummy or not wanted.person:
+        return ("simulated",)
+    return ("simulated", "dummy")

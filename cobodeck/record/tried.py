@@ -1,0 +1,147 @@
+"""What was tried before, out of records, and whether that is enough for a real robot."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from cobodeck.catalogue import CHARTS
+from cobodeck.console import REFUSED, Problem
+from cobodeck.gate import (
+    SERVED,
+    WORDS,
+    Finding,
+    Stage,
+    Tried,
+    Wanted,
+    differences,
+    found_for,
+    is_of,
+    stages_of,
+)
+from cobodeck.library import kind_of, reached
+from cobodeck.record.header import code, label, read_files, sha256
+from cobodeck.record.reader import Record
+from cobodeck.record.start import FOLDER
+from cobodeck.wiring import PROFILE, TICK_HZ, Setup
+from engine.files.finding import FileError
+
+BODY = frozenset(("profile", "robot", "prop", "calibration", "arm"))
+"""Kinds of files that say how a robot behaves, beside charts."""
+URDF = ".urdf"
+RECORDED = FOLDER / "simulated.mcap"
+
+
+def refuse_untried(
+    setup: Setup, dummy: bool, files: Sequence[Path] | None, although: Sequence[str]
+) -> list[str]:
+    """Look whether a real robot may move; what there is to tell of it.
+
+    Args:
+        setup: what is to be run, by a connection.
+        dummy: it is tried with a dummy now.
+        files: the records to look at; None: all in `out/`.
+        although: stages that are done without, in the words of `cobodeck.gate.WORDS`.
+
+    Raises:
+        Problem: a stage is not passed, and it was not said that it is done without.
+    """
+    wanted = wanted_of(setup)
+    found = [
+        found_for(stage, list(tried(files, stage, wanted)), wanted)
+        for stage in stages_of(wanted, dummy)
+        if WORDS[stage] not in although
+    ]
+    lacking = [finding for finding in found if not finding.passed]
+    if lacking:
+        raise Problem(_refusal(setup, lacking), REFUSED)
+    told = [f"{finding.stage}: {finding.file}" for finding in found]
+    return [*told, *(f"although {WORDS[stage]}" for stage in WORDS if WORDS[stage] in although)]
+
+
+def wanted_of(setup: Setup) -> Wanted:
+    """What is to be run, by its hashes; all its files have been read."""
+    assert setup.connection is not None
+    names = reached({setup.chart.name}, setup.library)
+    charts = {
+        label(Path(setup.library[name].file)): sha256(setup.library[name].source.text.encode())
+        for name in names
+    }
+    body = {
+        label(path): sha256(data)
+        for path, data in read_files()
+        if path.suffix == URDF or kind_of(path) in BODY
+    }
+    return Wanted(
+        files=charts | body,
+        code=code(setup),
+        limits=asdict(setup.limits),
+        tick_hz=setup.tick_hz,
+        connection=(setup.connection.name, setup.connection.sha256),
+        person=setup.uses().person,
+    )
+
+
+def tried(files: Sequence[Path] | None, stage: Stage, wanted: Wanted) -> Iterator[Tried]:
+    """The records of a stage, the newest first; figures are read only where they can count."""
+    for record in _records(sorted(FOLDER.glob("*.mcap")) if files is None else files):
+        if not is_of(stage, record.header, wanted):
+            continue
+        same = not any(differences(stage, record.header, wanted))
+        yield Tried(str(record.path), record.header, record.figures() if same else None, same)
+
+
+def _records(files: Iterable[Path]) -> list[Record]:
+    found = []
+    for file in files:
+        try:
+            found.append(Record(file))
+        except FileError:
+            continue
+    return sorted(found, key=lambda record: str(record.header["began"]), reverse=True)
+
+
+def _refusal(setup: Setup, lacking: Sequence[Finding]) -> str:
+    """What is missing, and the commands that would bring it about."""
+    assert setup.connection is not None
+    lines = [
+        f"connection {setup.connection.name} is of a real robot, and this was not tried before as "
+        "it is now:"
+    ]
+    for finding in lacking:
+        lines += [f"  {WORDS[finding.stage]}{_why(finding)}", f"    {_command(setup, finding)}"]
+    words = " ".join(f"--although {shlex.quote(WORDS[finding.stage])}" for finding in lacking)
+    return "\n".join((*lines, f"or, with nobody near the robot: {words}"))
+
+
+def _why(finding: Finding) -> str:
+    if finding.file is None:
+        return ": there is no record of it"
+    return f": {finding.file}: {'; '.join(finding.why)}"
+
+
+def _command(setup: Setup, finding: Finding) -> str:
+    """The command line that would bring a passed record of a stage about."""
+    assert setup.connection is not None
+    if finding.stage == "simulated":
+        words = ["simulate", _chart(setup), "--robot", setup.connection.known_as]
+        person = ["--requests", str(SERVED[finding.stage])] if setup.uses().person else []
+        words += [*person, "--record", str(RECORDED)]
+    else:
+        words = ["run", _chart(setup), "--robot", setup.connection.known_as]
+        words += ["--user", str(RECORDED)]
+    asked = {"--scene": setup.given["scene"], "--profile": setup.given["profile"]}
+    asked["--profile"] = None if asked["--profile"] == PROFILE else asked["--profile"]
+    for name, value in asked.items():
+        words += [] if value is None else [name, str(value)]
+    if setup.tick_hz != TICK_HZ:
+        words += ["--tick-hz", str(setup.tick_hz)]
+    return shlex.join(["cobodeck", *words])
+
+
+def _chart(setup: Setup) -> str:
+    """The chart as it may be asked for: shipped ones by name."""
+    file = Path(setup.chart.file)
+    return setup.chart.name if file.parent == CHARTS else str(file)

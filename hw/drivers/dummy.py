@@ -1,0 +1,171 @@
+"""A person who is not there: one out of a record, played to engine and safety chain (R56).
+
+links:
+  chain: {…}
+  dummy: {driver: "hw.drivers.dummy:Dummy", person: PERSON, tells: chain}
+parts:
+  trackers: {driver: "hw.drivers.dummy:DummyTrackers", link: dummy}
+  vr: {driver: "hw.drivers.dummy:DummyVr", link: dummy}
+
+Nobody writes this into a file: `run --user RECORD.mcap` puts it in place of the VR link's person.
+What a VR link has to tell the chain comes by way of the dummy then, which passes on all but what
+is of a person.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+from hw.geometry import Pose2
+from hw.links.datagrams import Address, Intake, Outlet
+from hw.person import Person
+from hw.samples import Sample
+from hw.sim.surroundings import SimVr
+
+Now = Callable[[], int]
+SOURCE = "vr"
+"""Engine and chain take the dummy for the VR link."""
+OF_PERSON = frozenset(
+    ("user.pose", "vr.haptic_request", "vr.release", "vr.restart", "vr.link", "vr.show")
+)
+"""What comes from the dummy alone."""
+STEP_S = 0.01
+LEVEL_NS = 100_000_000
+"""So often levels are told again, ns: the request, and that the link is up."""
+KEPT = 4096
+"""So many samples wait for the engine."""
+FAR = Pose2(1e3, 1e3)
+"""Where the robot is said to be: who does what they did once looks at no robot."""
+
+
+class Dummy:
+    """Moves a person in the time of the run, in a thread; `parts` take what it tells.
+
+    Before the run begins the person stands where they begin. `tells` has the `address` of the
+    safety chain's process, where there is one.
+    """
+
+    def __init__(self, person: Person, now: Now, tells: Any = None) -> None:
+        self.person, self.vr = person, SimVr(person)
+        self.finished = False
+        self._now = now
+        self._outlet = Outlet(SOURCE, () if tells is None else (tells.address,))
+        self._intake = Intake()
+        self._queues: dict[str, deque[Sample]] = {}
+        self._wakes: dict[str, Callable[[], None]] = {}
+        self._seen: Sample | None = None
+        self._told_ns = -LEVEL_NS
+        self._over = threading.Event()
+        self._mutex = threading.Lock()
+        self._thread = threading.Thread(target=self._run, name="dummy", daemon=True)
+
+    @property
+    def address(self) -> Address:
+        """Where a VR link tells what the chain has to know."""
+        return self._intake.address
+
+    def wait(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    def inform(self, show: bool) -> None:
+        """Show them the robot, or hide it."""
+        with self._mutex:
+            self.vr.inform(show)
+
+    def queue(self, name: str, wake: Callable[[], None]) -> deque[Sample]:
+        """What comes under a name, from the first call on; `wake` is called when it has come."""
+        self._wakes[name] = wake
+        return self._queues.setdefault(name, deque(maxlen=KEPT))
+
+    def close(self) -> None:
+        """The person is gone."""
+        self._over.set()
+        if self._thread.is_alive():
+            self._thread.join()
+        self._intake.close()
+        self._outlet.close()
+
+    def step(self, now_ns: int) -> None:
+        """Go on to an instant of the run, and tell what is new."""
+        with self._mutex:
+            self.person.step(now_ns, FAR, self.vr.shown)
+            self.vr.step(now_ns)
+            told = list(self.vr.samples(now_ns))
+        seen = self.person.measured
+        if seen is not None:
+            self._seen = seen
+            told.append(seen)
+        elif now_ns <= 0 and self._seen is not None:  # they stand and wait, and are seen to
+            told.append(self._seen)
+        lag = time.monotonic_ns() - now_ns
+        for name, stamp, value in told:
+            self._outlet.send(name, lag + stamp, value)
+        self._tell_levels(lag + now_ns)
+        for sample in told:
+            self._hand_on(sample)
+        self.finished = self.person.finished
+
+    def _tell_levels(self, at_ns: int) -> None:
+        if at_ns - self._told_ns < LEVEL_NS:
+            return
+        self._told_ns = at_ns
+        self._outlet.send("vr.link", at_ns, "up")
+        self._outlet.send("vr.haptic_request", at_ns, self.person.request)
+
+    def _hand_on(self, sample: Sample) -> None:
+        queue = self._queues.get(sample.name)
+        if queue is not None and (not queue or sample != queue[-1]):
+            queue.append(sample)
+            self._wakes[sample.name]()
+
+    def _pass_on(self) -> None:
+        """What a VR link tells that is of no person, such as trackers on the robot."""
+        for told in self._intake.poll():
+            if told.name not in OF_PERSON:
+                self._outlet.send(told.name, told.stamp_ns, told.value)
+
+    def _run(self) -> None:
+        while not self._over.wait(STEP_S):
+            self.step(self._now())
+            self._pass_on()
+
+
+class _Part:
+    """Gives some of what a dummy tells."""
+
+    signals: tuple[str, ...] = ()
+
+    def __init__(self, link: Dummy, now: Now) -> None:  # noqa: ARG002
+        self.wake: Callable[[], None] = _nobody
+        self._link = link
+        self._queues = [link.queue(name, lambda: self.wake()) for name in self.signals]
+
+    def samples(self, now_ns: int) -> list[Sample]:  # noqa: ARG002
+        """What has come since the last call, by the stamps."""
+        found = [queue.popleft() for queue in self._queues for _ in range(len(queue))]
+        return sorted(found, key=lambda sample: sample.stamp_ns)
+
+
+class DummyTrackers(_Part):
+    """Tracking of a person who is not there; see `Trackers`."""
+
+    signals = ("user.pose",)
+
+
+class DummyVr(_Part):
+    """The virtual world of a person who is not there; see `Vr`."""
+
+    signals = ("vr.haptic_request", "vr.release", "vr.restart")
+
+    def inform(self, show: bool) -> None:
+        """Have them stand still, or go on."""
+        self._link.inform(show)
+
+
+def _nobody() -> None:
+    """No loop has been started yet."""

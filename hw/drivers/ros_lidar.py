@@ -1,0 +1,101 @@
+"""Laser scanners of a robot through rosbridge, over a websocket of their own (R8).
+
+parts:
+  lidar:
+    driver: "hw.drivers.ros_lidar:RosLidar"
+    host: 192.168.0.200
+    port: 9090
+    ros: 1                 # or 2: how message types are named
+    scanners: {front_laser: /robot/front_laser/scan, rear_laser: /robot/rear_laser/scan}
+    delay: 0.0             # s, of all that is between last beam and receipt, if it is known
+
+The connection is in a process of its own (`hw.drivers.ros_lidar_process`). A scan is stamped at its
+first beam: the robot's stamp moved to our clock as if the fastest message had been received at its
+last beam, less the time from the first beam to the last as the message tells it, less `delay`. Null
+and NaN, as rosbridge writes what JSON has not, and what is out of range are beams that do not come
+back.
+
+A silent scanner shows by silence; a lost connection is tried again every 0.5 s.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+
+from hw.connection import Opening
+from hw.drivers.feed import Feed
+from hw.links.datagrams import Told
+from hw.links.processes import Child
+from hw.samples import Sample, Scan
+
+KEPT = 16
+
+
+class RosLidar:
+    """The scanners by their names in the robot file, each with its topic. Gives `base.scan`.
+
+    Raises:
+        ValueError: a scanner that the robot file does not name.
+    """
+
+    signals: tuple[str, ...] = ("base.scan",)
+
+    def __init__(
+        self,
+        host: str,
+        scanners: Mapping[str, str],
+        now: Callable[[], int],
+        opening: Opening,
+        port: int = 9090,
+        ros: int = 1,
+        delay: float = 0.0,
+    ) -> None:
+        models = opening.body.sensing.lidars
+        if strange := sorted(set(scanners) - set(models)):
+            there = ", ".join(models) or "it has none"
+            raise ValueError(f"{strange[0]!r} is no scanner of {opening.body.name}: {there}")
+        self.wake: Callable[[], None] = _nobody
+        self._arrived: deque[Sample] = deque(maxlen=KEPT * len(scanners))
+        self._feed = Feed(now, self._take)
+        self._child = Child(
+            "hw.drivers.ros_lidar_process",
+            {
+                "host": host, "port": port, "ros": ros, "delay": delay, "tells": self._feed.address,
+                "scanners": dict(scanners),
+            },
+        )  # fmt: skip
+        self._feed.start()
+
+    def wait(self) -> None:
+        """Until each scanner has sent a scan.
+
+        Raises:
+            OSError: the server is not there, or a topic is silent; it is named.
+        """
+        self._child.wait()
+
+    @property
+    def pid(self) -> int:
+        """The number of its process."""
+        return self._child.pid
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """The scans that have come since the last call, by their stamps."""
+        found = [self._arrived.popleft() for _ in range(len(self._arrived))]
+        past = [sample for sample in found if sample.stamp_ns <= now_ns]
+        return sorted(past, key=lambda sample: sample.stamp_ns)
+
+    def close(self) -> None:
+        """Let go of the scanners."""
+        self._child.close()
+        self._feed.close()
+
+    def _take(self, told: Told, stamp_ns: int) -> None:
+        if told.name == "base.scan" and isinstance(told.value, Scan):
+            self._arrived.append(Sample("base.scan", stamp_ns, told.value))
+            self.wake()
+
+
+def _nobody() -> None:
+    """Nobody waits for a scan."""

@@ -1,0 +1,38 @@
+"""The fake RB-KAIROS as a peer of a connection: started with it, ended with it.
+
+peers:
+  kairos: {driver: "hw.fakes.kairos:Kairos", host: loopback, port: 9090, tells: world}
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from hw.connection import Opening
+from hw.fakes.peer import Peer
+
+
+class Kairos(Peer):
+    """A fake RB-KAIROS in a process of its own; its faults are told in `hw.fakes.kairos_process`.
+
+    `tells` is the world that its wheels move; without one it drives in a plane of its own.
+    """
+
+    def __init__(
+        self,
+        host: str,
+        now: Callable[[], int],  # noqa: ARG002
+        opening: Opening,
+        port: int = 9090,
+        ros: int = 1,
+        namespace: str = "robot",
+        tells: Any = None,
+    ) -> None:
+        base = opening.body.base
+        settings = {
+            "host": host, "port": port, "ros": ros, "namespace": namespace,
+            "tells": None if tells is None else tuple(tells.address),
+            "radius": base.wheel_radius, "lever": base.half_wheelbase + base.half_track,
+        }  # fmt: skip
+        super().__init__("hw.fakes.kairos_process", settings)

@@ -1,0 +1,166 @@
+"""A fake RB-KAIROS behind a rosbridge server: a child (`hw.links.processes`).
+
+Settings: `host`, `port`, `ros` (1 or 2), `namespace`; `tells`, the address of a world, or None;
+`radius` and `lever` of its wheels, m. Ready: `control`, where it takes datagrams:
+
+- `base.scan` (`Scan`) of a world goes out as a LaserScan of the scanner of that name. Without a
+  world it makes scans of its own, 541 beams 12.5 times a second.
+- a fault (source `fault`, by its name) holds until the next: `drop` cuts all connections and each
+  that comes; `mute` sends nothing; `silent` (value: its name) nothing on one topic; `freeze`
+  repeats the last odometry, stamp and all; `late` sends everything 0.3 s late; `nan` has no numbers
+  in odometry and scans; `stop` is its emergency stop, engaged; an empty name clears it.
+
+It tells the world its wheel rates every 10 ms: source `drives`, name `wheels`.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import time
+from collections.abc import Mapping
+from typing import Any
+
+from hw.fakes.kairos_robot import Message, Robot, header, laser_scan, odometry
+from hw.fakes.rosbridge import Server, Topic
+from hw.links.datagrams import Intake, Outlet
+from hw.links.processes import Parent, Ready, serve
+from hw.samples import Scan
+
+PERIOD_S = 0.01
+LATE_S = 0.3
+SCANNERS = ("front_laser", "rear_laser")
+SCAN_EVERY = 8
+SUBSCRIBE_EVERY = 20
+BEAMS, STEP = 541, math.radians(0.5)
+FAULTS = ("", "drop", "mute", "freeze", "late", "nan", "silent", "stop")
+
+
+class Fake:
+    """The robot, its server, and what goes wrong with them."""
+
+    def __init__(self, settings: Mapping[str, Any]) -> None:
+        self.intake = Intake(settings["host"])
+        self.robot = Robot()
+        self._settings, self._version = settings, settings["ros"]
+        self._fault, self._number = "", 0
+        self._name = {
+            "cmd_vel": self._full("robotnik_base_control/cmd_vel"),
+            "odom": self._full("robotnik_base_control/odom"),
+            "stop": self._full("robotnik_base_hw/emergency_stop"),
+        }
+        self.server = Server(self._topics())
+        world = settings["tells"]
+        self._wheels = Outlet("drives", [] if world is None else [world])
+        self._scans = Outlet("scanners", [] if world is None else [world])
+        self._newest: Message | None = None
+
+    def step(self, dt: float) -> None:
+        """Drive on, and send what is due."""
+        self.robot.step(dt)
+        self._number += 1
+        stamp, place, velocity = time.time_ns(), self.robot.place, self.robot.velocity
+        if self._fault == "nan":
+            place = (math.nan, math.nan, 0.0)
+        if self._newest is None or self._fault != "freeze":
+            self._newest = odometry(self._head(stamp, "robot_odom"), place, velocity)
+        self.server.publish(self._name["odom"], self._newest)
+        now = time.monotonic_ns()
+        settings = self._settings
+        self._wheels.send("wheels", now, self.robot.wheels(settings["radius"], settings["lever"]))
+        if self._number % SUBSCRIBE_EVERY == 1:
+            self._scans.send("subscribe", now, self.intake.address)
+        if settings["tells"] is None and self._number % SCAN_EVERY == 0:
+            for name in SCANNERS:
+                ranges = (2.0 + 0.01 * (self._number % 100), math.inf, *[5.0] * (BEAMS - 2))
+                self._send_scan(name, -math.radians(135.0), STEP, ranges, 1.0 / 9000.0)
+
+    def take(self) -> None:
+        """Take the datagrams that have come."""
+        for told in self.intake.poll():
+            if told.source == "fault" and told.name in FAULTS:
+                self._have(told.name, told.value)
+            elif told.name == "base.scan" and isinstance(told.value, Scan):
+                scan = told.value
+                self._send_scan(scan.sensor, scan.start, scan.step, scan.ranges, scan.beam_time)
+
+    def close(self) -> None:
+        """Let go of its sockets."""
+        self.intake.close()
+        self._wheels.close()
+        self._scans.close()
+
+    def _topics(self) -> dict[str, Topic]:
+        twist, odom = self._kind("geometry_msgs/Twist"), self._kind("nav_msgs/Odometry")
+        scan, flag = self._kind("sensor_msgs/LaserScan"), self._kind("std_msgs/Bool")
+        found = {self._full(f"{name}/scan"): Topic(scan) for name in SCANNERS}
+        found[self._name["cmd_vel"]] = Topic(twist, take=self.robot.command)
+        found[self._name["odom"]] = Topic(odom)
+        found[self._name["stop"]] = Topic(flag, latched=True, last={"data": False})
+        return found
+
+    def _have(self, fault: str, value: object) -> None:
+        self._fault, server = fault, self.server
+        server.muted = set(server.topics) if fault == "mute" else set()
+        if fault == "silent":
+            server.muted.add(self._full(str(value)))
+        server.late = LATE_S if fault == "late" else 0.0
+        server.refusing = fault == "drop"
+        if fault == "drop":
+            server.drop()
+        stopped, self.robot.stopped = self.robot.stopped, fault == "stop"
+        if stopped != self.robot.stopped:
+            server.publish(self._name["stop"], {"data": self.robot.stopped})
+
+    def _send_scan(
+        self, name: str, start: float, step: float, ranges: tuple[float, ...], beam_time: float
+    ) -> None:
+        if self._fault == "nan":
+            ranges = (math.nan,) * len(ranges)
+        topic = self._full(f"{name}/scan")
+        if topic in self.server.topics:
+            head = self._head(time.time_ns(), f"robot_{name}_link")
+            self.server.publish(topic, laser_scan(head, start, step, ranges, beam_time))
+
+    def _head(self, stamp_ns: int, frame: str) -> Message:
+        return header(stamp_ns, self._number, frame, self._version)
+
+    def _full(self, name: str) -> str:
+        return f"/{self._settings['namespace']}/{name}"
+
+    def _kind(self, name: str) -> str:
+        return name if self._version == 1 else name.replace("/", "/msg/")
+
+
+async def run(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None:
+    """Be the robot until the parent is gone."""
+    fake, over = Fake(settings), asyncio.Event()
+    loop = asyncio.get_running_loop()
+    loop.add_reader(parent.fileno(), over.set)
+    loop.add_reader(fake.intake.fileno(), fake.take)
+    try:
+        await fake.server.listen(settings["host"], settings["port"])
+        ready({"control": fake.intake.address})
+        due = before = loop.time()
+        while not over.is_set():
+            due += PERIOD_S
+            try:
+                await asyncio.wait_for(over.wait(), max(0.0, due - loop.time()))
+            except TimeoutError:
+                now = loop.time()
+                fake.step(now - before)
+                due, before = max(due, now - PERIOD_S), now
+    finally:
+        loop.remove_reader(fake.intake.fileno())
+        loop.remove_reader(parent.fileno())
+        fake.close()
+        await fake.server.close()
+
+
+def main(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None:
+    """Run it in an event loop of its own."""
+    asyncio.run(run(settings, ready, parent))
+
+
+if __name__ == "__main__":
+    serve(main)

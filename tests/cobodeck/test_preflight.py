@@ -1,0 +1,210 @@
+"""Before parts are opened: what a connection needs and does not find, without moving anything."""
+
+from __future__ import annotations
+
+import json
+import socket
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cobodeck import preflight as looked
+from cobodeck.__main__ import main
+from cobodeck.console import FAILED, OK
+from cobodeck.doctor import BAD, FIT, MISSING
+from cobodeck.preflight import NEVER, Address, addresses_in, preflight
+from hw.connection import connection_names, load_connection
+
+HEAD = "connection: own\nmodel: rbkairos_ur10\n"
+HERE = "hw.connection:Connection"
+ODD = "127.93.20.7"
+"""An address of this machine at which nobody listens."""
+
+
+class Driver:
+    """Needs what there is not."""
+
+    needs = ("json", "nobody_has_this")
+
+
+def checks(folder: Path, text: str) -> dict[str, tuple[str, str]]:
+    file = folder / "own.yaml"
+    file.write_text(HEAD + text)
+    found: dict[str, tuple[str, str]] = {}
+    for what, state, about in preflight(load_connection(file), {"hw"}):
+        before = found.get(what)
+        worse = before is None or (before[0] == FIT and state != FIT)
+        found[what] = (state, about) if worse else before  # type: ignore[assignment]
+    return found
+
+
+@pytest.fixture
+def listening() -> Iterator[socket.socket]:
+    with closing(socket.socket(socket.AF_INET, socket.SOCK_STREAM)) as server:
+        server.bind((ODD, 0))
+        server.listen()
+        yield server
+
+
+def test_who_takes_connections_answers_and_who_does_not_is_named(
+    tmp_path: Path, listening: socket.socket
+) -> None:
+    port = listening.getsockname()[1]
+    entry = f"{{driver: '{HERE}', scanners: {{front: {{host: {ODD}, port: {port}}}}}}}"
+
+    answers = checks(tmp_path, f"parts: {{lidar: {entry}}}\n")["parts.lidar"]
+    listening.close()
+    silent = checks(tmp_path, f"parts: {{lidar: {entry}}}\n")["parts.lidar"]
+
+    assert answers[0] == FIT
+    assert silent == (MISSING, f"{ODD}:{port} is a machine that takes no TCP connection there")
+
+
+def test_who_is_out_of_reach_is_bad(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def silent(address: tuple[str, int], timeout: float) -> socket.socket:
+        assert 0.0 < timeout <= 2.0
+        raise TimeoutError
+
+    monkeypatch.setattr(looked.socket, "create_connection", silent)
+
+    text = f"parts: {{arm: {{driver: '{HERE}', host: 10.255.0.1, port: 30004}}}}\n"
+
+    assert checks(tmp_path, text)["parts.arm"] == (
+        BAD,
+        "10.255.0.1:30004 is out of reach: silent for 1 s",
+    )
+
+
+@pytest.mark.parametrize("kind", [socket.SOCK_STREAM, socket.SOCK_DGRAM])
+def test_a_port_of_ours_that_somebody_has_is_bad(tmp_path: Path, kind: int) -> None:
+    with closing(socket.socket(socket.AF_INET, kind)) as other:
+        other.bind(("", 0))
+        if kind == socket.SOCK_STREAM:
+            other.listen()
+        port = other.getsockname()[1]
+        text = f"links: {{vr: {{driver: '{HERE}', port: {port}, host: 0.0.0.0}}}}\n"
+        text += f"parts: {{trackers: {{driver: '{HERE}', link: vr}}}}\n"
+
+        assert checks(tmp_path, text)["links.vr"][0] == BAD
+    assert checks(tmp_path, text)["links.vr"][0] == FIT
+
+
+ARGUMENTS: list[tuple[Any, list[Address]]] = [
+    ({"host": "a", "port": 1}, [Address("a", 1)]),
+    ({"address": "a", "port": 1}, [Address("a", 1)]),
+    ({"host": "0.0.0.0", "port": 1}, [Address(None, 1)]),
+    ({"port": 1, "hardware": {"host": "b", "port": 2}}, [Address(None, 1), Address("b", 2)]),
+    ({"scanners": {"x": {"host": "a", "port": 1}, "y": {"host": "b", "port": 2}}}, [
+        Address("a", 1), Address("b", 2),
+    ]),
+    ({"host": "a"}, [Address("a", 30004), Address("a", 29999)]),
+    ({"bus": "can0", "rate": 100}, []),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("arguments", "addresses"), ARGUMENTS)
+def test_addresses_are_found_wherever_they_stand(arguments: Any, addresses: list[Address]) -> None:
+    assert list(addresses_in("hw.drivers.ur", arguments)) == addresses
+
+
+def test_fakes_are_not_called_before_they_are_started(tmp_path: Path) -> None:
+    text = f"peers: {{world: {{driver: '{HERE}', host: loopback, port: 9}}}}\n"
+    text += f"parts: {{base: {{driver: '{HERE}', host: loopback, port: 9}}}}\n"
+
+    assert checks(tmp_path, text)["parts.base"] == (FIT, HERE)
+
+
+BUSES = {
+    "interface: socketcan, channel: can_nowhere": "there is no such network interface",
+    "interface: slcan, channel: /dev/nothing_there": "there is no such device",
+}
+
+
+@pytest.mark.parametrize("bus", BUSES)
+def test_a_bus_that_cannot_be_opened_is_bad(tmp_path: Path, bus: str) -> None:
+    text = f"parts: {{base: {{driver: '{HERE}', hardware: {{bus: {{{bus}}}}}}}}}\n"
+
+    state, about = checks(tmp_path, text)["parts.base"]
+
+    assert state == BAD
+    assert BUSES[bus] in about
+
+
+def test_multicast_without_a_route_is_told_with_what_helps(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bus = "interface: udp_multicast, channel: 239.74.163.2"
+    text = f"parts: {{base: {{driver: '{HERE}', bus: {{{bus}}}}}}}\n"
+
+    class Unrouted(socket.socket):
+        def connect(self, address: object) -> None:
+            raise OSError(looked.errno.ENETUNREACH, "Network is unreachable")
+
+    monkeypatch.setattr(looked.socket, "socket", Unrouted)
+    state, about = checks(tmp_path, text)["parts.base"]
+
+    assert state == BAD
+    assert "ip route add 224.0.0.0/4" in about
+
+
+def test_what_a_driver_imports_later_is_looked_for_now(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hw.connection.Driver", Driver, raising=False)
+
+    missing = checks(tmp_path, "parts: {arm: {driver: 'hw.connection:Driver'}}\n")
+    gone = checks(tmp_path, "parts: {arm: {driver: 'hw.nothing:Arm'}}\n")
+    nameless = checks(tmp_path, "parts: {arm: {driver: 'hw.connection:Nobody'}}\n")
+    strange = checks(tmp_path, "parts: {arm: {driver: 'os:system'}}\n")
+
+    assert missing["parts.arm"][0] == BAD
+    assert "needs nobody_has_this; a simulation works without it" in missing["parts.arm"][1]
+    for found in (gone, nameless, strange):
+        assert found["parts.arm"][0] == BAD
+
+
+def test_a_real_robot_was_never_proven_until_somebody_has_written_down_that_it_was(
+    tmp_path: Path,
+) -> None:
+    text = f"real: true\nparts: {{arm: {{driver: '{HERE}'}}}}\n"
+
+    assert checks(tmp_path, text)["proven"] == (MISSING, NEVER)
+    proven = checks(tmp_path, f"{text}proven: 2027-01-12 hall 3 by A. Writer\n")["proven"]
+    assert proven == (FIT, "on 2027-01-12 hall 3 by A. Writer")
+    assert "proven" not in checks(tmp_path, text.replace("true", "false"))
+
+
+def test_remarks_of_a_connection_are_told(tmp_path: Path) -> None:
+    text = f"told: [its brakes squeak]\nparts: {{arm: {{driver: '{HERE}'}}}}\n"
+
+    assert checks(tmp_path, text)["own"] == (MISSING, "its brakes squeak")
+
+
+def test_the_doctor_tells_of_this_machine_too(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["doctor", "--robot", "mock", "--json"]) == OK
+
+    found = {check["what"]: check for check in json.loads(capsys.readouterr().out)}
+    assert {"connection mock", "real time", "clock"} <= set(found)
+    assert found["real time"]["state"] in (FIT, MISSING)
+    assert found["clock"]["state"] in (FIT, MISSING)
+
+
+def test_the_doctor_fails_where_something_is_bad(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "own.yaml"
+    file.write_text(f"{HEAD}parts: {{arm: {{driver: 'hw.nothing:Arm'}}}}\n")
+
+    assert main(["doctor", "--robot", str(file)]) == FAILED
+    assert "hw.nothing:Arm: ModuleNotFoundError" in capsys.readouterr().out
+
+
+@pytest.mark.requirement(54)
+def test_no_text_claims_to_be_more_than_a_software_stop() -> None:
+    texts = [NEVER, *(t for name in connection_names() for t in load_connection(name).told)]
+    for text in texts:
+        assert "safe" not in text.lower()
+    assert "software stop" in NEVER

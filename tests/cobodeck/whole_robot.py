@@ -1,0 +1,150 @@
+"""The whole robot of the fakes with its engine in a process that a test can kill.
+
+The peers belong to the test, so that they outlive the engine; the truth comes to the test alone.
+"""
+
+import importlib
+import itertools
+import os
+import select
+import subprocess
+import sys
+import time
+from inspect import signature
+from pathlib import Path
+
+from cobodeck.stage import Options, _play
+from cobodeck.wiring import open_setup
+from hw.connection import FOLDER, Opening, load_connection
+from hw.links.datagrams import Intake, Outlet
+
+PATIENCE_NS = 90 * 10**9
+NUMBERS = itertools.count(1)
+
+
+class WholeRobot:
+    """`peers` by name; `engine` is the process of `cobodeck run`; `truths()` yields each step."""
+
+    def __init__(self, folder: Path, seed: int = 0) -> None:
+        number = os.getpid() % 0xFFFF
+        self.host = f"127.{200 + next(NUMBERS) % 50}.{number >> 8}.{number & 255 or 1}"
+        text = (FOLDER / "fakes.yaml").read_text().replace("loopback", self.host)
+        connection = load_connection(self._write(folder / "peers.yaml", text))
+        alone = text[: text.index("peers:")] + text[text.index("links:") :]
+        self.file = self._write(folder / "robot.yaml", alone)
+        setup = open_setup("cobodeck", None, None, robot=connection)
+        options = Options(user="brief", requests=1, seed=seed, connection=connection)
+        opening = Opening(
+            now=time.monotonic_ns,
+            body=setup.body,
+            motion=setup.profile.robot.limits,
+            safety=setup.profile.safety.limits(setup.robot, setup.profile.robot.limits),
+            tracking=setup.tracking,
+            play=_play(setup, setup.uses(), options, connection),
+        )
+        self.peers = {}
+        self.engine = None
+        try:
+            for name, served in connection.peers.items():
+                driver = getattr(importlib.import_module(served.module), served.driver)
+                given = dict(served.arguments)
+                if "tells" in given:
+                    given["tells"] = self.peers[given["tells"]]
+                if "opening" in signature(driver).parameters:
+                    given["opening"] = opening
+                self.peers[name] = driver(**given, now=time.monotonic_ns)
+            for peer in self.peers.values():
+                peer.wait()
+            self._intake = Intake(self.host)
+            self._outlet = Outlet("evaluator", [self.peers["world"].address])
+            self._ask("subscribe", self._intake.address)
+            with (folder / "told.txt").open("w") as told:
+                self.engine = subprocess.Popen(
+                    [sys.executable, "-m", "cobodeck", "run", "cobodeck", "--robot", str(self.file),
+                     "--scene", "lab_a", "--duration", "60", "--record", str(folder / "run.mcap")],
+                    stdin=subprocess.DEVNULL, stdout=told, stderr=told,
+                )  # fmt: skip
+        except BaseException:
+            self.close()
+            raise
+
+    def truths(self):
+        """The truth at each step of the world (10 ms), with its number; ends after a while."""
+        begun = told = time.monotonic_ns()
+        begin = False
+        while (now := time.monotonic_ns()) - begun < PATIENCE_NS:
+            if now - told > 200_000_000:
+                told = now
+                self._ask("subscribe", self._intake.address)
+                if not begin and self.children():
+                    self._ask("begin", None)
+            select.select([self._intake], [], [], 0.1)
+            for datagram in self._intake.poll():
+                if datagram.name == "truth":
+                    yield datagram.stamp_ns, datagram.value
+                elif datagram.name == "finished":
+                    begin = datagram.value is not None
+        raise AssertionError("nothing has happened for too long")
+
+    def moving(self, faster_than: float):
+        """Wait until the base goes faster than this, m/s; when that was seen, ns."""
+        before = None
+        for stamp, truth in self.truths():
+            if before is not None and speed(before, (stamp, truth)) > faster_than:
+                return stamp
+            before = stamp, truth
+        return None
+
+    def steps_until_standing(self, since_ns: int) -> int:
+        """World steps from an instant until the base stands, and goes on standing for a second."""
+        before, standing_since = None, None
+        for stamp, truth in self.truths():
+            if before is not None and stamp > since_ns:
+                if speed(before, (stamp, truth)) > 0.02:
+                    standing_since = None
+                else:
+                    standing_since = standing_since or stamp
+                    if stamp - standing_since > 10**9:
+                        return (standing_since - since_ns) // 10_000_000
+            before = stamp, truth
+        return -1
+
+    def children(self) -> dict[str, int]:
+        """The engine's own processes by module."""
+        found = {}
+        for entry in Path("/proc").iterdir():
+            if not entry.name.isdigit():
+                continue
+            try:
+                words = (entry / "cmdline").read_bytes().decode().split("\0")
+                parent = int((entry / "stat").read_text().rpartition(")")[2].split()[1])
+            except (OSError, ValueError):
+                continue
+            if parent == self.engine.pid and "-m" in words:
+                found[words[words.index("-m") + 1]] = int(entry.name)
+        return found
+
+    def close(self) -> None:
+        """End everything."""
+        if self.engine is not None:
+            self.engine.kill()
+            self.engine.wait()
+        for peer in reversed(self.peers.values()):
+            peer.close()
+        for opened in ("_intake", "_outlet"):
+            if hasattr(self, opened):
+                getattr(self, opened).close()
+
+    def _ask(self, name: str, value: object) -> None:
+        self._outlet.send(name, time.monotonic_ns(), value)
+
+    @staticmethod
+    def _write(file: Path, text: str) -> Path:
+        file.write_text(text)
+        return file
+
+
+def speed(before, after) -> float:
+    """Of the base between two truths, m/s."""
+    (t0, a), (t1, b) = before, after
+    return 0.0 if t1 <= t0 else a.base.distance_to(b.base) / ((t1 - t0) * 1e-9)
