@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 
-from hw.links.datagrams import Address, Intake, Told
+from hw.links.datagrams import Address, Intake, Outlet, Told
 
 LOOK_S = 0.2
 """The thread looks so often whether it is still wanted, s."""
@@ -45,6 +45,9 @@ class Feed:
     def close(self) -> None:
         """Take what has arrived, and nothing any more."""
         self._over = True
+        awake = Outlet("feed", [self.address])
+        awake.send("over", 0)
+        awake.close()
         if self._thread.is_alive() and self._thread is not threading.current_thread():
             self._thread.join(2.0 * LOOK_S)
         self._intake.close()
