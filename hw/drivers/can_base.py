@@ -90,6 +90,11 @@ class CanBase:
             self._bus.close()
             raise
 
+    @property
+    def ready(self) -> bool:
+        """Are all drives enabled, and nothing wrong? See `Hardware`."""
+        return self.fault is None and all(drive.enabled for drive in self._drives)
+
     def poll(self, now_ns: int) -> None:
         """Take what has come, look at ages, reckon the way; see `Hardware`."""
         if not self._begun:
@@ -109,8 +114,7 @@ class CanBase:
 
     def drive(self, velocity: Twist2, now_ns: int) -> None:
         """Send targets, SYNC and heartbeat; the wheels stand while there is a fault."""
-        free = self.fault is None and all(drive.enabled for drive in self._drives)
-        rates = self._mecanum.rates(velocity if free else STILL)
+        rates = self._mecanum.rates(velocity if self.ready else STILL)
         for drive, target in zip(self._drives, self._wheels.counts(rates), strict=True):
             drive.tell(drive.control(), target)
         self._bus.send(SYNC, b"")
