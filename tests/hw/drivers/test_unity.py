@@ -184,6 +184,7 @@ def test_a_server_that_dies_ends_the_request_and_nothing_else(rig) -> None:
         ("frozen", "tracking is lost"),
         ("future", "in the future"),
         ("back", "not after"),
+        ("jump", "has jumped"),
     ],
 )
 @pytest.mark.requirement(149)
