@@ -91,6 +91,11 @@ class KairosBase:
         self._link = Link(self._address, self._topics, ros)
         self._await_first()
 
+    @property
+    def ready(self) -> bool:
+        """Would a velocity be sent? See `Hardware`."""
+        return self.fault is None and not self._standing
+
     def poll(self, now_ns: int) -> None:
         """Take the newest odometry, and look what is wrong; see `Hardware`."""
         self._take_newest()
