@@ -25,6 +25,8 @@ class Inlet:
     signal's type, or if its stamp is no integer or more than `ahead_ns` ahead; `refused` counts
     these by name. A part that raises is not asked again; `failures` has what it raised. `taps` are
     told of every sample, and of estimates that somebody has to be told (`tell`).
+
+    With `begins`, parts have measured before the run began: of that only the newest counts.
     """
 
     def __init__(
@@ -40,6 +42,7 @@ class Inlet:
         self.failures: list[tuple[str, Exception]] = []
         self.taps: list[Tap] = []
         self._ahead_ns = ahead_ns
+        self.begins = False
         self._hears: dict[str, list[Callable[[Sample, int], None]]] = {}
         self._fit: dict[str, object] = {}  # the newest values that were looked at
         measured = [s for s in board.declared.values() if isinstance(s, Measured)]
@@ -59,9 +62,11 @@ class Inlet:
 
     def take(self, now_ns: int) -> None:
         """Take what has arrived up to now."""
+        begins, self.begins = self.begins, False
         for name, part in list(self.sources.items()):
             try:
-                for sample in part.samples(now_ns):
+                found = part.samples(now_ns)
+                for sample in _newest(found) if begins else found:
                     self.give(sample, now_ns)
             except Exception as error:  # noqa: BLE001  a driver may raise anything
                 self.failures.append((name, error))
@@ -112,3 +117,13 @@ class Inlet:
         kind = self._kinds.get(name, object)
         right = value is None or isinstance(value, kind) or (kind is float and type(value) is int)
         return right and is_finite(value)
+
+
+def _newest(samples: Iterable[Sample]) -> Iterable[Sample]:
+    """The newest of each signal, and of each device that gives it."""
+    found: dict[tuple[str, object], Sample] = {}
+    for sample in samples:
+        value = sample.value
+        device = getattr(value, "tracker", None) or getattr(value, "sensor", None)
+        found[sample.name, device] = sample
+    return found.values()

@@ -180,6 +180,7 @@ def _on_real_parts(
         operator = _operator(plant, options)
         plant.parts.setdefault("operator", operator)
         wired = wire(setup, plant.parts, eager=options.eager, parameters=parameters, tap=tap)
+        wired.inlet.begins = True
     except BaseException:
         plant.close()
         raise

@@ -1,4 +1,8 @@
-"""One suite for the parts of every world: simulated and mock (drivers against fakes join later)."""
+"""One suite for the parts of every world: simulated, mocked, and drivers against their fakes.
+
+Drivers take real time and processes of their own: these runs are slow. What only a computed world
+can keep, to the last bit or without devices, is `COMPUTED`.
+"""
 
 import math
 from dataclasses import replace
@@ -13,8 +17,10 @@ from hw.safety_limits import SafetyLimits
 from hw.samples import ArmState, BumperHit, GripperState, UserPose, WrenchReading
 from hw.scene import load_scene
 from hw.sim.world import World
+from tests.hw.fakes_rig import FakesRig
 
 ROBOT = load_robot("rbkairos_ur10", prop="gripped")
+DRIVEN = load_robot("rbkairos_ur10")
 SCENE = load_scene("hall")
 DEEP = Pose3.from_yaw(6.0, 7.0, 1.5, 0.0)
 SOMEWHERE = (0.1, -1.0, 1.2, 0.3, -0.2, 0.5)
@@ -46,6 +52,8 @@ class Rig:
 
     Nobody tells the base about the person, so that its parts are tried and not its distance.
     """
+
+    near = 1e-9
 
     def __init__(self, make):
         self.person = LivePerson(Pose2(7.0, 7.0))
@@ -83,9 +91,23 @@ class Rig:
         self.ticks(ticks, lambda: self.parts["base"].drive(twist))
 
 
-@pytest.fixture(params=[simulated, mocked])
+    def close(self):
+        """Nothing is open."""
+
+
+def on_fakes():
+    return FakesRig(DRIVEN, SCENE, MOTION, NOBODY_WATCHED)
+
+
+ALL = [simulated, mocked, pytest.param(on_fakes, marks=pytest.mark.slow)]
+COMPUTED = pytest.mark.parametrize("rig", [simulated, mocked], indirect=True)
+
+
+@pytest.fixture(params=ALL)
 def rig(request):
-    return Rig(request.param)
+    made = on_fakes() if request.param is on_fakes else Rig(request.param)
+    yield made
+    made.close()
 
 
 # ---- every part

@@ -1,0 +1,134 @@
+"""The real drivers beside their fakes, as a rig of the conformance suite; see `test_parts.py`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from cobodeck.clocks import RealTime
+from cobodeck.connected import Connected, connect
+from cobodeck.wiring import Uses
+from hw.connection import Opening, Play, load_connection
+from hw.geometry import Pose2, Pose3, Twist2
+from hw.robot import MotionLimits, RobotModel
+from hw.safety_limits import SafetyLimits
+from hw.samples import Sample, UserPose
+from hw.scene import Scene
+from hw.sim.errors import SensorErrors
+from hw.sim.surroundings import ScriptedOperator
+from hw.tracking import Tracking
+
+EVERYTHING = Uses(
+    frozenset(("base", "arm", "vr", "bumper", "lidar")),
+    frozenset(("rover.tracker", "base.scan", "bumper.hit")),
+)
+FIRST = {"base.odometry", "arm.joints", "vr.haptic_request", "base.scan", "stop.engaged"}
+"""All drivers are heard once these are."""
+PATIENCE = 300
+"""So many ticks until they are."""
+
+
+class _Person:
+    """The live person of the hosted world."""
+
+    def __init__(self, rig: FakesRig) -> None:
+        self._rig = rig
+
+    def push(self, stamp_ns: int, pose: UserPose) -> None:
+        self._rig.hosted.place(pose)
+
+    def ask(self, deep: Pose3) -> None:
+        self._rig.hosted.ask(deep)
+
+    def let_go(self) -> None:
+        self._rig.hosted.ask(None)
+
+
+class _World:
+    """What is true in it."""
+
+    def __init__(self, rig: FakesRig) -> None:
+        self._rig = rig
+
+    @property
+    def now_ns(self) -> int:
+        return self._rig.now_ns
+
+    @property
+    def contacts(self) -> Any:
+        return self._rig.hosted.truth.contacts
+
+    @property
+    def wall_hits(self) -> Any:
+        return self._rig.hosted.truth.wall_hits
+
+
+class FakesRig:
+    """All parts of the connection `fakes` but the trackers of the person, in real time.
+
+    `base.pose` is the truth: no driver gives it.
+    """
+
+    near = 0.02
+    """How exact what is measured is, m and rad."""
+
+    def __init__(
+        self, robot: RobotModel, scene: Scene, motion: MotionLimits, safety: SafetyLimits
+    ) -> None:
+        self._clock = RealTime()
+        play = Play(scene, "live", replace(SensorErrors(), slip=None))
+        tracking = Tracking.of(robot.sensing)
+        opening = Opening(self._clock.now, robot, motion, safety, tracking, play)
+        connection = load_connection("fakes")
+        parts = {name: one for name, one in connection.parts.items() if name != "trackers"}
+        self.plant: Connected = connect(replace(connection, parts=parts), opening, EVERYTHING)
+        self.hosted: Any = self.plant.world
+        operator = ScriptedOperator(self.plant.parts["stop_line"], by_hand=self.hosted.push_off)
+        self.parts = {**self.plant.parts, "operator": operator}
+        self.plant.attendant = operator
+        self.person, self.world = _Person(self), _World(self)
+        self.got: list[Sample] = []
+        self.n = self.now_ns = 0
+        self._begin()
+
+    def ticks(self, count: int, each: Any = None) -> None:
+        for _ in range(count):
+            self._tick()
+            if each is not None:
+                each()
+
+    def place(self, x: float, y: float, yaw: float = 0.0) -> None:
+        self.person.push(0, UserPose(Pose2(x, y, yaw), yaw))
+
+    def values(self, name: str) -> list[Any]:
+        return [sample.value for sample in self.got if sample.name == name]
+
+    def drive(self, twist: Twist2, ticks: int) -> None:
+        self.parts["base"].drive(twist)
+        self.ticks(ticks, lambda: self.parts["base"].drive(twist))
+
+    def close(self) -> None:
+        self.plant.close()
+
+    def _begin(self) -> None:
+        for part in self.parts.values():
+            self.got += part.samples(0)  # those from before the run
+        for _ in range(PATIENCE):
+            self._tick()
+            if {sample.name for sample in self.got} >= FIRST:
+                return
+        raise AssertionError(FIRST - {sample.name for sample in self.got})
+
+    def _tick(self) -> None:
+        self.parts["base"].tick(self.now_ns)
+        self.now_ns = now = self._clock.wait(self.n * 10**9 // 30)
+        self.n = max(self.n + 1, now * 30 // 10**9)
+        self.plant.advance(now)
+        for part in self.parts.values():
+            for sample in part.samples(now):
+                assert sample.name in part.signals
+                assert sample.stamp_ns <= now
+                self.got.append(sample)
+                self.parts["base"].hear(sample, now)
+        self.got.append(Sample("base.pose", now, self.hosted.truth.base))
+        self.parts["base"].tick(now)
