@@ -33,6 +33,7 @@ COMMANDS = {
     "render": "draw a chart, a recorded run or a room",
     "simulate": "run a chart on the simulated robot",
     "run": "run a chart on a robot",
+    "observe": "watch a real robot, and stop it",
     "replay": "do a recorded run again, and check it",
     "recover": "save what is whole of a record that was cut off",
     "compare": "tell how two recorded runs differ",

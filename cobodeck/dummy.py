@@ -28,9 +28,10 @@ def with_dummy(connection: Connection, person: Person) -> Connection:
     parts = {name: one for name, one in connection.parts.items() if name not in left_out}
     parts |= {name: _served(kind, link=LINK) for name, kind in PARTS.items()}
     vr = {connection.parts[name].arguments.get("link") for name in left_out}
-    chain = next((one for one in map(_tells, connection.links.values()) if one), None)
+    entries = (*connection.links.values(), *connection.parts.values())
+    chain = next((one for one in map(_tells, entries) if one in connection.links), None)
+    told = {} if chain is None else {"tells": chain}
     links: dict[str, Served] = {}
-    told = {} if chain is None or chain not in connection.links else {"tells": chain}
     for name, served in connection.links.items():
         if LINK not in links and (name in vr or _tells(served)):
             links[LINK] = _served("Dummy", person=person, **told)

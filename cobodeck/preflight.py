@@ -27,7 +27,7 @@ NEEDS: Mapping[str, tuple[str, ...]] = {
     "hw.drivers.unity": ("rosbags",),
     "hw.drivers.can_base": ("can", "canopen", "cantools"),
     "hw.drivers.kairos": ("roslibpy",),
-    "hw.drivers.rosbridge": ("roslibpy",),
+    "hw.drivers.ros_lidar": ("roslibpy",),
 }
 """Modules of others that a driver imports once it is opened; a class may name its own, `needs`."""
 WHEELS: Mapping[str, str] = {

@@ -69,6 +69,7 @@ class _Reading:
         self.seen: list[Seen] = []
         self.asked: list[Asked] = []
         self._sees = POSE in record.header["flowing"]
+        self._hears = REQUEST in record.header["flowing"]
         self._readers = {TOPIC + name: SampleReader(name) for name in (POSE, REQUEST)}
         self._grid = Grid(record.header["tick_hz"])
         self._truth: Truth | None = None
@@ -96,7 +97,7 @@ class _Reading:
     def _true(self, at_ns: int, truth: Truth) -> None:
         assert truth.body is not None
         self.ways.append(Stood(at_ns, truth.body, truth.speed))
-        if truth.request != (self.asked[-1].deep if self.asked else None):
+        if not self._hears and truth.request != (self.asked[-1].deep if self.asked else None):
             self.asked.append(Asked(at_ns, truth.request))
         if self._sees or truth.seen_ns is None:
             return

@@ -29,20 +29,23 @@ from hw.samples import BumperHit, Odometry
 
 NAMES = ("front left", "front right", "rear left", "rear right")
 SYNC, ORDER = 0x80, 0x00
-LISTEN_S = 0.05
-"""Before it speaks, the driver listens so long for another master, s."""
-OPENING_S = 3.0
-"""The drives are configured within, s."""
+LISTEN_NS = 50_000_000
+"""Before it speaks, the driver listens so long for another master, ns."""
+OPENING_NS = 3_000_000_000
+"""The drives are configured within, ns."""
 ENABLING_NS = 2_000_000_000
 """Drives that do not follow after so long, ns, are told of."""
 BEAT_NS = 15_000_000
 """A heartbeat of ours is sent when the last one is older, ns: in every second cycle of 10 ms."""
 STRANGE_NS = 1_000_000_000
 """Another master that was silent for so long, ns, has gone."""
-SLIPPING, SLIPPING_NS = 0.3, 200_000_000
-"""Wheels that differ by more, m/s, for so long, ns, slip, are blocked, or measured wrongly."""
-STANDING_S = 1.0
-"""At the end the wheels have so long to stand, s."""
+SLIPPING, SLIPPING_NS = 0.15, 500_000_000
+"""Wheels that differ by more, m/s, for so long, ns, slip, are blocked, or measured wrongly.
+
+Longer than their ramps can make them differ after a leap of the commanded velocity.
+"""
+STANDING_NS = 1_000_000_000
+"""At the end the wheels have so long to stand, ns."""
 
 
 class CanBase:
@@ -59,7 +62,9 @@ class CanBase:
         bus: Mapping[str, Any],
         wheels: Mapping[str, Any],
         bumper: bool = False,
+        clock: Callable[[], int] = time.monotonic_ns,
     ) -> None:
+        """`clock` is for opening and closing only; else time comes in by the calls."""
         self.odometry: tuple[int, Odometry] | None = None
         self.fault: str | None = None
         self._wheels, self._mecanum = Wheels.of(wheels), Mecanum.of(model)
@@ -75,7 +80,7 @@ class CanBase:
         self._begun = False
         self._starting_ns: int | None = None
         self._stranger_ns: int | None = None
-        self._now_ns = time.monotonic_ns()
+        self._clock, self._now_ns = clock, clock()
         self._beat_ns = self._sync_ns = self._moved_ns = self._rolled_ns = 0
         self._net = Network()  # its threads are not used: frames are handed on by `_take`
         self._subscribe()
@@ -84,6 +89,11 @@ class CanBase:
         except OSError:
             self._bus.close()
             raise
+
+    @property
+    def ready(self) -> bool:
+        """Are all drives enabled, and nothing wrong? See `Hardware`."""
+        return self.fault is None and all(drive.enabled for drive in self._drives)
 
     def poll(self, now_ns: int) -> None:
         """Take what has come, look at ages, reckon the way; see `Hardware`."""
@@ -104,8 +114,7 @@ class CanBase:
 
     def drive(self, velocity: Twist2, now_ns: int) -> None:
         """Send targets, SYNC and heartbeat; the wheels stand while there is a fault."""
-        free = self.fault is None and all(drive.enabled for drive in self._drives)
-        rates = self._mecanum.rates(velocity if free else STILL)
+        rates = self._mecanum.rates(velocity if self.ready else STILL)
         for drive, target in zip(self._drives, self._wheels.counts(rates), strict=True):
             drive.tell(drive.control(), target)
         self._bus.send(SYNC, b"")
@@ -115,7 +124,8 @@ class CanBase:
             self._bus.send(0x700 + self._wheels.master, b"\x05")
 
     def stop(self) -> None:
-        """Quick stop of all drives with the next `drive`, until `acknowledge`."""
+        """Quick stop of all drives with the next `drive`, until `acknowledge`; it is a fault."""
+        self.fault = self.fault or "the drives are stopped"
         self._starting_ns = None
         for drive in self._drives:
             drive.hold()
@@ -135,11 +145,11 @@ class CanBase:
     def close(self) -> None:
         """Stand, switch the drives off, and let go of the bus."""
         self.stop()
-        end = time.monotonic() + STANDING_S
-        while time.monotonic() < end and not self._stand():
-            self.drive(STILL, time.monotonic_ns())
+        end_ns = self._clock() + STANDING_NS
+        while self._clock() < end_ns and not self._stand():
+            self.drive(STILL, self._clock())
             self._bus.readable(0.005)
-            self._take(time.monotonic_ns())
+            self._take(self._clock())
         for drive in self._drives:
             drive.switch_off()
         self._bus.send(SYNC, b"")
@@ -182,24 +192,24 @@ class CanBase:
 
     def _open(self) -> None:
         """Listen, then configure the drives."""
-        end = time.monotonic() + LISTEN_S
-        while time.monotonic() < end:
+        end_ns = self._now_ns + LISTEN_NS
+        while self._now_ns < end_ns:
             self._bus.readable(0.005)
-            self._take(time.monotonic_ns())
+            self._take(self._clock())
         if self._is_strange():
             raise OSError(
                 f"{self._bus.name}: another master drives there; a bus has one, so end that first"
             )
         for drive in self._drives:
             drive.start(self._now_ns)
-        end = time.monotonic() + OPENING_S
+        end_ns = self._now_ns + OPENING_NS
         while waiting := [drive for drive in self._drives if not drive.configured]:
             self._bus.readable(0.002)
-            self._take(time.monotonic_ns())
+            self._take(self._clock())
             for drive in waiting:
                 drive.poll(self._now_ns)
             faults = [drive.fault for drive in waiting if drive.fault is not None]
-            if faults or time.monotonic() > end or self._bus.fault is not None:
+            if faults or self._now_ns > end_ns or self._bus.fault is not None:
                 why = self._bus.fault or "; ".join(faults) or "the drives are too slow"
                 raise OSError(f"{self._bus.name}: {why}")
 

@@ -41,7 +41,8 @@ CLOSING_S = 4.0
 """The wheels have this long to come to a stand and to be switched off, s."""
 AHEAD_S = 0.05
 """Poses of the VR side are predicted; so far ahead of the clock they may be stamped, s."""
-KEPT = 4096
+KEPT = 512
+"""So many samples wait for the engine, which takes them in each tick; older ones are left out."""
 Now = Callable[[], int]
 
 
@@ -181,11 +182,11 @@ class Chain:
             self._answered = token, why
             self._answer.notify_all()
 
-    def _watch(self) -> None:
-        """A chain that says nothing any more does not guard the wheels any more."""
+    def _watch(self, looked_ns: int) -> None:
+        """A chain that had said nothing for too long does not guard the wheels any more."""
         if self._closing or self._dead is not None or self._heard_ns is None:
             return
-        if time.monotonic_ns() - self._heard_ns > SILENT_NS:
+        if looked_ns - self._heard_ns > SILENT_NS:
             self._dead = SILENT if self._child.alive else ENDED
             self._stop(self._dead)
 

@@ -34,6 +34,7 @@ RESET_NS = 400 * MS
 """Drives may take so long to be ready again after a reset."""
 LONGEST_S = 0.02
 """Velocities change by no more than ramps allow in this time, however long a cycle took."""
+NOT_READY = "the wheels are not ready"
 OWN_SIGNALS = {"user.pose": UserPose, "rover.tracker": TrackerPose}
 
 
@@ -77,6 +78,11 @@ class ChainCycle:
         twist = None if self.hardware.odometry is None else self.hardware.odometry[1].twist
         return self._velocity == STANDSTILL and twist is not None and is_standing(twist)
 
+    @property
+    def awaited(self) -> str | None:
+        """Who or what keeps everything standing so far, though nothing is stopped for good."""
+        return self.links.awaited() or (None if self.hardware.ready else NOT_READY)
+
     def take(self, told: Told, now_ns: int) -> None:
         """A datagram has arrived; one that nobody here waits for is left out."""
         take = self._takes.get((told.source, told.name))
@@ -103,9 +109,7 @@ class ChainCycle:
         self._look(now_ns)
         if self._resetting is not None:
             self._go_on_resetting(now_ns, *self._resetting)
-        self.keeper.hear(
-            Sample("stop.engaged", now_ns, self.stopped or self.links.awaited()), now_ns
-        )
+        self.keeper.hear(Sample("stop.engaged", now_ns, self.stopped or self.awaited), now_ns)
         self.hardware.drive(self._next(now_ns), now_ns)
         if self.keeper.latched is not None:
             self.pull(self.keeper.latched)
@@ -168,12 +172,12 @@ class ChainCycle:
         if why is None and not begun:
             why = self._begin_resetting(now_ns)
             self._resetting = token, until_ns, True
-        elif why is None and self.hardware.fault is None:
+        elif why is None and self.hardware.fault is None and self.hardware.ready:
             self.stopped = self._resetting = None
             self._outlet.send("chain.reset", now_ns, (token, None))
             return
         if why is None and now_ns >= until_ns:
-            why = self.hardware.fault
+            why = self.hardware.fault or NOT_READY
         if why is not None:
             self._refuse(now_ns, token, why)
 
@@ -182,7 +186,7 @@ class ChainCycle:
         if not self.stands or not self.keeper.reset(now_ns):
             return self.keeper.latched or "the base moves"
         if not self.hardware.acknowledge():
-            return self.hardware.fault or "the wheels are not ready"
+            return self.hardware.fault or NOT_READY
         return None
 
     def _refuse(self, now_ns: int, token: int, why: str) -> None:

@@ -13,26 +13,31 @@ VR_NS = 500 * MS
 
 @dataclass(slots=True)
 class Heartbeat:
-    """One that was heard, of late: `fault` is what it says of itself, None if it is well."""
+    """One that was heard, of late: `fault` is what it says of itself, None if it is well.
+
+    Until it `was_well` for the first time it is awaited, and not lost.
+    """
 
     name: str
     within_ns: int
     heard_ns: int | None = None
     fault: str | None = None
+    was_well: bool = False
 
     def beat(self, stamp_ns: int, now_ns: int, fault: str | None = None) -> None:
         """It was heard; a stamp ahead of now is as good as now, and one of before tells nothing."""
         stamp_ns = min(stamp_ns, now_ns)
         if self.heard_ns is None or stamp_ns > self.heard_ns:
             self.heard_ns, self.fault = stamp_ns, fault
+            self.was_well = self.was_well or fault is None
 
     def is_fresh(self, now_ns: int) -> bool:
         """Was it heard of late?"""
         return self.heard_ns is not None and now_ns - self.heard_ns <= self.within_ns
 
     def lost(self, now_ns: int) -> str | None:
-        """Why it does not count any more; None: it does, or it has never been heard at all."""
-        if self.heard_ns is None:
+        """Why it does not count any more; None: it does, or it has never been well at all."""
+        if not self.was_well:
             return None
         if self.fault is not None:
             return self.fault
@@ -64,10 +69,10 @@ class Links:
 
     def awaited(self) -> str | None:
         """Who has not been heard yet, so that nothing may move so far."""
-        return next(
-            (f"{beat.name} has not been heard" for beat in self._needed if beat.heard_ns is None),
-            None,
-        )
+        for beat in self._needed:
+            if not beat.was_well:
+                return beat.fault or f"{beat.name} has not been heard"
+        return None
 
     def may_ask(self, now_ns: int) -> bool:
         """Can the user be heard when they let go of a request?"""

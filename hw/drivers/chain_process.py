@@ -105,7 +105,7 @@ class ChainProcess:
             self._outlet.send("stop.engaged", now_ns, chain.stopped)
         if now_ns - self._status_ns < STATUS_NS - self._period_ns // 2:
             return
-        awaited = chain.links.awaited()
+        awaited = None if chain.stopped is not None else chain.awaited
         refused = (awaited,) if keeper.refused and awaited else keeper.refused
         status = ChainStatus(
             keeper.latched,

@@ -45,6 +45,7 @@ class Setting:
         return [
             Write(0x1017, 0, 2, 50),  # own heartbeat, ms
             Write(0x1016, 1, 4, self.master << 16 | self.silence_ms),  # the master's
+            Write(0x1029, 1, 1, 1),  # master lost: go on telling the velocity
             *_mapped(0x1400, 0x1600, 0x200 + node, 0x60400010, 0x60FF0020),
             *_mapped(0x1800, 0x1A00, 0x180 + node, 0x60410010, 0x606C0020),
             Write(0x6060, 0, 1, 3),  # profile velocity
@@ -81,7 +82,7 @@ class Drive:
         self.node, self.name = node, f"drive {node} ({name})"
         self.fault: str | None = None
         self.state = "unknown"
-        self.configured = False
+        self.configured = self._begun = False
         self.velocity = 0
         self.fresh = False
         self._send = send
@@ -104,9 +105,8 @@ class Drive:
         self._beat_ns = self._told_ns = now_ns
         if self.configured:
             self.command(START)
-        else:
-            self.command(PRE_OPERATIONAL)
-            self._writer.begin(self._setting.writes(self.node))
+        elif not self._begun or self._writer.fault is not None:
+            self._begin_to_configure()
 
     def hold(self) -> None:
         """Have it brake by its quick stop, and stay so until `start`."""
@@ -115,10 +115,10 @@ class Drive:
     def alive(self, now_ns: int) -> bool:
         """Is it there, and does it tell its velocity if it should?
 
-        One that has started anew tells nothing before it has its settings, which `start` gives.
+        Without its settings it is not; but if it has refused them, `start` tries once more.
         """
         if not self.configured:
-            return True
+            return self._writer.fault is not None
         if now_ns - self._beat_ns > HEARTBEAT_NS:
             return False
         return self._nmt != OPERATIONAL or self.tells(now_ns)
@@ -128,13 +128,13 @@ class Drive:
         return now_ns - self._told_ns <= VELOCITY_NS
 
     def poll(self, now_ns: int) -> None:
-        """Look at ages, go on with what is under way."""
-        if self.fault is not None:
-            return
+        """Look at ages; give it its settings, also while it has a fault: they move nothing."""
         if not self.configured:
             self._configure(now_ns)
-            return
-        self._look(now_ns)
+        elif now_ns - self._beat_ns > HEARTBEAT_NS:
+            self._fail("has no heartbeat")
+        elif now_ns - self._told_ns > VELOCITY_NS:
+            self._fail("tells no velocity")
 
     def control(self) -> int:
         """The control word that is due: towards `enabled`, or to quick stop."""
@@ -164,9 +164,9 @@ class Drive:
             return
         self._beat_ns, before = now_ns, self._nmt
         self._nmt = data[0] & 0x7F
-        if self._nmt == 0 and before is not None and self.configured:
-            self.configured = False  # its settings are gone
+        if self._nmt == 0 and before is not None:
             self._fail("has started anew")
+            self._begin_to_configure()  # its settings are gone
         elif self._watched and self._nmt != OPERATIONAL:
             self._fail(f"is {NMT.get(self._nmt, self._nmt)}")
 
@@ -195,20 +195,18 @@ class Drive:
         """An answer to a write."""
         self._writer.take(data, now_ns)
 
+    def _begin_to_configure(self) -> None:
+        self.configured, self._begun = False, True
+        self.command(PRE_OPERATIONAL)
+        self._writer.begin(self._setting.writes(self.node))
+
     def _configure(self, now_ns: int) -> None:
         self._writer.poll(now_ns)
         if self._writer.fault is not None:
             self._fail(self._writer.fault)
-        elif self._writer.done:
+        elif self._begun and self._writer.done:
             self.configured, self._beat_ns, self._told_ns = True, now_ns, now_ns
-            self.state = "unknown"
             self.command(START)
-
-    def _look(self, now_ns: int) -> None:
-        if now_ns - self._beat_ns > HEARTBEAT_NS:
-            self._fail("has no heartbeat")
-        elif now_ns - self._told_ns > VELOCITY_NS:
-            self._fail("tells no velocity")
 
     def _fail(self, why: str) -> None:
         if self.fault is None:

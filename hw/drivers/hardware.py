@@ -28,6 +28,11 @@ class Hardware(Protocol):
     It stays until `acknowledge`.
     """
 
+    @property
+    def ready(self) -> bool:
+        """Would the wheels turn now? Not while they are stopped, or drives are being enabled."""
+        ...
+
     def poll(self, now_ns: int) -> None:
         """Take all that has arrived, and look at ages; called in each cycle, before `drive`."""
         ...
@@ -50,8 +55,8 @@ class Hardware(Protocol):
     def acknowledge(self) -> bool:
         """Clear faults by the operator's order and let the wheels turn again; it moves nothing.
 
-        False while a cause holds. What takes longer than a cycle goes on in `poll`, and the fault
-        stays until it is done.
+        False while a cause holds. What takes longer than a cycle goes on in `poll`; until it is
+        done the fault stays, and it is not `ready`.
         """
         ...
 

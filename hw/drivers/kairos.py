@@ -60,7 +60,8 @@ def fastest(timeout: float, ramp: float, way: float = STOP_M) -> float:
 class KairosBase:
     """Wheels behind rosbridge; see `hw.drivers.hardware.Hardware`.
 
-    Odometry counts from the first message on, and goes on over a connection that was lost.
+    Odometry counts from the first message on, and goes on over a connection that was lost. A lost
+    connection is opened again; the fault that it was stays, and nothing but zero is sent.
 
     Raises:
         OSError: nobody is there, or no odometry comes within 2 s.
@@ -83,19 +84,23 @@ class KairosBase:
         self._topics = _topics(topics or {}, namespace)
         self._address, self._version = (host, port), ros
         self._from_first: Pose2 | None = None
-        self._standing = self._recovering = False
+        self._standing = False
         reachable(host, port)
         self._link = Link(self._address, self._topics, ros)
         self._await_first()
 
+    @property
+    def ready(self) -> bool:
+        """Would a velocity be sent? See `Hardware`."""
+        return self.fault is None and not self._standing
+
     def poll(self, now_ns: int) -> None:
         """Take the newest odometry, and look what is wrong; see `Hardware`."""
         self._take_newest()
-        cause = self._link.cause(now_ns)
-        if self._recovering:
-            self._recover(cause, now_ns)
-        elif cause is not None and self.fault is None:
-            self.fault = cause
+        self.fault = self.fault or self._link.cause(now_ns)
+        if self._link.is_over(now_ns):
+            self._link.close()
+            self._link = Link(self._address, self._topics, self._version)
 
     def hits(self) -> list[BumperHit]:
         """It tells of no touch."""
@@ -114,17 +119,10 @@ class KairosBase:
         self._link.send(STILL)
 
     def acknowledge(self) -> bool:
-        """Let the wheels turn again; a lost connection is opened anew. See `Hardware`."""
-        now_ns = time.monotonic_ns()
-        if self._recovering:
-            return True
-        if not self._link.usable(now_ns):
-            self._link.close()
-            self._link = Link(self._address, self._topics, self._version)
-            self._recovering = True
-            self.fault = self.fault or self._link.cause(now_ns)
-            return True
-        if self._link.cause(now_ns) is not None:
+        """Let the wheels turn again, unless a cause holds; see `Hardware`."""
+        cause = self._link.cause(time.monotonic_ns())
+        if cause is not None:
+            self.fault = cause
             return False
         self.fault, self._standing = None, False
         return True
@@ -142,12 +140,6 @@ class KairosBase:
         if self._from_first is None:
             self._from_first = pose.inverse()
         self.odometry = (stamp_ns, Odometry(self._from_first @ pose, twist))
-
-    def _recover(self, cause: str | None, now_ns: int) -> None:
-        if cause is None:
-            self.fault, self._standing, self._recovering = None, False, False
-        elif not self._link.opening(now_ns):
-            self.fault, self._recovering = cause, False
 
     def _await_first(self) -> None:
         """Until odometry comes, and the robot has said whether it is stopped."""

@@ -23,6 +23,8 @@ from hw.geometry import Pose2, Twist2
 
 OLD_S = 0.15
 """Odometry that is so old, s, is a fault; the robot sends it 100 times a second."""
+AGAIN_S = 0.5
+"""A lost connection is opened again so often, s."""
 TYPES: Mapping[str, str] = {
     "cmd_vel": "geometry_msgs/Twist",
     "odom": "nav_msgs/Odometry",
@@ -85,6 +87,16 @@ class Link:
         if self._bridge.lost or self.stopped or now_ns - opened_ns > FIRST_S * 1e9:
             return False
         return self.newest is None or self.stopped is None
+
+    def is_over(self, now_ns: int) -> bool:
+        """Is it lost, or silent for so long that a new one is better?"""
+        if self._bridge.lost:
+            return now_ns - self._begun_ns > AGAIN_S * 1e9
+        opened_ns = self._bridge.opened_ns
+        if opened_ns is None:
+            return not self.opening(now_ns)
+        heard_ns = opened_ns if self.newest is None else max(opened_ns, self.newest[0])
+        return now_ns - heard_ns > FIRST_S * 1e9
 
     def usable(self, now_ns: int) -> bool:
         """Does odometry come?"""

@@ -6,14 +6,16 @@ parts:
     host: 192.168.0.200
     port: 9090
     ros: 1                 # or 2: how message types are named
-    scanners: {front_laser: /robot/front_laser/scan, rear_laser: /robot/rear_laser/scan}
+    scanners:
+      front_laser: {topic: /robot/front_laser/scan, upside_down: true}
+      rear_laser: {topic: /robot/rear_laser/scan, upside_down: true}
     delay: 0.0             # s, of all that is between last beam and receipt, if it is known
 
 The connection is in a process of its own (`hw.drivers.ros_lidar_process`). A scan is stamped at its
 first beam: the robot's stamp moved to our clock as if the fastest message had been received at its
 last beam, less the time from the first beam to the last as the message tells it, less `delay`. Null
 and NaN, as rosbridge writes what JSON has not, and what is out of range are beams that do not come
-back.
+back. Angles of a scanner that hangs upside down, as those of an RB-KAIROS do, are turned round.
 
 A silent scanner shows by silence; a lost connection is tried again every 0.5 s.
 """
@@ -22,6 +24,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping
+from typing import Any
 
 from hw.connection import Opening
 from hw.drivers.feed import Feed
@@ -30,6 +33,7 @@ from hw.links.processes import Child
 from hw.samples import Sample, Scan
 
 KEPT = 16
+KEYS = {"topic", "upside_down"}
 
 
 class RosLidar:
@@ -44,7 +48,7 @@ class RosLidar:
     def __init__(
         self,
         host: str,
-        scanners: Mapping[str, str],
+        scanners: Mapping[str, Mapping[str, Any]],
         now: Callable[[], int],
         opening: Opening,
         port: int = 9090,
@@ -55,6 +59,9 @@ class RosLidar:
         if strange := sorted(set(scanners) - set(models)):
             there = ", ".join(models) or "it has none"
             raise ValueError(f"{strange[0]!r} is no scanner of {opening.body.name}: {there}")
+        for name, entry in scanners.items():
+            if "topic" not in entry or set(entry) - KEYS:
+                raise ValueError(f"{name}: write its topic, and upside_down: true where it is")
         self.wake: Callable[[], None] = _nobody
         self._arrived: deque[Sample] = deque(maxlen=KEPT * len(scanners))
         self._feed = Feed(now, self._take)
@@ -62,7 +69,7 @@ class RosLidar:
             "hw.drivers.ros_lidar_process",
             {
                 "host": host, "port": port, "ros": ros, "delay": delay, "tells": self._feed.address,
-                "scanners": dict(scanners),
+                "scanners": {name: dict(entry) for name, entry in scanners.items()},
             },
         )  # fmt: skip
         self._feed.start()

@@ -45,9 +45,10 @@ class Scanners:
         settings = self._settings
         reachable(settings["host"], settings["port"])
         self.bridge = Bridge(settings["host"], settings["port"])
-        for name, topic in settings["scanners"].items():
-            kind = kind_of(KIND, settings["ros"])
-            self.bridge.subscribe(topic, kind, partial(self._take, name))
+        kind = kind_of(KIND, settings["ros"])
+        for name, entry in settings["scanners"].items():
+            side = -1.0 if entry.get("upside_down", False) else 1.0
+            self.bridge.subscribe(entry["topic"], kind, partial(self._take, name, side))
         return self.bridge
 
     def close(self) -> None:
@@ -56,10 +57,10 @@ class Scanners:
             self.bridge.close()
         self._outlet.close()
 
-    def _take(self, name: str, message: Mapping[str, Any]) -> None:
+    def _take(self, name: str, side: float, message: Mapping[str, Any]) -> None:
         received_ns = time.monotonic_ns()
         try:
-            stamp, scan = stamp_of(message), scan_of(name, message)
+            stamp, scan = stamp_of(message), scan_of(name, message, side)
         except (KeyError, TypeError, ValueError):
             return  # none of ours: it shows as silence
         if stamp <= self._stamps.get(name, -1):
@@ -71,8 +72,8 @@ class Scanners:
             self._outlet.send("base.scan", stamp + offset_ns - sweep_ns - self._delay_ns, scan)
 
 
-def scan_of(name: str, message: Mapping[str, Any]) -> Scan:
-    """A Scan of a sensor_msgs/LaserScan as JSON has it.
+def scan_of(name: str, message: Mapping[str, Any], side: float = 1.0) -> Scan:
+    """A Scan of a sensor_msgs/LaserScan as JSON has it; `side` is -1 for what is upside down.
 
     Raises:
         KeyError, TypeError, ValueError: it is none.
@@ -86,8 +87,8 @@ def scan_of(name: str, message: Mapping[str, Any]) -> Scan:
         beam_time = 0.0
     return Scan(
         name,
-        start,
-        step,
+        side * start,
+        side * step,
         tuple([r if r is not None and nearest <= r < farthest else math.inf for r in ranges]),
         beam_time,
     )

@@ -27,9 +27,11 @@ Version = Literal[1, 2]
 Take = Callable[[Mapping[str, Any]], None]
 CONNECTING_S = 2.0
 """A server that is not there within so long, s, is not there."""
-CLOSING_S = 0.5
 FIRST_S = 2.0
 """A topic that sends nothing within so long, s, was not subscribed to, or nobody publishes it."""
+
+
+CLOSING_S = 0.5
 
 
 class Bridge:
@@ -84,15 +86,16 @@ class Bridge:
         return send
 
     def close(self, in_order: bool = False) -> None:
-        """Let go of it; `in_order` after what waits to be sent, else what waits does not leave."""
+        """Let go of it at once; or `in_order`, and wait until what was sent has left."""
         protocol, over = self._protocol, self.lost
         self.lost = True
         if protocol is None:
             self._ros.call_later(0, self._give_up)
-        elif not over:
-            drop = partial(protocol.dropConnection, abort=True)
-            self._ros.call_later(0, protocol.sendClose if in_order else drop)
+        elif not over and in_order:
+            self._ros.call_later(0, protocol.sendClose)
             self._gone.wait(CLOSING_S)
+        elif not over:
+            self._ros.call_later(0, partial(protocol.dropConnection, abort=True))
 
     def _give_up(self) -> None:
         connector = self._ros.factory.connector

@@ -105,6 +105,7 @@ class UrArm:
         """Be at these angles at these times; see `Arm`."""
         self._model.check_course(points)
         self._number += 1
+        self._ticked = time.monotonic_ns()
         self._tell_here()
         for first in range(0, len(points), PIECE):
             piece = tuple((time, tuple(joints)) for time, joints in points[first : first + PIECE])
@@ -128,6 +129,11 @@ class UrArm:
     def fault(self) -> str | None:
         """Why the arm does not move until the operator has acknowledged."""
         return self._fault
+
+    @property
+    def pid(self) -> int:
+        """Of its worker."""
+        return self._child.pid
 
     def acknowledge(self) -> bool:
         """By the operator's order: start a lost arm anew. False until it is there; ask again."""
@@ -171,9 +177,12 @@ class UrArm:
         """Tell the worker that we are here, and see that it is."""
         while not self._over.wait(HERE_S):
             self._tell_here()
-            if self._fault is None and time.monotonic_ns() - self._heard > LOST_NS:
+            silent = time.monotonic_ns() - self._heard > LOST_NS
+            if self._fault is None and not self._child.alive:
+                self._lose("its process has ended")
+            elif self._fault is None and silent:
                 self._lose("nothing is heard from it")
-            if self._fault is not None and time.monotonic_ns() - self._heard > LOST_NS:
+            if self._fault is not None and silent:
                 self._end_worker()
 
     def _end_worker(self) -> None:

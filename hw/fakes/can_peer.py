@@ -38,7 +38,7 @@ class CanNodes(Peer):
         bus: Mapping[str, Any],
         wheels: Mapping[str, Any],
         tells: Hearer | None = None,
-        by_hand: float | None = None,
+        by_hand: float | None = 1.0,
         bumper: bool = True,
         now: Callable[[], int] | None = None,  # noqa: ARG002
     ) -> None:

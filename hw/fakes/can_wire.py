@@ -140,9 +140,7 @@ def open_wire(settings: Mapping[str, Any]) -> Bus | Hub:
     """
     if settings["interface"] == "local":
         host = str(settings["channel"])
-        number = zlib.crc32(host.encode())
-        group = f"239.193.{number >> 8 & 255}.{number & 255}"
-        port = 20_000 + (number >> 16) % 12_000
+        group, port = meeting_point(host)
         if not has_route(group, port):
             return Hub(host, port)
         settings = {
@@ -154,6 +152,12 @@ def open_wire(settings: Mapping[str, Any]) -> Bus | Hub:
         return Bus(settings)
     except can.CanError as error:
         raise OSError(f"fake CAN nodes: {error}") from error
+
+
+def meeting_point(host: str) -> tuple[str, int]:
+    """Multicast group and port for an address of this machine."""
+    number = zlib.crc32(host.encode())
+    return f"239.193.{number >> 8 & 255}.{number & 255}", 20_000 + (number >> 16) % 12_000
 
 
 def has_route(group: str, port: int) -> bool:

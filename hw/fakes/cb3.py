@@ -14,6 +14,7 @@ datagrams, by their name:
 | `close` | all links are closed; new ones are not |
 | `refuse` | RTDE does not know the variable of this name |
 | `slow` | the speed slider stands at this share |
+| `place` | the arm stands at these joints (rad), switched on, without a program or a stop |
 | `well` | `freeze`, `mute`, `close`, `refuse` and `slow` are over |
 
 It is not faithful in dynamics, limits, kinematics (TCP poses are 0) and script errors.
@@ -148,6 +149,8 @@ class Server:
             self._arm.halt(STOPS[name])
         elif name == "release":
             self._arm.release()
+        elif name == "place":
+            self._arm.place(tuple(value))
         elif name == "slow":
             self._arm.scaling = float(value)
         elif name == "refuse":
@@ -155,7 +158,9 @@ class Server:
         elif name in ("drop", "close"):
             self.hang_up(doors=name == "close")
         elif name in ("freeze", "mute"):
-            self._frozen, self._mute = self._frozen or name == "freeze", name == "mute"
+            self._frozen, self._mute = name == "freeze", name == "mute"
+            if self._frozen:
+                self._arm.velocities = (0.0,) * 6
         elif name == "well":
             self._well()
 

@@ -107,6 +107,13 @@ class Controller:
         if self.safety != PROTECTIVE:
             self.safety, self.powered = NORMAL, True
 
+    def place(self, joints: Joints) -> None:
+        """Stand there, as after switching on."""
+        self.end()
+        self.joints = self.target = joints
+        self.velocities, self._moving = (0.0,) * 6, None
+        self.safety, self.powered = NORMAL, True
+
     def step(self) -> None:
         """One cycle."""
         self.time_s += CYCLE_S

@@ -11,6 +11,7 @@ given by `step`, so that a test can let it pass as it likes.
 from __future__ import annotations
 
 import struct
+from typing import Any
 
 import canopen
 from canopen.objectdictionary import INTEGER8, INTEGER16, INTEGER32, UNSIGNED8, UNSIGNED16
@@ -23,6 +24,7 @@ STATUS = {
     "reaction": 0x020F, "fault": 0x0208,
 }  # fmt: skip
 VOLTAGE = 0x0010
+_NODES: Any = canopen  # much of it has no types
 COASTING = 400_000.0
 """How fast a wheel without power slows down, units/s2."""
 OBJECTS = (
@@ -46,31 +48,30 @@ RECORDS = (
     ("error behaviour", 0x1029, UNSIGNED8, (0,)),
 )
 MAPPINGS = {0x1400: 0x1600, 0x1800: 0x1A00}
-LENGTHS = {UNSIGNED8: 1, INTEGER8: 1, UNSIGNED16: 2, INTEGER16: 2, U32: 4, INTEGER32: 4}
 
 
-def dictionary(node: int) -> canopen.ObjectDictionary:
+def dictionary(node: int) -> Any:
     """The objects of a drive, one process data object each way, not mapped yet."""
-    found = canopen.ObjectDictionary()
+    found = _NODES.ObjectDictionary()
     for name, index, kind, default in OBJECTS:
         found.add_object(_variable(name, index, 0, kind, default))
-    records = [*RECORDS]
+    for name, index, kind, defaults in RECORDS:
+        found.add_object(_record(name, index, len(defaults), [(kind, one) for one in defaults]))
     for communication, mapping in MAPPINGS.items():
         frame = 0x8000_0000 | (0x200 if communication == 0x1400 else 0x180) + node
-        records.append((f"mapping {mapping:X}", mapping, U32, (0, 0)))
-        record = canopen.objectdictionary.ODRecord(f"process data {communication:X}", communication)
-        record.add_member(_variable("count", communication, 0, UNSIGNED8, 2))
-        record.add_member(_variable("frame", communication, 1, U32, frame))
-        record.add_member(_variable("type", communication, 2, UNSIGNED8, 255))
-        found.add_object(record)
-    for name, index, kind, defaults in records:
-        record = canopen.objectdictionary.ODRecord(name, index)
-        count = 0 if index in MAPPINGS.values() else len(defaults)
-        record.add_member(_variable("count", index, 0, UNSIGNED8, count))
-        for n, default in enumerate(defaults, 1):
-            record.add_member(_variable(f"entry {n}", index, n, kind, default))
-        found.add_object(record)
+        members = [(U32, frame), (UNSIGNED8, 255)]
+        found.add_object(_record("process data", communication, len(members), members))
+        found.add_object(_record("mapping", mapping, 0, [(U32, 0), (U32, 0)]))
     return found
+
+
+def _record(name: str, index: int, count: int, members: list[tuple[int, int]]) -> Any:
+    """An object with members; those of equal names are told apart by their index."""
+    made = canopen.objectdictionary.ODRecord(f"{name} {index:X}", index)
+    made.add_member(_variable("count", index, 0, UNSIGNED8, count))
+    for n, (kind, default) in enumerate(members, 1):
+        made.add_member(_variable(f"entry {n}", index, n, kind, default))
+    return made
 
 
 def _variable(
@@ -91,7 +92,9 @@ class Drive:
         self.silent = False  # its process data stay away
         self.stuck = False  # it tells the same velocity again and again
         self._network = network
-        self._node = canopen.LocalNode(number, dictionary(number))
+        self._node = _NODES.LocalNode(number, dictionary(number))
+        self._node.add_write_callback(self._written)
+        self._values: dict[tuple[int, int], int] = {}
         network.add_node(self._node)
         self._control = 0
         self._waiting: bytes | None = None
@@ -105,6 +108,7 @@ class Drive:
         node = self._node
         node.nmt.stop_heartbeat()
         node.data_store.clear()
+        self._values.clear()
         self.state, self._control, self._waiting, self._beat_ns = "disabled", 0, None, None
         node.nmt.state = "INITIALISING"
         node.nmt.state = "PRE-OPERATIONAL"
@@ -150,10 +154,16 @@ class Drive:
 
     def value(self, index: int, subindex: int = 0) -> int:
         """An object as it is now."""
-        found: int = self._node.object_dictionary.get_variable(index, subindex).decode_raw(
-            self._node.get_data(index, subindex)
-        )
+        found = self._values.get((index, subindex))
+        if found is None:
+            variable = self._node.object_dictionary.get_variable(index, subindex)
+            assert variable is not None
+            found = int(variable.decode_raw(self._node.get_data(index, subindex)))
+            self._values[index, subindex] = found
         return found
+
+    def _written(self, *, index: int, subindex: int, **_: object) -> None:
+        self._values.pop((index, subindex), None)
 
     def _motion(self) -> tuple[float, float]:
         """The velocity it heads for, and the ramp."""

@@ -46,3 +46,35 @@ class Cb3(Peer):
             "tells": None if tells is None else tuple(tells.address),
         }
         super().__init__("hw.fakes.cb3", settings)
+
+
+class VrClient(Peer):
+    """A VR application that connects to the VR link at host:port as soon as it can.
+
+    Its user is the one whom the world `tells` hosts. Its clock is `clock_offset`, s, ahead of
+    ours; `answers`: it answers questions for it; `by_fields`: it writes field by field, as Unity
+    does. `hw.fakes.vr_application` has its faults.
+    """
+
+    def __init__(  # noqa: PLR0913
+        self,
+        host: str,
+        port: int,
+        tells: Hearer,
+        opening: Opening,
+        now: Callable[[], int] | None = None,  # noqa: ARG002
+        clock_offset: float = 0.0,
+        answers: bool = True,
+        by_fields: bool = True,
+    ) -> None:
+        settings: dict[str, Any] = {
+            "host": host,
+            "port": port,
+            "world": tuple(tells.address),
+            "trackers": tuple(opening.tracking.mounts),
+            "map_from_vive": opening.tracking.map_from_vive,
+            "offset_ns": round(clock_offset * 1e9),
+            "answers": answers,
+            "by_fields": by_fields,
+        }
+        super().__init__("hw.fakes.vr_process", settings)

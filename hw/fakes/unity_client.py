@@ -67,8 +67,11 @@ class Client:
             return []
         if time.monotonic() - self._wrote > IDLE_S:
             self._write([bytes(8)])
-        self._receive()
-        return self._messages()
+        alive = self._receive()
+        found = self._messages()
+        if not alive:
+            self.close()
+        return found
 
     def send(self, topic: str, message: Fields) -> None:
         """Publish a message, if there is a link."""
@@ -120,15 +123,17 @@ class Client:
             self.close()
         self._wrote = time.monotonic()
 
-    def _receive(self) -> None:
+    def _receive(self) -> bool:
+        """Take what has come; False: there is no link any more."""
         while self._socket is not None and select.select([self._socket], [], [], 0.0)[0]:
             try:
                 data = self._socket.recv(1 << 16)
             except OSError:
-                data = b""
+                return False
             if not data:
-                self.close()
+                return False
             self._data += data
+        return self._socket is not None
 
     def _messages(self) -> list[tuple[str, bytes]]:
         found, data = [], self._data

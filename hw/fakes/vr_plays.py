@@ -56,11 +56,10 @@ class Alone:
 class Hosted:
     """The person whom a world hosts: told by its datagrams, and the world what they are shown."""
 
-    def __init__(self, world: Address, intake: Intake) -> None:
-        self._intake, self._outlet = intake, Outlet("vr_client", [world])
+    def __init__(self, world: Address) -> None:
+        self._intake, self._outlet = Intake(world[0]), Outlet("vr_client", [world])
         self._told: bool | None = None
         self._told_ns = 0
-        self.faults: list[str] = []
 
     def step(self, now_ns: int, robot: Pose2 | None, shown: bool) -> list[Told]:  # noqa: ARG002
         """See `Play`; the world knows where the robot is."""
@@ -68,14 +67,10 @@ class Hosted:
             self._told, self._told_ns = shown, now_ns
             self._outlet.send("subscribe", now_ns, tuple(self._intake.address))
             self._outlet.send("inform", now_ns, shown)
-        found = []
-        for told in self._intake.poll():
-            if told.name == "fault":
-                self.faults.append(told.value)
-            elif told.name in SEEN:
-                found.append(Told(told.name, told.stamp_ns, told.value))
-        return found
+        heard = [told for told in self._intake.poll() if told.name in SEEN]
+        return [Told(told.name, told.stamp_ns, told.value) for told in heard]
 
     def close(self) -> None:
-        """Tell nothing any more."""
+        """Hear and tell nothing any more."""
+        self._intake.close()
         self._outlet.close()

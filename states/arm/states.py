@@ -37,6 +37,8 @@ SURE, SURE_YAW = 0.01, 0.005
 """A reach waits for a pose of the base that is so sure, m and rad: 1 cm is 1 cm at the prop."""
 LATE_S = 0.5
 """An arm that is not there so long after it should be does not get there."""
+SLOWEST = 0.05
+"""An arm that runs at less than this share of its speed is not waited for any longer."""
 
 Frame = Literal["map", "rover", "user"]
 Solver = Literal["lines_first", "rrt_connect", "ompl"]
@@ -218,7 +220,7 @@ def _follow(
 
     arm: Arm = ctx.part("arm")
     points, checked, begun = course(plan), planned, ctx.now
-    late = ctx.after(points[-1][0] + LATE_S)
+    late, slowest = ctx.after(points[-1][0] + LATE_S), 1.0
     number = arm.follow(points) if len(points) > 1 else None
     try:
         while ctx.now < late and ctx.value("stop.engaged") is None:
@@ -229,9 +231,12 @@ def _follow(
             if refused is not None:
                 yield refused
                 return False
+            if state is not None and state.scaling < slowest:
+                slowest = max(SLOWEST, state.scaling)
+                late = begun + round((points[-1][0] / slowest + LATE_S) * 1e9)
             look = _look(ctx)
             if look is not None and not look.is_like(checked, MOVED, TURNED):
-                checked, since = look, (ctx.now - begun) * 1e-9
+                checked, since = look, (ctx.now - begun) * 1e-9 * slowest
                 workspace = ctx.value("site").workspace
                 if not workspace.is_free(plan.trajectory, since, look, deep):
                     return None

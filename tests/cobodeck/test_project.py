@@ -185,6 +185,7 @@ CALLS = {
     "render": "render chase -o chase.dot",
     "simulate": "simulate --tier 0 --duration 1",
     "run": "run cobodeck --robot mock --fast --duration 1",
+    "observe": "observe nowhere",
     "replay": "replay first.mcap",
     "recover": "recover first.mcap",
     "compare": "compare first.mcap first.mcap",
@@ -197,7 +198,13 @@ CALLS = {
     "doctor": "doctor",
 }
 SHORT = ("--duration", "1")
-MORE = ("list states", "list signals", "render --scene hall --at 1 -o hall.svg")
+MORE = (
+    "list states",
+    "list signals",
+    "list connections",
+    "doctor --robot mock",
+    "render --scene hall --at 1 -o hall.svg",
+)
 
 
 def test_every_command_is_tried_without_projects() -> None:

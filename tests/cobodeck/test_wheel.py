@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from hw.connection import connection_names
+
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("engine", "states", "behaviors", "hw", "cobodeck", "charts")
 
@@ -57,5 +59,8 @@ def test_a_wheel_simulates_validates_and_begins_projects_elsewhere(tmp_path: Pat
     )
     assert json.loads(shown)["ticks"] == 601
     assert "no errors" in run([*cobodeck, "validate"], elsewhere, PYTHONPATH=str(site))
+    listed = run([*cobodeck, "list", "connections", "--json"], elsewhere, PYTHONPATH=str(site))
+    assert {one["connection"] for one in json.loads(listed)} == set(connection_names())
+    assert list((site / "hw" / "drivers").glob("*.dbc"))
     run([*cobodeck, "new", "own"], elsewhere, PYTHONPATH=str(site))
     assert "no errors" in run([*cobodeck, "validate"], elsewhere / "own", PYTHONPATH=str(site))

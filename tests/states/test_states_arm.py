@@ -261,6 +261,27 @@ def test_a_course_that_the_arm_refuses_fails_the_move_at_once_and_says_why(
     assert move.tick < HZ
 
 
+class SlowArm(SimArm):
+    """An arm whose own controller runs at half its speed."""
+
+    def advance(self, until_ns: int) -> None:
+        super().advance(until_ns // 2)
+        self.state = replace(self.state, scaling=0.5)
+
+
+def test_an_arm_that_runs_at_half_its_speed_is_waited_for(
+    site: Site, context: Any, take_step: Any
+) -> None:
+    quick = Move(site, context, ReachDeep(), deep=deep_at(site, 1.2))
+    assert quick.until_end(take_step, 20) == "reached"
+    move = Move(site, context, ReachDeep(), deep=deep_at(site, 1.2))
+    move.arm = SlowArm(site.robot.arm)
+    move.ctx.parts["arm"] = move.arm
+
+    assert move.until_end(take_step, 20) == "reached"
+    assert move.tick > quick.tick + 0.5 * HZ
+
+
 @pytest.mark.parametrize("at_start", [True, False])
 def test_an_arm_whose_own_safety_system_stops_it_fails_the_move_and_says_so(
     site: Site, context: Any, take_step: Any, at_start: bool

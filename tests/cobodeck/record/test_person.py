@@ -16,7 +16,7 @@ import pytest
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK, USAGE
 from cobodeck.record.person import past
-from cobodeck.record.reader import Group, Record
+from cobodeck.record.reader import Group, Record, Told
 from cobodeck.record.start import recorder
 from cobodeck.simulate import Result, simulate
 from cobodeck.stage import Options
@@ -43,6 +43,7 @@ steps:
   - stand: 1 s
 """
 ROOT = Path(__file__).parents[3]
+ASKED = "signal/vr.haptic_request"
 
 
 def recorded(path: Path, user: str, duration_s: float = SECONDS, **given: Any) -> Result:
@@ -252,3 +253,28 @@ def test_the_mock_and_pictures_take_them_too(
     capsys.readouterr()
     assert main([*mock, "--user", str(demo[0])]) == OK
     assert json.loads(capsys.readouterr().out)["walking_s"] > 0.0
+
+
+class Misheard(Record):
+    """A record in which requests were told of 3 mm beside where they were meant."""
+
+    def groups(self) -> Iterator[Group]:
+        for group in super().groups():
+            yield replace(group, told=tuple(map(self._beside, group.told)))
+
+    def _beside(self, told: Told) -> Told:
+        value = json.loads(told.data)["value"] if told.topic == ASKED else None
+        if value is None:
+            return told
+        value["hw.geometry.Pose3"][0] += 0.003
+        stamp = json.loads(told.data)["stamp"]
+        return told._replace(data=json.dumps({"stamp": stamp, "value": value}).encode())
+
+
+def test_they_ask_once_where_they_were_understood_to_ask(demo: Any) -> None:
+    true, told = past(Record(demo[0])).asked, past(Misheard(demo[0])).asked
+
+    assert [one.at_ns for one in told] == [one.at_ns for one in true]
+    moved = [(a.deep, b.deep) for a, b in zip(true, told, strict=True)]
+    assert all(b is None if a is None else b.x == a.x + 0.003 for a, b in moved)
+    assert any(a is not None for a, _ in moved)

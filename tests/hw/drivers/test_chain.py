@@ -1,6 +1,5 @@
 """The chain in a process of its own, as the engine sees it: times, deaths, and who may have it."""
 
-import itertools
 import os
 import select
 import signal
@@ -14,7 +13,22 @@ from hw.drivers.chain import ENDED, SILENT, Chain
 from hw.geometry import STILL
 from hw.keeper import is_standing
 from hw.links.datagrams import Intake, Outlet
-from tests.hw.drivers.chain_rig import AHEAD, HARDWARE, MS, PATIENCE_S, Rig, opening, own_host
+from tests.hw.drivers.chain_rig import (
+    AHEAD,
+    ARM_SILENT,
+    HARDWARE,
+    MS,
+    PATIENCE_S,
+    Rig,
+    opening,
+    own_host,
+)
+
+SILENCES = [
+    ("arm", 50 * MS, ARM_SILENT),
+    ("observer", 500 * MS, "the observer is silent"),
+    ("user", 500 * MS, "tracking of the user is lost"),
+]
 
 
 @pytest.fixture
@@ -43,9 +57,8 @@ def test_it_drives_and_no_record_is_lost(rig):
     rig.driving().go(100)
     cycles, keeper = rig.cycles, rig.chain.keeper
     rig.until(lambda: keeper.status.cycles >= cycles[-1][1])
-    times = [b[0] - a[0] for a, b in itertools.pairwise(cycles)]
-    hz = 1e9 * len(times) / sum(times)
-    assert hz >= 99.0
+    (first, start, *_), (last, end, *_) = cycles[0], cycles[-1]
+    assert abs((last - first) / 1e7 - (end - start) - keeper.status.missed) <= 2
     assert keeper.lost == 0
     assert keeper.cycles.written > 100
     records = keeper.cycles.reader().take()
@@ -124,22 +137,17 @@ def test_a_reset_that_is_refused_says_why(rig):
 
 
 @pytest.mark.requirement(55)
-@pytest.mark.parametrize(
-    ("who", "gate_ns", "reason"),
-    [
-        ("arm", 50 * MS, "the link to the arm is silent"),
-        ("observer", 500 * MS, "the observer is silent"),
-    ],
-)
-def test_who_falls_silent_stops_everything_within_the_gate_and_two_cycles(
-    rig, who, gate_ns, reason
-):
+@pytest.mark.parametrize(("who", "gate_ns", "reason"), SILENCES)
+def test_who_falls_silent_stops_everything_within_the_gate_and_two_cycles(who, gate_ns, reason):
+    rig = Rig(arm=who == "arm").start()
     rig.driving()
+    rig.pulled.clear()
     rig.speaks.remove(who)
     rig.until(lambda: rig.pulled)
     stays_stopped(rig)
     assert [text for _, text in rig.pulled] == [reason]
     assert rig.stopped_in(rig.last[who] + gate_ns) <= 2
+    rig.close()
 
 
 @pytest.mark.requirement(41, 149)
@@ -195,7 +203,10 @@ Rig(host=sys.argv[1], also=[(sys.argv[2], int(sys.argv[3]))]).start().until(lamb
 @pytest.mark.requirement(41, 48, 149)
 def test_an_engine_that_is_killed_leaves_nothing_moving_and_the_base_free():
     host, seen = own_host(), Intake()
-    engine = subprocess.Popen([sys.executable, "-c", ENGINE, host, *map(str, seen.address)])
+    engine = subprocess.Popen(
+        [sys.executable, "-c", ENGINE, host, *map(str, seen.address)],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+    )
     told = []
 
     def drives():

@@ -3,6 +3,8 @@
 import math
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from hw.drivers.chain_cycle import ChainCycle
 from hw.drivers.chain_settings import ChainSettings, ObserverSettings
@@ -10,12 +12,14 @@ from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.links.datagrams import Told
 from hw.robot import MotionLimits, load_robot
 from hw.safety_limits import SafetyLimits
-from hw.samples import PoseSigma, UserPose
+from hw.samples import PoseSigma, TrackerPose, UserPose
 from hw.tracking import Tracking
 from tests.hw.drivers.wheels import READY_AFTER, Wheels
 
 MS = 1_000_000
 ROBOT = load_robot("rbkairos_ur10")
+TRACKING = Tracking.of(ROBOT.sensing)
+MOUNT = TRACKING.mounts["front_tracker"]
 MOTION = MotionLimits(1.0, 2.0, base_speed=2.5, base_yaw_rate=1.5)
 LIMITS = SafetyLimits.of(ROBOT, MOTION)
 CYCLE = 10 * MS
@@ -49,7 +53,7 @@ class Rig:
             model=ROBOT.base,
             motion=MOTION,
             safety=limits,
-            tracking=Tracking(),
+            tracking=TRACKING,
             arm=arm,
             observer=ObserverSettings(("127.0.0.1", 0)) if observer else None,
         )
@@ -156,7 +160,7 @@ def test_nothing_moves_before_everybody_was_heard_and_nothing_latches(who):
     rig.go(200)
     assert rig.wheels.told == STILL
     assert rig.chain.stopped is None
-    assert "has not been heard" in rig.chain.links.awaited()
+    assert "has not been heard" in rig.chain.awaited
     rig.speaks.add(who)
     rig.go(100)
     assert rig.wheels.told == AHEAD
@@ -198,6 +202,32 @@ def test_a_fault_of_the_arm_stops_the_base_in_the_next_cycle(rig):
     rig.speaks.remove("arm")
     assert rig.until_stopped() == 1
     assert rig.chain.stopped == "arm: protective stop"
+
+
+def test_an_arm_that_is_not_ready_yet_is_awaited():
+    rig = Rig()
+    rig.speaks.remove("arm")
+    for _ in range(100):
+        rig.tell("arm", "arm.link", "it is switched off")
+        rig.go()
+    assert rig.wheels.told == STILL
+    assert rig.chain.stopped is None
+    assert rig.chain.awaited == "arm: it is switched off"
+    rig.speaks.add("arm")
+    rig.go(100)
+    assert rig.wheels.told == AHEAD
+
+
+def test_wheels_that_are_not_ready_yet_are_awaited_and_begin_with_their_ramp():
+    rig = Rig()
+    rig.wheels.stopped = True
+    rig.go(100)
+    assert rig.wheels.told == STILL
+    assert rig.chain.stopped is None
+    assert rig.chain.awaited == "the wheels are not ready"
+    rig.wheels.stopped = False
+    rig.go(2)
+    assert 0.0 < rig.wheels.told.vx <= 0.021
 
 
 def test_a_word_of_the_arm_with_an_old_stamp_does_not_count(rig):
@@ -343,6 +373,19 @@ def test_who_does_not_know_where_the_base_is_moves_nothing(rig):
     assert rig.records()[-1].reasons == ("pose or velocity of the base is not known",)
 
 
+@pytest.mark.requirement(8)
+@pytest.mark.parametrize("tracker", ["front_tracker", "nobody's"])
+def test_a_tracker_on_the_rover_says_where_the_base_is(tracker):
+    rig = Rig()
+    rig.speaks.remove("estimate")
+    for _ in range(100):
+        rig.go()
+        pose = rig.wheels.odometry[1].pose
+        seen = Pose3.from_yaw(pose.x, pose.y, 0.0, pose.yaw) @ MOUNT
+        rig.tell("vr", "rover.tracker", TrackerPose(tracker, seen))
+    assert (rig.wheels.told == AHEAD) is (tracker == "front_tracker")
+
+
 # -- the wheels
 
 
@@ -479,3 +522,63 @@ def test_the_way_of_driving_changes_once_the_base_stands(rig):
     assert all(vy == 0.0 for mode, vy in seen if mode == "differential")
     assert seen[0][0] == "omni"
     assert seen[-1] == ("differential", 0.0)
+
+
+# -- whatever is heard
+
+VALUES = st.one_of(
+    st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=3),
+    st.just("differential"), st.just("omni"), st.just("up"),
+    st.builds(Twist2, *[st.floats(-9.0, 9.0)] * 3), st.just(Twist2(math.nan, 0.0, 0.0)),
+    st.builds(Pose2, *[st.floats(-9.0, 9.0)] * 3), st.just(DEEP),
+    st.just(Pose3(math.inf, 0.0, 0.0)),
+    st.builds(lambda x, y: UserPose(Pose2(x, y), 0.0), st.floats(-9.0, 9.0), st.floats(-9.0, 9.0)),
+    st.tuples(st.just(Pose2(0.0, 0.0)), st.just(SIGMA)), st.tuples(st.none(), st.none()),
+)  # fmt: skip
+NAMES = (
+    "command", "mode", "grant", "estimate", "pull", "reset", "observer.here", "arm.link", "vr.link",
+    "vr.haptic_request", "user.pose", "rover.tracker", "chain.status",
+)  # fmt: skip
+WORDS = st.tuples(
+    st.sampled_from(("engine", "vr", "arm", "observer", "nobody")),
+    st.sampled_from(NAMES),
+    VALUES,
+    st.sampled_from((0, -30, -200, 40, 5000)),
+)
+BREAKS = st.tuples(
+    st.sampled_from(("fault", "hit", "mute", "runs_on", "held", "raises")),
+    st.sampled_from((None, True, False)),
+)
+
+
+@settings(max_examples=40)
+@given(st.lists(st.one_of(WORDS, BREAKS, st.integers(1, 40)), max_size=40))
+def test_whatever_is_heard_what_is_stopped_is_told_to_stand_and_nothing_leaps(script):
+    rig = Rig().go(40)
+    for step in script:
+        match step:
+            case int(cycles):
+                for _ in range(cycles):
+                    go_and_look(rig)
+            case (source, name, value, late):
+                rig.tell(source, name, value, rig.now + late * MS)
+            case ("fault", value):
+                rig.wheels.order("fault", "gone" if value else None)
+            case ("hit", _):
+                rig.wheels.order("hit", 0.1)
+            case (name, value):
+                rig.wheels.order(name, bool(value))
+
+
+def go_and_look(rig):
+    before, was_stopped = rig.wheels.told, rig.chain.stopped is not None
+    rig.go()
+    told, is_stopped = rig.wheels.told, rig.chain.stopped is not None
+    assert told.speed <= MOTION.base_speed + 1e-9
+    if rig.wheels.raises:
+        assert is_stopped
+    elif was_stopped and is_stopped:
+        assert told == STILL
+    elif told != STILL:
+        leap = math.hypot(told.vx - before.vx, told.vy - before.vy)
+        assert leap <= ROBOT.base.brake_deceleration * 0.02 + 1e-9

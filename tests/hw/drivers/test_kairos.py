@@ -113,6 +113,7 @@ def test_the_speed_of_a_stop_in_half_a_metre(timeout, ramp):
     assert speed * timeout + speed**2 / (2 * ramp) == pytest.approx(0.5)
 
 
+@pytest.mark.slow
 def test_no_faster_command_leaves_than_stops_in_half_a_metre():
     with Rig() as rig:
         for _ in range(110):

@@ -22,7 +22,7 @@ from tests.hw.drivers.test_kairos import Rig as BaseRig
 
 pytest.importorskip("roslibpy", reason="the extra 'ros' is not installed")
 
-TOPICS = {name: f"/robot/{name}/scan" for name in ("front_laser", "rear_laser")}
+TOPICS = {name: {"topic": f"/robot/{name}/scan"} for name in ("front_laser", "rear_laser")}
 MODEL = load_robot("rbkairos_ur10").sensing.lidars["front_laser"]
 SWEEP_NS = round((MODEL.beams - 1) * MODEL.beam_time * 1e9)
 
@@ -90,6 +90,7 @@ def test_a_scan_is_stamped_at_its_first_beam():
     assert statistics.median(late) < SWEEP_NS
 
 
+@pytest.mark.slow
 def test_beams_without_a_number_do_not_come_back():
     with Rig() as rig:
         rig.part.wait()
@@ -98,6 +99,7 @@ def test_beams_without_a_number_do_not_come_back():
     assert len(got[-1].value.ranges) == 541
 
 
+@pytest.mark.slow
 def test_a_lost_connection_is_opened_again():
     with Rig() as rig:
         rig.part.wait()
@@ -110,7 +112,7 @@ def test_a_lost_connection_is_opened_again():
 
 @pytest.mark.slow
 def test_a_topic_that_says_nothing_is_named():
-    with Rig(scanners=TOPICS | {"rear_laser": "/robot/back_laser/scan"}) as rig:  # noqa: SIM117
+    with Rig(scanners=TOPICS | {"rear_laser": {"topic": "/robot/back_laser/scan"}}) as rig:  # noqa: SIM117
         with pytest.raises(OSError, match="nothing on /robot/back_laser/scan within 2 s"):
             rig.part.wait()
 
@@ -123,9 +125,17 @@ def test_nobody_there_is_told():
     part.close()
 
 
-def test_a_scanner_that_the_robot_has_not_is_refused():
-    with pytest.raises(ValueError, match="'lidar' is no scanner of rbkairos_ur10: front_laser"):
-        RosLidar("127.0.0.1", {"lidar": "/scan"}, now=time.monotonic_ns, opening=opening())
+@pytest.mark.parametrize(
+    ("scanners", "said"),
+    [
+        ({"lidar": {"topic": "/scan"}}, "'lidar' is no scanner of rbkairos_ur10: front_laser"),
+        ({"front_laser": {}}, "front_laser: write its topic"),
+        ({"front_laser": {"topic": "/scan", "inverted": True}}, "front_laser: write its topic"),
+    ],
+)
+def test_mistakes_in_the_file_are_told(scanners, said):
+    with pytest.raises(ValueError, match=said):
+        RosLidar("127.0.0.1", scanners, now=time.monotonic_ns, opening=opening())
 
 
 def test_a_killed_process_shows_by_silence():
@@ -144,7 +154,10 @@ GOOD = {
 
 
 def test_a_scan_of_a_message():
+    turned = scan_of("front_laser", GOOD, side=-1.0)
+    assert (turned.start, turned.step) == (1.0, -0.1)
     scan = scan_of("front_laser", GOOD)
+    assert scan.ranges == turned.ranges
     assert scan.ranges == (1.0, *[math.inf] * 5, 29.0)
     assert (scan.start, scan.step, scan.beam_time) == (-1.0, 0.1, 1e-4)
 

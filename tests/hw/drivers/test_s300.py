@@ -145,6 +145,7 @@ def test_a_line_that_was_let_go_of_is_opened_again(rig):
     assert len(rig.more(4)) >= 4
 
 
+@pytest.mark.slow
 def test_a_scanner_that_starts_anew_is_found_again(rig):
     rig.more(1)
     rig.fake.close()

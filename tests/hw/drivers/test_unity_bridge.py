@@ -1,6 +1,7 @@
 """What clients of the VR link register and are told: a server in this thread, clients by TCP."""
 
 import json
+import select
 import socket
 import struct
 from collections.abc import Iterator
@@ -371,3 +372,37 @@ def test_a_client_whose_data_has_queued_up_is_let_go(rig) -> None:
             break
     assert "ms old" in str(session.broken)
     assert n * 20 * MS > gates.BACKLOGGED_NS
+
+
+class Counted(socket.socket):
+    """Notes what options are set, between receipts."""
+
+    noted: tuple[str, ...] = ()
+
+    def setsockopt(self, level: int, option: int, *value: object) -> None:
+        self.noted += (f"{level}:{option}",)
+        super().setsockopt(level, option, *value)
+
+    def recv(self, *arguments: int) -> bytes:
+        self.noted += ("recv",)
+        return super().recv(*arguments)
+
+
+@pytest.mark.skipif(not hasattr(socket, "TCP_QUICKACK"), reason="Linux alone has it")
+def test_acknowledgements_are_not_delayed_after_any_receipt(rig) -> None:
+    """The kernel forgets it, so it has to be said again each time."""
+    there = socket.create_connection(rig.listener.getsockname())
+    here, _ = rig.listener.accept()
+    counted = Counted(fileno=here.detach())
+    session = Session(counted, "somebody", rig.now, PeerClock())
+    quick = f"{socket.IPPROTO_TCP}:{socket.TCP_QUICKACK}"
+    try:
+        assert counted.noted[-1] == quick
+        for _ in range(3):
+            there.sendall(KEEPALIVE)
+            select.select([counted], [], [], 5.0)
+            session.read(rig.now)
+            assert counted.noted[-2:] == ("recv", quick)
+    finally:
+        there.close()
+        session.close()

@@ -37,6 +37,10 @@ class Wheels:
         self._outlet = Outlet("wheels", map(tuple, tells)) if tells else None
         self._intake = Intake(*hears) if hears else None
 
+    @property
+    def ready(self):
+        return not self.stopped and self.fault is None
+
     def poll(self, now_ns):
         self.cycles += 1
         for told in self._intake.poll() if self._intake else ():
@@ -76,7 +80,7 @@ class Wheels:
     def acknowledge(self):
         if self.held or self.cause is not None:
             return False
-        self.fault, self._left = "drives are switched on", READY_AFTER
+        self._left = READY_AFTER
         return True
 
     def close(self):

@@ -1,0 +1,93 @@
+"""Watch a real robot: as long as this runs the safety chain knows that somebody looks on (R55).
+
+A chain whose connection wants an observer stops the robot after half a second without one. Enter
+stops it at once, and so does Ctrl-C, a closed terminal, or a network that fails. It is a software
+stop and no safety device: it can come late or not at all, so the observer has the hardware's own
+stop in their hand. It hears nothing from the robot; see it stop once before you rely on it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import select
+import signal
+import socket
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from cobodeck.console import FAILED, OK, Problem, complain, show
+
+if TYPE_CHECKING:
+    from hw.drivers.observer import Observer
+
+TEXT = """observing {host}:{port}. Stay here and look at the robot.
+Enter: software stop. Ctrl-C: software stop, and the end of this.
+It is no safety device and may fail: have the hardware's own stop in your hand."""
+ENDS = ("SIGTERM", "SIGHUP")
+"""Signals that end it in order, where the system has them."""
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument(
+        "chain", type=_address, metavar="HOST:PORT", help="where the safety chain listens"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Tell that somebody is there until they leave."""
+    from hw.drivers.observer import Observer
+
+    host, port = args.chain
+    try:
+        observer = Observer((socket.gethostbyname(host), port))
+    except OSError as error:
+        raise Problem(f"{host}: {error.strerror or error}", FAILED) from None
+    show(TEXT.format(host=host, port=port))
+    sys.stdout.flush()
+    try:
+        with _ending_on_signals():
+            _watch(observer, sys.stdin.fileno())
+    except KeyboardInterrupt:
+        complain("the observer leaves: software stop")
+    finally:
+        observer.pull("the observer has left")
+        observer.close()
+    return OK
+
+
+def _watch(observer: Observer, terminal: int) -> None:
+    """Until the terminal is gone; whatever is typed there stops the robot."""
+    from hw.drivers.observer import PERIOD_S
+
+    while True:
+        observer.here()
+        if not select.select([terminal], [], [], PERIOD_S)[0]:
+            continue
+        if not os.read(terminal, 4096):
+            complain("nothing can be typed here any more: software stop")
+            return
+        observer.pull("the observer")
+        show("software stop sent; only the operator resets it")
+        sys.stdout.flush()
+
+
+@contextmanager
+def _ending_on_signals() -> Iterator[None]:
+    known = [getattr(signal, name) for name in ENDS if hasattr(signal, name)]
+    before = {number: signal.signal(number, signal.default_int_handler) for number in known}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _address(text: str) -> tuple[str, int]:
+    host, _, port = text.rpartition(":")
+    if not host or not port.isdecimal() or not 0 < int(port) < 1 << 16:
+        raise argparse.ArgumentTypeError(f"{text!r} is no HOST:PORT, as 192.168.0.10:7401")
+    return host, int(port)

@@ -1,0 +1,112 @@
+"""What the virtual world is shown of the robot: in each tick, after the states (R18, R114)."""
+
+from __future__ import annotations
+
+from collections import defaultdict, deque
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from cobodeck.loop import Loop
+from cobodeck.stage import Options, stage
+from cobodeck.wiring import open_setup, wire
+from engine.clock import Grid
+from hw.drivers.unity import UnityVr
+from hw.geometry import Pose2
+from hw.samples import RobotView, Sample
+
+LATER_NS = 100_000_000
+
+
+class Link:
+    """In place of the VR link: notes what is to be shown."""
+
+    debug = False
+    heard_ns = None
+
+    def __init__(self) -> None:
+        self.shown: list[RobotView] = []
+        self.queues: dict[str, deque[Sample]] = defaultdict(deque)
+
+    def queue(self, name: str) -> deque[Sample]:
+        return self.queues[name]
+
+    def wake_at(self, names: tuple[str, ...], wake: Callable[[], None]) -> None:
+        """Nobody has to be woken in virtual time."""
+
+    def show(self, stamp_ns: int, view: RobotView) -> None:
+        self.shown.append(view)
+
+
+class Vr(UnityVr):
+    """The driver, with the simulated user in place of one behind a link."""
+
+    def __init__(self, link: Link, simulated: Any, now: Callable[[], int]) -> None:
+        super().__init__(link, now)
+        self.simulated = simulated
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        return self.simulated.samples(now_ns)
+
+    def inform(self, show: bool) -> None:
+        self.simulated.inform(show)
+        super().inform(show)
+
+
+def staged() -> tuple[Loop, Link]:
+    """CoboDeck in the simulation, seen through the driver of the VR link."""
+    setup = open_setup("cobodeck", "lab_a")
+    loop, link = stage(setup, Options(seed=1)), Link()
+    parts = dict(loop.plant.parts)
+    parts["vr"] = Vr(link, parts["vr"], lambda: loop.now_ns)
+    loop.wired = wire(setup, parts)
+    return loop, link
+
+
+@pytest.mark.requirement(18, 114)
+def test_the_sign_is_shown_in_the_tick_in_which_inform_begins_and_hidden_with_its_end() -> None:
+    loop, link = staged()
+    turns: list[bool] = []
+    while turns[-2:] != [True, False]:
+        assert loop.now_ns < 90 * 10**9
+        link.shown.clear()
+        loop.tick()
+        informed, view = "inform/warn" in loop.wired.run.active, link.shown[-1]
+        assert view.stop_sign is informed
+        assert view.visible is informed
+        if not turns or turns[-1] is not informed:
+            turns.append(informed)
+
+
+@pytest.mark.requirement(114)
+def test_the_robot_shown_is_where_it_truly_is_within_five_centimetres_100_ms_later() -> None:
+    loop, link = staged()
+    grid = Grid(30)
+    shown: deque[tuple[int, RobotView]] = deque()
+    worst, moving, looked = 0.0, 0.0, 0
+    while loop.now_ns < 20 * 10**9:
+        link.shown.clear()
+        loop.tick()
+        [view] = link.shown[-1:]
+        shown.append((loop.now_ns, view))
+        assert view.joints is not None
+        while loop.now_ns - shown[0][0] >= LATER_NS:
+            stamp, seen = shown.popleft()
+            assert loop.now_ns - stamp < LATER_NS + 2 * grid.period_ns
+            truth = loop.plant.truth.base
+            worst = max(worst, moved_on(seen, loop.now_ns - stamp).distance_to(truth))
+            moving = max(moving, seen.twist.speed)
+            looked += 1
+    assert looked > 500
+    assert moving > 0.5
+    assert worst <= 0.05
+
+
+def moved_on(view: RobotView, after_ns: int) -> Pose2:
+    """What an application makes of it: straight on with the velocity of the base."""
+    assert view.pose is not None
+    assert view.twist is not None
+    after, twist = after_ns * 1e-9, view.twist
+    half = Pose2(0.0, 0.0, 0.5 * twist.wz * after)
+    return view.pose @ half @ Pose2(twist.vx * after, twist.vy * after) @ half

@@ -1,0 +1,218 @@
+"""The nodes in a process of their own, in real time: what is counted is cycles."""
+
+import logging
+import select
+import threading
+import time
+
+import pytest
+
+from hw.drivers.can_base import CanBase
+from hw.fakes.can_peer import CanNodes
+from hw.fakes.can_wire import Hub
+from hw.geometry import STILL, Twist2
+from hw.links.datagrams import Intake, Outlet
+from hw.samples import BumperHit
+from tests.hw.drivers.can_rig import CYCLE_NS, MODEL, WHEELS
+from tests.hw.drivers.rigs import own_address
+
+LOG = logging.getLogger(__name__)
+AHEAD = Twist2(0.5)
+RATE = 0.5 / MODEL.wheel_radius
+
+
+class World:
+    """Stands for the world of the fakes: hears how the wheels turn, tells of touches."""
+
+    def __init__(self, host):
+        self._intake = Intake(host)
+        self.address = self._intake.address
+        self._outlet = Outlet("world")
+        self.rates, self.stamp_ns = (), 0
+
+    def hear(self):
+        for told in self._intake.poll():
+            assert told.source == "drives"
+            if told.name == "subscribe":
+                self._outlet.addresses = [told.value]
+            else:
+                assert told.name == "wheels"
+                self.rates, self.stamp_ns = told.value, told.stamp_ns
+
+    def wait(self):
+        select.select([self._intake], [], [], 5.0)
+        self.hear()
+
+    def bumper(self, value):
+        self._outlet.send("bumper", time.monotonic_ns(), value)
+
+    def close(self):
+        self._intake.close()
+        self._outlet.close()
+
+
+class Running:
+    """A driver that is cycled each 10 ms, and its nodes."""
+
+    def __init__(self, bus=None, peer=None):
+        host = own_address()
+        self.world = World(host)
+        bus = bus or {"interface": "local", "channel": host}
+        self.nodes = CanNodes(peer or bus, WHEELS, tells=self.world, by_hand=0.1)
+        try:
+            self.nodes.wait()
+            self.base = CanBase(MODEL, bus, WHEELS, bumper=True)
+        except OSError:
+            self.nodes.close()
+            self.world.close()
+            raise
+        self._due_ns = time.monotonic_ns()
+
+    def cycle(self, velocity=STILL):
+        """One cycle, when it is due."""
+        self._due_ns += CYCLE_NS
+        left = self._due_ns - time.monotonic_ns()
+        select.select([], [], [], max(0.0, 1e-9 * left))
+        if left < -CYCLE_NS:
+            self._due_ns = time.monotonic_ns()
+        now = time.monotonic_ns()
+        self.base.poll(now)
+        self.base.drive(velocity, now)
+        self.world.hear()
+
+    def until(self, wanted, velocity=STILL, most=1000):
+        for count in range(1, most + 1):
+            self.cycle(velocity)
+            if wanted():
+                return count
+        raise AssertionError(f"not within {most} cycles; fault: {self.base.fault}")
+
+    def turns(self):
+        return any(abs(rate) > 0.5 * RATE for rate in self.world.rates)
+
+    def stands(self):
+        return self.world.rates == (0.0, 0.0, 0.0, 0.0)
+
+    def acknowledged(self):
+        self.until(self.base.acknowledge)
+        self.until(lambda: self.base.fault is None)
+
+    def close(self):
+        try:
+            self.base.close()
+        finally:
+            self.nodes.close()
+            self.world.close()
+
+
+@pytest.fixture
+def running():
+    made = Running()
+    yield made
+    made.close()
+
+
+@pytest.mark.requirement(1, 4, 5)
+def test_wheels_in_another_process_turn_stop_at_a_touch_and_turn_again(running):
+    running.until(running.turns, AHEAD)
+    assert running.base.fault is None
+    running.until(lambda: running.base.odometry[1].pose.x > 0.1, AHEAD)
+    assert all(rate == pytest.approx(RATE, rel=0.02) for rate in running.world.rates)
+    running.world.bumper(BumperHit(0.0))
+    running.until(lambda: running.base.fault is not None, AHEAD)
+    assert running.base.fault == "bumper: touched at front"
+    assert [hit.bearing for hit in running.base.hits()] == [0.0]
+    running.until(running.stands, AHEAD)
+    assert not running.base.acknowledge()
+    running.world.bumper(None)
+    running.acknowledged()
+    running.until(running.turns, AHEAD)
+
+
+@pytest.mark.requirement(49)
+def test_without_a_master_the_drives_stop_by_themselves(running):
+    without_a_master(running)
+
+
+def without_a_master(running):
+    """How long until they brake, ms."""
+    running.until(running.turns, AHEAD)
+    running.until(lambda: running.world.rates[0] == pytest.approx(RATE, rel=0.01), AHEAD)
+    since, braking = time.monotonic_ns(), None
+    while not running.stands():
+        running.world.wait()
+        if braking is None and running.world.rates[0] < 0.98 * RATE:
+            braking = running.world.stamp_ns
+    for _ in range(20):
+        running.cycle(AHEAD)
+        assert running.stands()
+    running.acknowledged()
+    running.until(running.turns, AHEAD)
+    return 1e-6 * (braking - since)
+
+
+def touched(running):
+    """How many cycles, and ms, until the driver stops for a touch."""
+    running.until(running.turns, AHEAD)
+    since = time.monotonic_ns()
+    running.world.bumper(BumperHit(0.0))
+    cycles = running.until(lambda: running.base.fault is not None, AHEAD)
+    span = 1e-6 * (time.monotonic_ns() - since)
+    running.until(running.stands, AHEAD)
+    running.world.bumper(None)
+    running.acknowledged()
+    return span, cycles
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("act", [touched, without_a_master])
+def test_twenty_times_in_real_time(running, act):
+    found = sorted((act(running) for _ in range(20)), key=str)
+    LOG.info("%s: %s", act.__name__, found)
+    assert len(found) == 20
+
+
+def test_the_process_of_the_nodes_is_killed_and_all_is_a_fault(running):
+    running.until(running.turns, AHEAD)
+    running.nodes._child.kill()
+    running.until(lambda: running.base.fault is not None, AHEAD, most=17)
+    assert not running.base.acknowledge()
+
+
+def test_the_same_over_tcp_where_no_multicast_is():
+    host, port = own_address(), 24_680
+    running = Running(
+        {"interface": "slcan", "channel": f"socket://{host}:{port}"},
+        {"interface": "hub", "channel": host, "port": port},
+    )
+    try:
+        assert running.nodes.ready["wire"] == Hub.__name__
+        running.until(running.turns, AHEAD)
+        running.nodes.fault("emcy", 2)
+        running.until(lambda: running.base.fault is not None, AHEAD)
+        assert "EMCY 0x7500" in running.base.fault
+        running.until(running.stands, AHEAD)
+        running.acknowledged()
+        running.until(running.turns, AHEAD)
+    finally:
+        running.close()
+
+
+def test_a_second_driver_in_another_process_is_refused(running):
+    running.until(running.turns, AHEAD)
+    host = running.nodes.ready["control"][0]
+    over = threading.Event()
+
+    def go_on():
+        while not over.is_set():
+            running.cycle(AHEAD)
+
+    driving = threading.Thread(target=go_on)
+    driving.start()
+    try:
+        with pytest.raises(OSError, match="another master drives there"):
+            CanBase(MODEL, {"interface": "local", "channel": host}, WHEELS)
+    finally:
+        over.set()
+        driving.join()
+    assert running.base.fault is None
