@@ -90,7 +90,6 @@ class Rig:
         self.parts["base"].drive(twist)
         self.ticks(ticks, lambda: self.parts["base"].drive(twist))
 
-
     def close(self):
         """Nothing is open."""
 
