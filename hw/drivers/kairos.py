@@ -68,6 +68,8 @@ class KairosBase:
         ValueError: an unknown topic, or a body that is faster than its stop allows.
     """
 
+    needs = ("roslibpy",)
+
     def __init__(
         self,
         model: BaseModel,

@@ -44,6 +44,7 @@ class RosLidar:
     """
 
     signals: tuple[str, ...] = ("base.scan",)
+    needs = ("roslibpy",)
 
     def __init__(
         self,
