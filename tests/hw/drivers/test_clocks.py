@@ -3,6 +3,8 @@
 import random
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from hw.drivers import gates
 from hw.drivers.clocks import Envelope, PeerClock, RoundTrips, Stamps
@@ -167,3 +169,30 @@ def test_a_stamp_of_no_known_clock_is_refused() -> None:
     stamps = Stamps()
     assert not stamps.admit(1, None, 5)
     assert stamps.refused == "it does not fit to their clock"
+
+
+WAYS = st.lists(st.integers(0, 300 * MS), min_size=1, max_size=60)
+
+
+@pytest.mark.requirement(16)
+@given(ways=st.lists(st.tuples(st.integers(0, 300 * MS), st.integers(0, 300 * MS)), min_size=1))
+def test_whatever_the_ways_take_the_offset_is_as_near_as_it_says(ways) -> None:
+    trips, now = RoundTrips(), 0
+    for there, back in ways:
+        came = now + there + THEIRS
+        trips.take(now, came, came, now + there + back)
+        now += there + back + 1
+    assert trips.best is not None
+    assert abs(trips.best.ns + THEIRS) <= trips.best.error_ns + 1
+
+
+@pytest.mark.requirement(149)
+@given(ways=WAYS)
+def test_by_one_direction_no_age_is_longer_than_the_way_and_the_margin(ways) -> None:
+    clock = PeerClock(one_way_ns=2 * MS)
+    now = settled(clock, way=ways[0])
+    for way in ways:
+        now += 10 * MS
+        at = clock.instant(now - way + THEIRS, now)
+        if at is not None:
+            assert 0 <= now - at <= way + 2 * MS

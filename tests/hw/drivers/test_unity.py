@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import random
 import signal
@@ -20,6 +21,7 @@ import pytest
 from hw.drivers import gates
 from hw.drivers.unity import Unity, UnityVr, ahead_ns, drained
 from hw.fakes.unity_client import Client
+from hw.fakes.vr_application import FRAME_NS
 from hw.geometry import Pose2, Twist2
 from hw.links.datagrams import Intake
 from hw.samples import ArmState, Sample, TrackerPose
@@ -182,8 +184,8 @@ def test_a_server_that_dies_ends_the_request_and_nothing_else(rig) -> None:
     ("fault", "told"),
     [
         ("frozen", "tracking is lost"),
-        ("future", "in the future"),
-        ("back", "not after"),
+        pytest.param("future", "in the future", marks=pytest.mark.slow),
+        pytest.param("back", "not after", marks=pytest.mark.slow),
         ("jump", "has jumped"),
     ],
 )
@@ -371,3 +373,51 @@ def test_what_came_before_the_run_began_is_left_out() -> None:
     queue = deque([Sample("vr.release", -1, True), Sample("user.pose", 5, None)])
     assert drained(queue, 3) == [Sample("user.pose", 3, None)]
     assert not queue
+
+
+GATE_FRAMES = math.ceil(gates.FROZEN_NS / FRAME_NS)
+
+
+@pytest.mark.slow
+@pytest.mark.requirement(149)
+@pytest.mark.parametrize(
+    ("fault", "poses", "requests"),
+    [
+        ("frozen", GATE_FRAMES + 2, None),
+        ("jump", 0, None),
+        ("future", 0, None),
+        ("silent", 0, None),
+        ("gone", 0, 1),
+        ("drop", None, 1),
+    ],
+)
+def test_twenty_times_a_fault_is_noticed_within_its_gate_and_two_frames(
+    rig, fault, poses, requests
+) -> None:
+    """Counted in what is still told after the application has begun to fail, over TCP."""
+    app = rig.application()
+    for _ in range(20):
+        count = len(rig.values("user.pose"))
+        assert rig.until(lambda before=count: len(rig.values("user.pose")) > before + 5)
+        rig.person.request = DEEP
+        assert rig.until(lambda: rig.newest("vr.haptic_request") is not None)
+        assert settled(rig)
+        rig.samples.clear()
+        app.fault, frames = fault, iter(range(30))
+        assert rig.until(lambda left=frames: next(left, None) is None)
+        if poses is not None:
+            assert len(rig.values("user.pose")) <= poses
+        if requests is not None:
+            assert rig.values("vr.haptic_request")[:1] == [None]
+        app.fault, rig.person.request = "none", None
+        assert rig.until(lambda: rig.values("vr.release"))
+
+
+def settled(rig: Rig) -> bool:
+    """Let everything that is on the way arrive, with the application standing still."""
+    applications, rig.applications = rig.applications, []
+    quiet = iter(range(5))
+    try:
+        return rig.until(lambda: next(quiet, None) is None)
+    finally:
+        rig.applications = applications
