@@ -12,14 +12,17 @@ import os
 import socket
 from collections.abc import Container, Iterator, Mapping
 from contextlib import closing
+from inspect import signature
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from cobodeck.connected import LOOPBACK
 from cobodeck.doctor import BAD, FIT, MISSING, Check
 from cobodeck.project import is_there
 from hw.connection import Connection
+from hw.links.datagrams import LOOPBACK as LOCAL
 
+NOTE = "note"
+"""How a check is that whoever runs a robot has to know of."""
 TIMEOUT_S = 1.0
 """A device that takes no connection within this time, s, is out of reach."""
 NEEDS: Mapping[str, tuple[str, ...]] = {
@@ -37,8 +40,10 @@ WHEELS: Mapping[str, str] = {
     "roslibpy": "cobodeck[ros]",
 }
 """What brings a module, where it is called otherwise."""
-PORTS: Mapping[str, tuple[int, ...]] = {"hw.drivers.ur": (30004, 29999)}
-"""TCP ports that a driver connects to where its entry names a host alone: RTDE, dashboard."""
+PROBES: Mapping[str, str] = {"hw.drivers.ur": "hw.drivers.ur_probe"}
+"""Modules with a `probe(host)`, which asks a device what it is."""
+DATAGRAMS = ("hw.drivers.chain",)
+"""Drivers whose own ports are of UDP; those of the others are of TCP."""
 ANYWHERE = ("0.0.0.0", "::", "")
 GROUP = ("239.74.163.2", 43113)
 """The multicast group of python-can's `udp_multicast`."""
@@ -51,10 +56,11 @@ NEVER = (
 
 
 class Address(NamedTuple):
-    """Where a driver connects to; without a host: a port of this machine that it takes."""
+    """Where a driver connects to, or, if it is `own`, where it is connected to on this machine."""
 
-    host: str | None
+    host: str
     port: int
+    own: bool = False
 
 
 def preflight(connection: Connection, packages: Container[str]) -> Iterator[Check]:
@@ -65,12 +71,13 @@ def preflight(connection: Connection, packages: Container[str]) -> Iterator[Chec
     fakes = bool(connection.peers)
     for entry, served in connection.entries:
         if not fakes:
-            yield from _reached(entry, served.module, served.arguments)
+            yield from _reached(entry, f"{served.module}:{served.driver}", served.arguments)
         for bus in _buses(served.arguments):
             yield _bus(entry, bus)
     yield _realtime()
     yield _clock()
-    yield from ((f"{connection.name}", MISSING, remark) for remark in connection.told)
+    yield from (("observer", NOTE, told) for told in observers(connection))
+    yield from ((connection.name, NOTE, remark) for remark in connection.told)
     if connection.real:
         proven = connection.proven
         yield "proven", FIT if proven else MISSING, f"on {proven}" if proven else NEVER
@@ -95,50 +102,84 @@ def _driver(entry: str, driver: str, packages: Container[str]) -> Iterator[Check
         yield entry, FIT, driver
 
 
-def addresses_in(module: str, value: Any) -> Iterator[Address]:
-    """The addresses in the values of an entry, wherever they stand."""
+def addresses_in(value: Any, host: str = ANYWHERE[0]) -> Iterator[Address]:
+    """The addresses in the values of an entry, wherever they stand.
+
+    `host` is where the driver serves if its entry does not say it.
+    """
     if not isinstance(value, Mapping):
         return
-    host = next((value[key] for key in ("host", "address") if key in value), None)
+    named = next((value[key] for key in ("host", "address") if key in value), None)
     port = value.get("port")
-    if isinstance(host, str) and host not in ANYWHERE:
-        ports = (port,) if isinstance(port, int) else PORTS.get(module, ())
-        yield from (Address(host, port) for port in ports)
-    elif isinstance(port, int):
-        yield Address(None, port)
+    if isinstance(port, int):
+        own = not isinstance(named, str) or named in ANYWHERE
+        yield Address(host if named is None else str(named), port, own)
     for inner in value.values():
-        yield from addresses_in(module, inner)
+        yield from addresses_in(inner)
 
 
-def _reached(entry: str, module: str, arguments: Mapping[str, Any]) -> Iterator[Check]:
-    for address in addresses_in(module, arguments):
-        if address.host is None:
-            yield _free(entry, address.port)
-        elif address.host != LOOPBACK:
-            yield _answers(entry, address.host, address.port)
+def _reached(entry: str, driver: str, arguments: Mapping[str, Any]) -> Iterator[Check]:
+    module, host = driver.partition(":")[0], arguments.get("host")
+    if module in PROBES and isinstance(host, str):
+        yield _probed(entry, PROBES[module], host)
+    for address in addresses_in(arguments, _serves_at(driver)):
+        if address.own:
+            yield _free(entry, address, datagrams=module in DATAGRAMS)
+        else:
+            yield _answers(entry, address)
 
 
-def _answers(entry: str, host: str, port: int) -> Check:
-    """Does somebody take TCP connections there?"""
+def _serves_at(driver: str) -> str:
+    """The host at which a driver serves by default."""
+    module, _, name = driver.partition(":")
     try:
-        socket.create_connection((host, port), TIMEOUT_S).close()
-    except ConnectionRefusedError:
-        return entry, MISSING, f"{host}:{port} is a machine that takes no TCP connection there"
+        found = getattr(importlib.import_module(module), name)
+        default = signature(found).parameters["host"].default
+    except Exception:  # noqa: BLE001  what is wrong with it is told of the driver itself
+        return ANYWHERE[0]
+    return default if isinstance(default, str) else ANYWHERE[0]
+
+
+def _probed(entry: str, module: str, host: str) -> Check:
+    """What does a device say that it is?"""
+    try:
+        return entry, FIT, f"{host} says that it is {importlib.import_module(module).probe(host)}"
     except OSError as error:
-        told = error.strerror or f"silent for {TIMEOUT_S:g} s"
-        return entry, BAD, f"{host}:{port} is out of reach: {told}"
-    return entry, FIT, f"{host}:{port} answers"
+        return entry, BAD, str(error)
 
 
-def _free(entry: str, port: int) -> Check:
-    """Can this machine's port be taken, for TCP and for datagrams?"""
-    for kind in (socket.SOCK_STREAM, socket.SOCK_DGRAM):
-        with closing(socket.socket(socket.AF_INET, kind)) as found:
-            try:
-                found.bind(("", port))
-            except OSError as error:
-                return entry, BAD, f"port {port} cannot be taken: {error.strerror}"
-    return entry, FIT, f"port {port} is free"
+def _answers(entry: str, address: Address) -> Check:
+    """Does somebody take TCP connections there?"""
+    where = f"{address.host}:{address.port}"
+    try:
+        socket.create_connection((address.host, address.port), TIMEOUT_S).close()
+    except ConnectionRefusedError:
+        return entry, BAD, f"{where} is a machine that takes no connection there"
+    except OSError as error:
+        return entry, BAD, f"{where} is out of reach: {error.strerror or f'{TIMEOUT_S:g} s'}"
+    return entry, FIT, f"{where} takes a connection; who it is was not asked"
+
+
+def _free(entry: str, address: Address, *, datagrams: bool) -> Check:
+    """Can a port of this machine be taken?"""
+    kind = socket.SOCK_DGRAM if datagrams else socket.SOCK_STREAM
+    what = f"port {address.port}{' of UDP' if datagrams else ''}"
+    with closing(socket.socket(socket.AF_INET, kind)) as found:
+        try:
+            found.bind((address.host, address.port))
+        except OSError as error:
+            return entry, BAD, f"{what} cannot be taken: {error.strerror}"
+    return entry, FIT, f"{what} is free"
+
+
+def observers(connection: Connection) -> Iterator[str]:
+    """What whoever watches has to type, where the safety chain wants to hear of them."""
+    for served in connection.links.values():
+        wanted = served.arguments.get("observer")
+        if isinstance(wanted, Mapping):
+            host = served.arguments.get("host", LOCAL)
+            port = wanted.get("port", served.arguments.get("port"))
+            yield f"somebody has to watch: cobodeck observe {wanted.get('host', host)}:{port}"
 
 
 def _buses(value: Any) -> Iterator[Mapping[str, Any]]:

@@ -120,7 +120,7 @@ def _look_first(args: argparse.Namespace, options: Options, setup: Setup) -> Non
     if not connection.real:
         return
     from cobodeck.doctor import BAD
-    from cobodeck.preflight import NEVER, preflight
+    from cobodeck.preflight import NEVER, observers, preflight
     from cobodeck.record.tried import refuse_untried
 
     for told in refuse_untried(setup, options.plays_dummy, args.passed, args.although):
@@ -130,5 +130,7 @@ def _look_first(args: argparse.Namespace, options: Options, setup: Setup) -> Non
     if bad:
         listed = "\n".join(bad)
         raise Problem(f"{connection.name} is not ready (`cobodeck doctor`):\n{listed}", REFUSED)
+    for told in observers(connection):
+        complain(told)
     if connection.proven is None:
         complain(f"{connection.name}: {NEVER}")

@@ -29,8 +29,6 @@ from hw.samples import BumperHit, Odometry
 
 NAMES = ("front left", "front right", "rear left", "rear right")
 SYNC, ORDER = 0x80, 0x00
-LISTEN_NS = 50_000_000
-"""Before it speaks, the driver listens so long for another master, ns."""
 OPENING_NS = 3_000_000_000
 """The drives are configured within, ns."""
 ENABLING_NS = 2_000_000_000
@@ -55,6 +53,9 @@ class CanBase:
         OSError: the bus does not open, another master speaks there, or a drive does not answer.
         ValueError: the entry is wrong.
     """
+
+    listens_ns = 100_000_000
+    """Before it speaks it listens so long for another master, ns."""
 
     def __init__(
         self,
@@ -192,7 +193,7 @@ class CanBase:
 
     def _open(self) -> None:
         """Listen, then configure the drives."""
-        end_ns = self._now_ns + LISTEN_NS
+        end_ns = self._now_ns + self.listens_ns
         while self._now_ns < end_ns:
             self._bus.readable(0.005)
             self._take(self._clock())

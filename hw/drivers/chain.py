@@ -80,6 +80,7 @@ class Chain:
         self.why: str | None = None
         self.wake: Callable[[], None] = _nobody
         self.modes = opening.body.base.modes
+        self.real_time = False
         self._wheels = _hardware(hardware)
         self._observer = None if observer is None else _observer(observer, self.address)
         self._outlet = Outlet("engine", [self.address])
@@ -149,11 +150,18 @@ class Chain:
         return heard and self.why is None and self._dead is None
 
     def close(self) -> None:
-        """Let the wheels come to a stand and be switched off, and end the process."""
+        """Let the wheels come to a stand and be switched off, and end the process.
+
+        Raises:
+            OSError: not all records of its cycles have arrived.
+        """
         self._closing = True
         self._child.close(CLOSING_S)
         self._feed.close()
         self._outlet.close()
+        if self.keeper.lost > 0:
+            told = self.keeper.status.records
+            raise OSError(f"{self.keeper.lost} of {told} records of the safety chain are lost")
 
     # in the thread of the feed
 

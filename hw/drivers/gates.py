@@ -28,6 +28,11 @@ BACKLOGGED_NS = 200 * MS
 """It is a queue, and no single late packet, if it lasts so long."""
 ONE_WAY_NS = 2 * MS
 """Least time on the way, which an offset from one direction alone cannot see: added to ages."""
+JUMP, FASTEST = 0.15, 5.0
+"""Nobody is further away than this than a moment ago, m and m/s: tracking that was found again
+differs by some centimetres, people in a room are slower."""
+FOUND_AGAIN_NS = 600 * MS
+"""Somebody seen elsewhere for so long is there; by then the safety chain has latched."""
 FRESH_NS = 150 * MS
 """Two poses of one person belong together if they are no further apart than this."""
 LINK_SILENT_NS = 500 * MS

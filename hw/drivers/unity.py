@@ -252,9 +252,13 @@ class UnityVr:
 
 
 def drained(queue: deque[Sample], now_ns: int) -> list[Sample]:
-    """What waits in a queue that another thread fills; stamps at most now_ns."""
+    """What waits in a queue that another thread fills: nothing from before the run."""
     found = [queue.popleft() for _ in range(len(queue))]
-    return [sample._replace(stamp_ns=min(sample.stamp_ns, now_ns)) for sample in found]
+    return [
+        sample._replace(stamp_ns=min(sample.stamp_ns, now_ns))
+        for sample in found
+        if sample.stamp_ns >= 0
+    ]
 
 
 def ahead_ns(predicted: float | str) -> int:

@@ -65,6 +65,22 @@ class _Source:
         return self.received_ns - self.changed_ns > gates.FROZEN_NS
 
 
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    """Somebody's place on the floor, m, at an instant, ns; `since_ns`: seen about there since."""
+
+    x: float
+    y: float
+    at_ns: int
+    since_ns: int
+
+    def reaches(self, other: _Seen) -> bool:
+        """Can they have got there?"""
+        way = math.hypot(other.x - self.x, other.y - self.y)
+        elapsed_ns = min(max(0, other.at_ns - self.at_ns), gates.FRESH_NS)
+        return way <= gates.JUMP + gates.FASTEST * elapsed_ns * 1e-9
+
+
 @dataclass(slots=True)
 class Inbox:
     """See the module. `tell` gets what was made of the inputs."""
@@ -73,6 +89,8 @@ class Inbox:
     tell: Tell
     request: Pose3 | None = None
     _sources: dict[str, _Source] = field(default_factory=dict)
+    _believed: _Seen | None = None
+    _strange: _Seen | None = None
     _upright: bool = False
     _seated: bool = False
 
@@ -100,7 +118,7 @@ class Inbox:
         """Who told of this is gone: what they asked for ends."""
         self._sources.pop(role, None)
         if role == "tailbone":
-            self._upright = False
+            self._upright, self._believed = False, None
         elif role.startswith(TRACKER):
             self._seated = False
         elif role == "haptic_request":
@@ -201,11 +219,25 @@ class Inbox:
                     "from the floor, and stand upright at the start"
                 )
             self._upright = True
+        if self._jumped(body.pose, body.at_ns):
+            return "it has jumped: nobody gets there so fast"
         there = body.pose.flat()
         view = there.yaw if head is None else head.yaw
         hands = self._beside("left_hand", body), self._beside("right_hand", body)
         self.tell("user.pose", body.at_ns, UserPose(there, view, head, *hands))
         return None
+
+    def _jumped(self, body: Pose3, at_ns: int) -> bool:
+        """Is the person somewhere else all of a sudden, and not for long?"""
+        seen = _Seen(body.x, body.y, at_ns, at_ns)
+        if self._believed is not None and not self._believed.reaches(seen):
+            before = self._strange
+            since = before.since_ns if before is not None and before.reaches(seen) else at_ns
+            self._strange = _Seen(body.x, body.y, at_ns, since)
+            if at_ns - since < gates.FOUND_AGAIN_NS:
+                return True
+        self._believed, self._strange = seen, None
+        return False
 
     def _beside(self, role: str, body: _Source) -> Pose3 | None:
         source = self._sources.get(role)

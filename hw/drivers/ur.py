@@ -18,8 +18,10 @@ from hw.links.processes import Child
 from hw.samples import Sample, TimedJoints
 
 HERE_S = 0.01
-LATE_NS, LOST_NS = 24_000_000, 100_000_000
-"""Joints that are so late are counted; so late, the worker is killed."""
+LATE_NS, SILENT_NS = 24_000_000, 80_000_000
+"""Joints that are so late are counted; so late, the worker is about to be killed."""
+LOOKS = 3
+"""It is silent if it was so at so many looks: if it was us who stood, what waits is read first."""
 PIECE = 200
 """Points of a course in one datagram."""
 MISSING = (
@@ -175,9 +177,11 @@ class UrArm:
 
     def _watch(self) -> None:
         """Tell the worker that we are here, and see that it is."""
+        looks = 0
         while not self._over.wait(HERE_S):
             self._tell_here()
-            silent = time.monotonic_ns() - self._heard > LOST_NS
+            looks = looks + 1 if time.monotonic_ns() - self._heard > SILENT_NS else 0
+            silent = looks >= LOOKS
             if self._fault is None and not self._child.alive:
                 self._lose("its process has ended")
             elif self._fault is None and silent:

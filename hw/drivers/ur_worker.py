@@ -21,7 +21,7 @@ from typing import Any
 from hw.drivers.ur_course import CourseRun, mode_of
 from hw.drivers.ur_probe import Dashboard, probe, require_running
 from hw.links.datagrams import Address, Intake, Outlet, Told
-from hw.links.processes import Parent, Ready, serve
+from hw.links.processes import Parent, Ready, go_first, serve
 from hw.robot import ArmModel
 from hw.samples import ARM_MOVES, ArmState, Joints, TimedJoints
 
@@ -264,6 +264,7 @@ class Worker:
 
 def main(settings: Settings, ready: Ready, parent: Parent) -> None:
     """Move the arm until the parent goes; then stop it, and end its program."""
+    go_first()
     controller = Controller(settings)
     outlet, orders = Outlet("arm", settings.tells), Intake()
     worker = Worker(controller, settings, outlet)

@@ -61,7 +61,6 @@ class Board:
         """The foam is free."""
         self._changed = self._changed or self._zones != 0
         self._zones = 0
-        self._free_ns = None
 
     def unlatch(self) -> None:
         """A hand at the relay."""

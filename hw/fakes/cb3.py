@@ -33,7 +33,7 @@ from typing import Any
 from hw.fakes.cb3_controller import EMERGENCY, PLAYING, PROTECTIVE, SAFEGUARD, Controller
 from hw.fakes.cb3_rtde import VERSION, Rtde
 from hw.links.datagrams import Intake, Outlet
-from hw.links.processes import Parent, Ready, serve
+from hw.links.processes import Parent, Ready, go_first, serve
 
 DASHBOARD, SCRIPTS, RTDE = 29999, (30001, 30002, 30003), 30004
 CYCLE_NS = 8_000_000
@@ -231,6 +231,7 @@ def _listening(host: str, port: int) -> socket.socket:
 
 def main(settings: Any, ready: Ready, parent: Parent) -> None:
     """Run until the parent goes; settings: host, joints (rad), unlock (s), tells (address)."""
+    go_first()
     arm = Controller(tuple(settings["joints"]), settings["unlock"])
     server, control = Server(settings["host"], arm), Intake(settings["host"])
     joints = Outlet("cb3", [settings["tells"]] if settings["tells"] else [])

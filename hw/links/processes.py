@@ -34,6 +34,8 @@ READY_S = 30.0
 """A child that is not ready after so long, s, does not get ready."""
 CLOSING_S = 2.0
 """A child has so long to come to its end, s, before it is killed."""
+FIRST = -15
+"""The niceness of what goes first."""
 _SIZE = struct.Struct("<Q")
 
 Ready = Callable[[Mapping[str, Any]], None]
@@ -128,6 +130,12 @@ class Parent:
     def lives(self, wait_s: float = 0.0) -> bool:
         """Is the parent still there after wait_s?"""
         return not select.select([self._pipe], [], [], wait_s)[0]
+
+
+def go_first() -> None:
+    """Ask for the processor before others, if that is permitted; for what has a cycle to keep."""
+    with suppress(OSError, AttributeError):
+        os.setpriority(os.PRIO_PROCESS, 0, FIRST)
 
 
 def serve(main: Callable[[Any, Ready, Parent], None]) -> None:

@@ -159,3 +159,25 @@ def test_a_person_who_is_no_record_cannot_be_played_beside_real_parts(
 
     assert main(call) == USAGE
     assert "or a dummy: --user X.mcap, a record" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.requirement(56)
+def test_beside_the_fakes_the_whole_robot_serves_a_person_who_is_not_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    person = ["--user", "brief", "--requests", "1", "--record", "person.mcap"]
+    assert main(["simulate", "--scene", "lab_a", *person]) == OK
+    capsys.readouterr()
+
+    call = ["run", "cobodeck", "--robot", "fakes", "--user", "person.mcap", "--json"]
+    assert main([*call, "--record", "dummy.mcap"]) == OK
+    figures = json.loads(capsys.readouterr().out)
+
+    assert figures["served"] == figures["requests"] == 1
+    assert figures["measured"]  # the world of the fakes has nobody in it
+    assert figures["person_watched"]
+    assert figures["errors"] == []
+    assert figures["localization"]["rmse_m"] < 0.1
+    assert main(["replay", "dummy.mcap", "--check"]) == OK

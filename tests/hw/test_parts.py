@@ -20,7 +20,6 @@ from hw.sim.world import World
 from tests.hw.fakes_rig import FakesRig
 
 ROBOT = load_robot("rbkairos_ur10", prop="gripped")
-DRIVEN = load_robot("rbkairos_ur10")
 SCENE = load_scene("hall")
 DEEP = Pose3.from_yaw(6.0, 7.0, 1.5, 0.0)
 SOMEWHERE = (0.1, -1.0, 1.2, 0.3, -0.2, 0.5)
@@ -53,7 +52,7 @@ class Rig:
     Nobody tells the base about the person, so that its parts are tried and not its distance.
     """
 
-    near = 1e-9
+    near, lag, by_hand = 1e-9, 0, 0
 
     def __init__(self, make):
         self.person = LivePerson(Pose2(7.0, 7.0))
@@ -90,13 +89,12 @@ class Rig:
         self.parts["base"].drive(twist)
         self.ticks(ticks, lambda: self.parts["base"].drive(twist))
 
-
     def close(self):
         """Nothing is open."""
 
 
 def on_fakes():
-    return FakesRig(DRIVEN, SCENE, MOTION, NOBODY_WATCHED)
+    return FakesRig(ROBOT, SCENE, MOTION, NOBODY_WATCHED)
 
 
 ALL = [simulated, mocked, pytest.param(on_fakes, marks=pytest.mark.slow)]
@@ -113,6 +111,7 @@ def rig(request):
 # ---- every part
 
 
+@COMPUTED
 def test_samples_are_given_once(rig):
     for part in rig.parts.values():
         assert list(part.samples(rig.world.now_ns)) == []
@@ -133,6 +132,7 @@ def test_no_name_is_given_by_two_parts(rig):
     assert len(names) == len(set(names))
 
 
+@COMPUTED
 def test_levels_are_told_once_at_the_start(rig):
     assert rig.values("base.mode") == ["omni"]
     assert rig.values("base.refusal") == [None]
@@ -140,6 +140,7 @@ def test_levels_are_told_once_at_the_start(rig):
     assert rig.values("stop.engaged") == [None]
 
 
+@COMPUTED
 def test_the_same_commands_give_the_same_samples(rig, request):
     make = request.node.callspec.params["rig"]
 
@@ -160,11 +161,12 @@ def test_a_base_goes_where_it_is_driven_and_reports_it(rig):
     start = rig.values("base.pose")[-1]
     rig.drive(Twist2(0.5, 0.0, 0.0), 60)
     pose, twist = rig.values("base.pose")[-1], rig.values("base.twist")[-1]
-    assert twist.vx == pytest.approx(0.5)
-    assert start.bearing_to(pose) == pytest.approx(0.0, abs=1e-9)
-    assert 0.8 < start.distance_to(pose) <= 1.0 + 1e-9
+    assert twist.vx == pytest.approx(0.5, abs=rig.near)
+    assert start.bearing_to(pose) == pytest.approx(0.0, abs=rig.near)
+    assert 0.8 < start.distance_to(pose) <= 1.0 + rig.near
 
 
+@COMPUTED
 def test_a_command_takes_effect_at_the_next_tick(rig):
     rig.drive(Twist2(0.5, 0.0, 0.0), 1)
     assert rig.values("base.twist")[-1].vx > 0.0
@@ -180,7 +182,7 @@ def test_a_stopped_base_comes_to_rest(rig):
 @pytest.mark.requirement(42)
 def test_a_base_without_new_commands_stops_by_itself(rig):
     rig.parts["base"].drive(Twist2(0.5, 0.0, 0.0))
-    rig.ticks(10)
+    rig.ticks(5)
     assert rig.values("base.twist")[-1].vx > 0.0
     rig.ticks(30)
     assert rig.values("base.twist")[-1] == STILL
@@ -194,6 +196,7 @@ def test_a_differential_base_ignores_the_sideways_command(rig):
     assert all(twist.vy == 0.0 for twist in rig.values("base.twist"))
 
 
+@COMPUTED
 @pytest.mark.parametrize("bad", [Twist2(math.nan), Twist2(0.0, math.inf), Twist2(0, 0, math.nan)])
 def test_a_velocity_that_is_no_number_is_a_bug_of_the_caller(rig, bad):
     with pytest.raises(ValueError, match="finite"):
@@ -210,8 +213,9 @@ def test_an_arm_arrives_and_reports_it(rig):
     assert (state.moving, state.course, state.refused) == (True, number, None)
     rig.ticks(35)
     state = rig.values("arm.joints")[-1]
-    assert state == ArmState(state.joints, (0.0,) * 6, course=number)
-    assert state.joints == pytest.approx(SOMEWHERE, abs=1e-12)
+    assert (state.moving, state.course, state.refused) == (False, number, None)
+    assert state.velocities == pytest.approx((0.0,) * 6, abs=0.1 * rig.near)
+    assert state.joints == pytest.approx(SOMEWHERE, abs=0.1 * rig.near)
 
 
 @pytest.mark.requirement(45)
@@ -219,13 +223,14 @@ def test_a_stopped_arm_rests_within_a_fifth_of_a_second_and_stays(rig):
     rig.parts["arm"].follow(course(SOMEWHERE, 3.0))
     rig.ticks(20)
     rig.parts["arm"].stop()
-    rig.ticks(6)
+    rig.ticks(6 + rig.lag)
     rest = rig.values("arm.joints")[-1]
     rig.ticks(60)
-    assert rig.values("arm.joints")[-1] == rest
+    assert rig.values("arm.joints")[-1].joints == pytest.approx(rest.joints, abs=0.1 * rig.near)
     assert not rest.moving
 
 
+@COMPUTED
 @pytest.mark.requirement(45)
 def test_an_arm_is_where_its_course_says_at_every_tick(rig):
     points = course(SOMEWHERE, 4.0)
@@ -247,15 +252,15 @@ def test_an_arm_stopped_on_its_course_rests_within_a_fifth_of_a_second_on_it(rig
     rig.parts["arm"].follow(points)
     rig.ticks(40)
     rig.parts["arm"].stop()
-    rig.ticks(6)
+    rig.ticks(6 + rig.lag)
     rest = rig.values("arm.joints")[-1]
     rig.ticks(60)
-    assert rig.values("arm.joints")[-1] == rest
+    assert rig.values("arm.joints")[-1].joints == pytest.approx(rest.joints, abs=0.1 * rig.near)
     assert not rest.moving
     start = points[0][1]
     share = (rest.joints[0] - start[0]) / (SOMEWHERE[0] - start[0])
     on_it = [a + share * (b - a) for a, b in zip(start, SOMEWHERE, strict=True)]
-    assert rest.joints == pytest.approx(on_it)
+    assert rest.joints == pytest.approx(on_it, abs=rig.near)
     assert 0.4 < share < 0.55
 
 
@@ -267,7 +272,8 @@ def test_an_arm_that_moves_or_stands_elsewhere_does_not_follow(rig):
     number = rig.parts["arm"].follow(with_slack)
     rig.ticks(10)
     state = rig.values("arm.joints")[-1]
-    assert (state.joints, state.moving) == (ROBOT.arm.parked, False)
+    assert state.joints == pytest.approx(ROBOT.arm.parked, abs=0.1 * rig.near)
+    assert not state.moving
     assert state.course == number
     assert "stands" in state.refused
     assert rig.parts["arm"].follow(course(SOMEWHERE, 4.0)) == number + 1
@@ -280,6 +286,7 @@ def test_an_arm_that_moves_or_stands_elsewhere_does_not_follow(rig):
     assert rest.joints != pytest.approx(SOMEWHERE, abs=0.1)
 
 
+@COMPUTED
 @pytest.mark.parametrize(
     "points",
     [
@@ -301,6 +308,7 @@ def test_a_course_no_arm_can_follow_is_a_bug_of_the_caller(rig, points):
 # ---- gripper and wrench
 
 
+@COMPUTED
 @pytest.mark.requirement(150)
 def test_a_robot_has_the_fingers_and_the_sensor_of_its_prop(rig, request):
     bare = load_robot("rbkairos_ur10")
@@ -311,6 +319,7 @@ def test_a_robot_has_the_fingers_and_the_sensor_of_its_prop(rig, request):
     assert rig.values("wrench.reading")[-1] == WrenchReading((0, 0, 0), (0, 0, 0))
 
 
+@COMPUTED
 @pytest.mark.requirement(150)
 def test_fingers_open_let_go_and_close_on_what_is_between_them(rig):
     gripper = rig.parts["gripper"]
@@ -328,6 +337,7 @@ def test_fingers_open_let_go_and_close_on_what_is_between_them(rig):
     assert rig.values("gripper.state")[-1] == GripperState(0.0, holding=False)
 
 
+@COMPUTED
 @pytest.mark.requirement(48, 150)
 def test_stopped_fingers_stay_and_a_pulled_stop_line_stops_them(rig):
     rig.parts["gripper"].open_to(0.085)
@@ -354,12 +364,14 @@ def test_fingers_on_their_way_stop_with_the_stop_line():
     assert rig.values("gripper.state")[-1] == stopped
 
 
+@COMPUTED
 @pytest.mark.parametrize("opening", [-0.01, 0.09, math.nan])
 def test_an_opening_that_fingers_cannot_have_is_a_bug_of_the_caller(rig, opening):
     with pytest.raises(ValueError, match="gripper: an opening"):
         rig.parts["gripper"].open_to(opening)
 
 
+@COMPUTED
 @pytest.mark.requirement(150)
 def test_the_sensor_reads_what_presses_less_what_it_was_zeroed_at(rig):
     wrench = rig.parts["wrench"]
@@ -377,6 +389,7 @@ def test_the_sensor_reads_what_presses_less_what_it_was_zeroed_at(rig):
 # ---- person and virtual reality
 
 
+@COMPUTED
 @pytest.mark.requirement(12, 24)
 def test_tracking_hands_on_each_pose_once_and_is_silent_without(rig):
     rig.ticks(5)
@@ -406,8 +419,9 @@ def test_a_person_who_is_shown_the_robot_is_ready_after_half_a_second_of_standin
     rig.ticks(30)
     assert rig.values("vr.restart") == [True]
     rig.parts["vr"].inform(False)
+    rig.ticks(1 + rig.lag)
     rig.parts["vr"].inform(True)
-    rig.ticks(30)
+    rig.ticks(30 + rig.lag)
     assert rig.values("vr.restart") == [True, True]
 
 
@@ -419,6 +433,7 @@ def test_a_person_who_walks_on_is_not_ready(rig):
     assert rig.values("vr.restart") == []
 
 
+@COMPUTED
 @pytest.mark.requirement(7, 14)
 def test_head_and_hands_are_handed_on_with_the_body(rig):
     hand = Pose3.from_yaw(5.3, 5.0, 1.2, 0.0)
@@ -438,11 +453,11 @@ def test_a_pulled_stop_line_stops_everything_and_takes_no_commands(rig):
     rig.ticks(10)
     rig.parts["stop_line"].pull("button")
     rig.parts["stop_line"].pull("another")
-    rig.ticks(1)
+    rig.ticks(1 + rig.lag)
     assert rig.values("arm.joints")[-1].course == number
     assert "stop line" in rig.values("arm.joints")[-1].refused
     moving_for = 0
-    for _ in range(25):
+    for _ in range(22):
         rig.parts["base"].drive(Twist2(1.0, 0.0, 0.0))
         rig.ticks(1)
         here = rig.values("arm.joints")[-1].joints
@@ -452,7 +467,7 @@ def test_a_pulled_stop_line_stops_everything_and_takes_no_commands(rig):
     assert rig.values("stop.engaged") == [None, "button"]
     assert rig.values("base.refusal")[-1] == "the stop line is pulled"
     state = rig.values("arm.joints")[-1]
-    assert (state.moving, state.course) == (False, number + 24)
+    assert (state.moving, state.course) == (False, number + 21)
     assert "stop line" in state.refused
     assert state.joints != pytest.approx(SOMEWHERE, abs=0.1)
 
@@ -484,10 +499,10 @@ def test_a_touch_of_the_foam_is_an_event_stops_the_base_and_stays_latched_while_
     assert len(rig.world.contacts) == 1
     rig.ticks(120)
     assert rig.values("operator.acknowledge") == []
-    assert rig.values("stop.engaged")[-1] == "bumper: person"
+    assert rig.values("stop.engaged")[-1].startswith("bumper")
     assert rig.values("base.twist")[-1] == STILL
     rig.place(12.0, 2.0)
-    rig.ticks(60)
+    rig.ticks(60 + rig.by_hand)
     assert rig.values("stop.engaged")[-1] is None
     assert rig.values("bumper.hit") == hits
 
@@ -506,6 +521,7 @@ def test_a_wall_touches_the_foam_too_and_is_not_driven_through(rig):
         assert all(SCENE.room.is_free(*corner) for corner in corners)
 
 
+@COMPUTED
 def test_while_nothing_changes_parts_give_the_same_values_again(rig):
     still = Twist2(0.0, 0.0, 0.0)
     rig.ticks(30, lambda: rig.parts["base"].drive(still))

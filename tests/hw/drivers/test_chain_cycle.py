@@ -271,6 +271,12 @@ def test_a_command_that_is_no_velocity_is_left_out(value):
     assert rig.chain.stopped is None
 
 
+def test_a_command_that_is_no_velocity_does_not_take_the_place_of_one(rig):
+    rig.tell("engine", "command", Twist2(math.nan))
+    rig.go()
+    assert rig.wheels.told == AHEAD
+
+
 @pytest.mark.parametrize("source", ["vr", "arm", "observer", "world", "chain"])
 def test_only_the_engine_commands_and_resets(source):
     rig = Rig()
@@ -317,6 +323,21 @@ def test_a_pose_of_the_user_that_is_none_does_not_count(rig, pose):
         rig.tell("vr", "user.pose", pose)
         rig.go()
     assert "pose of the user is old" in rig.records()[-1].reasons
+
+
+def test_the_age_of_a_pose_counts_from_its_stamp(rig):
+    rig.speaks.remove("user")
+    for _ in range(30):
+        rig.tell("vr", "user.pose", UserPose(rig.user, 0.0), rig.now - 200 * MS)
+        rig.go()
+    assert rig.records()[-1].reasons == ("pose of the user is old",)
+
+
+def test_a_tracker_that_is_nowhere_does_not_count(rig):
+    seen = TrackerPose("front_tracker", Pose3(math.nan, 0.0, 0.0))
+    rig.tell("vr", "rover.tracker", seen)
+    rig.go()
+    assert rig.wheels.told == AHEAD
 
 
 def near_the_user(**given):
@@ -494,6 +515,7 @@ def test_who_pulls_during_a_reset_keeps_the_stop(rig):
     rig.tell("observer", "pull", "no!")
     rig.go(30)
     assert rig.sent.values("chain.reset") == [(7, "no!")]
+    assert rig.wheels.stopped
     stays_stopped(rig, "console")
 
 
@@ -510,9 +532,9 @@ def test_a_reset_without_a_stop_is_at_once(rig):
 
 @pytest.mark.requirement(2)
 def test_the_way_of_driving_changes_once_the_base_stands(rig):
-    rig.command = Twist2(0.0, 0.3, 0.0)
+    rig.command = Twist2(0.2, 0.3, 0.0)
     rig.go(200)
-    assert rig.wheels.told.vy == pytest.approx(0.3)
+    assert rig.wheels.told == rig.command
     rig.tell("engine", "mode", "differential")
     rig.tell("engine", "mode", "sideways")
     seen = []
@@ -522,6 +544,7 @@ def test_the_way_of_driving_changes_once_the_base_stands(rig):
     assert all(vy == 0.0 for mode, vy in seen if mode == "differential")
     assert seen[0][0] == "omni"
     assert seen[-1] == ("differential", 0.0)
+    assert rig.wheels.told.vx == pytest.approx(0.2)
 
 
 # -- whatever is heard

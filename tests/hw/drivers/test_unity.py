@@ -11,13 +11,14 @@ import struct
 import subprocess
 import sys
 import time
+from collections import deque
 from collections.abc import Iterator
 from contextlib import suppress
 
 import pytest
 
 from hw.drivers import gates
-from hw.drivers.unity import Unity, UnityVr, ahead_ns
+from hw.drivers.unity import Unity, UnityVr, ahead_ns, drained
 from hw.fakes.unity_client import Client
 from hw.geometry import Pose2, Twist2
 from hw.links.datagrams import Intake
@@ -183,6 +184,7 @@ def test_a_server_that_dies_ends_the_request_and_nothing_else(rig) -> None:
         ("frozen", "tracking is lost"),
         ("future", "in the future"),
         ("back", "not after"),
+        ("jump", "has jumped"),
     ],
 )
 @pytest.mark.requirement(149)
@@ -363,3 +365,9 @@ def test_the_engine_loads_neither_ros_nor_numpy_for_it() -> None:
 
 def test_the_part_vr_says_what_it_gives() -> None:
     assert {"vr.haptic_request", "vr.release", "vr.restart"} <= set(UnityVr.signals)
+
+
+def test_what_came_before_the_run_began_is_left_out() -> None:
+    queue = deque([Sample("vr.release", -1, True), Sample("user.pose", 5, None)])
+    assert drained(queue, 3) == [Sample("user.pose", 3, None)]
+    assert not queue

@@ -288,3 +288,35 @@ def test_the_yaw_of_a_person_is_the_tailbone_s_even_if_it_is_tilted() -> None:
     body = rig.values("user.pose")[-1].body
     assert isinstance(body, Pose2)
     assert body.yaw == pytest.approx(0.2)
+
+
+def test_somebody_who_is_elsewhere_all_of_a_sudden_is_believed_once_they_stay_there() -> None:
+    rig = Rig()
+    rig.stand()
+    begin, count = rig.now, len(rig.values("user.pose"))
+    while len(rig.values("user.pose")) == count:
+        rig.now += 11 * MS
+        reason = rig.give("tailbone", Pose3(5.0, 3.0, 1.0))
+        assert rig.now - begin < 10**9
+        assert reason is None or "jumped" in reason
+    assert rig.now - begin > gates.FOUND_AGAIN_NS
+    rig.now += 11 * MS
+    assert "jumped" in str(rig.give("tailbone", BODY))
+    rig.now += 11 * MS
+    assert rig.give("tailbone", Pose3(5.01, 3.0, 1.0)) is None
+
+
+@pytest.mark.parametrize("step", [0.14, 0.04])
+def test_tracking_that_is_found_again_a_little_aside_is_no_jump(step) -> None:
+    rig = Rig()
+    rig.stand()
+    rig.now += 11 * MS
+    assert rig.give("tailbone", Pose3(2.0 + step, 3.0, 1.0)) is None
+
+
+def test_nobody_runs_away_from_being_tracked() -> None:
+    rig = Rig()
+    rig.stand()
+    for n in range(100):
+        rig.now += 11 * MS
+        assert rig.give("tailbone", Pose3(2.0 + n * 0.011 * 5.0, 3.0, 1.0)) is None
