@@ -30,7 +30,7 @@ import time
 from collections.abc import Mapping
 
 from hw.drivers.kairos_link import TYPES, Link
-from hw.drivers.rosbridge import CONNECTING_S, FIRST_S, Version, reachable, topic_of
+from hw.drivers.rosbridge import Version, reachable, topic_of
 from hw.geometry import STILL, Pose2, Twist2
 from hw.robot import BaseModel
 from hw.samples import BumperHit, Odometry
@@ -45,6 +45,8 @@ TOPICS: Mapping[str, str] = {
 """Names on a stock robot, to be confirmed on each (`rostopic list`)."""
 STOCK: Mapping[str, float] = {"timeout": 0.5, "ramp": 0.6}
 """Its watchdog, s, and its drives, m/s2."""
+GRACE_S = 0.5
+"""Odometry that comes, and is old as yet, has so long, s, to come in time."""
 _SLACK = 1.0 + 1e-9
 _LOOK_S = 0.01
 
@@ -145,13 +147,16 @@ class KairosBase:
 
     def _await_first(self) -> None:
         """Until odometry comes, and the robot has said whether it is stopped."""
-        until = time.monotonic() + CONNECTING_S + FIRST_S
-        while time.monotonic() < until and self._link.opening(time.monotonic_ns()):
+        link = self._link
+        while link.opening(time.monotonic_ns()):
+            select.select([], [], [], _LOOK_S)
+        until = time.monotonic() + GRACE_S
+        while link.newest and not link.usable(time.monotonic_ns()) and time.monotonic() < until:
             select.select([], [], [], _LOOK_S)
         now_ns = time.monotonic_ns()
-        if not self._link.usable(now_ns):
-            cause = self._link.cause(now_ns)
-            self._link.close()
+        if not link.usable(now_ns):
+            cause = link.cause(now_ns)
+            link.close()
             raise OSError(cause)
         self.poll(now_ns)
 

@@ -52,11 +52,11 @@ class Link:
         self.newest: tuple[int, Pose2, Twist2] | None = None
         self.stopped: bool | None = None
         self._address, self._topics = address, topics
-        self._begun_ns = time.monotonic_ns()
         self._stamp = -1
         self._clock = Envelope()
         self._odd = ""
         self._bridge = Bridge(*address)
+        self._begun_ns = time.monotonic_ns()  # importing the library has taken a while, too
         kinds = {name: kind_of(kind, version) for name, kind in TYPES.items()}
         self._bridge.subscribe(topics["odom"], kinds["odom"], self._take_odom)
         stop = "emergency_stop"

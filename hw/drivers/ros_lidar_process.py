@@ -108,6 +108,7 @@ def main(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None:
 
 
 def _await_first(bridge: Bridge, parent: Parent) -> None:
+    bridge.wait()
     until = time.monotonic() + FIRST_S
     while bridge.unheard and time.monotonic() < until and parent.lives(LOOK_S):
         pass

@@ -25,7 +25,7 @@ from typing import Any, Literal
 
 Version = Literal[1, 2]
 Take = Callable[[Mapping[str, Any]], None]
-CONNECTING_S = 2.0
+CONNECTING_S = 3.0
 """A server that is not there within so long, s, is not there."""
 FIRST_S = 2.0
 """A topic that sends nothing within so long, s, was not subscribed to, or nobody publishes it."""

@@ -166,7 +166,7 @@ class Server:
 
     def hang_up(self, doors: bool = True) -> None:
         """Close all links, and the ports if asked."""
-        for link in [*self._talks, *(self._doors if doors else ())]:
+        for link in [*(self._doors if doors else ()), *self._talks]:
             link.close()
         self._talks.clear()
         if doors:

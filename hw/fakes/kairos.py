@@ -16,7 +16,8 @@ from hw.fakes.peer import Peer
 class Kairos(Peer):
     """A fake RB-KAIROS in a process of its own; its faults are told in `hw.fakes.kairos_process`.
 
-    `tells` is the world that its wheels move; without one it drives in a plane of its own.
+    `tells` is the world that its wheels move; without one it drives in a plane of its own. Its
+    scanners hang `upside_down`, as the real ones do, or not.
     """
 
     def __init__(
@@ -26,12 +27,12 @@ class Kairos(Peer):
         opening: Opening,
         port: int = 9090,
         ros: int = 1,
-        namespace: str = "robot",
+        upside_down: bool = False,
         tells: Any = None,
     ) -> None:
         base = opening.body.base
         settings = {
-            "host": host, "port": port, "ros": ros, "namespace": namespace,
+            "host": host, "port": port, "ros": ros, "upside_down": upside_down,
             "tells": None if tells is None else tuple(tells.address),
             "radius": base.wheel_radius, "lever": base.half_wheelbase + base.half_track,
         }  # fmt: skip

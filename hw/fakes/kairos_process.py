@@ -1,7 +1,8 @@
 """A fake RB-KAIROS behind a rosbridge server: a child (`hw.links.processes`).
 
-Settings: `host`, `port`, `ros` (1 or 2), `namespace`; `tells`, the address of a world, or None;
-`radius` and `lever` of its wheels, m. Ready: `control`, where it takes datagrams:
+Settings: `host`, `port`, `ros` (1 or 2); `upside_down`, as its scanners may hang; `tells`, the
+address of a world, or None; `radius` and `lever` of its wheels, m. Ready: `control`, where it takes
+datagrams:
 
 - `base.scan` (`Scan`) of a world goes out as a LaserScan of the scanner of that name. Without a
   world it makes scans of its own, 541 beams 12.5 times a second.
@@ -120,13 +121,15 @@ class Fake:
         topic = self._full(f"{name}/scan")
         if topic in self.server.topics:
             head = self._head(time.time_ns(), f"robot_{name}_link")
-            self.server.publish(topic, laser_scan(head, start, step, ranges, beam_time))
+            side = -1.0 if self._settings["upside_down"] else 1.0
+            message = laser_scan(head, side * start, side * step, ranges, beam_time)
+            self.server.publish(topic, message)
 
     def _head(self, stamp_ns: int, frame: str) -> Message:
         return header(stamp_ns, self._number, frame, self._version)
 
     def _full(self, name: str) -> str:
-        return f"/{self._settings['namespace']}/{name}"
+        return f"/robot/{name}"
 
     def _kind(self, name: str) -> str:
         return name if self._version == 1 else name.replace("/", "/msg/")

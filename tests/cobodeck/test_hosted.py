@@ -12,14 +12,17 @@ import pytest
 from cobodeck.clocks import RealTime
 from cobodeck.connected import Connected
 from cobodeck.console import Problem
+from cobodeck.inlet import Inlet
 from cobodeck.localization import LocalizationWatch
 from cobodeck.metrics import Evaluator
 from cobodeck.operators import ConsoleOperator
 from cobodeck.stage import Options, stage
 from cobodeck.wiring import open_setup
+from engine.board import Board
+from engine.signals import Measured, declare
 from hw.connection import Connection, Opening, Served
-from hw.geometry import STILL, Pose2
-from hw.samples import ArmState, Odometry, Sample, UserPose
+from hw.geometry import STILL, Pose2, Pose3
+from hw.samples import ArmState, Odometry, Sample, TrackerPose, UserPose
 from hw.sim.surroundings import ScriptedOperator
 from hw.truth import Truth
 
@@ -249,3 +252,38 @@ def test_an_estimate_is_compared_with_the_truth_of_its_own_instant_once_that_is_
     figures = watch.report()
     assert figures["rmse_m"] is not None
     assert figures["max_m"] < 0.05
+
+
+def test_of_what_was_measured_before_the_run_the_newest_of_each_device_counts() -> None:
+    class Source:
+        signals = ("rover.tracker", "vr.release")
+
+        def samples(self, now_ns: int) -> list[Sample]:
+            def seen(name: str, x: float) -> Sample:
+                return Sample("rover.tracker", now_ns, TrackerPose(name, Pose3(x, 0.0, 1.0)))
+
+            return [seen("a", 1.0), seen("b", 1.0), seen("a", 2.0),
+                    Sample("vr.release", now_ns, True), seen("b", 2.0)]  # fmt: skip
+
+    inlet = Inlet(Board(declare([Measured("rover.tracker", TrackerPose)])), {"all": Source()})
+    taken: list[Sample] = []
+    inlet.taps.append(lambda sample, now_ns, problem: taken.append(sample))
+    inlet.begins = True
+    inlet.take(0)
+    first, taken[:] = list(taken), []
+    inlet.take(33)
+
+    assert [sample.value for sample in first if sample.name == "rover.tracker"] == [
+        TrackerPose("a", Pose3(2.0, 0.0, 1.0)),
+        TrackerPose("b", Pose3(2.0, 0.0, 1.0)),
+    ]
+    assert len(first) == 3
+    assert len(taken) == 5
+
+
+def test_a_run_on_parts_begins_so_and_a_simulation_does_not() -> None:
+    loop = staged(Options(connection=connection()))
+    plant_of(loop).close()
+
+    assert loop.wired.inlet.begins
+    assert not stage(SETUP, Options()).wired.inlet.begins

@@ -35,6 +35,7 @@ def test_wheels_turn_as_the_velocity_needs_and_odometry_tells_where_that_leads()
         made.cycle(AHEAD, 50)
         after_stamp, after = made.base.odometry
         assert after_stamp - stamp == 50 * CYCLE_NS
+        assert made.now_ns - after_stamp == 2 * CYCLE_NS  # the SYNC before the last
         there = along(before.pose, AHEAD, 0.5)
         assert after.pose.distance_to(there) < 1e-4
         assert after.pose.yaw == pytest.approx(there.yaw, abs=1e-4)
@@ -134,7 +135,8 @@ def test_a_touch_is_an_event_with_its_bearing_and_brakes_within_two_cycles():
         assert [hit.bearing for hit in made.base.hits()] == [pytest.approx(-math.pi / 2)]
         assert made.base.fault == "bumper: touched at right"
         assert "enabled" not in made.states()
-        assert made.base.hits() == []
+        made.cycle(AHEAD, 10)
+        assert made.base.hits() == []  # it is still pressed
 
 
 def test_no_reset_of_ours_closes_the_line_and_without_it_nothing_is_acknowledged():
@@ -172,7 +174,7 @@ def test_drives_whose_master_is_silent_brake_by_themselves_within_a_tenth_of_a_s
         silent_since = made.now_ns - CYCLE_NS  # the instant of the last cycle
         while "enabled" in made.states():
             made.pass_time(2 * MS)
-        assert made.now_ns - silent_since <= 100 * MS
+            assert made.now_ns - silent_since <= 100 * MS
         made.pass_time(400 * MS)
         assert made.stands()
         made.cycle(AHEAD, 100)
@@ -249,6 +251,16 @@ def test_frames_of_a_wrong_length_are_passed_over():
             made.wire.send(can.Message(arbitration_id=identifier, is_extended_id=False))
         made.cycle(AHEAD, 2)
         assert made.base.fault == "bumper: wrong check sum"
+
+
+def test_a_bus_that_was_off_stops_the_wheels():
+    with rig() as made:
+        made.ready().cycle(AHEAD, 10)
+        made.wire.send(can.Message(is_error_frame=True, arbitration_id=0x40, is_extended_id=False))
+        made.cycle(AHEAD, 2)
+        assert made.base.fault.endswith("bus-off")
+        made.cycles_until(made.stands, AHEAD)
+        assert made.acknowledge()
 
 
 @pytest.mark.parametrize("identifier", [0x00, 0x80, 0x77F])

@@ -272,6 +272,7 @@ def test_a_command_that_is_no_velocity_is_left_out(value):
 
 
 def test_a_command_that_is_no_velocity_does_not_take_the_place_of_one(rig):
+    rig.speaks.remove("engine")
     rig.tell("engine", "command", Twist2(math.nan))
     rig.go()
     assert rig.wheels.told == AHEAD

@@ -224,7 +224,6 @@ def test_silence_is_seen_two_cycles_after_its_gate():
 @pytest.fixture
 def impatient(monkeypatch):
     monkeypatch.setattr("hw.drivers.kairos_link.FIRST_S", 0.5)
-    monkeypatch.setattr("hw.drivers.kairos.FIRST_S", 0.5)
 
 
 @pytest.mark.parametrize(

@@ -27,6 +27,17 @@ def course(start, goal, seconds=0.3):
     ]
 
 
+class Line(StopLatch):
+    """A stop line that notes when it was pulled, ns of the monotonic clock."""
+
+    pulled_ns = 0
+
+    def pull(self, reason):
+        if self.reason is None:
+            self.pulled_ns = time.monotonic_ns()
+        super().pull(reason)
+
+
 class UrRig:
     """A fake controller, the arm on it, and a chain that hears both. `stack` closes all of it.
 
@@ -45,7 +56,7 @@ class UrRig:
         stack.callback(self.arm.close)
         self.arm.wait()
         self.parts = {"arm": self.arm}
-        self.line = self.arm.line = StopLatch(lambda: True)
+        self.line = self.arm.line = Line(lambda: True)
         self.got = []
         self._woken = threading.Event()
         self.arm.wake = self._woken.set
