@@ -25,7 +25,7 @@ FIRST_S = 5.0
 """The first truth comes within so long after the world is ready, s."""
 CATCH_UP_NS = 100_000_000
 """The first tick waits so long for a truth of its own time, ns."""
-SILENT_NS = 1_000_000_000
+SILENT_NS = 2_000_000_000
 """A world that tells nothing for so long has failed."""
 
 
@@ -92,7 +92,7 @@ class World:
             self._subscribe(real)
         self._poll()
         if real - self._heard > SILENT_NS and not self.failures:
-            self.failures.append(OSError("the world of the fakes has been silent for 1 s"))
+            self.failures.append(OSError("the world of the fakes has been silent for 2 s"))
 
     def _catch_up(self, real_ns: int) -> None:
         """Nobody listened since the start: the truth of that time does not count."""

@@ -21,7 +21,7 @@ from cobodeck.record.reader import Record
 
 ROOT = Path(__file__).resolve().parents[2]
 PATIENCE_S = 240.0
-BUSY = 0.02
+BUSY = 0.005
 """If more of the steps of the world are late than this, the machine is too busy to tell."""
 _LATE = re.compile(r"the world of the fakes was late in (\d+) of (\d+) steps")
 _TICK = os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 100

@@ -203,7 +203,7 @@ def test_a_world_that_has_died_is_told_once(world):
     advance(world, lambda: world.failures)
     world.advance()
     assert [str(error) for error in world.failures] == [
-        "the world of the fakes has been silent for 1 s"
+        "the world of the fakes has been silent for 2 s"
     ]
 
 
