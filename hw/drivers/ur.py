@@ -53,7 +53,7 @@ class Line(Protocol):
 
 
 class UrArm:
-    """A UR arm (CB3 or e-Series) at `host`; `tells` is the chain that hears its joints too.
+    """A UR arm of the CB3 series at `host`; `tells` is the chain that hears its joints too.
 
     A fault of the arm or of its link pulls the stop line, and nothing moves until the operator has
     acknowledged: then a new worker is started, and the arm stands until a new course. `late` counts

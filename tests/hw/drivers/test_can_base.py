@@ -134,6 +134,7 @@ def test_a_touch_is_an_event_with_its_bearing_and_brakes_within_two_cycles():
         made.cycle(AHEAD, 2)
         assert [hit.bearing for hit in made.base.hits()] == [pytest.approx(-math.pi / 2)]
         assert made.base.fault == "bumper: touched at right"
+        assert {drive.value(0x60FF) for drive in made.nodes.drives.values()} == {0}
         assert "enabled" not in made.states()
         made.cycle(AHEAD, 10)
         assert made.base.hits() == []  # it is still pressed
