@@ -126,7 +126,8 @@ def _joints(arm: ArmState) -> Callable[[str, str], str]:
         for name, angle, velocity in zip(names, arm.joints, arm.velocities, strict=True)
     )
     told = {"moving": arm.moving, "course": arm.course, "refused": arm.refused, "mode": arm.mode}
-    ends = f'"joints":[{joints}],{json.dumps(told)[1:-1]},"scaling":{arm.scaling!r}'
+    state = json.dumps(told, separators=(",", ":"))[1:-1]
+    ends = f'"joints":[{joints}],{state},"scaling":{arm.scaling!r}'
     return lambda time, repeat: f'{{"timestamp":{time},{ends}{repeat}}}'
 
 
