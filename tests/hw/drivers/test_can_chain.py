@@ -16,6 +16,7 @@ from hw.samples import BumperHit
 from tests.hw.drivers.can_rig import MODEL, WHEELS
 from tests.hw.drivers.chain_rig import AHEAD, EVERY_MS, Rig, opening
 from tests.hw.drivers.rigs import own_address
+from tests.repeats import TIMES
 
 LOG = logging.getLogger(__name__)
 RATE = AHEAD.vx / MODEL.wheel_radius
@@ -110,9 +111,9 @@ def killed(rig):
 
 
 @pytest.mark.slow
-def test_the_chain_is_killed_twenty_times():
+def test_the_chain_is_killed_again_and_again():
     found = []
-    for _ in range(20):
+    for _ in range(TIMES):
         made = CanChain()
         try:
             found.append(round(killed(made.start())))

@@ -15,6 +15,7 @@ from hw.links.datagrams import Intake, Outlet
 from hw.samples import BumperHit
 from tests.hw.drivers.can_rig import CYCLE_NS, MODEL, WHEELS
 from tests.hw.drivers.rigs import own_address
+from tests.repeats import TIMES
 
 LOG = logging.getLogger(__name__)
 AHEAD = Twist2(0.5)
@@ -168,10 +169,10 @@ def touched(running):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("act", [touched, without_a_master])
-def test_twenty_times_in_real_time(running, act):
-    found = sorted((act(running) for _ in range(20)), key=str)
+def test_again_and_again_in_real_time(running, act):
+    found = sorted((act(running) for _ in range(TIMES)), key=str)
     LOG.info("%s: %s", act.__name__, found)
-    assert len(found) == 20
+    assert len(found) == TIMES
 
 
 def test_the_process_of_the_nodes_is_killed_and_all_is_a_fault(running):

@@ -7,8 +7,8 @@ import pytest
 
 from hw.geometry import STILL
 from tests.hw.drivers.chain_rig import ARM_SILENT, MS, Rig
+from tests.repeats import TIMES
 
-TIMES = 20
 pytestmark = pytest.mark.slow
 
 

@@ -26,6 +26,7 @@ from hw.geometry import Pose2, Twist2
 from hw.links.datagrams import Intake
 from hw.samples import ArmState, Sample, TrackerPose
 from tests.hw.drivers.unity_rig import DEEP, MAP_FROM_VIVE, Rig, Standing, an_opening, own_host
+from tests.repeats import TIMES
 
 
 @pytest.fixture
@@ -396,7 +397,7 @@ def test_twenty_times_a_fault_is_noticed_within_its_gate_and_two_frames(
 ) -> None:
     """Counted in what is still told after the application has begun to fail, over TCP."""
     app = rig.application()
-    for _ in range(20):
+    for _ in range(TIMES):
         count = len(rig.values("user.pose"))
         assert rig.until(lambda before=count: len(rig.values("user.pose")) > before + 5)
         rig.person.request = DEEP

@@ -23,6 +23,7 @@ from hw.samples import ArmState
 from tests.hw.drivers.rigs import PATIENCE_S, Listener, opening, own_address
 from tests.hw.drivers.ur_rig import CYCLE_S, OUT, PARKED, ROBOT, UrRig, course
 from tests.hw.fakes.ur_client import Client
+from tests.repeats import TIMES
 
 needs_rtde = pytest.mark.skipif(find_spec("rtde_control") is None, reason=MISSING)
 
@@ -280,7 +281,7 @@ def test_after_a_fault_nothing_moves_until_it_is_acknowledged(calm, fault):
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", FAULTS)
 def test_each_of_twenty_faults_is_told_within_its_gate(rig, fault, capsys):
-    taken = [endure(rig, fault) for _ in range(20)]
+    taken = [endure(rig, fault) for _ in range(TIMES)]
     shares = quantiles([1e3 * seconds for seconds, _ in taken], n=100)
     cycles = sorted(cycles for _, cycles in taken)
     with capsys.disabled():
