@@ -120,4 +120,4 @@ def test_the_chain_is_killed_again_and_again():
         finally:
             made.close()
     LOG.info("chain killed, ms until the wheels brake: %s", sorted(found))
-    assert len(found) == 20
+    assert len(found) == TIMES
