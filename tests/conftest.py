@@ -1,6 +1,7 @@
 """Switches for all tests."""
 
 import os
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -18,11 +19,29 @@ settings.register_profile("ci", CALM, derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "calm")
 
 
+HERE = Path(__file__).parent
+REAL_TIME = [
+    *(HERE / "hw" / folder for folder in ("drivers", "fakes", "links")),
+    *(
+        HERE / "cobodeck" / f"test_{name}.py"
+        for name in (
+            "chain_connection", "connected", "console", "dummy_run", "fakes_run", "hosted",
+            "kairos_run", "loop", "observe", "whole_robot",
+        )
+    ),
+]  # fmt: skip
+"""Folders and files whose tests have processes or threads that must not wait for a processor."""
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--hardware", action="store_true", help="run tests that move a real robot")
 
 
+@pytest.hookimpl(tryfirst=True)  # before tests are chosen by their marks
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    for item in items:
+        if any(item.path.is_relative_to(place) for place in REAL_TIME):
+            item.add_marker(pytest.mark.realtime)
     if config.getoption("--hardware"):
         return
     skip = pytest.mark.skip(reason="moves a real robot; run it with --hardware")

@@ -97,7 +97,7 @@ def on_fakes():
     return FakesRig(ROBOT, SCENE, MOTION, NOBODY_WATCHED)
 
 
-ALL = [simulated, mocked, pytest.param(on_fakes, marks=pytest.mark.slow)]
+ALL = [simulated, mocked, pytest.param(on_fakes, marks=(pytest.mark.slow, pytest.mark.realtime))]
 COMPUTED = pytest.mark.parametrize("rig", [simulated, mocked], indirect=True)
 
 
