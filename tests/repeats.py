@@ -2,4 +2,4 @@
 
 import os
 
-TIMES = 4 if os.environ.get("CI") else 20
+TIMES = 3 if os.environ.get("CI") else 20
