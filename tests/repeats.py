@@ -1,5 +1,11 @@
-"""How often a fault is brought about: twenty times, and a few times in CI's short form."""
+"""What the short form of the tests does less of, or not at all: that is what CI runs."""
 
 import os
 
-TIMES = 3 if os.environ.get("CI") else 20
+import pytest
+
+SHORT = bool(os.environ.get("CI"))
+TIMES = 2 if SHORT else 20
+"""So often is each fault brought about."""
+long_form = pytest.mark.skipif(SHORT, reason="left out of the short form")
+"""Of a test that costs more than it adds to what else runs."""

@@ -17,6 +17,7 @@ from cobodeck.record.reader import Record
 from hw.connection import Connection, Served
 from hw.geometry import Pose2
 from hw.live import LivePerson
+from tests.repeats import long_form
 
 SOMEBODY = LivePerson(Pose2(1.0, 1.0))
 
@@ -161,6 +162,7 @@ def test_a_person_who_is_no_record_cannot_be_played_beside_real_parts(
     assert "or a dummy: --user X.mcap, a record" in capsys.readouterr().err
 
 
+@long_form
 @pytest.mark.slow
 @pytest.mark.requirement(56)
 def test_beside_the_fakes_the_whole_robot_serves_a_person_who_is_not_there(

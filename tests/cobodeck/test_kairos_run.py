@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 from hw.connection import FOLDER
+from tests.repeats import long_form
 
 pytest.importorskip("roslibpy", reason="the extra 'ros' is not installed")
 pytest.importorskip("rtde_control", reason="there is no ur-rtde for this machine")
@@ -36,6 +37,7 @@ def faked(folder: Path) -> Path:
     return file
 
 
+@long_form
 @pytest.mark.slow
 def test_one_request_is_served_through_rosbridge(tmp_path):
     words = ["run", "cobodeck", "--robot", str(faked(tmp_path)), "--user", "demo", "--json"]
