@@ -20,8 +20,7 @@ test: .venv/installed-dev
 	@$(ALONE) -m "not slow and realtime" $(PYTEST) || [ $$? = 5 ]
 
 slow: .venv/installed-dev
-	@$(BESIDE) -m "slow and not realtime" $(PYTEST) || [ $$? = 5 ]
-	@$(ALONE) -m "slow and realtime" $(PYTEST) || [ $$? = 5 ]
+	@$(ALONE) -m slow $(PYTEST)
 
 check: .venv/installed-dev
 	@$(BIN)/ruff check .

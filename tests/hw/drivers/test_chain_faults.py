@@ -7,9 +7,9 @@ import pytest
 
 from hw.geometry import STILL
 from tests.hw.drivers.chain_rig import ARM_SILENT, MS, Rig
-from tests.repeats import TIMES
+from tests.repeats import TIMES, long_form
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, long_form]
 
 
 def arm_cut(rig):

@@ -23,7 +23,7 @@ from hw.samples import ArmState
 from tests.hw.drivers.rigs import PATIENCE_S, Listener, opening, own_address
 from tests.hw.drivers.ur_rig import CYCLE_S, OUT, PARKED, ROBOT, UrRig, course
 from tests.hw.fakes.ur_client import Client
-from tests.repeats import TIMES
+from tests.repeats import TIMES, long_form
 
 needs_rtde = pytest.mark.skipif(find_spec("rtde_control") is None, reason=MISSING)
 
@@ -278,6 +278,7 @@ def test_after_a_fault_nothing_moves_until_it_is_acknowledged(calm, fault):
 
 
 @needs_rtde
+@long_form
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", FAULTS)
 def test_each_of_twenty_faults_is_told_within_its_gate(rig, fault, capsys):

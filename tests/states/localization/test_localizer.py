@@ -15,6 +15,7 @@ from states.localization.localizer_values import LocalizerValues
 from states.maps.cells import room_map
 from states.maps.field import map_field, room_field
 from states.maps.occupancy import OccupancyMap
+from tests.repeats import fewer
 from tests.states.localization.world import (
     ROOM,
     STOPS,
@@ -93,7 +94,7 @@ def test_a_drive_is_followed_to_a_centimetre_and_the_covariance_is_no_boast():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(40, 48))
+@pytest.mark.parametrize("seed", fewer(range(40, 48)))
 def test_minutes_with_trackers_in_half_of_the_room(seed):
     followed = run(seed, 60.0, ALL)
     assert followed.rmse() < 0.01
@@ -254,7 +255,7 @@ def test_sixty_per_cent_of_the_beams_on_unknown_objects():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(50, 58))
+@pytest.mark.parametrize("seed", fewer(range(50, 58)))
 def test_sixty_per_cent_of_the_beams_on_unknown_objects_for_longer(seed):
     followed = run(seed, 30.0, about={"blocked": 0.6})
     assert followed.rmse() < 0.1
