@@ -37,7 +37,7 @@ from hw.sim.shapes import Body, Shapes
 from hw.sim.track import Track
 from states.navigation.states import DriveTo
 from states.site import SUBSYSTEMS, Site, SubsystemName
-from tests.repeats import fewer
+from tests.repeats import fewer, long_form
 
 HZ = 30
 AHEAD, RADIUS = 2.2, 0.225
@@ -150,6 +150,7 @@ def test_of_fifty_chairs_none_is_touched(name: SubsystemName) -> None:
     assert ends["none"] == 0
 
 
+@long_form
 @pytest.mark.slow
 @pytest.mark.requirement(37, 51)
 @pytest.mark.parametrize("local_planner", ["profile", "teb"])

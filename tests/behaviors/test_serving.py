@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from cobodeck.rehearsal import Rehearsal
+from tests.repeats import SHORT
 
 PLACES = [
     (10.05, 8.54, -2.554), (1.2, 4.39, -0.098), (4.25, 5.22, 3.082), (4.86, 0.92, 1.414),
@@ -45,7 +46,7 @@ def reaching_times(sim: Rehearsal) -> list[float]:
 
 
 @pytest.mark.requirement(44, 47, 79, 80, 142, 143)
-@pytest.mark.parametrize("count", [7, pytest.param(300, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [7, pytest.param(100 if SHORT else 300, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("profile", ["paper", "tuned"])
 def test_every_request_is_served_to_5_mm_in_the_time_of_the_profile(
     sim: Rehearsal, tmp_path: Path, profile: str, count: int

@@ -11,6 +11,7 @@ from cobodeck.simulate import Result, simulate
 from cobodeck.stage import Options, stage
 from cobodeck.wiring import Setup, open_setup
 from hw.safety_record import COMMAND_LATE
+from tests.repeats import fewer
 
 REQUESTS = 3
 
@@ -27,7 +28,7 @@ def result(delay_ms: int, requests: int) -> Result:
 
 @pytest.mark.slow
 @pytest.mark.requirement(149)
-@pytest.mark.parametrize("delay_ms", [0, 20, 40, 67, 100])
+@pytest.mark.parametrize("delay_ms", fewer([0, 20, 40, 67, 100]))
 def test_up_to_a_tenth_of_a_second_all_is_served_without_a_contact(delay_ms: int) -> None:
     figures = result(delay_ms, REQUESTS).figures
 
