@@ -6,7 +6,7 @@ import importlib
 import os
 import threading
 from collections import deque
-from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 from inspect import signature
 from typing import Any, Protocol
@@ -25,7 +25,7 @@ from hw.truth import Truth
 Now = Callable[[], int]
 ALWAYS = frozenset(("stop_line", "operator"))
 """Opened whatever the chart uses."""
-LOOPBACK = "loopback"
+OWN_HOST = "loopback"
 CLOSING_S = 1.0
 """The chain has this long to finish its last cycle, s."""
 
@@ -227,15 +227,15 @@ def connect(connection: Connection, opening: Opening, uses: Uses) -> Connected:
     """
     drivers = {name: _driver(name, served) for name, served in connection.parts.items()}
     needed = {name: d for name, d in drivers.items() if is_needed(name, d, uses)}
-    watched = any(_may_give("user.pose", driver) for driver in needed.values())
+    watched = any("user.pose" in (_given_by(driver) or ()) for driver in needed.values())
     opening = replace(opening, safety=replace(opening.safety, watched=watched))
     links = _needed_links(connection, needed)
     beside: dict[str, Any] = {}
     parts: dict[str, Any] = {}
     try:
-        _open_all(connection.peers, connection.peers, opening, beside, beside)
-        _open_all(links, connection.links, opening, beside, beside)
-        _open_all(needed, connection.parts, opening, beside, parts)
+        open_all(connection.peers, connection.peers, opening, beside, beside)
+        open_all(links, connection.links, opening, beside, beside)
+        open_all(needed, connection.parts, opening, beside, parts)
         return _guarded(parts, opening, list(beside.values()))
     except BaseException:
         for opened in (*parts.values(), *reversed(beside.values())):
@@ -243,28 +243,31 @@ def connect(connection: Connection, opening: Opening, uses: Uses) -> Connected:
         raise
 
 
-def _open_all(
-    names: Iterable[str],
+def open_all(
+    names: Collection[str],
     served: Mapping[str, Served],
     opening: Opening,
     beside: Mapping[str, Any],
     opened: dict[str, Any],
 ) -> None:
-    """Open some entries; those that start in the background start side by side."""
-    begun = []
+    """Open some entries; those that start in the background start side by side.
+
+    Raises:
+        Problem: a driver cannot be found or opened.
+    """
     for name in names:
         driver = _driver(name, served[name])
         opened[name] = _opened(name, served[name], driver, opening, beside)
-        begun.append(name)
-    for name in begun:
+    for name in names:
         error = try_to(getattr(opened[name], "wait", _nothing))
         if error is not None:
             raise _problem(name, served[name], error)
 
 
-def _may_give(signal: str, driver: Any) -> bool:
+def _given_by(driver: Any) -> tuple[str, ...] | None:
+    """The signals of a part, told by its class; None: they are not known before it is opened."""
     given = getattr(driver, "signals", None)
-    return isinstance(given, tuple) and signal in given
+    return given if isinstance(given, tuple) else None
 
 
 def _needed_links(connection: Connection, needed: Container[str]) -> list[str]:
@@ -281,8 +284,8 @@ def _needed_links(connection: Connection, needed: Container[str]) -> list[str]:
 
 def is_needed(name: str, driver: Any, uses: Uses) -> bool:
     """Is a part commanded, read, or listened to? Whose signals are not known beforehand is."""
-    given = getattr(driver, "signals", None)
-    if name in ALWAYS or name in uses.commands or not isinstance(given, tuple):
+    given = _given_by(driver)
+    if name in ALWAYS or name in uses.commands or given is None:
         return True
     heard = HEARD if "base" in uses.commands else frozenset[str]()
     return not (uses.signals | uses.welcome | heard).isdisjoint(given)
@@ -305,8 +308,7 @@ def signals_of(name: str, served: Served) -> tuple[str, ...] | None:
     Raises:
         Problem: its driver cannot be found.
     """
-    given = getattr(_driver(name, served), "signals", None)
-    return given if isinstance(given, tuple) else None
+    return _given_by(_driver(name, served))
 
 
 def _guarded(parts: dict[str, Any], opening: Opening, beside: Sequence[Any]) -> Connected:
@@ -348,10 +350,11 @@ def _opened(
 ) -> Any:
     given = {key: _placed(value) for key, value in served.arguments.items()}
     given |= {key: beside[given[key]] for key in REFERS if given.get(key) in beside}
+    offered = {"now": opening.now, "opening": opening}
     try:
-        if "opening" in signature(driver).parameters:
-            given["opening"] = opening
-        return driver(**given, now=opening.now)
+        wanted = signature(driver).parameters
+        given |= {key: value for key, value in offered.items() if key in wanted}
+        return driver(**given)
     except Exception as error:  # noqa: BLE001
         raise _problem(name, served, error) from None
 
@@ -362,7 +365,7 @@ def _placed(value: Any) -> Any:
         return {key: _placed(inner) for key, inner in value.items()}
     if isinstance(value, list):
         return [_placed(inner) for inner in value]
-    return own_host() if value == LOOPBACK else value
+    return own_host() if value == OWN_HOST else value
 
 
 def own_host() -> str:

@@ -156,17 +156,8 @@ def _on_real_parts(
     Raises:
         Problem: something is missing, or nobody watches where people are and it was not said so.
     """
-    play = _play(setup, uses, options, connection)
+    opening = opening_of(setup, uses, options, connection, clock.now)
     connection = _with_dummy(setup, uses, options, connection)
-    motion = setup.profile.robot.limits
-    opening = Opening(
-        now=clock.now,
-        body=setup.body,
-        motion=motion,
-        safety=setup.profile.safety.limits(setup.robot, motion),
-        tracking=setup.tracking,
-        play=play,
-    )
     plant = connect(connection, opening, uses)
     try:
         if "base" in uses.commands and not plant.person_watched and not options.unwatched:
@@ -189,6 +180,25 @@ def _on_real_parts(
     if isinstance(operator, ConsoleOperator) and options.console is not None:
         operator.attend(options.console, loop.stop)
     return loop
+
+
+def opening_of(
+    setup: Setup, uses: Uses, options: Options, connection: Connection, now: Callable[[], int]
+) -> Opening:
+    """What the drivers of a connection are told of a run; `now` is its time, ns.
+
+    Raises:
+        Problem: a person is asked for, and nothing is there that could move one.
+    """
+    motion = setup.profile.robot.limits
+    return Opening(
+        now=now,
+        body=setup.body,
+        motion=motion,
+        safety=setup.profile.safety.limits(setup.robot, motion),
+        tracking=setup.tracking,
+        play=_play(setup, uses, options, connection),
+    )
 
 
 def _with_dummy(setup: Setup, uses: Uses, options: Options, connection: Connection) -> Connection:

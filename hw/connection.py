@@ -15,13 +15,13 @@ parts:
 peers:                      # fakes that start with it, and end with it
   drives: {driver: "rover.fake:FakeDrives", channel: can0}
 
-A driver is a class, named as `module:Class`. It is called with the other values of its entry and
-with `now`, a function that gives the time of the run in ns, for the stamps of its samples; one that
-has a parameter `opening` gets an `Opening`, too. `link: NAME` and `tells: NAME` become the link or
-the peer of that name. Peers are opened first, then links, in the order of the file, then parts;
-only what is needed is opened, and all is closed the other way round. What has a method `wait`
-starts in the background; it is waited for before the next group is opened. The text `loopback`
-becomes an address of this machine that no other run uses.
+A driver is a class, named as `module:Class`. It is called with the other values of its entry; one
+that has a parameter `now` gets a function that gives the time of the run in ns, for the stamps of
+its samples, and one that has a parameter `opening` an `Opening`. `link: NAME` and `tells: NAME`
+become the link or the peer of that name. Peers are opened first, then links, in the order of the
+file, then parts; only what is needed is opened, and all is closed the other way round. What has a
+method `wait` starts in the background; it is waited for before the next group is opened. The text
+`loopback` becomes an address of this machine that no other run uses.
 
 `plant: mock` needs no parts: all of the scene's robot is mocked, in the simulated world.
 """

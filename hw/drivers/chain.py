@@ -26,7 +26,7 @@ from typing import Any
 from hw.connection import Opening
 from hw.drivers.chain_keeper import ChainKeeper
 from hw.drivers.chain_settings import OBSERVER_S, ChainSettings, ObserverSettings
-from hw.drivers.feed import Feed
+from hw.drivers.feed import Feed, up_to
 from hw.geometry import STILL, Twist2
 from hw.interfaces import DriveMode
 from hw.links.datagrams import LOOPBACK, Address, Outlet, Told
@@ -241,7 +241,7 @@ class ChainBase:
 
     def samples(self, now_ns: int) -> list[Sample]:
         """What the wheels have told since."""
-        return _until(self._link.base, now_ns)
+        return up_to(self._link.base, now_ns)
 
     def close(self) -> None:
         """The other parts are closed, too: nobody is to be stopped any more."""
@@ -253,7 +253,7 @@ class ChainBumper:
 
     signals: tuple[str, ...] = ("bumper.hit",)
 
-    def __init__(self, link: Chain, now: Now) -> None:  # noqa: ARG002
+    def __init__(self, link: Chain) -> None:
         self._link = link
 
     @property
@@ -267,7 +267,7 @@ class ChainBumper:
 
     def samples(self, now_ns: int) -> list[Sample]:
         """Touches since the last call."""
-        return _until(self._link.hits, now_ns)
+        return up_to(self._link.hits, now_ns)
 
 
 class ChainStopLine:
@@ -275,7 +275,7 @@ class ChainStopLine:
 
     signals: tuple[str, ...] = ("stop.engaged",)
 
-    def __init__(self, link: Chain, now: Now) -> None:  # noqa: ARG002
+    def __init__(self, link: Chain) -> None:
         self._link = link
         self._reported: str | None = "nothing yet"
 
@@ -294,13 +294,6 @@ class ChainStopLine:
             return []
         self._reported = reason
         return [Sample("stop.engaged", now_ns, reason)]
-
-
-def _until(waiting: deque[Sample], now_ns: int) -> list[Sample]:
-    found = []
-    while waiting and waiting[0].stamp_ns <= now_ns:
-        found.append(waiting.popleft())
-    return found
 
 
 def _hardware(given: Mapping[str, Any]) -> tuple[str, str, dict[str, Any]]:

@@ -19,8 +19,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from hw.drivers.chain_links import MS, Links
+from hw.drivers.chain_links import Links
 from hw.drivers.chain_settings import ChainSettings
+from hw.drivers.gates import MS
 from hw.drivers.hardware import Hardware
 from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.interfaces import DriveMode

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-MS = 1_000_000
+from hw.drivers.gates import LINK_SILENT_NS, MS
+
 ARM_NS = 50 * MS
 """The arm's link may be silent for so long: two steps of 24 ms of its own time stamps."""
-VR_NS = 500 * MS
-"""A request of the user, and the word that their link is up, hold for so long."""
 
 
 @dataclass(slots=True)
@@ -55,8 +54,8 @@ class Links:
     def __init__(self, arm: bool, observer_s: float | None) -> None:
         self.arm = Heartbeat("the link to the arm", ARM_NS)
         self.observer = Heartbeat("the observer", round((observer_s or 0.0) * 1e9))
-        self.vr = Heartbeat("the link to the virtual world", VR_NS)
-        self.request = Heartbeat("the request", VR_NS)
+        self.vr = Heartbeat("the link to the virtual world", LINK_SILENT_NS)
+        self.request = Heartbeat("the request", LINK_SILENT_NS)
         self._needed = [
             beat
             for beat, is_needed in ((self.arm, arm), (self.observer, observer_s is not None))

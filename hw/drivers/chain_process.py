@@ -18,8 +18,8 @@ from contextlib import ExitStack, suppress
 from typing import Any, NoReturn
 
 from hw.drivers.chain_cycle import ChainCycle
-from hw.drivers.chain_links import MS
 from hw.drivers.chain_settings import ChainSettings
+from hw.drivers.gates import MS
 from hw.drivers.hardware import Hardware
 from hw.links.datagrams import Address, Intake, Outlet
 from hw.links.processes import Parent, Ready, serve

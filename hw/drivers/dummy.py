@@ -140,7 +140,7 @@ class _Part:
 
     signals: tuple[str, ...] = ()
 
-    def __init__(self, link: Dummy, now: Now) -> None:  # noqa: ARG002
+    def __init__(self, link: Dummy) -> None:
         self.wake: Callable[[], None] = _nobody
         self._link = link
         self._queues = [link.queue(name, lambda: self.wake()) for name in self.signals]

@@ -5,9 +5,11 @@ from __future__ import annotations
 import select
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 
 from hw.links.datagrams import Address, Intake, Outlet, Told
+from hw.samples import Sample
 
 LOOK_S = 0.2
 """The thread looks so often whether it is still wanted, s."""
@@ -65,3 +67,18 @@ class Feed:
         while found := self._intake.poll():
             for told in found:
                 self._take(told, self._now() - (time.monotonic_ns() - told.stamp_ns))
+
+
+def up_to(waiting: deque[Sample], now_ns: int) -> list[Sample]:
+    """The samples of a queue up to an instant, in the order in which they came; others wait on."""
+    found = []
+    while waiting and waiting[0].stamp_ns <= now_ns:
+        found.append(waiting.popleft())
+    return found
+
+
+def by_stamps(waiting: deque[Sample], now_ns: int) -> list[Sample]:
+    """All samples of a queue by their stamps; what is ahead of now is left out."""
+    found = [waiting.popleft() for _ in range(len(waiting))]
+    past = [sample for sample in found if sample.stamp_ns <= now_ns]
+    return sorted(past, key=lambda sample: sample.stamp_ns)

@@ -27,6 +27,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 from hw.connection import Opening
+from hw.drivers.feed import by_stamps
 from hw.drivers.sick_telegram import Telegram, Telegrams
 from hw.samples import Sample, Scan
 from hw.sensing import LidarModel
@@ -109,9 +110,7 @@ class S300:
 
     def samples(self, now_ns: int) -> list[Sample]:
         """The scans that have come since the last call, by their stamps."""
-        found = [self._arrived.popleft() for _ in range(len(self._arrived))]
-        past = [sample for sample in found if sample.stamp_ns <= now_ns]
-        return sorted(past, key=lambda sample: sample.stamp_ns)
+        return by_stamps(self._arrived, now_ns)
 
     def close(self) -> None:
         """Let go of the scanners."""

@@ -161,7 +161,7 @@ class UnityTrackers:
 
     signals: tuple[str, ...] = ("user.pose",)
 
-    def __init__(self, link: Unity, now: Now) -> None:  # noqa: ARG002
+    def __init__(self, link: Unity) -> None:
         self._queues = [link.queue(name) for name in self.signals]
 
     def samples(self, now_ns: int) -> list[Sample]:

@@ -11,9 +11,9 @@ from importlib.util import find_spec
 from typing import Protocol
 
 from hw.connection import Opening
-from hw.drivers.feed import Feed
+from hw.drivers.feed import Feed, up_to
 from hw.drivers.ur_worker import Settings
-from hw.links.datagrams import Address, Outlet, Told
+from hw.links.datagrams import Hearer, Outlet, Told
 from hw.links.processes import Child
 from hw.samples import Sample, TimedJoints
 
@@ -28,15 +28,6 @@ MISSING = (
     "the package ur-rtde is not installed: it comes for Linux on x86-64 and Python below 3.13; "
     "simulation and mock do without it"
 )
-
-
-class Hearer(Protocol):
-    """Who takes datagrams."""
-
-    @property
-    def address(self) -> Address:
-        """Where."""
-        ...
 
 
 class Line(Protocol):
@@ -122,10 +113,7 @@ class UrArm:
     def samples(self, now_ns: int) -> list[Sample]:
         """The joints that have come; also tells the worker that the loop still turns."""
         self._ticked = time.monotonic_ns()
-        found = []
-        while self._samples and self._samples[0].stamp_ns <= now_ns:
-            found.append(self._samples.popleft())
-        return found
+        return up_to(self._samples, now_ns)
 
     @property
     def fault(self) -> str | None:

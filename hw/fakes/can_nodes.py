@@ -12,11 +12,12 @@ from typing import Any
 
 from hw.fakes.can_wire import Bus, Hub, open_wire, wait
 from hw.fakes.nodes import Nodes
+from hw.fakes.subscription import Subscription
 from hw.links.datagrams import Address, Intake, Outlet
 from hw.links.processes import Parent, Ready, serve
 from hw.samples import BumperHit
 
-TELL_NS, SUBSCRIBE_NS = 10_000_000, 200_000_000
+TELL_NS = 10_000_000
 STEP_S = 0.002
 
 
@@ -26,14 +27,12 @@ class Teller:
     def __init__(self, world: Address, own: Address, scales: list[float]) -> None:
         """`scales` are units of a drive per rad of its wheel, negative where mounted reversed."""
         self._outlet = Outlet("drives", [world])
-        self._own, self._scales = own, scales
-        self._told_ns = self._subscribed_ns = 0
+        self._subscription, self._scales = Subscription(self._outlet, own), scales
+        self._told_ns = 0
 
     def step(self, velocities: list[float], now_ns: int) -> None:
         """Tell what is due."""
-        if now_ns - self._subscribed_ns >= SUBSCRIBE_NS:
-            self._subscribed_ns = now_ns
-            self._outlet.send("subscribe", now_ns, self._own)
+        self._subscription.renew(now_ns)
         if now_ns - self._told_ns >= TELL_NS:
             late = now_ns - self._told_ns > 2 * TELL_NS
             self._told_ns = now_ns if late else self._told_ns + TELL_NS

@@ -10,20 +10,11 @@ peers:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from collections.abc import Mapping
+from typing import Any
 
 from hw.fakes.peer import Peer
-from hw.links.datagrams import LOOPBACK, Address
-
-
-class Hearer(Protocol):
-    """Who takes datagrams."""
-
-    @property
-    def address(self) -> Address:
-        """Where."""
-        ...
+from hw.links.datagrams import LOOPBACK, Hearer
 
 
 class CanNodes(Peer):
@@ -40,7 +31,6 @@ class CanNodes(Peer):
         tells: Hearer | None = None,
         by_hand: float | None = 1.0,
         bumper: bool = True,
-        now: Callable[[], int] | None = None,  # noqa: ARG002
     ) -> None:
         channel = str(bus.get("channel", ""))
         settings: dict[str, Any] = {
@@ -52,6 +42,5 @@ class CanNodes(Peer):
             "increments": float(wheels.get("increments", 4096.0)),
             "by_hand_ns": None if by_hand is None else round(1e9 * by_hand),
             "bumper": bumper,
-            "tells": None if tells is None else tuple(tells.address),
         }
-        super().__init__("hw.fakes.can_nodes", settings)
+        super().__init__("hw.fakes.can_nodes", settings, tells)

@@ -217,15 +217,8 @@ class Server:
 
 
 def _listening(host: str, port: int) -> socket.socket:
-    door = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    try:
-        door.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        door.bind((host, port))
-        door.listen(8)
-        door.setblocking(False)
-    except OSError:
-        door.close()
-        raise
+    door = socket.create_server((host, port), backlog=8)
+    door.setblocking(False)
     return door
 
 

@@ -6,11 +6,9 @@ peers:
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 from hw.connection import Opening
 from hw.fakes.peer import Peer
+from hw.links.datagrams import Hearer
 
 
 class Kairos(Peer):
@@ -23,17 +21,15 @@ class Kairos(Peer):
     def __init__(
         self,
         host: str,
-        now: Callable[[], int],  # noqa: ARG002
         opening: Opening,
         port: int = 9090,
         ros: int = 1,
         upside_down: bool = False,
-        tells: Any = None,
+        tells: Hearer | None = None,
     ) -> None:
         base = opening.body.base
         settings = {
             "host": host, "port": port, "ros": ros, "upside_down": upside_down,
-            "tells": None if tells is None else tuple(tells.address),
             "radius": base.wheel_radius, "lever": base.half_wheelbase + base.half_track,
         }  # fmt: skip
-        super().__init__("hw.fakes.kairos_process", settings)
+        super().__init__("hw.fakes.kairos_process", settings, tells)

@@ -24,6 +24,7 @@ from typing import Any
 
 from hw.fakes.kairos_robot import Message, Robot, header, laser_scan, odometry
 from hw.fakes.rosbridge import Server, Topic
+from hw.fakes.subscription import Subscription
 from hw.links.datagrams import Intake, Outlet
 from hw.links.processes import Parent, Ready, serve
 from hw.samples import Scan
@@ -32,7 +33,6 @@ PERIOD_S = 0.01
 LATE_S = 0.3
 SCANNERS = ("front_laser", "rear_laser")
 SCAN_EVERY = 8
-SUBSCRIBE_EVERY = 20
 BEAMS, STEP = 541, math.radians(0.5)
 FAULTS = ("", "drop", "mute", "freeze", "late", "nan", "silent", "stop")
 
@@ -54,6 +54,7 @@ class Fake:
         world = settings["tells"]
         self._wheels = Outlet("drives", [] if world is None else [world])
         self._scans = Outlet("scanners", [] if world is None else [world])
+        self._subscription = Subscription(self._scans, self.intake.address)
         self._newest: Message | None = None
 
     def step(self, dt: float) -> None:
@@ -69,8 +70,7 @@ class Fake:
         now = time.monotonic_ns()
         settings = self._settings
         self._wheels.send("wheels", now, self.robot.wheels(settings["radius"], settings["lever"]))
-        if self._number % SUBSCRIBE_EVERY == 1:
-            self._scans.send("subscribe", now, self.intake.address)
+        self._subscription.renew(now)
         if settings["tells"] is None and self._number % SCAN_EVERY == 0:
             for name in SCANNERS:
                 ranges = (2.0 + 0.01 * (self._number % 100), math.inf, *[5.0] * (BEAMS - 2))

@@ -5,19 +5,21 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from hw.links.datagrams import Outlet
+from hw.links.datagrams import Hearer, Outlet
 from hw.links.processes import Child
 
 
 class Peer:
     """Starts a child that says in its ready line where it takes faults: `control`, (host, port).
 
-    `module` has the child's `main`; `settings` are what it is called with.
+    `module` has the child's `main`; `settings` are what it is called with, and `tells` the address
+    of whom it tells, or None.
     """
 
-    def __init__(self, module: str, settings: dict[str, Any]) -> None:
+    def __init__(self, module: str, settings: dict[str, Any], tells: Hearer | None = None) -> None:
         self.ready: dict[str, Any] = {}
-        self._child = Child(module, settings)
+        world = None if tells is None else tuple(tells.address)
+        self._child = Child(module, {**settings, "tells": world})
         self._faults = Outlet("fault")
 
     def wait(self) -> None:

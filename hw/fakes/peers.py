@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from collections.abc import Sequence
+from typing import Any
 
 from hw.connection import Opening
 from hw.fakes.peer import Peer
-from hw.links.datagrams import Address
+from hw.links.datagrams import Hearer
 
 UR10 = (0.0, -1.57, 1.57, -1.57, -1.57, 0.0)
 """Where an arm stands that nobody says anything of, rad."""
-
-
-class Hearer(Protocol):
-    """Who takes datagrams."""
-
-    @property
-    def address(self) -> Address:
-        """Where."""
-        ...
 
 
 class Cb3(Peer):
@@ -36,16 +27,14 @@ class Cb3(Peer):
         joints: Sequence[float] | None = None,
         unlock: float = 5.0,
         opening: Opening | None = None,
-        now: Callable[[], int] | None = None,  # noqa: ARG002
     ) -> None:
         folded = None if opening is None else opening.body.parked
         settings: dict[str, Any] = {
             "host": host,
             "joints": tuple(joints or folded or UR10),
             "unlock": unlock,
-            "tells": None if tells is None else tuple(tells.address),
         }
-        super().__init__("hw.fakes.cb3", settings)
+        super().__init__("hw.fakes.cb3", settings, tells)
 
 
 class VrClient(Peer):
@@ -56,13 +45,12 @@ class VrClient(Peer):
     does. `hw.fakes.vr_application` has its faults.
     """
 
-    def __init__(  # noqa: PLR0913
+    def __init__(
         self,
         host: str,
         port: int,
         tells: Hearer,
         opening: Opening,
-        now: Callable[[], int] | None = None,  # noqa: ARG002
         clock_offset: float = 0.0,
         answers: bool = True,
         by_fields: bool = True,
@@ -70,11 +58,10 @@ class VrClient(Peer):
         settings: dict[str, Any] = {
             "host": host,
             "port": port,
-            "world": tuple(tells.address),
             "trackers": tuple(opening.tracking.mounts),
             "map_from_vive": opening.tracking.map_from_vive,
             "offset_ns": round(clock_offset * 1e9),
             "answers": answers,
             "by_fields": by_fields,
         }
-        super().__init__("hw.fakes.vr_process", settings)
+        super().__init__("hw.fakes.vr_process", settings, tells)

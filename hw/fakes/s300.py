@@ -26,12 +26,12 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-from hw.links.datagrams import Address, Intake, Outlet
+from hw.fakes.subscription import Subscription
+from hw.links.datagrams import Intake, Outlet
 from hw.links.processes import Parent, Ready, serve
 from hw.samples import Scan
 
 FAULTS = ("", "drop", "mute", "freeze", "corrupt", "garbage", "cut", "standby")
-SUBSCRIBING_NS = 200_000_000
 LONGEST_S = 0.05
 NO_RETURN_CM = 2996
 STANDBY = 0x4004
@@ -104,14 +104,14 @@ class Fake:
     def __init__(self, settings: Mapping[str, Any]) -> None:
         self.intake = Intake(settings["host"])
         self._scanners = {
-            name: _Scanner(_listening(tuple(address)))
+            name: _Scanner(socket.create_server(tuple(address)))
             for name, address in settings["scanners"].items()
         }
         self._byte_ns = 10 * 1e9 / settings.get("baud", 500_000)
         self._beyond = settings.get("beyond", 4)
         world = settings.get("tells")
         self._world = Outlet("scanners", [] if world is None else [world])
-        self._subscribed_ns = 0
+        self._subscription = Subscription(self._world, self.intake.address)
         self._fault = ""
         self._chance = random.Random(1)
 
@@ -121,7 +121,7 @@ class Fake:
         watched: list[Any] = [self.intake, parent, *(one.listener for one in every)]
         watched += [line for one in every for line in one.lines]
         readable = select.select(watched, [], [], self._until_due())[0]
-        self._subscribe()
+        self._subscription.renew(time.monotonic_ns())
         self._accept(readable)
         for told in self.intake.poll():
             if told.source == "fault" and told.name in FAULTS:
@@ -143,12 +143,6 @@ class Fake:
         if not due:
             return LONGEST_S
         return min(LONGEST_S, max(0.0, 1e-9 * (min(due) - time.monotonic_ns())))
-
-    def _subscribe(self) -> None:
-        now = time.monotonic_ns()
-        if now - self._subscribed_ns >= SUBSCRIBING_NS:
-            self._subscribed_ns = now
-            self._world.send("subscribe", now, self.intake.address)
 
     def _accept(self, readable: list[Any]) -> None:
         for one in self._scanners.values():
@@ -194,18 +188,6 @@ class Fake:
         if self._fault == "cut":
             return data[: len(data) // 2]
         return data
-
-
-def _listening(address: Address) -> socket.socket:
-    listener = socket.socket()
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    try:
-        listener.bind(address)
-    except OSError:
-        listener.close()
-        raise
-    listener.listen()
-    return listener
 
 
 def _gone(line: socket.socket) -> bool:

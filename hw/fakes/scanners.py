@@ -9,10 +9,11 @@ peers:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from hw.fakes.peer import Peer
+from hw.links.datagrams import Hearer
 
 
 class S300(Peer):
@@ -24,12 +25,10 @@ class S300(Peer):
     def __init__(
         self,
         scanners: Mapping[str, Mapping[str, Any]],
-        now: Callable[[], int],  # noqa: ARG002
-        tells: Any = None,
+        tells: Hearer | None = None,
         beyond: int = 4,
     ) -> None:
         addresses = {name: (entry["host"], entry["port"]) for name, entry in scanners.items()}
         host = next(iter(addresses.values()))[0]
-        world = None if tells is None else tuple(tells.address)
-        settings = {"scanners": addresses, "host": host, "tells": world, "beyond": beyond}
-        super().__init__("hw.fakes.s300", settings)
+        settings = {"scanners": addresses, "host": host, "beyond": beyond}
+        super().__init__("hw.fakes.s300", settings, tells)

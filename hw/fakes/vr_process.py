@@ -16,7 +16,7 @@ from hw.links.processes import Parent, Ready, serve
 def main(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None:
     """The process; faults come by name to `control`."""
     given = dict(settings)
-    control, play = Intake(), Hosted(given.pop("world"))
+    control, play = Intake(), Hosted(given.pop("tells"))
     application = Application(play=play, **given)
     ready({"control": list(control.address)})
     due_ns = time.monotonic_ns()

@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 from hw.connection import Opening
+from hw.fakes.subscription import Subscription
 from hw.fakes.world_process import Settings, later
 from hw.geometry import Pose3
 from hw.links.datagrams import Address, Intake, Outlet, Told
@@ -20,7 +21,6 @@ from hw.robot import RobotModel
 from hw.samples import UserPose
 from hw.truth import Truth
 
-SUBSCRIBE_NS = 200_000_000
 FIRST_S = 5.0
 """The first truth comes within so long after the world is ready, s."""
 CATCH_UP_NS = 100_000_000
@@ -54,8 +54,9 @@ class World:
         self._now: Callable[[], int] = now
         self._shift: int | None = None
         self._begun = False
-        self._subscribed = self._heard = time.monotonic_ns()
+        self._heard = time.monotonic_ns()
         self._intake, self._outlet = Intake(host), Outlet("evaluator", [self.address])
+        self._subscription = Subscription(self._outlet, self._intake.address)
         settings = Settings(self.address, opening.play, _plain(opening.body), opening.motion)
         self._child = Child("hw.fakes.world_process", settings)
 
@@ -71,7 +72,7 @@ class World:
             OSError: it cannot start, and why.
         """
         self._child.wait()
-        self._subscribe(time.monotonic_ns())
+        self._subscription.tell(time.monotonic_ns())
         until = time.monotonic() + FIRST_S
         while self.truth is None:
             left = until - time.monotonic()
@@ -88,8 +89,7 @@ class World:
             self._catch_up(real)
         if not self._begun:
             self._outlet.send("begin", real)
-        if real - self._subscribed >= SUBSCRIBE_NS:
-            self._subscribe(real)
+        self._subscription.renew(real)
         self._poll()
         if real - self._heard > SILENT_NS and not self.failures:
             self.failures.append(OSError("the world of the fakes has been silent for 2 s"))
@@ -97,7 +97,7 @@ class World:
     def _catch_up(self, real_ns: int) -> None:
         """Nobody listened since the start: the truth of that time does not count."""
         self._poll()
-        self._subscribe(real_ns)
+        self._subscription.tell(real_ns)
         until, old = real_ns + CATCH_UP_NS, self.truth
         while self.truth is old and (left := until - time.monotonic_ns()) > 0:
             select.select([self._intake], [], [], left * 1e-9)
@@ -120,10 +120,6 @@ class World:
         self._child.close()
         self._intake.close()
         self._outlet.close()
-
-    def _subscribe(self, real_ns: int) -> None:
-        self._subscribed = real_ns
-        self._outlet.send("subscribe", real_ns, self._intake.address)
 
     def _poll(self) -> None:
         while heard := self._intake.poll():

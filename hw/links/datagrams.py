@@ -12,7 +12,7 @@ import dataclasses
 import json
 import socket
 from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.safety_record import ChainStatus, SafetyRecord
@@ -56,6 +56,15 @@ class Told(NamedTuple):
     name: str
     stamp_ns: int
     value: Any
+
+
+class Hearer(Protocol):
+    """Who takes datagrams."""
+
+    @property
+    def address(self) -> Address:
+        """Where."""
+        ...
 
 
 class Outlet:

@@ -17,7 +17,8 @@ from hw.drivers.chain import Chain
 from hw.geometry import STILL
 from hw.links.datagrams import Intake, Outlet
 from hw.samples import ArmState, PoseSigma, Sample
-from tests.hw.drivers.chain_rig import AHEAD, HARDWARE, PATIENCE_S, ROBOT, opening, own_host
+from tests.hw.drivers.chain_rig import AHEAD, HARDWARE, PATIENCE_S, ROBOT, opening
+from tests.hw.drivers.rigs import own_address
 
 USES = Uses(frozenset(("base", "arm")), frozenset(("bumper.hit",)))
 OPENED: dict[str, Any] = {}
@@ -56,7 +57,7 @@ class Rig:
             "tells": [self.reports.address],
             "hears": orders.address,
         }
-        values = {"port": 7400, "host": own_host(), "arm": False, "hardware": hardware}
+        values = {"port": 7400, "host": own_address(), "arm": False, "hardware": hardware}
         parts = {
             name: Served(chain, driver, {"link": "chain"}, f"c.yaml:{line}:3")
             for line, (name, driver) in enumerate(

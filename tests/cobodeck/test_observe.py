@@ -3,45 +3,32 @@
 from __future__ import annotations
 
 import itertools
-import select
 import signal
 import socket
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import IO
 
 import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK, USAGE
-from hw.links.datagrams import Intake, Told
+from hw.links.datagrams import Told
+from tests.hw.drivers.rigs import Chain
 
 PATIENCE_S = 30.0
 
 
-class Chain:
-    """Where the safety chain listens."""
-
-    def __init__(self) -> None:
-        self.intake = Intake()
-        self.told: list[Told] = []
-
-    def until(self, reached: Callable[[list[str]], object]) -> list[Told]:
-        end = time.monotonic() + PATIENCE_S
-        while not reached([one.name for one in self.told]):
-            assert time.monotonic() < end, self.told
-            select.select([self.intake], [], [], 0.2)
-            self.told += self.intake.poll()
-        return self.told
+def names(told: list[Told]) -> list[str]:
+    return [one.name for one in told]
 
 
 @pytest.fixture
 def chain() -> Iterator[Chain]:
     found = Chain()
     yield found
-    found.intake.close()
+    found.close()
 
 
 @pytest.fixture
@@ -50,7 +37,7 @@ def observing(chain: Chain) -> Iterator[subprocess.Popen[bytes]]:
     call = [sys.executable, "-m", "cobodeck", "observe", f"{host}:{port}", "--no-project"]
     pipe = subprocess.PIPE
     with subprocess.Popen(call, stdin=pipe, stdout=pipe, stderr=pipe) as running:
-        chain.until(lambda names: names.count("observer.here") >= 3)
+        chain.until(lambda told: names(told).count("observer.here") >= 3)
         yield running
         running.kill()
 
@@ -65,7 +52,7 @@ def written(stream: IO[bytes] | None, data: bytes) -> None:
 def test_as_long_as_it_runs_the_chain_hears_that_somebody_is_there(
     chain: Chain, observing: subprocess.Popen[bytes]
 ) -> None:
-    told = chain.until(lambda names: names.count("observer.here") >= 6)
+    told = chain.until(lambda told: names(told).count("observer.here") >= 6)
 
     assert {(one.source, one.name, one.value) for one in told} == {
         ("observer", "observer.here", True)
@@ -80,9 +67,9 @@ def test_enter_stops_the_robot_and_the_observer_stays(
     chain: Chain, observing: subprocess.Popen[bytes], typed: bytes
 ) -> None:
     written(observing.stdin, typed)
-    chain.until(lambda names: "pull" in names)
+    chain.until(lambda told: "pull" in names(told))
     after = len(chain.told)
-    told = chain.until(lambda names: names[after:].count("observer.here") >= 3)
+    told = chain.until(lambda told: names(told[after:]).count("observer.here") >= 3)
 
     assert {one.value for one in told if one.name == "pull"} == {"the observer"}
     assert observing.poll() is None
@@ -98,7 +85,7 @@ def test_however_the_observer_leaves_the_robot_stops(
         observing.stdin.close()
     else:
         observing.send_signal(getattr(signal, end))
-    told = chain.until(lambda names: "pull" in names)
+    told = chain.until(lambda told: "pull" in names(told))
 
     assert observing.wait(PATIENCE_S) == OK
     assert next(one.value for one in told if one.name == "pull") == "the observer has left"

@@ -3,58 +3,37 @@
 The peers belong to the test, so that they outlive the engine; the truth comes to the test alone.
 """
 
-import importlib
-import itertools
-import os
 import select
 import subprocess
 import sys
 import time
-from inspect import signature
 from pathlib import Path
 
-from cobodeck.stage import Options, _play
+from cobodeck.connected import open_all, own_host
+from cobodeck.stage import Options, opening_of
 from cobodeck.wiring import open_setup
-from hw.connection import FOLDER, Opening, load_connection
+from hw.connection import FOLDER, load_connection
 from hw.links.datagrams import Intake, Outlet
 
 PATIENCE_NS = 90 * 10**9
-NUMBERS = itertools.count(1)
 
 
 class WholeRobot:
     """`peers` by name; `engine` is the process of `cobodeck run`; `truths()` yields each step."""
 
     def __init__(self, folder: Path, seed: int = 0) -> None:
-        number = os.getpid() % 0xFFFF
-        self.host = f"127.{200 + next(NUMBERS) % 50}.{number >> 8}.{number & 255 or 1}"
+        self.host = own_host()
         text = (FOLDER / "fakes.yaml").read_text().replace("loopback", self.host)
         connection = load_connection(self._write(folder / "peers.yaml", text))
         alone = text[: text.index("peers:")] + text[text.index("links:") :]
         self.file = self._write(folder / "robot.yaml", alone)
         setup = open_setup("cobodeck", None, None, robot=connection)
         options = Options(user="brief", requests=1, seed=seed, connection=connection)
-        opening = Opening(
-            now=time.monotonic_ns,
-            body=setup.body,
-            motion=setup.profile.robot.limits,
-            safety=setup.profile.safety.limits(setup.robot, setup.profile.robot.limits),
-            tracking=setup.tracking,
-            play=_play(setup, setup.uses(), options, connection),
-        )
+        opening = opening_of(setup, setup.uses(), options, connection, time.monotonic_ns)
         self.peers = {}
         self.engine = None
         try:
-            for name, served in connection.peers.items():
-                driver = getattr(importlib.import_module(served.module), served.driver)
-                given = dict(served.arguments)
-                if "tells" in given:
-                    given["tells"] = self.peers[given["tells"]]
-                if "opening" in signature(driver).parameters:
-                    given["opening"] = opening
-                self.peers[name] = driver(**given, now=time.monotonic_ns)
-            for peer in self.peers.values():
-                peer.wait()
+            open_all(connection.peers, connection.peers, opening, self.peers, self.peers)
             self._intake = Intake(self.host)
             self._outlet = Outlet("evaluator", [self.peers["world"].address])
             self._ask("subscribe", self._intake.address)

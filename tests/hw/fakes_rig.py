@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -31,6 +32,18 @@ BUSY = 3
 """If more steps of the world than this are late by 50 ms, drivers rightly see silence."""
 PATIENCE = 300
 """So many ticks until they are."""
+
+
+def heard(parts: Mapping[str, Any], now_ns: int) -> list[Sample]:
+    """The samples that all parts have now; those of their own kind, and the base hears them."""
+    found = []
+    for part in parts.values():
+        for sample in part.samples(now_ns):
+            assert sample.name in part.signals
+            assert sample.stamp_ns <= now_ns
+            found.append(sample)
+            parts["base"].hear(sample, now_ns)
+    return found
 
 
 class _Person:
@@ -134,10 +147,5 @@ class FakesRig:
         self.now_ns = now = self._clock.wait(self.n * 10**9 // 30)
         self.n = max(self.n + 1, now * 30 // 10**9)
         self.plant.advance(now)
-        for part in self.parts.values():
-            for sample in part.samples(now):
-                assert sample.name in part.signals
-                assert sample.stamp_ns <= now
-                self.got.append(sample)
-                self.parts["base"].hear(sample, now)
+        self.got += heard(self.parts, now)
         self.got.append(Sample("base.pose", now, self.hosted.truth.base))

@@ -17,7 +17,7 @@ from hw.safety_limits import SafetyLimits
 from hw.samples import ArmState, BumperHit, GripperState, UserPose, WrenchReading
 from hw.scene import load_scene
 from hw.sim.world import World
-from tests.hw.fakes_rig import FakesRig
+from tests.hw.fakes_rig import FakesRig, heard
 
 ROBOT = load_robot("rbkairos_ur10", prop="gripped")
 SCENE = load_scene("hall")
@@ -68,12 +68,7 @@ class Rig:
                 self.parts["base"].tick(self.world.now_ns)
             now = self.n * 10**9 // 30
             self.world.advance(now)
-            for part in self.parts.values():
-                for sample in part.samples(now):
-                    assert sample.name in part.signals
-                    assert sample.stamp_ns <= now
-                    self.got.append(sample)
-                    self.parts["base"].hear(sample, now)
+            self.got += heard(self.parts, now)
             self.n += 1
             if each is not None:
                 each()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random
 import select
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -18,6 +17,7 @@ from hw.robot import MotionLimits, load_robot
 from hw.safety_limits import SafetyLimits
 from hw.samples import PoseSigma, UserPose
 from hw.tracking import Tracking
+from tests.hw.drivers.rigs import own_address
 
 MS = 1_000_000
 PATIENCE_S = 20.0
@@ -29,11 +29,6 @@ AHEAD = Twist2(0.3, 0.0, 0.0)
 EVERY_MS = {"engine": 33, "arm": 20, "observer": 100, "vr": 100, "user": 11}
 ARM_SILENT = "the link to the arm is silent"
 HARDWARE = "tests.hw.drivers.wheels:Wheels"
-
-
-def own_host():
-    """An address of 127/8 that no other test takes."""
-    return f"127.{random.randint(1, 254)}.{random.randint(0, 254)}.{random.randint(1, 254)}"
 
 
 def opening(now, watched=True):
@@ -48,7 +43,7 @@ class Rig:
         self.reports, self.orders = Intake(), Intake()
         orders = self.orders.address
         self.orders.close()  # the wheels bind it
-        self.host = host or own_host()
+        self.host = host or own_address()
         self.chain = Chain(
             port,
             {
@@ -83,8 +78,8 @@ class Rig:
     def start(self):
         self.chain.wait()
         self.base = GuardedBase(ChainBase(self.chain, self.run_time), LIMITS, None, self._pulled)
-        self.bumper = ChainBumper(self.chain, self.run_time)
-        self.line = ChainStopLine(self.chain, self.run_time)
+        self.bumper = ChainBumper(self.chain)
+        self.line = ChainStopLine(self.chain)
         return self
 
     def _pulled(self, reason):

@@ -1,10 +1,12 @@
 """What tests of drivers share: an address of their own, an opening, and waiting for what comes."""
 
 import random
+import select
 import threading
 import time
 
 from hw.connection import Opening
+from hw.links.datagrams import Intake
 from hw.robot import MotionLimits, load_robot
 from hw.safety_limits import SafetyLimits, Stopping
 from hw.tracking import Tracking
@@ -24,6 +26,27 @@ def opening(body=None, now=time.monotonic_ns):
     stopping = Stopping(base.brake_deceleration, base.reaction_time, 0.35)
     safety = SafetyLimits(body.footprint, stopping, base.max_speed, base.max_yaw_rate)
     return Opening(now, body, MotionLimits(), safety, Tracking.of(body.sensing))
+
+
+class Chain:
+    """Where the safety chain listens: all that it is `told`."""
+
+    def __init__(self):
+        self.intake = Intake()
+        self.address = self.intake.address
+        self.told = []
+
+    def until(self, reached):
+        """All that was told, once that is `reached`."""
+        limit = time.monotonic() + PATIENCE_S
+        while not reached(self.told):
+            assert time.monotonic() < limit, self.told
+            select.select([self.intake], [], [], 0.1)
+            self.told += self.intake.poll()
+        return self.told
+
+    def close(self):
+        self.intake.close()
 
 
 class Listener:

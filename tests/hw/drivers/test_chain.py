@@ -21,8 +21,8 @@ from tests.hw.drivers.chain_rig import (
     PATIENCE_S,
     Rig,
     opening,
-    own_host,
 )
+from tests.hw.drivers.rigs import own_address
 
 SILENCES = [
     ("arm", 50 * MS, ARM_SILENT),
@@ -98,7 +98,7 @@ def test_wheels_that_cannot_be_opened_are_told():
 )
 def test_what_is_wrong_in_the_connection_is_told(given, match):
     with pytest.raises(ValueError, match=match):
-        Chain(7400, **given, now=lambda: 0, opening=opening(lambda: 0), host=own_host())
+        Chain(7400, **given, now=lambda: 0, opening=opening(lambda: 0), host=own_address())
 
 
 @pytest.mark.requirement(4, 5)
@@ -199,7 +199,7 @@ Rig(host=sys.argv[1], also=[(sys.argv[2], int(sys.argv[3]))]).start().until(lamb
 
 @pytest.mark.requirement(41, 48, 149)
 def test_an_engine_that_is_killed_leaves_nothing_moving_and_the_base_free():
-    host, seen = own_host(), Intake()
+    host, seen = own_address(), Intake()
     engine = subprocess.Popen(
         [sys.executable, "-c", ENGINE, host, *map(str, seen.address)],
         env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import select
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
 from hw.drivers.dummy import OF_PERSON, Dummy, DummyTrackers, DummyVr
 from hw.geometry import Pose2, Pose3
-from hw.links.datagrams import Intake, Outlet, Told
+from hw.links.datagrams import Outlet, Told
 from hw.recalled import Asked, Past, Recalled, Seen, Stood
 from hw.room import Room
 from hw.samples import Sample, TrackerPose, UserPose
+from tests.hw.drivers.rigs import Chain
 
 ROOM = Room(((0.0, 0.0), (9.0, 0.0), (9.0, 9.0), (0.0, 9.0)))
 PATIENCE_S = 10.0
@@ -31,28 +31,11 @@ def recalled(seconds: float = 2.0) -> Recalled:
     return Recalled(Past("x.mcap", ways[-1].at_ns, tuple(ways), seen, asked), ROOM)
 
 
-class Chain:
-    """Where the safety chain listens."""
-
-    def __init__(self) -> None:
-        self.intake = Intake()
-        self.address = self.intake.address
-        self.told: list[Told] = []
-
-    def until(self, reached: Callable[[list[Told]], object]) -> list[Told]:
-        end = time.monotonic() + PATIENCE_S
-        while not reached(self.told):
-            assert time.monotonic() < end
-            select.select([self.intake], [], [], 0.1)
-            self.told += self.intake.poll()
-        return self.told
-
-
 @pytest.fixture
 def chain() -> Iterator[Chain]:
     found = Chain()
     yield found
-    found.intake.close()
+    found.close()
 
 
 @pytest.fixture
@@ -75,7 +58,7 @@ def stepped(dummy: Dummy, seconds: float) -> None:
 def test_engine_and_chain_are_told_the_same_with_the_same_stamps(
     dummy: Dummy, chain: Chain, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    trackers, vr = DummyTrackers(dummy, lambda: 0), DummyVr(dummy, lambda: 0)
+    trackers, vr = DummyTrackers(dummy), DummyVr(dummy)
     now, began = [0], 7_000 * MS
     monkeypatch.setattr("hw.drivers.dummy.time.monotonic_ns", lambda: began + now[0])
     for n in range(1, 71):
@@ -117,7 +100,7 @@ def test_the_request_and_that_the_link_is_up_are_told_again_as_levels(
 
 
 def test_a_release_is_told_at_the_end_of_a_request(dummy: Dummy, chain: Chain) -> None:
-    vr = DummyVr(dummy, lambda: 0)
+    vr = DummyVr(dummy)
     stepped(dummy, 1.6)
 
     assert [s.stamp_ns for s in vr.samples(0) if s.name == "vr.release"] == [1500 * MS]
@@ -125,7 +108,7 @@ def test_a_release_is_told_at_the_end_of_a_request(dummy: Dummy, chain: Chain) -
 
 
 def test_shown_the_robot_they_stand_still_and_say_so(dummy: Dummy) -> None:
-    vr = DummyVr(dummy, lambda: 0)
+    vr = DummyVr(dummy)
     vr.inform(True)
     stepped(dummy, 1.5)
 
@@ -136,7 +119,7 @@ def test_shown_the_robot_they_stand_still_and_say_so(dummy: Dummy) -> None:
 def test_before_the_run_begins_they_are_seen_to_stand_where_they_begin(
     dummy: Dummy, chain: Chain
 ) -> None:
-    trackers = DummyTrackers(dummy, lambda: 0)
+    trackers = DummyTrackers(dummy)
     for _ in range(20):
         dummy.step(0)
 
@@ -169,7 +152,7 @@ def test_of_what_a_vr_link_tells_the_chain_gets_all_but_the_person(
 def test_in_the_time_of_a_run_they_come_to_their_end_and_wake_who_waits() -> None:
     begin, woken = time.monotonic_ns(), threading.Event()
     dummy = Dummy(recalled(0.3), lambda: time.monotonic_ns() - begin)
-    trackers = DummyTrackers(dummy, lambda: 0)
+    trackers = DummyTrackers(dummy)
     trackers.wake = woken.set
     dummy.wait()
 

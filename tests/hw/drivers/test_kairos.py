@@ -35,7 +35,7 @@ class Rig:
         self.host, self.world = own_address(), Intake()
         tells = self.world if world else None
         ros = given.get("ros", 1)
-        self.fake = Kairos(self.host, time.monotonic_ns, opening(), ros=ros, tells=tells)
+        self.fake = Kairos(self.host, opening(), ros=ros, tells=tells)
         self.fake.wait()
         self.base = None
         if fault:

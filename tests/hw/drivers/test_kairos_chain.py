@@ -37,7 +37,7 @@ class Rig(ChainRig):
         self.begin = time.monotonic_ns()
         self.reports, self.host = Intake(), own_address()
         given = Opening(self.run_time, BODY, MOTION, LIMITS, Tracking.of(BODY.sensing))
-        self.fake = Kairos(self.host, self.run_time, given, tells=self.reports)
+        self.fake = Kairos(self.host, given, tells=self.reports)
         self.fake.wait()
         entry = dict(CONNECTION.links["chain"].arguments["hardware"]) | {"host": self.host}
         self.chain = Chain(7400, entry, self.run_time, given, host=self.host)

@@ -33,7 +33,7 @@ class Rig:
     def __init__(self, world=False, ros=1, **given):
         self.host, self.world = own_address(), Intake()
         tells = self.world if world else None
-        self.fake = Kairos(self.host, time.monotonic_ns, opening(), ros=ros, tells=tells)
+        self.fake = Kairos(self.host, opening(), ros=ros, tells=tells)
         self.fake.wait()
         self.part, self.outlet = None, Outlet("world", [tuple(self.fake.ready["control"])])
         self.told, self.numbers = {}, itertools.count()

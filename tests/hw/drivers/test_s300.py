@@ -31,7 +31,7 @@ class Rig:
     def __init__(self, **given):
         host = own_address()
         self.scanners = {name: {"host": host, "port": 4001 + n} for n, name in enumerate(NAMES)}
-        self.fake = Fake(self.scanners, now=time.monotonic_ns)
+        self.fake = Fake(self.scanners)
         self.fake.wait()
         self.outlet = Outlet("world", [tuple(self.fake.ready["control"])])
         self.numbers = itertools.count()
@@ -151,8 +151,7 @@ def test_a_scanner_that_starts_anew_is_found_again(rig):
     rig.fake.close()
     absent = "not connected"
     rig.listener.until(lambda: str(rig.part.health["rear_laser"]).startswith(absent))
-    rig.fake = Fake({n: {"host": a["host"], "port": a["port"]} for n, a in rig.scanners.items()},
-                    now=time.monotonic_ns)  # fmt: skip
+    rig.fake = Fake({n: {"host": a["host"], "port": a["port"]} for n, a in rig.scanners.items()})
     rig.fake.wait()
     rig.outlet.addresses = [tuple(rig.fake.ready["control"])]
     assert rig.more(4)

@@ -25,7 +25,8 @@ from hw.fakes.vr_application import FRAME_NS
 from hw.geometry import Pose2, Twist2
 from hw.links.datagrams import Intake
 from hw.samples import ArmState, Sample, TrackerPose
-from tests.hw.drivers.unity_rig import DEEP, MAP_FROM_VIVE, Rig, Standing, an_opening, own_host
+from tests.hw.drivers.rigs import own_address
+from tests.hw.drivers.unity_rig import DEEP, MAP_FROM_VIVE, Rig, Standing, an_opening
 from tests.repeats import TIMES
 
 
@@ -321,7 +322,7 @@ def test_a_client_that_says_nothing_is_let_go_and_one_that_stays_alive_is_not(ri
 
 
 def test_a_port_that_is_taken_is_said_so() -> None:
-    with socket.create_server((own_host(), 0)) as taken:
+    with socket.create_server((own_address(), 0)) as taken:
         host, port = taken.getsockname()
         link = Unity(port, time.monotonic_ns, an_opening(time.monotonic_ns), host=host)
         with pytest.raises(OSError, match="in use"):
@@ -349,7 +350,7 @@ def test_mistakes_in_a_connection_are_named(arguments, fault) -> None:
 @pytest.mark.parametrize("arguments", [{"build": "ros3"}, {"topics": {"head": {"type": "a/B"}}}])
 def test_what_only_the_process_can_know_is_told_when_it_starts(arguments) -> None:
     now = time.monotonic_ns
-    link = Unity(0, now, an_opening(now), host=own_host(), **arguments)
+    link = Unity(0, now, an_opening(now), host=own_address(), **arguments)
     with pytest.raises(OSError, match=r"ros3|a/B"):
         link.wait()
     link.close()

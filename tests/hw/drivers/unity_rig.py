@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random
 import select
 import time
 from collections.abc import Callable
@@ -17,16 +16,12 @@ from hw.robot import MotionLimits, load_robot
 from hw.safety_limits import SafetyLimits
 from hw.samples import Sample, UserPose
 from hw.tracking import Tracking
+from tests.hw.drivers.rigs import own_address
 
 ROBOT = load_robot("rbkairos_ur10")
 DEEP = Pose3.from_yaw(4.65, 5.0, 1.5, 3.0)
 MAP_FROM_VIVE = Pose3.from_yaw(3.0, -1.0, 0.0, 0.8)
 PATIENCE_S = 10.0
-
-
-def own_host() -> str:
-    """An address of this machine that no other test uses."""
-    return f"127.{random.randrange(1, 255)}.{random.randrange(256)}.{random.randrange(1, 255)}"
 
 
 def an_opening(now: Callable[[], int]) -> Opening:
@@ -56,10 +51,10 @@ class Rig:
         self.now: Callable[[], int] = lambda: time.monotonic_ns() - begun_ns
         self.begun_ns = begun_ns
         self.opening = an_opening(self.now)
-        self.link = Unity(0, self.now, self.opening, host=own_host(), **arguments)
+        self.link = Unity(0, self.now, self.opening, host=own_address(), **arguments)
         self.link.wait()
-        self.trackers = UnityTrackers(self.link, self.now)
-        self.rover = UnityRoverTrackers(self.link, self.now)
+        self.trackers = UnityTrackers(self.link)
+        self.rover = UnityRoverTrackers(self.link)
         self.vr = UnityVr(self.link, self.now)
         self.person = Standing(Pose2(5.5, 5.0, 3.0))
         self.wakes = 0

@@ -53,7 +53,7 @@ class _Rig:
         self.host, self.world = own_address(), Intake()
         if given.pop("world", False):
             given["tells"] = self.world
-        self.fake = Kairos(self.host, time.monotonic_ns, opening(), **given)
+        self.fake = Kairos(self.host, opening(), **given)
         self.fake.wait()
         self.client = Client(self.host)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import random
 import select
 import time
 from collections.abc import Iterator
@@ -20,6 +19,7 @@ from hw.safety_limits import SafetyLimits
 from hw.scene import load_scene
 from hw.sim.errors import SensorErrors
 from hw.tracking import Tracking
+from tests.hw.drivers.rigs import own_address
 
 ROBOT, MOTION = load_robot("rbkairos_ur10"), MotionLimits()
 SCENE = load_scene("lab_a")
@@ -44,11 +44,6 @@ def opening(play):
     return Opening(now, ROBOT, MOTION, safety, Tracking.of(ROBOT.sensing), play)
 
 
-def own_host() -> str:
-    chance = random.SystemRandom()
-    return f"127.{chance.randint(64, 254)}.{chance.randint(0, 254)}.{chance.randint(1, 254)}"
-
-
 def play(folder: Path) -> Play:
     user = folder / "quick.yaml"
     user.write_text(USER)
@@ -56,7 +51,7 @@ def play(folder: Path) -> Play:
 
 
 def running(play: Play) -> Iterator[World]:
-    found = World(7500, opening(play), own_host(), now=now)
+    found = World(7500, opening(play), own_address(), now=now)
     try:
         found.wait()
         yield found
@@ -208,7 +203,7 @@ def test_a_world_that_has_died_is_told_once(world):
 
 
 def test_a_world_without_a_room_and_one_whose_user_is_unknown_are_refused():
-    host = own_host()
+    host = own_address()
     with pytest.raises(ValueError, match="--scene"):
         World(7500, opening(None), host, now=now)
     strange = World(7500, opening(Play(SCENE, "nobody_at_all", SensorErrors())), host, now=now)
