@@ -35,8 +35,8 @@ THINK_S = 0.2
 SLACK = 0.2
 """Room is made until the user is farther than asked for by this, m."""
 
-Cell = tuple[float, float, float]
-Cells = Callable[[], "Array"]
+ChaseCell = tuple[float, float, float]
+CellSource = Callable[[], "Array"]
 
 
 @dataclass(frozen=True)
@@ -44,10 +44,10 @@ class ChaseSpace:
     """The cells about the user at one instant; `centre` is the body with the direction chosen."""
 
     centre: Pose2
-    cells: Cells = field(repr=False)
+    cells: CellSource = field(repr=False)
     are_free: Callable[[Array], NDArray[np.bool_]] = field(repr=False)
 
-    def free(self) -> Iterator[Cell]:
+    def free(self) -> Iterator[ChaseCell]:
         """x, y in the map and weight of the free cells, best first (R100)."""
         from behaviors.chase_space import placed
 
@@ -57,7 +57,9 @@ class ChaseSpace:
             yield from some[self.are_free(some[:, :2].copy())].tolist()
 
 
-def space(settings: Settings, cells: Cells, planner: GlobalPlanner, user: UserPose) -> ChaseSpace:
+def space(
+    settings: Settings, cells: CellSource, planner: GlobalPlanner, user: UserPose
+) -> ChaseSpace:
     """The Chase space moves and turns with the user (R93); free is what is for the planner."""
     yaw = user.head_yaw if settings.chase.view == "head" else user.body.yaw
     centre = Pose2(user.body.x, user.body.y, yaw)
@@ -78,7 +80,7 @@ def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
     """
     planner, chase = now.planners["chase"], now.settings.chase
     here = (now.pose.x, now.pose.y)
-    cells: Iterable[Cell] = space.free()
+    cells: Iterable[ChaseCell] = space.free()
     if chase.pick == "sample":
         cells = _sampled(list(cells), chase.seed, now.user)
     best, shortest, least = None, math.inf, -math.inf
@@ -96,7 +98,7 @@ def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
     return best
 
 
-def _sampled(cells: Sequence[Cell], seed: int, user: UserPose) -> list[Cell]:
+def _sampled(cells: Sequence[ChaseCell], seed: int, user: UserPose) -> list[ChaseCell]:
     """Cells in random order, heavier ones sooner (R96); the same for the same user pose."""
     chance = random.Random(repr((seed, user.body)))
     return sorted(cells, key=lambda cell: -(chance.random() ** (1.0 / max(cell[2], 1e-9))))
@@ -295,7 +297,7 @@ class MakeRoom(Action):
 
     def run(self, ctx: Context) -> Run:
         from behaviors.dodge import place_with_room
-        from behaviors.forecast import towards
+        from behaviors.rollout import towards
 
         base, band = ctx.part("base"), (self.room, self.far)
         again, goal = 0, None

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from behaviors.settings import ChaseSettings, Settings
 from hw.geometry import Pose2
-from states.site import Site
+from states.environment import Environment
 
 Array = NDArray[np.float64]
 
 
-def grid(site: Site, settings: Settings) -> Array:
+def grid(site: Environment, settings: Settings) -> Array:
     """All cells, (n, 3) x, y, weight, best first; centres lie at (i + 1/2) times the cell."""
     chase = settings.chase
     cells = ring(chase)
@@ -51,7 +51,7 @@ def ring(chase: ChaseSettings) -> Array:
     return np.column_stack((x[kept], y[kept]))
 
 
-def angle_radius(_site: Site, settings: Settings, cells: Array) -> Array:
+def angle_radius(_site: Environment, settings: Settings, cells: Array) -> Array:
     """An angle term times a radius term, each 1 at its best value and falling off linearly."""
     chase = settings.chase
     radius, bearing = np.hypot(*cells.T), np.abs(np.arctan2(cells[:, 1], cells[:, 0]))
@@ -61,7 +61,7 @@ def angle_radius(_site: Site, settings: Settings, cells: Array) -> Array:
     return found
 
 
-def time_to_haptic(site: Site, settings: Settings, cells: Array) -> Array:
+def time_to_haptic(site: Environment, settings: Settings, cells: Array) -> Array:
     """One over one plus the time, s, to the nearest Haptic pose if the user reached out now.
 
     Less for cells nearer to the user than `best_radius`: the robot has less time to get away.

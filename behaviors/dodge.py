@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numba import njit
 
-from behaviors.forecast import Array, crowding, drives, forecasts, tracks
+from behaviors.rollout import Array, crowding, drives, forecasts, tracks
 from behaviors.situation import Situation
 from hw.geometry import Outline, Pose2
 from hw.room import Point
@@ -101,7 +101,7 @@ def _efforts(places: Array, x: float, y: float, walls: Array) -> Array:
 
 def warm_up() -> None:
     """Compile, or load from the cache, everything that a tick may need."""
-    from behaviors import forecast
+    from behaviors import rollout as forecast
     from states.navigation import visibility
 
     forecast.warm_up()

@@ -11,9 +11,9 @@ from behaviors.situation import AGE_S, CHANGES, WAYS, Situation, situation
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from hw.geometry import Pose2, Twist2, wrap
 from hw.samples import ArmState, UserPose
+from states.environment import Environment
 from states.navigation.states import is_there, user_disc
 from states.signals.prediction import time_to_contact
-from states.site import Site
 
 if TYPE_CHECKING:
     from states.navigation.local_planner import GlobalPlanner
@@ -35,7 +35,7 @@ def in_zone(escape: EscapeSettings, user: UserPose, base: Pose2, margin: float =
 
 
 def is_required(
-    site: Site, settings: Settings, user: UserPose, base: Pose2, velocity: Twist2
+    site: Environment, settings: Settings, user: UserPose, base: Pose2, velocity: Twist2
 ) -> bool:
     """Escape Required: in a zone while the user moves, or about to be walked into."""
     escape = settings.escape
@@ -46,7 +46,9 @@ def is_required(
     return escape.predict and will_be_reached(site, escape, user.body, base, velocity)
 
 
-def is_safe(site: Site, settings: Settings, user: UserPose, base: Pose2, velocity: Twist2) -> bool:
+def is_safe(
+    site: Environment, settings: Settings, user: UserPose, base: Pose2, velocity: Twist2
+) -> bool:
     """Both zones clear, with hysteresis, and nothing predicted (R112)."""
     escape = settings.escape
     if in_zone(escape, user, base, escape.hysteresis):
@@ -55,7 +57,7 @@ def is_safe(site: Site, settings: Settings, user: UserPose, base: Pose2, velocit
 
 
 def will_be_reached(
-    site: Site, escape: EscapeSettings, user: Pose2, base: Pose2, velocity: Twist2
+    site: Environment, escape: EscapeSettings, user: Pose2, base: Pose2, velocity: Twist2
 ) -> bool:
     """Would the user walk into the robot before it could have moved aside?"""
     relative = (user.x - base.x, user.y - base.y)
@@ -133,7 +135,7 @@ class Flee(Action):
     commands = ("base",)
 
     def run(self, ctx: Context) -> Run:
-        from behaviors.forecast import towards
+        from behaviors.rollout import towards
 
         base, goal, planner = ctx.part("base"), None, None
         try:

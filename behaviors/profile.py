@@ -5,7 +5,7 @@
     robot: …            # behaviors.settings.RobotSettings
     safety: …           # SafetySettings
     plant: …            # PlantSettings, of simulated robots
-    navigation: …       # states.site.Navigation
+    navigation: …       # states.environment.Navigation
     user: …  escape: …  chase: …  haptic: …      # behaviors.settings.Settings
     charts: {chase: {patience: 20 s}}            # parameters of charts, in place of their defaults
 
@@ -40,10 +40,10 @@ from engine.files.source import Map
 from engine.files.values import Mismatch
 from engine.types import builtin_types, convert
 from hw.connection import Narrowed
-from hw.person import RADIUS
+from hw.people.person import RADIUS
 from hw.robot import RobotModel
 from hw.room import Room
-from states.site import Localization, Navigation, Site, SubsystemName
+from states.environment import Environment, Localization, Navigation, SubsystemName
 
 FOLDER = Path(__file__).parent.parent / "charts" / "profiles"
 
@@ -83,12 +83,14 @@ class Profile:
         )
         return dataclasses.replace(self, robot=robot)
 
-    def site(self, room: Room, robot: RobotModel) -> Site:
+    def site(self, room: Room, robot: RobotModel) -> Environment:
         """What the states need of a place, with the values of this profile."""
         robot = self.body(robot)
         fastest = min(self.robot.base_speed, robot.base.max_speed)
         navigation = self.navigation.capped(fastest)
-        return Site(room, robot, self.robot.limits, navigation, localization=self.localization)
+        return Environment(
+            room, robot, self.robot.limits, navigation, localization=self.localization
+        )
 
     def apply(self, library: Mapping[str, Chart]) -> dict[str, Chart]:
         """The charts with this profile's values as defaults of their parameters.

@@ -28,7 +28,7 @@ from engine.files.units import (
 from engine.files.values import Count, Range, above_0
 from hw.prop import Six
 from hw.robot import MotionLimits, RobotModel
-from hw.safety_limits import SafetyLimits
+from hw.safety.limits import SafetyLimits
 from hw.sim.errors import SensorErrors
 from hw.sim.sensors import SensorModel
 from states.signals.prediction import PREDICTORS
@@ -45,7 +45,7 @@ def _predictor(item: Item) -> str:
     return name
 
 
-Predictor = Annotated[str, _predictor]
+PredictorName = Annotated[str, _predictor]
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,8 +130,8 @@ class UserSettings:
     window: Annotated[Duration, above_0(5.0)]
     still_speed: Annotated[Speed, above_0(2.0)]
     still_turn: Annotated[AngularSpeed, above_0(10.0)]
-    likely: Annotated[tuple[Predictor, ...], Count(1)]
-    possible: tuple[Predictor, ...]
+    likely: Annotated[tuple[PredictorName, ...], Count(1)]
+    possible: tuple[PredictorName, ...]
 
 
 @dataclass(frozen=True, slots=True)

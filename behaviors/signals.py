@@ -21,17 +21,17 @@ from hw.samples import (
     TrackerPose,
     UserPose,
 )
+from states.environment import SUBSYSTEMS, Environment, SubsystemName
 from states.localization.estimates import (
     SENSED,
-    Estimate,
     LocalizationEstimator,
     Localizes,
+    PoseEstimate,
     PoseOf,
     SigmaOf,
 )
 from states.localization.frames import FramesEstimator
 from states.signals.motion import StillnessEstimator, VelocityEstimator
-from states.site import SUBSYSTEMS, Site, SubsystemName
 
 if TYPE_CHECKING:
     import numpy as np
@@ -47,7 +47,7 @@ ESTIMATE = "base.localization"
 """The signal that `base.pose` and `base.pose_sigma` are parts of where they are estimates."""
 
 MEASURED = (
-    Measured("site", Site, constant=True, about="room, robot and limits"),
+    Measured("site", Environment, constant=True, about="room, robot and limits"),
     Measured("settings", Settings, constant=True, about="values of the behaviours"),
     Measured("base.pose", Pose2, about="map_from_base"),
     Measured("base.twist", Twist2, about="velocity in the base frame"),
@@ -70,7 +70,7 @@ MEASURED = (
 
 
 def signals(
-    site: Site,
+    site: Environment,
     settings: Settings,
     localizer: Callable[[], Localizes] | None = None,
     *,
@@ -142,7 +142,7 @@ def localized(localizer: Callable[[], Localizes]) -> tuple[Signal, ...]:
     return (
         *others,
         Estimated(
-            ESTIMATE, SENSED, lambda: LocalizationEstimator(localizer()), Estimate,
+            ESTIMATE, SENSED, lambda: LocalizationEstimator(localizer()), PoseEstimate,
             needs=("base.odometry",), about="where the base is by all that it senses, how sure",
         ),
         Estimated("base.pose", (ESTIMATE,), PoseOf, Pose2, about="map_from_base, an estimate"),
@@ -152,7 +152,9 @@ def localized(localizer: Callable[[], Localizes]) -> tuple[Signal, ...]:
     )  # fmt: skip
 
 
-def planning(site: Site, scanning: bool = True, located: str = "base.pose") -> tuple[Signal, ...]:
+def planning(
+    site: Environment, scanning: bool = True, located: str = "base.pose"
+) -> tuple[Signal, ...]:
     """What scanners show and no map does, and by it costmaps and planner of each subsystem.
 
     Where nothing scans, planners go by map or room alone. `located` tells poses of the base.
@@ -166,7 +168,7 @@ def planning(site: Site, scanning: bool = True, located: str = "base.pose") -> t
     return (obstacles, *planners) if scanning else tuple(planners)
 
 
-def _planning(site: Site, name: SubsystemName, scanning: bool) -> Iterator[Signal]:
+def _planning(site: Environment, name: SubsystemName, scanning: bool) -> Iterator[Signal]:
     kind, about = site.navigation.named(name).planner, "finds ways for the robot's centre"
     if not scanning:
         yield Derived(f"{name}.planner", ("site",), partial(_static, name), about=about)
@@ -182,7 +184,7 @@ def _planning(site: Site, name: SubsystemName, scanning: bool) -> Iterator[Signa
         yield Derived(f"{name}.planner", (f"{name}.costmap",), on_cells, about=about)
 
 
-def _static(name: SubsystemName, site: Site) -> GlobalPlanner:
+def _static(name: SubsystemName, site: Environment) -> GlobalPlanner:
     return site.static_planners[name]
 
 
@@ -190,7 +192,7 @@ def _on_cells(kind: str, costmaps: Costmaps) -> GlobalPlanner:
     return costmaps.planner(kind)
 
 
-def _sigma(site: Site) -> PoseSigma:
+def _sigma(site: Environment) -> PoseSigma:
     return site.pose_sigma
 
 
@@ -198,7 +200,7 @@ def _distance(user: UserPose, base: Pose2) -> float:
     return user.body.distance_to(base)
 
 
-def _cells(site: Site, settings: Settings) -> NDArray[np.float64]:
+def _cells(site: Environment, settings: Settings) -> NDArray[np.float64]:
     from behaviors.chase_space import grid
 
     return grid(site, settings)

@@ -10,11 +10,11 @@ from behaviors.settings import Settings
 from engine.state import Context
 from hw.geometry import Pose2, Twist2
 from hw.room import Disc, Point
-from hw.safety_limits import OLD_S
+from hw.safety.limits import OLD_S
 from hw.samples import UserPose
 from states import ages
+from states.environment import Environment, SubsystemName
 from states.navigation.states import PLANNERS, planner_of
-from states.site import Site, SubsystemName
 
 if TYPE_CHECKING:
     from states.navigation.local_planner import GlobalPlanner
@@ -43,7 +43,7 @@ class Situation:
     `planners` are those asked for, by subsystem.
     """
 
-    site: Site
+    site: Environment
     settings: Settings
     pose: Pose2
     twist: Twist2
@@ -63,10 +63,10 @@ class Situation:
         return self.site.standstill(self.pose, self.twist)
 
     @property
-    def around(self) -> ages.Around:
+    def around(self) -> ages.RobotAndUser:
         """The same for whoever drives by it."""
         walking = (self.velocity.vx, self.velocity.vy)
-        return ages.Around(self.pose, self.twist, self.user, walking, self.share)
+        return ages.RobotAndUser(self.pose, self.twist, self.user, walking, self.share)
 
     def user_disc(self, name: SubsystemName, goal: Point) -> Disc:
         """What a way of a subsystem to this goal keeps out of: the user, and SPARE.

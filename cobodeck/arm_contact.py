@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hw.geometry import Pose2
-from hw.person import RADIUS
+from hw.people.person import RADIUS
 from hw.robot import Footprint
 from hw.samples import Joints
 from hw.truth import USER, Contact, Truth

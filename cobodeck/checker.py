@@ -97,7 +97,7 @@ class FileChecker:
         return found
 
     def _user(self, file: Path) -> None:
-        from hw.script import load_script
+        from hw.people.script import load_script
 
         load_script(file)
 

@@ -13,13 +13,13 @@ from typing import Any, Protocol
 
 from cobodeck.console import FAILED, Problem
 from cobodeck.wiring import Uses
-from hw.connection import REFERS, Connection, Opening, Served
-from hw.guarded import CYCLE_NS, HEARD, GuardedBase
+from hw.connection import REFERS, Connection, RunInfo, ServedPart
 from hw.interfaces import StopLine
 from hw.reckoner import Reckoner
+from hw.safety.guarded import CYCLE_NS, HEARD, GuardedBase
+from hw.safety.stop_line import StopLatch
 from hw.samples import Sample
-from hw.sim.surroundings import ScriptedOperator
-from hw.stop_line import StopLatch
+from hw.sim.devices import ScriptedOperator
 from hw.truth import Truth
 
 Now = Callable[[], int]
@@ -83,7 +83,7 @@ class Stops:
 
 
 class HostedWorld(Protocol):
-    """The peer that hosts the world of fakes; see `hw.fakes.world.World`."""
+    """The peer that hosts the world of fakes; see `hw.fakes.world.WorldPeer`."""
 
     truth: Truth | None
     truth_ns: int
@@ -217,7 +217,7 @@ def refuse_strange_drivers(connection: Connection, packages: Container[str]) -> 
             )
 
 
-def connect(connection: Connection, opening: Opening, uses: Uses) -> Connected:
+def connect(connection: Connection, opening: RunInfo, uses: Uses) -> Connected:
     """Open the parts of a connection that a chart uses, and those that its stop depends on.
 
     `opening.safety.watched` counts for nothing: a part that tracks people is there, or it is not.
@@ -245,8 +245,8 @@ def connect(connection: Connection, opening: Opening, uses: Uses) -> Connected:
 
 def open_all(
     names: Collection[str],
-    served: Mapping[str, Served],
-    opening: Opening,
+    served: Mapping[str, ServedPart],
+    opening: RunInfo,
     beside: Mapping[str, Any],
     opened: dict[str, Any],
 ) -> None:
@@ -302,7 +302,7 @@ def finds_itself(connection: Connection) -> bool:
     return given is not None and "base.odometry" in given and "base.pose" not in given
 
 
-def signals_of(name: str, served: Served) -> tuple[str, ...] | None:
+def signals_of(name: str, served: ServedPart) -> tuple[str, ...] | None:
     """The signals that a part can give, before it is opened; None: they are not known then.
 
     Raises:
@@ -311,7 +311,7 @@ def signals_of(name: str, served: Served) -> tuple[str, ...] | None:
     return _given_by(_driver(name, served))
 
 
-def _guarded(parts: dict[str, Any], opening: Opening, beside: Sequence[Any]) -> Connected:
+def _guarded(parts: dict[str, Any], opening: RunInfo, beside: Sequence[Any]) -> Connected:
     guard, now, body = None, opening.now, opening.body
     line: StopLine = parts.get("stop_line") or StopLatch(lambda: True)
     stops = parts["stop_line"] = Stops(line, parts, now)
@@ -338,7 +338,7 @@ def try_to(act: Callable[[], object]) -> Exception | None:
     return None
 
 
-def _driver(name: str, served: Served) -> Any:
+def _driver(name: str, served: ServedPart) -> Any:
     try:
         return getattr(importlib.import_module(served.module), served.driver)
     except Exception as error:  # noqa: BLE001
@@ -346,7 +346,7 @@ def _driver(name: str, served: Served) -> Any:
 
 
 def _opened(
-    name: str, served: Served, driver: Any, opening: Opening, beside: Mapping[str, Any]
+    name: str, served: ServedPart, driver: Any, opening: RunInfo, beside: Mapping[str, Any]
 ) -> Any:
     given = {key: _placed(value) for key, value in served.arguments.items()}
     given |= {key: beside[given[key]] for key in REFERS if given.get(key) in beside}
@@ -374,11 +374,11 @@ def own_host() -> str:
     return f"127.{64 + (number >> 16)}.{number >> 8 & 255}.{number & 255}"
 
 
-def _problem(name: str, served: Served, error: Exception) -> Problem:
+def _problem(name: str, served: ServedPart, error: Exception) -> Problem:
     return Problem(f"{_told(name, served)}: {type(error).__name__}: {error}", FAILED)
 
 
-def _told(name: str, served: Served) -> str:
+def _told(name: str, served: ServedPart) -> str:
     return f"{served.place}: part {name!r} by {served.module}:{served.driver}"
 
 

@@ -72,7 +72,7 @@ def table(rows: Iterable[Sequence[object]], right: frozenset[int] = frozenset())
     return "\n".join(lines)
 
 
-class Progress:
+class ProgressLine:
     """One line on standard error that is written over; nothing where nobody looks on."""
 
     def __init__(self, what: str, every_s: float = 0.2) -> None:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from behaviors.profile import Profile
     from hw.robot import RobotModel
     from hw.scene import Scene
-    from states.navigation.space import Untouchable
+    from states.floors.space import Untouchable
 
 FIT, MISSING, BAD = "ok", "missing", "bad"
 PRINTED = 60
@@ -21,10 +21,10 @@ PRINTED = 60
 SHOWN = 6
 """So many places where a Haptic pose is missing are written out."""
 
-Check = tuple[str, str, str]
+DoctorLine = tuple[str, str, str]
 
 
-def room_checks(scene_name: str, profile_name: str | None = None) -> Iterator[Check]:
+def room_checks(scene_name: str, profile_name: str | None = None) -> Iterator[DoctorLine]:
     """What was looked at, how it is, and what that means.
 
     Raises:
@@ -46,7 +46,7 @@ def room_checks(scene_name: str, profile_name: str | None = None) -> Iterator[Ch
     yield from _room(scene, profile)
 
 
-def tracking_checks(path: Path) -> Iterator[Check]:
+def tracking_checks(path: Path) -> Iterator[DoctorLine]:
     """Whether a calibrated tracking system can be used.
 
     Raises:
@@ -84,9 +84,9 @@ def _getting_away(robot: RobotModel, profile: Profile) -> str:
     )
 
 
-def _room(scene: Scene, profile: Profile) -> Iterator[Check]:
-    from states.navigation.floor_plan import RoomFloor
-    from states.navigation.space import measure, shortcoming, without_haptic_pose
+def _room(scene: Scene, profile: Profile) -> Iterator[DoctorLine]:
+    from states.floors.floor_plan import RoomFloor
+    from states.floors.space import measure, shortcoming, without_haptic_pose
 
     floor, kept = RoomFloor(scene.room), profile.navigation.haptic.inflation
     lack = shortcoming(floor, kept)
@@ -112,7 +112,7 @@ def haptic_places(profile: Profile) -> list[tuple[float, float]]:
 
 def wall_ahead(profile: Profile) -> dict[int, float]:
     """How far from a user a wall ahead must be, with the drive's tolerance, by angle, m (R126)."""
-    from states.navigation.space import room_ahead
+    from states.floors.space import room_ahead
 
     drive, angles = profile.navigation.haptic, profile.settings.haptic.angles
     return {

@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from cobodeck.connected import signals_of
-from hw.connection import REFERS, Connection, Served
-from hw.person import Person
+from hw.connection import REFERS, Connection, ServedPart
+from hw.people.person import Person
 
 OF_PERSON = frozenset(("user.pose", "vr.haptic_request", "vr.release", "vr.restart"))
 """What a dummy gives, and nobody else then."""
@@ -31,7 +31,7 @@ def with_dummy(connection: Connection, person: Person) -> Connection:
     entries = (*connection.links.values(), *connection.parts.values())
     chain = next((one for one in map(_tells, entries) if one in connection.links), None)
     told = {} if chain is None else {"tells": chain}
-    links: dict[str, Served] = {}
+    links: dict[str, ServedPart] = {}
     for name, served in connection.links.items():
         if LINK not in links and (name in vr or _tells(served)):
             links[LINK] = _served("Dummy", person=person, **told)
@@ -45,9 +45,9 @@ def with_dummy(connection: Connection, person: Person) -> Connection:
 PARTS = {"trackers": "DummyTrackers", "vr": "DummyVr"}
 
 
-def _tells(served: Served) -> Any:
+def _tells(served: ServedPart) -> Any:
     return served.arguments.get(REFERS[1])
 
 
-def _served(kind: str, **arguments: Any) -> Served:
-    return Served("hw.drivers.dummy", kind, arguments, "the dummy")
+def _served(kind: str, **arguments: Any) -> ServedPart:
+    return ServedPart("hw.drivers.dummy", kind, arguments, "the dummy")

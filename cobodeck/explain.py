@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from behaviors.signals import ESTIMATE
 from cobodeck.console import table
-from cobodeck.simulate import Result
+from cobodeck.simulate import RunResult
 from cobodeck.wiring import reachable
 from states.localization.estimates import LocalizationEstimator
 
 
-def explain(result: Result) -> str:
+def explain(result: RunResult) -> str:
     """A table of signals and a list of what nobody asked for."""
     usage, run = result.usage, result.wired.run
     leaves = reachable(run.machine)
@@ -43,7 +43,7 @@ def explain(result: Result) -> str:
     return "\n".join(lines)
 
 
-def _scans(result: Result) -> list[str]:
+def _scans(result: RunResult) -> list[str]:
     """What localization did with scans, where there is some."""
     slot = result.wired.board.slots.get(ESTIMATE)
     estimator = getattr(slot, "estimator", None)
@@ -53,7 +53,7 @@ def _scans(result: Result) -> list[str]:
     return [f"scans and trackers  {counts}"]
 
 
-def _times(result: Result) -> str:
+def _times(result: RunResult) -> str:
     loop = result.loop
     wall_us = result.figures["wall_s"] * 1e6 / loop.ticks
     names = ("plant", "samples", "observers", "chart and states")

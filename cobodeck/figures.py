@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from cobodeck.separation import SeparationWatch
 from engine.machine import Box
-from engine.run import Run
+from engine.run import ChartRun
 from hw.log import Log
 from hw.truth import Contact
 
@@ -66,7 +66,7 @@ class Visit(NamedTuple):
     outcome: str | None = None
 
 
-def visits(run: Run, chart: str) -> list[Visit]:
+def visits(run: ChartRun, chart: str) -> list[Visit]:
     """The visits of a used chart, in the order of their beginnings."""
     paths = {
         vertex.path
@@ -87,7 +87,7 @@ def visits(run: Run, chart: str) -> list[Visit]:
     return found
 
 
-def escape_figures(run: Run) -> dict[str, Any]:
+def escape_figures(run: ChartRun) -> dict[str, Any]:
     """How often Escape was entered, how often it failed, and how long those took that did not."""
     escapes = visits(run, "escape")
     times = (

@@ -113,7 +113,7 @@ def _beside_a_person(stage: Stage, figures: Mapping[str, Any]) -> Iterator[str]:
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class StageResult:
     """How it stands with a stage: passed by the record `file`, or why not by the best there is."""
 
     stage: Stage
@@ -126,9 +126,9 @@ class Finding:
         return self.file is not None and not self.why
 
 
-def found_for(stage: Stage, tried: Sequence[Tried], wanted: Wanted) -> Finding:
+def found_for(stage: Stage, tried: Sequence[Tried], wanted: Wanted) -> StageResult:
     """The first of the records that passes a stage; else the one that lacks least, and what."""
-    best = Finding(stage, None)
+    best = StageResult(stage, None)
     for one in tried:
         if not is_of(stage, one.header, wanted):
             continue
@@ -136,9 +136,9 @@ def found_for(stage: Stage, tried: Sequence[Tried], wanted: Wanted) -> Finding:
         if one.looked:
             why += tuple(shortcomings(stage, one.figures, wanted.person))
         if not why:
-            return Finding(stage, one.file)
+            return StageResult(stage, one.file)
         if best.file is None or len(why) < len(best.why):
-            best = Finding(stage, one.file, why)
+            best = StageResult(stage, one.file, why)
     return best
 
 

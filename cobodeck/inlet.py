@@ -7,12 +7,12 @@ from typing import Any
 
 from engine.board import Board
 from engine.signals import Measured
-from hw.interfaces import Part
+from hw.interfaces import RobotPart
 from hw.samples import Sample, is_finite
 
 Hears = tuple[str, Callable[[Sample, int], None]]
 """A signal, and who is given its samples with the instant of their arrival, ns."""
-Tap = Callable[[Sample, int, str | None], None]
+SampleTap = Callable[[Sample, int, str | None], None]
 """Is told of a sample, the instant of its arrival, ns, and why it was not let in."""
 AHEAD_NS = 20_000_000
 """Clocks may differ by this much, ns; a sample stamped later than that is refused."""
@@ -32,7 +32,7 @@ class Inlet:
     def __init__(
         self,
         board: Board,
-        sources: Mapping[str, Part] | None = None,
+        sources: Mapping[str, RobotPart] | None = None,
         hears: Iterable[Hears] = (),
         ahead_ns: int = AHEAD_NS,
     ) -> None:
@@ -40,7 +40,7 @@ class Inlet:
         self.sources = dict(sources or {})
         self.refused: dict[str, int] = {}
         self.failures: list[tuple[str, Exception]] = []
-        self.taps: list[Tap] = []
+        self.taps: list[SampleTap] = []
         self._ahead_ns = ahead_ns
         self.begins = False
         self._hears: dict[str, list[Callable[[Sample, int], None]]] = {}

@@ -16,7 +16,7 @@ from cobodeck.console import FAILED, Problem
 from engine.chart import Chart
 from engine.check import check
 from engine.files.finding import FileError, Finding, did_you_mean
-from engine.files.source import MAX_BYTES, Source
+from engine.files.source import MAX_BYTES, SourceFile
 from engine.files.text import read_text
 from engine.load import Library, load_files
 from engine.report import text
@@ -214,9 +214,9 @@ def reached(names: Iterable[str], library: Mapping[str, Chart]) -> set[str]:
     return found
 
 
-def read_source(file: str) -> Source:
+def read_source(file: str) -> SourceFile:
     """The text of any file, for showing findings in it."""
     try:
-        return Source(file, read_text(Path(file), MAX_BYTES))
+        return SourceFile(file, read_text(Path(file), MAX_BYTES))
     except FileError:
-        return Source(file, "")
+        return SourceFile(file, "")

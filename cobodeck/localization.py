@@ -7,12 +7,12 @@ from collections import Counter, deque
 from typing import Any
 
 from behaviors.signals import ESTIMATE
-from cobodeck.metrics import Known
+from cobodeck.metrics import PoseSource
 from engine.board import Board
 from engine.slots import EstimatedSlot, compute
 from hw.geometry import Pose2, wrap
 from hw.truth import Truth
-from states.localization.estimates import Estimate, LocalizationEstimator
+from states.localization.estimates import LocalizationEstimator, PoseEstimate
 
 KEPT = 32
 """Estimates are of the past; the truth of so many ticks is kept for them."""
@@ -26,13 +26,13 @@ class LocalizationWatch:
     While the arm moves and the base stands counts apart: these are the errors that the prop has.
     """
 
-    def __init__(self, plant: Known, board: Board) -> None:
+    def __init__(self, plant: PoseSource, board: Board) -> None:
         slot = board.slots[ESTIMATE]
         assert isinstance(slot, EstimatedSlot)
         self._plant, self._slot = plant, slot
         self._truths: deque[tuple[int, Pose2]] = deque(maxlen=KEPT)
         self._stamp: int | None = None
-        self._waiting: deque[tuple[int, Estimate]] = deque(maxlen=KEPT)
+        self._waiting: deque[tuple[int, PoseEstimate]] = deque(maxlen=KEPT)
         self._now = 0
         self._errors: list[tuple[float, float]] = []
         self._reaching: list[tuple[float, float]] = []
@@ -91,7 +91,7 @@ class LocalizationWatch:
             drift = estimator.localizer.drift
             self._drift = self._drift if drift is None else str(drift)
 
-    def _compare(self, estimate: Estimate, true: Pose2, truth: Truth) -> None:
+    def _compare(self, estimate: PoseEstimate, true: Pose2, truth: Truth) -> None:
         off = estimate.pose.distance_to(true)
         turned = abs(wrap(estimate.pose.yaw - true.yaw))
         sigma = estimate.sigma

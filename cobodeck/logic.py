@@ -14,7 +14,7 @@ from cobodeck.inlet import Inlet
 from cobodeck.wiring import Setup, Wired
 from engine.board import Board
 from engine.machine import Leaf
-from engine.run import Run
+from engine.run import ChartRun
 from engine.scripted import perhaps
 from engine.state import NEVER_NS, Context, State, Until
 from engine.state import Run as Steps
@@ -58,4 +58,4 @@ def wander(setup: Setup, seed: int) -> Wired:
         leaf.produces = perhaps(leaf.interface.outputs)
     parts = {name: _Idle() for leaf in machine.leaves for name in leaf.interface.commands}
     board = Board(setup.signals, ())
-    return Wired(Run(machine, board, parts), board, Inlet(board))
+    return Wired(ChartRun(machine, board, parts), board, Inlet(board))

@@ -17,7 +17,7 @@ from typing import Literal, NamedTuple, Protocol
 from cobodeck.clocks import Clock, Virtual
 from cobodeck.plants import Plant
 from cobodeck.wiring import Wired
-from engine.clock import Grid
+from engine.clock import TickGrid
 from engine.errors import Raised, raised
 from engine.operator import Operator
 
@@ -85,7 +85,7 @@ class Loop:
 
     plant: Plant
     wired: Wired
-    grid: Grid
+    grid: TickGrid
     observers: Sequence[Observer] = ()
     clock: Clock = field(default_factory=Virtual)
     leave_out: bool = True

@@ -6,7 +6,7 @@ It asks for nothing: what does not flow stays None. Touches, and what was spent,
 from __future__ import annotations
 
 from cobodeck.inlet import Inlet
-from engine.state import Sample as Stamped
+from engine.state import Stamped as Stamped
 from hw.geometry import Pose2, Pose3
 from hw.robot import Footprint
 from hw.samples import ArmState, Sample, UserPose

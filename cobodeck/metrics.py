@@ -28,7 +28,7 @@ STALE_NS = 150_000_000
 NOBODY = Truth()
 
 
-class Known(Protocol):
+class PoseSource(Protocol):
     """Who knows where robot and person are: a plant, or what is measured on one."""
 
     @property
@@ -70,7 +70,7 @@ class Evaluator:
     known. `measured`: is what the plant says measured, and not the truth?
     """
 
-    plant: Known
+    plant: PoseSource
     person: bool
     requests: RequestWatch = field(default_factory=RequestWatch)
     arm: ArmWatch | None = None

@@ -18,7 +18,7 @@ from hw.geometry import Pose2
 from hw.robot import RobotModel
 from hw.room import Room
 from hw.scene import Scene, load_scene
-from states.site import Site
+from states.environment import Environment
 
 if TYPE_CHECKING:
     from states.maps.occupancy import OccupancyMap
@@ -29,7 +29,7 @@ office of 861, 0.5 s on a hall of 1004, all of which can be gone round)."""
 ROBOT = "rbkairos_ur10"
 
 
-class Place(NamedTuple):
+class RunPlace(NamedTuple):
     """A scene, and the map that it was made from, if it was."""
 
     scene: Scene
@@ -45,7 +45,7 @@ class Place(NamedTuple):
         return tuple(f"{self.scene.name}: {remark}" for remark in told)
 
 
-def open_place(name: str) -> Place:
+def open_place(name: str) -> RunPlace:
     """A scene, or a map as one.
 
     Raises:
@@ -53,7 +53,7 @@ def open_place(name: str) -> Place:
     """
     file, _, start = name.partition("@")
     if not is_map(file):
-        return Place(load_scene(name))
+        return RunPlace(load_scene(name))
     from states.maps.occupancy import load_map
     from states.maps.rooms import room_of, start_in, tidied
 
@@ -65,7 +65,7 @@ def open_place(name: str) -> Place:
     pose = _start(name, start, room) if start else start_in(map_)
     about = f"the map {Path(file).name}"
     scene = Scene(Path(file).stem, about, room, ROBOT, pose, folder=Path(file).parent)
-    return Place(scene, map_)
+    return RunPlace(scene, map_)
 
 
 def is_map(file: str) -> bool:
@@ -76,7 +76,7 @@ def is_map(file: str) -> bool:
     return isinstance(source.value, dict) and "image" in source.value
 
 
-def site_at(place: Place, profile: Profile, robot: RobotModel) -> Site:
+def site_at(place: RunPlace, profile: Profile, robot: RobotModel) -> Environment:
     """What the states need of a place; its planners are those that can be made there."""
     site = profile.site(place.scene.room, robot)
     if len(place.scene.room.segments) > EXACT_CORNERS:

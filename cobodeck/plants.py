@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any, Protocol
 
 from engine.state import NEVER_NS
-from hw.guarded import GuardedBase
 from hw.log import Log
-from hw.safety_record import SafetyRecord
+from hw.safety.guarded import GuardedBase
+from hw.safety.record import SafetyRecord
 from hw.samples import Sample
 from hw.truth import Truth
 

@@ -16,7 +16,7 @@ from inspect import signature
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from cobodeck.doctor import BAD, FIT, MISSING, Check
+from cobodeck.doctor import BAD, FIT, MISSING, DoctorLine
 from cobodeck.project import is_there
 from hw.connection import Connection
 from hw.links.datagrams import LOOPBACK as LOCAL
@@ -26,11 +26,11 @@ NOTE = "note"
 TIMEOUT_S = 1.0
 """A device that takes no connection within this time, s, is out of reach."""
 NEEDS: Mapping[str, tuple[str, ...]] = {
-    "hw.drivers.ur": ("rtde_control", "rtde_receive"),
-    "hw.drivers.unity": ("rosbags",),
-    "hw.drivers.can_base": ("can", "canopen", "cantools"),
-    "hw.drivers.kairos": ("roslibpy",),
-    "hw.drivers.ros_lidar": ("roslibpy",),
+    "hw.drivers.ur.arm": ("rtde_control", "rtde_receive"),
+    "hw.drivers.unity.link": ("rosbags",),
+    "hw.drivers.can.base": ("can", "canopen", "cantools"),
+    "hw.drivers.kairos.base": ("roslibpy",),
+    "hw.drivers.ros.lidar": ("roslibpy",),
 }
 """Modules of others that a driver imports once it is opened; a class may name its own, `needs`."""
 WHEELS: Mapping[str, str] = {
@@ -40,9 +40,9 @@ WHEELS: Mapping[str, str] = {
     "roslibpy": "cobodeck[ros]",
 }
 """What brings a module, where it is called otherwise."""
-PROBES: Mapping[str, str] = {"hw.drivers.ur": "hw.drivers.ur_probe"}
+PROBES: Mapping[str, str] = {"hw.drivers.ur.arm": "hw.drivers.ur.probe"}
 """Modules with a `probe(host)`, which asks a device what it is."""
-DATAGRAMS = ("hw.drivers.chain",)
+DATAGRAMS = ("hw.drivers.chain.link",)
 """Drivers whose own ports are of UDP; those of the others are of TCP."""
 ANYWHERE = ("0.0.0.0", "::", "")
 GROUP = ("239.74.163.2", 43113)
@@ -55,7 +55,7 @@ NEVER = (
 )
 
 
-class Address(NamedTuple):
+class Endpoint(NamedTuple):
     """Where a driver connects to, or, if it is `own`, where it is connected to on this machine."""
 
     host: str
@@ -63,7 +63,7 @@ class Address(NamedTuple):
     own: bool = False
 
 
-def preflight(connection: Connection, packages: Container[str]) -> Iterator[Check]:
+def preflight(connection: Connection, packages: Container[str]) -> Iterator[DoctorLine]:
     """What was looked at, how it is, and what that means."""
     yield f"connection {connection.name}", FIT, connection.about
     for entry, _, driver in connection.drivers:
@@ -83,7 +83,7 @@ def preflight(connection: Connection, packages: Container[str]) -> Iterator[Chec
         yield "proven", FIT if proven else MISSING, f"on {proven}" if proven else NEVER
 
 
-def _driver(entry: str, driver: str, packages: Container[str]) -> Iterator[Check]:
+def _driver(entry: str, driver: str, packages: Container[str]) -> Iterator[DoctorLine]:
     """Can it be imported, with all that it imports later? It is, if it is of a known package."""
     module, _, name = driver.partition(":")
     if module.partition(".")[0] not in packages:
@@ -102,7 +102,7 @@ def _driver(entry: str, driver: str, packages: Container[str]) -> Iterator[Check
         yield entry, FIT, driver
 
 
-def addresses_in(value: Any, host: str = ANYWHERE[0]) -> Iterator[Address]:
+def addresses_in(value: Any, host: str = ANYWHERE[0]) -> Iterator[Endpoint]:
     """The addresses in the values of an entry, wherever they stand.
 
     `host` is where the driver serves if its entry does not say it.
@@ -113,12 +113,12 @@ def addresses_in(value: Any, host: str = ANYWHERE[0]) -> Iterator[Address]:
     port = value.get("port")
     if isinstance(port, int):
         own = not isinstance(named, str) or named in ANYWHERE
-        yield Address(host if named is None else str(named), port, own)
+        yield Endpoint(host if named is None else str(named), port, own)
     for inner in value.values():
         yield from addresses_in(inner)
 
 
-def _reached(entry: str, driver: str, arguments: Mapping[str, Any]) -> Iterator[Check]:
+def _reached(entry: str, driver: str, arguments: Mapping[str, Any]) -> Iterator[DoctorLine]:
     module, host = driver.partition(":")[0], arguments.get("host")
     if module in PROBES and isinstance(host, str):
         yield _probed(entry, PROBES[module], host)
@@ -140,7 +140,7 @@ def _serves_at(driver: str) -> str:
     return default if isinstance(default, str) else ANYWHERE[0]
 
 
-def _probed(entry: str, module: str, host: str) -> Check:
+def _probed(entry: str, module: str, host: str) -> DoctorLine:
     """What does a device say that it is?"""
     try:
         return entry, FIT, f"{host} says that it is {importlib.import_module(module).probe(host)}"
@@ -148,7 +148,7 @@ def _probed(entry: str, module: str, host: str) -> Check:
         return entry, BAD, str(error)
 
 
-def _answers(entry: str, address: Address) -> Check:
+def _answers(entry: str, address: Endpoint) -> DoctorLine:
     """Does somebody take TCP connections there?"""
     where = f"{address.host}:{address.port}"
     try:
@@ -160,7 +160,7 @@ def _answers(entry: str, address: Address) -> Check:
     return entry, FIT, f"{where} takes a connection; who it is was not asked"
 
 
-def _free(entry: str, address: Address, *, datagrams: bool) -> Check:
+def _free(entry: str, address: Endpoint, *, datagrams: bool) -> DoctorLine:
     """Can a port of this machine be taken?"""
     kind = socket.SOCK_DGRAM if datagrams else socket.SOCK_STREAM
     what = f"port {address.port}{' of UDP' if datagrams else ''}"
@@ -192,7 +192,7 @@ def _buses(value: Any) -> Iterator[Mapping[str, Any]]:
         yield from _buses(inner)
 
 
-def _bus(entry: str, bus: Mapping[str, Any]) -> Check:
+def _bus(entry: str, bus: Mapping[str, Any]) -> DoctorLine:
     """Can a back-end work on this machine?"""
     kind, channel = bus["interface"], str(bus.get("channel", ""))
     what = f"CAN by {kind} {channel}".rstrip()
@@ -216,7 +216,7 @@ def _multicast(what: str) -> tuple[str, str]:
     return FIT, what
 
 
-def _realtime() -> Check:
+def _realtime() -> DoctorLine:
     """May the chain be given a fixed priority, so that other programs do not delay it?"""
     what = "real time"
     try:
@@ -234,7 +234,7 @@ def _realtime() -> Check:
     return what, FIT, f"{told}{memory}"
 
 
-def _clock() -> Check:
+def _clock() -> DoctorLine:
     """Is this machine's clock set by somebody? Stamps of other machines are compared with it."""
     what = "clock"
     try:

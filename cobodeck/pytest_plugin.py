@@ -1,6 +1,6 @@
 """The pytest plug-in for authors of charts and states.
 
-Fixtures: `sim` runs charts in virtual time (cobodeck.rehearsal), `parts` are stand-ins for the
+Fixtures: `sim` runs charts in virtual time (cobodeck.testing), `parts` are stand-ins for the
 robot's parts, `golden` compares text with a file. A test that leaves a part moving fails.
 Options: `--update-golden` writes the files that `golden` compares with, `--requirements` lists
 which R numbers the collected tests cover.
@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from cobodeck.rehearsal import Rehearsal
-    from cobodeck.standin import Parts
+    from cobodeck.stub_parts import Parts
+    from cobodeck.testing import Rehearsal
 
 REQUIREMENTS = range(1, 151)
 _MARKER = "requirement(*numbers): the R numbers of the requirements that a test covers"
@@ -37,7 +37,7 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.fixture
 def parts() -> Iterator[Parts]:
     """Stand-ins by name, `parts["base"]`; the test fails if one is left moving."""
-    from cobodeck.standin import Parts
+    from cobodeck.stub_parts import Parts
 
     found = Parts()
     yield found
@@ -47,8 +47,8 @@ def parts() -> Iterator[Parts]:
 
 @pytest.fixture
 def sim(request: pytest.FixtureRequest, parts: Parts) -> Iterator[Rehearsal]:
-    """Charts in virtual time; see `cobodeck.rehearsal`."""
-    from cobodeck.rehearsal import Rehearsal
+    """Charts in virtual time; see `cobodeck.testing`."""
+    from cobodeck.testing import Rehearsal
 
     rehearsal = Rehearsal(request.path.parent, request.config.rootpath, parts)
     yield rehearsal

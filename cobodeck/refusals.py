@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from engine.machine import Box
-from engine.run import Run
+from engine.run import ChartRun
 
-Span = tuple[int, int]
+Interval = tuple[int, int]
 """When a request began and ended, ns."""
 
 IN_TIME = "not served in time"
@@ -34,7 +34,7 @@ BROKEN_OFF: Mapping[str, str] = {
 """By the outcome of a Haptic that something else has ended."""
 
 
-def refusals(run: Run, unserved: Iterable[Span]) -> dict[str, int]:
+def refusals(run: ChartRun, unserved: Iterable[Interval]) -> dict[str, int]:
     """How often each reason occurred among the requests that were not served.
 
     A request counts once, with the last Haptic that ended early during it; `IN_TIME` if none did.
@@ -46,7 +46,7 @@ def refusals(run: Run, unserved: Iterable[Span]) -> dict[str, int]:
     return found
 
 
-def failures(run: Run) -> list[tuple[int, str]]:
+def failures(run: ChartRun) -> list[tuple[int, str]]:
     """When each Haptic failed or was broken off, ns, and why, in order."""
     boxes = {
         vertex.path

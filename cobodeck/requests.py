@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cobodeck.figures import spread
-from cobodeck.refusals import Span
+from cobodeck.refusals import Interval
 from hw.geometry import Pose2, Pose3
 from hw.samples import Joints
 from hw.truth import Truth
@@ -37,7 +37,7 @@ class RequestWatch:
     requests: int = 0
     response_s: list[float] = field(default_factory=list)
     prop_errors: list[tuple[float, float]] = field(default_factory=list)
-    unserved: list[Span] = field(default_factory=list)
+    unserved: list[Interval] = field(default_factory=list)
     _requested: Pose3 | None = None
     _since: int | None = None
     _settling: bool = False

@@ -10,7 +10,7 @@ import math
 from typing import Any
 
 from hw.log import Log
-from hw.safety_record import GRANTED, SafetyRecord
+from hw.safety.record import GRANTED, SafetyRecord
 
 LONGEST_NS = 10_000_000
 """A cycle counts for no longer than this; between two drives there are none."""

@@ -27,7 +27,7 @@ if TYPE_CHECKING:  # its libraries are loaded only where a record is kept
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
+class RunResult:
     """What came out of a run; `record_file`: None if none was kept."""
 
     figures: Mapping[str, Any]
@@ -53,7 +53,7 @@ def simulate(
     around: Callable[[Loop], AbstractContextManager[object]] = nullcontext,
     tell: Callable[[Raised], None] | None = None,
     recorder: Recorder | None = None,
-) -> Result:
+) -> RunResult:
     """Run until the user is done, the chart has ended, or the time is over.
 
     Args:
@@ -82,7 +82,7 @@ def simulate(
         figures = figures_of(setup, options, loop, end_ns / 1e9, wall_s)
     finally:
         file = None if recorder is None else recorder.finish(figures)
-    return Result(figures, loop, file)
+    return RunResult(figures, loop, file)
 
 
 def _staged(setup: Setup, options: Options, clock: Clock | None, recorder: Recorder | None) -> Loop:

@@ -24,20 +24,20 @@ from cobodeck.plants import Nothing, Plant
 from cobodeck.record.sink import behind_record
 from cobodeck.requests import RequestWatch
 from cobodeck.separation import SeparationWatch
-from cobodeck.wiring import Setup, Tap, Uses, Wired, refuse_slow_ticks, wire
-from engine.clock import Grid
-from hw.connection import Connection, Opening, Play
+from cobodeck.wiring import Setup, Uses, ValueTap, Wired, refuse_slow_ticks, wire
+from engine.clock import TickGrid
+from hw.connection import Connection, HostedScene, RunInfo
 from hw.geometry import Pose2, Pose3
 from hw.mock import mock_world
-from hw.person import Person
+from hw.people.person import Person
+from hw.people.user import open_user
 from hw.reckoner import Reckoner
 from hw.robot import RobotModel
 from hw.samples import Joints
 from hw.sim.base import SimBase
-from hw.sim.surroundings import ScriptedOperator
+from hw.sim.devices import ScriptedOperator
 from hw.sim.world import World
 from hw.truth import BASE
-from hw.user import open_user
 
 FULL = 2
 """The tier with all sensors: the base finds out where it is."""
@@ -86,7 +86,7 @@ def stage(
     options: Options,
     parameters: Mapping[str, Any] | None = None,
     clock: Clock | None = None,
-    tap: Tap | None = None,
+    tap: ValueTap | None = None,
 ) -> Loop:
     """Everything for a run, before its first tick; `tap` as of `wire`.
 
@@ -94,7 +94,7 @@ def stage(
         Problem: the chart needs what is not there; FileError: the user's file is wrong, or the
             chart drives and profile and robot do not go together.
     """
-    grid, timing = Grid(setup.tick_hz), clock or Virtual()
+    grid, timing = TickGrid(setup.tick_hz), clock or Virtual()
     if options.tier == 0:
         wired = wander(setup, options.seed)
         return Loop(Nothing(), wired, grid, clock=timing, leave_out=not options.eager)
@@ -149,7 +149,7 @@ def _on_real_parts(
     connection: Connection,
     parameters: Mapping[str, Any] | None,
     clock: RealTime,
-    tap: Tap | None,
+    tap: ValueTap | None,
 ) -> Loop:
     """A loop on the parts of a connection; they are closed again if the chart cannot run on them.
 
@@ -176,7 +176,7 @@ def _on_real_parts(
         plant.close()
         raise
     watching = watchers(plant, wired, setup.robot)
-    loop = Loop(plant, wired, Grid(setup.tick_hz), watching, clock)
+    loop = Loop(plant, wired, TickGrid(setup.tick_hz), watching, clock)
     if isinstance(operator, ConsoleOperator) and options.console is not None:
         operator.attend(options.console, loop.stop)
     return loop
@@ -184,14 +184,14 @@ def _on_real_parts(
 
 def opening_of(
     setup: Setup, uses: Uses, options: Options, connection: Connection, now: Callable[[], int]
-) -> Opening:
+) -> RunInfo:
     """What the drivers of a connection are told of a run; `now` is its time, ns.
 
     Raises:
         Problem: a person is asked for, and nothing is there that could move one.
     """
     motion = setup.profile.robot.limits
-    return Opening(
+    return RunInfo(
         now=now,
         body=setup.body,
         motion=motion,
@@ -219,7 +219,7 @@ def _operator(plant: Connected, options: Options) -> ConsoleOperator | ScriptedO
     return plant.attendant
 
 
-def _play(setup: Setup, uses: Uses, options: Options, connection: Connection) -> Play | None:
+def _play(setup: Setup, uses: Uses, options: Options, connection: Connection) -> HostedScene | None:
     """What goes on around the fakes of a connection, if it has some.
 
     Raises:
@@ -237,7 +237,7 @@ def _play(setup: Setup, uses: Uses, options: Options, connection: Connection) ->
         return None
     person = (uses.person or options.user is not None) and not options.plays_dummy
     plant = setup.profile.plant
-    return Play(
+    return HostedScene(
         scene=setup.scene,
         user=(options.user or setup.scene.user) if person else None,
         sensing=plant.sensing,
@@ -326,9 +326,9 @@ def refuse_small_floor(setup: Setup) -> None:
     Raises:
         Problem: the floor is too small.
     """
-    from states.navigation.floor_cells import MapFloor
-    from states.navigation.floor_plan import RoomFloor
-    from states.navigation.space import shortcoming
+    from states.floors.floor_cells import MapFloor
+    from states.floors.floor_plan import RoomFloor
+    from states.floors.space import shortcoming
 
     if setup.place is None or setup.scene is None:
         return
@@ -341,7 +341,7 @@ def refuse_small_floor(setup: Setup) -> None:
 
 def _latency(setup: Setup) -> int:
     latency = round(setup.profile.plant.latency * 1e9)
-    if latency >= Grid(setup.tick_hz).period_ns:
+    if latency >= TickGrid(setup.tick_hz).period_ns:
         shown = f"{latency / 1e6:g} ms is not less than a tick at {setup.tick_hz} Hz"
         raise Problem(f"profile {setup.profile.name}: plant.latency of {shown}")
     return latency
@@ -371,10 +371,10 @@ def _world(setup: Setup, person: Person | None, options: Options) -> World:
 
 def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:
     """Where the prop is in the map, from the pose of the base and the joints."""
-    from states.arm.kinematics import Chain, forward
+    from states.arm.kinematics import KinematicChain, forward
     from states.arm.model import manipulator_of
 
-    chain = Chain.of(manipulator_of(robot))
+    chain = KinematicChain.of(manipulator_of(robot))
 
     def prop(base: Pose2, joints: Joints) -> Pose3:
         matrix = forward(chain, joints)

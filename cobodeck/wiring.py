@@ -18,25 +18,25 @@ from cobodeck.catalogue import Catalogue, catalogue
 from cobodeck.console import FAILED, Problem
 from cobodeck.inlet import Inlet
 from cobodeck.library import open_chart, reached
-from cobodeck.places import Place, open_place, site_at
+from cobodeck.places import RunPlace, open_place, site_at
 from cobodeck.plants import Inert
 from engine.board import Board
 from engine.chart import Chart
 from engine.machine import Box, Leaf, Machine, Vertex
-from engine.run import Run
+from engine.run import ChartRun
 from engine.signals import Measured, Signal, closure, declare, roots
 from engine.slots import compute
 from hw.connection import Connection, Narrowed
-from hw.guarded import GuardedBase
-from hw.interfaces import Part
+from hw.interfaces import RobotPart
 from hw.robot import RobotModel, load_robot
+from hw.safety.guarded import GuardedBase
 from hw.samples import PoseSigma, Sample
 from hw.scene import Scene
 from hw.tracking import Tracking
+from states.environment import Environment
 from states.localization.estimates import Localizes
-from states.site import Site
 
-Tap = Callable[[str, Any], Any]
+ValueTap = Callable[[str, Any], Any]
 """Makes what stands in front of a part, from its name and the part."""
 CHART, SCENE, PROFILE = "cobodeck", "lab_a", "tuned"
 TICK_HZ = 30
@@ -71,7 +71,7 @@ class Setup:
     chart: Chart
     library: Mapping[str, Chart]
     catalogue: Catalogue
-    place: Place | None
+    place: RunPlace | None
     robot: RobotModel
     profile: Profile
     tick_hz: int = TICK_HZ
@@ -95,7 +95,7 @@ class Setup:
         return self.profile.body(self.robot)
 
     @cached_property
-    def site(self) -> Site:
+    def site(self) -> Environment:
         """What the states need of the place.
 
         Raises:
@@ -232,7 +232,7 @@ def open_setup(
     )
 
 
-def refuse_other_body(connection: Connection, body: RobotModel, place: Place | None) -> None:
+def refuse_other_body(connection: Connection, body: RobotModel, place: RunPlace | None) -> None:
     """Look whether scene and connection are of one robot; a map is of none.
 
     Raises:
@@ -248,7 +248,7 @@ def refuse_other_body(connection: Connection, body: RobotModel, place: Place | N
         )
 
 
-def _in_place(robot: RobotModel, place: Place | None) -> RobotModel:
+def _in_place(robot: RobotModel, place: RunPlace | None) -> RobotModel:
     """A robot with its scanners as they were found to be turned where it is used."""
     calibrated = None if place is None else place.scene.calibration
     if calibrated is None or not calibrated.scanner_yaws:
@@ -259,7 +259,7 @@ def _in_place(robot: RobotModel, place: Place | None) -> RobotModel:
 class WithoutMotion:
     """A part that cannot move, with the `stop` that the engine needs from every part."""
 
-    def __init__(self, part: Part) -> None:
+    def __init__(self, part: RobotPart) -> None:
         self._part = part
 
     def __getattr__(self, name: str) -> Any:
@@ -276,7 +276,7 @@ class Wired:
     `show` is that of the virtual world, where it wants to be called in every tick (see `Vr`).
     """
 
-    run: Run
+    run: ChartRun
     board: Board
     inlet: Inlet
     base: GuardedBase | None = None
@@ -326,7 +326,7 @@ def wire(
     eager: bool = False,
     clock: Callable[[], int] | None = None,
     parameters: Mapping[str, Any] | None = None,
-    tap: Tap | None = None,
+    tap: ValueTap | None = None,
 ) -> Wired:
     """A run of the setup's chart on these parts.
 
@@ -357,7 +357,7 @@ def wire(
     given = commanded(parts)
     if tap is not None:
         given = {name: tap(name, part) for name, part in given.items()}
-    run = Run(machine, board, given, freezers=freezers())
+    run = ChartRun(machine, board, given, freezers=freezers())
     hears = [(name, part.hear) for part in parts.values() for name in getattr(part, "hears", ())]
     heard = {name for name, _ in hears}
     needed = {
@@ -383,7 +383,9 @@ def guarded(parts: Mapping[str, Any]) -> GuardedBase | None:
     if isinstance(base, Inert):
         return None
     if base is not None and not isinstance(base, GuardedBase):
-        raise TypeError(f"part base is a {type(base).__name__}; wrap it in hw.guarded.GuardedBase")
+        raise TypeError(
+            f"part base is a {type(base).__name__}; wrap it in hw.safety.guarded.GuardedBase"
+        )
     return base
 
 

@@ -14,7 +14,7 @@ from typing import Any
 from engine.files.finding import did_you_mean
 from engine.signals import Derived, Measured, Signal, closure
 from engine.slots import DerivedSlot, EstimatedSlot, MeasuredSlot, Slot, compute, union
-from engine.state import NEVER_NS, Sample
+from engine.state import NEVER_NS, Stamped
 
 Arrival = tuple[str, Any, int, int]  # name, value, stamp, number of the interval
 CATCH_UP = 256  # samples that may wait for an estimator
@@ -189,7 +189,7 @@ class Board:
             name, value, stamp, interval = self.inbox.popleft()
             slot = self.slots[name]
             assert isinstance(slot, MeasuredSlot)
-            arrived.append((slot, Sample(value, stamp), interval))
+            arrived.append((slot, Stamped(value, stamp), interval))
             slot.heard = self.now
             if slot.repeats(value, self.now):
                 repeated |= slot.roots

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
 from engine.files.finding import Place
-from engine.files.source import Map, Mark, Source
+from engine.files.source import Map, Mark, SourceFile
 
 Form = Literal["do", "watch", "use", "states", "any", "all"]
 LEAVES = ("do", "watch")
@@ -116,7 +116,7 @@ class Chart:
     """One chart file."""
 
     name: str
-    source: Source
+    source: SourceFile
     root: Node
     about: str = ""
     parameters: Mapping[str, Parameter] = field(default_factory=dict)

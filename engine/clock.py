@@ -8,7 +8,7 @@ SECOND_NS = 10**9
 
 
 @dataclass(frozen=True, slots=True)
-class Grid:
+class TickGrid:
     """Tick n is at `n * 10**9 // hz` ns since the start of the run.
 
     Instants are found from n, never by adding up periods, so no error gathers.

@@ -1,6 +1,6 @@
 """The operator's commands as values (rule 11): a run carries them out at the start of a tick.
 
-What was carried out, and when, stands in `Run.carried_out`, so that a record can tell it and a
+What was carried out, and when, stands in `ChartRun.carried_out`, so that a record can tell it and a
 replay can give the same commands at the same instants. `Operator` makes them, and says why not.
 """
 
@@ -20,7 +20,7 @@ from engine.replace import obstacles, take_over
 from engine.types import ANY, Type
 
 if TYPE_CHECKING:
-    from engine.run import Run
+    from engine.run import ChartRun
 
 
 class Command:
@@ -28,7 +28,7 @@ class Command:
 
     __slots__ = ()
 
-    def carry_out(self, run: Run) -> None:
+    def carry_out(self, run: ChartRun) -> None:
         """Do it, at the start of a tick."""
         raise NotImplementedError(f"{type(self).__name__}.carry_out")
 
@@ -39,7 +39,7 @@ class End(Command):
 
     outcome: str
 
-    def carry_out(self, run: Run) -> None:
+    def carry_out(self, run: ChartRun) -> None:
         """Close everything."""
         run.abort(run.machine.root, self.outcome, self.outcome)
         run.finish(self.outcome)
@@ -49,7 +49,7 @@ class End(Command):
 class Pause(Command):
     """Hold the parts and step nothing; chart time stands still."""
 
-    def carry_out(self, run: Run) -> None:
+    def carry_out(self, run: ChartRun) -> None:
         """Begin the pause."""
         if not run.paused:
             run.paused = True
@@ -61,7 +61,7 @@ class Pause(Command):
 class Resume(Command):
     """Go on after a pause."""
 
-    def carry_out(self, run: Run) -> None:
+    def carry_out(self, run: ChartRun) -> None:
         """End the pause."""
         if run.paused:
             run.paused = False
@@ -69,14 +69,14 @@ class Resume(Command):
 
 
 @dataclass(frozen=True, slots=True)
-class Force(Command):
+class ForceOutcome(Command):
     """End the active node at `path` with an outcome and its outputs."""
 
     path: str
     outcome: str
     outputs: Mapping[str, Any] = field(default_factory=dict)
 
-    def carry_out(self, run: Run) -> None:
+    def carry_out(self, run: ChartRun) -> None:
         """Close the node and follow its outcome."""
         vertex = run.machine.vertices.get(self.path)
         if vertex is None or self.refusal(run) is not None:
@@ -92,7 +92,7 @@ class Force(Command):
             )
         run.force(vertex, ended, writes)
 
-    def refusal(self, run: Run) -> str | None:
+    def refusal(self, run: ChartRun) -> str | None:
         """Why it cannot be done; None if it can."""
         vertex = run.machine.vertices.get(self.path)
         if vertex is None:
@@ -123,7 +123,7 @@ class SetLock(Command):
     path: str
     locked: bool = True
 
-    def carry_out(self, run: Run) -> None:
+    def carry_out(self, run: ChartRun) -> None:
         """Set or take away the lock; what waited only because of it goes on."""
         if self.locked:
             run.judge.locks.add(self.path)
@@ -139,7 +139,7 @@ class SetLevel(Command):
 
     level: int | None
 
-    def carry_out(self, run: Run) -> None:
+    def carry_out(self, run: ChartRun) -> None:
         """Set it; what waited only because of the old one goes on."""
         run.judge.level = self.level
         run.forget_routes()
@@ -153,7 +153,7 @@ class Answer(Command):
     path: str
     granted: bool
 
-    def carry_out(self, run: Run) -> None:
+    def carry_out(self, run: ChartRun) -> None:
         """The node acts on it at its next turn."""
         vertex = run.machine.vertices.get(self.path)
         if vertex is not None and vertex.status == WAITING:
@@ -166,7 +166,7 @@ class Replace(Command):
 
     machine: Machine
 
-    def carry_out(self, run: Run) -> None:
+    def carry_out(self, run: ChartRun) -> None:
         """Replace it, unless something has come into the way; a note tells what."""
         found = obstacles(run, self.machine)
         if found:
@@ -176,7 +176,7 @@ class Replace(Command):
         take_over(run, self.machine)
 
 
-def _release_waiting(run: Run) -> None:
+def _release_waiting(run: ChartRun) -> None:
     for vertex in run.machine.vertices.values():
         if vertex.status == WAITING and not run.judge.must_ask(vertex, vertex.waiting[0]):
             vertex.step = partial(end_with, GRANTED)
@@ -195,7 +195,7 @@ def outcomes_of(vertex: Vertex) -> set[str]:
     return found - {"error"}
 
 
-def output_types(run: Run, vertex: Vertex, outcome: str) -> Mapping[str, Type]:
+def output_types(run: ChartRun, vertex: Vertex, outcome: str) -> Mapping[str, Type]:
     """The outputs that come with an outcome of a node, and their types."""
     if isinstance(vertex, Leaf):
         return vertex.interface.outputs.get(outcome, {})

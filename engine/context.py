@@ -10,7 +10,7 @@ from engine.board import Board
 from engine.events import EventReader
 from engine.machine import RUNNING
 from engine.slots import MeasuredSlot
-from engine.state import ALWAYS_NS, NEVER_NS, Sample
+from engine.state import ALWAYS_NS, NEVER_NS, Stamped
 
 if TYPE_CHECKING:
     from engine.machine import Leaf
@@ -72,7 +72,7 @@ class LeafContext:
             return None
         return newest.value
 
-    def sample(self, signal: str) -> Sample | None:
+    def sample(self, signal: str) -> Stamped | None:
         """The newest value with its stamp, whatever its age."""
         self._age(signal)
         return self._board.slots[signal].read()
@@ -88,7 +88,7 @@ class LeafContext:
             return math.inf
         return 0.0 if newest.stamp == ALWAYS_NS else (self._board.now - newest.stamp) * 1e-9
 
-    def events(self, signal: str) -> tuple[Sample, ...]:
+    def events(self, signal: str) -> tuple[Stamped, ...]:
         """What arrived since this state last asked; at first, since it was entered."""
         self._age(signal)
         reader = self._readers.get(signal)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from engine.state import Sample
+from engine.state import Stamped
 
 LEAST, MOST = 64, 1 << 16
 """Samples up to LEAST are never dropped; of more than MOST the oldest always are."""
@@ -24,7 +24,7 @@ class EventLog:
 
     def __init__(self) -> None:
         self.readers: list[EventReader] = []
-        self._samples: list[Sample] = []
+        self._samples: list[Stamped] = []
         self._first = 0  # position of the oldest sample kept
         self._limit = LEAST
         self._tick = -1  # of the last arrival
@@ -42,7 +42,7 @@ class EventLog:
         """The position of the first sample of this tick, which is not over."""
         return self._before if self._tick == tick else self.end
 
-    def add(self, sample: Sample, tick: int) -> None:
+    def add(self, sample: Stamped, tick: int) -> None:
         """A sample has arrived."""
         if self._tick != tick:
             self._tick, self._before = tick, self.end
@@ -50,7 +50,7 @@ class EventLog:
             self._trim()
         self._samples.append(sample)
 
-    def between(self, start: int, end: int) -> tuple[Sample, ...]:
+    def between(self, start: int, end: int) -> tuple[Stamped, ...]:
         """The samples from one position to another, as far as they are kept."""
         first = self._first
         return tuple(self._samples[max(0, start - first) : end - first])
@@ -82,7 +82,7 @@ class EventReader:
         if self not in self._log.readers:
             self._log.readers.append(self)
 
-    def read(self, tick: int) -> tuple[Sample, ...]:
+    def read(self, tick: int) -> tuple[Stamped, ...]:
         """What is new; the same for the rest of the tick."""
         if self._asked != tick:
             self._asked, self.start, self._end = tick, self._end, self._log.end

@@ -21,7 +21,7 @@ from engine.chart import (
     mark_of,
 )
 from engine.files.finding import Finding, did_you_mean
-from engine.files.source import Map, Mark, Seq, Source, read, read_file
+from engine.files.source import Map, Mark, Seq, SourceFile, read, read_file
 from engine.files.values import is_name
 
 FORMS: tuple[Form, ...] = ("do", "watch", "use", "states", "any", "all")
@@ -47,9 +47,9 @@ class Library(dict[str, Chart]):
     def __init__(self) -> None:
         super().__init__()
         self.findings: list[Finding] = []
-        self.sources: dict[str, Source] = {}
+        self.sources: dict[str, SourceFile] = {}
 
-    def add(self, source: Source) -> Chart | None:
+    def add(self, source: SourceFile) -> Chart | None:
         """Read the chart in `source`; `None` if there is nothing to go on with."""
         self.sources[source.file] = source
         chart = _Reader(source).chart()
@@ -83,7 +83,7 @@ def load_text(text: str, file: str = "<text>") -> Library:
 class _Reader:
     """Reads one file."""
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: SourceFile) -> None:
         self.source = source
         self.report = source.report
 

@@ -10,17 +10,17 @@ from collections.abc import Mapping
 from typing import Any
 
 from engine.chart import AUTONOMY
-from engine.commands import Answer, End, Force, Pause, Replace, Resume, SetLevel, SetLock
+from engine.commands import Answer, End, ForceOutcome, Pause, Replace, Resume, SetLevel, SetLock
 from engine.files.finding import did_you_mean
 from engine.machine import WAITING, Machine
 from engine.replace import obstacles
-from engine.run import Run
+from engine.run import ChartRun
 
 
 class Operator:
     """Commands for one run."""
 
-    def __init__(self, run: Run) -> None:
+    def __init__(self, run: ChartRun) -> None:
         self._run = run
 
     def stop(self) -> None:
@@ -43,7 +43,7 @@ class Operator:
         self, path: str, outcome: str, outputs: Mapping[str, Any] | None = None
     ) -> str | None:
         """End the active node at `path` with `outcome`."""
-        command = Force(path, outcome, dict(outputs or {}))
+        command = ForceOutcome(path, outcome, dict(outputs or {}))
         refusal = command.refusal(self._run)
         if refusal is None:
             self._run.command(command)

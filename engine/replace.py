@@ -7,11 +7,11 @@ machine that have the same path.
 from __future__ import annotations
 
 from engine.machine import CHOSEN, PUT_OFF, RETRYING, WAITING, Box, Cell, Leaf, Machine, Vertex
-from engine.run import Run
+from engine.run import ChartRun
 from engine.state import NEVER_NS
 
 
-def obstacles(run: Run, new: Machine) -> list[str]:
+def obstacles(run: ChartRun, new: Machine) -> list[str]:
     """Why `run` cannot go on with `new`; empty if it can."""
     if run.outcome is not None:
         return ["the run has ended"]
@@ -54,14 +54,14 @@ def obstacles(run: Run, new: Machine) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def carried(run: Run) -> list[Vertex]:
+def carried(run: ChartRun) -> list[Vertex]:
     """The vertices whose state has to be carried over: entered, or with a kept outcome."""
     entered = list(run.entered)
     kept = [child for box in entered if isinstance(box, Box) for child in box.kept]
     return entered + kept
 
 
-def take_over(run: Run, new: Machine) -> None:
+def take_over(run: ChartRun, new: Machine) -> None:
     """Let `run` go on with `new`; there must be no obstacles."""
     old_entered = list(run.entered)
     pairs = {old: new.vertices[old.path] for old in carried(run)}
@@ -106,7 +106,7 @@ def _keep_context(old: Vertex, vertex: Vertex) -> None:
         vertex.context.leaf = vertex
 
 
-def _set_deadline(run: Run, old: Vertex, vertex: Vertex) -> None:
+def _set_deadline(run: ChartRun, old: Vertex, vertex: Vertex) -> None:
     """A timeout counts from the entry; where there was none before, the trace knows it."""
     if vertex.timeout_ns is None:
         return
@@ -118,7 +118,7 @@ def _set_deadline(run: Run, old: Vertex, vertex: Vertex) -> None:
     run.watch_deadline(vertex)
 
 
-def _entry(run: Run, vertex: Vertex) -> int:
+def _entry(run: ChartRun, vertex: Vertex) -> int:
     """When the first of the tries began that `vertex` has made since it was chosen."""
     parent = vertex.parent.path if vertex.parent is not None else ""
     entry, chosen = 0, False

@@ -12,7 +12,7 @@ from typing import Any, Literal, get_args
 from urllib.parse import quote
 
 from engine.files.finding import Finding, Place
-from engine.files.source import Source
+from engine.files.source import SourceFile
 from engine.files.visible import visible
 
 WIDTH = 100  # columns of a shown source line
@@ -20,7 +20,7 @@ TAB = "    "
 
 Format = Literal["text", "json", "github", "sarif"]
 FORMATS: tuple[Format, ...] = get_args(Format)
-Sources = Mapping[str, Source]
+Sources = Mapping[str, SourceFile]
 
 _BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # the line breaks of YAML 1.1
 _SARIF_SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"

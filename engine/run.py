@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from engine.commands import Command
 
 
-class Run(Lifecycle):
+class ChartRun(Lifecycle):
     """One run of a machine.
 
     Args:

@@ -1,6 +1,6 @@
 """States that do as a script says: any chart can be run without its robot.
 
-`Script.end(path, outcome)` makes the leaf at `path` end at its next step; until told otherwise
+`LeafScript.end(path, outcome)` makes the leaf at `path` end at its next step; until told otherwise
 leaves stay busy. Everything else, order of stepping included, is the engine's own.
 """
 
@@ -16,7 +16,7 @@ from engine.state import Context, Outcome, Run, State
 from engine.types import Type
 
 
-class Script:
+class LeafScript:
     """What the leaves of one machine are to do, and what they did.
 
     Attributes:
@@ -70,7 +70,7 @@ def perhaps(outputs: Mapping[str, Mapping[str, Type]]) -> dict[str, dict[str, Ty
 class _Scripted(State):
     """Stands in for a leaf's state."""
 
-    def __init__(self, leaf: Leaf, script: Script, **_parameters: Any) -> None:
+    def __init__(self, leaf: Leaf, script: LeafScript, **_parameters: Any) -> None:
         self.path = leaf.path
         self.script = script
 

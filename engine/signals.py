@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from engine.state import Sample
+from engine.state import Stamped
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class Estimator(Protocol):
     each counted by its newest sample.
     """
 
-    def update(self, signal: str, sample: Sample) -> None:
+    def update(self, signal: str, sample: Stamped) -> None:
         """Take one sample of one of the inputs."""
         ...
 

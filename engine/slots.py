@@ -7,7 +7,7 @@ from operator import is_
 from typing import TYPE_CHECKING, Any
 
 from engine.events import EventLog
-from engine.state import ALWAYS_NS, NEVER_NS, Sample
+from engine.state import ALWAYS_NS, NEVER_NS, Stamped
 
 if TYPE_CHECKING:
     from engine.board import Board
@@ -21,13 +21,13 @@ class Slot:
 
     def __init__(self, name: str, roots: int) -> None:
         self.name = name
-        self.newest: Sample | None = None
+        self.newest: Stamped | None = None
         self.version = 0
         self.roots = roots
         self.evaluated = 0
         self.time_ns = 0
 
-    def read(self) -> Sample | None:
+    def read(self) -> Stamped | None:
         """The newest value."""
         return self.newest
 
@@ -54,12 +54,12 @@ class MeasuredSlot(Slot):
             return False
         return now - newest.stamp <= self.patience
 
-    def take(self, sample: Sample, interval: int, tick: int) -> None:
+    def take(self, sample: Stamped, interval: int, tick: int) -> None:
         """Accept a sample; a late one does not replace a newer one."""
         self.evaluated += 1
         if self.event:
             self.log.add(sample, tick)
-        held = Sample(sample.value, ALWAYS_NS) if self.constant else sample
+        held = Stamped(sample.value, ALWAYS_NS) if self.constant else sample
         if self.newest is None or held.stamp >= self.newest.stamp:
             self.newest = held
             self.version += 1
@@ -81,7 +81,7 @@ class DerivedSlot(Slot):
         self.checked = -1
         self.board = board
 
-    def read(self) -> Sample | None:
+    def read(self) -> Stamped | None:
         """The value for the present inputs; what `function` raises, every reader gets."""
         if self.checked == self.board.version:
             return self.newest
@@ -95,7 +95,7 @@ class DerivedSlot(Slot):
         self.checked = self.board.version
         return self.newest
 
-    def _evaluate(self, inputs: list[Sample | None]) -> None:
+    def _evaluate(self, inputs: list[Stamped | None]) -> None:
         self.version += 1
         values, oldest = [], ALWAYS_NS
         for sample in inputs:
@@ -105,13 +105,13 @@ class DerivedSlot(Slot):
             values.append(sample.value)
             oldest = min(oldest, sample.stamp)
         if self.newest is not None and all(map(is_, values, self.values)):
-            self.newest = Sample(self.newest.value, oldest)
+            self.newest = Stamped(self.newest.value, oldest)
             return
         self.evaluated += 1
         before = self.board.clock()
         value = self.function(*values)
         self.time_ns += self.board.clock() - before
-        self.newest, self.values = Sample(value, oldest), values
+        self.newest, self.values = Stamped(value, oldest), values
 
 
 class EstimatedSlot(Slot):
@@ -132,7 +132,7 @@ class EstimatedSlot(Slot):
         self.names = signal.of
         self.needed = frozenset(signal.needed)
         self.sources = sources
-        self.pending: list[tuple[int, int, int, Sample]] = []
+        self.pending: list[tuple[int, int, int, Stamped]] = []
         self.stamps: dict[str, int] = {}  # the newest of each input that is needed
         self.failure: Exception | None = None
         self.followers: list[tuple[EstimatedSlot, int]] = []
@@ -151,7 +151,7 @@ class EstimatedSlot(Slot):
         """What a reader gets: the value, or what the estimator has raised."""
         return self.failure if self.newest is None or self.failure else self.newest.value
 
-    def read(self) -> Sample | None:
+    def read(self) -> Stamped | None:
         """The estimate after all samples that have arrived."""
         try:
             if self.failure is not None:
@@ -176,7 +176,7 @@ class EstimatedSlot(Slot):
             self._take(interval, self.names[index], sample)
         self.time_ns += self.board.clock() - before
 
-    def _take(self, interval: int, name: str, sample: Sample) -> None:
+    def _take(self, interval: int, name: str, sample: Stamped) -> None:
         self.evaluated += 1
         self.version += 1
         self.estimator.update(name, sample)
@@ -194,7 +194,7 @@ class EstimatedSlot(Slot):
         before, stamp = self.newest, ALWAYS_NS if stamp is None else stamp
         if before is not None and before.value is value and before.stamp == stamp:
             return  # those who rest on it have heard that
-        self.newest = Sample(value, stamp)
+        self.newest = Stamped(value, stamp)
         for follower, index in self.followers:
             follower.pending.append((interval, arrived, index, self.newest))
 
@@ -202,7 +202,7 @@ class EstimatedSlot(Slot):
         return min(self.stamps.values(), default=None)
 
 
-def _arrival(waiting: tuple[int, int, int, Sample]) -> tuple[int, int, int]:
+def _arrival(waiting: tuple[int, int, int, Stamped]) -> tuple[int, int, int]:
     return waiting[:3]
 
 

@@ -65,7 +65,7 @@ Outcome = str | tuple[str, Mapping[str, Any]]  # with the outputs of this outcom
 Run = Generator[Yielded, None, Outcome]
 
 
-class Sample(typing.NamedTuple):
+class Stamped(typing.NamedTuple):
     """One value of a signal and the instant it was true, in ns; `ALWAYS_NS`: it does not age."""
 
     value: Any
@@ -88,7 +88,7 @@ class Context(Protocol):
         """The newest value; `None` if there is none or it is older than `reads` accepts."""
         ...
 
-    def sample(self, signal: str) -> Sample | None:
+    def sample(self, signal: str) -> Stamped | None:
         """The newest value with its stamp, whatever its age."""
         ...
 
@@ -96,7 +96,7 @@ class Context(Protocol):
         """How old the newest value is, s, whatever its age; infinite if there is none."""
         ...
 
-    def events(self, signal: str) -> tuple[Sample, ...]:
+    def events(self, signal: str) -> tuple[Stamped, ...]:
         """What arrived on an event signal since this state last asked, or was entered."""
         ...
 

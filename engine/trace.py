@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 RawRecord = tuple[Any, ...]
 
 
-class Record(NamedTuple):
+class TraceRecord(NamedTuple):
     """One thing that happened at `time`, in ns.
 
     ======== =========================== ===============================
@@ -47,7 +47,7 @@ class Trace:
         self.raw: list[RawRecord] = []
         self.add = self.raw.append
 
-    def __iter__(self) -> Iterator[Record]:
+    def __iter__(self) -> Iterator[TraceRecord]:
         for record in self.raw:
             yield from _expanded(record)
 
@@ -74,26 +74,28 @@ class Trace:
         return [record.subject for record in entered if record.subject not in boxes]
 
 
-def _expanded(raw: RawRecord) -> Iterator[Record]:
+def _expanded(raw: RawRecord) -> Iterator[TraceRecord]:
     kind, time, subject = raw[:3]
     if kind == "hand_over":
         outcome, target = raw[3], raw[4]
-        yield Record(time, "outcome", subject.path, (outcome,))
-        yield Record(time, "exit", subject.path, ("outcome",))
-        yield Record(time, "move", subject.parent.path, (subject.name, outcome, target.name))
-        yield Record(time, "enter", target.path)
+        yield TraceRecord(time, "outcome", subject.path, (outcome,))
+        yield TraceRecord(time, "exit", subject.path, ("outcome",))
+        yield TraceRecord(time, "move", subject.parent.path, (subject.name, outcome, target.name))
+        yield TraceRecord(time, "enter", target.path)
     elif kind == "end":
-        yield Record(time, "outcome", subject.path, (raw[3],))
+        yield TraceRecord(time, "outcome", subject.path, (raw[3],))
         for closed in raw[4]:
-            yield Record(time, "exit", closed.path, ("preempted",))
-        yield Record(time, "exit", subject.path, ("error" if raw[3] == "error" else "outcome",))
+            yield TraceRecord(time, "exit", closed.path, ("preempted",))
+        yield TraceRecord(
+            time, "exit", subject.path, ("error" if raw[3] == "error" else "outcome",)
+        )
     elif kind == "lost":
-        yield Record(time, "outcome", subject.path, (raw[3],))
-        yield Record(time, "exit", subject.path, ("lost",))
+        yield TraceRecord(time, "outcome", subject.path, (raw[3],))
+        yield TraceRecord(time, "exit", subject.path, ("lost",))
     elif kind == "data":
-        yield Record(time, kind, subject.path, (raw[3], raw[4]))
+        yield TraceRecord(time, kind, subject.path, (raw[3], raw[4]))
     else:
-        yield Record(time, kind, subject.path, raw[3:])
+        yield TraceRecord(time, kind, subject.path, raw[3:])
 
 
 def encode(value: Any) -> str:

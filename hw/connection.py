@@ -17,7 +17,7 @@ peers:                      # fakes that start with it, and end with it
 
 A driver is a class, named as `module:Class`. It is called with the other values of its entry; one
 that has a parameter `now` gets a function that gives the time of the run in ns, for the stamps of
-its samples, and one that has a parameter `opening` an `Opening`. `link: NAME` and `tells: NAME`
+its samples, and one that has a parameter `opening` an `RunInfo`. `link: NAME` and `tells: NAME`
 become the link or the peer of that name. Peers are opened first, then links, in the order of the
 file, then parts; only what is needed is opened, and all is closed the other way round. What has a
 method `wait` starts in the background; it is waited for before the next group is opened. The text
@@ -42,7 +42,7 @@ from engine.files.record import Name, record
 from engine.files.units import Acceleration, AngularAcceleration, AngularSpeed, Speed
 from engine.files.values import Range, shown
 from hw.robot import MotionLimits, RobotModel, load_robot
-from hw.safety_limits import SafetyLimits
+from hw.safety.limits import SafetyLimits
 from hw.scene import Scene
 from hw.sim.errors import SensorErrors
 from hw.sim.sensors import IDEAL, SensorModel
@@ -51,12 +51,12 @@ from hw.tracking import Tracking
 FOLDER = Path(__file__).parent / "connections"
 REFERS = ("link", "tells")
 """The arguments that name a link."""
-Plant = Literal["parts", "mock"]
+PlantKind = Literal["parts", "mock"]
 _DRIVER = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*\Z")
 
 
 @dataclass(frozen=True, slots=True)
-class Served:
+class ServedPart:
     """One part, link or peer: the module and class of its driver, and what that is called with."""
 
     module: str
@@ -123,12 +123,12 @@ class Connection:
     name: str
     about: str
     model: str | None
-    parts: Mapping[str, Served]
-    links: Mapping[str, Served] = field(default_factory=lambda: MappingProxyType({}))
-    peers: Mapping[str, Served] = field(default_factory=lambda: MappingProxyType({}))
+    parts: Mapping[str, ServedPart]
+    links: Mapping[str, ServedPart] = field(default_factory=lambda: MappingProxyType({}))
+    peers: Mapping[str, ServedPart] = field(default_factory=lambda: MappingProxyType({}))
     limits: Narrowed = Narrowed()
     real: bool = False
-    plant: Plant = "parts"
+    plant: PlantKind = "parts"
     scene: str | None = None
     proven: str | None = None
     told: tuple[str, ...] = ()
@@ -141,7 +141,7 @@ class Connection:
         return self.name if Path(self.file).parent == FOLDER else self.file
 
     @property
-    def entries(self) -> Iterator[tuple[str, Served]]:
+    def entries(self) -> Iterator[tuple[str, ServedPart]]:
         """All that it opens, by the kind of entry and its name (`links.bus`)."""
         groups = {"peers": self.peers, "links": self.links, "parts": self.parts}
         for group, served in groups.items():
@@ -156,10 +156,10 @@ class Connection:
 
 
 @dataclass(frozen=True, slots=True)
-class Play:
+class HostedScene:
     """What goes on around fakes: the room and who is in it, for the world that hosts them.
 
-    `user` is as `hw.user.open_user` takes it, None: nobody; `requests` and `stretch_m` likewise.
+    `user` is as `hw.people.user.open_user` takes it, None: nobody; `requests` and `stretch_m` likewise.
     `seed` is that of all chance, `sensors` and `sensing` how far measurements are from the truth.
     """
 
@@ -173,7 +173,7 @@ class Play:
 
 
 @dataclass(frozen=True, slots=True)
-class Opening:
+class RunInfo:
     """What a driver may want to know of the run that it is opened for.
 
     `safety.watched` says whether a part tracks people; `tracking` is where the tracking system lies
@@ -186,7 +186,7 @@ class Opening:
     motion: MotionLimits
     safety: SafetyLimits
     tracking: Tracking
-    play: Play | None = None
+    play: HostedScene | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,7 +199,7 @@ class _File:
     limits: Narrowed = Narrowed()
     links: Mapping[str, Item] = field(default_factory=dict)
     peers: Mapping[str, Item] = field(default_factory=dict)
-    plant: Plant = "parts"
+    plant: PlantKind = "parts"
     scene: Annotated[str, Item.target] | None = None
     proven: str | None = None
     told: tuple[str, ...] = ()
@@ -272,7 +272,7 @@ def _check_limits(item: Item, model: str, limits: Narrowed) -> None:
     item.inner("limits").require(limits.faults_of(body))
 
 
-def _served(item: Item, links: tuple[str, ...]) -> Served:
+def _served(item: Item, links: tuple[str, ...]) -> ServedPart:
     content = item.mapping()
     if "driver" not in content:
         raise item.error("the key 'driver' is missing", 'write driver: "module:Class"')
@@ -285,7 +285,7 @@ def _served(item: Item, links: tuple[str, ...]) -> Served:
             raise content[key].error(f"{shown(content[key].value)} is no link", f"links: {there}")
     module, _, driver = named.value.partition(":")
     arguments = {key: inner.value for key, inner in content.items()}
-    return Served(module, driver, arguments, str(named.place))
+    return ServedPart(module, driver, arguments, str(named.place))
 
 
 def _inner(value: Any) -> Iterator[str]:

@@ -17,7 +17,7 @@ from hw.prop import Placement
 
 
 @dataclass(frozen=True, slots=True)
-class Description:
+class UrdfDescription:
     """A URDF that the arm is taken from: its chain from link `base` to link `flange` (R17).
 
     The prop is screwed to `flange`, which looks along its z; `mount` is rover_from_base.
@@ -46,7 +46,7 @@ class Described:
     flange: str
     mount: Placement | None = None
 
-    def at(self, height: float) -> Description:
+    def at(self, height: float) -> UrdfDescription:
         """The description of an arm mounted at a height, m, unless it says otherwise itself."""
         mount = self.mount or Placement((0.0, 0.0, height))
-        return Description(self.file, self.base, self.flange, mount)
+        return UrdfDescription(self.file, self.base, self.flange, mount)

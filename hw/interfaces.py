@@ -18,7 +18,7 @@ from hw.samples import Sample, TimedJoints
 DriveMode = Literal["omni", "differential"]
 
 
-class Part(Protocol):
+class RobotPart(Protocol):
     """Anything that measures."""
 
     @property
@@ -31,10 +31,10 @@ class Part(Protocol):
         ...
 
 
-class Base(Part, Protocol):
+class Base(RobotPart, Protocol):
     """Wheels. Gives `base.twist`; `base.pose` where the part knows it.
 
-    Nobody commands them but their `GuardedBase` (`hw.guarded`), which is the part `base` of a run.
+    Nobody commands them but their `GuardedBase` (`hw.safety.guarded`), which is the part `base` of a run.
     """
 
     @property
@@ -63,7 +63,7 @@ class Base(Part, Protocol):
         ...
 
 
-class Arm(Part, Protocol):
+class Arm(RobotPart, Protocol):
     """A jointed arm. Gives `arm.joints`."""
 
     def follow(self, points: Sequence[TimedJoints]) -> int:
@@ -87,7 +87,7 @@ class Arm(Part, Protocol):
         ...
 
 
-class Gripper(Part, Protocol):
+class Gripper(RobotPart, Protocol):
     """Holds the prop. Gives `gripper.state`."""
 
     def open_to(self, opening: float) -> None:
@@ -99,7 +99,7 @@ class Gripper(Part, Protocol):
         ...
 
 
-class Wrench(Part, Protocol):
+class Wrench(RobotPart, Protocol):
     """Force and torque at the flange. Gives `wrench.reading`."""
 
     def zero(self) -> None:
@@ -107,27 +107,27 @@ class Wrench(Part, Protocol):
         ...
 
 
-class Lidar(Part, Protocol):
+class Lidar(RobotPart, Protocol):
     """One or more laser scanners. Gives `base.scan`, stamped at the first beam."""
 
 
-class Imu(Part, Protocol):
+class Imu(RobotPart, Protocol):
     """Rates and accelerations. Gives `base.imu`."""
 
 
-class Wheels(Part, Protocol):
+class WheelOdometry(RobotPart, Protocol):
     """What the wheels have turned, where it is not the base that tells. Gives `base.odometry`."""
 
 
-class RoverTrackers(Part, Protocol):
+class RoverTrackers(RobotPart, Protocol):
     """Trackers of the VR system on the rover (R8). Gives `rover.tracker` of each that is seen."""
 
 
-class Trackers(Part, Protocol):
+class Trackers(RobotPart, Protocol):
     """Tracking of the person (R7, R13, R14). Gives `user.pose`; nothing while tracking is lost."""
 
 
-class Vr(Part, Protocol):
+class Vr(RobotPart, Protocol):
     """The virtual world. Gives `vr.haptic_request`, `vr.release`, `vr.restart`.
 
     When its link is lost a driver ends the request under way: `vr.haptic_request` is None. One that
@@ -140,11 +140,11 @@ class Vr(Part, Protocol):
         ...
 
 
-class Bumper(Part, Protocol):
+class Bumper(RobotPart, Protocol):
     """Foam with switches (R4). Gives `bumper.hit`; a touch also pulls the stop line (R5)."""
 
 
-class StopLine(Part, Protocol):
+class StopLine(RobotPart, Protocol):
     """The latched software stop in front of all motion (R48, R49). Gives `stop.engaged`.
 
     It is no safety device: the hardware's own emergency stop is another line (R54).
@@ -159,7 +159,7 @@ class StopLine(Part, Protocol):
         ...
 
 
-class Operator(Part, Protocol):
+class RemoteOperator(RobotPart, Protocol):
     """The person with the remote stop (R48). Gives `operator.acknowledge`."""
 
     def report(self, fault: str) -> None:
@@ -169,8 +169,8 @@ class Operator(Part, Protocol):
 
 PARTS: Mapping[str, type] = {
     "base": Base, "arm": Arm, "gripper": Gripper, "wrench": Wrench, "lidar": Lidar, "imu": Imu,
-    "odometry": Wheels, "rover_trackers": RoverTrackers, "trackers": Trackers, "vr": Vr,
-    "bumper": Bumper, "stop_line": StopLine, "operator": Operator,
+    "odometry": WheelOdometry, "rover_trackers": RoverTrackers, "trackers": Trackers, "vr": Vr,
+    "bumper": Bumper, "stop_line": StopLine, "operator": RemoteOperator,
 }  # fmt: skip
 """The parts a robot and its surroundings may have, by name; each may be missing.
 

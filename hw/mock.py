@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
-from hw.guarded import CYCLE_NS, GuardedBase
 from hw.interfaces import DriveMode
-from hw.person import Person
+from hw.people.person import Person
 from hw.prop import GripperModel, Prop, WrenchModel
 from hw.robot import ArmModel, RobotModel
-from hw.safety_limits import SafetyLimits
+from hw.safety.guarded import CYCLE_NS, GuardedBase
+from hw.safety.limits import SafetyLimits
 from hw.samples import ArmState, GripperState, Joints, Sample, TimedJoints
 from hw.scene import Scene
 from hw.sim.arm import STOPPED, JointCourse, refusal

@@ -19,7 +19,7 @@ TURNS = 4.0 * math.pi
 
 Coordinate = Annotated[Length, Range(-FAR, FAR)]
 AnyAngle = Annotated[Angle, Range(-TURNS, TURNS)]
-Place = tuple[Coordinate, Coordinate]
+PlanePoint = tuple[Coordinate, Coordinate]
 
 
 @dataclass(frozen=True, slots=True)

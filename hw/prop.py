@@ -32,10 +32,10 @@ FLANGE = 6
 """The link that the prop turns with: the last of six."""
 
 Coordinate = Annotated[Length, Range(-10.0, 10.0)]
-Point = tuple[Coordinate, Coordinate, Coordinate]
+Point3 = tuple[Coordinate, Coordinate, Coordinate]
 Angles = tuple[AnyAngle, AnyAngle, AnyAngle]
 Six = tuple[AnyAngle, AnyAngle, AnyAngle, AnyAngle, AnyAngle, AnyAngle]
-Reach = Annotated[Length, Range(-1.0, 1.0)]
+ToolLength = Annotated[Length, Range(-1.0, 1.0)]
 Radius = Annotated[Length, Range(0.001, 1.0)]
 
 
@@ -43,7 +43,7 @@ Radius = Annotated[Length, Range(0.001, 1.0)]
 class Placement:
     """Where a frame sits in its parent: xyz in m, rpy (fixed axes x, y, z, as in URDF) in rad."""
 
-    xyz: Point = (0.0, 0.0, 0.0)
+    xyz: Point3 = (0.0, 0.0, 0.0)
     rpy: Angles = (0.0, 0.0, 0.0)
 
 
@@ -56,8 +56,8 @@ class Capsule:
 
     link: int
     part: str
-    start: Point
-    end: Point
+    start: Point3
+    end: Point3
     radius: float
 
 
@@ -101,7 +101,7 @@ class Prop:
     about: str = ""
     gripper: GripperModel | None = None
     wrench: WrenchModel | None = None
-    center_of_mass: Point = (0.0, 0.0, 0.0)
+    center_of_mass: Point3 = (0.0, 0.0, 0.0)
 
     @property
     def length(self) -> float:
@@ -125,8 +125,8 @@ def load_prop(name_or_path: str | Path = "prop") -> Prop:
 
 @dataclass(frozen=True, slots=True)
 class _Capsule:
-    start: Point
-    end: Point
+    start: Point3
+    end: Point3
     radius: Radius
 
 
@@ -141,7 +141,7 @@ class _Prop:
     about: str = ""
     gripper: GripperModel | None = None
     wrench: WrenchModel | None = None
-    center_of_mass: tuple[Reach, Reach, Reach] | None = None
+    center_of_mass: tuple[ToolLength, ToolLength, ToolLength] | None = None
 
 
 def _prop(item: Item) -> Prop:

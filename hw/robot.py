@@ -26,7 +26,7 @@ from engine.files.units import (
 )
 from engine.files.values import Count, Range
 from hw.calibration import load_calibration
-from hw.description import Described, Description
+from hw.description import Described, UrdfDescription
 from hw.interfaces import DriveMode
 from hw.prop import Placement, Prop, Six, load_prop
 from hw.samples import Joints, TimedJoints
@@ -134,7 +134,7 @@ class ArmModel:
     stop_deceleration: float
     parked: Joints
     calibration: tuple[Placement, ...] | None = None
-    urdf: Description | None = None
+    urdf: UrdfDescription | None = None
 
     def check(self, joints: Joints) -> None:
         """Refuse joint angles no arm of this kind can have.

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from engine.files.item import Fault, Item
 from engine.files.record import reader_of
-from hw.places import Place
+from hw.places import PlanePoint
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -40,7 +40,7 @@ class Disc:
         return Disc(self.x, self.y, max(self.radius, min(self.radius + margin, nearest)))
 
 
-_corners = reader_of(tuple[Place, ...])
+_corners = reader_of(tuple[PlanePoint, ...])
 
 
 def ring(item: Item) -> Ring:

@@ -42,7 +42,7 @@ from hw.geometry import Pose2, Pose3, Twist2
 Joints = tuple[float, ...]
 TimedJoints = tuple[float, Joints]
 """Where the joints are to be at a time, s from the start of the move."""
-Check = Callable[[Any, int], bool]
+SampleCheck = Callable[[Any, int], bool]
 """Is a value finite, looked into so many levels deep?"""
 DEEPEST = 16
 """Samples are not nested deeper, and hold no cycles."""
@@ -227,15 +227,15 @@ def _finite(value: object, left: int) -> bool:
     return left > 0 and _CHECKS[type(value)](value, left - 1)
 
 
-class _Checks(dict[type, Check]):
+class _Checks(dict[type, SampleCheck]):
     """How to look at values of a class; each class is taken apart once."""
 
-    def __missing__(self, kind: type) -> Check:
+    def __missing__(self, kind: type) -> SampleCheck:
         check = self[kind] = _check_of(kind)
         return check
 
 
-def _check_of(kind: type) -> Check:
+def _check_of(kind: type) -> SampleCheck:
     if dataclasses.is_dataclass(kind):
         return _check_of_fields(kind)
     if issubclass(kind, complex):
@@ -267,7 +267,7 @@ def _is_finite_array(array: Any, left: int) -> bool:
     return kind not in "fc" or array.size == 0 or math.isfinite(abs(array).max())
 
 
-def _check_of_attributes(kind: type) -> Check:
+def _check_of_attributes(kind: type) -> SampleCheck:
     slots = [
         name
         for cls in kind.__mro__
@@ -283,7 +283,7 @@ def _check_of_attributes(kind: type) -> Check:
     return check
 
 
-def _check_of_fields(kind: type) -> Check:
+def _check_of_fields(kind: type) -> SampleCheck:
     """Fields declared as numbers are added up in one expression; others are looked into.
 
     A sum is finite only if all its terms are.
@@ -304,7 +304,7 @@ def _check_of_fields(kind: type) -> Check:
     terms = [f"isfinite({' + '.join(sums)})"] if sums else []
     expression = " and ".join(terms + parts) or "True"
     names = {"isfinite": math.isfinite, "finite": _finite}
-    check: Check = eval(f"lambda v, left: {expression}", names)
+    check: SampleCheck = eval(f"lambda v, left: {expression}", names)
     return check
 
 

@@ -39,8 +39,8 @@ from engine.files.text import is_file
 from engine.files.units import Length
 from engine.files.values import Range
 from hw.geometry import Pose2
-from hw.interaction import Surface
-from hw.places import Place, Pose
+from hw.people.interaction import Surface
+from hw.places import PlanePoint, Pose
 from hw.room import MIN_WIDTH, Room
 from hw.things import Thing
 from hw.tracking_file import TrackingFile, load_tracking
@@ -125,8 +125,8 @@ class _User:
 
 @dataclass(frozen=True, slots=True)
 class _Surface:
-    from_: Place
-    to: Place
+    from_: PlanePoint
+    to: PlanePoint
     low: Annotated[Length, Range(0.0, 100.0)] = 0.0
     high: Annotated[Length, Range(0.0, 100.0)] = 2.0
 

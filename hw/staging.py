@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from engine.files.item import Item, gather, load_yaml
+from hw.people.user import open_user
 from hw.robot import load_robot
 from hw.scene import Scene, scene_from
 from hw.sim.contact import rectangle_segment_distance
-from hw.user import open_user
 
 
 def check_scene(file: Path) -> None:

@@ -19,8 +19,8 @@ from typing import Annotated, Literal, NamedTuple
 from engine.files.item import Fault
 from engine.files.units import Duration, Length, Speed
 from engine.files.values import Range
-from hw.person import RADIUS
-from hw.places import Place
+from hw.people.person import RADIUS
+from hw.places import PlanePoint
 
 _SIZES = {"chair": (0.25, 0.9), "person": (RADIUS, 1.8)}
 """Radius and height, m, if nothing is said."""
@@ -32,7 +32,7 @@ class Body(NamedTuple):
 
     radius: float
     height: float
-    at: Callable[[int], Place | None]
+    at: Callable[[int], PlanePoint | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,12 +40,12 @@ class Thing:
     """A checked object of a scene; s, m, m/s."""
 
     kind: Literal["chair", "person"]
-    at: Place
+    at: PlanePoint
     radius: Annotated[Length, Range(0.02, 2.0)] | None = None
     height: Annotated[Length, Range(0.1, 3.0)] | None = None
     appears: Time = 0.0
     leaves: Time | None = None
-    walks: tuple[Place, ...] = ()
+    walks: tuple[PlanePoint, ...] = ()
     speed: Annotated[Speed, Range(0.01, 5.0)] = 1.0
     again: bool = False
 
@@ -65,7 +65,7 @@ class Thing:
         radius, height = _SIZES[self.kind]
         return Body(self.radius or radius, self.height or height, self.place)
 
-    def place(self, time_ns: int) -> Place | None:
+    def place(self, time_ns: int) -> PlanePoint | None:
         """Where it is at an instant of the run; None: it is not there."""
         since = time_ns * 1e-9 - self.appears
         if since < 0.0 or (self.leaves is not None and time_ns * 1e-9 >= self.leaves):
@@ -81,7 +81,7 @@ class Thing:
         return _along(places, way)
 
 
-def _along(places: tuple[Place, ...], way: float) -> Place:
+def _along(places: tuple[PlanePoint, ...], way: float) -> PlanePoint:
     """The place after so many metres of a line through places; its end beyond."""
     for (x1, y1), (x2, y2) in pairwise(places):
         length = math.hypot(x2 - x1, y2 - y1)

@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple, Protocol
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
-from hw.safety_limits import LATE_S, OLD_S
+from hw.safety.limits import LATE_S, OLD_S
 from hw.samples import UserPose
 
 READS: Mapping[str, float | None] = {
@@ -25,7 +25,7 @@ READS: Mapping[str, float | None] = {
 """What a state must declare to ask for robot and user."""
 
 
-class Reader(Protocol):
+class SignalReader(Protocol):
     """What is asked of a state's context."""
 
     def value(self, signal: str) -> Any:
@@ -37,7 +37,7 @@ class Reader(Protocol):
         ...
 
 
-class Robot(NamedTuple):
+class RobotNow(NamedTuple):
     """Where the robot is now: map_from_base, its velocity in the base frame, share of the speed."""
 
     pose: Pose2
@@ -45,7 +45,7 @@ class Robot(NamedTuple):
     share: float
 
 
-class User(NamedTuple):
+class UserNow(NamedTuple):
     """Where the user is now, their velocity in the map (None: not known), share of the speed."""
 
     pose: UserPose
@@ -53,7 +53,7 @@ class User(NamedTuple):
     share: float
 
 
-def robot(ctx: Reader) -> Robot | None:
+def robot(ctx: SignalReader) -> RobotNow | None:
     """The robot now; None while pose or velocity are unknown or too old."""
     pose, twist = ctx.value("base.pose"), ctx.value("base.twist")
     if pose is None or twist is None:
@@ -61,30 +61,30 @@ def robot(ctx: Reader) -> Robot | None:
     age = ctx.age("base.pose")
     oldest = max(age, ctx.age("base.twist"))
     if oldest <= LATE_S:
-        return Robot(pose, twist, 1.0)
+        return RobotNow(pose, twist, 1.0)
     if age > LATE_S:
         pose = _taken_on(pose, twist.rotated(pose.yaw), age)
-    return Robot(pose, twist, share_at(oldest))
+    return RobotNow(pose, twist, share_at(oldest))
 
 
-def user(ctx: Reader) -> User | None:
+def user(ctx: SignalReader) -> UserNow | None:
     """The user now; None while their pose is unknown or too old."""
     pose, velocity = ctx.value("user.pose"), ctx.value("user.velocity")
     if pose is None:
         return None
     age = ctx.age("user.pose")
     if age <= LATE_S:
-        return User(pose, velocity, 1.0)
+        return UserNow(pose, velocity, 1.0)
     motion = velocity or STILL
     later = replace(
         pose,
         body=_taken_on(pose.body, motion, age),
         head_yaw=wrap(pose.head_yaw + motion.wz * age),
     )
-    return User(later, velocity, share_at(age))
+    return UserNow(later, velocity, share_at(age))
 
 
-class Around(NamedTuple):
+class RobotAndUser(NamedTuple):
     """What a drive goes by: the robot, the user (None: there is nobody) and how they walk, share.
 
     `walking` is the user's velocity in the map, m/s.
@@ -97,17 +97,17 @@ class Around(NamedTuple):
     share: float
 
 
-def around(ctx: Reader) -> Around | None:
+def around(ctx: SignalReader) -> RobotAndUser | None:
     """Robot and user now; None while one of them is lost. A user never seen is not there."""
     here, there = robot(ctx), user(ctx)
     if here is None:
         return None
     if there is None:
         known = ctx.age("user.pose") < math.inf
-        return None if known else Around(here.pose, here.twist, None, (0.0, 0.0), here.share)
+        return None if known else RobotAndUser(here.pose, here.twist, None, (0.0, 0.0), here.share)
     walk = there.velocity or STILL
     share = min(here.share, there.share)
-    return Around(here.pose, here.twist, there.pose, (walk.vx, walk.vy), share)
+    return RobotAndUser(here.pose, here.twist, there.pose, (walk.vx, walk.vy), share)
 
 
 def share_at(age: float) -> float:

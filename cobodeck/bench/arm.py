@@ -17,11 +17,11 @@ import numpy as np
 from behaviors.profile import load_profile
 from cobodeck.bench.arm_peers import IK_PEERS, found
 from cobodeck.bench.engine import times
-from cobodeck.bench.harness import ROUNDS, Case, Row, Work, measure, seconds_of
-from states.arm.collision import Checker, CollisionModel, Surroundings
+from cobodeck.bench.harness import ROUNDS, BenchCase, BenchRow, Work, measure, seconds_of
+from states.arm.collision import CollisionChecker, CollisionModel, Surroundings
 from states.arm.inverse import inverse
 from states.arm.kernels import Array
-from states.arm.kinematics import Chain, deviation, forward, inverted
+from states.arm.kinematics import KinematicChain, deviation, forward, inverted
 from states.arm.model import Manipulator, load_manipulator
 from states.arm.planning import (
     NoPlan,
@@ -48,7 +48,7 @@ STEP = 0.01
 """Plans are looked at again every so many rad."""
 
 
-def rows(rounds: int = ROUNDS) -> Iterator[Row]:
+def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
     """Everything, row by row."""
     arm = load_manipulator()
     warm_up(arm)
@@ -61,14 +61,14 @@ def rows(rounds: int = ROUNDS) -> Iterator[Row]:
 # inverse kinematics
 
 
-def ik_rows(arm: Manipulator, rounds: int = ROUNDS, poses: int = POSES) -> Iterator[Row]:
+def ik_rows(arm: Manipulator, rounds: int = ROUNDS, poses: int = POSES) -> Iterator[BenchRow]:
     """Batch and single times with the worst position error, and what is not solved."""
-    chain = Chain.of(arm)
+    chain = KinematicChain.of(arm)
     sets = {name: joint_sets(chain, name, poses) for name in SETS}
     for name, joints in sets.items():
         targets = forward(chain, joints)
         missed, error = ik_errors(chain, targets)
-        case = Case(
+        case = BenchCase(
             f"ik {name}",
             Work(times(partial(forward, chain, joints))),
             "forward kinematics",
@@ -76,20 +76,20 @@ def ik_rows(arm: Manipulator, rounds: int = ROUNDS, poses: int = POSES) -> Itera
         )
         (timed,) = measure(NAME, case, rounds)
         assert timed.time_us is not None
-        yield Row(
+        yield BenchRow(
             NAME, case.name, "cobodeck", "poses", poses,
             time_us=timed.time_us / poses, ratio=timed.ratio, ratio_to=timed.ratio_to,
             error=float(f"{error:.2g}"), error_unit="m, worst", reference="forward kinematics",
             goal=EXACT,
         )  # fmt: skip
-        yield Row(
+        yield BenchRow(
             NAME, f"ik {name} unsolved", "cobodeck", "poses", poses,
             error=100.0 * missed, error_unit="%", reference="the joints asked from", goal=0.0,
         )  # fmt: skip
     yield from _single_rows(chain, sets["anywhere"], rounds)
 
 
-def _single_rows(chain: Chain, joints: Array, rounds: int) -> Iterator[Row]:
+def _single_rows(chain: KinematicChain, joints: Array, rounds: int) -> Iterator[BenchRow]:
     targets = forward(chain, joints)
     flanges = inverted(chain.base) @ targets @ inverted(chain.tip)
     solvers = {"cobodeck": (lambda pose: inverse(chain, pose), targets)}
@@ -102,10 +102,10 @@ def _single_rows(chain: Chain, joints: Array, rounds: int) -> Iterator[Row]:
         )
         for quantile in (0.5, 0.99):
             took = float(np.quantile(taken, quantile)) * 1e6
-            yield Row(NAME, "ik single", name, "quantile", quantile, time_us=took)
+            yield BenchRow(NAME, "ik single", name, "quantile", quantile, time_us=took)
 
 
-def ik_errors(chain: Chain, targets: Array) -> tuple[float, float]:
+def ik_errors(chain: KinematicChain, targets: Array) -> tuple[float, float]:
     """The share of poses without a solution, and the largest position error of any solution, m."""
     solved = inverse(chain, targets)
     reached = forward(chain, solved.joints[solved.valid])
@@ -114,7 +114,7 @@ def ik_errors(chain: Chain, targets: Array) -> tuple[float, float]:
     return float((~solved.valid.any(axis=1)).mean()), float(distance.max())
 
 
-def joint_sets(chain: Chain, kind: str, count: int) -> Array:
+def joint_sets(chain: KinematicChain, kind: str, count: int) -> Array:
     """Joints (count, 6): anywhere, or at (a tenth) and near a singular wrist, elbow or shoulder."""
     rng = np.random.default_rng(SETS.index(kind))
     q = rng.uniform(-np.pi, np.pi, (count, 6))
@@ -136,20 +136,20 @@ def joint_sets(chain: Chain, kind: str, count: int) -> Array:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Problem:
+class ReachProblem:
     """rover_from_deep (4, 4) and what stands around."""
 
     deep: Array
     around: Surroundings
 
 
-def problems(count: int) -> list[Problem]:
+def problems(count: int) -> list[ReachProblem]:
     """DEEPs before the rover, seen from the paper's seven directions; the same every time."""
     rng = np.random.default_rng(SEED)
     return [_problem(rng) for _ in range(count)]
 
 
-def _problem(rng: np.random.Generator) -> Problem:
+def _problem(rng: np.random.Generator) -> ReachProblem:
     height, distance = rng.uniform(0.5, 1.6), rng.uniform(0.8, 1.2)
     yaw, pitch = np.pi - rng.choice(ANGLES), rng.uniform(-np.radians(20), np.radians(20))
     (cy, sy), (cp, sp) = (np.cos(yaw), np.sin(yaw)), (np.cos(pitch), np.sin(pitch))
@@ -164,11 +164,11 @@ def _problem(rng: np.random.Generator) -> Problem:
         if np.hypot(*outside) > radius + 0.02 and np.hypot(*(pillar - deep[:2, 3])) > radius + 0.2:
             break
     cylinders = np.array([[*person, 0.5, 0.0, 1.8], [*pillar, radius, 0.0, 2.5]])
-    return Problem(deep, Surroundings(np.zeros((0, 6)), cylinders))
+    return ReachProblem(deep, Surroundings(np.zeros((0, 6)), cylinders))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Outcome:
+class ArmOutcome:
     """What came of one problem, and how long inverse kinematics and planning took, s."""
 
     query: Query
@@ -182,7 +182,7 @@ class Outcome:
         return bool(len(goals) and self.query.checker.free(goals).any())
 
 
-def plan_rows(arm: Manipulator, profile: str, asked: list[Problem]) -> Iterator[Row]:
+def plan_rows(arm: Manipulator, profile: str, asked: list[ReachProblem]) -> Iterator[BenchRow]:
     """Planning and moving times, what is not solved, what touches and what comes out otherwise."""
     yield from _rows_of(arm, profile, asked, "cobodeck", lines_first)
     if found(["ompl"]):
@@ -190,44 +190,49 @@ def plan_rows(arm: Manipulator, profile: str, asked: list[Problem]) -> Iterator[
 
 
 def _rows_of(
-    arm: Manipulator, profile: str, asked: list[Problem], variant: str, solver: Planner
-) -> Iterator[Row]:
+    arm: Manipulator, profile: str, asked: list[ReachProblem], variant: str, solver: Planner
+) -> Iterator[BenchRow]:
     outcomes = [solved(arm, profile, problem, solver) for problem in asked]
     taken = [outcome.seconds for outcome in outcomes if outcome.reachable]
     for quantile in (0.5, 0.99):
         took = float(np.quantile(taken, quantile)) * 1e6
-        yield Row(NAME, f"plan {profile}", variant, "quantile", quantile, time_us=took)
+        yield BenchRow(NAME, f"plan {profile}", variant, "quantile", quantile, time_us=took)
     yield from _figures(profile, outcomes, variant, solver)
     moves = durations(outcomes)
-    yield Row(NAME, f"move {profile} mean", variant, time_us=float(np.mean(moves)) * 1e6)
+    yield BenchRow(NAME, f"move {profile} mean", variant, time_us=float(np.mean(moves)) * 1e6)
     for quantile in (0.5, 0.95):
         took = float(np.quantile(moves, quantile)) * 1e6
-        yield Row(NAME, f"move {profile}", variant, "quantile", quantile, time_us=took)
+        yield BenchRow(NAME, f"move {profile}", variant, "quantile", quantile, time_us=took)
 
 
-def _figures(profile: str, outcomes: list[Outcome], variant: str, solver: Planner) -> Iterator[Row]:
+def _figures(
+    profile: str, outcomes: list[ArmOutcome], variant: str, solver: Planner
+) -> Iterator[BenchRow]:
     figures: Mapping[str, tuple[float, str, str, float]] = {
         "unsolved": (100.0 * unsolved(outcomes), "% of reachable", "goals that touch nothing", 2.0),
         "touching": (touching(outcomes), "plans", f"looked at every {STEP} rad", 0.0),
         "differing": (differing(outcomes[:100], solver), "plans of 100", "planned again", 0.0),
     }
     for name, (error, unit, reference, goal) in figures.items():
-        yield Row(
+        yield BenchRow(
             NAME, f"plan {profile} {name}", variant, "problems", len(outcomes),
             error=round(error, 3), error_unit=unit, reference=reference, goal=goal,
         )  # fmt: skip
 
 
 def solved(
-    arm: Manipulator, profile: str, problem: Problem, solver: Planner = lines_first
-) -> Outcome:
+    arm: Manipulator, profile: str, problem: ReachProblem, solver: Planner = lines_first
+) -> ArmOutcome:
     """One problem with the limits and the parked pose of a profile."""
     limits, start = _limits(arm, profile), _parked(arm, profile)
-    chain, checker = Chain.of(arm), Checker.of(CollisionModel.of(arm), problem.around)
+    chain, checker = (
+        KinematicChain.of(arm),
+        CollisionChecker.of(CollisionModel.of(arm), problem.around),
+    )
     begin = perf_counter()
     query = Query(chain, checker, limits, start, goals_at(chain, problem.deep, start))
     answer = plan(query, solver)
-    return Outcome(query, answer, perf_counter() - begin)
+    return ArmOutcome(query, answer, perf_counter() - begin)
 
 
 def _limits(arm: Manipulator, profile: str) -> ArmLimits:
@@ -241,18 +246,18 @@ def _parked(arm: Manipulator, profile: str) -> Array:
     return np.array(arm.tool.parked if own is None else own)
 
 
-def durations(outcomes: list[Outcome]) -> list[float]:
+def durations(outcomes: list[ArmOutcome]) -> list[float]:
     """How long the moves take, s."""
     return [o.answer.trajectory.duration for o in outcomes if isinstance(o.answer, Plan)]
 
 
-def unsolved(outcomes: list[Outcome]) -> float:
+def unsolved(outcomes: list[ArmOutcome]) -> float:
     """The share of reachable problems without a plan."""
     reachable = [outcome for outcome in outcomes if outcome.reachable]
     return sum(isinstance(o.answer, NoPlan) for o in reachable) / len(reachable)
 
 
-def touching(outcomes: list[Outcome]) -> int:
+def touching(outcomes: list[ArmOutcome]) -> int:
     """Plans with a contact at one of the looks along them."""
     count = 0
     for outcome in outcomes:
@@ -263,7 +268,7 @@ def touching(outcomes: list[Outcome]) -> int:
     return count
 
 
-def differing(outcomes: list[Outcome], solver: Planner = lines_first) -> int:
+def differing(outcomes: list[ArmOutcome], solver: Planner = lines_first) -> int:
     """Plans that come out otherwise when asked for again, by a single bit."""
     count = 0
     for outcome in outcomes:

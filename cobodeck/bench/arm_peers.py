@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from states.arm.kernels import Array
-from states.arm.kinematics import Chain
+from states.arm.kinematics import KinematicChain
 
 MODULES = {
     "ompl": "ompl",
@@ -35,12 +35,12 @@ def _imports(module: str) -> bool:
     return True
 
 
-def _analytic(_: Chain) -> Callable[[Array], Any]:
+def _analytic(_: KinematicChain) -> Callable[[Array], Any]:
     solve: Callable[[Array], Any] = import_module("ur_analytic_ik").ur10.inverse_kinematics
     return solve
 
 
-def _toolbox(chain: Chain) -> Callable[[Array], Any]:
+def _toolbox(chain: KinematicChain) -> Callable[[Array], Any]:
     toolbox = import_module("roboticstoolbox")
     links = [toolbox.RevoluteDH(d=d, a=a, alpha=alpha) for d, a, alpha in _dh(chain)]
     ets = toolbox.DHRobot(links).ets()
@@ -51,7 +51,7 @@ def _toolbox(chain: Chain) -> Callable[[Array], Any]:
     return solve
 
 
-def _ikpy(chain: Chain) -> Callable[[Array], Any]:
+def _ikpy(chain: KinematicChain) -> Callable[[Array], Any]:
     links = [import_module("ikpy.link").DHLink(d=d, a=a, alpha=alpha) for d, a, alpha in _dh(chain)]
     arm = import_module("ikpy.chain").Chain(links, active_links_mask=[True] * len(links))
 
@@ -61,7 +61,7 @@ def _ikpy(chain: Chain) -> Callable[[Array], Any]:
     return solve
 
 
-def _dh(chain: Chain) -> list[tuple[float, float, float]]:
+def _dh(chain: KinematicChain) -> list[tuple[float, float, float]]:
     """d, a, alpha of the nominal chain."""
     d1, a2, a3, d4, d5, d6 = (float(value) for value in chain.dh)
     half = 0.5 * np.pi
@@ -75,7 +75,7 @@ def _dh(chain: Chain) -> list[tuple[float, float, float]]:
     ]
 
 
-IK_PEERS: dict[str, Callable[[Chain], Callable[[Array], Any]]] = {
+IK_PEERS: dict[str, Callable[[KinematicChain], Callable[[Array], Any]]] = {
     "ur-analytic-ik": _analytic,
     "roboticstoolbox-python": _toolbox,
     "ikpy": _ikpy,

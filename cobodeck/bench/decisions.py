@@ -20,14 +20,14 @@ from behaviors.chase_space import grid
 from behaviors.profile import load_profile, profile_names
 from behaviors.situation import Situation
 from cobodeck.bench.engine import times
-from cobodeck.bench.harness import ROUNDS, Row, Work, seconds_of
+from cobodeck.bench.harness import ROUNDS, BenchRow, Work, seconds_of
 from engine.state import Action
 from hw.geometry import Pose2, Pose3, Twist2
-from hw.person import RADIUS
+from hw.people.person import RADIUS
 from hw.robot import load_robot
 from hw.samples import UserPose
 from hw.scene import load_scene
-from states.site import Site
+from states.environment import Environment
 
 NAME, SCENE = "navigation", "lab_a"
 SITUATIONS, SEED = 200, 5
@@ -64,7 +64,7 @@ class _Moment:
         return _Base()
 
 
-def rows(rounds: int = ROUNDS, count: int = SITUATIONS) -> Iterator[Row]:
+def rows(rounds: int = ROUNDS, count: int = SITUATIONS) -> Iterator[BenchRow]:
     """Median and 95th percentile of one decision of each behaviour, by profile."""
     dodge.warm_up()
     scene = load_scene(SCENE)
@@ -79,9 +79,9 @@ def rows(rounds: int = ROUNDS, count: int = SITUATIONS) -> Iterator[Row]:
             yield _row(behaviour, profile.name, taken)
 
 
-def _row(behaviour: str, profile: str, taken: Sequence[float]) -> Row:
+def _row(behaviour: str, profile: str, taken: Sequence[float]) -> BenchRow:
     late = float(np.percentile(taken, 95.0))
-    return Row(
+    return BenchRow(
         NAME,
         f"{behaviour} decision",
         profile,
@@ -99,7 +99,7 @@ def _least(work: Callable[[], object], rounds: int) -> float:
     return min(seconds_of(one, 1) for _ in range(min(rounds, 3)))
 
 
-def decisions(site: Site, settings: Any) -> dict[str, Callable[[Situation], Any]]:
+def decisions(site: Environment, settings: Any) -> dict[str, Callable[[Situation], Any]]:
     """What each behaviour does between a sample and its decision."""
     cells, planners = grid(site, settings), site.static_planners
 
@@ -137,7 +137,7 @@ def _step(state: Action, now: Situation, more: Mapping[str, Any], **inputs: Any)
     return None
 
 
-def situations(site: Site, settings: Any, count: int) -> list[Situation]:
+def situations(site: Environment, settings: Any, count: int) -> list[Situation]:
     """Robots at random free places, and users who walk up to them; the same every time."""
     rng = np.random.default_rng(SEED)
     low, high = np.min(site.room.outer, axis=0), np.max(site.room.outer, axis=0)

@@ -8,8 +8,15 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from time import perf_counter_ns
 
-from cobodeck.bench.harness import ROUNDS, Row
-from states.navigation.disturbed import CASES, WALKERS, WALKS, Case, Result, drive_disturbed
+from cobodeck.bench.harness import ROUNDS, BenchRow
+from states.navigation.disturbed import (
+    CASES,
+    WALKERS,
+    WALKS,
+    DisturbedCase,
+    DisturbedResult,
+    drive_disturbed,
+)
 from states.navigation.local_planner import Limits, LocalPlanner, Tolerance
 from states.navigation.planners import LOCAL_PLANNERS
 from states.navigation.trials import OPEN_ROOM, TRIALS, Trial, drive
@@ -29,7 +36,7 @@ WINDOW = 0.3
 """The velocity of a user who walks is estimated over this time, s."""
 
 
-def rows(rounds: int = ROUNDS) -> Iterator[Row]:
+def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
     """All of them."""
     for trial in TRIALS:
         yield from drive_rows(trial, rounds)
@@ -37,7 +44,7 @@ def rows(rounds: int = ROUNDS) -> Iterator[Row]:
         yield from disturbed_rows(case)
 
 
-def drive_rows(trial: Trial, rounds: int = ROUNDS) -> Iterator[Row]:
+def drive_rows(trial: Trial, rounds: int = ROUNDS) -> Iterator[BenchRow]:
     """For both local planners: the median cycle, time over the least one, and intrusion."""
     for name in LOCAL_PLANNERS:
         drives = [
@@ -46,7 +53,7 @@ def drive_rows(trial: Trial, rounds: int = ROUNDS) -> Iterator[Row]:
         ]
         cycles = [min(same) / 1e9 for same in zip(*(d.cycles_ns for d in drives), strict=True)]
         time = drives[0].time if drives[0].arrived else math.inf
-        yield Row(
+        yield BenchRow(
             NAME, f"drive {trial.name}", name, "period", PERIOD,
             time_us=statistics.median(cycles) * 1e6,
             ratio=statistics.median(cycles) / PERIOD,
@@ -58,33 +65,33 @@ def drive_rows(trial: Trial, rounds: int = ROUNDS) -> Iterator[Row]:
         )  # fmt: skip
         if trial.user is not None:
             deepest = max(0.0, drives[0].intrusion)
-            yield Row(
+            yield BenchRow(
                 NAME, f"drive {trial.name} intrusion", name, "period", PERIOD,
                 error=round(100.0 * deepest, 3), error_unit="cm",
                 reference="the user's disc", goal=0.0 if name == "profile" else 3.0,
             )  # fmt: skip
 
 
-def disturbed_rows(case: Case, seeds: Iterable[int] = SEEDS) -> Iterator[Row]:
+def disturbed_rows(case: DisturbedCase, seeds: Iterable[int] = SEEDS) -> Iterator[BenchRow]:
     """For both local planners: by estimated poses, time over the least one, and intrusion."""
     own = "error of the pose" if case.within_error else "the user's disc"
     for name in LOCAL_PLANNERS:
         found = [(least, result) for seed in seeds for least, result in _driven(case, name, seed)]
         if math.isfinite(case.over):
             over = [100.0 * (result.time / least - 1.0) for least, result in found]
-            yield Row(
+            yield BenchRow(
                 NAME, f"drives, {case.name}", name,
                 error=round(statistics.fmean(over), 3), error_unit="% over the least time, mean",
                 reference="direct transcription, 120 intervals", goal=case.over,
             )  # fmt: skip
         deepest = max(case.depth(result) for _, result in found)
-        yield Row(
+        yield BenchRow(
             NAME, f"drives, {case.name}: intrusion", name,
             error=round(100.0 * max(0.0, deepest), 3), error_unit="cm", reference=own, goal=0.0,
         )  # fmt: skip
 
 
-def _driven(case: Case, name: str, seed: int) -> Iterator[tuple[float, Result]]:
+def _driven(case: DisturbedCase, name: str, seed: int) -> Iterator[tuple[float, DisturbedResult]]:
     """Least time and outcome of each drive; one that did not arrive took for ever."""
     if case in WALKERS:
         for walk in WALKS:

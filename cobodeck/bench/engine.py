@@ -14,17 +14,17 @@ from typing import Any
 import yaml
 
 from cobodeck.bench import harness
-from cobodeck.bench.harness import Case, Row, Work
+from cobodeck.bench.harness import BenchCase, BenchRow, Work
 from cobodeck.bench.states import STATES, Once, Trip, Watch, Working
 from engine.board import Board
-from engine.clock import Grid
+from engine.clock import TickGrid
 from engine.load import load_text
 from engine.machine import Leaf, Machine
-from engine.run import Run
+from engine.run import ChartRun
 from engine.signals import Measured, declare
 from engine.state import interface
 
-GRID = Grid(30)
+GRID = TickGrid(30)
 SIGNALS = 20
 NAME = "engine"
 
@@ -78,7 +78,7 @@ states:
 """
 
 
-def rows(rounds: int = harness.ROUNDS) -> Iterator[Row]:
+def rows(rounds: int = harness.ROUNDS) -> Iterator[BenchRow]:
     """Measure everything, row by row."""
     from cobodeck.bench import peers
 
@@ -87,7 +87,7 @@ def rows(rounds: int = harness.ROUNDS) -> Iterator[Row]:
     yield from costs(peers.found())
 
 
-def cases(others: dict[str, Any]) -> Iterator[Case]:
+def cases(others: dict[str, Any]) -> Iterator[BenchCase]:
     """The timed comparisons; `others` are the peers that are installed."""
     run, steps = started(PAIR)
 
@@ -97,24 +97,28 @@ def cases(others: dict[str, Any]) -> Iterator[Case]:
 
     bare = loop(steps)
     name = "for step in steps: step()"
-    yield Case("tick_pair", bare, name, beside("pair", ticking(run)), "signals", SIGNALS, 3.5)
+    yield BenchCase("tick_pair", bare, name, beside("pair", ticking(run)), "signals", SIGNALS, 3.5)
     traced = {"cobodeck": ticking(run, traced=True)}
-    yield Case("tick_pair_traced", bare, name, traced, "signals", SIGNALS, 6)
+    yield BenchCase("tick_pair_traced", bare, name, traced, "signals", SIGNALS, 6)
     run, steps = started(HUNDRED)
-    yield Case("parallel_100", loop(steps), name, beside("hundred", ticking(run)), "nodes", 100, 3)
+    yield BenchCase(
+        "parallel_100", loop(steps), name, beside("hundred", ticking(run)), "nodes", 100, 3
+    )
     run, _ = started(STEPS)
     name = "the same steps, cls() and run()"
-    yield Case("transition", Work(_bare_steps), name, beside("steps", ticking(run)), goal=4)
+    yield BenchCase("transition", Work(_bare_steps), name, beside("steps", ticking(run)), goal=4)
     run, _ = started(GUARDED)
-    yield Case("guard_exit", Work(_bare_guarded), name, beside("guarded", ticking(run)), goal=8)
+    yield BenchCase(
+        "guard_exit", Work(_bare_guarded), name, beside("guarded", ticking(run)), goal=8
+    )
     yield _loading(beside)
     small, _ = started(READING.replace("SIZE", "1"))
     large, _ = started(READING.replace("SIZE", "10000"))
     own = {"cobodeck": ticking(large)}
-    yield Case("read_10000", ticking(small), "reading a float", own, "numbers", 10_000, 1.1)
+    yield BenchCase("read_10000", ticking(small), "reading a float", own, "numbers", 10_000, 1.1)
 
 
-def _loading(beside: Callable[[str, Work], dict[str, Work]]) -> Case:
+def _loading(beside: Callable[[str, Work], dict[str, Work]]) -> BenchCase:
     from engine.check import check
 
     text = large_chart()
@@ -127,23 +131,23 @@ def _loading(beside: Callable[[str, Work], dict[str, Work]]) -> Case:
     bare = Work(times(lambda: yaml.load(text, yaml.CSafeLoader)))
     own = Work(times(ours))
     variants = beside("loading", own)
-    return Case("load_1000", bare, "C-YAML parse of the file", variants, "leaves", 1000, 3)
+    return BenchCase("load_1000", bare, "C-YAML parse of the file", variants, "leaves", 1000, 3)
 
 
-def started(text: str) -> tuple[Run, list[Callable[[], Any]]]:
+def started(text: str) -> tuple[ChartRun, list[Callable[[], Any]]]:
     """A run of a chart after some ticks, with signals that nobody delivers; its leaves' steps."""
     library = load_text(text)
     assert not library.findings, library.findings
     machine = Machine(next(iter(library.values())), library, INTERFACES)
     signals = declare(Measured(f"signal_{n}") for n in range(SIGNALS))
-    run = Run(machine, Board(signals))
+    run = ChartRun(machine, Board(signals))
     for now in NOWS[:4]:
         run.tick(now)
     active = [leaf for leaf in machine.leaves if isinstance(leaf, Leaf) and leaf.generator]
     return run, [leaf.generator.__next__ for leaf in active if leaf.generator]
 
 
-def ticking(run: Run, *, traced: bool = False) -> Work:
+def ticking(run: ChartRun, *, traced: bool = False) -> Work:
     """Ticks of a run; `traced`: each writes a record."""
     add, root = run.trace.add, run.machine.root
 
@@ -239,17 +243,17 @@ def large_chart(boxes: int = 10, steps: int = 99) -> str:
     return "\n".join(lines) + "\n"
 
 
-def costs(others: dict[str, Any]) -> Iterator[Row]:
+def costs(others: dict[str, Any]) -> Iterator[BenchRow]:
     """Import time and memory of the engine and of the peers, each import in its own process."""
     modules = {"cobodeck": "engine.run, engine.load, engine.check"}
     modules |= {name: peer.MODULES for name, peer in others.items()}
     for variant, names in modules.items():
         seconds, megabytes = _import_cost(names)
-        yield Row(NAME, "import", variant, "MB", megabytes, seconds * 1e6)
+        yield BenchRow(NAME, "import", variant, "MB", megabytes, seconds * 1e6)
     loads = {"cobodeck": lambda: Machine(*_large_machine())}
     loads |= {name: peer.load for name, peer in others.items() if hasattr(peer, "load")}
     for variant, load in loads.items():
-        yield Row(NAME, "memory_1000", variant, "MB", _kept_megabytes(load))
+        yield BenchRow(NAME, "memory_1000", variant, "MB", _kept_megabytes(load))
 
 
 def _large_machine() -> tuple[Any, ...]:

@@ -35,7 +35,7 @@ class Work:
 
 
 @dataclass(frozen=True, slots=True)
-class Case:
+class BenchCase:
     """Alternatives that do the same. `limit` is what their times are divided by."""
 
     name: str
@@ -48,7 +48,7 @@ class Case:
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class BenchRow:
     """One line of a result: time in µs, ratio to `ratio_to`, error if there is one."""
 
     bench: str
@@ -79,7 +79,9 @@ class _Times:
         self.seconds.append(seconds_of(self.work, self.count) / self.count)
 
 
-def measure(bench: str, case: Case, rounds: int = ROUNDS, round_s: float = ROUND_S) -> list[Row]:
+def measure(
+    bench: str, case: BenchCase, rounds: int = ROUNDS, round_s: float = ROUND_S
+) -> list[BenchRow]:
     """Time all alternatives of a case; one row each."""
     limit = _prepare(case.limit, round_s)
     taken = {name: _prepare(work, round_s) for name, work in case.variants.items()}
@@ -88,7 +90,7 @@ def measure(bench: str, case: Case, rounds: int = ROUNDS, round_s: float = ROUND
         for times in taken.values():
             times.take()
     return [
-        Row(
+        BenchRow(
             bench,
             case.name,
             variant,

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from cobodeck.bench.engine import times
-from cobodeck.bench.harness import ROUNDS, Row, Work, seconds_of
+from cobodeck.bench.harness import ROUNDS, BenchRow, Work, seconds_of
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.robot import MotionLimits, load_robot
 from hw.samples import Odometry, Sample, Scan
@@ -34,7 +34,7 @@ from states.localization.localizer import Localizer
 from states.localization.planar import PlanarFilter, planar_config
 from states.localization.scan_tracker import TrackerValues, match
 from states.localization.scans import Cloud, cloud_of, middle_ns, span_ns
-from states.localization.sources import FilterConfig, Measurement, Noise, Source
+from states.localization.sources import FilterConfig, Measurement, MeasurementSource, ProcessNoise
 from states.localization.spatial import AXES, SpatialFilter
 from states.localization.trail import Trail
 from states.localization.transforms import TransformBuffer
@@ -77,7 +77,7 @@ class Ride:
         return self.poses[after - 1].between(self.poses[after], share)
 
 
-def rows(rounds: int = ROUNDS) -> Iterator[Row]:
+def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
     """Everything, row by row."""
     drawn = room_field(load_scene(SCENE).room)
     yield from particle_rows(drawn)
@@ -134,7 +134,7 @@ def clouds(beams: int) -> Iterator[tuple[Cloud, Pose2, Pose2]]:
 # particles
 
 
-def particle_rows(field: Field) -> Iterator[Row]:
+def particle_rows(field: Field) -> Iterator[BenchRow]:
     """One thing after the other is changed."""
     usual = AmclValues(min_particles=500, max_particles=500)
     for count in PARTICLES:
@@ -148,7 +148,7 @@ def particle_rows(field: Field) -> Iterator[Row]:
         yield _particle_row("resolution", resolution, field, replace(usual, resolution=resolution))
 
 
-def _particle_row(knob: str, value: float, field: Field, values: AmclValues) -> Row:
+def _particle_row(knob: str, value: float, field: Field, values: AmclValues) -> BenchRow:
     particles = Amcl(field, values)
     took, errors = [], []
     for number, (cloud, wheels, true) in enumerate(clouds(values.laser_max_beams)):
@@ -165,7 +165,7 @@ def _particle_row(knob: str, value: float, field: Field, values: AmclValues) -> 
 # matching
 
 
-def match_rows(drawn: Field) -> Iterator[Row]:
+def match_rows(drawn: Field) -> Iterator[BenchRow]:
     """Scan to field, drawn or of cells."""
     usual = TrackerValues()
     for beams in MATCHED_BEAMS:
@@ -180,7 +180,7 @@ def match_rows(drawn: Field) -> Iterator[Row]:
 
 def _match_row(
     knob: str, value: float, field: Field, values: TrackerValues, goal: float | None
-) -> Row:
+) -> BenchRow:
     took, errors = [], []
     pose: Pose2 | None = None
     before = Pose2(0.0, 0.0)
@@ -194,7 +194,7 @@ def _match_row(
     return _compared(_timed("match", took, "match"), knob, value, _rmse(errors), goal)
 
 
-def localizer_row(field: Field) -> Row:
+def localizer_row(field: Field) -> BenchRow:
     """The whole: time per second of the drive, and the error of what it publishes."""
     robot, found = load_robot(ROBOT), ride()
     localizer = Localizer(field, robot.sensing, Tracking.of(robot.sensing), found.poses[0])
@@ -207,7 +207,7 @@ def localizer_row(field: Field) -> Row:
             true = found.true(localizer.stamp_ns)
             errors.append(localizer.pose.distance_to(true))
     seconds = found.stamps[-1] * 1e-9
-    return Row(
+    return BenchRow(
         NAME, "localizer", "cobodeck", time_us=took / seconds * 1e6, ratio=took / seconds,
         ratio_to="real time", error=round(100.0 * _rmse(errors), 3), error_unit="cm rmse", goal=3.0,
     )  # fmt: skip
@@ -216,16 +216,21 @@ def localizer_row(field: Field) -> Row:
 # single steps
 
 
-def step_rows(rounds: int) -> Iterator[Row]:
+def step_rows(rounds: int) -> Iterator[BenchRow]:
     """One prediction with one correction, and one look-up over five edges."""
     planar = PlanarFilter(
-        planar_config(Source("wheels", ("vx", "vy", "wz"), gate=None), Source("scan", POSE))
+        planar_config(
+            MeasurementSource("wheels", ("vx", "vy", "wz"), gate=None),
+            MeasurementSource("scan", POSE),
+        )
     )
     yield _step_row("filter planar", "planar", _filtering(planar, "scan", 3), rounds)
     axes = ("x", "y", "z", "roll", "pitch", "yaw")
     none, some = (0.0,) * len(AXES), (1e-3,) * len(AXES)
-    noise = Noise(some, none, none)
-    spatial = SpatialFilter(FilterConfig((Source("pose", axes),), noise, (1.0,) * len(AXES)))
+    noise = ProcessNoise(some, none, none)
+    spatial = SpatialFilter(
+        FilterConfig((MeasurementSource("pose", axes),), noise, (1.0,) * len(AXES))
+    )
     yield _step_row("filter 15 states", "spatial", _filtering(spatial, "pose", 6), rounds)
     for cache_s in (10.0, 1000.0):
         row = _step_row("lookup 5 edges", "lookup", _looking(cache_s), rounds)
@@ -256,20 +261,24 @@ def _looking(cache_s: float) -> Callable[[], object]:
     return lambda: buffer.lookup("map", "tool", at)
 
 
-def _step_row(name: str, most: str, step: Callable[[], object], rounds: int) -> Row:
+def _step_row(name: str, most: str, step: Callable[[], object], rounds: int) -> BenchRow:
     work = Work(times(step))
     seconds_of(work, 100)
     took = [seconds_of(work, 500) / 500 for _ in range(rounds)]
     return _timed(name, took, most)
 
 
-def _timed(name: str, took: Iterable[float], most: str) -> Row:
+def _timed(name: str, took: Iterable[float], most: str) -> BenchRow:
     time = statistics.median(took) * 1e6
     limit = MOST_US[most]
-    return Row(NAME, name, "cobodeck", time_us=time, ratio=time / limit, ratio_to=f"{limit:g} µs")
+    return BenchRow(
+        NAME, name, "cobodeck", time_us=time, ratio=time / limit, ratio_to=f"{limit:g} µs"
+    )
 
 
-def _compared(timed: Row, knob: str, value: float, rmse: float, goal: float | None) -> Row:
+def _compared(
+    timed: BenchRow, knob: str, value: float, rmse: float, goal: float | None
+) -> BenchRow:
     error = round(100.0 * rmse, 3)
     return replace(timed, knob=knob, value=value, error=error, error_unit="cm rmse", goal=goal)
 

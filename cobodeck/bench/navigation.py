@@ -22,15 +22,16 @@ from scipy import ndimage, sparse
 
 from cobodeck.bench import decisions, drives
 from cobodeck.bench.engine import times
-from cobodeck.bench.harness import ROUNDS, Row, Work, seconds_of
+from cobodeck.bench.harness import ROUNDS, BenchRow, Work, seconds_of
 from cobodeck.console import complain
 from hw.geometry import Pose2
 from hw.room import Point
 from hw.scene import load_scene
 from states.maps.cells import Grid
 from states.maps.occupancy import FREE, OCCUPIED, OccupancyMap, load_map
-from states.navigation import profile, teb_planner
-from states.navigation.costmap import Costmap, Ground
+from states.navigation import profile_planner as profile
+from states.navigation import teb_planner
+from states.navigation.costmap import Costmap, StaticLayer
 from states.navigation.grid_planners import NavfnPlanner, ThetaStarPlanner
 from states.navigation.inflation import Costs, Inflation
 from states.navigation.planners import GLOBAL_PLANNERS
@@ -52,7 +53,7 @@ Ring = Sequence[Point]
 
 
 @dataclass(frozen=True, slots=True)
-class Floor:
+class BenchFloor:
     """Where ways are looked for: an outer ring, rings to keep off by `inflation`, m.
 
     `map` is the same as cells where there is a map.
@@ -75,7 +76,7 @@ class Floor:
         return make(self.outer, self.obstacles, **kept)
 
 
-def rows(rounds: int = ROUNDS) -> Iterator[Row]:
+def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
     """Everything, row by row."""
     for floor in floors():
         yield from way_rows(floor, rounds=rounds)
@@ -85,11 +86,11 @@ def rows(rounds: int = ROUNDS) -> Iterator[Row]:
     yield from decisions.rows(rounds)
 
 
-def floors() -> Iterator[Floor]:
+def floors() -> Iterator[BenchFloor]:
     """The rooms, and those maps that are there."""
     for name in ROOMS:
         room = load_scene(name).room
-        yield Floor(name, room.outer, room.obstacles, INFLATION)
+        yield BenchFloor(name, room.outer, room.obstacles, INFLATION)
     for name, inflation in MAPS.items():
         file = MAP_FOLDER / f"{name}.yaml"
         if file.exists():
@@ -98,7 +99,7 @@ def floors() -> Iterator[Floor]:
             complain(f"bench {NAME}: no map {file}; left out")
 
 
-def map_floor(name: str, map_: OccupancyMap, inflation: float) -> Floor:
+def map_floor(name: str, map_: OccupancyMap, inflation: float) -> BenchFloor:
     """The largest free piece of a map, its cells merged to polygons; all else is occupied."""
     pieces, _ = ndimage.label(map_.values == FREE)
     sizes = np.bincount(pieces.ravel())
@@ -109,7 +110,7 @@ def map_floor(name: str, map_: OccupancyMap, inflation: float) -> Floor:
     cells = shapely.box(column * size, row * size, (column + 1) * size, (row + 1) * size)
     outline = shapely.simplify(shapely.unary_union(cells), 0.0)
     outer, *holes = (list(ring.coords)[:-1] for ring in (outline.exterior, *outline.interiors))
-    return Floor(name, outer, tuple(holes), inflation, _as_map(free, size))
+    return BenchFloor(name, outer, tuple(holes), inflation, _as_map(free, size))
 
 
 def _as_map(free: Any, resolution: float) -> OccupancyMap:
@@ -117,7 +118,7 @@ def _as_map(free: Any, resolution: float) -> OccupancyMap:
     return OccupancyMap(values, resolution, Pose2(0.0, 0.0))
 
 
-def _cells(floor: Floor, resolution: float) -> tuple[Grid, Costs]:
+def _cells(floor: BenchFloor, resolution: float) -> tuple[Grid, Costs]:
     """The map's cells joined or split; a joined one is free if all of it is."""
     assert floor.map is not None
     free = floor.map.values == FREE
@@ -128,18 +129,18 @@ def _cells(floor: Floor, resolution: float) -> tuple[Grid, Costs]:
     free = free.repeat(split, axis=0).repeat(split, axis=1)
     grid = Grid(resolution, *free.shape)
     inflation = Inflation(floor.inflation, floor.inflation)
-    return grid, Costmap(Ground.of(_as_map(free, resolution), grid), inflation).costs
+    return grid, Costmap(StaticLayer.of(_as_map(free, resolution), grid), inflation).costs
 
 
 # ways
 
 
 def way_rows(
-    floor: Floor,
+    floor: BenchFloor,
     resolutions: Iterable[float] = RESOLUTIONS,
     queries: int = QUERIES,
     rounds: int = ROUNDS,
-) -> Iterator[Row]:
+) -> Iterator[BenchRow]:
     """For every planner the median time of a query, the mean and the largest error."""
     exact = floor.planner("exact")
     on_cells = [
@@ -165,16 +166,16 @@ def way_rows(
 
 
 def _way_rows(
-    floor: Floor,
+    floor: BenchFloor,
     name: str,
     resolution: float | None,
     taken: Sequence[float],
     exact: Sequence[float],
     over: Sequence[float] | None,
     reference: str | None,
-) -> Iterator[Row]:
+) -> Iterator[BenchRow]:
     knob = None if resolution is None else "resolution"
-    yield Row(
+    yield BenchRow(
         NAME,
         floor.name,
         name,
@@ -190,7 +191,7 @@ def _way_rows(
     )
     if over is not None:
         worst, unit = round(100.0 * max(over), 3), "% longer, worst"
-        yield Row(
+        yield BenchRow(
             NAME, f"{floor.name} worst", name, knob, resolution,
             error=worst, error_unit=unit, reference=reference,
         )  # fmt: skip
@@ -202,7 +203,7 @@ def _goal(name: str, resolution: float | None) -> float | None:
     return 1.0 if (name, resolution) == ("theta_star", 0.05) else None
 
 
-def answered(planners: Sequence[Any], floor: Floor, count: int) -> list[tuple[Point, Point]]:
+def answered(planners: Sequence[Any], floor: BenchFloor, count: int) -> list[tuple[Point, Point]]:
     """Random starts and goals between which every planner finds a way; the same every time."""
     rng = np.random.default_rng(SEED)
     low, high = np.min(floor.outer, axis=0), np.max(floor.outer, axis=0)
@@ -225,7 +226,7 @@ def query_times(planner: Any, queries: Sequence[tuple[Point, Point]], rounds: in
     return [min(seconds_of(work, 1) for _ in range(min(rounds, 3))) for work in works]
 
 
-def outline_lengths(floor: Floor, queries: Sequence[tuple[Point, Point]]) -> list[float]:
+def outline_lengths(floor: BenchFloor, queries: Sequence[tuple[Point, Point]]) -> list[float]:
     """Lengths of the shortest ways by a visibility graph over inflated outlines, m."""
     walls = shapely.union_all([shapely.Polygon(ring) for ring in floor.obstacles])
     free = shapely.Polygon(floor.outer).difference(walls).buffer(-floor.inflation, quad_segs=32)

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from cobodeck.bench.harness import Row
+from cobodeck.bench.harness import BenchRow
 from cobodeck.bench.states import Delay
 from cobodeck.clocks import RealTime
 from cobodeck.stage import Options, stage
@@ -65,12 +65,12 @@ class Probe:
             self.wake()
 
 
-def rows(rounds: int = 9) -> Iterator[Row]:
+def rows(rounds: int = 9) -> Iterator[BenchRow]:
     """Median and 99th percentile, ms, over all rounds."""
     found = delays(rounds * SECONDS)
     for what, share in (("median", 0.5), ("99th percentile", 0.99)):
         value = statistics.quantiles(found, n=1000)[round(1000 * share) - 1] / 1e6
-        yield Row(
+        yield BenchRow(
             NAME, "sample to step", "cobodeck", "samples", len(found),
             time_us=value * 1e3, error=value, error_unit=f"ms, {what}",
             goal=GOAL_MS if what == "median" else None,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import statistics
 from collections.abc import Iterator
 
-from cobodeck.bench.harness import ROUNDS, Row
+from cobodeck.bench.harness import ROUNDS, BenchRow
 from cobodeck.simulate import simulate
 from cobodeck.stage import Options
 from cobodeck.wiring import open_setup
@@ -16,7 +16,7 @@ REQUESTS, DURATION_S = 3, 600.0
 GOALS = {0: 1 / 10_000, 1: 1 / 300}
 
 
-def rows(rounds: int = ROUNDS) -> Iterator[Row]:
+def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
     """One row per tier: µs per tick, and wall time over simulated time."""
     for tier, goal in GOALS.items():
         setup = open_setup(scene=SCENE)
@@ -25,7 +25,7 @@ def rows(rounds: int = ROUNDS) -> Iterator[Row]:
         found = [simulate(setup, options).figures for _ in range(min(rounds, 5))]
         shares = [figures["wall_s"] / figures["sim_s"] for figures in found]
         ticks = [figures["wall_s"] / figures["ticks"] for figures in found]
-        yield Row(
+        yield BenchRow(
             NAME,
             f"tier_{tier}",
             "cobodeck",

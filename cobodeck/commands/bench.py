@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from cobodeck.arguments import positive
-from cobodeck.console import FAILED, OK, Problem, Progress, show, show_json, table
+from cobodeck.console import FAILED, OK, Problem, ProgressLine, show, show_json, table
 
 BENCHES = {
     "engine": "cobodeck.bench.engine",
@@ -64,7 +64,7 @@ def _measure(names: Iterable[str], rounds: int) -> dict[str, Any]:
     from cobodeck.bench.harness import machine
 
     rows = []
-    progress = Progress("bench", 0.0)
+    progress = ProgressLine("bench", 0.0)
     for name in names:
         if name not in BENCHES:
             from engine.files.finding import did_you_mean

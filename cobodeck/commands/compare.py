@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from cobodeck.console import FAILED, OK, show, show_json, table
 
 if TYPE_CHECKING:
-    from cobodeck.record.compare import Comparison, Difference, Figure
+    from cobodeck.record.compare import Comparison, Figure, HeaderDifference
     from cobodeck.record.reader import Record
     from hw.geometry import Pose2
 
@@ -70,7 +70,7 @@ def _told(record: Record, end_ns: int, altered_ns: int | None) -> str:
     return told
 
 
-def _header_lines(differences: Iterable[Difference]) -> Iterable[str]:
+def _header_lines(differences: Iterable[HeaderDifference]) -> Iterable[str]:
     rows, texts = [], []
     for d in differences:
         if isinstance(d.a, list) and isinstance(d.b, list):

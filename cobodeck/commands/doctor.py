@@ -19,7 +19,7 @@ from pathlib import Path
 
 from cobodeck.arguments import word
 from cobodeck.console import FAILED, OK, show, show_json, table
-from cobodeck.doctor import BAD, FIT, MISSING, Check, room_checks, tracking_checks
+from cobodeck.doctor import BAD, FIT, MISSING, DoctorLine, room_checks, tracking_checks
 
 PACKAGES = ("engine", "states", "behaviors", "hw", "cobodeck", "charts")
 ROOT = Path(__file__).parent.parent.parent
@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
     return FAILED if any(state == BAD for _, state, _ in found) else OK
 
 
-def connection_checks(name: str, *, own: bool) -> list[Check]:
+def connection_checks(name: str, *, own: bool) -> list[DoctorLine]:
     """Whether all is there that a connection needs."""
     from cobodeck.catalogue import catalogue
     from cobodeck.preflight import preflight

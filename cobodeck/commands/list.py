@@ -94,8 +94,8 @@ def _scenes(_own: bool) -> list[dict[str, Any]]:
 
 
 def _users(_own: bool) -> list[dict[str, Any]]:
-    from hw import wanderer
-    from hw.script import load_script, script_names
+    from hw.people import wanderer
+    from hw.people.script import load_script, script_names
 
     scripts = [{"user": name, "about": load_script(name).about} for name in script_names()]
     return [*scripts, {"user": wanderer.NAME, "about": wanderer.ABOUT}]

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 from cobodeck.console import FAILED, OK, Problem, complain, show
 
 if TYPE_CHECKING:
-    from hw.drivers.observer import Observer
+    from hw.drivers.observer import ObserverLink
 
 TEXT = """observing {host}:{port}. Stay here and look at the robot.
 Enter: software stop. Ctrl-C: software stop, and the end of this.
@@ -39,11 +39,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Tell that somebody is there until they leave."""
-    from hw.drivers.observer import Observer
+    from hw.drivers.observer import ObserverLink
 
     host, port = args.chain
     try:
-        observer = Observer((socket.gethostbyname(host), port))
+        observer = ObserverLink((socket.gethostbyname(host), port))
     except OSError as error:
         raise Problem(f"{host}: {error.strerror or error}", FAILED) from None
     show(TEXT.format(host=host, port=port))
@@ -59,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
     return OK
 
 
-def _watch(observer: Observer, terminal: int) -> None:
+def _watch(observer: ObserverLink, terminal: int) -> None:
     """Until the terminal is gone; whatever is typed there stops the robot."""
     from hw.drivers.observer import PERIOD_S
 

@@ -81,7 +81,7 @@ def _range(low: float, high: float, step: float) -> tuple[float, ...]:
 
 
 @dataclass(frozen=True)
-class Report:
+class ReachReport:
     """What was found out: the table, of which prop, within which tolerance of the rover's pose."""
 
     table: ReachTable
@@ -124,20 +124,20 @@ def reach_report(
     robot: str,
     tool: str | None,
     tolerance: float,
-) -> Report:
+) -> ReachReport:
     """Reach by height and distance, m.
 
     Raises:
         Problem: there is no such robot or tool, or a file is wrong.
     """
     from states.arm.collision import CollisionModel
-    from states.arm.kinematics import Chain
+    from states.arm.kinematics import KinematicChain
     from states.arm.reach import ANGLES, Reach
 
     arm = arm_of(robot, tool)
-    reach = Reach(Chain.of(arm), CollisionModel.of(arm))
+    reach = Reach(KinematicChain.of(arm), CollisionModel.of(arm))
     found = reach.table(heights, distances, ANGLES, (tolerance, 0.1 if tolerance else 0.0))
-    return Report(found, robot, arm.tool.name, _length(arm), tolerance)
+    return ReachReport(found, robot, arm.tool.name, _length(arm), tolerance)
 
 
 def arm_of(robot: str, tool: str | None) -> Manipulator:
@@ -186,7 +186,7 @@ def _length(arm: Manipulator) -> float:
     return float(arm.tool.tcp.xyz[2])
 
 
-def figures(found: Report) -> dict[str, Any]:
+def figures(found: ReachReport) -> dict[str, Any]:
     """The figures for programs; m, shares of the directions."""
     return {
         "robot": found.robot,
@@ -206,7 +206,7 @@ def figures(found: Report) -> dict[str, Any]:
     }
 
 
-def summary(found: Report) -> str:
+def summary(found: ReachReport) -> str:
     """The figures for people: directions out of all of them, the highest DEEP first."""
     reach, count = found.table, len(found.table.angles)
     shown = [
@@ -218,7 +218,7 @@ def summary(found: Report) -> str:
     return f"{_head(found)}\n\n{table([head, *shown], right)}\n\n{_band(found)}"
 
 
-def _head(found: Report) -> str:
+def _head(found: ReachReport) -> str:
     around = f", from {found.tolerance:g} m around each pose" if found.tolerance else ""
     return (
         f"directions from which a level DEEP is reached, "
@@ -226,7 +226,7 @@ def _head(found: Report) -> str:
     )
 
 
-def _band(found: Report) -> str:
+def _band(found: ReachReport) -> str:
     lines = []
     for column, distance in enumerate(found.table.distances):
         band = found.heights_within(column)

@@ -11,7 +11,7 @@ from cobodeck.console import FAILED, OK, Problem, complain, show
 from cobodeck.library import chart_file, load_beside
 from cobodeck.pictures import command as room
 from cobodeck.record.sink import is_record
-from engine.draw import FILE_FORMS, CannotRender, dot, render
+from engine.draw.dot import FILE_FORMS, CannotRender, dot, render
 from engine.files.finding import did_you_mean
 from engine.load import Library
 from engine.report import text
@@ -68,7 +68,7 @@ def _draw_chart(args: argparse.Namespace) -> int:
     if shown > LARGEST:
         raise Problem(f"a picture of {shown} nodes; at most {LARGEST}, choose a smaller --depth")
     if form == "mmd":
-        from engine.mermaid import mermaid
+        from engine.draw.mermaid import mermaid
 
         data = mermaid(chart, library, depth).encode()
     elif form == "dot":

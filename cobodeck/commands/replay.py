@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cobodeck.arguments import new_record
-from cobodeck.console import FAILED, OK, Progress, complain, show, show_json, table
+from cobodeck.console import FAILED, OK, ProgressLine, complain, show, show_json, table
 
 if TYPE_CHECKING:
-    from cobodeck.record.feed import Difference
+    from cobodeck.record.feed import Mismatch
     from cobodeck.record.reader import Record
     from cobodeck.record.recorder import Recorder
     from cobodeck.record.replay import Replay
@@ -73,7 +73,7 @@ def _go(
     loop = replay.loop
     if recorder is not None:
         recorder.attend(loop)
-    progress, begin = Progress("replay"), time.perf_counter_ns()
+    progress, begin = ProgressLine("replay"), time.perf_counter_ns()
     try:
         end_ns = loop.go(FOR_EVER_NS, progress.at)
     finally:
@@ -132,7 +132,7 @@ def _summary(replay: Replay, record: Record, found: Mapping[str, Any]) -> str:
     return f"{record.path}\n\n{table(rows)}"
 
 
-def _result(difference: Difference | None) -> list[tuple[str, str]]:
+def _result(difference: Mismatch | None) -> list[tuple[str, str]]:
     if difference is None:
         return [("result", "equal")]
     d = difference

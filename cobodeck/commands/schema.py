@@ -9,7 +9,7 @@ from cobodeck.catalogue import catalogue
 from cobodeck.console import OK, show
 from cobodeck.library import chart_names
 from engine.load import load_files
-from engine.schema import schema_text
+from engine.schema.document import schema_text
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cobodeck.arguments import kept_file, length, positive, seconds, word
-from cobodeck.console import FAILED, OK, Problem, Progress, complain, show, show_json
+from cobodeck.console import FAILED, OK, Problem, ProgressLine, complain, show, show_json
 from cobodeck.wiring import CHART, PROFILE, SCENE, TICK_HZ
 from engine.errors import Raised
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from cobodeck.clocks import Clock
     from cobodeck.loop import Loop
     from cobodeck.record.recorder import Recorder
-    from cobodeck.simulate import Result
+    from cobodeck.simulate import RunResult
     from cobodeck.stage import Options
     from cobodeck.wiring import Setup
     from hw.connection import Connection
@@ -148,7 +148,7 @@ def _keeps_record(args: argparse.Namespace, clock: Clock | None) -> bool:
 def _write_trace(
     setup: Setup,
     options: Options,
-    result: Result,
+    result: RunResult,
     wanted: Path | None,
     began: datetime,
     *,
@@ -220,11 +220,11 @@ def _run(
     clock: Clock | None,
     blocked_s: float,
     began: datetime,
-) -> Result:
+) -> RunResult:
     from cobodeck.simulate import simulate
 
     recorder = _recorder(args, setup, options, clock, began)
-    progress = Progress("simulate")
+    progress = ProgressLine("simulate")
     aside = redirect_stdout(sys.stderr) if args.json else nullcontext()  # what states print
     try:
         with aside:

@@ -19,9 +19,9 @@ from cobodeck.wiring import PROFILE
 
 if TYPE_CHECKING:
     from behaviors.profile import Profile
-    from states.navigation.floor_cells import MapFloor
-    from states.navigation.floor_plan import RoomFloor
-    from states.navigation.space import Space, Untouchable
+    from states.floors.floor_cells import MapFloor
+    from states.floors.floor_plan import RoomFloor
+    from states.floors.space import Space, Untouchable
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,7 +42,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 @dataclass(frozen=True)
-class Report:
+class SpaceReport:
     """What was found out about a place."""
 
     name: str
@@ -73,7 +73,9 @@ def run(args: argparse.Namespace) -> int:
     return OK if found.shortcoming is None else FAILED
 
 
-def measure_place(place: str, inflation: float | None, corners: str, profile_name: str) -> Report:
+def measure_place(
+    place: str, inflation: float | None, corners: str, profile_name: str
+) -> SpaceReport:
     """Everything that is to be known of a scene or map.
 
     Raises:
@@ -83,7 +85,7 @@ def measure_place(place: str, inflation: float | None, corners: str, profile_nam
     from behaviors.haptic import all_poses
     from behaviors.profile import load_profile
     from hw.geometry import Pose3
-    from states.navigation.space import measure, room_ahead, shortcoming, without_haptic_pose
+    from states.floors.space import measure, room_ahead, shortcoming, without_haptic_pose
 
     profile = load_profile(profile_name)
     name, floor, remarks = _floor(place, corners)
@@ -91,7 +93,7 @@ def measure_place(place: str, inflation: float | None, corners: str, profile_nam
     deep = Pose3.from_yaw(haptic.deep_ahead, 0.0, haptic.deep_height, 0.0)
     poses = [(pose.x, pose.y) for pose in all_poses(haptic, deep)]
     kept = inflation if inflation is not None else profile.navigation.haptic.inflation
-    return Report(
+    return SpaceReport(
         name,
         floor,
         corners,
@@ -113,23 +115,23 @@ def _tolerance(profile: Profile) -> float:
 def _floor(place: str, corners: str) -> tuple[str, RoomFloor | MapFloor, tuple[str, ...]]:
     from cobodeck.places import is_map
     from hw.scene import load_scene
-    from states.navigation.floor_plan import RoomFloor
+    from states.floors.floor_plan import RoomFloor
 
     if not is_map(place):
         scene = load_scene(place)
         return scene.name, RoomFloor(scene.room, "square" if corners == "square" else "round"), ()
     if corners == "square":
         raise Problem(f"{place}: a map is inflated cell by cell, with round corners only")
+    from states.floors.floor_cells import MapFloor
     from states.maps.occupancy import load_map
-    from states.navigation.floor_cells import MapFloor
 
     map_ = load_map(place)
     return Path(place).stem, MapFloor(map_), map_.remarks
 
 
-def figures(found: Report) -> dict[str, Any]:
+def figures(found: SpaceReport) -> dict[str, Any]:
     """The figures for programs; m, m2."""
-    from states.navigation.space import smallest_square
+    from states.floors.space import smallest_square
 
     space = found.space
     return {
@@ -153,9 +155,9 @@ def figures(found: Report) -> dict[str, Any]:
     }
 
 
-def summary(found: Report) -> str:
+def summary(found: SpaceReport) -> str:
     """The figures for people."""
-    from states.navigation.space import smallest_square
+    from states.floors.space import smallest_square
 
     space, side = found.space, smallest_square(found.space.inflation)
     head = f"{found.name}: kept {space.inflation:g} m from walls, {found.corners} corners"
@@ -183,7 +185,7 @@ def _listed(pieces: tuple[float, ...]) -> str:
     return f"{shown} m2{more}" if pieces else "nothing"
 
 
-def _passages(found: Report) -> str:
+def _passages(found: SpaceReport) -> str:
     places = [
         f"{passage.width:.2f} m at ({passage.middle[0]:.2f}, {passage.middle[1]:.2f})"
         for passage in found.space.closed
@@ -197,7 +199,7 @@ def _ahead(distances: Mapping[int, float]) -> str:
     return f"{shown}, by pose"
 
 
-def _draw(found: Report, output: Path) -> None:
+def _draw(found: SpaceReport, output: Path) -> None:
     from cobodeck.pictures.canvas import save
     from cobodeck.pictures.space import space_picture
 

@@ -24,7 +24,7 @@ from cobodeck.library import (
 from engine.chart import Chart
 from engine.explore import explore
 from engine.files.finding import Finding, Place, in_order
-from engine.files.source import Source
+from engine.files.source import SourceFile
 from engine.load import Library
 from engine.machine import Machine
 from engine.report import FORMATS, report
@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
     charts = [file for file, kind in files if kind == "chart"]
     library = load_beside(charts, known)
     findings = findings_of(library, known, charts)
-    sources: dict[str, Source] = {str(file): library.sources[str(file)] for file in charts}
+    sources: dict[str, SourceFile] = {str(file): library.sources[str(file)] for file in charts}
     for finding in errors_in_used(library, known, charts):
         findings.append(finding)
         sources[finding.place.file] = library.sources[finding.place.file]

@@ -32,7 +32,7 @@ class Found(NamedTuple):
 
 
 @dataclass(slots=True)
-class Reader:
+class ArchiveReader:
     """Takes fields from the bytes of an archive, one after another.
 
     Every method raises `Broken` where the bytes end or make no sense.
@@ -119,7 +119,7 @@ def header_at(data: bytes, at: int) -> Header | None:
 
 def objects(data: bytes, tell: Callable[[str], None]) -> Iterator[Found]:
     """All objects of an archive that are known, in order; what is left out is told."""
-    reader = Reader(data)
+    reader = ArchiveReader(data)
     while reader.at < len(data):
         head = header_at(data, reader.at)
         if head is None:
@@ -144,7 +144,7 @@ def objects(data: bytes, tell: Callable[[str], None]) -> Iterator[Found]:
                 return
 
 
-def _go_on(reader: Reader, after: int) -> bool:
+def _go_on(reader: ArchiveReader, after: int) -> bool:
     """Go to the next object of a known class."""
     for match in _KNOWN.finditer(reader.data, after):
         name = match.start()

@@ -17,7 +17,7 @@ import numpy as np
 
 from cobodeck.logs.log import ODOMETRY, SCAN, SensorLog
 from cobodeck.logs.mapped import Ground, reference_at
-from cobodeck.logs.seen import Seen, scans_of
+from cobodeck.logs.seen import SeenScan, scans_of
 from hw.geometry import Pose2, wrap
 from hw.samples import Odometry, PoseSigma, Sample
 from hw.tracking import Tracking
@@ -28,12 +28,12 @@ _STEADY_NS = 100_000_000
 """Wheels are told at least so often."""
 NEAR = 0.05
 """Scans whose beams end nearer to walls than this, in the median, are counted, m."""
-Clock = Callable[[], float]
-Frame = Literal["same", "aligned"]
+LogClock = Callable[[], float]
+Alignment = Literal["same", "aligned"]
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class LocalizedScan:
     """What was made of one scan.
 
     Attributes:
@@ -75,9 +75,9 @@ class Localized:
     ground: Ground
     start: Pose2 | None
     seed: int
-    steps: tuple[Step, ...]
+    steps: tuple[LocalizedScan, ...]
     counts: Mapping[str, int]
-    frame: Frame = "same"
+    frame: Alignment = "same"
 
     @property
     def walls(self) -> list[float]:
@@ -91,7 +91,7 @@ class Localized:
 
 
 def localize(
-    log: SensorLog, ground: Ground, start: Pose2 | None, seed: int, clock: Clock
+    log: SensorLog, ground: Ground, start: Pose2 | None, seed: int, clock: LogClock
 ) -> Localized:
     """Run the localization over a log.
 
@@ -103,7 +103,7 @@ def localize(
         clock: tells time, s.
     """
     localizer = Localizer(ground.field, log.sensing, Tracking.of(log.sensing), start, seed)
-    steps: list[Step] = []
+    steps: list[LocalizedScan] = []
     scans, number = scans_of(log), -1
     begin = min(ground.scored, default=0) - 1
     for sample in with_steady_wheels(log.samples):
@@ -154,17 +154,19 @@ def first_pose(ground: Ground) -> Pose2 | None:
     return None
 
 
-def _step(localizer: Localizer, seen: Seen, ground: Ground, took: float) -> Step:
+def _step(localizer: Localizer, seen: SeenScan, ground: Ground, took: float) -> LocalizedScan:
     pose, stamp = localizer.pose, localizer.stamp_ns
     status, sigma = localizer.status, localizer.sigma
     wall = None
     if pose is not None:
         distances = ground.field.distances(pose, seen.points)
         wall = float(np.median(distances)) if len(distances) else None
-    return Step(seen.stamp_ns if stamp is None else stamp, pose, sigma, status, wall, took)
+    return LocalizedScan(seen.stamp_ns if stamp is None else stamp, pose, sigma, status, wall, took)
 
 
-def _judged(steps: Sequence[Step], log: SensorLog, ground: Ground) -> tuple[list[Step], Frame]:
+def _judged(
+    steps: Sequence[LocalizedScan], log: SensorLog, ground: Ground
+) -> tuple[list[LocalizedScan], Alignment]:
     """With corrected poses; those of another map are laid onto the estimates as a whole."""
     true = [reference_at(log, step.stamp_ns) for step in steps]
     pairs = [(s.pose, t) for s, t in zip(steps, true, strict=True) if s.pose and t]
@@ -261,7 +263,7 @@ def _numbers(pose: Pose2) -> list[float]:
     return [pose.x, pose.y, pose.yaw]
 
 
-def _row(step: Step) -> dict[str, Any]:
+def _row(step: LocalizedScan) -> dict[str, Any]:
     pose = step.pose
     return {
         "t": step.stamp_ns / 1e9,

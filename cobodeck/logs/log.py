@@ -29,7 +29,7 @@ _SAME = 1e-3
 """Mounts that differ by less, m and rad, are one."""
 
 
-class Reference(NamedTuple):
+class ReferencePose(NamedTuple):
     """Where the base was, as the log's maker has corrected it: map_from_base."""
 
     stamp_ns: int
@@ -55,7 +55,7 @@ class SensorLog:
     form: str
     samples: tuple[Sample, ...]
     sensing: Sensing
-    reference: tuple[Reference, ...] = ()
+    reference: tuple[ReferencePose, ...] = ()
     remarks: tuple[str, ...] = ()
     room: Room | None = None
 
@@ -104,7 +104,7 @@ class Gathered:
     path: Path
     form: str
     samples: list[Sample] = field(default_factory=list)
-    reference: list[Reference] = field(default_factory=list)
+    reference: list[ReferencePose] = field(default_factory=list)
     lidars: dict[str, LidarModel] = field(default_factory=dict)
     remarks: dict[str, int] = field(default_factory=lambda: defaultdict(int))
     sensing: Sensing | None = None
@@ -120,7 +120,7 @@ class Gathered:
     def refer(self, stamp_ns: int, pose: Pose2) -> None:
         """Take a corrected pose."""
         if is_finite(pose):
-            self.reference.append(Reference(stamp_ns, pose))
+            self.reference.append(ReferencePose(stamp_ns, pose))
 
     def scan(self, stamp_ns: int, raw: RawScan) -> None:
         """Take a scan; of one that is tilted it is told that it was left out."""
@@ -172,7 +172,7 @@ class Gathered:
         samples = tuple(Sample(s.name, s.stamp_ns - start, s.value) for s in ordered)
         poses = {ref.stamp_ns - start: ref.pose for ref in self.reference}
         sensing = self.sensing or self._sensing(samples)
-        reference = tuple(Reference(at, poses[at]) for at in sorted(poses))
+        reference = tuple(ReferencePose(at, poses[at]) for at in sorted(poses))
         return SensorLog(self.path, self.form, samples, sensing, reference, told, self.room)
 
     def _sensing(self, samples: Sequence[Sample]) -> Sensing:

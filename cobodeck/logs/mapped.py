@@ -16,7 +16,7 @@ import numpy as np
 
 from cobodeck.logs.log import SCAN, SensorLog
 from cobodeck.logs.rawlog import is_rawlog, read_rawlog
-from cobodeck.logs.seen import Seen, scans_of
+from cobodeck.logs.seen import SeenScan, scans_of
 from engine.files.finding import mistake
 from engine.files.source import read_file
 from hw.geometry import Pose2
@@ -44,7 +44,7 @@ class Placed(NamedTuple):
     """A scan of a log, by its number among them, with where it was taken: map_from_base."""
 
     number: int
-    seen: Seen
+    seen: SeenScan
     pose: Pose2
 
 

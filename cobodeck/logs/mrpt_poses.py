@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 from hw.geometry import Pose2, Pose3, wrap
 
 if TYPE_CHECKING:
-    from cobodeck.logs.archive import Reader
+    from cobodeck.logs.archive import ArchiveReader
 
-Rows = tuple[tuple[float, ...], ...]
+PoseRows = tuple[tuple[float, ...], ...]
 
 
-def turned(rows: Rows, x: float, y: float, z: float) -> Pose3:
+def turned(rows: PoseRows, x: float, y: float, z: float) -> Pose3:
     """A pose from a rotation matrix, by its greatest quaternion component (Shepperd 1978)."""
     (a, b, c), (d, e, f), (g, h, i) = (row[:3] for row in rows[:3])
     squares = (1 + a - e - i, 1 - a + e - i, 1 - a - e + i, 1 + a + e + i)
@@ -32,12 +32,12 @@ def turned(rows: Rows, x: float, y: float, z: float) -> Pose3:
     return Pose3(x, y, z, *(part / length for part in q))
 
 
-def _pose2(reader: Reader, version: int) -> Pose2:
+def _pose2(reader: ArchiveReader, version: int) -> Pose2:
     x, y, yaw = reader.numbers("3f" if version == 0 else "3d")
     return Pose2(x, y, wrap(yaw) if math.isfinite(yaw) else yaw)
 
 
-def _pose3(reader: Reader, version: int) -> Pose3:
+def _pose3(reader: ArchiveReader, version: int) -> Pose3:
     if version in (0, 1):
         rows = reader.part()
         return turned(rows, rows[0][3], rows[1][3], rows[2][3])
@@ -48,13 +48,13 @@ def _pose3(reader: Reader, version: int) -> Pose3:
     return turned((tuple(matrix[:3]), tuple(matrix[3:6]), tuple(matrix[6:])), x, y, z)
 
 
-def _quaternion_pose(reader: Reader, _version: int) -> Pose3:
+def _quaternion_pose(reader: ArchiveReader, _version: int) -> Pose3:
     x, y, z, qw, qx, qy, qz = reader.numbers("7d")
     return Pose3(x, y, z, qx, qy, qz, qw)
 
 
-def _matrix(form: str) -> Callable[[Reader, int], Rows]:
-    def read(reader: Reader, _version: int) -> Rows:
+def _matrix(form: str) -> Callable[[ArchiveReader, int], PoseRows]:
+    def read(reader: ArchiveReader, _version: int) -> PoseRows:
         rows, columns = reader.numbers("2I")
         if rows > 64 or columns > 64:
             rows = reader.count(1 << 60)  # no matrix of a pose is as large
@@ -63,7 +63,7 @@ def _matrix(form: str) -> Callable[[Reader, int], Rows]:
     return read
 
 
-def _gaussian2(reader: Reader, version: int) -> Pose2:
+def _gaussian2(reader: ArchiveReader, version: int) -> Pose2:
     mean: Pose2 = reader.part()
     if version == 0:
         reader.part()
@@ -72,7 +72,7 @@ def _gaussian2(reader: Reader, version: int) -> Pose2:
     return mean
 
 
-def _gaussian3(reader: Reader, version: int) -> Pose3:
+def _gaussian3(reader: ArchiveReader, version: int) -> Pose3:
     mean: Pose3 = reader.part()
     if version == 0:
         reader.part()
@@ -81,17 +81,17 @@ def _gaussian3(reader: Reader, version: int) -> Pose3:
     return mean
 
 
-def _information2(reader: Reader, _version: int) -> Pose2:
+def _information2(reader: ArchiveReader, _version: int) -> Pose2:
     return Pose2(*reader.numbers("9d")[:3])
 
 
-def _information3(reader: Reader, _version: int) -> Pose3:
+def _information3(reader: ArchiveReader, _version: int) -> Pose3:
     mean: Pose3 = reader.part()
     reader.numbers("21d")
     return mean
 
 
-def _particles2(reader: Reader, version: int) -> Pose2:
+def _particles2(reader: ArchiveReader, version: int) -> Pose2:
     """Their mean: circular for the yaw."""
     weights, poses = [], []
     for _ in range(reader.count(16)):

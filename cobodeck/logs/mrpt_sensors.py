@@ -10,7 +10,7 @@ from hw.geometry import Pose2, Pose3
 from hw.samples import ImuReading
 
 if TYPE_CHECKING:
-    from cobodeck.logs.archive import Reader
+    from cobodeck.logs.archive import ArchiveReader
 
 BY_WHEELS = 0
 """Movements that wheels have measured; others were estimated from scans."""
@@ -40,7 +40,7 @@ class Movement:
 
 
 @dataclass(frozen=True, slots=True)
-class Wheels:
+class WheelReadings:
     """Where the wheels say the base is."""
 
     stamp_ns: int | None
@@ -69,7 +69,7 @@ def _stamp(ticks: int) -> int | None:
     return ticks * _STEP_NS if ticks else None
 
 
-def _scan(reader: Reader, version: int) -> RangeScan:
+def _scan(reader: ArchiveReader, version: int) -> RangeScan:
     aperture, right_to_left, max_range = reader.numbers("fBf")
     mount = reader.part()
     if version < 6:
@@ -93,7 +93,7 @@ def _scan(reader: Reader, version: int) -> RangeScan:
     )
 
 
-def _wheels(reader: Reader, version: int) -> Wheels:
+def _wheels(reader: ArchiveReader, version: int) -> WheelReadings:
     pose = reader.part()
     reader.text()
     ticks = reader.number("Q")
@@ -101,10 +101,10 @@ def _wheels(reader: Reader, version: int) -> Wheels:
         if reader.number("B") or version < 2:
             reader.numbers("2i")
         _pass_velocities(reader, conditional=version >= 2)
-    return Wheels(_stamp(ticks), pose)
+    return WheelReadings(_stamp(ticks), pose)
 
 
-def _pass_velocities(reader: Reader, conditional: bool) -> None:
+def _pass_velocities(reader: ArchiveReader, conditional: bool) -> None:
     """The way tells them, too; and old writers left the flag before them as the memory was."""
     known = reader.number("B")
     if conditional:
@@ -113,7 +113,7 @@ def _pass_velocities(reader: Reader, conditional: bool) -> None:
         reader.take(8)
 
 
-def _movement(reader: Reader, version: int) -> Movement:
+def _movement(reader: ArchiveReader, version: int) -> Movement:
     source = BY_WHEELS
     if version < 2:
         step = reader.part()
@@ -135,7 +135,7 @@ _MODEL_BYTES = {2: 44, 3: 4 + 5 * 4 + 4 + 4 * 4, 4: 4 + 6 * 4 + 4 + 4 * 4, 5: 4 
 """How long the parameters of the motion model are, by version."""
 
 
-def _movement3(reader: Reader, version: int) -> Movement:
+def _movement3(reader: ArchiveReader, version: int) -> Movement:
     source = reader.number("I")
     step: Pose3 = reader.part()
     reader.take(reader.count(1))
@@ -144,7 +144,7 @@ def _movement3(reader: Reader, version: int) -> Movement:
     return Movement(source, step.flat())
 
 
-def _inertial(reader: Reader, version: int) -> Inertial:
+def _inertial(reader: ArchiveReader, version: int) -> Inertial:
     mount = reader.part()
     if version >= 4:
         count = 31
@@ -163,7 +163,7 @@ def _inertial(reader: Reader, version: int) -> Inertial:
     return Inertial(_stamp(ticks), mount, ImuReading((roll, pitch, yaw), (ax, ay, az)))
 
 
-def _robot_pose(reader: Reader, version: int) -> RobotPose:
+def _robot_pose(reader: ArchiveReader, version: int) -> RobotPose:
     pose = reader.part()
     reader.text()
     ticks = reader.number("Q")
@@ -172,7 +172,7 @@ def _robot_pose(reader: Reader, version: int) -> RobotPose:
     return RobotPose(_stamp(ticks), pose)
 
 
-def _comment(reader: Reader, _version: int) -> str:
+def _comment(reader: ArchiveReader, _version: int) -> str:
     text = reader.text()
     reader.number("Q")
     return text

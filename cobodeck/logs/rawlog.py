@@ -23,7 +23,14 @@ from cobodeck.logs.log import (
     numbered_stamps,
     odometry_of,
 )
-from cobodeck.logs.mrpt_sensors import BY_WHEELS, Inertial, Movement, RangeScan, RobotPose, Wheels
+from cobodeck.logs.mrpt_sensors import (
+    BY_WHEELS,
+    Inertial,
+    Movement,
+    RangeScan,
+    RobotPose,
+    WheelReadings,
+)
 from hw.geometry import Pose2, Pose3
 from hw.samples import ImuReading
 
@@ -90,7 +97,7 @@ class _Row:
         elif isinstance(value, RangeScan):
             self._moved()
             self.seen.append(_Seen(value, self.frame, self.reckoned, self.corrected))
-        elif isinstance(value, Wheels | Inertial | RobotPose):
+        elif isinstance(value, WheelReadings | Inertial | RobotPose):
             self._stamped(value)
 
     def _moved(self) -> None:
@@ -100,11 +107,11 @@ class _Row:
             self.reckoned = self.reckoned @ move.step
             self.moves = []
 
-    def _stamped(self, value: Wheels | Inertial | RobotPose) -> None:
+    def _stamped(self, value: WheelReadings | Inertial | RobotPose) -> None:
         stamp = value.stamp_ns
         if stamp is None:
             self.gathered.remark(f"{type(value).__name__} without a stamp was left out")
-        elif isinstance(value, Wheels):
+        elif isinstance(value, WheelReadings):
             self.wheels.append((stamp, value.odom_from_base))
         elif isinstance(value, RobotPose):
             self.gathered.refer(stamp, value.pose.flat())

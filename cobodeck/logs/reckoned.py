@@ -13,14 +13,14 @@ from cobodeck.logs.log import IMU, ODOMETRY, SensorLog
 from engine.files.finding import mistake
 from hw.geometry import Pose3
 from hw.samples import ImuReading, Odometry
-from states.localization.sources import FilterConfig, Measurement, Noise, Source
+from states.localization.sources import FilterConfig, Measurement, MeasurementSource, ProcessNoise
 from states.localization.spatial import SpatialFilter, angles_of, without_gravity
 
 _WHEELS, _TURNS, _ATTITUDE = "wheels", "turns", "attitude"
 _SOURCES = (
-    Source(_WHEELS, ("vx", "vy", "vz", "wz"), gate=None),
-    Source(_TURNS, ("wx", "wy", "wz"), gate=None),
-    Source(_ATTITUDE, ("roll", "pitch", "yaw", "ax", "ay", "az"), gate=None),
+    MeasurementSource(_WHEELS, ("vx", "vy", "vz", "wz"), gate=None),
+    MeasurementSource(_TURNS, ("wx", "wy", "wz"), gate=None),
+    MeasurementSource(_ATTITUDE, ("roll", "pitch", "yaw", "ax", "ay", "az"), gate=None),
 )
 _NOISE = (0.03, 0.03, 0.04, 0.03, 0.03, 0.06, 0.025, 0.025, 0.05, 0.02, 0.02, 0.04, 0.1, 0.1, 0.1)
 """Variances per second, in the order of the filter's axes."""
@@ -39,7 +39,7 @@ def reckon(log: SensorLog) -> SpatialFilter:
     if log.count(ODOMETRY) == 0:
         hint = "at least one of both is needed"
         raise mistake(log.path, "has neither scans nor odometry", hint=hint)
-    known = FilterConfig(_SOURCES, Noise(_NOISE, (0.0,) * 15, (0.0,) * 15), (1e-4,) * 15)
+    known = FilterConfig(_SOURCES, ProcessNoise(_NOISE, (0.0,) * 15, (0.0,) * 15), (1e-4,) * 15)
     found = SpatialFilter(known)
     for sample in log.samples:
         if isinstance(sample.value, Odometry):

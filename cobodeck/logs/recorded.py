@@ -11,7 +11,7 @@ from cobodeck.record.messages import truth_again
 from cobodeck.record.reader import Group, Record
 from cobodeck.record.replay import texts_of
 from cobodeck.record.samples import TOPIC, SampleReader
-from engine.clock import Grid
+from engine.clock import TickGrid
 from engine.files.text import instead
 from hw.robot import RobotModel, load_robot
 from hw.room import Room
@@ -66,7 +66,7 @@ class _Taking:
     def __init__(self, record: Record, gathered: Gathered) -> None:
         self._gathered = gathered
         self._readers = {TOPIC + name: SampleReader(name) for name in _WORTH}
-        self._grid = Grid(record.header["tick_hz"])
+        self._grid = TickGrid(record.header["tick_hz"])
         self._truth: Truth | None = None
 
     def take(self, group: Group) -> None:

@@ -14,7 +14,7 @@ from states.localization.trail import velocity_of, way_of
 ALL_BEAMS = 100_000
 
 
-class Seen(NamedTuple):
+class SeenScan(NamedTuple):
     """A scan: its points (n, 2) in the base frame at `stamp_ns`, in the middle of the scan, m.
 
     `odom_from_base` is that of the same instant, None in a log without wheels.
@@ -53,7 +53,7 @@ class Way:
         return velocity_of(first.inverse() @ last, (last_ns - first_ns) * 1e-9)
 
 
-def scans_of(log: SensorLog) -> list[Seen]:
+def scans_of(log: SensorLog) -> list[SeenScan]:
     """All scans of a log, with all their beams, in order."""
     way, found = Way(log), []
     for sample in log.samples:
@@ -61,5 +61,7 @@ def scans_of(log: SensorLog) -> list[Seen]:
         if isinstance(scan, Scan):
             motion = way.velocity(sample.stamp_ns, sample.stamp_ns + span_ns(scan))
             cloud = cloud_of(scan, sample.stamp_ns, log.sensing, ALL_BEAMS, motion)
-            found.append(Seen(scan.sensor, cloud.stamp_ns, cloud.points, way.at(cloud.stamp_ns)))
+            found.append(
+                SeenScan(scan.sensor, cloud.stamp_ns, cloud.points, way.at(cloud.stamp_ns))
+            )
     return found

@@ -13,9 +13,9 @@ from behaviors.settings import EscapeSettings
 from cobodeck.pictures.canvas import Sheet
 from cobodeck.pictures.moment import TRAIL_S
 from cobodeck.pictures.room import ring_of
-from engine.draw import INK, RED
+from engine.draw.dot import INK, RED
 from hw.geometry import Pose2
-from hw.person import RADIUS
+from hw.people.person import RADIUS
 from hw.robot import Footprint
 from hw.room import Point
 from hw.samples import UserPose

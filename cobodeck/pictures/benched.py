@@ -12,13 +12,13 @@ from matplotlib.ticker import NullFormatter
 
 from cobodeck.console import Problem
 from cobodeck.pictures.canvas import save_figure
-from engine.draw import GREY, INK
+from engine.draw.dot import GREY, INK
 
 SIZE_IN = (9.0, 6.0)
-Rows = Sequence[Mapping[str, Any]]
+TableRows = Sequence[Mapping[str, Any]]
 
 
-def draw_bench(rows: Rows, path: Path) -> None:
+def draw_bench(rows: TableRows, path: Path) -> None:
     """Write the rows that have a knob, a time and an error as a picture.
 
     Raises:
@@ -50,7 +50,7 @@ def draw_bench(rows: Rows, path: Path) -> None:
     save_figure(figure, path)
 
 
-def _lines(rows: Rows) -> Iterator[tuple[str, Rows]]:
+def _lines(rows: TableRows) -> Iterator[tuple[str, TableRows]]:
     """Rows of one thing and one knob, named; those that follow each other belong together."""
     whole = (row for row in rows if None not in (row["knob"], row["time_us"], row["error"]))
     for key, line in groupby(whole, key=lambda row: (row["name"], row["variant"], row["knob"])):

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cobodeck.arguments import instant, positive, word
-from cobodeck.console import OK, Problem, Progress, show
+from cobodeck.console import OK, Problem, ProgressLine, show
 from cobodeck.wiring import CHART, PROFILE
 from engine.files.finding import did_you_mean
 
@@ -85,7 +85,7 @@ def _simulated(args: argparse.Namespace) -> Moment:
     from cobodeck.wiring import open_setup
 
     setup = open_setup(args.chart or CHART, args.scene, args.profile, known=catalogue(own=args.own))
-    progress = Progress("render")
+    progress = ProgressLine("render")
     try:
         return after(setup, Options(args.user, args.requests), args.at or 0.0, progress.at)
     finally:

@@ -26,7 +26,7 @@ class Instant:
 
 
 @dataclass(frozen=True, slots=True)
-class Span:
+class NodeSpan:
     """A node from its entry to its exit; `ended` is its outcome, or else why it was left."""
 
     path: str
@@ -36,7 +36,7 @@ class Span:
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class TouchRequest:
     """A touch that was asked for, at the DEEP; `served_s` is when the prop was there, if it was."""
 
     number: int
@@ -77,9 +77,9 @@ class Course:
     start_s: float
     end_s: float
     instants: tuple[Instant, ...] = ()
-    spans: tuple[Span, ...] = ()
+    spans: tuple[NodeSpan, ...] = ()
     sequences: frozenset[str] = frozenset()
-    requests: tuple[Request, ...] = ()
+    requests: tuple[TouchRequest, ...] = ()
     contacts: tuple[Contact, ...] | None = None
 
     def between(self, start_s: float | None, end_s: float | None) -> Course:
@@ -118,11 +118,11 @@ class Course:
             path for path in paths if path not in holders and path.rpartition("/")[0] in holders
         )
 
-    def of(self, lane: str) -> tuple[Span, ...]:
+    def of(self, lane: str) -> tuple[NodeSpan, ...]:
         """When the lane was taken."""
         return tuple(span for span in self.spans if span.path == lane)
 
-    def steps(self, lane: str) -> tuple[Span, ...]:
+    def steps(self, lane: str) -> tuple[NodeSpan, ...]:
         """What was done within the lane, one after the other."""
         below = f"{lane}/"
         return tuple(
@@ -131,7 +131,7 @@ class Course:
             if span.path.startswith(below) and span.path.rpartition("/")[0] in self.sequences
         )
 
-    def begun(self, chart: str) -> tuple[Span, ...]:
+    def begun(self, chart: str) -> tuple[NodeSpan, ...]:
         """When a used chart was entered."""
         paths = {path for path, used in self.charts.items() if used == chart}
         return tuple(s for s in self.spans if s.path in paths and s.start_s >= self.start_s)
@@ -144,7 +144,7 @@ class Course:
         cuts = {self.start_s, self.end_s}
         cuts |= {t for s in waiting for t in (s.start_s, s.end_s) if self.start_s < t < self.end_s}
         found: list[Phase] = []
-        active: list[Span] = []
+        active: list[NodeSpan] = []
         times = sorted(cuts)
         for start, end in pairwise(times):
             while waiting and waiting[-1].start_s <= start:

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from cobodeck.metrics import FAR_M, NEAR_M
 from cobodeck.pictures.canvas import Sheet
-from cobodeck.pictures.course import Course, Span
+from cobodeck.pictures.course import Course, NodeSpan
 from cobodeck.pictures.signs import BEHAVIOURS, CONTACT, UNSERVED, WAITED, lane_colours, time_step
-from engine.draw import GREY, INK
+from engine.draw.dot import GREY, INK
 from hw.truth import Contact
 
 Array = NDArray[np.float64]
@@ -197,7 +197,7 @@ def _width_in(axes: Axes) -> float:
     return float(axes.get_position().width * figure.get_figwidth())
 
 
-def _failed(ended: Sequence[Span]) -> str:
+def _failed(ended: Sequence[NodeSpan]) -> str:
     return f", {len(ended)} failed" if ended else ""
 
 

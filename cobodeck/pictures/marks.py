@@ -10,11 +10,11 @@ from matplotlib.lines import Line2D
 
 from cobodeck.pictures.actors import USER
 from cobodeck.pictures.canvas import Sheet
-from cobodeck.pictures.course import Course, Request
+from cobodeck.pictures.course import Course, TouchRequest
 from cobodeck.pictures.labels import Labels
 from cobodeck.pictures.signs import BEHAVIOURS, CONTACT, UNSERVED, time_step
 from cobodeck.pictures.tracks import draw_disc, draw_outline, person_of, robot_of
-from engine.draw import INK
+from engine.draw.dot import INK
 from hw.room import Point
 
 PLACE_M = 0.3
@@ -72,7 +72,7 @@ def _draw_requests(on: Sheet, course: Course, labels: Labels) -> None:
             on.explain(words, Line2D([], [], lw=0, ms=10, **look))
 
 
-def _deep(request: Request) -> Point:
+def _deep(request: TouchRequest) -> Point:
     return request.deep.x, request.deep.y
 
 

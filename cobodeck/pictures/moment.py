@@ -22,9 +22,9 @@ from hw.geometry import STILL, Pose2, Pose3, wrap
 from hw.room import Point
 from hw.samples import UserPose
 from hw.scene import Scene
+from states.environment import Environment, SubsystemName
 from states.navigation.local_planner import GlobalPlanner
 from states.navigation.states import user_disc
-from states.site import Site, SubsystemName
 
 TRAIL_S = 3.0
 """For so long the ways that robot and user have come are drawn, s."""
@@ -52,7 +52,7 @@ def at_start(scene: Scene) -> Moment:
     return Moment(scene.robot_start, None if start is None else UserPose(start, start.yaw))
 
 
-def with_next_drive(moment: Moment, site: Site, settings: Settings) -> Moment:
+def with_next_drive(moment: Moment, site: Environment, settings: Settings) -> Moment:
     """The moment with the way to where Haptic, or else Chase, would send the robot now."""
     if moment.user is None:
         return moment
@@ -121,7 +121,7 @@ def after(
     return moment
 
 
-def _planner(site: Site, subsystem: SubsystemName, board: Board) -> GlobalPlanner:
+def _planner(site: Environment, subsystem: SubsystemName, board: Board) -> GlobalPlanner:
     """The one that the run goes by."""
     slot = board.slots.get(f"{subsystem}.planner")
     newest = None if slot is None else slot.read()
@@ -138,7 +138,7 @@ def _drives(leaves: Iterable[Leaf]) -> Iterable[tuple[SubsystemName, Pose2]]:
 
 
 def _path(
-    site: Site,
+    site: Environment,
     subsystem: SubsystemName,
     planner: GlobalPlanner,
     moment: Moment,

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from cobodeck.catalogue import catalogue
-from cobodeck.console import OK, Problem, Progress, show
+from cobodeck.console import OK, Problem, ProgressLine, show
 from cobodeck.inlet import Inlet
 from cobodeck.measured import Senses
 from cobodeck.pictures.course import Course
@@ -20,7 +20,7 @@ from cobodeck.record.sink import ENDING
 from cobodeck.wiring import Setup
 from engine.board import Board
 from engine.files.visible import visible
-from engine.trace import Record as Traced
+from engine.trace import TraceRecord as Traced
 from hw.robot import Footprint
 from hw.truth import Truth
 
@@ -41,7 +41,7 @@ def draw_run(
 
     to = output or Path(f"{path.name.partition(ENDING)[0]}.svg")
     form_of(to)
-    progress = Progress("render")
+    progress = ProgressLine("render")
     try:
         course = course_of(Record(path), progress.at)
     finally:

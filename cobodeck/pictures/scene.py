@@ -19,12 +19,12 @@ from cobodeck.pictures.room import draw_inflations, draw_objects, draw_room, dra
 from cobodeck.pictures.spaces import draw_chase, draw_escape, draw_haptic, draw_path
 from hw.geometry import Pose3
 from hw.scene import Scene
-from states.site import Navigation, Site
+from states.environment import Environment, Navigation
 
 
 def scene_picture(
     scene: Scene,
-    site: Site,
+    site: Environment,
     settings: Settings,
     moment: Moment,
     spaces: Collection[str] | None = None,

@@ -15,12 +15,12 @@ from scipy import ndimage
 
 from cobodeck.pictures.canvas import Sheet, sheet
 from cobodeck.pictures.room import INFLATIONS, add_area, draw_room
-from engine.draw import INK, RED
+from engine.draw.dot import INK, RED
 from hw.room import Point
+from states.floors.floor_cells import MapFloor
+from states.floors.floor_plan import RoomFloor
+from states.floors.space import Passage, Space, Untouchable
 from states.navigation.clearance import Array
-from states.navigation.floor_cells import MapFloor
-from states.navigation.floor_plan import RoomFloor
-from states.navigation.space import Passage, Space, Untouchable
 
 LEFT = "#ffffff"
 KEPT_OFF = INFLATIONS[1]

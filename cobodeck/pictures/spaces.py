@@ -20,12 +20,12 @@ from behaviors.chase_space import grid
 from behaviors.settings import Settings
 from cobodeck.pictures.actors import view_yaw
 from cobodeck.pictures.canvas import Sheet
-from engine.draw import INK, RED
+from engine.draw.dot import INK, RED
 from hw.geometry import Pose2, Pose3
 from hw.room import Point, contains
 from hw.samples import UserPose
+from states.environment import Environment
 from states.navigation.clearance import Array
-from states.site import Site
 
 DEEP = "#1e66ff"
 HAPTIC = "#2e7d32"
@@ -42,7 +42,7 @@ def colours(weights: Array) -> Array:
     return found
 
 
-def draw_chase(on: Sheet, site: Site, settings: Settings, user: UserPose) -> None:
+def draw_chase(on: Sheet, site: Environment, settings: Settings, user: UserPose) -> None:
     """The free cells by their weight (R93-R100); small arrows: the yaw that a robot has there."""
     chase = settings.chase
     yaw = view_yaw(user, chase.view)
@@ -107,7 +107,9 @@ def _draw_tangents(on: Sheet, centre: Pose2, free: Array, radius: float, cell: f
         on.axes.add_patch(_arrow(start, 0.3, INK, 0.9, zorder=2.7))
 
 
-def draw_escape(on: Sheet, site: Site, settings: Settings, user: UserPose, robot: Pose2) -> None:
+def draw_escape(
+    on: Sheet, site: Environment, settings: Settings, user: UserPose, robot: Pose2
+) -> None:
     """The Escape poses in the room, as arrows along the robot's yaw, in order (R106-R110)."""
     free = set(escape.poses(settings, site.static_planners["escape"], user, robot))
     everywhere = enumerate(escape.all_poses(settings.escape, user, robot), 1)
@@ -123,7 +125,7 @@ def draw_escape(on: Sheet, site: Site, settings: Settings, user: UserPose, robot
         on.explain("… not free", Line2D([], [], color=DROPPED, lw=2.0, marker="x", ms=6))
 
 
-def draw_haptic(on: Sheet, site: Site, settings: Settings, deep: Pose3) -> None:
+def draw_haptic(on: Sheet, site: Environment, settings: Settings, deep: Pose3) -> None:
     """The rover poses on their half circle, numbered in order, and the DEEP (R75-R77)."""
     shape, planner = settings.haptic, site.static_planners["haptic"]
     free = set(haptic.poses(settings, planner, deep))

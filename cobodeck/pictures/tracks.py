@@ -16,9 +16,9 @@ from cobodeck.pictures.canvas import Sheet
 from cobodeck.pictures.course import Course, Instant
 from cobodeck.pictures.room import ring_of
 from cobodeck.pictures.signs import lane_colours
-from engine.draw import INK
+from engine.draw.dot import INK
 from hw.geometry import Pose2
-from hw.person import RADIUS
+from hw.people.person import RADIUS
 from hw.robot import Footprint
 from hw.room import Point
 

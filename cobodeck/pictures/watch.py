@@ -7,11 +7,11 @@ from dataclasses import replace
 
 from cobodeck.arm_contact import ArmWatch
 from cobodeck.metrics import NOBODY, Evaluator
-from cobodeck.pictures.course import Course, Instant, Request, Span
+from cobodeck.pictures.course import Course, Instant, NodeSpan, TouchRequest
 from cobodeck.requests import RequestWatch
 from cobodeck.stage import arm_outline, prop_of
 from engine.chart import Chart, Node
-from engine.trace import Record
+from engine.trace import TraceRecord
 from hw.geometry import Pose3
 from hw.robot import RobotModel
 from hw.room import Room
@@ -26,7 +26,7 @@ class CourseWatch:
         self.truth: Truth = NOBODY
         self._footprint = robot.footprint
         self._instants: list[Instant] = []
-        self._requests: list[Request] = []
+        self._requests: list[TouchRequest] = []
         self._deep: Pose3 | None = None
         self._end_s = 0.0
         self._judge = Evaluator(self, True)
@@ -52,7 +52,7 @@ class CourseWatch:
         if self._deep is not None:
             self._requests[-1] = replace(self._requests[-1], end_s=at_s)
         if deep is not None and deep != self._deep:
-            self._requests.append(Request(len(self._requests) + 1, at_s, at_s, deep))
+            self._requests.append(TouchRequest(len(self._requests) + 1, at_s, at_s, deep))
         self._deep = deep
         if served:
             self._requests[-1] = replace(self._requests[-1], served_s=at_s)
@@ -63,7 +63,7 @@ class CourseWatch:
         lines: tuple[str, ...],
         room: Room | None,
         charts: Mapping[str, str],
-        records: Iterable[Record],
+        records: Iterable[TraceRecord],
     ) -> Course:
         """The course up to the last instant; `charts`: as of `used_charts`."""
         records = list(records)
@@ -99,15 +99,15 @@ def _used(node: Node, path: str, library: Mapping[str, Chart]) -> Iterator[tuple
         yield from _used(inside, below, library)
 
 
-def spans_of(records: Iterable[Record], end_s: float) -> tuple[Span, ...]:
+def spans_of(records: Iterable[TraceRecord], end_s: float) -> tuple[NodeSpan, ...]:
     """When each node was entered and left; what is still running ends at `end_s`."""
-    found: list[Span] = []
+    found: list[NodeSpan] = []
     running: dict[str, int] = {}
     outcomes: dict[str, str] = {}
     for time_ns, kind, path, detail in records:
         if kind == "enter":
             running[path] = len(found)
-            found.append(Span(path, time_ns / 1e9, end_s))
+            found.append(NodeSpan(path, time_ns / 1e9, end_s))
         elif kind == "outcome":
             outcomes[path] = detail[0]
         elif kind == "exit" and path in running:

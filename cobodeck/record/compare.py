@@ -30,12 +30,12 @@ COMPUTING = {"wall_s", "realtime_factor", "left_out", "missed", "overruns", "sig
 LINES = 3
 """So many lines of a text are shown of each place of each of the two, and twice as many in all."""
 
-Line = list[Any]
+TraceLine = list[Any]
 """A record of the trace."""
 
 
 @dataclass(frozen=True, slots=True)
-class Difference:
+class HeaderDifference:
     """One entry of both headers that differs; `lines` of a text, of which `first` shows some."""
 
     what: str
@@ -83,7 +83,7 @@ class Traces:
         """Are they equal to their ends?"""
         return self.at_ns is None
 
-    def take(self, a: list[Line], b: list[Line]) -> None:
+    def take(self, a: list[TraceLine], b: list[TraceLine]) -> None:
         """The records of one instant, of which only one has any, or both."""
         if self.at_ns is not None and self.a is not None and self.b is not None:
             return
@@ -134,7 +134,7 @@ class Comparison:
     `ends_ns` are the instants of their last ticks, `altered_ns` of the first that was altered.
     """
 
-    headers: tuple[Difference, ...]
+    headers: tuple[HeaderDifference, ...]
     figures: tuple[Figure, ...]
     traces: Traces
     motions: Motions
@@ -159,7 +159,7 @@ def compare(a: Record, b: Record) -> Comparison:
     ends = [0, 0]
     altered: list[int | None] = [None, None]
     for pair in _together(a.groups(), b.groups()):
-        lines: list[list[Line]] = [[], []]
+        lines: list[list[TraceLine]] = [[], []]
         for n, (record, group) in enumerate(zip((a, b), pair, strict=True)):
             if group is None:
                 continue
@@ -191,12 +191,12 @@ def _together(
         other = other if its is None else next(b, None)
 
 
-def _trace(group: Group) -> list[Line]:
+def _trace(group: Group) -> list[TraceLine]:
     found = [trace_line(told) for told in group.of("trace")]
     return [line for line in found if line[1] not in ("note", "tick")]
 
 
-def _text(line: Line | None) -> str | None:
+def _text(line: TraceLine | None) -> str | None:
     return None if line is None else encode(line)
 
 
@@ -227,11 +227,11 @@ def _flat(found: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any
 # headers
 
 
-def _headers(a: Record, b: Record) -> Iterator[Difference]:
+def _headers(a: Record, b: Record) -> Iterator[HeaderDifference]:
     one, other = (dict(_entries(record.header)) for record in (a, b))
     for what in dict.fromkeys((*one, *other)):
         if one.get(what) != other.get(what):
-            yield Difference(what, one.get(what), other.get(what))
+            yield HeaderDifference(what, one.get(what), other.get(what))
     yield from _files(a, b)
 
 
@@ -249,7 +249,7 @@ def _entries(header: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             yield from ((words.format(key), part) for key, part in held.items())
 
 
-def _files(a: Record, b: Record) -> Iterator[Difference]:
+def _files(a: Record, b: Record) -> Iterator[HeaderDifference]:
     """The charts and the profile that were run, wherever they lay; all other files by name."""
     used = [_used(record) for record in (a, b)]
     apart = {file for files in used for file in files.values()}
@@ -258,7 +258,7 @@ def _files(a: Record, b: Record) -> Iterator[Difference]:
         (before, mine), (after, its) = (found.get(what, (None, None)) for found in (one, other))
         if before != after:
             lines = () if mine is None or its is None else _differing(mine, its)
-            yield Difference(what, before, after, *lines)
+            yield HeaderDifference(what, before, after, *lines)
 
 
 def _used(record: Record) -> dict[str, str]:

@@ -10,17 +10,17 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from cobodeck.record.messages import cycle_again, raised_again, trace_line, truth_again
-from cobodeck.record.reader import Group, Told
+from cobodeck.record.reader import Group, RecordedMessage
 from cobodeck.record.samples import TOPIC, SampleReader
 from cobodeck.record.values import Unknown, value
-from hw.safety_record import SafetyRecord
+from hw.safety.record import SafetyRecord
 from hw.samples import Sample
 from hw.truth import Truth
 
 ALTERED = "the messages of this tick are not those that were written"
 
 
-class Difference(NamedTuple):
+class Mismatch(NamedTuple):
     """The first thing that was not as recorded: when (ns), what, as it was, as it is."""
 
     at_ns: int
@@ -46,7 +46,7 @@ class Fed:
     truth: Truth | None = None
 
 
-class Feed:
+class RecordFeed:
     """Goes through a record from tick to tick; what cannot be read is a difference."""
 
     def __init__(self, groups: Iterator[Group]) -> None:
@@ -55,7 +55,7 @@ class Feed:
         self.now: Group | None = None
         self.next: Group | None = next(groups, None)
         self.fed = Fed()
-        self.difference: Difference | None = None
+        self.difference: Mismatch | None = None
         if self.next is not None:
             self.fed.truth = self._truth(self.next)  # how things are before the first tick
 
@@ -71,7 +71,7 @@ class Feed:
                 self.differ(f"{told.topic}: a message", "can be read", f"{error!r}")
         return self.now
 
-    def _take(self, told: Told) -> None:
+    def _take(self, told: RecordedMessage) -> None:
         fed, topic = self.fed, told.topic
         if topic.startswith(TOPIC):
             fed.samples.append(self._sample(told))
@@ -95,7 +95,7 @@ class Feed:
         elif topic == "truth":
             fed.truth = truth_again(found, fed.truth)
 
-    def _sample(self, told: Told) -> Sample:
+    def _sample(self, told: RecordedMessage) -> Sample:
         name = told.topic.removeprefix(TOPIC)
         reader = self._readers.get(name)
         if reader is None:
@@ -125,7 +125,7 @@ class Feed:
             at = 0 if group is None else group.ticked.at_ns
             altered = self.now is not None and self.now.altered and what != ALTERED
             told = f"{what} ({ALTERED})" if altered else what
-            self.difference = Difference(at, told, str(recorded), str(replayed))
+            self.difference = Mismatch(at, told, str(recorded), str(replayed))
 
 
 def _named(found: Any, *names: str) -> Mapping[str, Any]:

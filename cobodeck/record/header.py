@@ -19,7 +19,7 @@ from cobodeck.stage import Options
 from cobodeck.wiring import Setup
 from engine.files.finding import FileError
 from engine.files.text import noted, read_bytes
-from hw.user import is_recording
+from hw.people.user import is_recording
 
 FORMAT = "cobodeck record 1"
 ROOT = Path(__file__).parent.parent.parent

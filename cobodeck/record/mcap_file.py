@@ -19,7 +19,7 @@ CHUNK_BYTES = 16 << 20
 """Chunks end by time, not by size; this is only a bound."""
 
 
-Write = Callable[[bytes, int], None]
+WriteBytes = Callable[[bytes, int], None]
 """Writes a message: its bytes, its time in the file, ns."""
 
 
@@ -57,7 +57,7 @@ class McapFile:
         texts = {key: json.dumps(value) for key, value in values.items()}
         self._writer.write_metadata(name, texts)
 
-    def channel(self, topic: str, schema: MessageSchema) -> Write:
+    def channel(self, topic: str, schema: MessageSchema) -> WriteBytes:
         """A new channel; it is in the file from its first message on."""
         channel = Channel(
             topic,

@@ -19,7 +19,7 @@ from engine.errors import Raised
 from engine.load import load_text
 from engine.machine import Machine
 from hw.geometry import Twist2
-from hw.safety_record import SafetyRecord
+from hw.safety.record import SafetyRecord
 from hw.samples import is_finite
 from hw.truth import Truth
 
@@ -27,7 +27,7 @@ Replaced = Callable[[Mapping[str, Any]], Machine]
 ERROR_LEVEL = 4
 """Of foxglove.Log."""
 DETAILS = {"outcome": 1, "exit": 1, "move": 3, "data": 2, "error": 1, "note": 1}
-"""So many details has a record of the trace at least; see `engine.trace.Record`."""
+"""So many details has a record of the trace at least; see `engine.trace.TraceRecord`."""
 
 
 def call_text(part: str, what: str, args: str, answer: object, raised: object) -> str:

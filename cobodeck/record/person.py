@@ -10,11 +10,11 @@ from cobodeck.record.messages import truth_again
 from cobodeck.record.reader import Group, Record
 from cobodeck.record.samples import TOPIC, SampleReader
 from cobodeck.record.sink import behind_record
-from engine.clock import Grid
+from engine.clock import TickGrid
 from engine.files.finding import mistake
 from hw.geometry import wrap
-from hw.recalled import Asked, Past, Recalled, Seen, Stood
-from hw.recording import Recording
+from hw.people.recalled import Asked, Past, Recalled, SeenPerson, Stood
+from hw.people.recording import Recording
 from hw.room import Room
 from hw.samples import UserPose
 from hw.truth import Truth
@@ -66,12 +66,12 @@ class _Reading:
     def __init__(self, record: Record) -> None:
         self.until_ns = 0
         self.ways: list[Stood] = []
-        self.seen: list[Seen] = []
+        self.seen: list[SeenPerson] = []
         self.asked: list[Asked] = []
         self._sees = POSE in record.header["flowing"]
         self._hears = REQUEST in record.header["flowing"]
         self._readers = {TOPIC + name: SampleReader(name) for name in (POSE, REQUEST)}
-        self._grid = Grid(record.header["tick_hz"])
+        self._grid = TickGrid(record.header["tick_hz"])
         self._truth: Truth | None = None
 
     def take(self, group: Group) -> None:
@@ -92,7 +92,7 @@ class _Reading:
         if not isinstance(value, UserPose):
             self.asked.append(Asked(stamp, value))
         elif not self.seen or stamp > self.seen[-1].at_ns:
-            self.seen.append(Seen(stamp, value))
+            self.seen.append(SeenPerson(stamp, value))
 
     def _true(self, at_ns: int, truth: Truth) -> None:
         assert truth.body is not None
@@ -103,10 +103,10 @@ class _Reading:
             return
         if not self.seen or truth.seen_ns > self.seen[-1].at_ns:
             view = wrap(truth.body.yaw + truth.head_turn)
-            self.seen.append(Seen(truth.seen_ns, UserPose(truth.body, view)))
+            self.seen.append(SeenPerson(truth.seen_ns, UserPose(truth.body, view)))
 
 
-def _measured_ways(path: Path, seen: list[Seen]) -> list[Stood]:
+def _measured_ways(path: Path, seen: list[SeenPerson]) -> list[Stood]:
     if len(seen) < 2:
         return [Stood(at_ns, pose.body, 0.0) for at_ns, pose in seen]
     stamps, bodies = [row.at_ns for row in seen], [row.pose.body for row in seen]

@@ -8,12 +8,12 @@ from functools import partial
 from typing import Any, ClassVar
 
 from cobodeck.plants import Inert
-from cobodeck.record.feed import Feed
+from cobodeck.record.feed import RecordFeed
 from cobodeck.record.messages import arguments_text, raised_again
 from cobodeck.record.values import Unknown, value
 from engine.state import NEVER_NS
 from hw.log import Log
-from hw.safety_record import SafetyRecord
+from hw.safety.record import SafetyRecord
 from hw.samples import Sample
 from hw.truth import Truth
 
@@ -29,7 +29,7 @@ class Recorded:
     guard = None
     latency_ns = 0
 
-    def __init__(self, header: Mapping[str, Any], feed: Feed) -> None:
+    def __init__(self, header: Mapping[str, Any], feed: RecordFeed) -> None:
         self.paced = bool(header["real_time"])
         self.cycles: Log[SafetyRecord] | None = Log(KEPT) if header["guard"] else None
         self.parts: dict[str, Any] = {
@@ -90,7 +90,7 @@ class Recorded:
 class Samples(Inert):
     """The part that gives all samples again."""
 
-    def __init__(self, signals: tuple[str, ...], feed: Feed) -> None:
+    def __init__(self, signals: tuple[str, ...], feed: RecordFeed) -> None:
         super().__init__(signals)
         self._feed = feed
 
@@ -102,7 +102,7 @@ class Samples(Inert):
 class RecordedPart:
     """In place of a part: answers as it was recorded, if it is called as it was recorded."""
 
-    def __init__(self, name: str, feed: Feed) -> None:
+    def __init__(self, name: str, feed: RecordFeed) -> None:
         vars(self).update(_name=name, _feed=feed)
 
     def __setattr__(self, what: str, held: object) -> None:
@@ -147,12 +147,12 @@ def call_of(found: Mapping[str, Any]) -> str:
     return f"{found['what']}{json.dumps(found['args'], separators=(',', ':'))}"
 
 
-class Pace:
+class RecordedClock:
     """A clock that tells the recorded instants, one after the other."""
 
     waits: ClassVar[bool] = True
 
-    def __init__(self, feed: Feed) -> None:
+    def __init__(self, feed: RecordFeed) -> None:
         self._feed = feed
 
     def wait(self, until_ns: int) -> int:

@@ -32,7 +32,7 @@ MOST = 1 << 18
 """No tick of ours has as many messages."""
 
 
-class Told(NamedTuple):
+class RecordedMessage(NamedTuple):
     """One message: its topic, the name of its schema, its bytes, and its time in the file, ns."""
 
     topic: str
@@ -41,7 +41,7 @@ class Told(NamedTuple):
     log_ns: int
 
 
-class Values(NamedTuple):
+class MetadataValues(NamedTuple):
     """Metadata: values by their names."""
 
     name: str
@@ -56,8 +56,8 @@ class Group:
     """
 
     ticked: Ticked
-    told: tuple[Told, ...]
-    closing: Told
+    told: tuple[RecordedMessage, ...]
+    closing: RecordedMessage
     altered: bool = False
 
     def of(self, topic: str) -> list[Any]:
@@ -87,11 +87,11 @@ class Record:
     def __post_init__(self) -> None:
         why = "it has no header of ours"
         for found in self._records():
-            if isinstance(found, Values) and found.name == "run":
+            if isinstance(found, MetadataValues) and found.name == "run":
                 self.header = found.values
             elif isinstance(found, Attachment):
                 self.attachments[found.name] = found.data
-            elif isinstance(found, Told | Chunk | DataEnd):
+            elif isinstance(found, RecordedMessage | Chunk | DataEnd):
                 break
         else:
             why = self.broken or why
@@ -107,12 +107,12 @@ class Record:
 
     def groups(self) -> Iterator[Group]:
         """Its ticks, in order, up to the last one that is whole."""
-        told: list[Told] = []
+        told: list[RecordedMessage] = []
         crc = 0
         for found in self._records():
-            if isinstance(found, Values) and found.name == "result":
+            if isinstance(found, MetadataValues) and found.name == "result":
                 self.result = found.values
-            if not isinstance(found, Told):
+            if not isinstance(found, RecordedMessage):
                 continue
             told.append(found)
             if len(told) > MOST:
@@ -162,7 +162,7 @@ class Record:
             raise mistake(self.path, told) from None
 
     def _records(self) -> Iterator[object]:
-        """What is in the file as far as it is whole: `Told`, `Values`, and other records."""
+        """All that is whole in the file: `RecordedMessage`, `MetadataValues` and other records."""
         if self.path.exists() and not self.path.is_file():  # a pipe would be waited for
             raise mistake(self.path, "cannot be read: it is no regular file")
         try:
@@ -178,7 +178,7 @@ class Record:
             try:
                 for record in reader.records:
                     if isinstance(record, Metadata):
-                        yield Values(record.name, unpacked(record))
+                        yield MetadataValues(record.name, unpacked(record))
                     elif isinstance(record, Chunk):
                         yield record
                         for held in records_of(record):
@@ -196,7 +196,7 @@ class Record:
         self.broken = None
 
 
-def _checksums(told: Iterable[Told], crc: int) -> Iterator[int]:
+def _checksums(told: Iterable[RecordedMessage], crc: int) -> Iterator[int]:
     """The checksum of a tick's messages as they are, and as they are once they are set as ours."""
     for again in (lambda one: one.data, _set_again):
         found = crc
@@ -208,7 +208,7 @@ def _checksums(told: Iterable[Told], crc: int) -> Iterator[int]:
                 found = zlib.crc32(data, found ^ zlib.crc32(one.topic.encode()))
 
 
-def _set_again(told: Told) -> bytes:
+def _set_again(told: RecordedMessage) -> bytes:
     """The message with the spaces of ours, whoever has copied it; as it is if it is no JSON."""
     if told.schema == "foxglove.LaserScan":
         return told.data
@@ -229,14 +229,14 @@ class _Messages:
         self._channels: dict[int, tuple[str, str]] = {}
 
     def taken(self, record: object) -> Iterator[object]:
-        """A record, of which schemas and topics are kept, and messages become `Told`."""
+        """A record, of which schemas and topics are kept, and messages become `RecordedMessage`."""
         if isinstance(record, Schema):
             self._names[record.id] = record.name
             self._schemas[record.name] = MessageSchema(record.name, record.encoding, record.data)
         elif isinstance(record, Channel):
             self._channels[record.id] = record.topic, self._names[record.schema_id]
         elif isinstance(record, Message):
-            yield Told(*self._channels[record.channel_id], record.data, record.log_time)
+            yield RecordedMessage(*self._channels[record.channel_id], record.data, record.log_time)
         else:
             yield record
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from cobodeck.loop import Loop, Ticked
 from cobodeck.record import schemas
-from cobodeck.record.mcap_file import McapFile, Write
+from cobodeck.record.mcap_file import McapFile, WriteBytes
 from cobodeck.record.messages import (
     TruthWriter,
     call_text,
@@ -30,12 +30,12 @@ from cobodeck.record.sink import Sink
 from cobodeck.record.taps import Tapped
 from cobodeck.record.values import quoted, text
 from hw.log import LogReader
-from hw.safety_record import SafetyRecord
+from hw.safety.record import SafetyRecord
 from hw.samples import Sample
 from hw.truth import Truth
 
 
-class Description(NamedTuple):
+class RunDescription(NamedTuple):
     """What is run, as values that JSON has; texts that belong to it, by name; what stands there."""
 
     header: Mapping[str, Any]
@@ -43,7 +43,7 @@ class Description(NamedTuple):
     scene: str | None = None
 
 
-Describe = Callable[[Loop], Description]
+Describe = Callable[[Loop], RunDescription]
 
 
 class Recorder:
@@ -63,7 +63,7 @@ class Recorder:
         self._truth: Truth | None = None
         self._truths = TruthWriter()
         self._file = McapFile(sink)
-        self._channels: dict[tuple[str, str], tuple[Write, int]] = {}
+        self._channels: dict[tuple[str, str], tuple[WriteBytes, int]] = {}
         self._samples: dict[str, SampleWriter] = {}
         self._crc = self._now = 0
         self._pending = False

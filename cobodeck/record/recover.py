@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from cobodeck.record.header import sha256
-from cobodeck.record.mcap_file import McapFile, Write
-from cobodeck.record.reader import Record, Told
+from cobodeck.record.mcap_file import McapFile, WriteBytes
+from cobodeck.record.reader import Record, RecordedMessage
 from cobodeck.record.sink import Sink
 
 
@@ -50,9 +50,9 @@ def recover(record: Record, found: Extent, sink: Sink) -> None:
     """
     file = McapFile(sink)
     file.begin(record.header, record.attachments)
-    channels: dict[tuple[str, str], Write] = {}
+    channels: dict[tuple[str, str], WriteBytes] = {}
 
-    def write(told: Told) -> None:
+    def write(told: RecordedMessage) -> None:
         key = told.topic, told.schema
         if key not in channels:
             channels[key] = file.channel(told.topic, record.schemas[told.schema])

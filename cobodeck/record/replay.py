@@ -21,37 +21,37 @@ from cobodeck.console import FAILED, Problem
 from cobodeck.library import findings_of
 from cobodeck.logic import wander
 from cobodeck.loop import Loop, Ticked
-from cobodeck.record.feed import ALTERED, Difference, Feed
+from cobodeck.record.feed import ALTERED, Mismatch, RecordFeed
 from cobodeck.record.header import ROOT
 from cobodeck.record.messages import (
     charts_again,
     command_again,
 )
-from cobodeck.record.plant import RECORD, Pace, Recorded, RecordedPart, call_of
+from cobodeck.record.plant import RECORD, Recorded, RecordedClock, RecordedPart, call_of
 from cobodeck.record.reader import Record
 from cobodeck.record.values import value
 from cobodeck.stage import watchers
-from cobodeck.wiring import Setup, Tap, open_setup, wire
-from engine.clock import Grid
+from cobodeck.wiring import Setup, ValueTap, open_setup, wire
+from engine.clock import TickGrid
 from engine.files.finding import FileError, mistake
 from engine.files.text import instead
 from engine.load import Library, load_text
 from engine.machine import Machine
 from engine.report import text
-from engine.run import Run
+from engine.run import ChartRun
 from hw.connection import load_connection
 
 
 @dataclass(slots=True)
-class Checker:
+class ReplayChecker:
     """Gives commands when they took effect, and compares what comes out.
 
     `ticks`, `calls` of parts and `records` of the trace are counted.
     """
 
-    feed: Feed
+    feed: RecordFeed
     plant: Recorded
-    run: Run
+    run: ChartRun
     setup: Setup
     ticks: int = 0
     calls: int = 0
@@ -202,16 +202,18 @@ class Replay:
     """A replay that is ready to go."""
 
     loop: Loop
-    checker: Checker
+    checker: ReplayChecker
     setup: Setup
 
     @property
-    def difference(self) -> Difference | None:
+    def difference(self) -> Mismatch | None:
         """The first one, so far."""
         return self.checker.feed.difference
 
 
-def stage_replay(record: Record, setup: Setup | None = None, around: Tap | None = None) -> Replay:
+def stage_replay(
+    record: Record, setup: Setup | None = None, around: ValueTap | None = None
+) -> Replay:
     """Everything for a replay, before its first tick.
 
     Args:
@@ -223,7 +225,7 @@ def stage_replay(record: Record, setup: Setup | None = None, around: Tap | None 
         Problem, FileError: as of `setup_of`.
     """
     record.require_ticks()
-    setup, feed, header = setup or setup_of(record), Feed(record.groups()), record.header
+    setup, feed, header = setup or setup_of(record), RecordFeed(record.groups()), record.header
     options, plant = header["options"], Recorded(header, feed)
 
     def tap(name: str, part: object) -> Any:
@@ -236,11 +238,11 @@ def stage_replay(record: Record, setup: Setup | None = None, around: Tap | None 
         wired = wander(setup, options["seed"])
     else:
         wired = wire(setup, plant.parts, eager=options["eager"], tap=tap)
-    clock: Clock = Pace(feed) if header["real_time"] else Virtual()
-    checker = Checker(feed, plant, wired.run, setup)
+    clock: Clock = RecordedClock(feed) if header["real_time"] else Virtual()
+    checker = ReplayChecker(feed, plant, wired.run, setup)
     watching = (checker, *(watchers(plant, wired, setup.robot) if options["tier"] else ()))
     loop = Loop(
-        plant, wired, Grid(setup.tick_hz), watching, clock, leave_out=not options["eager"],
+        plant, wired, TickGrid(setup.tick_hz), watching, clock, leave_out=not options["eager"],
         taps=(checker,),
     )  # fmt: skip
     return Replay(loop, checker, setup)

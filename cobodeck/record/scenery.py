@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from hw.person import RADIUS
+from hw.people.person import RADIUS
 from hw.robot import Footprint
 from hw.room import Point
 from hw.scene import Scene

@@ -12,13 +12,13 @@ from cobodeck.console import USAGE, Problem
 from cobodeck.loop import Loop
 from cobodeck.record.header import attachments, header, header_of_replay, kind_of
 from cobodeck.record.reader import Record
-from cobodeck.record.recorder import Describe, Description, Recorder
+from cobodeck.record.recorder import Describe, Recorder, RunDescription
 from cobodeck.record.scenery import scene_update
 from cobodeck.record.sink import ENDING, Sink, Taken, open_free
 from cobodeck.stage import Options
 from cobodeck.wiring import Setup
 
-Tell = Callable[[str], None]
+TellLine = Callable[[str], None]
 FOLDER = Path("out")
 _LONGEST = 30
 """Letters of each part of a default name; file systems take 255 bytes in all."""
@@ -36,7 +36,7 @@ def default_name(setup: Setup, options: Options, at: datetime) -> str:
 
 
 def recorder(
-    setup: Setup, options: Options, path: Path | None, at: datetime, tell: Tell
+    setup: Setup, options: Options, path: Path | None, at: datetime, tell: TellLine
 ) -> Recorder | None:
     """A recorder of a run, by default in `out/`; None, and why, where no file can be made.
 
@@ -44,16 +44,16 @@ def recorder(
         Problem: the file asked for exists.
     """
 
-    def describe(loop: Loop) -> Description:
+    def describe(loop: Loop) -> RunDescription:
         found = header(setup, options, loop, sys.argv, _utc(at))
-        return Description(found, attachments(setup), _walls(setup))
+        return RunDescription(found, attachments(setup), _walls(setup))
 
     named = path or FOLDER / (default_name(setup, options, at) + ENDING)
     return _opened(named, path is None, describe, tell)
 
 
 def replay_recorder(
-    record: Record, setup: Setup, path: Path, at: datetime, tell: Tell
+    record: Record, setup: Setup, path: Path, at: datetime, tell: TellLine
 ) -> Recorder | None:
     """A recorder of a replay, with the header and the texts of what it replays.
 
@@ -61,11 +61,11 @@ def replay_recorder(
         Problem: the file exists.
     """
     found = header_of_replay(record.header, setup, sys.argv, _utc(at))
-    about = Description(found, record.attachments, _walls(setup))
+    about = RunDescription(found, record.attachments, _walls(setup))
     return _opened(path, False, lambda _: about, tell)
 
 
-def _opened(path: Path, any_number: bool, describe: Describe, tell: Tell) -> Recorder | None:
+def _opened(path: Path, any_number: bool, describe: Describe, tell: TellLine) -> Recorder | None:
     try:
         sink = open_free(path) if any_number else Sink(path)
     except Taken as taken:

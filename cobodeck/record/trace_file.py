@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from cobodeck.record.sink import Sink
-from cobodeck.simulate import Result
+from cobodeck.simulate import RunResult
 from cobodeck.wiring import Setup
 
 FORMAT = "cobodeck trace 1"
@@ -45,7 +45,7 @@ def own_version() -> str:
         return "0"
 
 
-def write(sink: Sink, setup: Setup, result: Result) -> Path | None:
+def write(sink: Sink, setup: Setup, result: RunResult) -> Path | None:
     """Write the trace file; where it is. None: `sink.error` says why, and nothing is left."""
     first = json.dumps(header(setup, result.figures), ensure_ascii=False)
     lines = (first, *result.wired.run.trace.lines())

@@ -12,8 +12,8 @@ from cobodeck.console import REFUSED, Problem
 from cobodeck.gate import (
     SERVED,
     WORDS,
-    Finding,
     Stage,
+    StageResult,
     Tried,
     Wanted,
     differences,
@@ -103,7 +103,7 @@ def _records(files: Iterable[Path]) -> list[Record]:
     return sorted(found, key=lambda record: str(record.header["began"]), reverse=True)
 
 
-def _refusal(setup: Setup, lacking: Sequence[Finding]) -> str:
+def _refusal(setup: Setup, lacking: Sequence[StageResult]) -> str:
     """What is missing, and the commands that would bring it about."""
     assert setup.connection is not None
     lines = [
@@ -116,13 +116,13 @@ def _refusal(setup: Setup, lacking: Sequence[Finding]) -> str:
     return "\n".join((*lines, f"or, with nobody near the robot: {words}"))
 
 
-def _why(finding: Finding) -> str:
+def _why(finding: StageResult) -> str:
     if finding.file is None:
         return ": there is no record of it"
     return f": {finding.file}: {'; '.join(finding.why)}"
 
 
-def _command(setup: Setup, finding: Finding) -> str:
+def _command(setup: Setup, finding: StageResult) -> str:
     """The command line that would bring a passed record of a stage about."""
     assert setup.connection is not None
     if finding.stage == "simulated":

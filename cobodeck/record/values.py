@@ -29,7 +29,7 @@ from typing import Any
 
 from engine.trace import encode
 
-Write = Callable[[Any], str]
+Encode = Callable[[Any], str]
 quoted = json.encoder.encode_basestring_ascii
 _ADDRESS = re.compile(r" at 0x[0-9a-f]+")
 
@@ -61,15 +61,15 @@ def value(found: Any) -> Any:
     return found
 
 
-class _Writers(dict[type, Write]):
+class _Writers(dict[type, Encode]):
     """How to write values of a class; each class is looked at once."""
 
-    def __missing__(self, kind: type) -> Write:
+    def __missing__(self, kind: type) -> Encode:
         write = self[kind] = _writer(kind)
         return write
 
 
-def _writer(kind: type) -> Write:
+def _writer(kind: type) -> Encode:
     if issubclass(kind, Enum):
         key = quoted(name_of(kind))
         return lambda member: f'{{"$enum":[{key},{quoted(member.name)}]}}'
@@ -88,7 +88,7 @@ def _writer(kind: type) -> Write:
     return lambda other: _opaque(kind, _ADDRESS.sub("", encode(other)))
 
 
-def _fields(kind: type, names: list[str]) -> Write:
+def _fields(kind: type, names: list[str]) -> Encode:
     key = quoted(name_of(kind))
 
     def write(held: Any) -> str:

@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from engine.check.arguments import check_arguments
-from engine.check.callee import Facts, World
+from engine.check.callee import Facts, KnownNames
+from engine.check.checked_chart import Subject, grow
 from engine.check.declarations import check_declarations
 from engine.check.endless import check_endless, report_dead_ends
 from engine.check.flow import check_flow
@@ -19,7 +20,6 @@ from engine.check.outcomes import check_outcomes
 from engine.check.parts import check_parts, report_unmapped, unmapped
 from engine.check.reach import check_reach
 from engine.check.rules import check_rules
-from engine.check.subject import Subject, grow
 from engine.check.uses import check_recursion, components, measure, uses
 from engine.files.finding import Finding, in_order
 from engine.load import Library
@@ -49,7 +49,7 @@ def check(
         signals: the declared signals; without them, what classes read is not looked at.
         parts: the parts of the robot; likewise.
     """
-    world = World(library, interfaces, known_types(types or {}), signals, parts)
+    world = KnownNames(library, interfaces, known_types(types or {}), signals, parts)
     subjects = {name: Subject(chart, world) for name, chart in library.items()}
     for subject in subjects.values():
         grow(subject)

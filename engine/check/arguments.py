@@ -8,7 +8,7 @@ from typing import Any
 
 from engine.chart import Node, Reference, key_mark_of, mark_of
 from engine.check.callee import Callee, parameter_type
-from engine.check.subject import Site, Subject, unknown_key
+from engine.check.checked_chart import NodeInPlace, Subject, unknown_key
 from engine.files.source import Map, Mark
 from engine.files.values import Mismatch
 from engine.types import Type, convert, fits
@@ -125,7 +125,7 @@ def _check_defaults(subject: Subject) -> None:
             _check_deadline(subject, parameter.default, at, is_timeout=is_timeout)
 
 
-def _check_inputs(subject: Subject, site: Site, callee: Callee) -> None:
+def _check_inputs(subject: Subject, site: NodeInPlace, callee: Callee) -> None:
     node, data = site.node, subject.data
     for name, key in node.inputs.items():
         argument = callee.inputs.get(name)
@@ -150,7 +150,7 @@ def _check_inputs(subject: Subject, site: Site, callee: Callee) -> None:
         _report_missing(subject, node, "in", callee.required_inputs, "N10", "input")
 
 
-def _check_outputs(subject: Subject, site: Site, callee: Callee) -> None:
+def _check_outputs(subject: Subject, site: NodeInPlace, callee: Callee) -> None:
     node = site.node
     for name, key in node.outputs.items():
         kinds = {o: named[name] for o, named in callee.outputs.items() if name in named}
@@ -167,7 +167,9 @@ def _check_outputs(subject: Subject, site: Site, callee: Callee) -> None:
                 _give(subject, site, outcome, kind, (name, real))
 
 
-def _give(subject: Subject, site: Site, outcome: str, kind: Type, binding: tuple[str, str]) -> None:
+def _give(
+    subject: Subject, site: NodeInPlace, outcome: str, kind: Type, binding: tuple[str, str]
+) -> None:
     """An output of type `kind`, by its name, goes to a key."""
     (name, real), data = binding, subject.data
     key, held, bit = subject.chart.keys[real], data.kinds[real], data.bits[real]

@@ -64,7 +64,7 @@ def _required(arguments: Mapping[str, Argument]) -> frozenset[str]:
 
 
 @dataclass(slots=True, eq=False)
-class World:
+class KnownNames:
     """All that the names in charts can stand for; `None` where that is not known.
 
     `classes` and `charts` hold what has been asked for, `looked_at` the classes whose signals and

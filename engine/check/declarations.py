@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from engine.chart import key_mark_of, mark_of
-from engine.check.subject import Subject
+from engine.check.checked_chart import Subject
 from engine.files.source import Map, Mark
 from engine.files.values import Mismatch
 from engine.types import ANY, Type, convert, fits

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from engine.check.checked_chart import NodeInPlace, Subject
 from engine.check.rules import TooLarge, uncovered
-from engine.check.subject import Site, Subject
 from engine.check.uses import circle, components
 
 MOST_BESIDE = 100
@@ -22,7 +22,7 @@ def check_endless(subject: Subject) -> None:
             _note_dead_end(subject, site)
 
 
-def _instant(site: Site) -> frozenset[str]:
+def _instant(site: NodeInPlace) -> frozenset[str]:
     """The outcomes a site can end with in the tick in which it was entered."""
     if site.callee is not None:
         return frozenset() if site.node.retry else site.callee.facts.instant
@@ -36,7 +36,7 @@ def _instant(site: Site) -> frozenset[str]:
     return frozenset(found)
 
 
-def _entered_at_once(site: Site) -> list[Site]:
+def _entered_at_once(site: NodeInPlace) -> list[NodeInPlace]:
     if site.form != "states":
         return site.children
     edges = _instant_edges(site)
@@ -50,12 +50,12 @@ def _entered_at_once(site: Site) -> list[Site]:
     return queue
 
 
-def _instant_edges(site: Site) -> dict[Site, list[Site]]:
+def _instant_edges(site: NodeInPlace) -> dict[NodeInPlace, list[NodeInPlace]]:
     quick = [child for child in site.reached if child.instant]
     if not quick:
         return {}
     named = {child.node.name: child for child in site.children}
-    edges: dict[Site, list[Site]] = {child: [] for child in site.children}
+    edges: dict[NodeInPlace, list[NodeInPlace]] = {child: [] for child in site.children}
     for child in quick:
         for outcome, target in child.routes:
             if outcome in child.instant and target in named:
@@ -63,7 +63,7 @@ def _instant_edges(site: Site) -> dict[Site, list[Site]]:
     return edges
 
 
-def _check_busy(subject: Subject, site: Site) -> None:
+def _check_busy(subject: Subject, site: NodeInPlace) -> None:
     """S03: nothing in a circle of instant states ever waits."""
     edges = _instant_edges(site)
     order = {child: index for index, child in enumerate(site.children)}
@@ -78,11 +78,11 @@ def _check_busy(subject: Subject, site: Site) -> None:
             subject.warning("S03", message, way[0].node.at, hint)
 
 
-def _note_dead_end(subject: Subject, site: Site) -> None:
+def _note_dead_end(subject: Subject, site: NodeInPlace) -> None:
     """S04: no outcome leads out of some children of a sequence."""
     named = {child.node.name: child for child in site.children}
-    sources: dict[Site, list[Site]] = {child: [] for child in site.children}
-    leaving: dict[Site, None] = {}
+    sources: dict[NodeInPlace, list[NodeInPlace]] = {child: [] for child in site.children}
+    leaving: dict[NodeInPlace, None] = {}
     for child in site.reached:
         for outcome, target in child.routes:
             if outcome == "error":
@@ -126,9 +126,9 @@ class _Enders:
     """Finds out what is ended by something beside it."""
 
     def __init__(self) -> None:
-        self.found: dict[Site, list[Site]] = {}
+        self.found: dict[NodeInPlace, list[NodeInPlace]] = {}
 
-    def end(self, site: Site) -> bool:
+    def end(self, site: NodeInPlace) -> bool:
         """Whether its timeout or one around it ends `site`, or a sibling of it or of those."""
         while site.parent is not None:
             parent = site.parent
@@ -141,7 +141,7 @@ class _Enders:
             site = parent
         return False
 
-    def _enders(self, box: Site) -> list[Site]:
+    def _enders(self, box: NodeInPlace) -> list[NodeInPlace]:
         """Up to two children of `box` that can end it."""
         if box not in self.found:
             able = (child for child in box.children if _can_end(child, box))
@@ -149,13 +149,13 @@ class _Enders:
         return self.found[box]
 
 
-def _can_end(child: Site, box: Site) -> bool:
+def _can_end(child: NodeInPlace, box: NodeInPlace) -> bool:
     """Whether some outcome of `child` is sure to end `box`, if it comes."""
     ending = [outcome in child.node.next for outcome in child.produced]
     return bool(ending) and (not box.node.keeps or all(ending))
 
 
-def _ends_without(box: Site, site: Site) -> bool:
+def _ends_without(box: NodeInPlace, site: NodeInPlace) -> bool:
     """Whether `box` ends whatever is kept of its children, if nothing is of `site`.
 
     Taken for granted in boxes with very many children, where it takes long to find out.

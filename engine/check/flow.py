@@ -11,11 +11,11 @@ from collections.abc import Mapping
 from heapq import heappop, heappush
 
 from engine.chart import Key, key_mark_of, mark_of
-from engine.check.subject import Site, Subject
+from engine.check.checked_chart import NodeInPlace, Subject
 
 
 def check_flow(subject: Subject) -> None:
-    """Look at all nodes; `Site.needs`, `Site.gives` and `Site.final` of leaves are known."""
+    """Look at all nodes; `needs`, `gives` and `final` of the leaves are known."""
     for site in reversed(subject.sites):
         if site.box:
             site.gives = _sequence(site) if site.form == "states" else _parallel(site)
@@ -29,13 +29,13 @@ def check_flow(subject: Subject) -> None:
     _check_unused(subject)
 
 
-def _complete(leaf: Site) -> None:
+def _complete(leaf: NodeInPlace) -> None:
     """Outcomes without outputs, and those whose outputs are dropped, write nothing."""
     for outcome in (*leaf.ends, "error"):
         leaf.gives.setdefault(outcome, 0)
 
 
-def _sequence(site: Site) -> dict[str, int]:
+def _sequence(site: NodeInPlace) -> dict[str, int]:
     """Forward analysis: over all ways to a node, what has been written on each of them."""
     named = {child.node.name: child for child in site.children}
     order = _downstream(site, named)
@@ -57,11 +57,11 @@ def _sequence(site: Site) -> dict[str, int]:
     return _with_timeout(site, ends)
 
 
-def _downstream(site: Site, named: Mapping[str, Site]) -> list[Site]:
+def _downstream(site: NodeInPlace, named: Mapping[str, NodeInPlace]) -> list[NodeInPlace]:
     """The children that can be entered, each before what follows it, but for loops."""
     first = site.children[0]
     seen = {first}
-    left: list[Site] = []
+    left: list[NodeInPlace] = []
     path = [(first, iter(_edges(first)))]
     while path:
         child, edges = path[-1]
@@ -77,7 +77,7 @@ def _downstream(site: Site, named: Mapping[str, Site]) -> list[Site]:
     return left[::-1]
 
 
-def _edges(child: Site) -> list[tuple[str, str]]:
+def _edges(child: NodeInPlace) -> list[tuple[str, str]]:
     """Where the outcomes of a child lead, `error` too if it can come out."""
     if "error" not in child.gives:
         return [route for route in child.routes if route[0] != "error"]
@@ -90,13 +90,13 @@ def _meet(ends: dict[str, int], outcome: str, written: int) -> None:
     ends[outcome] = ends[outcome] & written if outcome in ends else written
 
 
-def _with_timeout(site: Site, ends: dict[str, int]) -> dict[str, int]:
+def _with_timeout(site: NodeInPlace, ends: dict[str, int]) -> dict[str, int]:
     if site.node.timeout is not None:
         ends["timeout"] = 0
     return ends
 
 
-def _parallel(site: Site) -> dict[str, int]:
+def _parallel(site: NodeInPlace) -> dict[str, int]:
     """The winner's outputs; where outcomes are kept, those of the children that a rule names."""
     ends: dict[str, int] = {}
     keeps = site.node.keeps
@@ -117,7 +117,7 @@ def _parallel(site: Site) -> dict[str, int]:
     return _with_timeout(site, ends)
 
 
-def _always(child: Site) -> int:
+def _always(child: NodeInPlace) -> int:
     """What is written whichever of its outcomes is kept."""
     kept = child.kept()
     written = -1 if kept else 0
@@ -126,7 +126,7 @@ def _always(child: Site) -> int:
     return written
 
 
-def _note_writes(site: Site) -> None:
+def _note_writes(site: NodeInPlace) -> None:
     """What is written while a box runs, and what only when it ends."""
     for child in site.children:
         site.inner |= child.inner
@@ -136,9 +136,9 @@ def _note_writes(site: Site) -> None:
         site.final |= child.final
 
 
-def _check_writers(subject: Subject, site: Site) -> None:
+def _check_writers(subject: Subject, site: NodeInPlace) -> None:
     """F03: in `any` outputs at the end are the winner's alone, all others may meet."""
-    owners: dict[str, Site] = {}
+    owners: dict[str, NodeInPlace] = {}
     for child in site.children:
         writes = child.inner | child.final if site.node.keeps else child.inner
         for key in subject.data.within(writes):
@@ -153,7 +153,7 @@ def _check_writers(subject: Subject, site: Site) -> None:
 def _check_reads(subject: Subject) -> None:
     """F01: what a node reads has been written on every way to it."""
     data = subject.data
-    before: dict[Site, int] = {subject.root: data.start}
+    before: dict[NodeInPlace, int] = {subject.root: data.start}
     for site in subject.sites:
         if site.parent is not None:
             around = before.get(site.parent)
@@ -173,7 +173,7 @@ def _check_reads(subject: Subject) -> None:
             subject.error("F02", message, at, hint, (key.at, "declared here"))
 
 
-def _reading(subject: Subject, site: Site, mask: int) -> list[tuple[str, Key]]:
+def _reading(subject: Subject, site: NodeInPlace, mask: int) -> list[tuple[str, Key]]:
     if not mask:
         return []
     keys = {key.name: key for key in subject.data.within(mask)}
@@ -182,7 +182,7 @@ def _reading(subject: Subject, site: Site, mask: int) -> list[tuple[str, Key]]:
 
 
 def _report_read(
-    subject: Subject, site: Site, name: str, key: Key, before: dict[Site, int]
+    subject: Subject, site: NodeInPlace, name: str, key: Key, before: dict[NodeInPlace, int]
 ) -> None:
     way = _way(subject, site, subject.data.bits[key.name], before)
     what = "may still be none" if key.optional else "may be read before it is written"
@@ -192,7 +192,7 @@ def _report_read(
     subject.error("F01", message, at, hint, (key.at, "declared here"))
 
 
-def _way(subject: Subject, site: Site, bit: int, before: dict[Site, int]) -> str:
+def _way(subject: Subject, site: NodeInPlace, bit: int, before: dict[NodeInPlace, int]) -> str:
     """A way to `site`, or to what encloses it, on which the key of `bit` is not written."""
     while site.parent is not None:
         parent, around = site.parent, before[site.parent]

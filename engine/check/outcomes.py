@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from engine.chart import Node, key_mark_of, mark_of
-from engine.check.subject import Origin, Site, Subject
+from engine.check.checked_chart import NodeInPlace, Origin, Subject
 from engine.files.source import Map, Mark
 from engine.state import RESERVED_OUTCOMES
 
@@ -27,14 +27,14 @@ def check_outcomes(subject: Subject) -> None:
     _check_top(subject)
 
 
-def _leaf_ends(site: Site) -> Mapping[str, Sequence[Origin]]:
+def _leaf_ends(site: NodeInPlace) -> Mapping[str, Sequence[Origin]]:
     node, callee = site.node, site.callee
     if callee is None:  # believe what is said about it
         return {outcome: () for outcome in node.next if outcome != "error"}
     return {**callee.ends, "timeout": ()} if "timeout" in node.raw else callee.ends
 
 
-def _box_ends(site: Site) -> dict[str, list[Origin]]:
+def _box_ends(site: NodeInPlace) -> dict[str, list[Origin]]:
     ends: dict[str, list[Origin]] = {}
     node = site.node
     for child in site.children:
@@ -53,7 +53,7 @@ def _box_ends(site: Site) -> dict[str, list[Origin]]:
     return ends
 
 
-def _check_next(subject: Subject, site: Site, parent: Site) -> None:
+def _check_next(subject: Subject, site: NodeInPlace, parent: NodeInPlace) -> None:
     node, siblings = site.node, parent.node.raw[parent.form]
     in_sequence = parent.form == "states"
     for outcome, target in node.next.items():
@@ -75,7 +75,7 @@ def _check_next(subject: Subject, site: Site, parent: Site) -> None:
             subject.error("N07", message, at, f"write `.{target}` to end {parent.form!r}")
 
 
-def _no_outcome(subject: Subject, site: Site, outcome: str, at: Mark) -> None:
+def _no_outcome(subject: Subject, site: NodeInPlace, outcome: str, at: Mark) -> None:
     if site.callee is None and not site.box:
         return  # nobody knows its outcomes
     if outcome == "timeout":
@@ -86,7 +86,7 @@ def _no_outcome(subject: Subject, site: Site, outcome: str, at: Mark) -> None:
     subject.error("N05", f"{what} has no outcome {outcome!r}", at, hint)
 
 
-def _check_unmapped(subject: Subject, site: Site, parent: Site) -> None:
+def _check_unmapped(subject: Subject, site: NodeInPlace, parent: NodeInPlace) -> None:
     node = site.node
     if parent.node.keeps or (site.box and "timeout" not in node.raw):
         return
@@ -105,7 +105,7 @@ def _check_unmapped(subject: Subject, site: Site, parent: Site) -> None:
         subject.error("N06", what, at, hint)
 
 
-def _check_limits(subject: Subject, site: Site) -> None:
+def _check_limits(subject: Subject, site: NodeInPlace) -> None:
     """`retry`, `autonomy` and `priority`."""
     node = site.node
     if node.retry is not None:
@@ -129,7 +129,7 @@ def _check_limits(subject: Subject, site: Site) -> None:
         subject.warning("S09", "'priority' has a meaning on guards only", at, hint)
 
 
-def _check_rules(subject: Subject, site: Site) -> None:
+def _check_rules(subject: Subject, site: NodeInPlace) -> None:
     children = {child.node.name: child for child in site.children}
     listed, inside = site.node.raw["when"], site.node.raw[site.form]
     readable = isinstance(inside, Map)
@@ -147,7 +147,7 @@ def _check_rules(subject: Subject, site: Site) -> None:
             subject.error("N07", message, rule.at, "use a name of your own")
 
 
-def _check_condition(subject: Subject, child: Site, outcome: str, at: Mark) -> None:
+def _check_condition(subject: Subject, child: NodeInPlace, outcome: str, at: Mark) -> None:
     if outcome == "error":
         message = "an error ends the box before the list is looked at"
         subject.error("N05", message, at, "leave it out")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from engine.chart import mark_of
-from engine.check.subject import Site, Subject
+from engine.check.checked_chart import NodeInPlace, Subject
 
 
 def check_parts(subject: Subject) -> None:
@@ -20,9 +20,9 @@ def check_parts(subject: Subject) -> None:
     _check_known(subject)
 
 
-def _check_shared(subject: Subject, site: Site) -> None:
+def _check_shared(subject: Subject, site: NodeInPlace) -> None:
     """S08: what runs at the same time commands different parts."""
-    owners: dict[str, Site] = {}
+    owners: dict[str, NodeInPlace] = {}
     for child in site.children:
         for part in sorted(child.commands):
             owner = owners.setdefault(part, child)
@@ -50,7 +50,11 @@ def _check_known(subject: Subject) -> None:
 
 
 def _check_names(
-    subject: Subject, site: Site, what: str, names: Iterable[str], known: Iterable[str] | None
+    subject: Subject,
+    site: NodeInPlace,
+    what: str,
+    names: Iterable[str],
+    known: Iterable[str] | None,
 ) -> None:
     verb = {"signal": "reads", "part": "commands"}[what]
     for name in names if known is not None else ():
@@ -60,7 +64,7 @@ def _check_names(
             subject.error("N12", message, at, subject.near(name, known or ()))
 
 
-def unmapped(site: Site) -> Site | None:
+def unmapped(site: NodeInPlace) -> NodeInPlace | None:
     """The first leaf or `use` in `site` that commands a part and whose error comes out of it.
 
     A node to which errors lead is left out: it is there to tell somebody.

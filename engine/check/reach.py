@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from engine.check.subject import Site, Subject
+from engine.check.checked_chart import NodeInPlace, Subject
 
 
 def check_reach(subject: Subject) -> None:
@@ -25,7 +25,7 @@ def check_reach(subject: Subject) -> None:
             subject.warning("S02", f"nothing ends the chart with {outcome!r}", at, hint)
 
 
-def _routes(site: Site) -> list[tuple[str, str]]:
+def _routes(site: NodeInPlace) -> list[tuple[str, str]]:
     """Where outcomes lead: to a sibling or `.x`, also where they are handed on or kept.
 
     An `error` that is not mapped is left out; it can come out of everything.
@@ -37,7 +37,7 @@ def _routes(site: Site) -> list[tuple[str, str]]:
     return routes
 
 
-def _reached(site: Site) -> dict[Site, None]:
+def _reached(site: NodeInPlace) -> dict[NodeInPlace, None]:
     if site.form != "states":
         return dict.fromkeys(site.children)
     named = {child.node.name: child for child in site.children}
@@ -52,7 +52,7 @@ def _reached(site: Site) -> dict[Site, None]:
     return found
 
 
-def _produced(site: Site) -> dict[str, None]:
+def _produced(site: NodeInPlace) -> dict[str, None]:
     node = site.node
     found: dict[str, None] = {}
     for child in site.reached:
@@ -74,5 +74,5 @@ def _produced(site: Site) -> dict[str, None]:
     return found
 
 
-def _kept(child: Site) -> list[str]:
+def _kept(child: NodeInPlace) -> list[str]:
     return [outcome for outcome in child.produced if outcome not in child.node.next]

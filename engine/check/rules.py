@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from engine.chart import Rule
-from engine.check.subject import Site, Subject
+from engine.check.checked_chart import NodeInPlace, Subject
 
 MOST_STEPS = 20_000  # conditions looked at, beyond some times their number, before giving up
 MOST_COMPARED = 300  # items compared with each other
@@ -30,7 +30,7 @@ def check_rules(subject: Subject) -> None:
                 _check_covered(subject, site, kept)
 
 
-def _matching(subject: Subject, site: Site, kept: Mapping[str, Sequence[str]]) -> list[Rule]:
+def _matching(subject: Subject, site: NodeInPlace, kept: Mapping[str, Sequence[str]]) -> list[Rule]:
     """The items that can be the first to match; S07 for the others."""
     found: list[Rule] = []
     for rule in site.node.rules:
@@ -51,7 +51,7 @@ def _matching(subject: Subject, site: Site, kept: Mapping[str, Sequence[str]]) -
     return found
 
 
-def _check_covered(subject: Subject, site: Site, kept: Mapping[str, Sequence[str]]) -> None:
+def _check_covered(subject: Subject, site: NodeInPlace, kept: Mapping[str, Sequence[str]]) -> None:
     """S06: whatever the children end with, an item matches in the end."""
     domains = {name: list(outcomes) for name, outcomes in kept.items() if outcomes}
     rules = [rule.conditions for rule in site.rules]

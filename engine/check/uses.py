@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from engine.chart import mark_of
 from engine.check.callee import Facts
-from engine.check.subject import Site, Subject
+from engine.check.checked_chart import NodeInPlace, Subject
 
 MOST_VERTICES = 10_000  # of a machine with all used charts put in
 MOST_LEVELS = 100
@@ -108,7 +108,7 @@ def measure(subject: Subject) -> tuple[int, int]:
     Used charts are not measured again, so this takes time as the file is long, not the machine.
     """
     vertices, levels, told = 0, 0, False
-    depth: dict[Site, int] = {}
+    depth: dict[NodeInPlace, int] = {}
     for site in subject.sites:
         above = 0 if site.parent is None else depth[site.parent]
         depth[site] = above + 1

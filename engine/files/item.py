@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from engine.files import source as yaml
 from engine.files.finding import CODE, FileError, Finding, Place, did_you_mean, mistake
-from engine.files.source import Map, Mark, Seq, Source
+from engine.files.source import Map, Mark, Seq, SourceFile
 from engine.files.text import is_file
 from engine.files.values import shown
 
@@ -26,7 +26,7 @@ SUFFIXES = (".yaml", ".yml", ".txt", ".csv")
 class Item:
     """A value, where it stands, and the dotted key that leads to it."""
 
-    source: Source
+    source: SourceFile
     value: Any
     at: Mark
     key: str = ""
@@ -161,7 +161,7 @@ def parse_yaml(text: str, file: str, read: Callable[[Item], T]) -> T:
     return _read(yaml.read(text.encode(), file), read)
 
 
-def _read(source: Source, read: Callable[[Item], T]) -> T:
+def _read(source: SourceFile, read: Callable[[Item], T]) -> T:
     if source.value is None and not source.findings:
         source.report(CODE, "the file is empty", (1, 1, 2))
     findings = list(source.findings)

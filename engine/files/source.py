@@ -52,7 +52,7 @@ class Seq(list[Any]):
 
 
 @dataclass(slots=True)
-class Source:
+class SourceFile:
     """One file as read: `value` is `None` where nothing usable was found."""
 
     file: str
@@ -69,19 +69,19 @@ class Source:
         self.findings.append(Finding(code, message, self.place(mark), hint))
 
 
-def read_file(path: Path) -> Source:
+def read_file(path: Path) -> SourceFile:
     """Read a YAML file; every mistake becomes a finding, nothing is raised."""
     try:
         data = read_bytes(path, MAX_BYTES)
     except FileError as error:
-        return Source(str(path), "", findings=list(error.findings))
+        return SourceFile(str(path), "", findings=list(error.findings))
     return read(data, str(path))
 
 
-def read(data: bytes, file: str) -> Source:
+def read(data: bytes, file: str) -> SourceFile:
     """Read YAML bytes; every mistake becomes a finding, nothing is raised."""
     if len(data) > MAX_BYTES:
-        source = Source(file, "")
+        source = SourceFile(file, "")
         source.report("Y06", f"the file has {len(data)} bytes", (1, 1, 2), f"at most {MAX_BYTES}")
         return source
     try:
@@ -89,11 +89,11 @@ def read(data: bytes, file: str) -> Source:
     except UnicodeDecodeError as error:
         good = data[: error.start].decode("utf-8", "replace")
         line, column = good.count("\n") + 1, len(good) - good.rfind("\n")
-        source = Source(file, data.decode("utf-8", "replace"))
+        source = SourceFile(file, data.decode("utf-8", "replace"))
         byte = data[error.start]
         source.report("Y01", f"byte 0x{byte:02x} is not UTF-8", (line, column, column + 1))
         return source
-    source = Source(file, text)
+    source = SourceFile(file, text)
     _compose(source)
     return source
 
@@ -102,7 +102,7 @@ class _GiveUp(Exception):
     """Nothing after this mistake can be read."""
 
 
-def _compose(source: Source) -> None:
+def _compose(source: SourceFile) -> None:
     loader = yaml.CSafeLoader(source.text)
     try:
         _Builder(source).build(loader)
@@ -120,7 +120,7 @@ def _compose(source: Source) -> None:
         loader.dispose()
 
 
-def _report_form(source: Source, error: yaml.MarkedYAMLError) -> None:
+def _report_form(source: SourceFile, error: yaml.MarkedYAMLError) -> None:
     """What libyaml says, with the place where what it could not end has begun."""
     lines = source.text.split("\n")
     at = _within(lines, error.problem_mark or error.context_mark)
@@ -143,7 +143,7 @@ def _within(lines: list[str], mark: Any) -> Mark:
 
 
 class _Builder:
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: SourceFile) -> None:
         self.source = source
         self.stack: list[Map | Seq | None] = []
         self.into: Map | Seq | None = None

@@ -23,7 +23,7 @@ from hw.drivers.gates import (
 )
 
 
-class Offset(NamedTuple):
+class ClockOffset(NamedTuple):
     """Our clock less theirs, ns, and by how much it may be wrong, ns."""
 
     ns: int
@@ -88,12 +88,12 @@ class RoundTrips:
         self._trips: deque[tuple[int, int, int]] = deque()  # (when, time on the way, offset)
 
     @property
-    def best(self) -> Offset | None:
+    def best(self) -> ClockOffset | None:
         """By the fastest round trip of the window; None: nobody has answered."""
         if not self._trips:
             return None
         _, way, offset = min(self._trips, key=lambda trip: trip[1])
-        return Offset(offset, way // 2)
+        return ClockOffset(offset, way // 2)
 
     def take(self, asked: int, came: int, answered: int, received: int) -> None:
         """A question sent at `asked`, its answer received, by our clock, ns; the rest theirs.
@@ -129,13 +129,13 @@ class PeerClock:
         self.age_ns = 0
 
     @property
-    def offset(self) -> Offset | None:
+    def offset(self) -> ClockOffset | None:
         """None: not known yet."""
         best = self.trips.best
         if best is not None:
             return best
         least = self._envelope.offset_ns
-        return None if least is None else Offset(least - self._one_way_ns, self._one_way_ns)
+        return None if least is None else ClockOffset(least - self._one_way_ns, self._one_way_ns)
 
     @property
     def known(self) -> bool:

@@ -22,9 +22,9 @@ from typing import Any
 
 from hw.geometry import Pose2
 from hw.links.datagrams import Address, Intake, Outlet
-from hw.person import Person
+from hw.people.person import Person
 from hw.samples import Sample
-from hw.sim.surroundings import SimVr
+from hw.sim.devices import SimVr
 
 Now = Callable[[], int]
 SOURCE = "vr"

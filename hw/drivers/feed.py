@@ -8,14 +8,14 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from hw.links.datagrams import Address, Intake, Outlet, Told
+from hw.links.datagrams import Address, Datagram, Intake, Outlet
 from hw.samples import Sample
 
 LOOK_S = 0.2
 """The thread looks so often whether it is still wanted, s."""
 
 
-class Feed:
+class DatagramFeed:
     """Receives at an `address` of its own and hands each datagram on, in its thread.
 
     `take` is called with a datagram and its stamp in the time of the run, ns; `watch`, if given,
@@ -26,7 +26,7 @@ class Feed:
     def __init__(
         self,
         now: Callable[[], int],
-        take: Callable[[Told, int], None],
+        take: Callable[[Datagram, int], None],
         watch: Callable[[int], None] | None = None,
         look_s: float = LOOK_S,
     ) -> None:

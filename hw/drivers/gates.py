@@ -1,7 +1,7 @@
 """How old, how late and how strange an input may be: all figures of the drivers, in one place.
 
 What a person's pose may be used for by its age is decided where it is used: by the safety chain,
-`hw.safety_limits` (50, 150 and 500 ms). Here is what is refused before that.
+`hw.safety.limits` (50, 150 and 500 ms). Here is what is refused before that.
 """
 
 from __future__ import annotations

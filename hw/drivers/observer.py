@@ -18,7 +18,7 @@ TIMES = 3
 """A stop is sent so often, because datagrams get lost on the way from another machine."""
 
 
-class Observer:
+class ObserverLink:
     """Sends to the chain; hears nothing."""
 
     def __init__(self, chain: Address) -> None:

@@ -30,7 +30,7 @@ class Errors:
     welded: bool = False
 
 
-class Board:
+class FakeBumper:
     """The board; `relay` is told whenever the line opens or closes."""
 
     def __init__(

@@ -30,7 +30,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from hw.fakes.cb3_controller import EMERGENCY, PLAYING, PROTECTIVE, SAFEGUARD, Controller
+from hw.fakes.cb3_controller import EMERGENCY, PLAYING, PROTECTIVE, SAFEGUARD, FakeController
 from hw.fakes.cb3_rtde import VERSION, Rtde
 from hw.links.datagrams import Intake, Outlet
 from hw.links.processes import Parent, Ready, go_first, serve
@@ -44,10 +44,10 @@ STOPS = {
 }
 
 
-class Dashboard:
+class FakeDashboard:
     """Lines of text, one answer each."""
 
-    def __init__(self, arm: Controller) -> None:
+    def __init__(self, arm: FakeController) -> None:
         self._arm, self._buffer = arm, b""
 
     def taken(self, data: bytes) -> bytes:
@@ -81,7 +81,7 @@ class Dashboard:
 class Scripts:
     """Takes URScript; what is no whole program stops the one that runs."""
 
-    def __init__(self, arm: Controller) -> None:
+    def __init__(self, arm: FakeController) -> None:
         self._arm, self._buffer = arm, b""
 
     def taken(self, data: bytes) -> bytes:
@@ -97,10 +97,10 @@ class Scripts:
         return b""
 
 
-class Server:
+class Cb3Server:
     """All ports, and who is connected to them."""
 
-    def __init__(self, host: str, arm: Controller) -> None:
+    def __init__(self, host: str, arm: FakeController) -> None:
         self._host, self._arm = host, arm
         self._refused: set[str] = set()
         self._frozen = self._mute = False
@@ -115,7 +115,7 @@ class Server:
             OSError: one of them is in use.
         """
         kinds: dict[int, Callable[[], Any]] = {
-            DASHBOARD: lambda: Dashboard(self._arm),
+            DASHBOARD: lambda: FakeDashboard(self._arm),
             RTDE: lambda: Rtde(self._arm, self._refused),
             **{port: lambda: Scripts(self._arm) for port in SCRIPTS},
         }
@@ -187,7 +187,7 @@ class Server:
             link.setblocking(False)
             link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             talk = self._talks[link] = self._doors[door]()
-            if isinstance(talk, Dashboard) and not self._mute:
+            if isinstance(talk, FakeDashboard) and not self._mute:
                 self._send(link, b"Connected: Universal Robots Dashboard Server\n")
 
     def _take(self, link: socket.socket) -> None:
@@ -225,8 +225,8 @@ def _listening(host: str, port: int) -> socket.socket:
 def main(settings: Any, ready: Ready, parent: Parent) -> None:
     """Run until the parent goes; settings: host, joints (rad), unlock (s), tells (address)."""
     go_first()
-    arm = Controller(tuple(settings["joints"]), settings["unlock"])
-    server, control = Server(settings["host"], arm), Intake(settings["host"])
+    arm = FakeController(tuple(settings["joints"]), settings["unlock"])
+    server, control = Cb3Server(settings["host"], arm), Intake(settings["host"])
     joints = Outlet("cb3", [settings["tells"]] if settings["tells"] else [])
     ready({"control": control.address})
     due = time.monotonic_ns()

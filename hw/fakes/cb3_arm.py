@@ -17,10 +17,10 @@ STOP = 15.0
 """With so much the controller stops by itself, rad/s2."""
 
 Joints = tuple[float, ...]
-Motion = Iterator[Joints]
+JointMotion = Iterator[Joints]
 
 
-def move(start: Joints, goal: Sequence[float], speed: float, acceleration: float) -> Motion:
+def move(start: Joints, goal: Sequence[float], speed: float, acceleration: float) -> JointMotion:
     """movej: all joints together, trapezoid over the joint that has the longest way."""
     way = max(abs(b - a) for a, b in zip(start, goal, strict=True))
     if way < 1e-9:
@@ -67,7 +67,7 @@ def speed(
     )
 
 
-def brake(joints: Joints, velocities: Joints, deceleration: float) -> Motion:
+def brake(joints: Joints, velocities: Joints, deceleration: float) -> JointMotion:
     """Slow all joints down together, until they stand."""
     fastest = max(abs(v) for v in velocities)
     left = fastest

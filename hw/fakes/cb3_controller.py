@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from hw.fakes.cb3_arm import CYCLE_S, STOP, Joints, Motion, brake, move, servo, speed
+from hw.fakes.cb3_arm import CYCLE_S, STOP, JointMotion, Joints, brake, move, servo, speed
 
 REGISTERS = 48
 STOPPED, PLAYING, PAUSED = 1, 2, 4
@@ -28,7 +28,7 @@ STARTING_CYCLES = 4
 """An uploaded script runs after so many cycles."""
 
 
-class Controller:
+class FakeController:
     """Stepped once in 8 ms; nobody waits in it."""
 
     def __init__(self, joints: Joints, unlock_s: float) -> None:
@@ -47,7 +47,7 @@ class Controller:
         self._held = False  # a command is carried out once, until the client writes 0
         self._servo: tuple[Joints, float] | None = None
         self._speed: tuple[Joints, float] | None = None
-        self._moving: Motion | None = None
+        self._moving: JointMotion | None = None
         self._inline = False
         self._watchdog_s: float | None = None
         self._fed_at = 0.0

@@ -10,9 +10,9 @@ import struct
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
-from hw.fakes.cb3_controller import BITS, MODES, PLAYING, REGISTERS, Controller
+from hw.fakes.cb3_controller import BITS, MODES, PLAYING, REGISTERS, FakeController
 
-Value = Callable[[Controller], Any]
+Value = Callable[[FakeController], Any]
 VERSION = (3, 15, 8, 106339)
 HEADER = struct.Struct(">HB")
 FORMATS: Mapping[str, str] = {
@@ -22,7 +22,7 @@ FORMATS: Mapping[str, str] = {
 _NOTHING6 = (0.0,) * 6
 
 
-def _status(arm: Controller) -> int:
+def _status(arm: FakeController) -> int:
     return int(arm.powered) | int(arm.runtime == PLAYING) << 1
 
 
@@ -84,7 +84,7 @@ class Rtde:
     `refused` are variables that this controller does not know.
     """
 
-    def __init__(self, arm: Controller, refused: Collection[str]) -> None:
+    def __init__(self, arm: FakeController, refused: Collection[str]) -> None:
         self._arm, self._refused = arm, refused
         self._version = 1
         self._buffer = b""

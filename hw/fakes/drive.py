@@ -82,7 +82,7 @@ def _variable(
     return made
 
 
-class Drive:
+class FakeDrive:
     """One drive; `velocity` is that of its motor, units/s. Faults: see `hw.fakes.can_nodes`."""
 
     def __init__(self, network: FakeNetwork, number: int) -> None:

@@ -6,7 +6,7 @@ peers:
 
 from __future__ import annotations
 
-from hw.connection import Opening
+from hw.connection import RunInfo
 from hw.fakes.peer import Peer
 from hw.links.datagrams import Hearer
 
@@ -21,7 +21,7 @@ class Kairos(Peer):
     def __init__(
         self,
         host: str,
-        opening: Opening,
+        opening: RunInfo,
         port: int = 9090,
         ros: int = 1,
         upside_down: bool = False,

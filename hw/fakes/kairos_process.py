@@ -22,8 +22,8 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-from hw.fakes.kairos_robot import Message, Robot, header, laser_scan, odometry
-from hw.fakes.rosbridge import Server, Topic
+from hw.fakes.kairos_robot import KairosWheels, Message, header, laser_scan, odometry
+from hw.fakes.rosbridge import FakeTopic, RosbridgeServer
 from hw.fakes.subscription import Subscription
 from hw.links.datagrams import Intake, Outlet
 from hw.links.processes import Parent, Ready, serve
@@ -37,12 +37,12 @@ BEAMS, STEP = 541, math.radians(0.5)
 FAULTS = ("", "drop", "mute", "freeze", "late", "nan", "silent", "stop")
 
 
-class Fake:
+class FakeKairos:
     """The robot, its server, and what goes wrong with them."""
 
     def __init__(self, settings: Mapping[str, Any]) -> None:
         self.intake = Intake(settings["host"])
-        self.robot = Robot()
+        self.robot = KairosWheels()
         self._settings, self._version = settings, settings["ros"]
         self._fault, self._number = "", 0
         self._name = {
@@ -50,7 +50,7 @@ class Fake:
             "odom": self._full("robotnik_base_control/odom"),
             "stop": self._full("robotnik_base_hw/emergency_stop"),
         }
-        self.server = Server(self._topics())
+        self.server = RosbridgeServer(self._topics())
         world = settings["tells"]
         self._wheels = Outlet("drives", [] if world is None else [world])
         self._scans = Outlet("scanners", [] if world is None else [world])
@@ -91,13 +91,13 @@ class Fake:
         self._wheels.close()
         self._scans.close()
 
-    def _topics(self) -> dict[str, Topic]:
+    def _topics(self) -> dict[str, FakeTopic]:
         twist, odom = self._kind("geometry_msgs/Twist"), self._kind("nav_msgs/Odometry")
         scan, flag = self._kind("sensor_msgs/LaserScan"), self._kind("std_msgs/Bool")
-        found = {self._full(f"{name}/scan"): Topic(scan) for name in SCANNERS}
-        found[self._name["cmd_vel"]] = Topic(twist, take=self.robot.command)
-        found[self._name["odom"]] = Topic(odom)
-        found[self._name["stop"]] = Topic(flag, latched=True, last={"data": False})
+        found = {self._full(f"{name}/scan"): FakeTopic(scan) for name in SCANNERS}
+        found[self._name["cmd_vel"]] = FakeTopic(twist, take=self.robot.command)
+        found[self._name["odom"]] = FakeTopic(odom)
+        found[self._name["stop"]] = FakeTopic(flag, latched=True, last={"data": False})
         return found
 
     def _have(self, fault: str, value: object) -> None:
@@ -137,7 +137,7 @@ class Fake:
 
 async def run(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None:
     """Be the robot until the parent is gone."""
-    fake, over = Fake(settings), asyncio.Event()
+    fake, over = FakeKairos(settings), asyncio.Event()
     loop = asyncio.get_running_loop()
     loop.add_reader(parent.fileno(), over.set)
     loop.add_reader(fake.intake.fileno(), fake.take)

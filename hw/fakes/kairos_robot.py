@@ -16,7 +16,7 @@ Velocity = tuple[float, float, float]
 
 
 @dataclass(slots=True)
-class Robot:
+class KairosWheels:
     """Wheels in the plane, in SI and radians; `place` is what its odometry says: x, y, yaw."""
 
     watchdog: float = 0.5

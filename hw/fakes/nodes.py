@@ -25,9 +25,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from hw.fakes.bumper import Board, Errors
+from hw.fakes.bumper import Errors, FakeBumper
 from hw.fakes.can_network import FakeNetwork, Faults, Wire
-from hw.fakes.drive import Drive
+from hw.fakes.drive import FakeDrive
 
 
 class Nodes:
@@ -41,8 +41,8 @@ class Nodes:
         bumper: bool = True,
     ) -> None:
         self.network = FakeNetwork(wire)
-        self.drives = {number: Drive(self.network, number) for number in numbers}
-        self.board = Board(self.network.send, self._relay, by_hand_ns) if bumper else None
+        self.drives = {number: FakeDrive(self.network, number) for number in numbers}
+        self.board = FakeBumper(self.network.send, self._relay, by_hand_ns) if bumper else None
 
     def take(self, frames: Iterable[tuple[int, bytes]], now_ns: int) -> None:
         """Frames have come."""
@@ -110,7 +110,7 @@ class Nodes:
             return False
         return True
 
-    def _of_board(self, board: Board, name: str, value: Any) -> bool:
+    def _of_board(self, board: FakeBumper, name: str, value: Any) -> bool:
         errors = {
             "bad_check": "check", "stalled": "stalled", "mute": "mute", "untested": "untested",
             "welded": "welded", "jump": "jump",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from hw.connection import Opening
+from hw.connection import RunInfo
 from hw.fakes.peer import Peer
 from hw.links.datagrams import Hearer
 
@@ -26,7 +26,7 @@ class Cb3(Peer):
         tells: Hearer | None = None,
         joints: Sequence[float] | None = None,
         unlock: float = 5.0,
-        opening: Opening | None = None,
+        opening: RunInfo | None = None,
     ) -> None:
         folded = None if opening is None else opening.body.parked
         settings: dict[str, Any] = {
@@ -50,7 +50,7 @@ class VrClient(Peer):
         host: str,
         port: int,
         tells: Hearer,
-        opening: Opening,
+        opening: RunInfo,
         clock_offset: float = 0.0,
         answers: bool = True,
         by_fields: bool = True,

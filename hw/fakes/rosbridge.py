@@ -22,18 +22,18 @@ from websockets.asyncio.server import Server as Listener
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 
-Take = Callable[[Mapping[str, Any]], None]
+Receive = Callable[[Mapping[str, Any]], None]
 TALKATIVE = ("info", "warning")
 
 
 @dataclass(slots=True)
-class Topic:
+class FakeTopic:
     """A topic: its type, what it sent last if it is latched, and who in here listens to it."""
 
     kind: str
     latched: bool = False
     last: Mapping[str, Any] | None = None
-    take: Take | None = None
+    take: Receive | None = None
 
 
 @dataclass(slots=True)
@@ -59,14 +59,14 @@ class _Client:
                     await self.socket.send(text)
 
 
-class Server:
+class RosbridgeServer:
     """Topics by their full names, and the clients. All of it belongs to one event loop.
 
     `muted` topics send nothing; `refusing` closes each client that comes; `late` is how long
     everything takes to leave, s.
     """
 
-    def __init__(self, topics: Mapping[str, Topic]) -> None:
+    def __init__(self, topics: Mapping[str, FakeTopic]) -> None:
         self.topics = dict(topics)
         self.muted: set[str] = set()
         self.refusing = False

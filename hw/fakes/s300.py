@@ -98,7 +98,7 @@ class _Scanner:
                 line.close()
 
 
-class Fake:
+class FakeS300:
     """The scanners of one robot."""
 
     def __init__(self, settings: Mapping[str, Any]) -> None:
@@ -201,7 +201,7 @@ def _gone(line: socket.socket) -> bool:
 
 def main(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None:
     """Be the scanners until the parent is gone."""
-    fake = Fake(settings)
+    fake = FakeS300(settings)
     ready({"control": fake.intake.address})
     try:
         while parent.lives():

@@ -2,7 +2,7 @@
 
 peers:
   scanners:
-    driver: "hw.fakes.scanners:S300"
+    driver: "hw.fakes.scanners:S300Peer"
     tells: world
     scanners: {front_laser: {host: loopback, port: 4001}, rear_laser: {host: loopback, port: 4002}}
 """
@@ -16,7 +16,7 @@ from hw.fakes.peer import Peer
 from hw.links.datagrams import Hearer
 
 
-class S300(Peer):
+class S300Peer(Peer):
     """Fake S300 scanners in a process of their own; their faults are told in `hw.fakes.s300`.
 
     `tells` is the world whose scans they send; without one they send what they are told.

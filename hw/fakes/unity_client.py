@@ -24,7 +24,7 @@ Fields = list[bytes]
 """A message as the pieces in which it is written."""
 
 
-class Shown(NamedTuple):
+class ShownRobot(NamedTuple):
     """A robot out of an Odometry: stamp in ns, x, y, yaw's quaternion part, vx, vy, wz."""
 
     stamp_ns: int
@@ -174,7 +174,7 @@ def flag(value: bool) -> Fields:
     return [bytes([value])]
 
 
-def read_odometry(body: bytes) -> Shown:
+def read_odometry(body: bytes) -> ShownRobot:
     """A `nav_msgs/Odometry`."""
     _, seconds, rest = struct.unpack_from("<III", body)
     frame, at = _text(body, 12)
@@ -182,7 +182,7 @@ def read_odometry(body: bytes) -> Shown:
     numbers = struct.unpack_from("<7d", body, at)
     speeds = struct.unpack_from("<6d", body, at + (7 + 36) * 8)
     velocity = (speeds[0], speeds[1], speeds[5])
-    return Shown(seconds * 10**9 + rest, frame, numbers[:3], numbers[3:], velocity)
+    return ShownRobot(seconds * 10**9 + rest, frame, numbers[:3], numbers[3:], velocity)
 
 
 def read_joints(body: bytes) -> tuple[float, ...]:

@@ -1,6 +1,6 @@
 """A VR application as the robot sees one: tracks its user, asks for touches, shows the robot.
 
-What its user does comes from a `Play`; this turns it into messages at 90 Hz, by a clock of its own.
+What its user does comes from a `UserPlay`; this turns it into messages at 90 Hz, by its own clock.
 Faults are what goes wrong with such applications:
 
 | fault | what |
@@ -30,7 +30,7 @@ from hw.fakes.unity_client import (
     POSE,
     TIME,
     Client,
-    Shown,
+    ShownRobot,
     flag,
     moment,
     pose,
@@ -60,7 +60,7 @@ PERSON = ("vr/head", "vr/left_hand", "vr/right_hand", "vr/tailbone")
 """The tailbone last: with it the person is complete."""
 
 
-class Told(Protocol):
+class UserEvent(Protocol):
     """Something about the user, as `hw.samples` names it; the stamp by the monotonic clock, ns."""
 
     name: str
@@ -68,11 +68,11 @@ class Told(Protocol):
     value: Any
 
 
-class Play(Protocol):
+class UserPlay(Protocol):
     """What the user does."""
 
     def step(self, now_ns: int, robot: Pose2 | None, shown: bool) -> list[Any]:
-        """What has happened since the last step, as `Told`; the robot's pose in the map."""
+        """What has happened since the last step, as `UserEvent`; the robot's pose in the map."""
         ...
 
 
@@ -86,14 +86,14 @@ class Application:
 
     host: str
     port: int
-    play: Play
+    play: UserPlay
     trackers: tuple[str, ...] = ()
     map_from_vive: Pose3 = HERE
     offset_ns: int = 0
     answers: bool = True
     by_fields: bool = True
     fault: str = "none"
-    robot: Shown | None = None
+    robot: ShownRobot | None = None
     joints: tuple[float, ...] = ()
     changes: list[str] = field(default_factory=list)
     asks: Pose3 | None = None
@@ -164,7 +164,7 @@ class Application:
         seen = Pose3(*self.robot.position, *self.robot.quaternion)
         return (self.map_from_vive @ seen).flat()
 
-    def _happen(self, told: Told, now_ns: int) -> None:
+    def _happen(self, told: UserEvent, now_ns: int) -> None:
         value = told.value
         if isinstance(value, UserPose):
             for topic, at in zip(PERSON, tracked(value), strict=True):

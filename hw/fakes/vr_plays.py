@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 from hw.geometry import Pose2
 from hw.links.datagrams import Address, Intake, Outlet
-from hw.person import Person
-from hw.sim.surroundings import SimTrackers, SimVr
+from hw.people.person import Person
+from hw.sim.devices import SimTrackers, SimVr
 
 AGAIN_NS = 100_000_000
 """The world is told so often what the user sees, and that somebody listens."""
@@ -18,7 +18,7 @@ AWAY = Pose2(100.0, 100.0)
 SEEN = ("user.pose", "rover.tracker", "vr.haptic_request", "vr.release", "vr.restart")
 
 
-class Told(NamedTuple):
+class PlayedEvent(NamedTuple):
     """Something about the user, named as in `hw.samples`; the stamp by the monotonic clock, ns."""
 
     name: str
@@ -39,7 +39,7 @@ class Alone:
         """Has the person done all they wanted?"""
         return self._person.finished
 
-    def step(self, now_ns: int, robot: Pose2 | None, shown: bool) -> list[Told]:
+    def step(self, now_ns: int, robot: Pose2 | None, shown: bool) -> list[PlayedEvent]:
         """See `Play`."""
         found = []
         self._vr.inform(shown)
@@ -50,10 +50,10 @@ class Alone:
             self._vr.step(self._now_ns)
             for part in (self._trackers, self._vr):
                 found += part.samples(self._now_ns)
-        return [Told(name, stamp + self._begun_ns, value) for name, stamp, value in found]
+        return [PlayedEvent(name, stamp + self._begun_ns, value) for name, stamp, value in found]
 
 
-class Hosted:
+class HostedPerson:
     """The person whom a world hosts: told by its datagrams, and the world what they are shown."""
 
     def __init__(self, world: Address) -> None:
@@ -61,14 +61,14 @@ class Hosted:
         self._told: bool | None = None
         self._told_ns = 0
 
-    def step(self, now_ns: int, robot: Pose2 | None, shown: bool) -> list[Told]:  # noqa: ARG002
+    def step(self, now_ns: int, robot: Pose2 | None, shown: bool) -> list[PlayedEvent]:  # noqa: ARG002
         """See `Play`; the world knows where the robot is."""
         if shown is not self._told or now_ns - self._told_ns >= AGAIN_NS:
             self._told, self._told_ns = shown, now_ns
             self._outlet.send("subscribe", now_ns, tuple(self._intake.address))
             self._outlet.send("inform", now_ns, shown)
         heard = [told for told in self._intake.poll() if told.name in SEEN]
-        return [Told(told.name, told.stamp_ns, told.value) for told in heard]
+        return [PlayedEvent(told.name, told.stamp_ns, told.value) for told in heard]
 
     def close(self) -> None:
         """Hear and tell nothing any more."""

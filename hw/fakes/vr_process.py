@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from hw.fakes.vr_application import FAULTS, FRAME_NS, Application
-from hw.fakes.vr_plays import Hosted
+from hw.fakes.vr_plays import HostedPerson
 from hw.links.datagrams import Intake
 from hw.links.processes import Parent, Ready, serve
 
@@ -16,7 +16,7 @@ from hw.links.processes import Parent, Ready, serve
 def main(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None:
     """The process; faults come by name to `control`."""
     given = dict(settings)
-    control, play = Intake(), Hosted(given.pop("tells"))
+    control, play = Intake(), HostedPerson(given.pop("tells"))
     application = Application(play=play, **given)
     ready({"control": list(control.address)})
     due_ns = time.monotonic_ns()

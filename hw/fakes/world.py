@@ -11,11 +11,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from hw.connection import Opening
+from hw.connection import RunInfo
 from hw.fakes.subscription import Subscription
-from hw.fakes.world_process import Settings, later
+from hw.fakes.world_process import WorldSettings, later
 from hw.geometry import Pose3
-from hw.links.datagrams import Address, Intake, Outlet, Told
+from hw.links.datagrams import Address, Datagram, Intake, Outlet
 from hw.links.processes import Child
 from hw.robot import RobotModel
 from hw.samples import UserPose
@@ -29,7 +29,7 @@ SILENT_NS = 2_000_000_000
 """A world that tells nothing for so long has failed."""
 
 
-class World:
+class WorldPeer:
     """The process of the world; peers that are given it as `tells` send to its `address`.
 
     `truth` stays as it is between two calls of `advance`; its times are those of the run.
@@ -37,7 +37,7 @@ class World:
     that came more than 50 ms late.
     """
 
-    def __init__(self, port: int, opening: Opening, host: str = "127.0.0.1", *, now: Any) -> None:
+    def __init__(self, port: int, opening: RunInfo, host: str = "127.0.0.1", *, now: Any) -> None:
         """Start it.
 
         Raises:
@@ -57,7 +57,7 @@ class World:
         self._heard = time.monotonic_ns()
         self._intake, self._outlet = Intake(host), Outlet("evaluator", [self.address])
         self._subscription = Subscription(self._outlet, self._intake.address)
-        settings = Settings(self.address, opening.play, _plain(opening.body), opening.motion)
+        settings = WorldSettings(self.address, opening.play, _plain(opening.body), opening.motion)
         self._child = Child("hw.fakes.world_process", settings)
 
     @property
@@ -126,7 +126,7 @@ class World:
             for told in heard:
                 self._take(told)
 
-    def _take(self, told: Told) -> None:
+    def _take(self, told: Datagram) -> None:
         self._heard = time.monotonic_ns()
         if told.name == "truth":
             shift = self._shift or 0

@@ -31,12 +31,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from hw.connection import Play
+from hw.connection import HostedScene
 from hw.links.datagrams import Address, Intake, Outlet
-from hw.links.datagrams import Told as Heard
+from hw.links.datagrams import Datagram as Heard
 from hw.links.processes import Parent, Ready, serve
 from hw.robot import MotionLimits, RobotModel
-from hw.sim.hosted import DRIVES, EVALUATOR, SCANNERS, STEP_NS, VR, Hosted, Told
+from hw.sim.hosted import DRIVES, EVALUATOR, SCANNERS, STEP_NS, VR, HostedWorld, PeerMessage
 from hw.truth import Truth
 
 KEPT_S = 1.0
@@ -46,11 +46,11 @@ LATE_NS = 50_000_000
 
 
 @dataclass(frozen=True)
-class Settings:
+class WorldSettings:
     """What is hosted, and at which address."""
 
     address: Address
-    play: Play
+    play: HostedScene
     robot: RobotModel
     motion: MotionLimits
 
@@ -71,7 +71,7 @@ class Audience:
         if address not in self._outlets[kind].addresses:
             self._outlets[kind].addresses.append(address)
 
-    def tell(self, told: Iterable[Told], began_ns: int, now_s: float) -> None:
+    def tell(self, told: Iterable[PeerMessage], began_ns: int, now_s: float) -> None:
         """Deliver."""
         for (kind, address), until in list(self._until.items()):
             if until < now_s:
@@ -101,7 +101,7 @@ def later(truth: Truth, by_ns: int) -> Truth:
 class Host:
     """Lets a world step in real time; `late` counts steps that came too late."""
 
-    def __init__(self, world: Hosted, intake: Intake, audience: Audience) -> None:
+    def __init__(self, world: HostedWorld, intake: Intake, audience: Audience) -> None:
         self.late, self.worst_ns, self.steps = 0, 0, 0
         self._world, self._intake, self._audience = world, intake, audience
         self._began = time.monotonic_ns()
@@ -140,16 +140,16 @@ class Host:
         self.worst_ns = max(self.worst_ns, behind_ns)
         if behind_ns > LATE_NS:
             self.late += 1
-            told.append(Told(EVALUATOR, "world.late", self._world.now_ns, self.late))
+            told.append(PeerMessage(EVALUATOR, "world.late", self._world.now_ns, self.late))
         self._audience.tell(told, self._began, time.monotonic())
 
 
-def main(settings: Settings, ready: Ready, parent: Parent) -> None:
+def main(settings: WorldSettings, ready: Ready, parent: Parent) -> None:
     """Host the world until the parent has gone."""
     intake = Intake(*settings.address)
     audience = Audience()
     try:
-        world = Hosted(settings.play, settings.robot, settings.motion)
+        world = HostedWorld(settings.play, settings.robot, settings.motion)
         ready({"host": intake.address[0], "port": intake.address[1]})
         host = Host(world, intake, audience)
         host.run(parent)

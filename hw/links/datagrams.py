@@ -15,7 +15,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple, Protocol
 
 from hw.geometry import Pose2, Pose3, Twist2
-from hw.safety_record import ChainStatus, SafetyRecord
+from hw.safety.record import ChainStatus, SafetyRecord
 from hw.samples import (
     ArmState,
     BumperHit,
@@ -48,7 +48,7 @@ KINDS: Mapping[str, Any] = {
 """The classes that a value may hold."""
 
 
-class Told(NamedTuple):
+class Datagram(NamedTuple):
     """One datagram; `source` says who sent it, `number` counts their datagrams from 1 on."""
 
     source: str
@@ -121,9 +121,9 @@ class Intake:
         """For `select`."""
         return self._socket.fileno()
 
-    def poll(self, most: int = 256) -> list[Told]:
+    def poll(self, most: int = 256) -> list[Datagram]:
         """What has arrived since the last call, oldest first, `most` at once; waits for nothing."""
-        found: list[Told] = []
+        found: list[Datagram] = []
         while len(found) < most:
             try:
                 data = self._socket.recv(LONGEST)
@@ -177,13 +177,13 @@ def told(found: Any) -> Any:
     return found
 
 
-def _parsed(data: bytes) -> Told | None:
+def _parsed(data: bytes) -> Datagram | None:
     try:
         source, number, name, stamp, value = json.loads(data)
         if not (isinstance(source, str) and isinstance(name, str)):
             return None
         if type(number) is not int or type(stamp) is not int:
             return None
-        return Told(source, number, name, stamp, told(value))
+        return Datagram(source, number, name, stamp, told(value))
     except (ValueError, TypeError, KeyError, RecursionError):
         return None

@@ -1,6 +1,6 @@
 """The wheels in the reduced simulation: ideal pose, and limits on speed and acceleration.
 
-Limits on speed and acceleration are those of `hw.ramps`.
+Limits on speed and acceleration are those of `hw.safety.ramps`.
 
 With a gate the base has its own loop at 100 Hz or more, and the gate is asked in each cycle, after
 the ramps and last before the wheels; what it takes away is braked away.
@@ -12,15 +12,15 @@ import math
 from typing import TYPE_CHECKING
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
-from hw.guarded import CYCLE_NS, GuardedBase
 from hw.interfaces import DriveMode
-from hw.ramps import Motion, Ramps, twist_after
 from hw.robot import MotionLimits, RobotModel
+from hw.safety.guarded import CYCLE_NS, GuardedBase
+from hw.safety.ramps import PlanarState, Ramps, twist_after
 from hw.samples import Sample
-from hw.sim.sensors import Noise, added
+from hw.sim.sensors import WhiteNoise, added
 
 if TYPE_CHECKING:
-    from hw.sim.slip import Floor
+    from hw.sim.slip import SlipperyFloor
     from hw.sim.track import Track
 
 _GRAVITY = 9.81
@@ -49,7 +49,7 @@ class SimBase:
         model: RobotModel,
         limits: MotionLimits,
         start: Pose2,
-        noise: Noise | None = None,
+        noise: WhiteNoise | None = None,
     ) -> None:
         base = model.base
         self.pose = start
@@ -60,7 +60,7 @@ class SimBase:
         self.braked = False
         self.gate: GuardedBase | None = None
         self.signals: tuple[str, ...] = ("base.pose", "base.twist")
-        self._floor: Floor | None = None
+        self._floor: SlipperyFloor | None = None
         self._tracks: tuple[Track, Track] | None = None
         self._noise, self._error = noise, _EXACT
         self._model = base
@@ -78,7 +78,7 @@ class SimBase:
         self._vx = self._vy = self._wz = self._kinetic = 0.0
         self._reported = -1
 
-    def watch(self, body: Track, wheels: Track, floor: Floor | None) -> None:
+    def watch(self, body: Track, wheels: Track, floor: SlipperyFloor | None) -> None:
         """Note from now on where the body and the wheels get to, and slip on this floor."""
         self.signals = ("base.twist",)
         self._tracks, self._floor = (body, wheels), floor
@@ -194,16 +194,16 @@ class SimBase:
         if self._floor is not None:
             wheels.note(now_ns, Pose2(self._x, self._y, self._yaw))
 
-    def _twist(self, motion: Motion) -> Twist2:
+    def _twist(self, motion: PlanarState) -> Twist2:
         """The velocity at the end of a motion, in the base frame."""
         return twist_after(self._yaw, motion, self.mode)
 
-    def _toward(self, target: Twist2, h: float, braked: bool) -> Motion:
+    def _toward(self, target: Twist2, h: float, braked: bool) -> PlanarState:
         """The motion of h s towards a velocity, as fast as ramps or brakes allow."""
         velocity = self._vx, self._vy, self._wz
         return self._ramps.toward(self._yaw, velocity, target, h, self.mode, braked)
 
-    def _step(self, motion: Motion) -> None:
+    def _step(self, motion: PlanarState) -> None:
         dx, dy, turn, (vx, vy, wz) = motion
         way = math.hypot(dx, dy) if self._floor is None else self._slip(self._floor, motion)
         self._x += dx
@@ -215,7 +215,7 @@ class SimBase:
         self.energy_j += abs(kinetic - self._kinetic) + self._rolling * way
         self._kinetic = kinetic
 
-    def _slip(self, floor: Floor, motion: Motion) -> float:
+    def _slip(self, floor: SlipperyFloor, motion: PlanarState) -> float:
         """Move the body as these wheels move it on this floor; its way, m."""
         dx, dy, turn, (vx, vy, wz) = motion
         middle = self._yaw + 0.5 * turn

@@ -15,9 +15,9 @@ import math
 from typing import NamedTuple
 
 from hw.geometry import Pose2, Twist2, wrap
-from hw.person import RADIUS
+from hw.people.person import RADIUS
 from hw.robot import Footprint
-from hw.separation import nearness
+from hw.safety.separation import nearness
 
 _TURN = 0.02
 _HALVINGS = 24

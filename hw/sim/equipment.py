@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hw.interfaces import Part
-from hw.person import RADIUS, Person
+from hw.interfaces import RobotPart
+from hw.people.person import RADIUS, Person
 from hw.robot import RobotModel
 from hw.room import Point
 from hw.scene import Scene
@@ -17,9 +17,9 @@ from hw.sim.lidar import SimLidar
 from hw.sim.odometry import SimOdometry
 from hw.sim.person_view import PersonView
 from hw.sim.shapes import Shapes
-from hw.sim.slip import Floor
+from hw.sim.slip import SlipperyFloor
 from hw.sim.track import Track
-from hw.sim.vive import RoverTrackers
+from hw.sim.vive import SimulatedTrackers
 from hw.things import Body
 
 PERSON_HEIGHT = 1.8
@@ -44,7 +44,7 @@ class Equipment:
         self._body = Track(base.pose)
         wheels, floor = self._body, None
         if errors.slip is not None:
-            wheels, floor = Track(base.pose), Floor(errors.slip, base.pose, seed)
+            wheels, floor = Track(base.pose), SlipperyFloor(errors.slip, base.pose, seed)
         base.watch(self._body, wheels, floor)
         if person is not None:
             self._walked = Track(person.body)
@@ -57,7 +57,7 @@ class Equipment:
         everywhere = scene is None or scene.tracking == "everywhere"
         self.view = PersonView(seen, errors.vive, seed, everywhere=everywhere)
         self.tracking_delay = errors.vive.delay
-        self.parts: dict[str, Part] = {}
+        self.parts: dict[str, RobotPart] = {}
         if sensing.lidars:
             self.parts["lidar"] = SimLidar(sensing.lidars, self._body, shapes, errors.lidar, seed)
         if sensing.odometry is not None:
@@ -65,7 +65,7 @@ class Equipment:
         if sensing.imu is not None:
             self.parts["imu"] = SimImu(sensing.imu, self._body, errors.imu, seed)
         if sensing.trackers:
-            self.parts["rover_trackers"] = RoverTrackers(
+            self.parts["rover_trackers"] = SimulatedTrackers(
                 robot, self._body, seen, errors.vive, seed, tracking
             )
 

@@ -10,16 +10,16 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from hw.connection import Play
+from hw.connection import HostedScene
 from hw.geometry import Pose2, Pose3
-from hw.live import LivePerson
-from hw.person import Person
+from hw.people.live import LivePerson
+from hw.people.person import Person
+from hw.people.user import open_user
 from hw.robot import MotionLimits, RobotModel
 from hw.samples import Sample, UserPose
 from hw.sim.hosted_base import HostedArm, HostedBase
 from hw.sim.world import World
 from hw.truth import Truth
-from hw.user import open_user
 
 STEP_NS = 10_000_000
 """The world steps on a grid of this period."""
@@ -39,7 +39,7 @@ ROUTES = {
 """Who is told of which samples."""
 
 
-class Told(NamedTuple):
+class PeerMessage(NamedTuple):
     """Something for one of the peers: a name, the instant it is of, ns, and a value."""
 
     to: str
@@ -91,14 +91,14 @@ class Waiting:
                 self.measured = Sample(seen.name, seen.stamp_ns + self._begun, seen.value)
 
 
-class Hosted:
+class HostedWorld:
     """A tier 2 world whose base and arm are moved by fakes, and whose operator is outside.
 
     Raises:
         FileError: the user's file is wrong, or the robot starts in a wall.
     """
 
-    def __init__(self, play: Play, robot: RobotModel, motion: MotionLimits) -> None:
+    def __init__(self, play: HostedScene, robot: RobotModel, motion: MotionLimits) -> None:
         scene = play.scene
         self.person: Waiting | None = None
         self._live: LivePerson | None = None
@@ -178,7 +178,7 @@ class Hosted:
         else:
             raise ValueError(f"nobody can {name!r}")
 
-    def step(self) -> list[Told]:
+    def step(self) -> list[PeerMessage]:
         """Go on to the next instant of the grid; what there is to tell then."""
         self.now_ns = now = self.now_ns + STEP_NS
         self._place_live(now)
@@ -186,14 +186,14 @@ class Hosted:
         if now <= self._pushed_until:
             self._world.push_off()
         told = [
-            Told(ROUTES[sample.name], sample.name, sample.stamp_ns, sample.value)
+            PeerMessage(ROUTES[sample.name], sample.name, sample.stamp_ns, sample.value)
             for source in self._sources
             for sample in source.samples(now)
         ]
         told += self._levels(now, told)
         told += self._foam(now)
-        told.append(Told(EVALUATOR, "truth", now, self.truth))
-        told.append(Told(EVALUATOR, "finished", now, self.finished))
+        told.append(PeerMessage(EVALUATOR, "truth", now, self.truth))
+        told.append(PeerMessage(EVALUATOR, "finished", now, self.finished))
         return told
 
     def _place_live(self, now: int) -> None:
@@ -202,7 +202,7 @@ class Hosted:
         if live is not None and there is not None and person is not None and person.begun:
             live.push(person.own(now), there)
 
-    def _levels(self, now: int, told: Iterable[Told]) -> list[Told]:
+    def _levels(self, now: int, told: Iterable[PeerMessage]) -> list[PeerMessage]:
         """The request, and whether the foam is free, anew."""
         for one in told:
             if one.name == "vr.haptic_request":
@@ -210,15 +210,15 @@ class Hosted:
         if now < self._level_due:
             return []
         self._level_due = now + LEVEL_NS
-        found = [] if self._foam_pressed else [Told(DRIVES, "bumper", now, None)]
+        found = [] if self._foam_pressed else [PeerMessage(DRIVES, "bumper", now, None)]
         if self.person is not None:
-            found.append(Told(VR, "vr.haptic_request", now, self._request))
+            found.append(PeerMessage(VR, "vr.haptic_request", now, self._request))
         return found
 
-    def _foam(self, now: int) -> list[Told]:
-        hits = [Told(DRIVES, "bumper", now, hit.value) for hit in self._bumper.samples(now)]
+    def _foam(self, now: int) -> list[PeerMessage]:
+        hits = [PeerMessage(DRIVES, "bumper", now, hit.value) for hit in self._bumper.samples(now)]
         pressed = self._world.pressed or self.base.held
         if self._foam_pressed and not pressed:
-            hits.append(Told(DRIVES, "bumper", now, None))
+            hits.append(PeerMessage(DRIVES, "bumper", now, None))
         self._foam_pressed = pressed
         return hits

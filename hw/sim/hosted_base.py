@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from hw.geometry import STILL, Pose2, Twist2
-from hw.guarded import CYCLE_NS
 from hw.interfaces import DriveMode
 from hw.robot import BaseModel, MotionLimits, RobotModel
+from hw.safety.guarded import CYCLE_NS
 from hw.samples import ArmState, Joints, Sample, TimedJoints
 from hw.sim.base import SimBase
 

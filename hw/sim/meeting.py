@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from hw.geometry import Pose2
-from hw.person import RADIUS
+from hw.people.person import RADIUS
 from hw.robot import Footprint
 from hw.sim.contact import Sweep, first_touch, gap, swept_gap
 from hw.things import Thing

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Protocol
 
 from hw.geometry import Pose2, Twist2
-from hw.guarded import GuardedBase
 from hw.interfaces import Arm, Base
+from hw.safety.guarded import GuardedBase
 from hw.samples import ArmState
 
 

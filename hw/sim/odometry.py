@@ -9,7 +9,7 @@ from hw.samples import Odometry, Sample
 from hw.sensing import OdometryModel
 from hw.sim.errors import OdometryErrors
 from hw.sim.streams import Normals, Rhythm
-from hw.sim.track import Place, Track
+from hw.sim.track import Track, TrackPose
 
 
 class SimOdometry:
@@ -46,7 +46,7 @@ class SimOdometry:
         )
 
 
-def _mean_velocity(before: Place, now: Place, span: float) -> tuple[float, float, float]:
+def _mean_velocity(before: TrackPose, now: TrackPose, span: float) -> tuple[float, float, float]:
     """Of an even motion, in the frame of the base in its middle."""
     turn = now[2] - before[2]
     yaw = before[2] + 0.5 * turn

@@ -9,7 +9,7 @@ from hw.geometry import Pose2, Pose3, wrap
 from hw.samples import Sample, UserPose
 from hw.sim.coverage import Coverage
 from hw.sim.errors import ViveErrors
-from hw.sim.sensors import Noise
+from hw.sim.sensors import WhiteNoise
 from hw.sim.streams import Stream
 from hw.sim.vive import Device
 
@@ -31,7 +31,7 @@ class PersonView:
     ) -> None:
         self._coverage, self._everywhere = coverage, everywhere
         self._device = Device(errors, seed, "user.pose")
-        self._noise = Noise(seed, "user.pose/vive", errors.noise)
+        self._noise = WhiteNoise(seed, "user.pose/vive", errors.noise)
         self._told_from_map = errors.restart.inverse()
         self._told_from_map3 = Pose3.from_yaw(
             self._told_from_map.x, self._told_from_map.y, 0.0, self._told_from_map.yaw

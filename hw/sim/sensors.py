@@ -34,23 +34,23 @@ class SensorModel:
                 raise ValueError(f"sensors: {name} is {getattr(self, name)}; a number from 0 on")
 
     @property
-    def of_tracking(self) -> Noise | None:
+    def of_tracking(self) -> WhiteNoise | None:
         """The noise of `user.pose`."""
         return self._noise("user.pose", self.tracking_noise)
 
     @property
-    def of_pose(self) -> Noise | None:
+    def of_pose(self) -> WhiteNoise | None:
         """The noise of `base.pose`."""
         return self._noise("base.pose", self.pose_noise)
 
-    def _noise(self, source: str, sigma: float) -> Noise | None:
-        return Noise(self.seed, source, sigma) if sigma > 0.0 else None
+    def _noise(self, source: str, sigma: float) -> WhiteNoise | None:
+        return WhiteNoise(self.seed, source, sigma) if sigma > 0.0 else None
 
 
 IDEAL = SensorModel()
 
 
-class Noise:
+class WhiteNoise:
     """White noise of one source; `sigma` in m, half as much of yaws in rad."""
 
     def __init__(self, seed: int, source: str, sigma: float) -> None:

@@ -14,7 +14,7 @@ Velocity = tuple[float, float, float]
 """vx, vy, wz in the frame of the base."""
 
 
-class Floor:
+class SlipperyFloor:
     """Where the body gets to on a floor, from what the wheels do."""
 
     def __init__(self, slip: Slip, start: Pose2, seed: int) -> None:

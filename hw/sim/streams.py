@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-Row = tuple[float, ...]
+NoiseRow = tuple[float, ...]
 FORGOTTEN_NS = 1_000_000_000
 _BLOCK = 64
 """Rows that are drawn at once."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hw.geometry import Pose2, wrap
 
-Place = tuple[float, float, float]
+TrackPose = tuple[float, float, float]
 """x, y in the map (m) and the yaw, not wrapped (rad)."""
 KEPT = 512
 """So many instants at least are known; 5 s of motion."""
@@ -24,7 +24,7 @@ class Track:
 
     def __init__(self, start: Pose2) -> None:
         self._times = [0]
-        self._places: list[Place] = [(start.x, start.y, start.yaw)]
+        self._places: list[TrackPose] = [(start.x, start.y, start.yaw)]
 
     @property
     def known_ns(self) -> int:
@@ -47,7 +47,7 @@ class Track:
         if len(times) >= 2 * KEPT:
             del times[:KEPT], places[:KEPT]
 
-    def at(self, time_ns: int) -> Place:
+    def at(self, time_ns: int) -> TrackPose:
         """Where it was; before and after what is known: at its end."""
         times, places = self._times, self._places
         n = bisect_right(times, time_ns)

@@ -80,7 +80,7 @@ class Device:
         return Pose2(size * math.cos(angle), size * math.sin(angle), yaw)
 
 
-class RoverTrackers:
+class SimulatedTrackers:
     """The trackers on the rover, each by itself: nothing while it is not seen (R8, R31)."""
 
     signals: tuple[str, ...] = ("rover.tracker",)

@@ -12,25 +12,25 @@ from typing import TYPE_CHECKING, Any
 
 from engine.files.finding import mistake
 from hw.geometry import Pose2, wrap
-from hw.guarded import CYCLE_NS, GuardedBase
-from hw.interfaces import Part
+from hw.interfaces import RobotPart
 from hw.log import Log
-from hw.person import Person
+from hw.people.person import Person
 from hw.robot import MotionLimits, RobotModel
-from hw.safety_limits import SafetyLimits
-from hw.safety_record import SafetyRecord
+from hw.safety.guarded import CYCLE_NS, GuardedBase
+from hw.safety.limits import SafetyLimits
+from hw.safety.record import SafetyRecord
+from hw.safety.stop_line import StopLatch
 from hw.samples import Sample, UserPose
 from hw.scene import Scene
 from hw.sim.arm import SimArm
 from hw.sim.base import SimBase
+from hw.sim.devices import ScriptedOperator, SimBumper, SimTrackers, SimVr
 from hw.sim.errors import SensorErrors
 from hw.sim.meeting import Bystanders, Meeting
 from hw.sim.moving import MovingArm, MovingBase
 from hw.sim.sensors import IDEAL, SensorModel
-from hw.sim.surroundings import ScriptedOperator, SimBumper, SimTrackers, SimVr
 from hw.sim.tool import Hand
 from hw.sim.walls import Walls
-from hw.stop_line import StopLatch
 from hw.truth import USER, Contact, Truth
 
 if TYPE_CHECKING:
@@ -126,7 +126,7 @@ class World:
         self.parts: Mapping[str, Any] = {k: part for k, part in parts.items() if part is not None}
         self._check_start()
 
-    def _own_parts(self) -> dict[str, Part | None]:
+    def _own_parts(self) -> dict[str, RobotPart | None]:
         return {
             "base": self.guard,
             "arm": self.arm,
@@ -137,7 +137,7 @@ class World:
             "wrench": self.hand.wrench,
         }
 
-    def _of_person(self, sensors: SensorModel) -> dict[str, Part | None]:
+    def _of_person(self, sensors: SensorModel) -> dict[str, RobotPart | None]:
         if self.person is None:
             return {}
         delay, view, room = sensors.tracking_delay, None, None
@@ -209,7 +209,7 @@ class World:
         """The records of the safety chain."""
         return self.guard.chain.cycles
 
-    def add(self, parts: Mapping[str, Part]) -> None:
+    def add(self, parts: Mapping[str, RobotPart]) -> None:
         """Parts of one's own, in place of those of the same names; `advance` moves them on.
 
         A base of one's own gets a guard too, which lets it go from cycle to cycle.

@@ -15,8 +15,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from hw.geometry import Pose2
 from hw.prop import Capsule
-from states.arm.kernels import Around, Array, Body, Integers, gaps, place_capsules, sweep
-from states.arm.kinematics import Chain
+from states.arm.kernels import (
+    ArmObstacles,
+    Array,
+    CapsuleSet,
+    Integers,
+    gaps,
+    place_capsules,
+    sweep,
+)
+from states.arm.kinematics import KinematicChain
 from states.arm.model import LINKS, Manipulator
 
 MARGIN = 0.005
@@ -81,16 +89,16 @@ class Surroundings:
 class CollisionModel:
     """The arm's capsules with names for what they belong to."""
 
-    body: Body
+    body: CapsuleSet
     links: tuple[str, ...]
 
     @classmethod
     def of(cls, model: Manipulator) -> CollisionModel:
         """Capsules of arm and tool; pairs on one link, neighbours and `apart` ones left out."""
-        chain = Chain.of(model)
+        chain = KinematicChain.of(model)
         capsules = sorted((*model.capsules, *model.tool.capsules), key=lambda c: c.link)
         ends = np.array([[c.start, c.end] for c in capsules], dtype=np.float64)
-        body = Body(
+        body = CapsuleSet(
             base=chain.base,
             origins=chain.origins,
             links=np.array([c.link for c in capsules], dtype=np.int64),
@@ -105,23 +113,23 @@ class CollisionModel:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Checker:
+class CollisionChecker:
     """Answers for one arm in one place. Joints are (6,) or (n, 6) in rad, gaps in m."""
 
     model: CollisionModel
-    around: Around
+    around: ArmObstacles
     margin: float = MARGIN
 
     @classmethod
     def of(
         cls, model: CollisionModel, surroundings: Surroundings, margin: float = MARGIN
-    ) -> Checker:
+    ) -> CollisionChecker:
         """The floor is at height 0 of the rover frame."""
         walls, cylinders = (
             np.ascontiguousarray(a, dtype=np.float64)
             for a in (surroundings.walls, surroundings.cylinders)
         )
-        return cls(model, Around(0.0, walls, cylinders), margin)
+        return cls(model, ArmObstacles(0.0, walls, cylinders), margin)
 
     def clearance(self, joints: ArrayLike) -> Array:
         """The least gap anywhere, negative where something overlaps: (n,)."""
@@ -190,7 +198,7 @@ def inside_frame(model: CollisionModel, joints: ArrayLike, length: float, width:
 
 def warm_up(model: CollisionModel) -> None:
     """Compiles what this module needs, so that no control tick does."""
-    checker = Checker.of(model, Surroundings.empty())
+    checker = CollisionChecker.of(model, Surroundings.empty())
     checker.clearance(np.zeros(6))
     checker.line_free(np.zeros(6), np.zeros(6))
     outline(model, np.zeros(6))
@@ -213,7 +221,7 @@ def _apart(model: Manipulator, first: Capsule, second: Capsule) -> bool:
     return any(a in names[0] and b in names[1] for a, b in model.apart)
 
 
-def _reach(chain: Chain, capsules: list[Capsule]) -> Array:
+def _reach(chain: KinematicChain, capsules: list[Capsule]) -> Array:
     steps = np.linalg.norm(chain.origins[:, :3, 3], axis=1)
     reach = np.zeros((len(capsules), 6))
     for i, capsule in enumerate(capsules):

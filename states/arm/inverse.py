@@ -17,7 +17,14 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from states.arm.kernels import Array
-from states.arm.kinematics import Chain, deviation, forward, inverted, jacobian, link_frames
+from states.arm.kinematics import (
+    KinematicChain,
+    deviation,
+    forward,
+    inverted,
+    jacobian,
+    link_frames,
+)
 from states.arm.newton import polish
 
 BRANCHES = 8
@@ -55,7 +62,7 @@ class NearSolutions:
         return Solutions(self.joints, valid)
 
 
-def inverse(chain: Chain, targets: ArrayLike) -> Solutions:
+def inverse(chain: KinematicChain, targets: ArrayLike) -> Solutions:
     """All joints that bring the tcp to the targets, rover_from_tcp (4, 4) or (n, 4, 4).
 
     Angles lie in (-pi, pi]; branches outside the joints' limits in every turn are left out. At a
@@ -73,7 +80,7 @@ def inverse(chain: Chain, targets: ArrayLike) -> Solutions:
     return Solutions(joints, valid & _has_copy(chain, joints))
 
 
-def inverse_near(chain: Chain, targets: ArrayLike) -> NearSolutions:
+def inverse_near(chain: KinematicChain, targets: ArrayLike) -> NearSolutions:
     """Like `inverse`, but a pose out of reach gives joints near it and what they miss.
 
     Each branch points its shoulder at the pose and stretches (or folds) as far as it can, which
@@ -90,7 +97,7 @@ def inverse_near(chain: Chain, targets: ArrayLike) -> NearSolutions:
     return NearSolutions(joints, np.where(free, distance, np.inf), np.where(free, angle, np.inf))
 
 
-def nearest_copies(chain: Chain, joints: Array, near: ArrayLike) -> Array:
+def nearest_copies(chain: KinematicChain, joints: Array, near: ArrayLike) -> Array:
     """Each joint shifted by whole turns to be as near as its limits allow to `near` (6,) rad.
 
     Joints are (..., 6) with at least one copy inside the limits, as `inverse` gives them.
@@ -102,13 +109,13 @@ def nearest_copies(chain: Chain, joints: Array, near: ArrayLike) -> Array:
     return np.asarray(np.clip(shifted, chain.lower, chain.upper))
 
 
-def forward_all(chain: Chain, joints: Array) -> Array:
+def forward_all(chain: KinematicChain, joints: Array) -> Array:
     """`forward` for joints of any leading shape: (..., 6) to (..., 4, 4)."""
     poses = forward(chain, joints.reshape(-1, 6))
     return np.asarray(poses.reshape(*joints.shape[:-1], 4, 4))
 
 
-def warm_up(chain: Chain) -> None:
+def warm_up(chain: KinematicChain) -> None:
     """Compiles what this module and the kinematics need, so that no control tick does."""
     inverse(chain, forward(chain, np.zeros(6)))
     jacobian(chain, np.zeros(6))
@@ -122,7 +129,9 @@ def _poses(targets: ArrayLike) -> Array:
     return poses.reshape(-1, 4, 4)
 
 
-def _closed_form(chain: Chain, poses: Array, reach: float) -> tuple[Array, NDArray[np.bool_]]:
+def _closed_form(
+    chain: KinematicChain, poses: Array, reach: float
+) -> tuple[Array, NDArray[np.bool_]]:
     flange = np.ascontiguousarray(inverted(chain.base) @ poses @ inverted(chain.tip))
     joints = np.zeros((len(poses), BRANCHES, 6))
     valid = np.zeros((len(poses), BRANCHES), dtype=np.bool_)
@@ -130,7 +139,7 @@ def _closed_form(chain: Chain, poses: Array, reach: float) -> tuple[Array, NDArr
     return joints, valid
 
 
-def _has_copy(chain: Chain, joints: Array) -> NDArray[np.bool_]:
+def _has_copy(chain: KinematicChain, joints: Array) -> NDArray[np.bool_]:
     low = np.ceil((chain.lower - joints) / _TURN - 1e-12)
     high = np.floor((chain.upper - joints) / _TURN + 1e-12)
     return np.asarray(np.all(low <= high, axis=-1))

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-class Body(NamedTuple):
+class CapsuleSet(NamedTuple):
     """The arm for collision checks: m capsules, p pairs of them that may meet.
 
     `base` (4, 4) and `origins` (6, 4, 4) as in the chain; `links` (m,), `ends` (m, 2, 3) in the
@@ -37,7 +37,7 @@ class Body(NamedTuple):
     first: int
 
 
-class Around(NamedTuple):
+class ArmObstacles(NamedTuple):
     """What stands around the rover: floor height, walls (w, 6) and cylinders (c, 5).
 
     A wall is an upright rectangle: x1, y1, x2, y2, z_low, z_high; a cylinder x, y, radius, z_low,
@@ -144,7 +144,7 @@ def outer_gap(
 
 
 @njit(cache=True)
-def gaps(body: Body, around: Around, q: Array, found: Array, which: Integers) -> None:
+def gaps(body: CapsuleSet, around: ArmObstacles, q: Array, found: Array, which: Integers) -> None:
     """Writes the least gap of each of n joint sets and where it is: a pair, or p + a capsule."""
     # taken out of the tuples once: handing a tuple on costs more than a distance
     base, origins, links, local, radii, pairs, _, boxes, first = body
@@ -166,7 +166,7 @@ def gaps(body: Body, around: Around, q: Array, found: Array, which: Integers) ->
 
 @njit(cache=True)
 def sweep(
-    body: Body, around: Around, piece: Array, length: float, margin: float, budget: int
+    body: CapsuleSet, around: ArmObstacles, piece: Array, length: float, margin: float, budget: int
 ) -> tuple[float, int]:
     """How far along q = piece[0] + piece[1] x + piece[2] x^2, 0 <= x <= length, the arm is free.
 

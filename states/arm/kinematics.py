@@ -18,7 +18,7 @@ from states.arm.model import Manipulator
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Chain:
+class KinematicChain:
     """An arm as arrays, all read-only.
 
     `base` is rover_from_base and `tip` flange_from_tcp, both (4, 4); `origins` (6, 4, 4) place
@@ -36,7 +36,7 @@ class Chain:
     nominal: bool
 
     @classmethod
-    def of(cls, model: Manipulator) -> Chain:
+    def of(cls, model: Manipulator) -> KinematicChain:
         """The chain of a model, calibrated if the model is."""
         dh = model.dh
         return cls(
@@ -51,7 +51,7 @@ class Chain:
         )
 
 
-def forward(chain: Chain, joints: ArrayLike) -> Array:
+def forward(chain: KinematicChain, joints: ArrayLike) -> Array:
     """rover_from_tcp at these joints: (4, 4) for (6,), (n, 4, 4) for (n, 6)."""
     q, single = _rows(joints)
     poses = np.zeros((len(q), 4, 4))
@@ -59,7 +59,7 @@ def forward(chain: Chain, joints: ArrayLike) -> Array:
     return poses[0] if single else poses
 
 
-def link_frames(chain: Chain, joints: ArrayLike) -> Array:
+def link_frames(chain: KinematicChain, joints: ArrayLike) -> Array:
     """rover_from_link of base and links 1 to 6 at one set of joints: (7, 4, 4)."""
     q, _ = _rows(joints)
     frames = np.zeros((7, 4, 4))
@@ -68,7 +68,7 @@ def link_frames(chain: Chain, joints: ArrayLike) -> Array:
     return frames
 
 
-def jacobian(chain: Chain, joints: ArrayLike) -> Array:
+def jacobian(chain: KinematicChain, joints: ArrayLike) -> Array:
     """Velocity of the tcp per joint velocity, in the rover frame: (6, 6) or (n, 6, 6).
 
     Rows 0 to 2 are the velocity of the tcp's origin in m/s, rows 3 to 5 the turning in rad/s.

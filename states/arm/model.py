@@ -24,7 +24,7 @@ from engine.files.record import Name, record
 from engine.files.units import Length
 from engine.files.values import Count, Range
 from hw.places import AnyAngle
-from hw.prop import JOINTS, Capsule, Placement, Point, Prop, Radius, Six, load_prop
+from hw.prop import JOINTS, Capsule, Placement, Point3, Prop, Radius, Six, load_prop
 from hw.robot import JointSpeed, RobotModel
 
 FOLDER = Path(__file__).parent
@@ -58,12 +58,12 @@ class Dh:
 
 
 @dataclass(frozen=True, slots=True)
-class Box:
+class ChassisBox:
     """A part of the rover the arm must not touch: corners in the rover frame, m."""
 
     name: str
-    low: Point
-    high: Point
+    low: Point3
+    high: Point3
 
     def faults(self) -> Iterator[Fault]:
         """What does not go together, by key."""
@@ -88,7 +88,7 @@ class Manipulator:
     mount: Placement
     capsules: tuple[Capsule, ...]
     apart: tuple[tuple[str, str], ...]
-    body: tuple[Box, ...]
+    body: tuple[ChassisBox, ...]
     tool: Prop
     placements: tuple[Placement, ...] | None = None
 
@@ -157,8 +157,8 @@ class _Joint:
 @dataclass(frozen=True, slots=True)
 class _Capsule:
     link: LinkName
-    start: Point
-    end: Point
+    start: Point3
+    end: Point3
     radius: Radius
     part: str = ""
 
@@ -170,7 +170,7 @@ class _Arm:
     joints: Mapping[str, _Joint]
     mount: Placement
     capsules: tuple[_Capsule, ...]
-    body: Annotated[tuple[Box, ...], Count(1)]
+    body: Annotated[tuple[ChassisBox, ...], Count(1)]
     about: str = ""
     apart: tuple[tuple[str, str], ...] = ()
 

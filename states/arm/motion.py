@@ -13,17 +13,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hw.geometry import Pose2, Pose3, wrap
-from hw.person import RADIUS
+from hw.people.person import RADIUS
 from hw.robot import ArmModel, MotionLimits
 from hw.samples import Joints, TimedJoints
-from states.arm.collision import Checker, CollisionModel, Cylinder, Surroundings
+from states.arm.collision import CollisionChecker, CollisionModel, Cylinder, Surroundings
 from states.arm.inverse import inverse_near
 from states.arm.kernels import Array
-from states.arm.kinematics import Chain
+from states.arm.kinematics import KinematicChain
 from states.arm.model import Manipulator
 from states.arm.path import first_contact
 from states.arm.planning import Plan, Query, goals_at, warm_up
-from states.arm.reach import Place, Reach, disc
+from states.arm.reach import Reach, ReachPlace, disc
 from states.arm.timing import line_durations
 from states.arm.trajectory import ArmLimits, Trajectory
 
@@ -43,14 +43,14 @@ Wall = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class ArmSituation:
     """Where everything is: map_from_base, the user's body (None: unknown), the joints at rest."""
 
     base: Pose2
     user: Pose2 | None
     joints: Joints
 
-    def is_like(self, other: Look, distance: float, turn: float) -> bool:
+    def is_like(self, other: ArmSituation, distance: float, turn: float) -> bool:
         """Have base and user moved less than this, m and rad, whatever the joints did?"""
         if (self.user is None) != (other.user is None):
             return False
@@ -68,8 +68,8 @@ class Workspace:
     quicker to invert than a calibrated one.
     """
 
-    chain: Chain
-    nominal: Chain
+    chain: KinematicChain
+    nominal: KinematicChain
     solid: CollisionModel
     limits: ArmLimits
     walls: Sequence[Wall]
@@ -82,24 +82,24 @@ class Workspace:
         """The exact arm with the speeds and the parked pose of a robot file."""
         jerk = limits.arm_jerk if math.isfinite(limits.arm_jerk) else None
         even = ArmLimits.even(_six(arm.max_speed), limits.arm_acceleration, limits.tool_speed, jerk)
-        chain, nominal = Chain.of(model), Chain.of(model.calibrated(None))
+        chain, nominal = KinematicChain.of(model), KinematicChain.of(model.calibrated(None))
         return cls(chain, nominal, CollisionModel.of(model), even, walls, arm.parked)
 
-    def reaching(self, look: Look, deep: Pose3) -> Query:
+    def reaching(self, look: ArmSituation, deep: Pose3) -> Query:
         """The way to map_from_deep; without goals if it is out of reach."""
         goals = goals_at(self.chain, rover_from_deep(look.base, deep), look.joints, ACCEPTED)
         return self._query(self.checker(look, deep), look, goals)
 
-    def missed(self, look: Look, deep: Pose3) -> float:
+    def missed(self, look: ArmSituation, deep: Pose3) -> float:
         """How far the nearest branch stays from map_from_deep, whatever is in the way, m."""
         near = inverse_near(self.chain, rover_from_deep(look.base, deep))
         return float(near.position_error.min())
 
-    def parking(self, look: Look) -> Query:
+    def parking(self, look: ArmSituation) -> Query:
         """The way to the parked joints."""
         return self._query(self.checker(look), look, np.array([self.parked]))
 
-    def checker(self, look: Look, deep: Pose3 | None = None) -> Checker:
+    def checker(self, look: ArmSituation, deep: Pose3 | None = None) -> CollisionChecker:
         """What the arm must not touch on the way to a DEEP, or, without one, on the way back.
 
         On the way back the user, then the walls, do not count where the arm already touches them:
@@ -114,7 +114,9 @@ class Workspace:
         gap = self._gap(checker, look)
         return replace(checker, margin=0.9 * gap) if 0.0 < gap < checker.margin else checker
 
-    def is_free(self, trajectory: Trajectory, since: float, look: Look, deep: Pose3 | None) -> bool:
+    def is_free(
+        self, trajectory: Trajectory, since: float, look: ArmSituation, deep: Pose3 | None
+    ) -> bool:
         """May a trajectory still be followed from `since` s on, as things are now?"""
         place = float(trajectory.along(np.array([since]))[0][0])
         return first_contact(self.checker(look, deep), trajectory.path, place) is None
@@ -134,9 +136,9 @@ class Workspace:
         """
         drawn = replace(self, chain=self.nominal)
         reach, target = Reach(self.nominal, self.solid), matrix(deep)
-        place = Place(self.walls, [] if user is None else [_person(user, deep)])
+        place = ReachPlace(self.walls, [] if user is None else [_person(user, deep)])
         times = [
-            drive + drawn._arm_time(Look(pose, user, self.parked), deep)
+            drive + drawn._arm_time(ArmSituation(pose, user, self.parked), deep)
             for pose, drive in zip(poses, drive_times, strict=True)
         ]
         best, most = None, 0.0
@@ -150,26 +152,28 @@ class Workspace:
                 best, most = i, share
         return best
 
-    def _arm_time(self, look: Look, deep: Pose3) -> float:
+    def _arm_time(self, look: ArmSituation, deep: Pose3) -> float:
         query = self.reaching(look, deep)
         goals = query.goals[query.checker.free(query.goals)] if len(query.goals) else query.goals
         if not len(goals):
             return math.inf
         return float(line_durations(self.chain, query.start, goals, self.limits).min())
 
-    def _query(self, checker: Checker, look: Look, goals: Array) -> Query:
+    def _query(self, checker: CollisionChecker, look: ArmSituation, goals: Array) -> Query:
         return Query(self.chain, checker, self.limits, np.array(look.joints), goals)
 
-    def _among(self, look: Look, walls: Sequence[Wall], people: Sequence[Cylinder]) -> Checker:
-        return Checker.of(self.solid, Surroundings.seen_from(look.base, walls, people))
+    def _among(
+        self, look: ArmSituation, walls: Sequence[Wall], people: Sequence[Cylinder]
+    ) -> CollisionChecker:
+        return CollisionChecker.of(self.solid, Surroundings.seen_from(look.base, walls, people))
 
-    def _gap(self, checker: Checker, look: Look) -> float:
+    def _gap(self, checker: CollisionChecker, look: ArmSituation) -> float:
         return checker.tightest(np.array(look.joints))[0]
 
     def warm_up(self, model: Manipulator) -> None:
         """Compiles what moving the arm needs, so that no control tick does."""
         warm_up(model)
-        look = Look(Pose2(0.0, 0.0), Pose2(1.85, 0.0), self.parked)
+        look = ArmSituation(Pose2(0.0, 0.0), Pose2(1.85, 0.0), self.parked)
         deep = Pose3.from_yaw(1.0, 0.0, 1.2, math.pi)
         self.best([look.base], [0.0], deep, look.user, (0.1, 0.1))
 

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from states.arm.kernels import Array
-from states.arm.kinematics import Chain, forward, jacobian, rotation_vector
+from states.arm.kinematics import KinematicChain, forward, jacobian, rotation_vector
 
 STEPS = 50
 MORE_STEPS = 200
@@ -23,7 +23,7 @@ _DONE = 1e-26
 _TURN = 2.0 * math.pi
 
 
-def polish(chain: Chain, joints: Array, poses: Array) -> Array:
+def polish(chain: KinematicChain, joints: Array, poses: Array) -> Array:
     """Joints (n, b, 6) of b branches moved onto the poses (n, 4, 4) as far as they get."""
     branches = joints.shape[1]
     seeds = joints.reshape(-1, 6)
@@ -35,7 +35,7 @@ def polish(chain: Chain, joints: Array, poses: Array) -> Array:
     return np.asarray(found - _TURN * np.round(found / _TURN))
 
 
-def _along_self_motion(chain: Chain, joints: Array, poses: Array) -> Array:
+def _along_self_motion(chain: KinematicChain, joints: Array, poses: Array) -> Array:
     """The best of seven turns of joint 4 against joint 6: a singular wrist hides the right one."""
     n, branches, _ = joints.shape
     turns = np.arange(1, 8) * (_TURN / 8.0)
@@ -49,7 +49,9 @@ def _along_self_motion(chain: Chain, joints: Array, poses: Array) -> Array:
     return np.asarray(picked[:, :, 0])
 
 
-def _descend(chain: Chain, seeds: Array, targets: Array, steps: int) -> tuple[Array, Array]:
+def _descend(
+    chain: KinematicChain, seeds: Array, targets: Array, steps: int
+) -> tuple[Array, Array]:
     q = seeds.copy()
     miss, worth = _miss(chain, q, targets)
     damping = np.full(len(q), 100.0)
@@ -72,7 +74,7 @@ def _step(jac: Array, miss: Array, damping: Array) -> Array:
     return np.asarray(np.linalg.solve(normal, transposed @ miss[..., None])[..., 0])
 
 
-def _miss(chain: Chain, q: Array, targets: Array) -> tuple[Array, Array]:
+def _miss(chain: KinematicChain, q: Array, targets: Array) -> tuple[Array, Array]:
     reached = forward(chain, q)
     turn = rotation_vector(reached, targets)
     miss = np.concatenate([targets[:, :3, 3] - reached[:, :3, 3], turn], axis=1)

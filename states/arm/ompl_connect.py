@@ -12,15 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from states.arm.collision import Checker
+from states.arm.collision import CollisionChecker
 from states.arm.kernels import Array
-from states.arm.kinematics import Chain
+from states.arm.kinematics import KinematicChain
 from states.arm.rrt import STEP, drawing_box
 
 
 def connect(
-    checker: Checker,
-    chain: Chain,
+    checker: CollisionChecker,
+    chain: KinematicChain,
     start: Array,
     goals: Array,
     rng: np.random.Generator,
@@ -50,7 +50,7 @@ def connect(
 class _Counter:
     """Looks by our checker, counted."""
 
-    def __init__(self, checker: Checker) -> None:
+    def __init__(self, checker: CollisionChecker) -> None:
         self.checker = checker
         self.looks = self.due = 0
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from states.arm.collision import Checker
+from states.arm.collision import CollisionChecker
 from states.arm.kernels import Array
 
 _SHORTEST = 1e-12
@@ -22,7 +22,7 @@ _SMALLEST_CUT = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Path:
+class JointPath:
     """Pieces (m, 3, 6) and their lengths (m,); m may be 0, then the path is the point `start`."""
 
     start: Array
@@ -30,7 +30,7 @@ class Path:
     lengths: Array
 
     @classmethod
-    def through(cls, points: ArrayLike, rounding: Sequence[float] = ()) -> Path:
+    def through(cls, points: ArrayLike, rounding: Sequence[float] = ()) -> JointPath:
         """Straight lines through points (k, 6), equal neighbours merged.
 
         rounding[i] is how far before and after the corner at point i + 1 its parabola begins and
@@ -91,7 +91,7 @@ class Path:
         return np.asarray(np.abs(before - self.pieces[1:, 1]).max(axis=1) > 1e-9)
 
 
-def first_contact(checker: Checker, path: Path, since: float = 0.0) -> float | None:
+def first_contact(checker: CollisionChecker, path: JointPath, since: float = 0.0) -> float | None:
     """Where a path, followed from `since` on, first comes too near to something; None: nowhere."""
     knot = 0.0
     for piece, length in zip(path.pieces, path.lengths, strict=True):
@@ -112,8 +112,8 @@ def first_contact(checker: Checker, path: Path, since: float = 0.0) -> float | N
 
 
 def rounded(
-    checker: Checker, points: Array, largest: float = 0.6, tries: int = 5
-) -> tuple[Path, int]:
+    checker: CollisionChecker, points: Array, largest: float = 0.6, tries: int = 5
+) -> tuple[JointPath, int]:
     """The path through points with corners as round as is free, and the joint sets examined.
 
     Each corner starts at `largest` rad (at most half of the shorter line beside it) and is halved
@@ -125,17 +125,17 @@ def rounded(
     for i in range(1, len(corners) - 1):
         cut = min(largest, 0.5 * lengths[i - 1], 0.5 * lengths[i])
         for _ in range(tries):
-            bend = Path.through(corners[i - 1 : i + 2], [cut])
+            bend = JointPath.through(corners[i - 1 : i + 2], [cut])
             free, used = _bend_free(checker, bend)
             looks += used
             if free:
                 break
             cut *= 0.5
         cuts.append(cut if free else 0.0)
-    return Path.through(corners, cuts), looks
+    return JointPath.through(corners, cuts), looks
 
 
-def _bend_free(checker: Checker, path: Path) -> tuple[bool, int]:
+def _bend_free(checker: CollisionChecker, path: JointPath) -> tuple[bool, int]:
     k = int(np.argmax(np.abs(path.pieces[:, 2]).max(axis=1)))
     if not path.pieces[k, 2].any():  # straight on: nothing to round
         return True, 0

@@ -16,14 +16,14 @@ from importlib.util import find_spec
 import numpy as np
 from numpy.typing import ArrayLike
 
-from states.arm.collision import Checker, CollisionModel, Surroundings
+from states.arm.collision import CollisionChecker, CollisionModel, Surroundings
 from states.arm.collision import warm_up as collision_warm_up
 from states.arm.inverse import inverse, inverse_near, nearest_copies
 from states.arm.inverse import warm_up as inverse_warm_up
 from states.arm.kernels import Array, Integers
-from states.arm.kinematics import Chain
+from states.arm.kinematics import KinematicChain
 from states.arm.model import Manipulator
-from states.arm.path import Path, rounded
+from states.arm.path import JointPath, rounded
 from states.arm.rrt import connect, shortened
 from states.arm.timing import line_durations, time_path
 from states.arm.timing import warm_up as timing_warm_up
@@ -43,8 +43,8 @@ class Query:
     The same query gives the same answer, bit for bit.
     """
 
-    chain: Chain
-    checker: Checker
+    chain: KinematicChain
+    checker: CollisionChecker
     limits: ArmLimits
     start: Array
     goals: Array
@@ -73,7 +73,7 @@ class NoPlan:
 Planning = Generator[None, None, Plan | NoPlan]
 Planner = Callable[[Query], Planning]
 Connecting = Callable[
-    [Checker, Chain, Array, Array, np.random.Generator, int, int],
+    [CollisionChecker, KinematicChain, Array, Array, np.random.Generator, int, int],
     Generator[None, None, tuple[Array | None, int]],
 ]
 
@@ -91,7 +91,7 @@ def lines_first(query: Query) -> Planning:
         free, used = query.checker.way(piece, 1.0, query.budget - looks)
         looks += used
         if free >= 1.0:
-            path = Path.through([query.start, query.goals[goal]])
+            path = JointPath.through([query.start, query.goals[goal]])
             return Plan(time_path(query.chain, path, query.limits), int(goal), looks)
         if looks >= query.budget:
             return _given_up(query, looks)
@@ -150,7 +150,10 @@ def plan(query: Query, solver: Planner = lines_first) -> Plan | NoPlan:
 
 
 def goals_at(
-    chain: Chain, target: ArrayLike, near: ArrayLike, tolerance: tuple[float, float] = (0.0, 0.0)
+    chain: KinematicChain,
+    target: ArrayLike,
+    near: ArrayLike,
+    tolerance: tuple[float, float] = (0.0, 0.0),
 ) -> Array:
     """Joint goals (k, 6) with the prop at rover_from_tcp (4, 4), in the turn nearest to `near`.
 
@@ -207,11 +210,11 @@ def _given_up(query: Query, looks: int) -> NoPlan:
 
 def warm_up(model: Manipulator) -> None:
     """Compiles all that planning needs, so that no control tick does."""
-    chain, solid = Chain.of(model), CollisionModel.of(model)
+    chain, solid = KinematicChain.of(model), CollisionModel.of(model)
     inverse_warm_up(chain)
     collision_warm_up(solid)
     timing_warm_up()
-    checker = Checker.of(solid, Surroundings.empty())
+    checker = CollisionChecker.of(solid, Surroundings.empty())
     limits = ArmLimits.even(model.max_speed, 1.0, tool_speed=1.0)
     start = np.array(model.tool.parked)
     plan(Query(chain, checker, limits, start, start[None] + 0.01))

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hw.geometry import Pose2, wrap
-from states.arm.collision import Checker, CollisionModel, Cylinder, Surroundings
+from states.arm.collision import CollisionChecker, CollisionModel, Cylinder, Surroundings
 from states.arm.inverse import Solutions, inverse, nearest_copies
 from states.arm.kernels import Array
-from states.arm.kinematics import Chain, inverted
+from states.arm.kinematics import KinematicChain, inverted
 from states.arm.timing import line_durations
 from states.arm.trajectory import ArmLimits
 
@@ -29,7 +29,7 @@ _RINGS = ((0.0, 1), (0.5, 6), (1.0, 12))
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class ReachPlace:
     """Walls (x1, y1, x2, y2) and people as upright cylinders, in the map; m."""
 
     walls: Sequence[tuple[float, float, float, float]] = ()
@@ -70,17 +70,17 @@ class ReachTable:
 class Reach:
     """An arm, asked where its prop gets to."""
 
-    chain: Chain
+    chain: KinematicChain
     model: CollisionModel
 
-    def branches(self, checker: Checker, targets: ArrayLike) -> Solutions:
+    def branches(self, checker: CollisionChecker, targets: ArrayLike) -> Solutions:
         """Joints for rover_from_deep (n, 4, 4) that touch nothing."""
         found = inverse(self.chain, targets)
         valid = found.valid.copy()
         valid[found.valid] = checker.free(found.joints[found.valid])
         return Solutions(found.joints, valid)
 
-    def reached(self, poses: Iterable[Pose2], deep: Array, place: Place) -> NDArray[np.bool_]:
+    def reached(self, poses: Iterable[Pose2], deep: Array, place: ReachPlace) -> NDArray[np.bool_]:
         """From which rover poses the prop gets to map_from_deep (4, 4): (n,)."""
         return np.array([self._from(pose, deep, place).valid.any() for pose in poses], np.bool_)
 
@@ -88,7 +88,7 @@ class Reach:
         self,
         poses: Sequence[Pose2],
         deep: Array,
-        place: Place,
+        place: ReachPlace,
         drive_times: Sequence[float],
         tolerance: tuple[float, float],
         parked: ArrayLike,
@@ -117,7 +117,7 @@ class Reach:
 
         A direction counts where the DEEP is reached from the whole disc.
         """
-        checker = Checker.of(self.model, Surroundings.empty())
+        checker = CollisionChecker.of(self.model, Surroundings.empty())
         share = np.zeros((len(heights), len(distances)))
         for i, height in enumerate(heights):
             deep = level(0.0, 0.0, height, 0.0)
@@ -128,12 +128,12 @@ class Reach:
                 share[i, j] = valid.reshape(len(angles), -1).all(axis=1).mean()
         return ReachTable(tuple(heights), tuple(distances), tuple(angles), share)
 
-    def _from(self, pose: Pose2, deep: Array, place: Place) -> Solutions:
+    def _from(self, pose: Pose2, deep: Array, place: ReachPlace) -> Solutions:
         surroundings = Surroundings.seen_from(pose, place.walls, place.people)
-        return self.branches(Checker.of(self.model, surroundings), seen_from(pose, deep))
+        return self.branches(CollisionChecker.of(self.model, surroundings), seen_from(pose, deep))
 
     def _arm_time(
-        self, pose: Pose2, deep: Array, place: Place, parked: Array, limits: ArmLimits
+        self, pose: Pose2, deep: Array, place: ReachPlace, parked: Array, limits: ArmLimits
     ) -> float:
         goals = self._from(pose, deep, place).of()
         if not len(goals):

@@ -6,9 +6,9 @@ from collections.abc import Generator
 
 import numpy as np
 
-from states.arm.collision import Checker
+from states.arm.collision import CollisionChecker
 from states.arm.kernels import Array
-from states.arm.kinematics import Chain
+from states.arm.kinematics import KinematicChain
 
 STEP = 1.0
 """Longest branch of a tree, rad."""
@@ -22,7 +22,7 @@ SHORTCUTS = 80
 _NEVER_SHORTER = 0.1
 
 
-class Tree:
+class JointTree:
     """Joint sets that are free and joined by free lines to their parents; roots have none."""
 
     def __init__(self, roots: Array) -> None:
@@ -58,8 +58,8 @@ class Tree:
 
 
 def connect(
-    checker: Checker,
-    chain: Chain,
+    checker: CollisionChecker,
+    chain: KinematicChain,
     start: Array,
     goals: Array,
     rng: np.random.Generator,
@@ -70,7 +70,7 @@ def connect(
 
     Yields about every `portion` joint sets examined; their number comes second.
     """
-    trees = Tree(start[None]), Tree(goals)
+    trees = JointTree(start[None]), JointTree(goals)
     low, high = drawing_box(chain, start, goals)
     looks, due, forward = 0, portion, True
     while looks < budget:
@@ -91,7 +91,7 @@ def connect(
     return None, looks
 
 
-def drawing_box(chain: Chain, start: Array, goals: Array) -> tuple[Array, Array]:
+def drawing_box(chain: KinematicChain, start: Array, goals: Array) -> tuple[Array, Array]:
     """Lowest and highest joints to draw from."""
     every = np.concatenate([start[None], goals])
     low = np.maximum(every.min(axis=0) - SURROUND, chain.lower)
@@ -99,7 +99,7 @@ def drawing_box(chain: Chain, start: Array, goals: Array) -> tuple[Array, Array]
 
 
 def shortened(
-    checker: Checker, corners: Array, rng: np.random.Generator, portion: int
+    checker: CollisionChecker, corners: Array, rng: np.random.Generator, portion: int
 ) -> Generator[None, None, tuple[Array, int]]:
     """The same way with free straight lines across its corners; looks examined come second."""
     looks, due = 0, portion
@@ -121,7 +121,9 @@ def shortened(
     return corners, looks
 
 
-def _extend(checker: Checker, tree: Tree, towards: Array, step: float) -> tuple[int | None, int]:
+def _extend(
+    checker: CollisionChecker, tree: JointTree, towards: Array, step: float
+) -> tuple[int | None, int]:
     """Grows the tree towards joints, by one step at most or as far as is free."""
     parent = tree.nearest(towards)
     begin = tree.at(parent)

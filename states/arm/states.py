@@ -13,7 +13,7 @@ from hw.interfaces import Arm
 from hw.samples import ARM_MOVES, ArmState, Joints, PoseSigma
 
 if TYPE_CHECKING:
-    from states.arm.motion import Look
+    from states.arm.motion import ArmSituation
     from states.arm.planning import NoPlan, Plan, Query
 
 AGE_S = 0.2
@@ -164,7 +164,7 @@ def _move(ctx: Context, deep: Pose3 | None, tolerance: float, solver: str) -> Mo
             return "there" if there else "failed"
 
 
-def _drifted(ctx: Context, planned: Look) -> bool:
+def _drifted(ctx: Context, planned: ArmSituation) -> bool:
     """Does the base stand elsewhere than planned with?"""
     base: Pose2 | None = ctx.value("base.pose")
     return base is not None and (
@@ -172,7 +172,7 @@ def _drifted(ctx: Context, planned: Look) -> bool:
     )
 
 
-def _at_rest(ctx: Context) -> Generator[Yielded, None, Look | None]:
+def _at_rest(ctx: Context) -> Generator[Yielded, None, ArmSituation | None]:
     """Everything's place once the arm stands; None while nothing may move."""
     while ctx.value("stop.engaged") is None:
         look = _look(ctx)
@@ -187,13 +187,13 @@ def _at_rest(ctx: Context) -> Generator[Yielded, None, Look | None]:
     return None
 
 
-def _look(ctx: Context) -> Look | None:
-    from states.arm.motion import Look
+def _look(ctx: Context) -> ArmSituation | None:
+    from states.arm.motion import ArmSituation
 
     base, arm, user = ctx.value("base.pose"), ctx.value("arm.joints"), ctx.value("user.pose")
     if base is None or arm is None:
         return None
-    return Look(base, None if user is None else user.body, arm.joints)
+    return ArmSituation(base, None if user is None else user.body, arm.joints)
 
 
 def _planned(query: Query, solver: str) -> Generator[Yielded, None, Plan | NoPlan]:
@@ -213,7 +213,7 @@ def _planned(query: Query, solver: str) -> Generator[Yielded, None, Plan | NoPla
 
 
 def _follow(
-    ctx: Context, plan: Plan, planned: Look, deep: Pose3 | None, tolerance: float
+    ctx: Context, plan: Plan, planned: ArmSituation, deep: Pose3 | None, tolerance: float
 ) -> Generator[Yielded, None, bool | None]:
     """Follow a plan; whether the arm got there, None: something has come into the way."""
     from states.arm.motion import course
@@ -268,7 +268,7 @@ def _is_at(state: ArmState | None, joints: Joints, tolerance: float) -> bool:
     return all(abs(angle - wanted) <= tolerance for angle, wanted in pairs)
 
 
-def in_map(look: Look, deep: Pose3, frame: Frame) -> Pose3 | None:
+def in_map(look: ArmSituation, deep: Pose3, frame: Frame) -> Pose3 | None:
     """map_from_deep of a DEEP in one of the frames; None: nobody knows where the frame is (R84)."""
     if frame == "map":
         return deep

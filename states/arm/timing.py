@@ -17,8 +17,8 @@ import numpy as np
 from numba import njit
 
 from states.arm.kernels import Array, Integers
-from states.arm.kinematics import Chain, jacobian
-from states.arm.path import Path
+from states.arm.kinematics import KinematicChain, jacobian
+from states.arm.path import JointPath
 from states.arm.trajectory import ArmLimits, Trajectory, course
 
 GRID_STEP, TURN_STEP = 0.02, 0.02
@@ -34,7 +34,7 @@ _TINY = 1e-12
 _UNBOUNDED = 1e12
 
 
-def time_path(chain: Chain, path: Path, limits: ArmLimits) -> Trajectory:
+def time_path(chain: KinematicChain, path: JointPath, limits: ArmLimits) -> Trajectory:
     """The fastest trajectory along a path, at rest at both ends and at corners left sharp."""
     if not len(path.pieces):
         return course(path, np.zeros(1), np.zeros(1), np.zeros(1))
@@ -46,7 +46,7 @@ def time_path(chain: Chain, path: Path, limits: ArmLimits) -> Trajectory:
     return found if limits.jerk is None else _smooth(chain, found, limits)
 
 
-def line_durations(chain: Chain, start: Array, goals: Array, limits: ArmLimits) -> Array:
+def line_durations(chain: KinematicChain, start: Array, goals: Array, limits: ArmLimits) -> Array:
     """Times of straight joint lines from start (6,) to goals (k, 6), s; (k,).
 
     Without a tool limit exact, with one good to about a hundredth; a jerk limit is left out.
@@ -70,7 +70,7 @@ def line_durations(chain: Chain, start: Array, goals: Array, limits: ArmLimits) 
     return np.where(np.abs(steps).max(axis=1) > 0.0, found, 0.0)
 
 
-def _trapezoid(path: Path, limits: ArmLimits) -> Trajectory:
+def _trapezoid(path: JointPath, limits: ArmLimits) -> Trajectory:
     slope, length = np.abs(path.pieces[0, 1]), path.length
     used = slope > 0.0
     rate = float(np.min(np.array(limits.speed)[used] / slope[used]))
@@ -85,7 +85,7 @@ def _trapezoid(path: Path, limits: ArmLimits) -> Trajectory:
     return course(path, np.cumsum([0.0, *took]), places, np.array(rates))
 
 
-def _fastest(chain: Chain, path: Path, limits: ArmLimits) -> Trajectory:
+def _fastest(chain: KinematicChain, path: JointPath, limits: ArmLimits) -> Trajectory:
     s, knots, slope, bend = _grid(path)
     most = np.full(len(s), _UNBOUNDED)
     for here, at_end in ((most[:-1], slope[:, 0]), (most[1:], slope[:, 1])):
@@ -110,7 +110,7 @@ def _fastest(chain: Chain, path: Path, limits: ArmLimits) -> Trajectory:
     return _stretched(found, _excess(chain, found, limits, between))
 
 
-def _grid(path: Path) -> tuple[Array, Integers, Array, Array]:
+def _grid(path: JointPath) -> tuple[Array, Integers, Array, Array]:
     """Places s (n + 1,), which are knots, slope and bend (n, 2, 6) at both ends of intervals."""
     turned = np.linalg.norm(2.0 * path.pieces[:, 2], axis=1) * path.lengths
     fine = np.maximum(path.lengths / GRID_STEP, turned / TURN_STEP)
@@ -126,14 +126,14 @@ def _grid(path: Path) -> tuple[Array, Integers, Array, Array]:
     return places, np.concatenate([[0], np.cumsum(counts)]), slope, bend
 
 
-def _tool_rates(chain: Chain, path: Path, s: Array) -> Array:
+def _tool_rates(chain: KinematicChain, path: JointPath, s: Array) -> Array:
     """Speed of the tcp per rate of s, m."""
     q, slope, _ = path.at(s)
     moved = jacobian(chain, q)[:, :3] @ slope[..., None]
     return np.asarray(np.linalg.norm(moved[..., 0], axis=1))
 
 
-def _smooth(chain: Chain, sharp: Trajectory, limits: ArmLimits) -> Trajectory:
+def _smooth(chain: KinematicChain, sharp: Trajectory, limits: ArmLimits) -> Trajectory:
     """The same path with the speed averaged over a window that keeps the jerk limit.
 
     A longer window needs less stretching afterwards: the shortest result of three is taken.
@@ -180,7 +180,7 @@ def _everywhere(trajectory: Trajectory) -> Array:
     return np.union1d(np.linspace(0.0, trajectory.duration, 1000), trajectory.times)
 
 
-def _excess(chain: Chain, trajectory: Trajectory, limits: ArmLimits, t: Array) -> float:
+def _excess(chain: KinematicChain, trajectory: Trajectory, limits: ArmLimits, t: Array) -> float:
     """The factor, at least 1, by which time must be stretched for the limits to hold at t (n,)."""
     s, rate, gain = trajectory.along(t)
     q, slope, bend = trajectory.path.at(s)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from states.arm.kernels import Array
-from states.arm.path import Path
+from states.arm.path import JointPath
 
 STOP_TIME = 0.2
 """A cancelled motion stands still after this, s (R45)."""
@@ -50,7 +50,7 @@ class Trajectory:
     All are (n,); in between the jerk (n - 1,) is constant.
     """
 
-    path: Path
+    path: JointPath
     times: Array
     places: Array
     rates: Array
@@ -95,7 +95,7 @@ class Trajectory:
         )
 
 
-def course(path: Path, times: Array, places: Array, rates: Array) -> Trajectory:
+def course(path: JointPath, times: Array, places: Array, rates: Array) -> Trajectory:
     """A trajectory with constant acceleration along the path between knots."""
     gains = np.diff(rates) / np.diff(times)
     accelerations = np.concatenate([gains, [0.0]])

@@ -16,7 +16,7 @@ import numpy as np
 
 from engine.files.finding import did_you_mean
 from engine.files.text import read_text
-from hw.prop import Placement, Point
+from hw.prop import Placement, Point3
 from states.arm.elements import Element, elements
 from states.arm.kernels import Array
 from states.arm.kinematics import matrix
@@ -49,7 +49,7 @@ class Joint:
     parent: str
     child: str
     origin: Placement = _HERE
-    axis: Point = (1.0, 0.0, 0.0)
+    axis: Point3 = (1.0, 0.0, 0.0)
     lower: float = -math.inf
     upper: float = math.inf
     speed: float = math.inf
@@ -67,11 +67,11 @@ class Mesh:
 
     file: str
     origin: Placement
-    scale: Point = (1.0, 1.0, 1.0)
+    scale: Point3 = (1.0, 1.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Link:
+class UrdfLink:
     """A rigid part; mass in kg."""
 
     name: str
@@ -86,7 +86,7 @@ class Urdf:
 
     name: str
     root: str
-    links: Mapping[str, Link]
+    links: Mapping[str, UrdfLink]
     joints: tuple[Joint, ...]
 
     def value(self, joint: Joint, values: Mapping[str, float]) -> float:
@@ -146,10 +146,10 @@ def parse_urdf(text: str, path: str = "robot.urdf") -> Urdf:
     return _tree(root, links, joints)
 
 
-def _link(element: Element) -> Link:
+def _link(element: Element) -> UrdfLink:
     inertial = element.first("inertial")
     mass = inertial.first("mass") if inertial else None
-    return Link(
+    return UrdfLink(
         name=element.text("name"),
         visuals=tuple(_meshes(element, "visual")),
         collisions=tuple(_meshes(element, "collision")),
@@ -208,12 +208,12 @@ def _placement(element: Element) -> Placement:
     return Placement(_point(origin.numbers("xyz", zero)), _point(origin.numbers("rpy", zero)))
 
 
-def _point(values: tuple[float, ...]) -> Point:
+def _point(values: tuple[float, ...]) -> Point3:
     x, y, z = values
     return x, y, z
 
 
-def _tree(root: Element, links: dict[str, Link], joints: list[Joint]) -> Urdf:
+def _tree(root: Element, links: dict[str, UrdfLink], joints: list[Joint]) -> Urdf:
     """Joints in an order in which every parent's place is known before its child's."""
     children = [joint.child for joint in joints]
     for child in children:

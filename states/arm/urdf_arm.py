@@ -15,11 +15,11 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from engine.files.finding import mistake
-from hw.description import Description
+from hw.description import UrdfDescription
 from hw.prop import Capsule, Placement, Six
 from states.arm.kernels import Array
 from states.arm.kinematics import inverted, matrix
-from states.arm.model import LINKS, Box, Dh, Manipulator
+from states.arm.model import LINKS, ChassisBox, Dh, Manipulator
 from states.arm.urdf import Joint, Urdf, read_urdf
 
 _ALIKE = 0.1
@@ -72,7 +72,7 @@ def manipulator_from_urdf(urdf: Urdf, base: str, tip: str, like: Manipulator) ->
     )
 
 
-def described_arm(described: Description, like: Manipulator) -> Manipulator:
+def described_arm(described: UrdfDescription, like: Manipulator) -> Manipulator:
     """The arm of a robot file's URDF where it stands, with limits and prop as in `like`.
 
     Raises:
@@ -238,7 +238,7 @@ def _origin(origin: Placement) -> str:
     return f'<origin xyz="{xyz}" rpy="{rpy}"/>'
 
 
-def _box_shape(box: Box) -> str:
+def _box_shape(box: ChassisBox) -> str:
     size = tuple(b - a for a, b in zip(box.low, box.high, strict=True))
     x, y, z = ((a + b) / 2.0 for a, b in zip(box.low, box.high, strict=True))
     extent = " ".join(repr(value) for value in size)

@@ -92,7 +92,7 @@ class AmclValues:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Estimate:
+class ParticleEstimate:
     """The heaviest cluster of particles: its mean, covariance (3, 3) in the map, and weight."""
 
     map_from_base: Pose2
@@ -190,7 +190,7 @@ class Amcl:
         weigh(self._particles, some, self._likelihoods, self.values.resolution, found)
         return found
 
-    def estimate(self, odom_from_base: Pose2 | None = None) -> Estimate:
+    def estimate(self, odom_from_base: Pose2 | None = None) -> ParticleEstimate:
         """The heaviest cluster, moved on to where odometry is now."""
         weights, _ = normalise(self._logs)
         labels = clusters(self._particles)
@@ -205,7 +205,7 @@ class Amcl:
         turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         if math.isfinite(covariance[2, 2]):
             covariance = turn @ covariance @ turn.T
-        return Estimate(pose, covariance, float(shares[heaviest]))
+        return ParticleEstimate(pose, covariance, float(shares[heaviest]))
 
     def _put(self, particles: Array) -> None:
         particles[:, 2] = [wrap(yaw) for yaw in particles[:, 2].tolist()]

@@ -16,7 +16,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from hw.geometry import Pose2, Pose3
-from states.localization.hand_eye import Frames, Problem, first_guess, fit
+from states.localization.hand_eye import CalibrationProblem, Frames, first_guess, fit
 from states.localization.tracks import Array, pairs_of
 
 GREATEST_OFFSET = 0.005
@@ -116,12 +116,12 @@ def calibrate(
     nominal = [(scanners or {}).get(name, Pose2(0.0, 0.0)) for name in pairs.scanners]
     free = 1 if mounts is not None else 1 + len(pairs.trackers)
     scales = (GREATEST_OFFSET, GREATEST_TURN, _CLOCK_S)
-    problem = Problem(pairs, free, named, nominal, scales)
+    problem = CalibrationProblem(pairs, free, named, nominal, scales)
     return _judged(problem, *fit(problem, first_guess(pairs, mounts)))
 
 
 def _judged(
-    problem: Problem, frames: Frames, rest: Array, slope: Array
+    problem: CalibrationProblem, frames: Frames, rest: Array, slope: Array
 ) -> Calibration | NoCalibration:
     pairs = problem.pairs
     offset, turn = problem.misses(frames)
@@ -148,7 +148,7 @@ def _judged(
     return found
 
 
-def _names(problem: Problem) -> list[str]:
+def _names(problem: CalibrationProblem) -> list[str]:
     """Of the unknowns in their order."""
     frames = ["vive", *problem.pairs.trackers][: problem.free]
     moved = [f"{frame} {axis}" for frame in frames for axis in "xyz"]
@@ -157,7 +157,7 @@ def _names(problem: Problem) -> list[str]:
     return [*moved, *turned, *scanners, "clock"]
 
 
-def _sigmas(problem: Problem, rest: Array, slope: Array) -> list[float]:
+def _sigmas(problem: CalibrationProblem, rest: Array, slope: Array) -> list[float]:
     """By the Jacobian's singular values; directions without any are as good as infinite.
 
     An error of the scans is in the residuals of all trackers, which so count as one.

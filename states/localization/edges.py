@@ -9,13 +9,13 @@ import math
 
 from hw.geometry import Pose3
 
-Edge = tuple[float, float, float, float, float, float, float]
-IDENTITY: Edge = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+RigidMotion = tuple[float, float, float, float, float, float, float]
+IDENTITY: RigidMotion = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 _CLOSE = 1.0 - 1e-10  # cosine of half the angle above which slerp and a straight line are the same
 
 
-def checked(parent: str, child: str, pose: Pose3) -> Edge:
+def checked(parent: str, child: str, pose: Pose3) -> RigidMotion:
     """The pose of a child in its parent, its quaternion made a unit.
 
     Raises:
@@ -36,7 +36,7 @@ def checked(parent: str, child: str, pose: Pose3) -> Edge:
     return (x, y, z, qx / length, qy / length, qz / length, qw / length)
 
 
-def between(a: Edge, b: Edge, share: float) -> Edge:
+def between(a: RigidMotion, b: RigidMotion, share: float) -> RigidMotion:
     """Straight from a to b and, the short way round, along one turn."""
     ax, ay, az, ai, aj, ak, aw = a
     bx, by, bz, bi, bj, bk, bw = b
@@ -55,7 +55,7 @@ def between(a: Edge, b: Edge, share: float) -> Edge:
     return (x, y, z, qx * scale, qy * scale, qz * scale, qw * scale)
 
 
-def product(a: Edge, b: Edge) -> Edge:
+def product(a: RigidMotion, b: RigidMotion) -> RigidMotion:
     """The chain of both."""
     ax, ay, az, ai, aj, ak, aw = a
     x, y, z, bi, bj, bk, bw = b
@@ -78,7 +78,7 @@ def product(a: Edge, b: Edge) -> Edge:
     )
 
 
-def inverse(a: Edge) -> Edge:
+def inverse(a: RigidMotion) -> RigidMotion:
     """The same relation read the other way round."""
     x, y, z, i, j, k, w = a
     turned = (0.0, 0.0, 0.0, -i, -j, -k, w)

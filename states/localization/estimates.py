@@ -51,7 +51,7 @@ class Localizes(Protocol):
         ...
 
 
-class Estimate(NamedTuple):
+class PoseEstimate(NamedTuple):
     """map_from_base, and how sure it is."""
 
     pose: Pose2
@@ -63,7 +63,7 @@ class LocalizationEstimator:
 
     def __init__(self, localizer: Localizes) -> None:
         self.localizer = localizer
-        self._value: Estimate | None = None
+        self._value: PoseEstimate | None = None
 
     def update(self, signal: str, sample: Stamped) -> None:
         """Take one sample of one of `SENSED`."""
@@ -72,9 +72,9 @@ class LocalizationEstimator:
         if pose is None:
             self._value = None
         elif before is None or pose is not before.pose or sigma != before.sigma:
-            self._value = Estimate(pose, sigma)
+            self._value = PoseEstimate(pose, sigma)
 
-    def value(self) -> Estimate | None:
+    def value(self) -> PoseEstimate | None:
         """The present estimate."""
         return self._value
 
@@ -91,7 +91,7 @@ class PoseOf:
 
     def update(self, _signal: str, sample: Stamped) -> None:
         """Take one estimate."""
-        assert isinstance(sample.value, Estimate)
+        assert isinstance(sample.value, PoseEstimate)
         self._value = sample.value.pose
 
     def value(self) -> Pose2 | None:
@@ -107,7 +107,7 @@ class SigmaOf:
 
     def update(self, _signal: str, sample: Stamped) -> None:
         """Take one estimate."""
-        assert isinstance(sample.value, Estimate)
+        assert isinstance(sample.value, PoseEstimate)
         if self._value != sample.value.sigma:
             self._value = sample.value.sigma
 

@@ -7,10 +7,10 @@ import numpy as np
 from hw.geometry import Pose2, Twist2
 from hw.samples import PoseSigma
 from states.localization.planar import SLIPPING, PlanarFilter, planar_config
-from states.localization.sources import Measurement, Noise, Source, Verdict
+from states.localization.sources import Measurement, MeasurementSource, ProcessNoise, Verdict
 from states.maps.distance import Array
 
-GYRO_NOISE = Noise(
+GYRO_NOISE = ProcessNoise(
     SLIPPING.per_second,
     (*SLIPPING.per_metre[:2], 1e-5, *SLIPPING.per_metre[3:]),
     (*SLIPPING.per_radian[:2], 1e-4, *SLIPPING.per_radian[3:]),
@@ -35,13 +35,13 @@ class Fusion:
     def __init__(self, gyro: bool, alike: float) -> None:
         self._filter = PlanarFilter(
             planar_config(
-                Source("start", POSE, gate=None),
-                Source("wheels", ("vx", "vy", "wz"), gate=None),
-                Source("scan", POSE, gate=None, correlation=alike),
-                Source(
+                MeasurementSource("start", POSE, gate=None),
+                MeasurementSource("wheels", ("vx", "vy", "wz"), gate=None),
+                MeasurementSource("scan", POSE, gate=None, correlation=alike),
+                MeasurementSource(
                     "leaping scan", POSE, reacquire_after=3, correlation=alike, yields_to=SCANS[:1]
                 ),
-                Source("trackers", POSE, yields_to=SCANS, correlation=TRACKERS_ALIKE),
+                MeasurementSource("trackers", POSE, yields_to=SCANS, correlation=TRACKERS_ALIKE),
                 noise=GYRO_NOISE if gyro else SLIPPING,
             )
         )

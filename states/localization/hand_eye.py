@@ -37,7 +37,7 @@ class Frames:
 
 
 @dataclass(frozen=True, slots=True)
-class Problem:
+class CalibrationProblem:
     """What is known, and which of the frames are to be found.
 
     `scales`: a residual of so many m, rad and s counts as 1. `free`: frames from the first on; the
@@ -152,7 +152,7 @@ class Problem:
         return (base_1 - base_0) / (2.0 * h), (yaw_1 - yaw_0) / (2.0 * h)
 
 
-def fit(problem: Problem, frames: Frames) -> tuple[Frames, Array, Array]:
+def fit(problem: CalibrationProblem, frames: Frames) -> tuple[Frames, Array, Array]:
     """The frames of least squares, with residuals and Jacobian as they were weighed at last.
 
     Residuals far above 1 count by their first power (pseudo-Huber), so that jumps spoil little.

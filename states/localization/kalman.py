@@ -20,7 +20,7 @@ from states.localization.sources import (
     FilterConfig,
     KnownSource,
     Measurement,
-    Outcome,
+    UpdateOutcome,
     Verdict,
     known_sources,
 )
@@ -28,7 +28,7 @@ from states.localization.sources import (
 LONGEST = 4096
 """Measurements remembered at most, whatever the seconds."""
 
-Step = Callable[..., tuple[float, int]]
+FilterStep = Callable[..., tuple[float, int]]
 
 
 class _Entry:
@@ -54,7 +54,7 @@ _NO_NEWS = News(
 class KalmanFilter:
     """An extended Kalman filter over the axes and the compiled step of one motion model."""
 
-    def __init__(self, config: FilterConfig, axes: tuple[str, ...], step: Step) -> None:
+    def __init__(self, config: FilterConfig, axes: tuple[str, ...], step: FilterStep) -> None:
         for what, values in (
             ("initial", config.initial),
             ("noise per second", config.noise.per_second),
@@ -74,7 +74,7 @@ class KalmanFilter:
         self._sources = known_sources(config.sources, axes)
         self._history_ns = round(config.history * 1e9)
         self._entries: list[_Entry] = []
-        self.counts: Counter[tuple[str, Outcome]] = Counter()
+        self.counts: Counter[tuple[str, UpdateOutcome]] = Counter()
         # compiled now, not in a tick
         state = self._beginning(0).state
         self._step(state, 1e-3, self._noise, _NO_NEWS, np.empty_like(state))
@@ -206,7 +206,7 @@ class KalmanFilter:
         if m == 0:
             entry.verdict = Verdict("empty", 0.0)
             return
-        outcome: Outcome = "accepted"
+        outcome: UpdateOutcome = "accepted"
         if not square <= known.gates[m]:
             rejections = before.rejections[at] + 1
             if rejections <= known.source.reacquire_after:

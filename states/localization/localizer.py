@@ -32,8 +32,8 @@ from states.localization.trail import Trail
 from states.maps.distance import Array
 from states.maps.field import Field
 
-Mode = Literal["starting", "tracking", "doubtful", "lost"]
-Status = Literal[Mode, "resting", "odometry wrong", "odometry missing"]
+LocalizerMode = Literal["starting", "tracking", "doubtful", "lost"]
+LocalizerStatus = Literal[LocalizerMode, "resting", "odometry wrong", "odometry missing"]
 
 MISSING = 0.3
 """Wheels that are silent for longer than scans are missing, s."""
@@ -101,7 +101,7 @@ class Localizer:
         self._drifts = DriftWatch(*MOVED)
         self.drift: Drift | None = None
         self._start = start
-        self._mode: Mode = "starting"
+        self._mode: LocalizerMode = "starting"
         self._stamp_ns: int | None = None
         self._known: tuple[Pose2, Array] | None = None
         self._sigma: PoseSigma | None = None
@@ -146,7 +146,7 @@ class Localizer:
         return self._sigma
 
     @property
-    def status(self) -> Status:
+    def status(self) -> LocalizerStatus:
         """What the estimate rests on; whatever is not `tracking` or `resting` wants attention."""
         if self._mode != "tracking":
             return self._mode

@@ -51,7 +51,7 @@ class LoopValues:
     every: int = 5
 
 
-class Edge(NamedTuple):
+class PoseEdge(NamedTuple):
     """From pose to pose: `first_from_second`, off by so much, m and rad."""
 
     first: int
@@ -97,7 +97,7 @@ def polished(poses: Sequence[Pose2], clouds: Sequence[Array], field: Field) -> l
     return found
 
 
-def relaxed(poses: Sequence[Pose2], edges: Sequence[Edge], iterations: int = 20) -> list[Pose2]:
+def relaxed(poses: Sequence[Pose2], edges: Sequence[PoseEdge], iterations: int = 20) -> list[Pose2]:
     """Poses that fit the edges best; the first one stays."""
     state = np.array([[pose.x, pose.y, pose.yaw] for pose in poses])
     for _ in range(iterations):
@@ -126,22 +126,24 @@ def _gone(poses: Sequence[Pose2]) -> list[float]:
     return gone
 
 
-def _step(number: int, poses: Sequence[Pose2], gone: Sequence[float], values: LoopValues) -> Edge:
+def _step(
+    number: int, poses: Sequence[Pose2], gone: Sequence[float], values: LoopValues
+) -> PoseEdge:
     way = gone[number + 1] - gone[number]
     sigma = (0.01 + values.slip * way, 0.003 + values.twist * way)
     between = poses[number].inverse() @ poses[number + 1]
-    return Edge(number, number + 1, between, sigma, is_loop=False)
+    return PoseEdge(number, number + 1, between, sigma, is_loop=False)
 
 
 def _loops(
     poses: Sequence[Pose2], clouds: Sequence[Array], gone: Sequence[float], values: LoopValues
-) -> list[Edge]:
+) -> list[PoseEdge]:
     """Edges to the nearest places of long ago, from all poses that fit what was seen there.
 
     Where the last loop has moved a pose to, the next one is looked for first; all about only then,
     and not at each pose.
     """
-    found: list[Edge] = []
+    found: list[PoseEdge] = []
     moved, tried = Pose2(0.0, 0.0), -values.every
     for number, pose in enumerate(poses):
         there = _place_of_long_ago(number, poses, gone, values)
@@ -158,7 +160,7 @@ def _loops(
             best = _best_of_many(walls, clouds[number], pose, reach, values)
         if best is not None:
             moved = best @ pose.inverse()
-            found.append(Edge(there, number, poses[there].inverse() @ best, values.sigma, True))
+            found.append(PoseEdge(there, number, poses[there].inverse() @ best, values.sigma, True))
     return found
 
 
@@ -202,7 +204,7 @@ def _best_of_many(
     return _sure(best, values) if second < best.share - values.margin else None
 
 
-def _linear(state: Array, edges: Sequence[Edge]) -> tuple[coo_matrix, Array]:
+def _linear(state: Array, edges: Sequence[PoseEdge]) -> tuple[coo_matrix, Array]:
     """Weighted errors of all edges and their derivatives by all poses; the first pose is held."""
     entries, right = [], np.zeros(3 * len(edges) + 3)
     for n, edge in enumerate(edges):

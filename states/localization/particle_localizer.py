@@ -27,7 +27,7 @@ from states.localization.trail import Trail
 from states.maps.distance import Array
 from states.maps.field import Field
 
-Status = Literal["starting", "tracking", "odometry missing"]
+ParticleStatus = Literal["starting", "tracking", "odometry missing"]
 
 MISSING_NS = 300_000_000
 """Wheels that are silent for longer than scans are missing."""
@@ -74,7 +74,7 @@ class ParticleLocalizer:
         return self._trail.stamp_ns
 
     @property
-    def status(self) -> Status:
+    def status(self) -> ParticleStatus:
         """What the estimate rests on."""
         heard = self._trail.stamp_ns
         if heard is None or self._scan_ns - heard > MISSING_NS:

@@ -11,14 +11,14 @@ from __future__ import annotations
 from hw.geometry import Pose2, Twist2
 from states.localization.filter_kernels import Array, planar_step
 from states.localization.kalman import KalmanFilter
-from states.localization.sources import FilterConfig, Noise, Source
+from states.localization.sources import FilterConfig, MeasurementSource, ProcessNoise
 
 AXES = ("x", "y", "yaw", "vx", "vy", "wz")
 
 UNKNOWN = (1e6, 1e6, 1e3, 3.0, 3.0, 3.0)
 """Standard deviations before the first measurement: anywhere, any way, as fast as a base drives."""
 
-SLIPPING = Noise(
+SLIPPING = ProcessNoise(
     # a base that stands keeps its velocity to 3 cm/s in 20 ms, one that drives at 1 m/s to 10 cm/s
     per_second=(1e-6, 1e-6, 1e-7, 0.05, 0.05, 0.05),
     # 3 cm and 1.3 degrees after one metre, 2 cm and 1.8 degrees after one radian
@@ -57,8 +57,8 @@ class PlanarFilter(KalmanFilter):
 
 
 def planar_config(
-    *sources: Source,
-    noise: Noise = SLIPPING,
+    *sources: MeasurementSource,
+    noise: ProcessNoise = SLIPPING,
     initial: tuple[float, ...] = UNKNOWN,
     history: float = 1.0,
 ) -> FilterConfig:

@@ -12,11 +12,11 @@ from scipy.special import chdtri
 
 from states.localization.filter_kernels import Array, Integers
 
-Outcome = Literal["accepted", "rejected", "reacquired", "duplicate", "too_old", "empty"]
+UpdateOutcome = Literal["accepted", "rejected", "reacquired", "duplicate", "too_old", "empty"]
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class MeasurementSource:
     """Whatever measures `axes`, entries of the state by name.
 
     `gate`: the share of right measurements that are to pass, or None to let all pass.
@@ -35,7 +35,7 @@ class Source:
 
 
 @dataclass(frozen=True, slots=True)
-class Noise:
+class ProcessNoise:
     """Variances that a state gains, SI units squared, one per axis.
 
     Per second, per metre gone and per radian turned: slip comes with motion.
@@ -54,8 +54,8 @@ class FilterConfig:
     late a measurement may come, s.
     """
 
-    sources: tuple[Source, ...]
-    noise: Noise
+    sources: tuple[MeasurementSource, ...]
+    noise: ProcessNoise
     initial: tuple[float, ...]
     history: float = 1.0
 
@@ -80,7 +80,7 @@ class Verdict(NamedTuple):
     `empty`: no axis was left; `duplicate`: this source has told of this stamp, the first counts.
     """
 
-    outcome: Outcome
+    outcome: UpdateOutcome
     distance: float
 
 
@@ -90,11 +90,13 @@ class KnownSource(NamedTuple):
     order: int
     axes: Integers
     gates: Array
-    source: Source
+    source: MeasurementSource
     yielding: tuple[int, ...]
 
 
-def known_sources(sources: tuple[Source, ...], axes: tuple[str, ...]) -> dict[str, KnownSource]:
+def known_sources(
+    sources: tuple[MeasurementSource, ...], axes: tuple[str, ...]
+) -> dict[str, KnownSource]:
     """Sources by name, for the kernels.
 
     Raises:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from hw.geometry import Pose3
-from states.localization.edges import IDENTITY, Edge, between, checked, inverse, product
+from states.localization.edges import IDENTITY, RigidMotion, between, checked, inverse, product
 
 CACHE_S = 10.0
 """How long a dynamic edge is remembered by default, s."""
@@ -49,11 +49,11 @@ class _History:
     def __init__(self) -> None:
         self.stamps: list[int] = []
         self.parents: list[str] = []
-        self.edges: list[Edge] = []
+        self.edges: list[RigidMotion] = []
         self.first = 0
         self.parent: str | None = None
 
-    def put(self, stamp: int, parent: str, edge: Edge, cache_ns: int) -> bool:
+    def put(self, stamp: int, parent: str, edge: RigidMotion, cache_ns: int) -> bool:
         """False if the value is older than what is remembered. An equal stamp is written over."""
         stamps = self.stamps
         if stamps and stamp < stamps[-1] - cache_ns:
@@ -101,7 +101,7 @@ class _History:
     def parent_at(self, at: int, stamp: int) -> str:
         return self.parents[at if self.stamps[at] == stamp else at - 1]
 
-    def edge_at(self, at: int, stamp: int) -> Edge:
+    def edge_at(self, at: int, stamp: int) -> RigidMotion:
         """Between values of one parent interpolated; else the older one holds."""
         after = self.stamps[at]
         if after == stamp:
@@ -117,7 +117,7 @@ class TransformBuffer:
 
     def __init__(self, cache: float = CACHE_S) -> None:
         self._cache_ns = round(cache * 1e9)
-        self._static: dict[str, tuple[str, Edge]] = {}
+        self._static: dict[str, tuple[str, RigidMotion]] = {}
         self._moving: dict[str, _History] = {}
         self._parents: set[str] = set()
 
@@ -219,7 +219,7 @@ class TransformBuffer:
             chain.append(frame)
         return chain
 
-    def _climb(self, chain: list[str], steps: int, stamp: int) -> Edge:
+    def _climb(self, chain: list[str], steps: int, stamp: int) -> RigidMotion:
         """ancestor_from_frame after so many steps of a chain that is known at the time."""
         whole = IDENTITY
         for frame in chain[:steps]:

@@ -19,7 +19,7 @@ from states.maps.distance import Array
 from states.maps.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMap
 
 Counts = NDArray[np.int32]
-Cells = NDArray[Any]
+CellValues = NDArray[Any]
 Corner = tuple[int, int]
 """Column and row of the lower left cell, counted from the origin of the map."""
 
@@ -91,8 +91,8 @@ class Mapper:
 
 
 def covering(
-    cells: Cells, corner: Corner, low: Array, high: Array, fill: float
-) -> tuple[Cells, Corner]:
+    cells: CellValues, corner: Corner, low: Array, high: Array, fill: float
+) -> tuple[CellValues, Corner]:
     """Cells (rows, columns, …) that reach from place to place, and a little more if they must grow.
 
     `corner` is the column and the row of the lower left cell; places count in cells.

@@ -34,7 +34,7 @@ from hw.room import Point
 from states.maps.images import Pixels, read_image, write_image
 
 Convention = Literal["ros1", "nav2"]
-Mode = Literal["trinary", "scale", "raw"]
+OccupancyMode = Literal["trinary", "scale", "raw"]
 
 UNKNOWN = -1
 FREE = 0
@@ -111,7 +111,7 @@ class _Map:
     occupied_thresh: _Share
     free_thresh: _Share
     negate: Annotated[bool, _flag]
-    mode: Mode = "trinary"
+    mode: OccupancyMode = "trinary"
 
     def faults(self) -> Iterator[Fault]:
         if self.free_thresh >= self.occupied_thresh:
@@ -134,7 +134,7 @@ def _map(item: Item, convention: Convention) -> OccupancyMap:
 
 def pixel_values(
     pixels: Pixels,
-    mode: Mode,
+    mode: OccupancyMode,
     thresholds: tuple[float, float],
     negate: bool,
     convention: Convention,
@@ -164,7 +164,7 @@ def pixel_values(
     return values.astype(np.int16)
 
 
-def save_map(map_: OccupancyMap, path: Path | str, mode: Mode = "trinary") -> None:
+def save_map(map_: OccupancyMap, path: Path | str, mode: OccupancyMode = "trinary") -> None:
     """Write a YAML file and, beside it, an image of the same name.
 
     `trinary` and `raw` write PGM; trinary keeps free (up to 25), occupied (from 65) and unknown,
@@ -196,7 +196,7 @@ def save_map(map_: OccupancyMap, path: Path | str, mode: Mode = "trinary") -> No
 
 
 def _grey_and_alpha(
-    pixels: Pixels, mode: Mode, convention: Convention
+    pixels: Pixels, mode: OccupancyMode, convention: Convention
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     channels = pixels.shape[2]
     has_alpha = channels in (2, 4)
@@ -218,7 +218,7 @@ def _remarks(
     pixels: Pixels,
     values: Values,
     thresholds: tuple[float, float],
-    mode: Mode,
+    mode: OccupancyMode,
     negate: bool,
 ) -> tuple[str, ...]:
     if mode != "trinary":

@@ -49,7 +49,7 @@ class StaticValues:
 
 
 @dataclass(frozen=True)
-class Ground:
+class StaticLayer:
     """What a map shows, before any inflation: costs of the cells of a grid, (rows, columns).
 
     `walls` of a drawn room tell distances below a cell; `keepouts` are cells that are no walls.
@@ -67,7 +67,7 @@ class Ground:
         grid: Grid,
         keepouts: Sequence[Ring] = (),
         walls: Field | None = None,
-    ) -> Ground:
+    ) -> StaticLayer:
         """A map on the cells of a grid; keepouts are kept off like walls."""
         drawn = StaticValues().costs(static)
         costs = sample(drawn, static.resolution, static.map_from_corner, grid)
@@ -106,7 +106,7 @@ class Ground:
 class Costmap:
     """The costs of one navigation subsystem; computed once (R36)."""
 
-    def __init__(self, ground: Ground, inflation: Inflation) -> None:
+    def __init__(self, ground: StaticLayer, inflation: Inflation) -> None:
         self.ground, self.grid, self.inflation = ground, ground.grid, inflation
         self.costs: Costs = ground.costs.copy()
         inflate(self.costs, ground.distances, *inflation.values(self.grid.resolution))

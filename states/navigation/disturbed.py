@@ -56,7 +56,7 @@ class Disturbance:
 
 
 @dataclass(slots=True)
-class Result:
+class DisturbedResult:
     """What came of a drive: its time, s; the worst of the rest.
 
     `intrusion` is how deep the robot's centre was in the user's disc, m, negative outside of it;
@@ -74,7 +74,7 @@ class Result:
 
 
 @dataclass(frozen=True, slots=True)
-class Case:
+class DisturbedCase:
     """What the drives have to hold under: `over` is the mean of their times over the least, %.
 
     Nobody's disc is entered; with `within_error` no deeper than the pose is wrong at that moment.
@@ -85,27 +85,29 @@ class Case:
     over: float
     within_error: bool = False
 
-    def depth(self, result: Result) -> float:
+    def depth(self, result: DisturbedResult) -> float:
         """How deep a drive came into the disc, m, as far as that counts here."""
         return result.beyond if self.within_error else result.intrusion
 
-    def held(self, result: Result) -> bool:
+    def held(self, result: DisturbedResult) -> bool:
         """Did this drive arrive and keep out of the disc?"""
         return result.arrived and self.depth(result) <= 0.0
 
 
 CASES = (
-    Case("white 1 cm", Disturbance(white=0.01), 6.0),
-    Case("delay 20 ms", Disturbance(delay=0.02), 6.0),
-    Case("lag 0.1 s", Disturbance(lag=0.1), 6.0),
-    Case("all three", Disturbance(white=0.01, delay=0.02, lag=0.1), 10.0),
-    Case("drift 5 mm", Disturbance(drift=0.005), 6.0),
-    Case("drift 1 cm, jump 4 cm", Disturbance(drift=0.01, jump=0.04), 10.0, within_error=True),
+    DisturbedCase("white 1 cm", Disturbance(white=0.01), 6.0),
+    DisturbedCase("delay 20 ms", Disturbance(delay=0.02), 6.0),
+    DisturbedCase("lag 0.1 s", Disturbance(lag=0.1), 6.0),
+    DisturbedCase("all three", Disturbance(white=0.01, delay=0.02, lag=0.1), 10.0),
+    DisturbedCase("drift 5 mm", Disturbance(drift=0.005), 6.0),
+    DisturbedCase(
+        "drift 1 cm, jump 4 cm", Disturbance(drift=0.01, jump=0.04), 10.0, within_error=True
+    ),
 )
 
 
 @dataclass(frozen=True, slots=True)
-class Walk:
+class WalkBy:
     """A drive beside somebody who walks on with this velocity in the map, m/s."""
 
     name: str
@@ -113,9 +115,9 @@ class Walk:
     walking: Point
 
 
-def _walks(speed: float) -> tuple[Walk, ...]:
+def _walks(speed: float) -> tuple[WalkBy, ...]:
     return tuple(
-        Walk(f"{name} {speed:g} m/s", Trial(name, _FROM, _TO, Disc(x, y, 1.27), 5.5), walking)
+        WalkBy(f"{name} {speed:g} m/s", Trial(name, _FROM, _TO, Disc(x, y, 1.27), 5.5), walking)
         for name, x, y, walking in (
             ("from the left", 0.0, 4.0 * speed, (0.0, -speed)),
             ("from the right", 1.0, -3.5 * speed, (0.0, speed)),
@@ -130,8 +132,8 @@ def _walks(speed: float) -> tuple[Walk, ...]:
 _FROM, _TO = Pose2(-3.0, 0.0), Pose2(3.0, 0.0)
 WALKS = (*_walks(0.6), *_walks(1.2))
 WALKERS = (
-    Case("walkers, drift 5 mm", Disturbance(drift=0.005), math.inf),
-    Case("walkers, drift 1 cm", Disturbance(drift=0.01), math.inf, within_error=True),
+    DisturbedCase("walkers, drift 5 mm", Disturbance(drift=0.005), math.inf),
+    DisturbedCase("walkers, drift 1 cm", Disturbance(drift=0.01), math.inf, within_error=True),
 )
 
 
@@ -214,7 +216,7 @@ def drive_disturbed(
     *,
     walking: Point = (0.0, 0.0),
     window: float | None = None,
-) -> Result:
+) -> DisturbedResult:
     """Drive a trial by measured poses.
 
     Args:
@@ -227,7 +229,7 @@ def drive_disturbed(
         window: over which the user's velocity is estimated, s; None: it is told.
     """
     dt = 1.0 / hz
-    errors, result, user = _Errors(disturbance, trial, seed, dt), Result(), trial.user
+    errors, result, user = _Errors(disturbance, trial, seed, dt), DisturbedResult(), trial.user
     body = _Body(trial.start, disturbance, dt, 0.5 if driver.mode == "omni" else 1.0)
     estimator = None if window is None else VelocityEstimator(window)
     driver.go_to(trial.goal)

@@ -18,11 +18,11 @@ from hw.room import Disc, Point
 from states.maps.cells import Grid, room_map
 from states.maps.distance import distances
 from states.navigation.clearance import TOLERANCE, Array, passes_disc
-from states.navigation.costmap import Costmap, Ground
+from states.navigation.costmap import Costmap, StaticLayer
 from states.navigation.inflation import INSCRIBED, LETHAL, NO_INFORMATION, Costs, Inflation
 from states.navigation.path import Path
 from states.navigation.potential import crossing_costs, descend, potential_from
-from states.navigation.tangents import User
+from states.navigation.tangents import UserDisc
 from states.navigation.theta_star import line_is_free, pulled, theta_star
 from states.navigation.visibility import as_disc, as_floats, separating_ray
 
@@ -76,7 +76,7 @@ class GridPlanner(ABC):
         rows, columns = map_.values.shape
         grid = Grid(resolution, rows, columns, corner.x, corner.y)
         inflation = Inflation(inflation_radius, inflation_radius - TOLERANCE)
-        costmap = Costmap(Ground.of(map_, grid, tuple(keepouts)), inflation)
+        costmap = Costmap(StaticLayer.of(map_, grid, tuple(keepouts)), inflation)
         return cls(grid, costmap.costs, allow_unknown=False)
 
     def plan(
@@ -89,7 +89,7 @@ class GridPlanner(ABC):
             return None
         ray = separating_ray(begin, goal, disc, side)
         x, y = self._in_cells((disc.x, disc.y))
-        around = User(x, y, disc.radius / self.grid.resolution, *ray)
+        around = UserDisc(x, y, disc.radius / self.grid.resolution, *ray)
         way = self._search(np.array([self._in_cells(begin), self._in_cells(goal)]), around)
         if len(way) == 0:
             return None
@@ -172,14 +172,14 @@ class GridPlanner(ABC):
         )
 
     @abstractmethod
-    def _search(self, ends: Array, user: User) -> Array:
+    def _search(self, ends: Array, user: UserDisc) -> Array:
         """The way between two places, (k, 2) in cells; empty if there is none."""
 
 
 class ThetaStarPlanner(GridPlanner):
     """Any-angle ways, nearly the shortest; costs below the blocked ones do not matter."""
 
-    def _search(self, ends: Array, user: User) -> Array:
+    def _search(self, ends: Array, user: UserDisc) -> Array:
         way = theta_star(self._free, ends, user)
         return way if len(way) == 0 else pulled(self._free, way, user)
 
@@ -191,7 +191,7 @@ class NavfnPlanner(GridPlanner):
     def _crossing(self) -> Array:
         return crossing_costs(self.costs, self.lethal_cost, self.allow_unknown)
 
-    def _search(self, ends: Array, user: User) -> Array:
+    def _search(self, ends: Array, user: UserDisc) -> Array:
         (start_x, start_y), (goal_x, goal_y) = ends.tolist()
         start, goal = (int(start_y), int(start_x)), (int(goal_y), int(goal_x))
         crossing = self._crossing.copy()
@@ -200,7 +200,7 @@ class NavfnPlanner(GridPlanner):
         crossing[start] = 50.0
         return descend(potential_from(crossing, start, goal), ends)
 
-    def _user_cells(self, user: User) -> NDArray[np.bool_]:
+    def _user_cells(self, user: UserDisc) -> NDArray[np.bool_]:
         rows, columns = self._free.shape
         xs, ys = np.arange(columns) + 0.5 - user.x, np.arange(rows)[:, None] + 0.5 - user.y
         inside: NDArray[np.bool_] = np.hypot(xs, ys) < user.radius

@@ -16,14 +16,14 @@ from states.maps.cells import Grid, grid_over, room_map
 from states.maps.field import Field
 from states.maps.occupancy import OccupancyMap
 from states.navigation.clearance import TOLERANCE, Array
-from states.navigation.costmap import Costmap, Ground
+from states.navigation.costmap import Costmap, StaticLayer
 from states.navigation.grid_planners import GridPlanner, NavfnPlanner, ThetaStarPlanner
 from states.navigation.inflation import Costs, Inflation
 from states.navigation.unmapped import Obstacles
 from states.navigation.visibility import ExactPlanner
 
 if TYPE_CHECKING:
-    from states.site import CostmapValues
+    from states.environment import CostmapValues
 
 PLANNERS: Mapping[str, type[GridPlanner]] = {
     "theta_star": ThetaStarPlanner,
@@ -63,7 +63,7 @@ class Costmaps:
         return self._planners[name]
 
 
-def costmaps_of(ground: Ground, kept: float, values: CostmapValues) -> Costmaps:
+def costmaps_of(ground: StaticLayer, kept: float, values: CostmapValues) -> Costmaps:
     """The costmaps before any scan.
 
     Args:
@@ -92,9 +92,9 @@ def ground_of(
     resolution: float,
     keepouts: Sequence[Ring] = (),
     walls: Field | None = None,
-) -> Ground:
+) -> StaticLayer:
     """A map on cells of this size, along the axes of the map; with `walls` that of a drawn room."""
-    return Ground.of(static, _grid_over(static, resolution), keepouts, walls)
+    return StaticLayer.of(static, _grid_over(static, resolution), keepouts, walls)
 
 
 def map_of(room: Room, resolution: float) -> OccupancyMap:

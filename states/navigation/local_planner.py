@@ -22,12 +22,12 @@ from hw.room import Disc, Point
 from hw.zones import NO_ZONES
 from states.ages import slowed
 from states.navigation.clearance import Array
+from states.navigation.cornering import time_from
 from states.navigation.path import Path
-from states.navigation.racing import time_from
 from states.navigation.reckoning import ReckonedPlace, ReckonedPose
-from states.navigation.speed import Pace, as_line
+from states.navigation.speed import SpeedLimits, as_line
 
-Status = Literal["driving", "arrived", "blocked"]
+DriveStatus = Literal["driving", "arrived", "blocked"]
 
 USER_MARGIN = 0.01
 """Ways are planned this much further from the user than demanded, so that no ripple of the control
@@ -138,14 +138,16 @@ class LocalPlanner(ABC):
         latency: float = 0.0,
     ) -> None:
         self.mode = mode
-        self.status: Status = "driving"
+        self.status: DriveStatus = "driving"
         self.path: Path | None = None
         self.goal: Pose2 | None = None
         self.planner = planner
         self.zones = NO_ZONES
         self._limits = self._own_limits = limits
         self._tolerance = tolerance
-        self._pace = Pace(float(limits.speed), float(limits.acceleration), BEND_SHARE, CORNER_ERROR)
+        self._pace = SpeedLimits(
+            float(limits.speed), float(limits.acceleration), BEND_SHARE, CORNER_ERROR
+        )
         self._side = 0
         self._sent: Twist2 | None = None  # in the map
         self._reckoned = ReckonedPose(latency)

@@ -58,7 +58,7 @@ class ObstacleValues:
     mark_lifetime: float = 10.0
 
 
-class Sweep(NamedTuple):
+class ScanSweep(NamedTuple):
     """One scan: where the sensor was at its first beam, and how it moved until the last one."""
 
     x: float
@@ -84,7 +84,7 @@ class Cut(NamedTuple):
 
 
 class Ignored(NamedTuple):
-    """What beams may end at without being news, as kernels take it; see `Known`."""
+    """What beams may end at without being news, as kernels take it; see `KnownObstacles`."""
 
     margin: float
     margin_per_m: float
@@ -102,7 +102,7 @@ class Marks(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Known:
+class KnownObstacles:
     """What a scan meets that is no news.
 
     `mount` is base_from_sensor, `outline` the robot's own in the base frame, `user` a disc about
@@ -143,7 +143,9 @@ class ObstacleLayer:
         )
         self._count = 0
 
-    def see(self, scan: Scan, first: Pose2, last: Pose2, stamp_ns: int, known: Known) -> bool:
+    def see(
+        self, scan: Scan, first: Pose2, last: Pose2, stamp_ns: int, known: KnownObstacles
+    ) -> bool:
         """Take one scan; False if there is nothing marked and nothing to mark.
 
         Args:
@@ -172,8 +174,8 @@ class ObstacleLayer:
         return np.sort(active[self._marks.hits[active] >= SURE])
 
 
-def _sweep(scan: Scan, first: Pose2, last: Pose2, grid: Grid) -> Sweep:
-    return Sweep(
+def _sweep(scan: Scan, first: Pose2, last: Pose2, grid: Grid) -> ScanSweep:
+    return ScanSweep(
         first.x - grid.x,
         first.y - grid.y,
         first.yaw,
@@ -187,7 +189,7 @@ def _sweep(scan: Scan, first: Pose2, last: Pose2, grid: Grid) -> Sweep:
 
 
 @njit(cache=True)
-def sensor_at(sweep: Sweep, beam: float) -> tuple[float, float, float]:
+def sensor_at(sweep: ScanSweep, beam: float) -> tuple[float, float, float]:
     """Where the sensor was when it took a beam: x, y and the beam's direction."""
     part = beam / max(1, len(sweep.ranges) - 1)
     direction = sweep.yaw + part * sweep.turn + sweep.start + beam * sweep.step
@@ -195,7 +197,7 @@ def sensor_at(sweep: Sweep, beam: float) -> tuple[float, float, float]:
 
 
 @njit(cache=True)
-def news(sweep: Sweep, walls: Array, cut: Cut, ignored: Ignored) -> tuple[Array, Cells]:
+def news(sweep: ScanSweep, walls: Array, cut: Cut, ignored: Ignored) -> tuple[Array, Cells]:
     """Where beams end at what is not known, (k, 2), and the numbers of these beams, (k,)."""
     rows, columns = walls.shape
     ends, beams = np.empty((len(sweep.ranges), 2)), np.empty(len(sweep.ranges), np.int64)
@@ -278,7 +280,9 @@ def mark(ends: Array, beams: Cells, cut: Cut, now: int, marks: Marks, count: int
 
 
 @njit(cache=True)
-def tend(sweep: Sweep, cut: Cut, now: int, ages: tuple[int, int], marks: Marks, count: int) -> int:
+def tend(
+    sweep: ScanSweep, cut: Cut, now: int, ages: tuple[int, int], marks: Marks, count: int
+) -> int:
     """Drop what has left, is too old or out of the window; the number of active cells.
 
     `ages`: from when on a cell may be cleared, and its lifetime, ns.
@@ -300,7 +304,7 @@ def tend(sweep: Sweep, cut: Cut, now: int, ages: tuple[int, int], marks: Marks, 
 
 
 @njit(cache=True)
-def is_seen_through(x: float, y: float, half: float, sweep: Sweep) -> bool:
+def is_seen_through(x: float, y: float, half: float, sweep: ScanSweep) -> bool:
     """Do all beams that are sent at a cell, at least one, pass through it?"""
     if sweep.step == 0.0:
         return False
@@ -325,6 +329,6 @@ def is_seen_through(x: float, y: float, half: float, sweep: Sweep) -> bool:
 def warm_up() -> None:
     """Compile, or load from the cache, what a scan needs."""
     layer = ObstacleLayer(Grid(0.1, 10, 10), np.ones((10, 10)))
-    here, known = Pose2(0.5, 0.5), Known(Pose2(0.0, 0.0))
+    here, known = Pose2(0.5, 0.5), KnownObstacles(Pose2(0.0, 0.0))
     for stamp in (0, 10**9):
         layer.see(Scan("", 0.0, 0.1, (0.3, math.inf)), here, here, stamp, known)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from states.navigation import grid_planners, profile, scanning, teb_planner
+from states.navigation import grid_planners, scanning, teb_planner
+from states.navigation import profile_planner as profile
 from states.navigation.grid_planners import GridPlanner, NavfnPlanner, ThetaStarPlanner
 from states.navigation.local_planner import LocalPlanner
-from states.navigation.profile import ProfilePlanner
+from states.navigation.profile_planner import ProfilePlanner
 from states.navigation.teb_planner import TebPlanner
 from states.navigation.visibility import ExactPlanner
 

@@ -10,18 +10,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from hw.geometry import Outline, Pose2, wrap
-from hw.person import RADIUS
+from hw.people.person import RADIUS
 from hw.room import Disc, Room
-from hw.safety_limits import OLD_S
+from hw.safety.limits import OLD_S
 from hw.samples import EXACT, PoseSigma, Scan, UserPose
-from states.localization.estimates import Estimate
+from states.localization.estimates import PoseEstimate
 from states.maps.cells import Grid
 from states.maps.field import room_field
 from states.navigation import obstacles
-from states.navigation.costmap import Costmap, Ground
+from states.navigation.costmap import Costmap, StaticLayer
 from states.navigation.inflation import FREE, Inflation
-from states.navigation.obstacles import NOBODY, Known, ObstacleLayer, ObstacleValues
-from states.navigation.unmapped import Obstacles, Shown
+from states.navigation.obstacles import NOBODY, KnownObstacles, ObstacleLayer, ObstacleValues
+from states.navigation.unmapped import Obstacles, ShownObstacles
 from states.signals.motion import Stamped
 
 SCAN_GAP_NS = 300_000_000
@@ -61,14 +61,14 @@ class ObstacleEstimator:
     """
 
     def __init__(
-        self, ground: Ground, reach: float, values: ObstacleValues, scanner: Scanner
+        self, ground: StaticLayer, reach: float, values: ObstacleValues, scanner: Scanner
     ) -> None:
         # a cell's centre is nearer to a wall's than to the wall by half a cell
         walls = ground.distances - 0.5 * ground.grid.resolution
         self._layer = ObstacleLayer(
             ground.grid, np.where(ground.costs == FREE, walls, -1.0), values
         )
-        self._shown = Shown(ground.grid, reach)
+        self._shown = ShownObstacles(ground.grid, reach)
         self._scanner = scanner
         self._sigma = scanner.sigma
         self._poses: list[tuple[int, Pose2]] = []
@@ -80,7 +80,7 @@ class ObstacleEstimator:
     def update(self, _signal: str, sample: Stamped) -> None:
         """Take one sample; of the user's poses the newest."""
         value, stamp = sample.value, sample.stamp
-        if isinstance(value, Estimate):
+        if isinstance(value, PoseEstimate):
             self._sigma = value.sigma
             self._keep(stamp, value.pose)
         elif isinstance(value, Pose2):
@@ -137,7 +137,7 @@ class ObstacleEstimator:
         self._oldest_scan = min(self._scanned.values())
         end = stamp + round(scan.beam_time * (len(scan.ranges) - 1) * 1e9)
         mount, outline = self._scanner.mount(scan.sensor), self._scanner.outline
-        known = Known(mount, outline, self._user_at(stamp), self._sigma)
+        known = KnownObstacles(mount, outline, self._user_at(stamp), self._sigma)
         return self._layer.see(scan, self._pose_at(stamp), self._pose_at(end), stamp, known)
 
     def _pose_at(self, stamp: int) -> Pose2:
@@ -180,8 +180,8 @@ def warm_up() -> None:
     square = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
     room_field(Room(square)).distances(Pose2(0.0, 0.0), np.ones((1, 2)))
     grid = Grid(0.1, 10, 10)
-    shown = Shown(grid, 0.2)
+    shown = ShownObstacles(grid, 0.2)
     for marked in ([33], [33], [34]):
         shown.update(np.array(marked))
-    costmap = Costmap(Ground(grid, np.zeros((10, 10), np.uint8)), Inflation(0.2, 0.1))
+    costmap = Costmap(StaticLayer(grid, np.zeros((10, 10), np.uint8)), Inflation(0.2, 0.1))
     costmap.with_obstacles(shown.obstacles)

@@ -23,9 +23,9 @@ from states.navigation.clearance import (
     sees,
 )
 from states.navigation.tangents import (
+    InflatedRoom,
     Integers,
-    User,
-    World,
+    UserDisc,
     arc_crosses_ray,
     passes_user,
     sweep_between,
@@ -33,21 +33,21 @@ from states.navigation.tangents import (
 )
 
 
-class Scene(NamedTuple):
+class PathQuery(NamedTuple):
     """One query: `discs` are the fixed corners, then user, start and goal.
 
     `user_arcs` are the blocked arcs of the user's disc; row i of `user_on_disc` is the arc of
     corner i that the user blocks.
     """
 
-    world: World
-    user: User
+    world: InflatedRoom
+    user: UserDisc
     discs: Array
     user_arcs: Array
     user_on_disc: Array
 
 
-class Tree(NamedTuple):
+class SearchTree(NamedTuple):
     """What the search knows of each tangent: may it be used, cost to its far end, from where.
 
     `lines` holds those that are no links of the world.
@@ -65,8 +65,8 @@ _UNKNOWN, _OPEN, _BLOCKED = 0, 1, 2
 
 @njit(cache=True)
 def make_scene(
-    world: World, user: User, start: tuple[float, float], goal: tuple[float, float]
-) -> Scene:
+    world: InflatedRoom, user: UserDisc, start: tuple[float, float], goal: tuple[float, float]
+) -> PathQuery:
     """Add user, start and goal to the fixed corners."""
     count = len(world.corners)
     discs = np.zeros((count + 3, 3))
@@ -76,7 +76,7 @@ def make_scene(
     discs[count + 2, 0], discs[count + 2, 1] = goal
     user_on_disc = np.zeros((count, 2))
     if user.radius == 0.0:
-        return Scene(world, user, discs, np.empty((0, 2)), user_on_disc)
+        return PathQuery(world, user, discs, np.empty((0, 2)), user_on_disc)
     user_arcs, _ = blocked_arcs(user.x, user.y, user.radius, world.discs, world.sides)
     for i in range(count):
         x, y, radius = world.corners[i]
@@ -88,11 +88,11 @@ def make_scene(
             cosine = (radius * radius + apart * apart - reach * reach) / (2.0 * radius * apart)
             half = math.acos(max(-1.0, min(1.0, cosine)))
             user_on_disc[i] = math.atan2(dy, dx) - half, 2.0 * half
-    return Scene(world, user, discs, user_arcs, user_on_disc)
+    return PathQuery(world, user, discs, user_arcs, user_on_disc)
 
 
 @njit(cache=True)
-def turn_is_free(disc: int, first: float, sweep: float, scene: Scene) -> bool:
+def turn_is_free(disc: int, first: float, sweep: float, scene: PathQuery) -> bool:
     """Is an arc, counter-clockwise from `first`, free of walls and user, on the allowed side?"""
     count = len(scene.world.corners)
     if disc > count:
@@ -111,7 +111,7 @@ def turn_is_free(disc: int, first: float, sweep: float, scene: Scene) -> bool:
 
 
 @njit(cache=True)
-def passes_walls(line: Array, source: int, target: int, scene: Scene) -> bool:
+def passes_walls(line: Array, source: int, target: int, scene: PathQuery) -> bool:
     """Does a tangent from disc `source` to disc `target` keep off all walls?"""
     if not turn_is_free(source, line[4], 0.0, scene):
         return False
@@ -122,7 +122,7 @@ def passes_walls(line: Array, source: int, target: int, scene: Scene) -> bool:
 
 
 @njit(cache=True)
-def line_of(slot: int, scene: Scene, tree: Tree) -> Array:
+def line_of(slot: int, scene: PathQuery, tree: SearchTree) -> Array:
     """The tangent of a slot, as `tangents.tangent` gives it."""
     links = scene.world.links
     line: Array = links[slot] if slot < len(links) else tree.lines[slot - len(links)]
@@ -135,8 +135,8 @@ def try_slots(
     end: int,
     first_target: int,
     origin: int,
-    scene: Scene,
-    tree: Tree,
+    scene: PathQuery,
+    tree: SearchTree,
     heap: list[tuple[float, int]],
 ) -> None:
     """Go on from the end of the tangent `origin` along each of some slots, where that is better.
@@ -182,7 +182,7 @@ def try_slots(
 
 
 @njit(cache=True)
-def expand(origin: int, scene: Scene, tree: Tree, heap: list[tuple[float, int]]) -> None:
+def expand(origin: int, scene: PathQuery, tree: SearchTree, heap: list[tuple[float, int]]) -> None:
     """Try everything that can follow the tangent `origin`.
 
     Slots: the links of the world, then for N discs: 2 N to the goal, 2 N from the start and, only
@@ -209,7 +209,7 @@ def expand(origin: int, scene: Scene, tree: Tree, heap: list[tuple[float, int]])
 
 
 @njit(cache=True)
-def trace(slot: int, scene: Scene, tree: Tree) -> tuple[Array, Integers]:
+def trace(slot: int, scene: PathQuery, tree: SearchTree) -> tuple[Array, Integers]:
     """The tangents from the start to a slot, and the states they lead to."""
     count, walker = 0, slot
     while tree.parent[walker] >= 0:
@@ -222,7 +222,7 @@ def trace(slot: int, scene: Scene, tree: Tree) -> tuple[Array, Integers]:
 
 
 @njit(cache=True)
-def shortest(scene: Scene) -> tuple[float, Array, Integers]:
+def shortest(scene: PathQuery) -> tuple[float, Array, Integers]:
     """A* over the tangents; those that are not of the world are held against the walls when met.
 
     Returns:
@@ -232,7 +232,7 @@ def shortest(scene: Scene) -> tuple[float, Array, Integers]:
     slots = 12 * discs if scene.user.radius > 0.0 else 4 * discs
     root = links + slots
     size = root + 1
-    tree = Tree(
+    tree = SearchTree(
         np.zeros(size, np.int8),
         np.full(size, math.inf),
         np.full(size, -1, np.int64),

@@ -32,7 +32,7 @@ TOO_FAST = 4.0
 """What it costs to begin faster than one can brake: time lost per time to slow down."""
 
 
-class Pace(NamedTuple):
+class SpeedLimits(NamedTuple):
     """Largest speed (m/s) and acceleration (m/s2), both as norms.
 
     Bends are planned with the share `bend_share` of the acceleration, so that some is left for
@@ -46,7 +46,7 @@ class Pace(NamedTuple):
 
 
 @njit(cache=True)
-def bend_speed(radius: float, pace: Pace) -> float:
+def bend_speed(radius: float, pace: SpeedLimits) -> float:
     """Largest speed in a bend, m/s."""
     if radius == math.inf:
         return pace.speed
@@ -54,7 +54,7 @@ def bend_speed(radius: float, pace: Pace) -> float:
 
 
 @njit(cache=True)
-def corner_speed(before: Array, corner: Array, after: Array, pace: Pace) -> float:
+def corner_speed(before: Array, corner: Array, after: Array, pace: SpeedLimits) -> float:
     """Largest speed at a corner that is rounded by an arc within the allowed deviation, m/s."""
     ax, ay = corner[0] - before[0], corner[1] - before[1]
     bx, by = after[0] - corner[0], after[1] - corner[1]
@@ -68,7 +68,7 @@ def corner_speed(before: Array, corner: Array, after: Array, pace: Pace) -> floa
 
 
 @njit(cache=True)
-def reachable_speed(speed: float, step: float, radius: float, pace: Pace) -> float:
+def reachable_speed(speed: float, step: float, radius: float, pace: SpeedLimits) -> float:
     """The speed from which `speed` can be braked to (or reached from it) within a stretch, m/s.
 
     On a straight v^2 grows by 2 a s. On the friction circle of a bend dv^2/ds =
@@ -88,7 +88,7 @@ def step_length(line: Array, i: int) -> float:
 
 
 @njit(cache=True)
-def point_speed(line: Array, i: int, pace: Pace) -> float:
+def point_speed(line: Array, i: int, pace: SpeedLimits) -> float:
     """Largest speed at point i for the bends on both its sides, m/s."""
     if i == 0:
         return bend_speed(line[0, 2], pace)
@@ -99,7 +99,7 @@ def point_speed(line: Array, i: int, pace: Pace) -> float:
 
 
 @njit(cache=True)
-def braking_speeds(line: Array, pace: Pace, end_speed: float) -> Array:
+def braking_speeds(line: Array, pace: SpeedLimits, end_speed: float) -> Array:
     """The largest speed at each point from which bends and the end can still be met, m/s."""
     count = len(line)
     speeds = np.empty(count)
@@ -113,7 +113,7 @@ def braking_speeds(line: Array, pace: Pace, end_speed: float) -> Array:
 
 
 @njit(cache=True)
-def stretch_time(step: float, start: float, end: float, radius: float, pace: Pace) -> float:
+def stretch_time(step: float, start: float, end: float, radius: float, pace: SpeedLimits) -> float:
     """Time for one stretch between two speeds that can follow each other, s."""
     if step == 0.0:
         return 0.0
@@ -129,7 +129,7 @@ def stretch_time(step: float, start: float, end: float, radius: float, pace: Pac
 
 
 @njit(cache=True)
-def travel_time(line: Array, speed: float, pace: Pace) -> float:
+def travel_time(line: Array, speed: float, pace: SpeedLimits) -> float:
     """Time from the first point to rest at the last, starting at `speed` along the line, s."""
     speeds = braking_speeds(line, pace, 0.0)
     total = TOO_FAST * max(0.0, speed - speeds[0]) / pace.acceleration
@@ -143,7 +143,7 @@ def travel_time(line: Array, speed: float, pace: Pace) -> float:
 
 
 @njit(cache=True)
-def speed_before(rest: float, end: float, radius: float, period: float, pace: Pace) -> float:
+def speed_before(rest: float, end: float, radius: float, period: float, pace: SpeedLimits) -> float:
     """The speed from which `end` can be met in the distance `rest`, less half a period's way."""
     half = 0.5 * pace.acceleration * period
     if radius == math.inf:
@@ -156,7 +156,7 @@ def speed_before(rest: float, end: float, radius: float, period: float, pace: Pa
 
 
 @njit(cache=True)
-def next_speed(line: Array, speed: float, pace: Pace, period: float) -> float:
+def next_speed(line: Array, speed: float, pace: SpeedLimits, period: float) -> float:
     """The speed to have at the end of this period, so that all bends and the end are still met.
 
     The base is taken to change its speed evenly within the period.

@@ -11,10 +11,10 @@ from engine.state import NEVER_NS, Action, Context, Run
 from hw.geometry import Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
 from hw.room import Disc
-from hw.safety_limits import OLD_S
+from hw.safety.limits import OLD_S
 from hw.samples import PoseSigma, UserPose
 from states import ages
-from states.site import SUBSYSTEMS, Site, Subsystem, SubsystemName
+from states.environment import SUBSYSTEMS, Environment, Subsystem, SubsystemName
 
 if TYPE_CHECKING:
     from states.navigation.local_planner import GlobalPlanner, LocalPlanner
@@ -57,7 +57,7 @@ class DriveTo(Action):
         self.mode: DriveMode = mode
 
     def run(self, ctx: Context, goal: Pose2) -> Run:
-        site: Site = ctx.value("site")
+        site: Environment = ctx.value("site")
         planner = planner_of(ctx, self.subsystem)
         if planner is None:
             return "lost"
@@ -65,7 +65,7 @@ class DriveTo(Action):
         subsystem = site.navigation.named(self.subsystem)
         driver.mode = self.mode
         driver.go_to(goal)
-        progress, give_up = Progress(self.patience), NEVER_NS
+        progress, give_up = GoalProgress(self.patience), NEVER_NS
         base, touches = ctx.part("base"), self.subsystem == "haptic"
         own = ctx.value("base.mode")
         if self.mode != own:
@@ -98,7 +98,7 @@ class DriveTo(Action):
 
 
 def command_of(
-    ctx: ages.Reader, driver: LocalPlanner, now: ages.Around, user: Disc | None
+    ctx: ages.SignalReader, driver: LocalPlanner, now: ages.RobotAndUser, user: Disc | None
 ) -> Twist2:
     """What a local planner sends now, by the poses of this instant and how good they are."""
     sigma: PoseSigma | None = ctx.value("base.pose_sigma")
@@ -115,13 +115,13 @@ def command_of(
     )
 
 
-def planner_of(ctx: ages.Reader, name: SubsystemName) -> GlobalPlanner | None:
+def planner_of(ctx: ages.SignalReader, name: SubsystemName) -> GlobalPlanner | None:
     """The planner of a subsystem by what scans have shown; None if they have become too old."""
     found: GlobalPlanner | None = ctx.value(f"{name}.planner")
     return found
 
 
-class Progress:
+class GoalProgress:
     """Does the robot come nearer to its goal?"""
 
     STEP = 0.05

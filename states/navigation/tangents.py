@@ -26,7 +26,7 @@ from states.navigation.clearance import (
 Integers = NDArray[np.int64]
 
 
-class World(NamedTuple):
+class InflatedRoom(NamedTuple):
     """What does not move; see `clearance` for discs and sides.
 
     `corners` are those discs that have a free arc, the others need no going round.
@@ -45,7 +45,7 @@ class World(NamedTuple):
     links: Array
 
 
-class User(NamedTuple):
+class UserDisc(NamedTuple):
     """The moving disc of one query; radius 0: there is none. The ray must not be crossed."""
 
     x: float
@@ -88,7 +88,9 @@ def sweep_between(start: float, end: float, turn: float) -> float:
 
 
 @njit(cache=True)
-def link_world(corners: Array, discs: Array, sides: Array, arc_at: Integers, arcs: Array) -> World:
+def link_world(
+    corners: Array, discs: Array, sides: Array, arc_at: Integers, arcs: Array
+) -> InflatedRoom:
     """Find all tangents between fixed corners along which the robot may go."""
     count = len(corners)
     link_at = np.zeros(2 * count + 1, np.int64)
@@ -114,13 +116,13 @@ def link_world(corners: Array, discs: Array, sides: Array, arc_at: Integers, arc
             link_to[size], links[size] = target, line
             size += 1
         link_at[state + 1] = size
-    return World(
+    return InflatedRoom(
         corners, discs, sides, arc_at, arcs, link_at, link_to[:size].copy(), links[:size].copy()
     )
 
 
 @njit(cache=True)
-def line_crosses_ray(px: float, py: float, qx: float, qy: float, user: User) -> bool:
+def line_crosses_ray(px: float, py: float, qx: float, qy: float, user: UserDisc) -> bool:
     """Does the line p-q cross the ray that separates the two ways round the user?"""
     one = user.ray_x * (py - user.y) - user.ray_y * (px - user.x)
     two = user.ray_x * (qy - user.y) - user.ray_y * (qx - user.x)
@@ -132,7 +134,7 @@ def line_crosses_ray(px: float, py: float, qx: float, qy: float, user: User) -> 
 
 
 @njit(cache=True)
-def passes_user(px: float, py: float, qx: float, qy: float, user: User) -> bool:
+def passes_user(px: float, py: float, qx: float, qy: float, user: UserDisc) -> bool:
     """Does the line p-q keep off the user, on the allowed side?"""
     if not passes_disc(px, py, qx, qy, user.x, user.y, user.radius - TOLERANCE):
         return False
@@ -141,14 +143,14 @@ def passes_user(px: float, py: float, qx: float, qy: float, user: User) -> bool:
 
 @njit(cache=True)
 def goes_straight(
-    px: float, py: float, qx: float, qy: float, user: User, discs: Array, sides: Array
+    px: float, py: float, qx: float, qy: float, user: UserDisc, discs: Array, sides: Array
 ) -> bool:
     """May the robot go straight from p to q, both free, past the user on the allowed side?"""
     return passes_user(px, py, qx, qy, user) and sees(px, py, qx, qy, discs, sides, math.inf)
 
 
 @njit(cache=True)
-def arc_crosses_ray(disc: Array, start: float, sweep: float, user: User) -> bool:
+def arc_crosses_ray(disc: Array, start: float, sweep: float, user: UserDisc) -> bool:
     """Does an arc, counter-clockwise from `start`, cross the ray?"""
     if user.ray_x == 0.0 and user.ray_y == 0.0:
         return False

@@ -24,7 +24,7 @@ from states.navigation.local_planner import (
     Tolerance,
 )
 from states.navigation.path import Path
-from states.navigation.profile import ProfilePlanner
+from states.navigation.profile_planner import ProfilePlanner
 from states.navigation.teb import TebValues
 from states.navigation.teb_solver import optimized
 from states.navigation.visibility import ExactPlanner

@@ -15,7 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from states.navigation.clearance import TOLERANCE, Array, passes_disc
-from states.navigation.tangents import User, line_crosses_ray
+from states.navigation.tangents import UserDisc, line_crosses_ray
 
 Mask = NDArray[np.bool_]
 Integers = NDArray[np.int64]
@@ -49,7 +49,7 @@ def line_is_free(free: Mask, px: float, py: float, qx: float, qy: float) -> bool
 
 
 @njit(cache=True)
-def may_go(free: Mask, px: float, py: float, qx: float, qy: float, user: User) -> bool:
+def may_go(free: Mask, px: float, py: float, qx: float, qy: float, user: UserDisc) -> bool:
     """Is the line free of blocked cells and of the user, on the allowed side?"""
     if not passes_disc(px, py, qx, qy, user.x, user.y, user.radius - TOLERANCE):
         return False
@@ -70,7 +70,7 @@ def place_of(node: int, columns: int, ends: Array) -> tuple[float, float]:
 
 @njit(cache=True)
 def settle(
-    node: int, free: Mask, cost: Array, parent: Integers, closed: Mask, ends: Array, user: User
+    node: int, free: Mask, cost: Array, parent: Integers, closed: Mask, ends: Array, user: UserDisc
 ) -> bool:
     """Make sure that a node sees its parent, or give it the best neighbour that was settled."""
     columns = free.shape[1]
@@ -107,7 +107,7 @@ def neighbour(node: int, step: int, free: Mask) -> int:
 
 
 @njit(cache=True)
-def theta_star(free: Mask, ends: Array, user: User) -> Array:
+def theta_star(free: Mask, ends: Array, user: UserDisc) -> Array:
     """The way from start to goal, (k, 2); empty if there is none.
 
     Args:
@@ -164,7 +164,7 @@ def walk_back(node: int, columns: int, parent: Integers, ends: Array) -> Array:
 
 
 @njit(cache=True)
-def pulled(free: Mask, way: Array, user: User) -> Array:
+def pulled(free: Mask, way: Array, user: UserDisc) -> Array:
     """The way without corners that can be left out because those around them see each other."""
     kept = way.copy()
     count = 1

@@ -30,7 +30,7 @@ class Trial:
 
 
 @dataclass(slots=True)
-class Outcome:
+class DriveOutcome:
     """What came of a drive: the time it took, s, and the worst of the rest.
 
     `intrusion` is how deep the robot's centre was in the user's disc, m, negative outside of it;
@@ -73,10 +73,10 @@ def drive(
     *,
     longest: float = 40.0,
     clock: Callable[[], int] | None = None,
-) -> Outcome:
+) -> DriveOutcome:
     """Drive a trial, commands every dt s; `clock` gives nanoseconds, to time each cycle."""
     driver.go_to(trial.goal)
-    pose, velocity, outcome = trial.start, STILL, Outcome()
+    pose, velocity, outcome = trial.start, STILL, DriveOutcome()
     while outcome.time < longest:
         begin = clock() if clock else 0
         command = driver.command(pose, velocity.rotated(-pose.yaw), trial.user, dt)
@@ -104,7 +104,7 @@ def _moved(pose: Pose2, before: Twist2, after: Twist2, dt: float) -> Pose2:
     return Pose2(x, y, wrap(pose.yaw + 0.5 * (before.wz + after.wz) * dt))
 
 
-def _note(outcome: Outcome, pose: Pose2, before: Twist2, after: Twist2, dt: float) -> None:
+def _note(outcome: DriveOutcome, pose: Pose2, before: Twist2, after: Twist2, dt: float) -> None:
     change = math.dist((before.vx, before.vy), (after.vx, after.vy))
     outcome.time += dt
     outcome.places.append((pose.x, pose.y))

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from states.navigation.visibility import ExactPlanner
 
 Cells = NDArray[np.int64]
-Area = tuple[slice, slice]
+CellWindow = tuple[slice, slice]
 
 LARGEST_BOX_M = 0.5
 """Things longer than this are put into several boxes, or one would hold much that is free."""
@@ -53,16 +53,16 @@ class Obstacles:
         return len(self.cells) > 0
 
     @cached_property
-    def _fields(self) -> dict[Grid, tuple[Area, Array]]:
+    def _fields(self) -> dict[Grid, tuple[CellWindow, Array]]:
         return {}
 
-    def distances_on(self, grid: Grid) -> tuple[Area, Array]:
+    def distances_on(self, grid: Grid) -> tuple[CellWindow, Array]:
         """Distances to the nearest obstacle's centre, m, and where on a grid they stand."""
         if grid not in self._fields:
             self._fields[grid] = self._field(grid)
         return self._fields[grid]
 
-    def _field(self, grid: Grid) -> tuple[Area, Array]:
+    def _field(self, grid: Grid) -> tuple[CellWindow, Array]:
         rows, columns = self._on(grid)
         if not len(rows):
             return (slice(0, 0), slice(0, 0)), np.empty((0, 0))
@@ -138,7 +138,7 @@ def _cut(
         yield from _cut(mask[:, half:], (row, column + half), largest, full)
 
 
-class Shown:
+class ShownObstacles:
     """The obstacles that were made known last, and whether what is marked by now is still them."""
 
     def __init__(self, grid: Grid, reach: float) -> None:

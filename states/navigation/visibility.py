@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hw.room import Disc, Point
+from states.navigation.arcs import shortest_way
 from states.navigation.clearance import (
     TOLERANCE,
     TURN,
@@ -28,10 +29,9 @@ from states.navigation.clearance import (
     is_free,
     passes_disc,
 )
-from states.navigation.drawing import shortest_way
 from states.navigation.nearest import nearest_free, notches
 from states.navigation.path import Path
-from states.navigation.tangents import User, World, goes_straight, link_world
+from states.navigation.tangents import InflatedRoom, UserDisc, goes_straight, link_world
 
 Ring = Sequence[Point]
 
@@ -84,7 +84,7 @@ class ExactPlanner:
         return found
 
     @cached_property
-    def _world(self) -> World:
+    def _world(self) -> InflatedRoom:
         return _world(self._discs, self._sides)
 
     @cached_property
@@ -105,7 +105,7 @@ class ExactPlanner:
         begin = start if self.is_free(start, user) else self.nearest_free(start, user)
         if begin is None or not self.is_free(goal, user):
             return None
-        walls = User(disc.x, disc.y, disc.radius, *separating_ray(begin, goal, disc, side))
+        walls = UserDisc(disc.x, disc.y, disc.radius, *separating_ray(begin, goal, disc, side))
         path = self._straight(begin, goal, walls) or self._around(begin, goal, walls)
         if path is None or begin == start:
             return path
@@ -131,7 +131,7 @@ class ExactPlanner:
     def sees(self, start: Point, end: Point, user: Disc | None = None) -> bool:
         """May the robot go straight from one free place to another?"""
         start, end, disc = as_floats(start), as_floats(end), as_disc(user)
-        anywhere = User(disc.x, disc.y, disc.radius, 0.0, 0.0)
+        anywhere = UserDisc(disc.x, disc.y, disc.radius, 0.0, 0.0)
         return bool(goes_straight(*start, *end, anywhere, self._discs, self._sides))
 
     def allows(
@@ -162,12 +162,12 @@ class ExactPlanner:
         """Distance to the nearest side of any ring, not inflated, m."""
         return float(distance_to_nearest(*as_floats(place), self._sides))
 
-    def _straight(self, start: Point, goal: Point, user: User) -> Path | None:
+    def _straight(self, start: Point, goal: Point, user: UserDisc) -> Path | None:
         if not goes_straight(*start, *goal, user, self._discs, self._sides):
             return None
         return Path.of_points((start, goal))
 
-    def _around(self, start: Point, goal: Point, user: User) -> Path | None:
+    def _around(self, start: Point, goal: Point, user: UserDisc) -> Path | None:
         length, points = shortest_way(self._world, user, start, goal)
         if not math.isfinite(length):
             return None
@@ -205,7 +205,7 @@ def _sides(rings: list[tuple[Ring, float]]) -> Array:
     return np.array(rows, dtype=np.float64)
 
 
-def _world(discs: Array, sides: Array) -> World:
+def _world(discs: Array, sides: Array) -> InflatedRoom:
     kept, arcs, arc_at = [], [], [0]
     for x, y, radius in discs:
         blocked, some_free = blocked_arcs(x, y, radius, discs, sides)

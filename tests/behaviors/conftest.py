@@ -10,12 +10,12 @@ import pytest
 
 from behaviors.profile import Profile, load_profile
 from behaviors.situation import Situation
-from engine.state import Sample
+from engine.state import Stamped
 from hw.geometry import Pose2, Twist2
 from hw.robot import RobotModel, load_robot
 from hw.room import Room
 from hw.samples import UserPose
-from states.site import Site
+from states.environment import Environment
 
 HALL = Room(outer=((0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0)))
 
@@ -41,15 +41,15 @@ def tuned() -> Profile:
 
 
 @pytest.fixture(scope="session")
-def site_of(robot: RobotModel) -> Callable[..., Site]:
-    def make(profile: Profile, room: Room = HALL) -> Site:
+def site_of(robot: RobotModel) -> Callable[..., Environment]:
+    def make(profile: Profile, room: Room = HALL) -> Environment:
         return profile.site(room, robot)
 
     return make
 
 
 @pytest.fixture(scope="session")
-def situation_of(site_of: Callable[..., Site]) -> Callable[..., Situation]:
+def situation_of(site_of: Callable[..., Environment]) -> Callable[..., Situation]:
     def make(
         profile: Profile,
         pose: Pose2,
@@ -73,7 +73,7 @@ class FakeContext:
     def __init__(self, values: dict[str, Any], parts: dict[str, Any] | None = None) -> None:
         self.values, self.parts = values, parts or {}
         self.stamps: dict[str, int] = {}
-        self.pending: dict[str, list[Sample]] = {}
+        self.pending: dict[str, list[Stamped]] = {}
         self.ages: dict[str, float] = {}
         self.now = 0
 
@@ -85,15 +85,15 @@ class FakeContext:
             return self.values["site"].static_planners[signal.removesuffix(".planner")]
         return self.values.get(signal)
 
-    def sample(self, signal: str) -> Sample | None:
+    def sample(self, signal: str) -> Stamped | None:
         if signal not in self.values:
             return None
-        return Sample(self.values[signal], self.stamps.get(signal, 0))
+        return Stamped(self.values[signal], self.stamps.get(signal, 0))
 
     def age(self, signal: str) -> float:
         return self.ages.get(signal, 0.0) if self.values.get(signal) is not None else math.inf
 
-    def events(self, signal: str) -> tuple[Sample, ...]:
+    def events(self, signal: str) -> tuple[Stamped, ...]:
         return tuple(self.pending.pop(signal, ()))
 
     def part(self, name: str) -> Any:

@@ -25,18 +25,18 @@ from engine.context import LeafContext
 from engine.signals import declare
 from engine.state import interface
 from hw.geometry import Pose2
-from hw.guarded import GuardedBase
 from hw.robot import load_robot
 from hw.room import Point
-from hw.safety_limits import SafetyLimits
+from hw.safety.guarded import GuardedBase
+from hw.safety.limits import SafetyLimits
 from hw.scene import load_scene
 from hw.sim.base import SimBase
 from hw.sim.errors import LidarErrors
 from hw.sim.lidar import SimLidar
 from hw.sim.shapes import Body, Shapes
 from hw.sim.track import Track
+from states.environment import SUBSYSTEMS, Environment, SubsystemName
 from states.navigation.states import DriveTo
-from states.site import SUBSYSTEMS, Site, SubsystemName
 from tests.repeats import fewer, long_form
 
 HZ = 30
@@ -46,7 +46,7 @@ WATCHED_S = 3.5
 PROFILE, ROBOT, SCENE = load_profile("tuned"), load_robot("rbkairos_ur10"), load_scene("lab_a")
 
 
-def site_of(planner: str, local_planner: str) -> Site:
+def site_of(planner: str, local_planner: str) -> Environment:
     """`lab_a` with the default profile but for the planners, and 1.5 m/s for all."""
     navigation = PROFILE.navigation
     for name in SUBSYSTEMS:
@@ -61,7 +61,7 @@ def site_of(planner: str, local_planner: str) -> Site:
 class Trial:
     """A drive along the hall, and a chair before it as soon as it is fast."""
 
-    def __init__(self, site: Site, subsystem: SubsystemName, seed: int) -> None:
+    def __init__(self, site: Environment, subsystem: SubsystemName, seed: int) -> None:
         chance = random.Random(seed)
         ends = [(chance.uniform(1.3, 5.2), 1.3), (chance.uniform(1.3, 5.2), 8.8)]
         chance.shuffle(ends)
@@ -119,7 +119,7 @@ class Trial:
             self.chair = now, (pose.x + ahead * motion.vx, pose.y + ahead * motion.vy)
 
 
-def touched(site: Site, name: SubsystemName, seeds: range) -> tuple[Counter[str], int]:
+def touched(site: Environment, name: SubsystemName, seeds: range) -> tuple[Counter[str], int]:
     """How the drives ended before which there was a chair, and how many touched it."""
     trials = [Trial(site, name, seed) for seed in seeds]
     ends = Counter(trial.outcome() for trial in trials)

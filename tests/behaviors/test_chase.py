@@ -19,16 +19,16 @@ from behaviors.situation import Situation
 from hw.geometry import Pose2, Pose3, Twist2, wrap
 from hw.room import Room
 from hw.samples import UserPose
-from states.site import Site
+from states.environment import Environment
 
 USER = UserPose(Pose2(10.0, 10.0, 0.0), 0.0)
 
 
-def cells_of(site: Site, profile: Profile) -> Callable[[], Any]:
+def cells_of(site: Environment, profile: Profile) -> Callable[[], Any]:
     return lambda: grid(site, profile.settings)
 
 
-def space_of(site: Site, profile: Profile, user: UserPose = USER) -> chase.ChaseSpace:
+def space_of(site: Environment, profile: Profile, user: UserPose = USER) -> chase.ChaseSpace:
     planner = site.static_planners["chase"]
     return chase.space(profile.settings, cells_of(site, profile), planner, user)
 
@@ -60,7 +60,7 @@ def test_the_space_is_two_equal_arcs_within_the_bounds(profile: Profile) -> None
 
 @pytest.mark.requirement(95)
 def test_weights_lie_between_0_and_1_and_are_highest_at_the_sides(
-    paper: Profile, site_of: Callable[..., Site]
+    paper: Profile, site_of: Callable[..., Environment]
 ) -> None:
     cells = grid(site_of(paper), paper.settings)
 
@@ -73,7 +73,7 @@ def test_weights_lie_between_0_and_1_and_are_highest_at_the_sides(
 
 @pytest.mark.requirement(103)
 def test_from_no_tuned_cell_does_the_user_raise_escape_by_beginning_to_walk(
-    tuned: Profile, site_of: Callable[..., Site]
+    tuned: Profile, site_of: Callable[..., Environment]
 ) -> None:
     margin = 0.3 - 1e-9
     for x, y, _ in grid(site_of(tuned), tuned.settings):
@@ -84,7 +84,7 @@ def test_from_no_tuned_cell_does_the_user_raise_escape_by_beginning_to_walk(
 
 @pytest.mark.requirement(103)
 def test_as_printed_3_percent_of_the_cells_lie_in_the_escape_zone(
-    paper: Profile, site_of: Callable[..., Site]
+    paper: Profile, site_of: Callable[..., Environment]
 ) -> None:
     user = UserPose(Pose2(0.0, 0.0), 0.0)
     cells = grid(site_of(paper), paper.settings)
@@ -102,7 +102,7 @@ def test_as_printed_3_percent_of_the_cells_lie_in_the_escape_zone(
 )  # fmt: skip
 @settings(deadline=None, max_examples=20)
 def test_the_space_moves_and_turns_with_the_body_whatever_the_head_does(
-    paper: Profile, site_of: Callable[..., Site], x: float, y: float, yaw: float, head: float
+    paper: Profile, site_of: Callable[..., Environment], x: float, y: float, yaw: float, head: float
 ) -> None:
     site, body = site_of(paper), Pose2(x, y, yaw)
     found = space_of(site, paper, UserPose(body, head))
@@ -129,7 +129,7 @@ def test_a_long_side_faces_the_user_with_the_smaller_turn(bearing: float, now: f
 
 @pytest.mark.requirement(100, 120)
 def test_cells_nearer_than_a_metre_to_a_wall_are_dropped(
-    profile: Profile, site_of: Callable[..., Site]
+    profile: Profile, site_of: Callable[..., Environment]
 ) -> None:
     site, user = site_of(profile), UserPose(Pose2(2.0, 10.0, 0.0), 0.0)
 

@@ -15,7 +15,7 @@ from behaviors.situation import Situation
 from hw.geometry import Pose2
 from hw.room import Room
 from hw.samples import UserPose
-from states.site import Site
+from states.environment import Environment
 
 COLUMN = (6.0, 6.6, 6.3, 7.1)
 """x and y from, x and y to, m."""
@@ -49,7 +49,7 @@ def clearance(place: complex) -> float:
 @pytest.mark.requirement(93, 94, 97, 98, 100, 120)
 @pytest.mark.parametrize(("x", "y", "yaw"), [(4.0, 5.0, 0.3), (7.0, 4.0, -2.0), (2.0, 2.0, 3.0)])
 def test_the_free_cells_are_those_a_metre_from_walls_and_column(
-    paper: Profile, site_of: Callable[..., Site], x: float, y: float, yaw: float
+    paper: Profile, site_of: Callable[..., Environment], x: float, y: float, yaw: float
 ) -> None:
     site, user = site_of(paper, room()), UserPose(Pose2(x, y, yaw), yaw + 1.0)
     every = list(cells())

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from behaviors import escape
 from behaviors.dodge import place_with_room, way_out
-from behaviors.forecast import HORIZON_S, STEP_S, crowding, drives, forecasts, towards, tracks
 from behaviors.profile import Profile
+from behaviors.rollout import HORIZON_S, STEP_S, crowding, drives, forecasts, towards, tracks
 from behaviors.situation import Situation
 from hw.geometry import Outline, Pose2, Twist2
 from hw.robot import Footprint

@@ -17,7 +17,7 @@ from behaviors.situation import Situation
 from hw.geometry import Pose2, Twist2, wrap
 from hw.room import Room
 from hw.samples import UserPose
-from states.site import Site
+from states.environment import Environment
 
 WALKING = Twist2(0.5)
 STANDING = Twist2(0.0)
@@ -45,7 +45,11 @@ TABLE = [
 @pytest.mark.requirement(104)
 @pytest.mark.parametrize(("bearing", "distance", "expected"), TABLE)
 def test_the_zones_reach_farther_in_the_direction_of_view(
-    paper: Profile, site_of: Callable[..., Site], bearing: float, distance: float, expected: bool
+    paper: Profile,
+    site_of: Callable[..., Environment],
+    bearing: float,
+    distance: float,
+    expected: bool,
 ) -> None:
     user = user_seeing(bearing, distance)
 
@@ -56,7 +60,7 @@ def test_the_zones_reach_farther_in_the_direction_of_view(
 
 @pytest.mark.requirement(104)
 def test_the_view_is_that_of_the_head_not_of_the_body(
-    paper: Profile, site_of: Callable[..., Site]
+    paper: Profile, site_of: Callable[..., Environment]
 ) -> None:
     site, ahead = site_of(paper), user_seeing(0.0, 2.0)
 
@@ -67,7 +71,7 @@ def test_the_view_is_that_of_the_head_not_of_the_body(
 
 @pytest.mark.requirement(104)
 def test_a_user_who_stands_raises_nothing_unless_the_literal_rule_is_chosen(
-    profile: Profile, site_of: Callable[..., Site]
+    profile: Profile, site_of: Callable[..., Environment]
 ) -> None:
     user, site = user_seeing(0.0, 1.85), site_of(profile)
     literal = replace(profile.settings, escape=replace(profile.settings.escape, moving=0.0))
@@ -84,7 +88,11 @@ def test_a_user_who_stands_raises_nothing_unless_the_literal_rule_is_chosen(
     [(0.0, 2.69, False), (0.0, 2.71, True), (2.0, 1.69, False), (2.0, 1.71, True)],
 )
 def test_safe_is_farther_than_the_zones_by_the_hysteresis(
-    profile: Profile, site_of: Callable[..., Site], bearing: float, distance: float, safe: bool
+    profile: Profile,
+    site_of: Callable[..., Environment],
+    bearing: float,
+    distance: float,
+    safe: bool,
 ) -> None:
     user = user_seeing(bearing, distance)
 
@@ -101,7 +109,7 @@ def test_safe_is_farther_than_the_zones_by_the_hysteresis(
 @settings(deadline=None, max_examples=200)
 def test_nothing_is_required_and_safe_at_once(
     profile: Profile,
-    site_of: Callable[..., Site],
+    site_of: Callable[..., Environment],
     bearing: float,
     distance: float,
     vx: float,
@@ -116,7 +124,7 @@ def test_nothing_is_required_and_safe_at_once(
 
 @pytest.mark.requirement(104)
 def test_tuned_sees_a_walker_coming_who_is_in_no_zone_yet(
-    paper: Profile, tuned: Profile, site_of: Callable[..., Site]
+    paper: Profile, tuned: Profile, site_of: Callable[..., Environment]
 ) -> None:
     user, towards_the_robot = user_seeing(2.0, 2.6), Twist2(-1.5)
 
@@ -157,7 +165,7 @@ def test_every_escape_pose_is_farther_from_the_user_and_keeps_the_yaw(
 
 @pytest.mark.requirement(108, 120)
 def test_poses_in_the_inflation_of_a_wall_are_left_out(
-    profile: Profile, site_of: Callable[..., Site]
+    profile: Profile, site_of: Callable[..., Environment]
 ) -> None:
     site, user = site_of(profile), UserPose(Pose2(5.0, 10.0), math.pi)
     base = Pose2(3.0, 10.0)

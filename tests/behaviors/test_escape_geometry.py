@@ -13,7 +13,7 @@ from behaviors.profile import Profile
 from hw.geometry import Pose2, Twist2
 from hw.room import Room
 from hw.samples import UserPose
-from states.site import Site
+from states.environment import Environment
 
 EDGE = 1e-6
 
@@ -37,7 +37,7 @@ def is_raised(robot: complex, body: complex, view: float) -> bool:
 @pytest.mark.parametrize("view", [0.0, 1.0, math.pi, -2.3])
 @pytest.mark.parametrize("body_yaw", [0.0, 2.0])
 def test_the_trigger_all_around_the_user(
-    paper: Profile, site_of: Callable[..., Site], view: float, body_yaw: float
+    paper: Profile, site_of: Callable[..., Environment], view: float, body_yaw: float
 ) -> None:
     site, body = site_of(paper), 10.0 + 9.0j
     user = UserPose(Pose2(body.real, body.imag, body_yaw), view)
@@ -57,7 +57,7 @@ def test_the_trigger_all_around_the_user(
 
 @pytest.mark.requirement(104, 112)
 def test_a_user_who_sways_at_the_edge_raises_once_and_is_safe_once(
-    paper: Profile, site_of: Callable[..., Site]
+    paper: Profile, site_of: Callable[..., Environment]
 ) -> None:
     """Between the zone and its hysteresis neither holds: no flicker."""
     site, robot, walking = site_of(paper), Pose2(10.0, 10.0), Twist2(0.5)
@@ -102,7 +102,7 @@ def test_the_twelve_poses_by_number(profile: Profile, bearing: float) -> None:
 
 @pytest.mark.requirement(108, 120)
 def test_the_free_ones_of_the_twelve_beside_a_column(
-    profile: Profile, site_of: Callable[..., Site]
+    profile: Profile, site_of: Callable[..., Environment]
 ) -> None:
     """Free is 0.77 m from the walls of a square room and from a square column."""
     column = ((6.0, 5.6), (6.4, 5.6), (6.4, 6.0), (6.0, 6.0))

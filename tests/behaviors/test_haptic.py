@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 from behaviors import haptic
 from behaviors.profile import Profile
 from behaviors.situation import Situation
-from engine.state import Sample
+from engine.state import Stamped
 from hw.geometry import Pose2, Pose3, Twist2, wrap
 from hw.room import Room
 from hw.samples import UserPose
-from states.site import Site
+from states.environment import Environment
 
 DEEP = Pose3.from_yaw(10.0, 10.0, 1.5, 0.0)
 S30, C30 = 0.5, math.sqrt(3.0) / 2.0
@@ -81,7 +81,7 @@ def test_the_order_is_the_profile_s(paper: Profile) -> None:
 
 @pytest.mark.requirement(77, 120)
 def test_two_of_seven_poses_inside_an_obstacle_s_inflation_are_dropped(
-    paper: Profile, site_of: Callable[..., Site]
+    paper: Profile, site_of: Callable[..., Environment]
 ) -> None:
     shelf = ((10.4, 11.6), (10.8, 11.6), (10.8, 12.0), (10.4, 12.0))
     room = Room(outer=((0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0)), columns=(shelf,))
@@ -105,7 +105,7 @@ def facing_wall(distance: float) -> tuple[Room, UserPose, Pose3]:
 @pytest.mark.requirement(126)
 @pytest.mark.parametrize(("distance", "some"), [(2.34, False), (2.36, True)])
 def test_before_a_wall_pose_6_needs_2_35_metres(
-    paper: Profile, site_of: Callable[..., Site], distance: float, some: bool
+    paper: Profile, site_of: Callable[..., Environment], distance: float, some: bool
 ) -> None:
     """0.85 + cos 60° + 1.0; the poses at ±90° are free nearer, but beside the user."""
     room, _, deep = facing_wall(distance)
@@ -160,7 +160,7 @@ def test_letting_go_is_heard_as_an_event_and_as_the_end_of_the_level(context: An
     ctx.values["vr.haptic_request"] = DEEP
     run = haptic.Released().run(ctx, since=5)
     next(run)
-    ctx.pending["vr.release"] = [Sample(True, 9)]
+    ctx.pending["vr.release"] = [Stamped(True, 9)]
     with pytest.raises(StopIteration):
         next(run)
 
@@ -179,7 +179,7 @@ def test_another_request_ends_the_one_being_served(context: Any) -> None:
 @pytest.mark.requirement(78, 82)
 @pytest.mark.parametrize(("height", "outcome"), [(1.5, "chosen"), (2.6, "out_of_reach")])
 def test_a_deep_too_high_for_the_arm_is_refused_by_name(
-    context: Any, tuned: Profile, site_of: Callable[..., Site], height: float, outcome: str
+    context: Any, tuned: Profile, site_of: Callable[..., Environment], height: float, outcome: str
 ) -> None:
     site, still = site_of(tuned), Twist2(0.0)
     deep = Pose3.from_yaw(10.0, 10.0, height, 0.0)

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from cobodeck.rehearsal import Rehearsal
+from cobodeck.testing import Rehearsal
 from hw.geometry import Pose3
 
 ASKED: tuple[str, dict[str, Any]] = ("requested", {"deep": Pose3(1.0, 2.0, 1.5), "since": 7})

@@ -22,15 +22,15 @@ from engine.context import LeafContext
 from engine.signals import closure, declare, roots
 from engine.state import ALWAYS_NS, Action, interface
 from hw.geometry import STILL, Pose2, Pose3, Twist2
-from hw.guarded import GuardedBase
 from hw.robot import RobotModel
 from hw.room import Point, Room
-from hw.safety_limits import SafetyLimits
+from hw.safety.guarded import GuardedBase
+from hw.safety.limits import SafetyLimits
 from hw.samples import UserPose
 from hw.sim.base import SimBase
+from states.environment import SUBSYSTEMS, Environment
 from states.navigation.states import DriveTo
 from states.navigation.unmapped import Obstacles
-from states.site import SUBSYSTEMS, Site
 from tests.scans import scan_of
 
 HALL = Room(outer=((0.0, 0.0), (16.0, 0.0), (16.0, 12.0), (0.0, 12.0)))
@@ -55,7 +55,7 @@ def planning(profile: Profile, planner: str) -> Profile:
 class Watching:
     """A board, and what arrives at it in each tick."""
 
-    def __init__(self, site: Site, profile: Profile, eager: bool = False) -> None:
+    def __init__(self, site: Environment, profile: Profile, eager: bool = False) -> None:
         self.site, self.tick = site, 0
         self.board = Board(declare(signals(site, profile.settings)), WANTED, eager)
         self.board.put("site", site, 0)
@@ -288,7 +288,7 @@ class Wheel:
         self.command = STILL
 
 
-def shown(site: Site, name: Any, marks: Any) -> Any:
+def shown(site: Environment, name: Any, marks: Any) -> Any:
     """A planner of this subsystem, scans having shown these cells of 5 m about the robot."""
     grid = site.ground(0.05).grid
     corner = grid.cell(ROBOT.x - 2.475, ROBOT.y - 2.475)

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from cobodeck.rehearsal import Rehearsal
-from engine.trace import Record
+from cobodeck.testing import Rehearsal
+from engine.trace import TraceRecord
 
 BEHAVIOURS = ("chase", "haptic", "escape", "inform")
 
@@ -20,7 +20,7 @@ def spans(sim: Rehearsal) -> list[tuple[str, int, int]]:
     return [(name, begin, end) for (name, begin), end in zip(entered, ends, strict=True)]
 
 
-def _is_entry(record: Record) -> bool:
+def _is_entry(record: TraceRecord) -> bool:
     return record.kind == "enter" and record.subject in BEHAVIOURS
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cobodeck.rehearsal import Rehearsal
+from cobodeck.testing import Rehearsal
 from tests.repeats import SHORT
 
 PLACES = [

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import yaml
 
-from cobodeck.rehearsal import Rehearsal
+from cobodeck.testing import Rehearsal
 from hw.geometry import Pose3
 
 CHARTS = Path(__file__).parents[2] / "charts"

@@ -8,8 +8,8 @@ from cobodeck.wiring import open_setup
 from engine.board import Board
 from engine.explore import Ended, active, after, explore, initial
 from engine.machine import Machine
-from engine.run import Run
-from engine.scripted import Script
+from engine.run import ChartRun
+from engine.scripted import LeafScript
 
 CHARTS = ("cobodeck", "chase", "haptic", "escape", "inform")
 TICK_NS = 10**8
@@ -36,8 +36,8 @@ def walk(name: str, script) -> None:
     machine = machine_of(name)
     setup = open_setup(name)
     parts = {part: Still() for leaf in machine.leaves for part in leaf.interface.commands}
-    told = Script(machine)
-    run = Run(machine, Board(setup.signals), parts)
+    told = LeafScript(machine)
+    run = ChartRun(machine, Board(setup.signals), parts)
     run.tick(0)
     here = initial(machine.root)
     for number, step in enumerate(script, start=1):

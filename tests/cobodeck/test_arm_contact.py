@@ -11,7 +11,7 @@ import pytest
 from cobodeck.arm_contact import ArmOutline, ArmWatch
 from cobodeck.stage import arm_outline
 from hw.geometry import Pose2, Pose3
-from hw.person import RADIUS
+from hw.people.person import RADIUS
 from hw.robot import load_robot
 from hw.samples import Joints
 from hw.truth import Contact, Truth

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from behaviors.profile import load_profile
-from cobodeck.rehearsal import Rehearsal
+from cobodeck.testing import Rehearsal
 from cobodeck.wiring import open_setup, wire
 from hw.geometry import Pose2, Twist2
-from hw.guarded import GuardedBase
-from hw.live import LivePerson
 from hw.mock import mock_world
+from hw.people.live import LivePerson
+from hw.safety.guarded import GuardedBase
 from hw.samples import Joints, UserPose
 from hw.sim.moving import MovingArm
 

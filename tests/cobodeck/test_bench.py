@@ -7,7 +7,7 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.bench import engine, harness, peers
-from cobodeck.bench.harness import Case, Row, Work
+from cobodeck.bench.harness import BenchCase, BenchRow, Work
 from cobodeck.commands.bench import slower
 from cobodeck.console import FAILED, OK
 
@@ -88,7 +88,7 @@ def test_times_are_medians_and_ratios_are_of_the_same_round(
     durations = iter([1.0, 2.0, 1.0, 3.0, 10.0, 50.0, 2.0, 8.0])  # first two: `_prepare`
     monkeypatch.setattr(harness, "seconds_of", lambda work, count: next(durations) * count)
     nothing = Work(lambda count: None)
-    case = Case("x", nothing, "bare", {"cobodeck": nothing}, goal=3.5)
+    case = BenchCase("x", nothing, "bare", {"cobodeck": nothing}, goal=3.5)
 
     (row,) = harness.measure("b", case, rounds=3, round_s=1.0)
 
@@ -98,7 +98,7 @@ def test_times_are_medians_and_ratios_are_of_the_same_round(
 
 
 def result(ratio: float) -> dict[str, object]:
-    row = Row("b", "x", "cobodeck", ratio=ratio, ratio_to="bare", time_us=1.0, goal=4.0)
+    row = BenchRow("b", "x", "cobodeck", ratio=ratio, ratio_to="bare", time_us=1.0, goal=4.0)
     machine = {"name": "M", "cores": 2, "system": "S", "python": "P"}
     return {"machine": machine, "rows": [row.plain(), {**row.plain(), "variant": "peer"}]}
 

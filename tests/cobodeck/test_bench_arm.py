@@ -20,8 +20,8 @@ from cobodeck.bench.arm import (
     unsolved,
 )
 from cobodeck.bench.arm_peers import IK_PEERS, found
-from states.arm.collision import Checker, Surroundings
-from states.arm.kinematics import Chain, forward, inverted
+from states.arm.collision import CollisionChecker, Surroundings
+from states.arm.kinematics import KinematicChain, forward, inverted
 from states.arm.model import load_manipulator
 from states.arm.planning import NoPlan, Plan
 
@@ -35,7 +35,7 @@ def arm():
 
 @pytest.fixture(scope="module")
 def chain(arm):
-    return Chain.of(arm)
+    return KinematicChain.of(arm)
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +109,7 @@ def test_a_plan_through_somebody_is_noticed(outcomes):
     goal = first.query.goals[first.answer.goal]
     x, y = forward(first.query.chain, goal)[:2, 3]
     person = Surroundings(np.zeros((0, 6)), np.array([[x, y, 0.3, 0.0, 1.8]]))
-    blocked = Checker.of(first.query.checker.model, person)
+    blocked = CollisionChecker.of(first.query.checker.model, person)
     query = replace(first.query, checker=blocked)
     assert touching([replace(first, query=query)]) == 1
 

@@ -11,7 +11,7 @@ from cobodeck.bench import navigation
 from cobodeck.bench.drives import disturbed_rows, drive_rows
 from cobodeck.bench.navigation import (
     MAP_FOLDER,
-    Floor,
+    BenchFloor,
     answered,
     map_floor,
     outline_lengths,
@@ -24,7 +24,7 @@ from states.navigation.trials import TRIALS
 
 SQUARE = ((0.0, 0.0), (8.0, 0.0), (8.0, 8.0), (0.0, 8.0))
 PILLAR = ((3.5, 3.5), (4.5, 3.5), (4.5, 4.5), (3.5, 4.5))
-FLOOR = Floor("pillar", SQUARE, (PILLAR,), 0.5)
+FLOOR = BenchFloor("pillar", SQUARE, (PILLAR,), 0.5)
 
 
 def around_the_pillar():

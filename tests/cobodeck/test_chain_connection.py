@@ -12,8 +12,8 @@ import pytest
 from cobodeck.connected import Connected, connect
 from cobodeck.console import Problem
 from cobodeck.wiring import Uses
-from hw.connection import Connection, Served
-from hw.drivers.chain import Chain
+from hw.connection import Connection, ServedPart
+from hw.drivers.chain.link import ChainLink
 from hw.geometry import STILL
 from hw.links.datagrams import Intake, Outlet
 from hw.samples import ArmState, PoseSigma, Sample
@@ -51,7 +51,7 @@ class Rig:
         orders.close()
         self.faults = Outlet("test", [orders.address])
         self.told: list[Any] = []
-        chain = "hw.drivers.chain"
+        chain = "hw.drivers.chain.link"
         hardware = {
             "driver": HARDWARE,
             "tells": [self.reports.address],
@@ -59,7 +59,7 @@ class Rig:
         }
         values = {"port": 7400, "host": own_address(), "arm": False, "hardware": hardware}
         parts = {
-            name: Served(chain, driver, {"link": "chain"}, f"c.yaml:{line}:3")
+            name: ServedPart(chain, driver, {"link": "chain"}, f"c.yaml:{line}:3")
             for line, (name, driver) in enumerate(
                 {
                     "base": "ChainBase",
@@ -69,8 +69,8 @@ class Rig:
                 8,
             )
         }
-        parts["arm"] = Served(__name__, "Arm", {}, "c.yaml:12:3")
-        links = {"chain": Served(chain, "Chain", values, "c.yaml:3:3")}
+        parts["arm"] = ServedPart(__name__, "Arm", {}, "c.yaml:12:3")
+        links = {"chain": ServedPart(chain, "Chain", values, "c.yaml:3:3")}
         self.connection = Connection("c", "", "rbkairos_ur10", parts, links)
         self.plant = self.open()
 
@@ -78,9 +78,9 @@ class Rig:
         return connect(self.connection, opening(self.now), USES)
 
     @property
-    def chain(self) -> Chain:
+    def chain(self) -> ChainLink:
         (chain,) = self.plant._beside
-        assert isinstance(chain, Chain)
+        assert isinstance(chain, ChainLink)
         return chain
 
     def tick(self) -> None:

@@ -18,21 +18,21 @@ from cobodeck.inlet import Inlet
 from cobodeck.loop import Loop
 from cobodeck.wiring import Uses, Wired
 from engine.board import Board
-from engine.clock import Grid
+from engine.clock import TickGrid
 from engine.load import load_text
 from engine.machine import Machine
-from engine.run import Run
+from engine.run import ChartRun
 from engine.signals import Measured, declare
 from engine.state import Action, Context, interface
-from engine.state import Run as Steps
-from hw.connection import Connection, Opening, Served
+from engine.state import ChartRun as Steps
+from hw.connection import Connection, RunInfo, ServedPart
 from hw.geometry import STILL, Pose2, Twist2
-from hw.guarded import HEARD, GuardedBase
 from hw.reckoner import Reckoner
 from hw.robot import MotionLimits, load_robot
-from hw.safety_limits import SafetyLimits
+from hw.safety.guarded import HEARD, GuardedBase
+from hw.safety.limits import SafetyLimits
+from hw.safety.stop_line import StopLatch
 from hw.samples import Sample
-from hw.stop_line import StopLatch
 from hw.tracking import Tracking
 
 BODY = load_robot("rbkairos_ur10")
@@ -138,7 +138,7 @@ class Line(Driver):
 
 def connection(**drivers: tuple[type[Driver], str]) -> Connection:
     parts = {
-        name: Served(__name__, driver.__name__, {"raises": raises}, f"c.yaml:{n}:3")
+        name: ServedPart(__name__, driver.__name__, {"raises": raises}, f"c.yaml:{n}:3")
         for n, (name, (driver, raises)) in enumerate(drivers.items(), 4)
     }
     return Connection("c", "", "rbkairos_ur10", parts)
@@ -164,7 +164,7 @@ def _this_module() -> Any:
 def connected(uses: Uses = EVERYTHING, **drivers: tuple[type[Driver], str]) -> Connected:
     begin = time.monotonic_ns()
     now = lambda: time.monotonic_ns() - begin  # noqa: E731
-    opening = Opening(now, BODY, MotionLimits(), LIMITS, Tracking.of(BODY.sensing))
+    opening = RunInfo(now, BODY, MotionLimits(), LIMITS, Tracking.of(BODY.sensing))
     return connect(connection(**drivers), opening, uses)
 
 
@@ -414,13 +414,13 @@ def looped(plant: Connected, seconds: float) -> Loop:
     machine = Machine(library["c"], library, {"Work": interface(Work)})
     names = ("base.pose", "base.twist", "base.mode", "base.refusal", "stop.engaged", "lamp.lit")
     board = Board(declare([Measured(name, KINDS.get(name, object)) for name in names]))
-    run = Run(machine, board, plant.parts)
+    run = ChartRun(machine, board, plant.parts)
     guard = plant.guard
     assert guard is not None
     inlet = Inlet(board, plant.parts, [(name, guard.hear) for name in guard.hears])
     told: list[Any] = []
     loop = Loop(
-        plant, Wired(run, board, inlet, guard), Grid(30), clock=RealTime(), tell=told.append
+        plant, Wired(run, board, inlet, guard), TickGrid(30), clock=RealTime(), tell=told.append
     )
     loop.go(round(seconds * 1e9))
     return loop

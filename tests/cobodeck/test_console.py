@@ -75,7 +75,7 @@ class Terminal(io.StringIO):
 @given(ANYTHING, ANYTHING)
 def test_progress_is_one_line_with_no_commands_but_its_own(what: str, text: str) -> None:
     def show() -> None:
-        progress = console.Progress(what, every_s=0.0)
+        progress = console.ProgressLine(what, every_s=0.0)
         progress.at(text)
         progress.done()
 

@@ -6,12 +6,12 @@ import pytest
 
 from cobodeck.figures import visits
 from cobodeck.metrics import Evaluator
-from cobodeck.pictures.course import Course, Instant, Phase, Request, Span
+from cobodeck.pictures.course import Course, Instant, NodeSpan, Phase, TouchRequest
 from cobodeck.pictures.watch import CourseWatch, spans_of, used_charts
 from cobodeck.stage import Options, stage
 from cobodeck.wiring import open_setup
 from engine.load import load_text
-from engine.trace import Record
+from engine.trace import TraceRecord
 from hw.geometry import Pose2, Pose3
 from hw.truth import Contact
 
@@ -38,7 +38,7 @@ states: {rest: {watch: Wait, next: {done: .done}}}
 }
 
 
-def course(*spans: Span, charts: dict[str, str] | None = None, end_s: float = 10.0) -> Course:
+def course(*spans: NodeSpan, charts: dict[str, str] | None = None, end_s: float = 10.0) -> Course:
     instants = tuple(Instant(float(t), Pose2(0.1 * t, 0.0)) for t in range(11))
     deep = Pose3.from_yaw(1.0, 2.0, 1.2, 0.0)
     return Course(
@@ -52,14 +52,14 @@ def course(*spans: Span, charts: dict[str, str] | None = None, end_s: float = 10
         instants,
         spans,
         frozenset({"chase/follow"}),
-        (Request(1, 1.0, 3.0, deep), Request(2, 5.0, 8.0, deep, 6.0)),
+        (TouchRequest(1, 1.0, 3.0, deep), TouchRequest(2, 5.0, 8.0, deep, 6.0)),
         (Contact(4_000_000_000, 1.0, 1.0, "base", 0.3, 0.0, False),),
     )
 
 
-def traced(*records: tuple[float, str, str, str]) -> list[Record]:
+def traced(*records: tuple[float, str, str, str]) -> list[TraceRecord]:
     return [
-        Record(round(at * 1e9), kind, path, (detail,) if detail else ())
+        TraceRecord(round(at * 1e9), kind, path, (detail,) if detail else ())
         for at, kind, path, detail in records
     ]
 
@@ -75,9 +75,9 @@ def test_a_span_goes_from_entry_to_exit_and_ends_with_the_outcome() -> None:
     )
 
     assert spans_of(records, 3.0) == (
-        Span("chase", 0.0, 2.0, "failed"),
-        Span("chase/wait", 0.0, 2.0, "preempted"),
-        Span("escape", 2.0, 3.0),
+        NodeSpan("chase", 0.0, 2.0, "failed"),
+        NodeSpan("chase/wait", 0.0, 2.0, "preempted"),
+        NodeSpan("escape", 2.0, 3.0),
     )
 
 
@@ -88,16 +88,18 @@ def test_what_lost_against_another_guard_ends_with_that_and_not_with_its_outcome
         (1.0, "exit", "request", "lost"),
     )
 
-    assert spans_of(records, 2.0) == (Span("request", 0.0, 1.0, "lost"),)
+    assert spans_of(records, 2.0) == (NodeSpan("request", 0.0, 1.0, "lost"),)
 
 
 def test_the_used_charts_are_the_lanes_entered_or_not() -> None:
-    assert course(Span("escape", 0.0, 1.0), Span("escape/flee", 0.0, 1.0)).lanes == tuple(CHARTS)
+    assert course(NodeSpan("escape", 0.0, 1.0), NodeSpan("escape/flee", 0.0, 1.0)).lanes == tuple(
+        CHARTS
+    )
 
 
 def test_a_chart_that_only_uses_others_is_no_lane_and_what_stands_beside_them_is_one() -> None:
     charts = {"work": "cobodeck", "work/chase": "chase"}
-    spans = [Span(path, 0.0, 1.0) for path in ("", "dock", "work", "work/chase", "work/rest")]
+    spans = [NodeSpan(path, 0.0, 1.0) for path in ("", "dock", "work", "work/chase", "work/rest")]
 
     assert course(*spans, charts=charts).lanes == ("work/chase", "dock", "work/rest")
 
@@ -113,13 +115,13 @@ def test_charts_used_by_used_charts_are_found_in_document_order() -> None:
 
 
 def test_the_lanes_of_a_chart_that_uses_none_are_its_top_nodes() -> None:
-    spans = [Span(path, 0.0, 1.0) for path in ("", "round", "round/go", "rest")]
+    spans = [NodeSpan(path, 0.0, 1.0) for path in ("", "round", "round/go", "rest")]
 
     assert course(*spans, charts={}).lanes == ("round", "rest")
 
 
 def test_a_run_is_about_the_lane_entered_last() -> None:
-    spans = Span("watch", 0.0, 10.0), Span("go", 2.0, 4.0), Span("rest", 4.0, 6.0)
+    spans = NodeSpan("watch", 0.0, 10.0), NodeSpan("go", 2.0, 4.0), NodeSpan("rest", 4.0, 6.0)
 
     assert course(*spans, charts={}).phases == (
         Phase(0.0, 2.0, "watch"),
@@ -130,7 +132,7 @@ def test_a_run_is_about_the_lane_entered_last() -> None:
 
 
 def test_where_no_lane_is_active_a_run_is_about_none() -> None:
-    assert course(Span("chase", 2.0, 4.0)).phases == (
+    assert course(NodeSpan("chase", 2.0, 4.0)).phases == (
         Phase(0.0, 2.0, None),
         Phase(2.0, 4.0, "chase"),
         Phase(4.0, 10.0, None),
@@ -138,13 +140,15 @@ def test_where_no_lane_is_active_a_run_is_about_none() -> None:
 
 
 def test_a_part_of_a_run_has_what_lies_in_it() -> None:
-    whole = course(Span("chase", 0.0, 2.0), Span("haptic", 2.0, 5.5), Span("chase", 5.5, 10.0))
+    whole = course(
+        NodeSpan("chase", 0.0, 2.0), NodeSpan("haptic", 2.0, 5.5), NodeSpan("chase", 5.5, 10.0)
+    )
 
     part = whole.between(2.5, 4.5)
 
     assert (part.start_s, part.end_s) == (2.5, 4.5)
     assert [instant.at_s for instant in part.instants] == [3.0, 4.0]
-    assert part.spans == (Span("haptic", 2.0, 5.5),)
+    assert part.spans == (NodeSpan("haptic", 2.0, 5.5),)
     assert [request.number for request in part.requests] == [1]
     assert part.contacts == whole.contacts
     assert part.phases == (Phase(2.5, 4.5, "haptic"),)
@@ -160,7 +164,7 @@ def test_a_part_outside_the_run_is_refused() -> None:
 def test_steps_are_the_children_of_sequences_in_a_lane() -> None:
     paths = ("chase", "chase/danger", "chase/follow", "chase/follow/park", "escape/flee")
 
-    steps = course(*(Span(path, 0.0, 1.0) for path in paths)).steps("chase")
+    steps = course(*(NodeSpan(path, 0.0, 1.0) for path in paths)).steps("chase")
 
     assert [step.path for step in steps] == ["chase/follow/park"]
 

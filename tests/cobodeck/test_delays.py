@@ -7,10 +7,10 @@ from dataclasses import replace
 import pytest
 
 from cobodeck.loop import Loop
-from cobodeck.simulate import Result, simulate
+from cobodeck.simulate import RunResult, simulate
 from cobodeck.stage import Options, stage
 from cobodeck.wiring import Setup, open_setup
-from hw.safety_record import COMMAND_LATE
+from hw.safety.record import COMMAND_LATE
 from tests.repeats import fewer
 
 REQUESTS = 3
@@ -22,7 +22,7 @@ def delayed(delay_ms: int) -> Setup:
     return replace(setup, profile=replace(setup.profile, plant=plant))
 
 
-def result(delay_ms: int, requests: int) -> Result:
+def result(delay_ms: int, requests: int) -> RunResult:
     return simulate(delayed(delay_ms), Options(requests=requests, duration_s=180.0 * requests))
 
 

@@ -7,15 +7,15 @@ from typing import Any
 import pytest
 
 from behaviors.profile import load_profile
-from cobodeck.rehearsal import Rehearsal
+from cobodeck.testing import Rehearsal
 from engine.machine import Leaf
 from hw.geometry import Pose2, Twist2
-from hw.guarded import GuardedBase
 from hw.robot import load_robot
+from hw.safety.guarded import GuardedBase
 from hw.samples import UserPose
 from hw.scene import load_scene
+from states.environment import Environment
 from states.navigation.states import DriveTo
-from states.site import Site
 
 DRIVE, FLEE = "chase/follow/drive/go", "escape/flee"
 WEST = Twist2(-0.3)
@@ -153,7 +153,9 @@ def test_each_behaviour_drives_as_itself(sim: Rehearsal) -> None:
     assert found == {"chase": {"chase"}, "haptic": {"haptic"}, "escape": {"escape"}}
 
 
-def test_a_real_drive_works_on_a_stand_in_and_releases_it(sim: Rehearsal, site: Site) -> None:
+def test_a_real_drive_works_on_a_stand_in_and_releases_it(
+    sim: Rehearsal, site: Environment
+) -> None:
     found = {"pose": Pose2(3.0, 5.0), "user": UserPose(Pose2(9.0, 9.0), 0.0)}
     script = {"park": "parked", "wait/settled": "settled", "choose": ("chosen", found)}
     signals = {
@@ -177,5 +179,5 @@ def test_a_real_drive_works_on_a_stand_in_and_releases_it(sim: Rehearsal, site: 
 
 
 @pytest.fixture
-def site() -> Site:
+def site() -> Environment:
     return load_profile("tuned").site(load_scene("lab_a").room, load_robot("rbkairos_ur10"))

@@ -14,16 +14,16 @@ from cobodeck.dummy import with_dummy
 from cobodeck.gate import WORDS
 from cobodeck.record.person import past
 from cobodeck.record.reader import Record
-from hw.connection import Connection, Served
+from hw.connection import Connection, ServedPart
 from hw.geometry import Pose2
-from hw.live import LivePerson
+from hw.people.live import LivePerson
 from tests.repeats import long_form
 
 SOMEBODY = LivePerson(Pose2(1.0, 1.0))
 
 
-def served(kind: str, **arguments: Any) -> Served:
-    return Served("tests_of_dummy", kind, arguments, "c.yaml:1:1")
+def served(kind: str, **arguments: Any) -> ServedPart:
+    return ServedPart("tests_of_dummy", kind, arguments, "c.yaml:1:1")
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from cobodeck.rehearsal import Rehearsal
+from cobodeck.testing import Rehearsal
 from hw.geometry import wrap
 
 HALL = (

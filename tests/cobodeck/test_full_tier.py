@@ -13,7 +13,7 @@ from behaviors.signals import ESTIMATE
 from cobodeck.console import Problem
 from cobodeck.explain import explain
 from cobodeck.figures import visits
-from cobodeck.simulate import Result, simulate
+from cobodeck.simulate import RunResult, simulate
 from cobodeck.stage import Options, stage
 from cobodeck.wiring import Setup, open_setup
 from engine.files.finding import FileError
@@ -23,14 +23,14 @@ from hw.sim.contact import gap
 SERVE_M, SERVE_RAD = 0.02, 0.1
 
 
-def run(scene: str, requests: int | None = 2, seed: int = 0, **options: Any) -> Result:
+def run(scene: str, requests: int | None = 2, seed: int = 0, **options: Any) -> RunResult:
     setup = open_setup(scene=scene)
     given = {"duration_s": 180.0 * (requests or 1), "tier": 2, **options}
     return simulate(setup, Options(requests=requests, seed=seed, **given))
 
 
 @cache
-def study() -> Result:
+def study() -> RunResult:
     return run("study")
 
 

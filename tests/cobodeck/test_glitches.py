@@ -12,8 +12,8 @@ from cobodeck.loop import Loop
 from cobodeck.stage import Options, stage
 from cobodeck.wiring import open_setup
 from hw.geometry import Pose2
+from hw.people.user import open_user
 from hw.samples import Sample, UserPose
-from hw.user import open_user
 
 SECOND = 10**9
 NOTHING = math.nan

@@ -12,7 +12,7 @@ from cobodeck.loop import Loop
 from cobodeck.stage import Options, stage
 from cobodeck.wiring import guarded, open_setup, wire
 from hw.geometry import STILL
-from hw.guarded import GuardedBase
+from hw.safety.guarded import GuardedBase
 from hw.sim.base import SimBase
 
 MS = 1_000_000

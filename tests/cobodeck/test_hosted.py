@@ -20,10 +20,10 @@ from cobodeck.stage import Options, stage
 from cobodeck.wiring import open_setup
 from engine.board import Board
 from engine.signals import Measured, declare
-from hw.connection import Connection, Opening, Served
+from hw.connection import Connection, RunInfo, ServedPart
 from hw.geometry import STILL, Pose2, Pose3
 from hw.samples import ArmState, Odometry, Sample, TrackerPose, UserPose
-from hw.sim.surroundings import ScriptedOperator
+from hw.sim.devices import ScriptedOperator
 from hw.truth import Truth
 
 OPENED: dict[str, Any] = {}
@@ -32,7 +32,7 @@ OPENED: dict[str, Any] = {}
 class FakeWorld:
     """Knows the truth, finishes and fails as the test wants."""
 
-    def __init__(self, opening: Opening, now: Any) -> None:
+    def __init__(self, opening: RunInfo, now: Any) -> None:
         OPENED["world"] = self
         self.play = opening.play
         start = Pose2(0.0, 0.0) if self.play is None else self.play.scene.robot_start
@@ -121,8 +121,8 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def connection(world: bool = True) -> Connection:
-    def served(kind: type) -> Served:
-        return Served("hw._of_this_test", kind.__name__, {}, "c.yaml:1:1")
+    def served(kind: type) -> ServedPart:
+        return ServedPart("hw._of_this_test", kind.__name__, {}, "c.yaml:1:1")
 
     parts = {name: served(kind) for name, kind in DRIVERS.items()}
     peers = {"world": served(FakeWorld)} if world else {}

@@ -15,7 +15,7 @@ pytest.importorskip("roslibpy", reason="the extra 'ros' is not installed")
 pytest.importorskip("rtde_control", reason="there is no ur-rtde for this machine")
 
 PEERS = {
-    "world": {"driver": "hw.fakes.world:World", "port": 7500},
+    "world": {"driver": "hw.fakes.world:WorldPeer", "port": 7500},
     "controller": {"driver": "hw.fakes.peers:Cb3", "tells": "world"},
     "kairos": {"driver": "hw.fakes.kairos:Kairos", "tells": "world", "upside_down": True},
     "application": {"driver": "hw.fakes.peers:VrClient", "port": 10000, "tells": "world"},

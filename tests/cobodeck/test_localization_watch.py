@@ -14,7 +14,7 @@ from engine.signals import Estimated, Measured, declare
 from hw.geometry import Pose2
 from hw.samples import PoseSigma
 from hw.truth import Truth
-from states.localization.estimates import Estimate
+from states.localization.estimates import PoseEstimate
 
 TICK = 33_333_333
 SIGMA = PoseSigma(0.01, 0.01)
@@ -65,7 +65,7 @@ def test_an_estimate_of_the_past_is_compared_with_the_past():
         rig.tick()
     between = rig.now - TICK // 2
     there = rig.truth.base.x - 1.5 * (TICK // 2) * 1e-9
-    rig.tick(Estimate(Pose2(there, 0.03, 0.02), SIGMA), between)
+    rig.tick(PoseEstimate(Pose2(there, 0.03, 0.02), SIGMA), between)
     rig.tick()
     assert rig.report["rmse_m"] == pytest.approx(0.03, abs=1e-6)
     assert rig.report["rmse_rad"] == pytest.approx(0.02)
@@ -79,7 +79,7 @@ def test_one_estimate_counts_once_and_silence_is_time_without():
     assert rig.report["unknown_s"] == pytest.approx(10 * TICK * 1e-9)
     assert rig.report["rmse_m"] is None
     assert rig.report["within_3_sigma"] is None
-    rig.tick(Estimate(rig.truth.base, SIGMA), rig.now)
+    rig.tick(PoseEstimate(rig.truth.base, SIGMA), rig.now)
     for _ in range(5):
         rig.tick()
     assert len(rig.watch._errors) == 1
@@ -91,7 +91,7 @@ def test_errors_while_reaching_count_apart():
     rig.tick(speed=0.0)
     for k in range(20):
         off = Pose2(rig.truth.base.x + 0.001 * k, 0.0)
-        rig.tick(Estimate(off, SIGMA), rig.now, speed=0.0, arm=k >= 10)
+        rig.tick(PoseEstimate(off, SIGMA), rig.now, speed=0.0, arm=k >= 10)
     rig.tick(speed=0.0, arm=True)
     assert rig.report["reaching_p95_m"] == pytest.approx(0.019)
     assert rig.report["rmse_m"] == pytest.approx(
@@ -101,7 +101,7 @@ def test_errors_while_reaching_count_apart():
     drives = Rig()
     for _ in range(3):
         drives.tick(arm=True)
-    drives.tick(Estimate(drives.truth.base, SIGMA), drives.now, arm=True)
+    drives.tick(PoseEstimate(drives.truth.base, SIGMA), drives.now, arm=True)
     drives.tick(arm=True)
     assert drives.report["reaching_p95_m"] is None
 
@@ -110,6 +110,6 @@ def test_what_was_claimed_is_held_against_what_was():
     rig = Rig()
     rig.tick(speed=0.0)
     for off in (0.0, 0.029, 0.031, 1.0):
-        rig.tick(Estimate(Pose2(rig.truth.base.x, off), SIGMA), rig.now, speed=0.0)
+        rig.tick(PoseEstimate(Pose2(rig.truth.base.x, off), SIGMA), rig.now, speed=0.0)
     rig.tick(speed=0.0)
     assert rig.report["within_3_sigma"] == 0.5

@@ -27,18 +27,18 @@ from cobodeck.simulate import simulate
 from cobodeck.stage import Options, stage
 from cobodeck.wiring import Wired, open_setup
 from engine.board import Board
-from engine.clock import Grid
+from engine.clock import TickGrid
 from engine.load import load_text
 from engine.machine import Machine
-from engine.run import Run
+from engine.run import ChartRun
 from engine.signals import Measured, declare
 from engine.state import Action, Context, Monitor, On, interface
-from engine.state import Run as Steps
+from engine.state import ChartRun as Steps
 from hw.samples import Sample
 
 ROOT = Path(__file__).resolve().parents[2]
 MS = 10**6
-GRID = Grid(100)
+GRID = TickGrid(100)
 
 
 class Stepped:
@@ -104,7 +104,7 @@ class Rig:
         library = load_text(CHART)
         known = {cls.__name__: interface(cls) for cls in (Seen, Work)}
         self.board = Board(declare([Measured("number", float)]))
-        self.run = Run(Machine(library["c"], library, known), self.board)
+        self.run = ChartRun(Machine(library["c"], library, known), self.board)
         wired = Wired(self.run, self.board, Inlet(self.board, given.pop("sources", {})))
         self.loop = Loop(Nothing(), wired, GRID, clock=self.clock, **given)
 

@@ -13,16 +13,16 @@ import shapely
 
 from behaviors.profile import load_profile
 from cobodeck.console import Problem
-from cobodeck.places import EXACT_CORNERS, Place, open_place, site_at
+from cobodeck.places import EXACT_CORNERS, RunPlace, open_place, site_at
 from hw.geometry import STILL, Pose2
 from hw.robot import load_robot
 from hw.room import Room
 from hw.scene import load_scene
+from states.environment import Environment
 from states.maps.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMap, save_map
 from states.maps.rooms import outlines, room_of, start_in, tidied
 from states.navigation.local_planner import Limits, Tolerance
-from states.navigation.profile import ProfilePlanner
-from states.site import Site
+from states.navigation.profile_planner import ProfilePlanner
 
 MAPS = Path(__file__).parents[3] / "shared" / "data" / "maps"
 REAL = ("ipa-apartment", "ipa-kitchen", "utexas_gdc_1s", "lse_arena")
@@ -141,10 +141,10 @@ def test_a_map_file_is_a_scene_with_a_start_or_one_that_is_given(hall: Path) -> 
     for wrong in ("@9,2", "@1", "@a,b", "@nan,1"):
         with pytest.raises(Problem):
             open_place(f"{hall}{wrong}")
-    assert open_place("lab_a") == Place(load_scene("lab_a"))
+    assert open_place("lab_a") == RunPlace(load_scene("lab_a"))
 
 
-def site_of(place: Place, kept: float | None = None, planner: str = "exact") -> Site:
+def site_of(place: RunPlace, kept: float | None = None, planner: str = "exact") -> Environment:
     site = site_at(place, load_profile("tuned"), load_robot("rbkairos_ur10"))
     chase = replace(site.navigation.chase, planner=planner)
     if kept is not None:
@@ -154,12 +154,12 @@ def site_of(place: Place, kept: float | None = None, planner: str = "exact") -> 
 
 def test_among_too_many_corners_theta_star_plans_and_it_is_told() -> None:
     scene = load_scene("lab_a")
-    few = Place(scene)
+    few = RunPlace(scene)
     boxes = tuple(
         ((x, y), (x + 0.01, y), (x + 0.01, y + 0.01), (x, y + 0.01))
         for x, y in ((0.3 + 0.02 * (i % 300), 8.0 + 0.02 * (i // 300)) for i in range(400))
     )
-    many = Place(replace(scene, room=Room(scene.room.outer, walls=boxes)))
+    many = RunPlace(replace(scene, room=Room(scene.room.outer, walls=boxes)))
     assert len(many.scene.room.segments) > EXACT_CORNERS
     profile, robot = load_profile("tuned"), load_robot("rbkairos_ur10")
     assert site_at(few, profile, robot).navigation.escape.planner == "exact"
@@ -168,7 +168,7 @@ def test_among_too_many_corners_theta_star_plans_and_it_is_told() -> None:
     assert "theta_star" in many.remarks[0]
 
 
-def places_for(site: Site, count: int) -> list[tuple[float, float]]:
+def places_for(site: Environment, count: int) -> list[tuple[float, float]]:
     """Free places that can be reached from the start."""
     chance, planner = random.Random(0), site.static_planners["chase"]
     x_low, y_low, x_high, y_high = site.room.bounds

@@ -11,13 +11,13 @@ from cobodeck.loop import Loop
 from cobodeck.plants import Nothing
 from cobodeck.wiring import Wired
 from engine.board import Board
-from engine.clock import Grid
+from engine.clock import TickGrid
 from engine.load import load_text
 from engine.machine import Machine
-from engine.run import Run
+from engine.run import ChartRun
 from engine.signals import Estimated, Measured, declare
 from engine.state import Action, Context, interface
-from engine.state import Run as Steps
+from engine.state import ChartRun as Steps
 from hw.samples import Sample
 
 MS = 10**6
@@ -89,9 +89,9 @@ class Stalling:
 def test_samples_are_taken_in_the_order_of_the_intervals_in_which_they_came(stalls: bool) -> None:
     library = load_text(CHART)
     board = Board(declare([Measured("letter"), Estimated("order", ("letter",), Order)]))
-    run = Run(Machine(library["c"], library, {"Look": interface(Look)}), board)
+    run = ChartRun(Machine(library["c"], library, {"Look": interface(Look)}), board)
     wired = Wired(run, board, Inlet(board, {"post": Post()}))
-    loop = Loop(Nothing(), wired, Grid(100), clock=Stalling(stalls))
+    loop = Loop(Nothing(), wired, TickGrid(100), clock=Stalling(stalls))
 
     loop.go(100 * MS)
 

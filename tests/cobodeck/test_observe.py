@@ -14,13 +14,13 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK, USAGE
-from hw.links.datagrams import Told
+from hw.links.datagrams import Datagram
 from tests.hw.drivers.rigs import Chain
 
 PATIENCE_S = 30.0
 
 
-def names(told: list[Told]) -> list[str]:
+def names(told: list[Datagram]) -> list[str]:
     return [one.name for one in told]
 
 

@@ -16,7 +16,7 @@ from cobodeck import preflight as looked
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK
 from cobodeck.doctor import BAD, FIT, MISSING
-from cobodeck.preflight import NEVER, NOTE, Address, addresses_in, preflight
+from cobodeck.preflight import NEVER, NOTE, Endpoint, addresses_in, preflight
 from hw.connection import connection_names, load_connection
 
 HEAD = "connection: own\nmodel: rbkairos_ur10\n"
@@ -79,7 +79,7 @@ def test_who_is_out_of_reach_is_bad(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     )
 
 
-CHAIN = "hw.drivers.chain:Chain"
+CHAIN = "hw.drivers.chain.link:ChainLink"
 
 
 @pytest.mark.parametrize(
@@ -112,27 +112,27 @@ def test_a_chain_takes_its_port_where_it_serves_and_nowhere_else(tmp_path: Path)
 
 
 ANY = "0.0.0.0"
-ARGUMENTS: list[tuple[Any, list[Address]]] = [
-    ({"host": "a", "port": 1}, [Address("a", 1)]),
-    ({"address": "a", "port": 1}, [Address("a", 1)]),
-    ({"host": ANY, "port": 1}, [Address(ANY, 1, own=True)]),
-    ({"port": 1, "x": {"host": "b", "port": 2}}, [Address("here", 1, own=True), Address("b", 2)]),
+ARGUMENTS: list[tuple[Any, list[Endpoint]]] = [
+    ({"host": "a", "port": 1}, [Endpoint("a", 1)]),
+    ({"address": "a", "port": 1}, [Endpoint("a", 1)]),
+    ({"host": ANY, "port": 1}, [Endpoint(ANY, 1, own=True)]),
+    ({"port": 1, "x": {"host": "b", "port": 2}}, [Endpoint("here", 1, own=True), Endpoint("b", 2)]),
     ({"scanners": {"x": {"host": "a", "port": 1}, "y": {"host": "b", "port": 2}}}, [
-        Address("a", 1), Address("b", 2),
+        Endpoint("a", 1), Endpoint("b", 2),
     ]),
-    ({"observer": {"port": 3}}, [Address(ANY, 3, own=True)]),
+    ({"observer": {"port": 3}}, [Endpoint(ANY, 3, own=True)]),
     ({"host": "a"}, []),
     ({"bus": "can0", "rate": 100}, []),
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("arguments", "addresses"), ARGUMENTS)
-def test_addresses_are_found_wherever_they_stand(arguments: Any, addresses: list[Address]) -> None:
+def test_addresses_are_found_wherever_they_stand(arguments: Any, addresses: list[Endpoint]) -> None:
     assert list(addresses_in(arguments, "here")) == addresses
 
 
 def test_a_controller_is_asked_what_it_is(tmp_path: Path, listening: socket.socket) -> None:
-    text = f"parts: {{arm: {{driver: 'hw.drivers.ur:UrArm', host: {ODD}}}}}\n"
+    text = f"parts: {{arm: {{driver: 'hw.drivers.ur.arm:UrArm', host: {ODD}}}}}\n"
 
     state, about = checks(tmp_path, text)["parts.arm"]
 

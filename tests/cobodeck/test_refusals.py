@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from cobodeck.refusals import IN_TIME, failures, refusals
-from cobodeck.rehearsal import Rehearsal
+from cobodeck.testing import Rehearsal
 from hw.geometry import Pose3
 
 SECOND = 10**9

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from cobodeck.console import Problem
-from cobodeck.rehearsal import Rehearsal
-from cobodeck.standin import Parts
+from cobodeck.stub_parts import Parts
+from cobodeck.testing import Rehearsal
 
 FETCH = """
 chart: fetch

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
 
 from cobodeck.pictures.canvas import Sheet, save
-from cobodeck.pictures.course import Course, Instant, Request, Span
+from cobodeck.pictures.course import Course, Instant, NodeSpan, TouchRequest
 from cobodeck.pictures.lanes import rows, thinned
 from cobodeck.pictures.run import run_picture
 from cobodeck.pictures.signs import BEHAVIOURS, CONTACT, time_step
@@ -49,18 +49,18 @@ def contact(at_s: float, by: str = "robot") -> Contact:
     return Contact(round(at_s * 1e9), 2.0 + 0.01 * at_s, 3.0, part, closing, 0.4, False)
 
 
-def reached(number: int, start_s: float, served_s: float | None = None) -> Request:
+def reached(number: int, start_s: float, served_s: float | None = None) -> TouchRequest:
     deep = Pose3.from_yaw(1.0 + number, 2.0, 1.2, 0.0)
-    return Request(number, start_s, start_s + 10.0, deep, served_s)
+    return TouchRequest(number, start_s, start_s + 10.0, deep, served_s)
 
 
-def course(seconds: float = 60.0, *spans: Span) -> Course:
+def course(seconds: float = 60.0, *spans: NodeSpan) -> Course:
     spans = spans or (
-        Span("chase", 0.0, 20.0, "escape_required"),
-        Span("chase/follow/approach", 0.0, 20.0, "preempted"),
-        Span("escape", 20.0, 25.0, "failed"),
-        Span("inform", 25.0, 30.0, "restarted"),
-        Span("haptic", 30.0, seconds),
+        NodeSpan("chase", 0.0, 20.0, "escape_required"),
+        NodeSpan("chase/follow/approach", 0.0, 20.0, "preempted"),
+        NodeSpan("escape", 20.0, 25.0, "failed"),
+        NodeSpan("inform", 25.0, 30.0, "restarted"),
+        NodeSpan("haptic", 30.0, seconds),
     )
     return Course(
         "a run", ("profile tuned",), LAB.room, ROBOT, CHARTS, 0.0, seconds, walk(seconds), spans,
@@ -140,8 +140,8 @@ def test_a_thinned_curve_keeps_each_least_and_greatest_value() -> None:
 def test_no_contact_of_a_long_run_is_thinned_away(tmp_path: Path) -> None:
     times = [3600.0 * k / 400 for k in range(400)]
     instants = walk(3600.0)
-    spans = [Span("chase", 4.0 * k, 4.0 * k + 3.9, "failed") for k in range(900)]
-    spans += [Span("inform", 4.0 * k + 3.9, 4.0 * k + 4.0, "restarted") for k in range(900)]
+    spans = [NodeSpan("chase", 4.0 * k, 4.0 * k + 3.9, "failed") for k in range(900)]
+    spans += [NodeSpan("inform", 4.0 * k + 3.9, 4.0 * k + 4.0, "restarted") for k in range(900)]
     spans.sort(key=lambda span: span.start_s)
     contacts = tuple(map(contact, times))
     whole = replace(course(3600.0, *spans), instants=instants, contacts=contacts)
@@ -155,7 +155,7 @@ def test_no_contact_of_a_long_run_is_thinned_away(tmp_path: Path) -> None:
 
 
 def test_however_often_all_that_is_said_beside_the_lanes_is_on_the_sheet() -> None:
-    ends = [Span(name, 2.0 * k, 2.0 * k + 1.9, "failed") for k in range(999) for name in CHARTS]
+    ends = [NodeSpan(name, 2.0 * k, 2.0 * k + 1.9, "failed") for k in range(999) for name in CHARTS]
     contacts = tuple(contact(2.0 * k) for k in range(999))
     on = run_picture(replace(course(2000.0, *ends), contacts=contacts))
     renderer = FigureCanvasAgg(on.figure).get_renderer()
@@ -233,21 +233,21 @@ def test_a_request_has_a_bar_until_it_is_served_and_another_until_it_ends() -> N
 
 
 def test_what_repeats_fifty_times_in_an_hour_has_fifty_bars() -> None:
-    spans = [Span("inform", 72.0 * k, 72.0 * k + 0.5, "restarted") for k in range(50)]
+    spans = [NodeSpan("inform", 72.0 * k, 72.0 * k + 0.5, "restarted") for k in range(50)]
     run = course(3600.0, *spans)
 
     assert bars(run_picture(run), "inform", run) == [(s.start_s, s.end_s) for s in spans]
 
 
 def test_bars_that_all_but_touch_are_one_and_cover_the_same_time() -> None:
-    spans = [Span("inform", 0.5 * k, 0.5 * k + 0.4, "restarted") for k in range(200)]
+    spans = [NodeSpan("inform", 0.5 * k, 0.5 * k + 0.4, "restarted") for k in range(200)]
     run = course(3600.0, *spans)
 
     assert bars(run_picture(run), "inform", run) == [(0.0, spans[-1].end_s)]
 
 
 def test_escapes_and_informs_are_marked_where_they_began_once_for_each_place() -> None:
-    spans = [Span("escape", float(t), t + 0.5, "failed") for t in (5, 20, 5 + 30)]
+    spans = [NodeSpan("escape", float(t), t + 0.5, "failed") for t in (5, 20, 5 + 30)]
     still = replace(walk(60.0)[0], at_s=0.0)
     on = run_picture(replace(course(60.0, *spans), instants=(still, replace(still, at_s=60.0))))
 
@@ -256,7 +256,9 @@ def test_escapes_and_informs_are_marked_where_they_began_once_for_each_place() -
     assert "3×" in {text.get_text() for text in on.axes.texts}
 
 
-BARE = Course("nothing but a chart", (), None, None, {}, 0.0, 5.0, (), (Span("rest", 0.0, 5.0),))
+BARE = Course(
+    "nothing but a chart", (), None, None, {}, 0.0, 5.0, (), (NodeSpan("rest", 0.0, 5.0),)
+)
 ALONE = tuple(replace(instant, person=None, gap=None) for instant in walk(20.0))
 LOST = tuple(replace(i, person=None, gap=None) if 5 < i.at_s < 9 else i for i in walk(20.0))
 

@@ -12,7 +12,7 @@ from cobodeck.__main__ import main
 from cobodeck.separation import SeparationWatch
 from hw.geometry import STILL
 from hw.log import Log
-from hw.safety_record import SafetyRecord
+from hw.safety.record import SafetyRecord
 
 CYCLE = 8_000_000
 

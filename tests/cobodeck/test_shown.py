@@ -11,8 +11,8 @@ import pytest
 from cobodeck.loop import Loop
 from cobodeck.stage import Options, stage
 from cobodeck.wiring import open_setup, wire
-from engine.clock import Grid
-from hw.drivers.unity import UnityVr
+from engine.clock import TickGrid
+from hw.drivers.unity.link import UnityVr
 from hw.geometry import Pose2
 from hw.samples import RobotView, Sample
 
@@ -82,7 +82,7 @@ def test_the_sign_is_shown_in_the_tick_in_which_inform_begins_and_hidden_with_it
 @pytest.mark.requirement(114)
 def test_the_robot_shown_is_where_it_truly_is_within_five_centimetres_100_ms_later() -> None:
     loop, link = staged()
-    grid = Grid(30)
+    grid = TickGrid(30)
     shown: deque[tuple[int, RobotView]] = deque()
     worst, moving, looked = 0.0, 0.0, 0
     while loop.now_ns < 20 * 10**9:

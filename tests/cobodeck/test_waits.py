@@ -9,14 +9,14 @@ import pytest
 
 from behaviors.escape import SafeOnTheWay
 from cobodeck.catalogue import catalogue
-from cobodeck.rehearsal import Rehearsal
 from cobodeck.stage import Options, stage
+from cobodeck.testing import Rehearsal
 from cobodeck.wiring import open_setup
 from engine import lifecycle
 from engine.board import Board
 from engine.context import LeafContext
 from engine.signals import Derived, Measured, declare
-from engine.state import Context, Monitor, On, Run, Sample
+from engine.state import Context, Monitor, On, Run, Stamped
 from hw.geometry import Pose2
 from hw.samples import UserPose
 from tests.engine.conftest import Bench
@@ -42,7 +42,7 @@ class Watched(LeafContext):
         self._note(signal)
         return super().value(signal)
 
-    def sample(self, signal: str) -> Sample | None:
+    def sample(self, signal: str) -> Stamped | None:
         self._note(signal)
         return super().sample(signal)
 
@@ -50,7 +50,7 @@ class Watched(LeafContext):
         self._note(signal)
         return super().age(signal)
 
-    def events(self, signal: str) -> tuple[Sample, ...]:
+    def events(self, signal: str) -> tuple[Stamped, ...]:
         self._note(signal)
         return super().events(signal)
 

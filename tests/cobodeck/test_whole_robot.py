@@ -48,7 +48,7 @@ def test_an_engine_that_is_killed_leaves_nothing_moving(robot):
     robot.engine.kill()
     steps = robot.steps_until_standing(killed_ns)
     assert steps <= 10 + BRAKING + 2
-    assert {"hw.drivers.chain_process", "hw.drivers.ur_worker"} <= children.keys()
+    assert {"hw.drivers.chain.process", "hw.drivers.ur.worker"} <= children.keys()
     assert all(has_ended(pid) for pid in children.values())
 
 
@@ -56,7 +56,7 @@ def test_an_engine_that_is_killed_leaves_nothing_moving(robot):
 def test_a_chain_that_is_killed_is_noticed_by_the_drives_themselves(robot):
     robot.moving(FAST)
     killed_ns = time.monotonic_ns()
-    os.kill(robot.children()["hw.drivers.chain_process"], signal.SIGKILL)
+    os.kill(robot.children()["hw.drivers.chain.process"], signal.SIGKILL)
     steps = robot.steps_until_standing(killed_ns)
     assert steps <= 10 + BRAKING + 2
     assert robot.engine.poll() is None

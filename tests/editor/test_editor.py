@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from engine.schema import schema_text
+from engine.schema.document import schema_text
 from engine.types import Type
 from tests.editor.language_server import LanguageServer
 from tests.engine.random_charts import INTERFACES, Spot, library

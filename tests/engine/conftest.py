@@ -11,10 +11,10 @@ from engine.files.source import read
 from engine.load import Library
 from engine.machine import Machine
 from engine.operator import Operator
-from engine.run import Run
-from engine.scripted import Script
+from engine.run import ChartRun
+from engine.scripted import LeafScript
 from engine.state import Action, Context, Interface, Monitor, State, interface
-from engine.state import Run as Steps
+from engine.state import ChartRun as Steps
 
 HZ = 10
 
@@ -112,10 +112,10 @@ class Bench:
         self.interfaces: dict[str, Interface] = {c.__name__: interface(c) for c in STATES + states}
         self.chart = next(iter(self.library.values()))
         self.machine = self.bind(self.chart)
-        self.script = Script(self.machine) if scripted else None
+        self.script = LeafScript(self.machine) if scripted else None
         self.base = Part()
         given.setdefault("parts", {"base": self.base})
-        self.run = Run(self.machine, **given)
+        self.run = ChartRun(self.machine, **given)
         self.operator = Operator(self.run)
         self.ticks = 0
 

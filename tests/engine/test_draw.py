@@ -14,10 +14,10 @@ import pytest
 from hypothesis import given, settings
 
 from engine.chart import Chart, Node
-from engine.draw import FILE_FORMS, Active, CannotRender, dot, render
+from engine.draw.dot import FILE_FORMS, Active, CannotRender, dot, render
+from engine.draw.mermaid import mermaid
+from engine.draw.picture import picture
 from engine.load import Library, load_files, load_text
-from engine.mermaid import mermaid
-from engine.picture import picture
 from tests.engine.random_charts import charts, library
 
 GOLDEN = Path(__file__).parent / "golden"
@@ -318,7 +318,7 @@ def test_without_any_graphviz_the_message_says_what_to_install(
 
 
 def test_drawing_text_needs_no_graphviz() -> None:
-    code = "import sys, engine.draw, engine.mermaid; sys.exit('pygraphviz' in sys.modules)"
+    code = "import sys, engine.draw.dot, engine.draw.mermaid; sys.exit('pygraphviz' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

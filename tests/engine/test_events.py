@@ -9,7 +9,7 @@ import pytest
 from engine.board import Board
 from engine.events import LEAST, MOST, EventLog, EventReader
 from engine.signals import Measured, declare
-from engine.state import Action, Context, On, Run, Sample, Until
+from engine.state import Action, Context, On, Run, Stamped, Until
 from tests.engine.conftest import Bench
 
 HEARD: list[list[int]] = []
@@ -153,7 +153,7 @@ class Listener:
 
 def fill(log: EventLog, count: int, tick: int = 0) -> None:
     for number in range(count):
-        log.add(Sample(number, tick), tick)
+        log.add(Stamped(number, tick), tick)
         tick += 1
 
 
@@ -182,7 +182,7 @@ def test_a_log_is_trimmed_to_the_slowest_reader_and_nobody_misses_anything():
         listener.reader.begin(0)
     longest = 0
     for tick in range(3_000):
-        log.add(Sample(tick, tick), tick)
+        log.add(Stamped(tick, tick), tick)
         longest = max(longest, len(log))
         for index, every in enumerate((1, 50)):
             if tick % every == 0:
@@ -203,5 +203,5 @@ def test_who_asks_twice_in_a_tick_gets_the_same():
     reader = Listener(log).reader
     reader.begin(0)
     fill(log, 2)
-    assert reader.read(2) == reader.read(2) == (Sample(0, 0), Sample(1, 1))
+    assert reader.read(2) == reader.read(2) == (Stamped(0, 0), Stamped(1, 1))
     assert reader.read(3) == ()

@@ -30,7 +30,7 @@ from engine.machine import (
     Vertex,
 )
 from engine.operator import Operator
-from engine.run import Run
+from engine.run import ChartRun
 from engine.state import Until
 from engine.turns import Turns
 from tests.engine.conftest import STATES, Part, interface
@@ -156,7 +156,7 @@ def bother(operator: Operator, machine: Machine, chance: random.Random) -> None:
                 operator.refuse(path)
 
 
-def check_lives(text: str, seed: int, runner: type[Run]) -> None:
+def check_lives(text: str, seed: int, runner: type[ChartRun]) -> None:
     chance = random.Random(seed)
     library = decorate(text, chance)
     ledger = Ledger()
@@ -187,7 +187,7 @@ def check_lives(text: str, seed: int, runner: type[Run]) -> None:
     check_trace(run)
 
 
-def check_now(run: Run, ledger: Ledger) -> None:
+def check_now(run: ChartRun, ledger: Ledger) -> None:
     """What has started and not stopped is just what the runner calls active."""
     check_turns(run)
     running = sorted(ledger.running.values())
@@ -196,7 +196,7 @@ def check_now(run: Run, ledger: Ledger) -> None:
     assert not any(isinstance(v, Leaf) and v.generator is None for v in run.entered)
 
 
-def check_turns(run: Run) -> None:
+def check_turns(run: ChartRun) -> None:
     """Nothing has two turns, and just what goes on has one."""
     turns = run.turns
     named = [*turns.monitors, *turns.actions, *turns.frozen, *turns.put_off]
@@ -208,7 +208,7 @@ def check_turns(run: Run) -> None:
             assert going == (vertex in named)
 
 
-def check_trace(run: Run) -> None:
+def check_trace(run: ChartRun) -> None:
     """Enter and exit alternate on every path, and boxes enclose what is in them."""
     open_paths: list[str] = []
     for record in run.trace:
@@ -260,17 +260,17 @@ when:
 @example(text=TWO_WAYS_TO_ONE_END, seed=764)
 @example(text=TWO_WAYS_TO_ONE_END, seed=1)
 def test_every_start_is_followed_by_exactly_one_stop(text, seed):
-    check_lives(text, seed, Run)
+    check_lives(text, seed, ChartRun)
 
 
-class DropsLosers(Run):
+class DropsLosers(ChartRun):
     """Forgets to close what loses."""
 
     def _close_leaf(self, leaf: Vertex) -> None:
         leaf.generator = None
 
 
-class ClosesOnlyTheFirst(Run):
+class ClosesOnlyTheFirst(ChartRun):
     """Closes one of those that have to be closed."""
 
     def _close(self, top: Vertex, first: int) -> tuple[Vertex, ...]:
@@ -291,7 +291,7 @@ class ForgetfulTurns(Turns):
         pass
 
 
-class KeepsTheTurnOfTheClosed(Run):
+class KeepsTheTurnOfTheClosed(ChartRun):
     """Goes on stepping what it has closed."""
 
     def __init__(self, *given: Any, **named: Any) -> None:

@@ -12,14 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.files.finding import Finding, Place
-from engine.files.source import Source
+from engine.files.source import SourceFile
 from engine.report import FORMATS, WIDTH, github, json_list, report, sarif, summary, text
 
 CHART = "chart: chase\nstates:\n  drive: {do: DriveTo, parms: {}}\n"
 
 
-def sources(content: str, file: str = "a.yaml") -> dict[str, Source]:
-    return {file: Source(file, content)}
+def sources(content: str, file: str = "a.yaml") -> dict[str, SourceFile]:
+    return {file: SourceFile(file, content)}
 
 
 def at(line: int, column: int, end: int, **more: object) -> Finding:

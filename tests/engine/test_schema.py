@@ -15,8 +15,8 @@ from engine.check import check
 from engine.files.finding import Finding
 from engine.files.values import Mismatch
 from engine.load import Library
-from engine.schema import chart_schema, schema_text
-from engine.schema_values import value_schema
+from engine.schema.document import chart_schema, schema_text
+from engine.schema.values import value_schema
 from engine.types import Type, builtin_types, convert
 from tests.engine.random_charts import INTERFACES, Spot, charts, library
 

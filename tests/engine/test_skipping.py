@@ -10,18 +10,18 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from engine.board import Board
-from engine.clock import Grid
+from engine.clock import TickGrid
 from engine.machine import Leaf, Machine
 from engine.operator import Operator
-from engine.run import Run
+from engine.run import ChartRun
 from engine.signals import Derived, Estimated, Measured, declare
 from engine.state import NEVER_NS, Action, Context, On, Until
-from engine.state import Run as Steps
+from engine.state import ChartRun as Steps
 from tests.engine.conftest import Bench, Part
 from tests.engine.test_lifecycle import INTERFACES, bother, decorate
 from tests.engine.valid_charts import chart_texts
 
-GRID = Grid(10)
+GRID = TickGrid(10)
 
 
 class Last:
@@ -74,7 +74,7 @@ class Sleepy:
         return self.leaf.interface.outcomes[seen % len(self.leaf.interface.outcomes)]
 
 
-def play(text: str, seed: int, leave_out: bool) -> tuple[Run, int]:
+def play(text: str, seed: int, leave_out: bool) -> tuple[ChartRun, int]:
     """A run of 8 s with samples, repeats and commands by chance; how many ticks it took."""
     chance = random.Random(seed)
     library = decorate(text, chance)
@@ -85,7 +85,7 @@ def play(text: str, seed: int, leave_out: bool) -> tuple[Run, int]:
         leaf.reads = True
         leaf.make = lambda leaf=leaf, **_: Sleepy(leaf, chance)
     outside = random.Random(seed + 1)
-    run = Run(machine, board, {"base": Part()}, outside.choice((None, None, 2)))
+    run = ChartRun(machine, board, {"base": Part()}, outside.choice((None, None, 2)))
     operator = Operator(run)
     ticks, level, heard = 0, 0.5, True
     for number in range(80):
@@ -226,14 +226,14 @@ def test_rule_13_ticks_that_are_added_do_not_move_the_grid():
 @settings(deadline=None, max_examples=200)
 @given(hz=st.integers(1, 2000), at=st.integers(0, 10**13))
 def test_rule_1_the_first_tick_not_before_an_instant(hz, at):
-    grid = Grid(hz)
+    grid = TickGrid(hz)
     number = grid.first(at)
     assert grid.instant(number) >= at
     assert number == 0 or grid.instant(number - 1) < at
 
 
 def test_rule_1_ticks_are_found_from_their_number():
-    assert [Grid().instant(n) for n in (0, 1, 2, 3, 30 * 86_400)] == [
+    assert [TickGrid().instant(n) for n in (0, 1, 2, 3, 30 * 86_400)] == [
         0, 33_333_333, 66_666_666, 10**8, 86_400 * 10**9,
     ]  # fmt: skip
 

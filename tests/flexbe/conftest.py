@@ -13,8 +13,8 @@ from engine.files.source import read
 from engine.load import Library, load_files
 from engine.machine import Machine
 from engine.operator import Operator
-from engine.run import Run
-from engine.scripted import Script
+from engine.run import ChartRun
+from engine.scripted import LeafScript
 from tests.flexbe.convert import Conversion, convert
 from tests.flexbe.known import KNOWN
 from tests.flexbe.states import INTERFACES, TYPES
@@ -73,8 +73,8 @@ class Play:
         self, machine: Machine, level: int | None = None, *, scripted: bool = True
     ) -> None:
         self.machine = machine
-        self.script = Script(machine) if scripted else None
-        self.run = Run(machine, level=level)
+        self.script = LeafScript(machine) if scripted else None
+        self.run = ChartRun(machine, level=level)
         self.operator = Operator(self.run)
         self.ticks = 0
 

@@ -11,14 +11,14 @@ import pytest
 from cobodeck.clocks import RealTime
 from cobodeck.connected import Connected, connect
 from cobodeck.wiring import Uses
-from hw.connection import Opening, Play, load_connection
+from hw.connection import HostedScene, RunInfo, load_connection
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.robot import MotionLimits, RobotModel
-from hw.safety_limits import SafetyLimits
+from hw.safety.limits import SafetyLimits
 from hw.samples import Sample, UserPose
 from hw.scene import Scene
+from hw.sim.devices import ScriptedOperator
 from hw.sim.errors import SensorErrors
-from hw.sim.surroundings import ScriptedOperator
 from hw.tracking import Tracking
 
 EVERYTHING = Uses(
@@ -96,9 +96,9 @@ class FakesRig:
         self, robot: RobotModel, scene: Scene, motion: MotionLimits, safety: SafetyLimits
     ) -> None:
         self._clock = RealTime()
-        play = Play(scene, "live", replace(SensorErrors(), slip=None))
+        play = HostedScene(scene, "live", replace(SensorErrors(), slip=None))
         tracking = Tracking.of(robot.sensing)
-        opening = Opening(self._clock.now, robot, motion, safety, tracking, play)
+        opening = RunInfo(self._clock.now, robot, motion, safety, tracking, play)
         connection = load_connection("fakes")
         parts = {name: one for name, one in connection.parts.items() if name != "trackers"}
         self.plant: Connected = connect(replace(connection, parts=parts), opening, EVERYTHING)

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from engine.files.finding import FileError
+from hw.people.script import FOLDER as USERS
+from hw.people.script import load_script
 from hw.robot import FOLDER as ROBOTS
 from hw.robot import load_robot
 from hw.scene import FOLDER as SCENES
 from hw.scene import load_scene
-from hw.script import FOLDER as USERS
-from hw.script import load_script
 
 FILES = [
     *((path, load_scene) for path in sorted(SCENES.glob("*.yaml"))),
@@ -64,10 +64,10 @@ def test_a_damaged_file_still_loads_or_is_an_error_with_its_name(tmp_path, path,
 
 def test_the_simulation_is_importable_without_numerical_libraries():
     program = (
-        "import sys, hw.mock, hw.sim.scripted, hw.user\n"
+        "import sys, hw.mock, hw.sim.scripted, hw.people.user\n"
         "from hw.scene import load_scene\n"
         "scene = load_scene('study')\n"
-        "hw.user.open_user('study', scene).step(0, scene.robot_start, False)\n"
+        "hw.people.user.open_user('study', scene).step(0, scene.robot_start, False)\n"
         "print(sorted({'numpy', 'shapely', 'scipy', 'numba', 'engine.state'} & set(sys.modules)))\n"
     )
     root = Path(__file__).resolve().parents[2]

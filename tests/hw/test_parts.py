@@ -10,10 +10,10 @@ from dataclasses import replace
 import pytest
 
 from hw.geometry import STILL, Pose2, Pose3, Twist2
-from hw.live import LivePerson
 from hw.mock import mock_world
+from hw.people.live import LivePerson
 from hw.robot import MotionLimits, load_robot
-from hw.safety_limits import SafetyLimits
+from hw.safety.limits import SafetyLimits
 from hw.samples import ArmState, BumperHit, GripperState, UserPose, WrenchReading
 from hw.scene import load_scene
 from hw.sim.world import World

@@ -6,14 +6,14 @@ import math
 import pytest
 
 from hw.geometry import Pose2, Pose3
-from hw.live import LivePerson
 from hw.mock import mock_world
+from hw.people.live import LivePerson
+from hw.people.user import open_user
 from hw.robot import load_robot
 from hw.samples import Sample, UserPose
 from hw.scene import load_scene
 from hw.sim.world import World
 from hw.truth import Contact, Truth
-from hw.user import open_user
 
 ROBOT, LAB = load_robot("rbkairos_ur10"), load_scene("lab_a")
 TICK = 33_333_333

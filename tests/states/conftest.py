@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from behaviors.profile import load_profile
-from engine.state import Sample
+from engine.state import Stamped
 from hw.robot import load_robot
 from hw.room import Room
-from states.site import Site
+from states.environment import Environment
 
 ROOM = Room(outer=((0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0)))
 
@@ -22,7 +22,7 @@ class FakeContext:
     def __init__(self, values: dict[str, Any], parts: dict[str, Any] | None = None) -> None:
         self.values, self.parts = values, parts or {}
         self.stamps: dict[str, int] = {}
-        self.pending: dict[str, list[Sample]] = {}
+        self.pending: dict[str, list[Stamped]] = {}
         self.ages: dict[str, float] = {}
         self.now = 0
 
@@ -34,15 +34,15 @@ class FakeContext:
             return self.values["site"].static_planners[signal.removesuffix(".planner")]
         return self.values.get(signal)
 
-    def sample(self, signal: str) -> Sample | None:
+    def sample(self, signal: str) -> Stamped | None:
         if signal not in self.values:
             return None
-        return Sample(self.values[signal], self.stamps.get(signal, 0))
+        return Stamped(self.values[signal], self.stamps.get(signal, 0))
 
     def age(self, signal: str) -> float:
         return self.ages.get(signal, 0.0) if self.values.get(signal) is not None else math.inf
 
-    def events(self, signal: str) -> tuple[Sample, ...]:
+    def events(self, signal: str) -> tuple[Stamped, ...]:
         return tuple(self.pending.pop(signal, ()))
 
     def part(self, name: str) -> Any:
@@ -70,5 +70,5 @@ def take_step() -> Any:
 
 
 @pytest.fixture(scope="session")
-def site() -> Site:
+def site() -> Environment:
     return load_profile("tuned").site(ROOM, load_robot("rbkairos_ur10"))

@@ -13,8 +13,8 @@ from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.robot import load_robot
 from hw.room import Room
 from hw.sim.errors import Slip
-from hw.sim.slip import Floor
-from states.site import Site
+from hw.sim.slip import SlipperyFloor
+from states.environment import Environment
 
 DT = 1.0 / 30.0
 NEAR = 0.6
@@ -22,7 +22,7 @@ NEAR = 0.6
 LINOLEUM, WORN = Slip(), Slip(along=0.1, across=0.2, turning=0.1, patchy=0.15)
 
 
-def site_with(profile: str, tolerance: float | None = None) -> Site:
+def site_with(profile: str, tolerance: float | None = None) -> Environment:
     room = Room(outer=((0.0, 0.0), (12.0, 0.0), (12.0, 10.0), (0.0, 10.0)))
     site = load_profile(profile).site(room, load_robot("rbkairos_ur10"))
     if tolerance is None:
@@ -31,7 +31,7 @@ def site_with(profile: str, tolerance: float | None = None) -> Site:
     return replace(site, navigation=replace(site.navigation, haptic=haptic))
 
 
-def turns_back(site: Site, start: Pose2, goal: Pose2, floor: Floor) -> int:
+def turns_back(site: Environment, start: Pose2, goal: Pose2, floor: SlipperyFloor) -> int:
     """Changes of direction by more than a right angle near the goal, from seeing to standing there.
 
     The pose is that of the body, the velocity that of the wheels.
@@ -72,4 +72,4 @@ def test_a_slipping_base_turns_back_at_most_twice_near_its_goal(
             Pose2(rng.uniform(1.5, 10.5), rng.uniform(1.5, 8.5), rng.uniform(-3.0, 3.0))
             for _ in "ab"
         )
-        assert turns_back(site, start, goal, Floor(slip, start, seed)) <= 2
+        assert turns_back(site, start, goal, SlipperyFloor(slip, start, seed)) <= 2

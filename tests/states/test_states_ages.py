@@ -14,13 +14,13 @@ from cobodeck.stage import Options, stage
 from cobodeck.wiring import open_setup, wire
 from engine.machine import Leaf
 from hw.geometry import Pose2, Twist2
-from hw.guarded import GuardedBase
-from hw.safety_limits import SafetyLimits
+from hw.safety.guarded import GuardedBase
+from hw.safety.limits import SafetyLimits
 from hw.samples import Sample, UserPose
 from hw.sim.base import SimBase
 from states import ages
+from states.environment import Environment
 from states.navigation.states import DriveTo
-from states.site import Site
 
 HERE = Pose2(3.0, 4.0, math.pi / 2)
 AHEAD = Twist2(1.0, 0.0, 0.5)
@@ -101,7 +101,7 @@ def test_a_command_is_slowed_as_a_whole_and_never_sped_up() -> None:
 @pytest.mark.requirement(149)
 @pytest.mark.parametrize(("age", "fastest"), [(0.04, 1.5), (0.1, 0.75), (0.14, 0.15), (0.16, None)])
 def test_a_drive_by_old_poses_of_the_base_is_slower_or_lost(
-    site: Site, context: Any, take_step: Any, age: float, fastest: float | None
+    site: Environment, context: Any, take_step: Any, age: float, fastest: float | None
 ) -> None:
     base = SimBase(site.robot, site.limits, Pose2(2.0, 2.0))
     limits = replace(SafetyLimits.of(site.robot, site.limits), watched=False)

@@ -14,9 +14,9 @@ import pytest
 from hw.geometry import Pose2, Pose3
 from hw.samples import EXACT, PoseSigma, UserPose
 from hw.sim.arm import SimArm
-from states.arm.kinematics import Chain, forward
+from states.arm.kinematics import KinematicChain, forward
 from states.arm.model import load_manipulator
-from states.arm.motion import Look, Workspace
+from states.arm.motion import ArmSituation, Workspace
 from states.arm.planning import PLANNERS, Planning, Query
 from states.arm.states import (
     MOVED,
@@ -28,20 +28,20 @@ from states.arm.states import (
     Solver,
     rover_from,
 )
-from states.site import Site
+from states.environment import Environment
 
 HZ = 30
 BASE = Pose2(5.0, 4.0, 0.5)
 
 
-def deep_at(site: Site, height: float, base: Pose2 = BASE) -> Pose3:
+def deep_at(site: Environment, height: float, base: Pose2 = BASE) -> Pose3:
     """A metre ahead of the robot, whose user looks back at it."""
     x, y = base.transform(1.0, 0.0)
     return Pose3.from_yaw(x, y, height, base.yaw + math.pi)
 
 
 class Move:
-    def __init__(self, site: Site, context: Any, state: Any, **inputs: Any) -> None:
+    def __init__(self, site: Environment, context: Any, state: Any, **inputs: Any) -> None:
         self.arm = SimArm(site.robot.arm)
         values = {
             "site": site,
@@ -65,12 +65,12 @@ class Move:
 
 
 @pytest.mark.requirement(46, 87)
-def test_a_parked_arm_is_parked_at_once(site: Site, context: Any, take_step: Any) -> None:
+def test_a_parked_arm_is_parked_at_once(site: Environment, context: Any, take_step: Any) -> None:
     assert take_step(Move(site, context, ParkArm()).run) == "parked"
 
 
 @pytest.mark.requirement(46, 47)
-def test_an_arm_that_is_out_is_folded(site: Site, context: Any, take_step: Any) -> None:
+def test_an_arm_that_is_out_is_folded(site: Environment, context: Any, take_step: Any) -> None:
     move = Move(site, context, ParkArm())
     move.arm = SimArm(site.robot.arm, (0.0, -1.5, 1.0, 0.0, 1.5, 0.0))
     move.ctx.parts["arm"], move.ctx.values["arm.joints"] = move.arm, move.arm.state
@@ -80,7 +80,7 @@ def test_an_arm_that_is_out_is_folded(site: Site, context: Any, take_step: Any) 
 
 
 def test_a_reach_waits_until_the_robot_knows_where_it_stands(
-    site: Site, context: Any, take_step: Any
+    site: Environment, context: Any, take_step: Any
 ) -> None:
     deep = deep_at(site, 1.0)
     for unsure in (PoseSigma(0.0101, 0.001), PoseSigma(0.001, 0.0051), None):
@@ -94,7 +94,7 @@ def test_a_reach_waits_until_the_robot_knows_where_it_stands(
 
 
 def test_a_reach_is_refused_by_a_robot_that_does_not_find_out_where_it_stands(
-    site: Site, context: Any, take_step: Any
+    site: Environment, context: Any, take_step: Any
 ) -> None:
     move = Move(site, context, ReachDeep(settle=2.0), deep=deep_at(site, 1.0))
     parked = move.arm.state.joints
@@ -107,7 +107,11 @@ def test_a_reach_is_refused_by_a_robot_that_does_not_find_out_where_it_stands(
 @pytest.mark.parametrize("height", [0.7, 1.0, 1.5])
 @pytest.mark.parametrize("offset", [(0.0, 0.0, 0.0), (-0.1, 0.15, 0.08)])
 def test_the_prop_reaches_the_deep_wherever_the_base_stands_in_its_tolerance(
-    site: Site, context: Any, take_step: Any, height: float, offset: tuple[float, float, float]
+    site: Environment,
+    context: Any,
+    take_step: Any,
+    height: float,
+    offset: tuple[float, float, float],
 ) -> None:
     deep = deep_at(site, height)
     move = Move(site, context, ReachDeep(), deep=deep)
@@ -116,7 +120,7 @@ def test_the_prop_reaches_the_deep_wherever_the_base_stands_in_its_tolerance(
 
     assert move.until_end(take_step, 10) == "reached"
 
-    reached = forward(Chain.of(load_manipulator()), np.array(move.arm.state.joints))
+    reached = forward(KinematicChain.of(load_manipulator()), np.array(move.arm.state.joints))
     wanted = rover_from(stands, deep)
     assert math.dist(reached[:3, 3], (wanted.x, wanted.y, wanted.z)) <= 0.02
     axis = wanted.transform(1.0, 0.0, 0.0)
@@ -125,7 +129,9 @@ def test_the_prop_reaches_the_deep_wherever_the_base_stands_in_its_tolerance(
 
 
 @pytest.mark.requirement(82)
-def test_a_deep_out_of_reach_has_no_solution(site: Site, context: Any, take_step: Any) -> None:
+def test_a_deep_out_of_reach_has_no_solution(
+    site: Environment, context: Any, take_step: Any
+) -> None:
     far = Pose3.from_yaw(9.0, 4.0, 1.5, 0.0)
 
     run = Move(site, context, ReachDeep(), deep=far).run
@@ -139,7 +145,7 @@ def test_a_deep_out_of_reach_has_no_solution(site: Site, context: Any, take_step
 @pytest.mark.requirement(84)
 @pytest.mark.parametrize("frame", ["map", "rover", "user"])
 def test_a_deep_may_be_given_in_any_frame_that_is_known(
-    site: Site, context: Any, take_step: Any, frame: Frame
+    site: Environment, context: Any, take_step: Any, frame: Frame
 ) -> None:
     user, deep = Pose2(6.9, 5.0, BASE.yaw + math.pi), deep_at(site, 1.2)
     origin = {"map": Pose2(0.0, 0.0), "rover": BASE, "user": user}[frame]
@@ -149,13 +155,13 @@ def test_a_deep_may_be_given_in_any_frame_that_is_known(
 
     assert move.until_end(take_step, 10) == "reached"
 
-    reached = forward(Chain.of(load_manipulator()), np.array(move.arm.state.joints))
+    reached = forward(KinematicChain.of(load_manipulator()), np.array(move.arm.state.joints))
     wanted = rover_from(BASE, deep)
     assert math.dist(reached[:3, 3], (wanted.x, wanted.y, wanted.z)) <= 0.005
 
 
 def test_a_deep_of_a_user_whom_nobody_sees_is_nowhere(
-    site: Site, context: Any, take_step: Any
+    site: Environment, context: Any, take_step: Any
 ) -> None:
     move = Move(site, context, ReachDeep(frame="user"), deep=Pose3(0.8, 0.0, 1.2))
 
@@ -165,7 +171,7 @@ def test_a_deep_of_a_user_whom_nobody_sees_is_nowhere(
 @pytest.mark.requirement(43)
 @pytest.mark.parametrize("solver", ["lines_first", "rrt_connect", "ompl"])
 def test_the_planner_goes_by_its_name(
-    site: Site, context: Any, take_step: Any, solver: Solver, monkeypatch: pytest.MonkeyPatch
+    site: Environment, context: Any, take_step: Any, solver: Solver, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if solver == "ompl" and find_spec("ompl") is None:
         with pytest.raises(ValueError, match="needs the package ompl"):
@@ -197,16 +203,16 @@ def test_a_base_that_has_moved_or_turned_and_a_user_make_another_look(
     base: Pose2, user: Pose2 | None
 ) -> None:
     seen = None if user is None or user.x == 6.9 else Pose2(6.9, 5.0)
-    before = Look(BASE, seen, (0.0,) * 6)
+    before = ArmSituation(BASE, seen, (0.0,) * 6)
 
     assert before.is_like(before, MOVED, TURNED)
-    assert not Look(base, user, (0.0,) * 6).is_like(before, MOVED, TURNED)
+    assert not ArmSituation(base, user, (0.0,) * 6).is_like(before, MOVED, TURNED)
 
 
 @pytest.mark.requirement(43, 47)
 @pytest.mark.parametrize("turn", [0.0, 0.02, -0.02])
 def test_the_way_of_the_arm_is_looked_at_again_when_the_base_has_turned(
-    site: Site, context: Any, take_step: Any, turn: float, monkeypatch: pytest.MonkeyPatch
+    site: Environment, context: Any, take_step: Any, turn: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     looked = []
     monkeypatch.setattr(Workspace, "is_free", lambda *given: looked.append(given) or True)
@@ -221,7 +227,9 @@ def test_the_way_of_the_arm_is_looked_at_again_when_the_base_has_turned(
 
 
 @pytest.mark.requirement(45, 71)
-def test_whatever_ends_a_move_brakes_the_arm(site: Site, context: Any, take_step: Any) -> None:
+def test_whatever_ends_a_move_brakes_the_arm(
+    site: Environment, context: Any, take_step: Any
+) -> None:
     move = Move(site, context, ReachDeep(), deep=deep_at(site, 1.2))
     move.until_end(take_step, 0.5)
     assert move.arm.state.moving
@@ -234,7 +242,7 @@ def test_whatever_ends_a_move_brakes_the_arm(site: Site, context: Any, take_step
 
 
 @pytest.mark.requirement(48)
-def test_a_pulled_stop_line_fails_the_move(site: Site, context: Any, take_step: Any) -> None:
+def test_a_pulled_stop_line_fails_the_move(site: Environment, context: Any, take_step: Any) -> None:
     move = Move(site, context, ReachDeep(), deep=deep_at(site, 1.2))
     move.until_end(take_step, 0.5)
     move.ctx.values["stop.engaged"] = "bumper"
@@ -243,7 +251,7 @@ def test_a_pulled_stop_line_fails_the_move(site: Site, context: Any, take_step: 
 
 
 def test_a_course_that_the_arm_refuses_fails_the_move_at_once_and_says_why(
-    site: Site, context: Any, take_step: Any
+    site: Environment, context: Any, take_step: Any
 ) -> None:
     move = Move(site, context, ReachDeep(), deep=deep_at(site, 1.2))
     move.arm.braked = True
@@ -270,7 +278,7 @@ class SlowArm(SimArm):
 
 
 def test_an_arm_that_runs_at_half_its_speed_is_waited_for(
-    site: Site, context: Any, take_step: Any
+    site: Environment, context: Any, take_step: Any
 ) -> None:
     quick = Move(site, context, ReachDeep(), deep=deep_at(site, 1.2))
     assert quick.until_end(take_step, 20) == "reached"
@@ -284,7 +292,7 @@ def test_an_arm_that_runs_at_half_its_speed_is_waited_for(
 
 @pytest.mark.parametrize("at_start", [True, False])
 def test_an_arm_whose_own_safety_system_stops_it_fails_the_move_and_says_so(
-    site: Site, context: Any, take_step: Any, at_start: bool
+    site: Environment, context: Any, take_step: Any, at_start: bool
 ) -> None:
     move = Move(site, context, ReachDeep(), deep=deep_at(site, 1.2))
     if not at_start:
@@ -304,7 +312,7 @@ def test_the_deep_in_the_robot_s_frame_is_the_map_s_turned_and_shifted() -> None
     assert found.yaw == pytest.approx(math.pi / 2)
 
 
-def test_holding_goes_on_until_it_is_ended(site: Site, context: Any, take_step: Any) -> None:
+def test_holding_goes_on_until_it_is_ended(site: Environment, context: Any, take_step: Any) -> None:
     move = Move(site, context, HoldProp())
 
     assert move.until_end(take_step, 5) is None

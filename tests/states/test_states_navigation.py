@@ -8,19 +8,19 @@ from typing import Any
 import pytest
 
 from hw.geometry import Pose2, Twist2
-from hw.guarded import GuardedBase
 from hw.interfaces import DriveMode
-from hw.safety_limits import SafetyLimits
+from hw.safety.guarded import GuardedBase
+from hw.safety.limits import SafetyLimits
 from hw.samples import UserPose
 from hw.sim.base import SimBase
+from states.environment import Environment, SubsystemName
 from states.navigation.states import DriveTo
-from states.site import Site, SubsystemName
 
 HZ = 30
 START = Pose2(2.0, 2.0, 0.0)
 
 
-def alone(base: SimBase, site: Site) -> GuardedBase:
+def alone(base: SimBase, site: Environment) -> GuardedBase:
     """A base about which nobody has to be watched, and whose commands may be late."""
     limits = SafetyLimits.of(site.robot, site.limits)
     return GuardedBase(base, replace(limits, watched=False, command_late=0.079))
@@ -31,7 +31,7 @@ class Drive:
 
     def __init__(
         self,
-        site: Site,
+        site: Environment,
         context: Any,
         goal: Pose2,
         name: SubsystemName = "chase",
@@ -62,7 +62,7 @@ class Drive:
 @pytest.mark.requirement(39, 79, 129)
 @pytest.mark.parametrize("goal", [Pose2(7.0, 5.0, 1.2), Pose2(2.5, 2.0, -3.0), START])
 def test_a_drive_arrives_at_place_and_yaw_and_stands(
-    site: Site, context: Any, take_step: Any, goal: Pose2
+    site: Environment, context: Any, take_step: Any, goal: Pose2
 ) -> None:
     drive = Drive(site, context, goal)
 
@@ -75,7 +75,7 @@ def test_a_drive_arrives_at_place_and_yaw_and_stands(
 
 @pytest.mark.requirement(2)
 def test_a_differential_drive_never_goes_sideways_and_gives_the_mode_back(
-    site: Site, context: Any, take_step: Any
+    site: Environment, context: Any, take_step: Any
 ) -> None:
     goal = Pose2(6.0, 5.0, 1.2)
     aside, ahead = Drive(site, context, goal), Drive(site, context, goal, mode="differential")
@@ -91,7 +91,7 @@ def test_a_differential_drive_never_goes_sideways_and_gives_the_mode_back(
 
 
 @pytest.mark.requirement(51, 52)
-def test_a_drive_goes_round_the_user(site: Site, context: Any, take_step: Any) -> None:
+def test_a_drive_goes_round_the_user(site: Environment, context: Any, take_step: Any) -> None:
     drive = Drive(site, context, Pose2(8.0, 2.0, 0.0), "haptic")
     user = UserPose(Pose2(5.0, 2.3, 0.0), 0.0)
     drive.ctx.values["user.pose"] = user
@@ -107,7 +107,9 @@ def test_a_drive_goes_round_the_user(site: Site, context: Any, take_step: Any) -
 
 
 @pytest.mark.requirement(101)
-def test_a_goal_in_a_wall_s_inflation_has_no_path(site: Site, context: Any, take_step: Any) -> None:
+def test_a_goal_in_a_wall_s_inflation_has_no_path(
+    site: Environment, context: Any, take_step: Any
+) -> None:
     drive = Drive(site, context, Pose2(0.9, 4.0, 0.0))
 
     assert drive.until_end(take_step, 1) == "no_path"
@@ -115,7 +117,7 @@ def test_a_goal_in_a_wall_s_inflation_has_no_path(site: Site, context: Any, take
 
 @pytest.mark.requirement(101)
 def test_a_way_that_is_gone_for_a_moment_is_waited_for_braking(
-    site: Site, context: Any, take_step: Any
+    site: Environment, context: Any, take_step: Any
 ) -> None:
     rig, goal = Rig(site, context), Pose2(7.0, 5.0, 0.0)
     run = DriveTo("chase").run(rig.ctx, goal)
@@ -134,7 +136,9 @@ def test_a_way_that_is_gone_for_a_moment_is_waited_for_braking(
 
 
 @pytest.mark.requirement(101)
-def test_a_robot_that_does_not_move_is_stuck(site: Site, context: Any, take_step: Any) -> None:
+def test_a_robot_that_does_not_move_is_stuck(
+    site: Environment, context: Any, take_step: Any
+) -> None:
     drive = Drive(site, context, Pose2(7.0, 5.0, 0.0))
     drive.base.braked = True
 
@@ -142,7 +146,7 @@ def test_a_robot_that_does_not_move_is_stuck(site: Site, context: Any, take_step
 
 
 def test_without_a_pose_of_the_base_the_drive_is_lost(
-    site: Site, context: Any, take_step: Any
+    site: Environment, context: Any, take_step: Any
 ) -> None:
     drive = Drive(site, context, Pose2(7.0, 5.0, 0.0))
     take_step(drive.run)
@@ -152,7 +156,9 @@ def test_without_a_pose_of_the_base_the_drive_is_lost(
 
 
 @pytest.mark.requirement(42, 71)
-def test_whatever_ends_a_drive_stops_the_base(site: Site, context: Any, take_step: Any) -> None:
+def test_whatever_ends_a_drive_stops_the_base(
+    site: Environment, context: Any, take_step: Any
+) -> None:
     drive = Drive(site, context, Pose2(7.0, 5.0, 0.0))
     drive.until_end(take_step, 1)
     assert drive.base.twist.speed > 0.3
@@ -166,7 +172,7 @@ def test_whatever_ends_a_drive_stops_the_base(site: Site, context: Any, take_ste
 
 @pytest.mark.requirement(35)
 def test_each_subsystem_drives_with_its_own_values(
-    site: Site, context: Any, take_step: Any
+    site: Environment, context: Any, take_step: Any
 ) -> None:
     speeds = {}
     names: tuple[SubsystemName, ...] = ("chase", "escape")
@@ -182,7 +188,7 @@ def test_each_subsystem_drives_with_its_own_values(
 class NoWay:
     """The planner of a subsystem to which every way has been barred."""
 
-    def __init__(self, site: Site) -> None:
+    def __init__(self, site: Environment) -> None:
         self._planner = site.static_planners["chase"]
 
     def plan(self, *_: Any) -> None:
@@ -195,7 +201,7 @@ class NoWay:
 class Rig:
     """A drive in which the base hears every command some ns after its tick."""
 
-    def __init__(self, site: Site, context: Any, late_ns: int = 0) -> None:
+    def __init__(self, site: Environment, context: Any, late_ns: int = 0) -> None:
         self.base, self.late_ns = SimBase(site.robot, site.limits, START), late_ns
         self.guard = alone(self.base, site)
         self.ctx = context({"site": site}, {"base": self.guard})
@@ -217,7 +223,7 @@ class Rig:
 @pytest.mark.requirement(149)
 @pytest.mark.parametrize("told", [0.03, 0.0])
 def test_a_drive_arrives_exactly_whether_or_not_it_is_told_the_latency(
-    site: Site, context: Any, take_step: Any, told: float
+    site: Environment, context: Any, take_step: Any, told: float
 ) -> None:
     rig, goal = Rig(site, context, late_ns=30_000_000), Pose2(7.0, 5.0, 1.2)
     rig.ctx.values["site"] = replace(site, latency=told)
@@ -233,7 +239,7 @@ def test_a_drive_arrives_exactly_whether_or_not_it_is_told_the_latency(
 @pytest.mark.requirement(51)
 @pytest.mark.parametrize("told", [True, False])
 def test_a_drive_keeps_off_a_user_who_walks_across_if_it_knows_their_velocity(
-    site: Site, context: Any, take_step: Any, told: bool
+    site: Environment, context: Any, take_step: Any, told: bool
 ) -> None:
     rig = Rig(site, context)
     run = DriveTo("haptic").run(rig.ctx, Pose2(8.0, 2.0, 0.0))
@@ -258,7 +264,7 @@ def test_a_drive_keeps_off_a_user_who_walks_across_if_it_knows_their_velocity(
     ],
 )
 def test_a_drive_goes_on_from_what_was_left_of_its_velocity(
-    site: Site, context: Any, take_step: Any, told: dict[str, Any], speed: float
+    site: Environment, context: Any, take_step: Any, told: dict[str, Any], speed: float
 ) -> None:
     rig, sent = Rig(site, context), []
     run = DriveTo("chase").run(rig.ctx, Pose2(8.0, 2.0, 0.0))
@@ -276,7 +282,7 @@ def test_a_drive_goes_on_from_what_was_left_of_its_velocity(
 @pytest.mark.requirement(78, 86)
 @pytest.mark.parametrize(("name", "granted"), [("haptic", True), ("chase", False)])
 def test_the_chain_is_told_the_pose_a_touch_is_served_from_while_the_drive_lasts(
-    site: Site, context: Any, take_step: Any, name: SubsystemName, granted: bool
+    site: Environment, context: Any, take_step: Any, name: SubsystemName, granted: bool
 ) -> None:
     rig, goal, grants = Rig(site, context), Pose2(7.0, 5.0, 0.0), []
     rig.guard.grant = grants.append  # type: ignore[method-assign]

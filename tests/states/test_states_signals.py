@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from engine.state import NEVER_NS, Sample
+from engine.state import NEVER_NS, Stamped
 from hw.geometry import Pose2
 from hw.samples import UserPose
 from states.signals.states import (
@@ -174,7 +174,7 @@ def test_a_fault_is_reported_once_and_reset_only_when_acknowledged(
         assert take_step(run) is None
     assert (desk.reported, desk.resets) == (["bumper"], 0)
 
-    ctx.pending["operator.acknowledge"] = [Sample(True, 0)]
+    ctx.pending["operator.acknowledge"] = [Stamped(True, 0)]
     take_step(run)
     ctx.values["stop.engaged"] = None
 
@@ -189,11 +189,11 @@ def test_a_fault_whose_cause_holds_needs_another_acknowledgement(
     desk.cause_holds = True
     ctx, run = clearing(context, desk, {"stop.engaged": "bumper", "user.pose": BEFORE})
     take_step(run)
-    ctx.pending["operator.acknowledge"] = [Sample(True, 0)]
+    ctx.pending["operator.acknowledge"] = [Stamped(True, 0)]
 
     assert take_step(run) is None
     desk.cause_holds = False
-    ctx.pending["operator.acknowledge"] = [Sample(True, 0)]
+    ctx.pending["operator.acknowledge"] = [Stamped(True, 0)]
     take_step(run)
 
     assert desk.resets == 2

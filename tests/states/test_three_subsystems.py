@@ -12,7 +12,7 @@ from behaviors.profile import load_profile
 from hw.geometry import Pose2, Twist2
 from hw.robot import load_robot
 from hw.room import Room
-from states.site import Site, SubsystemName
+from states.environment import Environment, SubsystemName
 
 NAMES: tuple[SubsystemName, ...] = ("chase", "haptic", "escape")
 CHANGES: list[dict[str, Any]] = [
@@ -25,7 +25,7 @@ PILLAR = ((4.0, 3.6), (4.4, 3.6), (4.4, 4.0), (4.0, 4.0))
 ROOM = Room(((0.0, 0.0), (9.0, 0.0), (9.0, 8.0), (0.0, 8.0)), columns=(PILLAR,))
 
 
-def driven(site: Site, name: SubsystemName) -> str:
+def driven(site: Environment, name: SubsystemName) -> str:
     """A digest of everything a drive commands, past the pillar to its goal."""
     driver = site.driver(name, site.static_planners[name])
     pose, twist = Pose2(1.5, 3.9), Twist2(0.0)

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
-from cobodeck.logs.log import Reference, SensorLog
+from cobodeck.logs.log import ReferencePose, SensorLog
 from hw.geometry import Pose3
 from hw.samples import Odometry, Sample, Scan, TrackerPose
 from hw.sensing import Mount
@@ -27,7 +27,7 @@ def log_of(world_, *names, reference=True, form="record"):
     """A log of these samples with the truth as reference."""
     samples = sorted(world_.samples(*names), key=lambda one: one.stamp_ns)
     stamps = range(0, round(world_.drive.times[-1] * 1e9), 20_000_000)
-    poses = [Reference(at, world_.drive.pose(at * 1e-9)) for at in stamps] if reference else []
+    poses = [ReferencePose(at, world_.drive.pose(at * 1e-9)) for at in stamps] if reference else []
     return SensorLog(
         Path("drive.mcap"), form, tuple(samples), world_.sensing, tuple(poses), room=world_.room
     )

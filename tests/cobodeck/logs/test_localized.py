@@ -15,7 +15,7 @@ from cobodeck.logs.localized import (
     localize,
     with_steady_wheels,
 )
-from cobodeck.logs.log import Reference
+from cobodeck.logs.log import ReferencePose
 from cobodeck.logs.mapped import built_ground, given_ground, reference_at, room_ground
 from cobodeck.logs.opening import open_log
 from cobodeck.logs.seen import Way, scans_of
@@ -89,7 +89,7 @@ def test_where_the_second_half_is_elsewhere_every_other_scan_makes_the_map(drive
     log = log_of(drive, *NAMES)
     half = log.samples[len(log.samples) // 2].stamp_ns
     beyond = [
-        Reference(ref.stamp_ns, Pose2(ref.pose.x + 50.0 * (ref.stamp_ns > half), ref.pose.y))
+        ReferencePose(ref.stamp_ns, Pose2(ref.pose.x + 50.0 * (ref.stamp_ns > half), ref.pose.y))
         for ref in log.reference
     ]
     ground = built_ground(replace(log, reference=tuple(beyond)))
@@ -107,7 +107,7 @@ def test_the_same_seed_gives_the_same_poses(log):
 def test_poses_of_another_map_are_laid_onto_the_estimates(log, tmp_path):
     save_map(built_ground(log).map, tmp_path / "room.yaml")
     away = Pose2(30.0, -12.0, 1.0)
-    elsewhere = tuple(Reference(r.stamp_ns, away @ r.pose) for r in log.reference)
+    elsewhere = tuple(ReferencePose(r.stamp_ns, away @ r.pose) for r in log.reference)
     moved = replace(log, reference=elsewhere, form="CARMEN log")
     ground = given_ground(str(tmp_path / "room.yaml"), moved)
     told = figures(localize(moved, ground, log.reference[0].pose, 0, ticking()))
@@ -187,7 +187,7 @@ def test_too_few_scans_make_no_map(log):
     with pytest.raises(FileError, match="has 3 scans: too few for a map of its own"):
         built_ground(few)
     with pytest.raises(FileError, match="has poses for 0 scans only"):
-        built_ground(replace(log, reference=(Reference(10**15, Pose2(0.0, 0.0)),)))
+        built_ground(replace(log, reference=(ReferencePose(10**15, Pose2(0.0, 0.0)),)))
 
 
 @needs_data

@@ -15,7 +15,7 @@ import pytest
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK
 from cobodeck.record.compare import Comparison, Figure, Motions, Traces, compare
-from cobodeck.record.reader import Group, Record, Told
+from cobodeck.record.reader import Group, Record, RecordedMessage
 
 ROOT = Path(__file__).parents[3]
 RUNS = {
@@ -221,7 +221,7 @@ def test_a_base_elsewhere_by_more_than_a_millimetre_is_told(
     assert (None if motions.base is None else motions.base[0] / 1e9) == from_s
 
 
-def moved(told: Told, by: float) -> Told:
+def moved(told: RecordedMessage, by: float) -> RecordedMessage:
     if told.topic != "truth":
         return told
     found = json.loads(told.data)
@@ -230,7 +230,7 @@ def moved(told: Told, by: float) -> Told:
 
 
 def test_notes_do_not_count_and_altered_ticks_are_told(folder: Path) -> None:
-    note = Told(
+    note = RecordedMessage(
         "trace", "cobodeck.Trace", b'{"line":[7000000000,"note","chase","seen"]}', 7 * 10**9
     )
 

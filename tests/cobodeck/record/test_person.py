@@ -16,15 +16,15 @@ import pytest
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK, USAGE
 from cobodeck.record.person import past
-from cobodeck.record.reader import Group, Record, Told
+from cobodeck.record.reader import Group, Record, RecordedMessage
 from cobodeck.record.start import recorder
-from cobodeck.simulate import Result, simulate
+from cobodeck.simulate import RunResult, simulate
 from cobodeck.stage import Options
 from cobodeck.wiring import open_setup
 from hw.geometry import Pose3
-from hw.person import Person
+from hw.people.person import Person
+from hw.people.user import open_user
 from hw.samples import Sample, UserPose
-from hw.user import open_user
 
 AT = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
 SECONDS = 36.0
@@ -46,14 +46,14 @@ ROOT = Path(__file__).parents[3]
 ASKED = "signal/vr.haptic_request"
 
 
-def recorded(path: Path, user: str, duration_s: float = SECONDS, **given: Any) -> Result:
+def recorded(path: Path, user: str, duration_s: float = SECONDS, **given: Any) -> RunResult:
     setup = open_setup(**given)
     options = Options(user=user, duration_s=duration_s)
     return simulate(setup, options, recorder=recorder(setup, options, path, AT, pytest.fail))
 
 
 @pytest.fixture(scope="module")
-def demo(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
+def demo(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, RunResult]:
     path = tmp_path_factory.mktemp("demo") / "demo.mcap"
     return path, recorded(path, "demo")
 
@@ -262,7 +262,7 @@ class Misheard(Record):
         for group in super().groups():
             yield replace(group, told=tuple(map(self._beside, group.told)))
 
-    def _beside(self, told: Told) -> Told:
+    def _beside(self, told: RecordedMessage) -> RecordedMessage:
         value = json.loads(told.data)["value"] if told.topic == ASKED else None
         if value is None:
             return told

@@ -16,7 +16,7 @@ from mcap.reader import make_reader
 
 from cobodeck.record.start import recorder
 from cobodeck.record.taps import Tapped
-from cobodeck.simulate import Result, simulate
+from cobodeck.simulate import RunResult, simulate
 from cobodeck.stage import Options
 from cobodeck.wiring import open_setup
 from engine.files.text import noting
@@ -41,7 +41,7 @@ FIELDS = {
 }  # fmt: skip
 
 
-def run(path: Path | None) -> Result:
+def run(path: Path | None) -> RunResult:
     with noting():
         setup = open_setup(scene="study")
         writer = None if path is None else recorder(setup, OPTIONS, path, AT, pytest.fail)
@@ -49,12 +49,12 @@ def run(path: Path | None) -> Result:
 
 
 @pytest.fixture(scope="module")
-def kept(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
+def kept(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, RunResult]:
     path = tmp_path_factory.mktemp("kept") / "run.mcap"
     return path, run(path)
 
 
-def test_recording_changes_nothing(kept: tuple[Path, Result]) -> None:
+def test_recording_changes_nothing(kept: tuple[Path, RunResult]) -> None:
     without = run(None).figures
 
     with_it = kept[1].figures
@@ -91,13 +91,13 @@ def test_a_part_behind_a_recorder_is_as_without() -> None:
     assert [call[1] for call in told] == [".Mode", "say", ".say =", "say", ".broken"]
 
 
-def test_recording_asks_for_no_signal(kept: tuple[Path, Result]) -> None:
+def test_recording_asks_for_no_signal(kept: tuple[Path, RunResult]) -> None:
     built = {name for name, usage in kept[1].usage.items() if usage.built}
 
     assert built == {name for name, usage in run(None).usage.items() if usage.built}
 
 
-def test_another_library_reads_it(kept: tuple[Path, Result]) -> None:
+def test_another_library_reads_it(kept: tuple[Path, RunResult]) -> None:
     path, result = kept
     schemas: dict[str, str] = {}
     counted = Counter[str]()
@@ -128,7 +128,7 @@ def test_another_library_reads_it(kept: tuple[Path, Result]) -> None:
     assert texts["charts/chase.yaml"] == (root / "charts/chase.yaml").read_bytes()
 
 
-def test_the_analysis_on_the_page_works_as_it_stands(kept: tuple[Path, Result]) -> None:
+def test_the_analysis_on_the_page_works_as_it_stands(kept: tuple[Path, RunResult]) -> None:
     page = (Path(__file__).parents[3] / "cobodeck/record/README.md").read_text()
     code = page.partition("```python\n")[2].partition("```")[0]
     command = [sys.executable, "-c", code, str(kept[0])]
@@ -141,7 +141,7 @@ def test_the_analysis_on_the_page_works_as_it_stands(kept: tuple[Path, Result]) 
     assert gap + 0.5 < min(distance for _, distance in rows) < gap + 1.5
 
 
-def test_poses_are_what_viewers_take_them_for(kept: tuple[Path, Result]) -> None:
+def test_poses_are_what_viewers_take_them_for(kept: tuple[Path, RunResult]) -> None:
     poses: list[Any] = []
     with kept[0].open("rb") as stream:
         for _, _, message in make_reader(stream).iter_messages(topics=["signal/base.pose"]):
@@ -163,7 +163,7 @@ def test_poses_are_what_viewers_take_them_for(kept: tuple[Path, Result]) -> None
     )  # fmt: skip
 
 
-def test_the_same_run_gives_the_same_messages(kept: tuple[Path, Result], tmp_path: Path) -> None:
+def test_the_same_run_gives_the_same_messages(kept: tuple[Path, RunResult], tmp_path: Path) -> None:
     run(tmp_path / "again.mcap")
 
     def messages(path: Path) -> list[tuple[str, int, bytes]]:
@@ -174,7 +174,7 @@ def test_the_same_run_gives_the_same_messages(kept: tuple[Path, Result], tmp_pat
     assert messages(tmp_path / "again.mcap") == messages(kept[0])
 
 
-def test_a_record_stays_below_two_megabytes_a_minute(kept: tuple[Path, Result]) -> None:
+def test_a_record_stays_below_two_megabytes_a_minute(kept: tuple[Path, RunResult]) -> None:
     path, result = kept
 
     assert path.stat().st_size / (result.figures["sim_s"] / 60.0) < 2e6

@@ -15,7 +15,7 @@ import pytest
 from mcap.reader import make_reader
 
 from cobodeck.__main__ import main
-from cobodeck.record.reader import Record, Told
+from cobodeck.record.reader import Record, RecordedMessage
 from cobodeck.record.recover import extent
 from cobodeck.record.replay import stage_replay
 from engine.files.finding import FileError
@@ -32,7 +32,7 @@ class Whole(NamedTuple):
 
     path: Path
     data: bytes
-    ticks: list[tuple[Told, ...]]
+    ticks: list[tuple[RecordedMessage, ...]]
     instants: list[int]
 
 

@@ -24,19 +24,19 @@ from cobodeck.record.header import changes
 from cobodeck.record.reader import Record
 from cobodeck.record.replay import Replay, setup_of, stage_replay
 from cobodeck.record.start import recorder
-from cobodeck.simulate import Result, simulate
+from cobodeck.simulate import RunResult, simulate
 from cobodeck.stage import Options
 from cobodeck.wiring import Machine, Setup, open_setup
 from engine.files.text import noting
 from engine.operator import Operator
-from engine.run import Run
+from engine.run import ChartRun
 from hw.sim.arm import SimArm
 
 WALKS = Path(__file__).parents[3].parent / "shared" / "data" / "walking"
 ROOT = Path(__file__).parents[3]
 AT = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
 FOR_EVER = 1 << 61
-Act = Callable[[Operator, Run, Setup], object]
+Act = Callable[[Operator, ChartRun, Setup], object]
 
 
 @dataclass
@@ -83,7 +83,7 @@ def recorded(
     acts: dict[float, Act] | None = None,
     clock: Clock | None = None,
     **given: Any,
-) -> Result:
+) -> RunResult:
     """A run with its record."""
     with noting():
         setup = open_setup(**given)
@@ -132,11 +132,11 @@ def walk(name: str) -> str:
     return str(WALKS / name)
 
 
-def lock(operator: Operator, run: Run, setup: Setup) -> object:
+def lock(operator: Operator, run: ChartRun, setup: Setup) -> object:
     return operator.lock("chase")
 
 
-def other_machine(operator: Operator, run: Run, setup: Setup) -> object:
+def other_machine(operator: Operator, run: ChartRun, setup: Setup) -> object:
     known = setup.catalogue
     return operator.replace(Machine(setup.chart, setup.library, known.interfaces, {}, known.types))
 
@@ -145,12 +145,12 @@ def granted(*times: float) -> dict[float, Act]:
     return dict.fromkeys(times, grant_all)
 
 
-def grant_all(operator: Operator, run: Run, setup: Setup) -> object:
+def grant_all(operator: Operator, run: ChartRun, setup: Setup) -> object:
     return [said for path in operator.waiting() if (said := operator.consent(path))]
 
 
 SHORT = Options(duration_s=9.0)
-RUNS: dict[str, Callable[[Path, Path], Result]] = {
+RUNS: dict[str, Callable[[Path, Path], RunResult]] = {
     "demo": lambda path, _: recorded(path, Options(requests=1, duration_s=40.0), scene="lab_a"),
     "study": lambda path, _: recorded(path, Options(requests=1, duration_s=25.0), scene="study"),
     "recorded walk": lambda path, _: recorded(

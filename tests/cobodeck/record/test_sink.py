@@ -19,7 +19,7 @@ from cobodeck.record.reader import Record
 from cobodeck.record.recover import extent
 from cobodeck.record.sink import PART, Sink, Taken, open_free
 from cobodeck.record.start import recorder
-from cobodeck.simulate import Result, simulate
+from cobodeck.simulate import RunResult, simulate
 from cobodeck.stage import Options
 from cobodeck.wiring import Setup, open_setup
 from engine.files.text import noting
@@ -64,16 +64,16 @@ def study() -> Iterator[Setup]:
         yield open_setup(scene="study")
 
 
-def run(setup: Setup, path: Path, told: list[str]) -> Result:
+def run(setup: Setup, path: Path, told: list[str]) -> RunResult:
     return simulate(setup, OPTIONS, recorder=recorder(setup, OPTIONS, path, AT, told.append))
 
 
-def lasting(result: Result) -> dict[str, Any]:
+def lasting(result: RunResult) -> dict[str, Any]:
     return {k: v for k, v in result.figures.items() if k not in WALL_TIME}
 
 
 @pytest.fixture(scope="module")
-def undisturbed(study: Setup, tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, int]:
+def undisturbed(study: Setup, tmp_path_factory: pytest.TempPathFactory) -> tuple[RunResult, int]:
     """A run whose disk is not full, and the size of its record."""
     path = tmp_path_factory.mktemp("kept") / "run.mcap"
     result = run(study, path, [])
@@ -82,7 +82,7 @@ def undisturbed(study: Setup, tmp_path_factory: pytest.TempPathFactory) -> tuple
 
 def test_a_full_disk_is_told_once_and_changes_nothing(
     study: Setup,
-    undisturbed: tuple[Result, int],
+    undisturbed: tuple[RunResult, int],
     disk: Callable[[int], None],
     tmp_path: Path,
     capfd: pytest.CaptureFixture[str],
@@ -138,7 +138,7 @@ def tmpfs(tmp_path: Path) -> Iterator[Callable[[int], Path]]:
 
 @pytest.mark.slow
 def test_on_a_disk_that_is_truly_full_a_run_goes_on(
-    study: Setup, undisturbed: tuple[Result, int], tmpfs: Callable[[int], Path]
+    study: Setup, undisturbed: tuple[RunResult, int], tmpfs: Callable[[int], Path]
 ) -> None:
     whole, size = undisturbed
     for place in range(20):

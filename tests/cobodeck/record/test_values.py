@@ -21,7 +21,7 @@ from cobodeck.record.samples import SampleReader, SampleWriter
 from cobodeck.record.scans import read_scan, write_scan
 from cobodeck.record.values import Unknown, text, value
 from hw.geometry import Pose2, Pose3, Twist2
-from hw.safety_record import SafetyRecord
+from hw.safety.record import SafetyRecord
 from hw.samples import ArmMode, ArmState, Scan, UserPose
 from hw.truth import Contact, Truth
 

@@ -14,8 +14,8 @@ from engine.chart import Chart
 from engine.check import check
 from engine.load import Library
 from engine.machine import Box, Leaf, Machine, Vertex
-from engine.run import Run
-from engine.scripted import Script
+from engine.run import ChartRun
+from engine.scripted import LeafScript
 from tests.engine.check.some_charts import INTERFACES, Maker, damage, library
 
 TICK_NS = 100_000_000
@@ -53,9 +53,9 @@ def outcomes_of(vertex: Vertex) -> list[str]:
     return own + [outcome for outcome, _ in vertex.rules if vertex.keeps]
 
 
-def play(machine: Machine, chance: random.Random, ticks: int = 40) -> Run:
+def play(machine: Machine, chance: random.Random, ticks: int = 40) -> ChartRun:
     """Run with leaves that end by chance; what they read has been written."""
-    script, run = Script(machine), Run(machine)
+    script, run = LeafScript(machine), ChartRun(machine)
     leaves = {leaf.path: leaf for leaf in machine.leaves}
     for tick in range(ticks):
         for path in run.active:

@@ -8,7 +8,7 @@ import itertools
 import threading
 import time
 
-from hw.drivers.can_base import CanBase
+from hw.drivers.can.base import CanBase
 from hw.fakes.can_wire import open_wire
 from hw.fakes.nodes import Nodes
 from hw.geometry import STILL

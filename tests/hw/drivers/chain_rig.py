@@ -7,14 +7,14 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
-from hw.connection import Opening
-from hw.drivers.chain import Chain, ChainBase, ChainBumper, ChainStopLine
-from hw.drivers.observer import Observer
+from hw.connection import RunInfo
+from hw.drivers.chain.link import ChainBase, ChainBumper, ChainLink, ChainStopLine
+from hw.drivers.observer import ObserverLink
 from hw.geometry import Pose2, Twist2
-from hw.guarded import GuardedBase
 from hw.links.datagrams import Intake, Outlet
 from hw.robot import MotionLimits, load_robot
-from hw.safety_limits import SafetyLimits
+from hw.safety.guarded import GuardedBase
+from hw.safety.limits import SafetyLimits
 from hw.samples import PoseSigma, UserPose
 from hw.tracking import Tracking
 from tests.hw.drivers.rigs import own_address
@@ -32,7 +32,7 @@ HARDWARE = "tests.hw.drivers.wheels:Wheels"
 
 
 def opening(now, watched=True):
-    return Opening(now, ROBOT, MOTION, replace(LIMITS, watched=watched), TRACKING)
+    return RunInfo(now, ROBOT, MOTION, replace(LIMITS, watched=watched), TRACKING)
 
 
 class Rig:
@@ -44,7 +44,7 @@ class Rig:
         orders = self.orders.address
         self.orders.close()  # the wheels bind it
         self.host = host or own_address()
-        self.chain = Chain(
+        self.chain = ChainLink(
             port,
             {
                 "driver": HARDWARE,
@@ -61,7 +61,7 @@ class Rig:
         self.outlets = {
             source: Outlet(source, [self.chain.address]) for source in ("arm", "vr", "world")
         }
-        self.observer = Observer(self.chain.address)
+        self.observer = ObserverLink(self.chain.address)
         self.faults = Outlet("test", [orders])
         self.speaks = set(EVERY_MS)
         self.command: Twist2 | None = AHEAD

@@ -5,10 +5,10 @@ import select
 import threading
 import time
 
-from hw.connection import Opening
+from hw.connection import RunInfo
 from hw.links.datagrams import Intake
 from hw.robot import MotionLimits, load_robot
-from hw.safety_limits import SafetyLimits, Stopping
+from hw.safety.limits import SafetyLimits, Stopping
 from hw.tracking import Tracking
 
 PATIENCE_S = 20.0
@@ -25,7 +25,7 @@ def opening(body=None, now=time.monotonic_ns):
     base = body.base
     stopping = Stopping(base.brake_deceleration, base.reaction_time, 0.35)
     safety = SafetyLimits(body.footprint, stopping, base.max_speed, base.max_yaw_rate)
-    return Opening(now, body, MotionLimits(), safety, Tracking.of(body.sensing))
+    return RunInfo(now, body, MotionLimits(), safety, Tracking.of(body.sensing))
 
 
 class Chain:

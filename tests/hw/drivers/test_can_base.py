@@ -7,8 +7,8 @@ import random
 import can
 import pytest
 
-from hw.drivers.can_base import CanBase
-from hw.drivers.mecanum import Mecanum, along
+from hw.drivers.can.base import CanBase
+from hw.drivers.can.mecanum import Mecanum, along
 from hw.geometry import STILL, Pose2, Twist2
 from tests.hw.drivers.can_rig import CYCLE_NS, MODEL, WHEELS, Rig, rig
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hw.drivers.can_bus import CanBus, Frame, local_address
+from hw.drivers.can.bus import CanBus, CanFrame, local_address
 from hw.fakes.can_wire import Hub, has_route, meeting_point, open_wire
 from tests.hw.drivers.rigs import own_address
 
@@ -51,7 +51,7 @@ def test_error_frames_are_told_until_the_next_poll():
     try:
         other.send(can.Message(is_error_frame=True, arbitration_id=0x40, is_extended_id=False))
         other.send(can.Message(arbitration_id=0x181, is_extended_id=False, data=b"ab"))
-        assert bus.poll() == [Frame(0x181, b"ab")]
+        assert bus.poll() == [CanFrame(0x181, b"ab")]
         assert bus.fault == "CAN bus virtual errors: bus-off"
         assert bus.poll() == []
         assert bus.fault is None
@@ -79,8 +79,8 @@ def test_own_frames_do_not_come_back_and_equal_ones_of_somebody_else_do():
         bus.send(0x201, b"\x0f\x00")
         other.send(0x80, b"")
         other.send(0x181, b"\x01")
-        assert frames(bus, 2) == [Frame(0x80, b""), Frame(0x181, b"\x01")]
-        assert sorted(frames(other, 2)) == [Frame(0x80, b""), Frame(0x201, b"\x0f\x00")]
+        assert frames(bus, 2) == [CanFrame(0x80, b""), CanFrame(0x181, b"\x01")]
+        assert sorted(frames(other, 2)) == [CanFrame(0x80, b""), CanFrame(0x201, b"\x0f\x00")]
     finally:
         bus.close()
         other.close()
@@ -94,7 +94,7 @@ def test_driver_and_fakes_meet_at_the_same_group_and_port(number):
 
 
 def test_without_multicast_they_meet_at_a_hub(monkeypatch):
-    monkeypatch.setattr("hw.drivers.can_bus._has_route", lambda *_: False)
+    monkeypatch.setattr("hw.drivers.can.bus._has_route", lambda *_: False)
     monkeypatch.setattr("hw.fakes.can_wire.has_route", lambda *_: False)
     settings = {"interface": "local", "channel": own_address()}
     hub = open_wire(settings)
@@ -105,7 +105,7 @@ def test_without_multicast_they_meet_at_a_hub(monkeypatch):
         assert _of_hub(hub, 1) == [(0x203, bytes.fromhex("0f0000ffffff"))]
         hub.send(can.Message(arbitration_id=0x183, is_extended_id=False, data=[0x37, 2]))
         hub.send(can.Message(arbitration_id=0x80, is_extended_id=False))
-        assert frames(bus, 2) == [Frame(0x183, b"\x37\x02"), Frame(0x80, b"")]
+        assert frames(bus, 2) == [CanFrame(0x183, b"\x37\x02"), CanFrame(0x80, b"")]
     finally:
         bus.close()
         hub.close()

@@ -7,8 +7,8 @@ import time
 
 import pytest
 
-from hw.drivers.chain import Chain
-from hw.drivers.observer import Observer
+from hw.drivers.chain.link import ChainLink
+from hw.drivers.observer import ObserverLink
 from hw.fakes.can_peer import CanNodes
 from hw.geometry import Pose2
 from hw.links.datagrams import Intake, Outlet
@@ -33,14 +33,14 @@ class CanChain(Rig):
         self.nodes = CanNodes(bus, WHEELS, tells=self, by_hand=0.1)
         self.nodes.wait()
         hardware = {
-            "driver": "hw.drivers.can_base:CanBase", "bus": bus, "wheels": WHEELS, "bumper": True,
+            "driver": "hw.drivers.can.base:CanBase", "bus": bus, "wheels": WHEELS, "bumper": True,
         }  # fmt: skip
         now = self.run_time
-        self.chain = Chain(7400, hardware, now, opening(now), host=self.host)
+        self.chain = ChainLink(7400, hardware, now, opening(now), host=self.host)
         self.outlets = {
             source: Outlet(source, [self.chain.address]) for source in ("arm", "vr", "world")
         }
-        self.observer, self.faults = Observer(self.chain.address), Outlet("world")
+        self.observer, self.faults = ObserverLink(self.chain.address), Outlet("world")
         self.speaks, self.command, self.user = set(EVERY_MS), AHEAD, Pose2(40.0, 0.0)
         self.pulled, self.rates, self.told_ns = [], (), 0
         self._due = dict.fromkeys(EVERY_MS, 0)

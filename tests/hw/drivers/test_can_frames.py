@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hw.drivers.bumper import ZONES, Bumper, crc8
-from hw.drivers.ds402 import Drive, Setting, state_of
-from hw.drivers.sdo import ANSWER_NS, TRIES, Write, Writer
+from hw.drivers.can.bumper import ZONES, CanBumper, crc8
+from hw.drivers.can.ds402 import Ds402Drive, Setting, state_of
+from hw.drivers.can.sdo import ANSWER_NS, TRIES, SdoWrite, Writer
 
 SETTING = Setting(master=127, silence_ms=80, ramp=1_000_000)
 WELL = "41 00 00 00 10 00 00"
@@ -27,10 +27,10 @@ class Sent(list):
 
 
 def test_a_write_of_one_two_and_four_bytes():
-    assert Write(0x6060, 0, 1, 3).frame.hex(" ") == "2f 60 60 00 03 00 00 00"
-    assert Write(0x6007, 0, 2, 3).frame.hex(" ") == "2b 07 60 00 03 00 00 00"
-    assert Write(0x1016, 1, 4, 0x007F0050).frame.hex(" ") == "23 16 10 01 50 00 7f 00"
-    assert Write(0x60FF, 0, 4, -2).frame.hex(" ") == "23 ff 60 00 fe ff ff ff"
+    assert SdoWrite(0x6060, 0, 1, 3).frame.hex(" ") == "2f 60 60 00 03 00 00 00"
+    assert SdoWrite(0x6007, 0, 2, 3).frame.hex(" ") == "2b 07 60 00 03 00 00 00"
+    assert SdoWrite(0x1016, 1, 4, 0x007F0050).frame.hex(" ") == "23 16 10 01 50 00 7f 00"
+    assert SdoWrite(0x60FF, 0, 4, -2).frame.hex(" ") == "23 ff 60 00 fe ff ff ff"
 
 
 def test_settings_of_a_drive_map_its_process_data_and_go_with_sync():
@@ -54,7 +54,7 @@ def test_settings_of_a_drive_map_its_process_data_and_go_with_sync():
 
 def test_targets_and_orders_of_a_drive():
     sent = Sent()
-    drive = Drive(3, "rear left", SETTING, sent)
+    drive = Ds402Drive(3, "rear left", SETTING, sent)
     drive.tell(0x0F, -256)
     drive.command(1)
     assert sent == [(0x203, "0f 00 00 ff ff ff"), (0, "01 03")]
@@ -73,7 +73,7 @@ def test_states_by_their_status_words(status, state):
 
 
 def test_control_words_lead_from_a_fault_to_operation_step_by_step():
-    drive = Drive(1, "front left", SETTING, lambda *_: None)
+    drive = Ds402Drive(1, "front left", SETTING, lambda *_: None)
     drive.configured = True
     drive.start(0)
     words = []
@@ -86,7 +86,7 @@ def test_control_words_lead_from_a_fault_to_operation_step_by_step():
 
 
 def test_a_heartbeat_that_stays_away_is_a_fault_after_150_ms_though_velocities_come():
-    drive = Drive(1, "front left", SETTING, lambda *_: None)
+    drive = Ds402Drive(1, "front left", SETTING, lambda *_: None)
     drive.configured = True
     drive.start(0)
     for now in range(0, 150 * MS + 1, 10 * MS):
@@ -99,7 +99,7 @@ def test_a_heartbeat_that_stays_away_is_a_fault_after_150_ms_though_velocities_c
 
 
 def test_a_drive_that_leaves_the_operational_state_of_the_network_is_a_fault():
-    drive = Drive(1, "front left", SETTING, lambda *_: None)
+    drive = Ds402Drive(1, "front left", SETTING, lambda *_: None)
     drive.configured = True
     drive.start(0)
     drive.on_heartbeat(b"\x05", 0)
@@ -113,7 +113,7 @@ def test_a_drive_that_leaves_the_operational_state_of_the_network_is_a_fault():
 def test_a_writer_sends_the_next_once_the_last_is_answered():
     sent = Sent()
     writer = Writer(5, sent)
-    writer.begin([Write(0x6060, 0, 1, 3), Write(0x6007, 0, 2, 3)])
+    writer.begin([SdoWrite(0x6060, 0, 1, 3), SdoWrite(0x6007, 0, 2, 3)])
     writer.poll(0)
     writer.poll(10)
     assert [identifier for identifier, _ in sent] == [0x605]
@@ -128,7 +128,7 @@ def test_a_writer_sends_the_next_once_the_last_is_answered():
 
 def test_a_refused_write_is_told_with_its_reason():
     writer = Writer(5, lambda *_: None)
-    writer.begin([Write(0x6007, 0, 2, 9)])
+    writer.begin([SdoWrite(0x6007, 0, 2, 9)])
     writer.poll(0)
     writer.take(bytes.fromhex("80 07 60 00 30 00 09 06"), 1)
     assert writer.fault.startswith("refuses object 0x6007:0: Code 0x06090030")
@@ -137,7 +137,7 @@ def test_a_refused_write_is_told_with_its_reason():
 def test_a_write_without_an_answer_is_sent_again_and_then_given_up():
     sent = Sent()
     writer = Writer(5, sent)
-    writer.begin([Write(0x6007, 0, 2, 3)])
+    writer.begin([SdoWrite(0x6007, 0, 2, 3)])
     for n in range(TRIES + 1):
         writer.poll(n * ANSWER_NS)
     assert len(sent) == TRIES
@@ -146,7 +146,7 @@ def test_a_write_without_an_answer_is_sent_again_and_then_given_up():
 
 @given(st.lists(st.binary(max_size=8), max_size=30))
 def test_whatever_comes_a_drive_raises_nothing_and_is_not_enabled_by_it(frames):
-    drive = Drive(1, "front left", SETTING, lambda *_: None)
+    drive = Ds402Drive(1, "front left", SETTING, lambda *_: None)
     for now, data in enumerate(frames):
         for take in (drive.on_heartbeat, drive.on_emergency, drive.on_answer, drive.on_told):
             take(data, now)
@@ -161,7 +161,7 @@ def test_the_check_sum_is_that_of_sae_j1850():
 
 
 def test_a_status_of_the_bumper_byte_by_byte():
-    board = Bumper(lambda *_: None)
+    board = CanBumper(lambda *_: None)
     assert board.frame == 0x110
     board.take(well(7, "47 00 00 00 10 00 00"), 0)
     assert board.fault is None
@@ -172,7 +172,7 @@ def test_a_status_of_the_bumper_byte_by_byte():
 
 def test_a_reset_goes_out_once_the_line_is_closed_and_counts_up():
     sent = Sent()
-    board = Bumper(sent)
+    board = CanBumper(sent)
     for n in range(8):
         board.take(well(n, "61 00 00 00 10 00 00"), n)
         board.poll(n)
@@ -186,7 +186,7 @@ def test_a_reset_goes_out_once_the_line_is_closed_and_counts_up():
 
 
 def test_two_lost_frames_are_no_fault_and_a_third_is():
-    board = Bumper(lambda *_: None)
+    board = CanBumper(lambda *_: None)
     for counter in (1, 2, 5, 6):
         board.take(well(counter), 0)
     assert board.fault is None
@@ -195,7 +195,7 @@ def test_two_lost_frames_are_no_fault_and_a_third_is():
 
 
 def test_silence_counts_from_the_last_frame():
-    board = Bumper(lambda *_: None)
+    board = CanBumper(lambda *_: None)
     board.poll(0)
     board.poll(60 * MS)
     assert board.fault is None
@@ -207,7 +207,7 @@ def test_silence_counts_from_the_last_frame():
 
 
 def test_a_fault_of_the_frames_ends_only_after_good_ones_in_a_row():
-    board = Bumper(lambda *_: None)
+    board = CanBumper(lambda *_: None)
     for n in range(3):
         board.take(well(n), n)
     board.take(b"\0" * 8, 3)
@@ -220,7 +220,7 @@ def test_a_fault_of_the_frames_ends_only_after_good_ones_in_a_row():
 
 @given(st.lists(st.binary(min_size=0, max_size=8), max_size=20))
 def test_no_bytes_of_chance_pass_for_a_board_that_is_well(frames):
-    board = Bumper(lambda *_: None)
+    board = CanBumper(lambda *_: None)
     for n, data in enumerate(frames):
         board.take(data, n)
         board.poll(n)
@@ -237,7 +237,7 @@ def test_a_changed_bit_is_found(head, bit):
 
 @given(st.integers(0, 7))
 def test_each_zone_has_its_bearing_and_its_name(zone):
-    board = Bumper(lambda *_: None)
+    board = CanBumper(lambda *_: None)
     board.take(well(1, f"71 {1 << zone:02x} fa 00 10 00 00"), 0)
     [hit] = board.hits()
     assert math.cos(hit.bearing - zone * math.pi / 4) == pytest.approx(1.0)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hw.drivers.mecanum import Mecanum, Reckoning, along, filled
+from hw.drivers.can.mecanum import Mecanum, Reckoning, along, filled
 from hw.geometry import Pose2, Twist2
 from hw.robot import load_robot
 

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from hw.drivers.can_base import CanBase
+from hw.drivers.can.base import CanBase
 from hw.fakes.can_peer import CanNodes
 from hw.fakes.can_wire import Hub
 from hw.geometry import STILL, Twist2

@@ -9,10 +9,10 @@ import time
 
 import pytest
 
-from hw.drivers.chain import ENDED, SILENT, Chain
+from hw.drivers.chain.link import ENDED, SILENT, ChainLink
 from hw.geometry import STILL
-from hw.keeper import is_standing
 from hw.links.datagrams import Intake, Outlet
+from hw.safety.keeper import is_standing
 from tests.hw.drivers.chain_rig import (
     AHEAD,
     ARM_SILENT,
@@ -72,7 +72,7 @@ def test_it_drives_and_no_record_is_lost(rig):
 def test_a_second_engine_at_the_same_base_is_refused_and_the_first_goes_on(rig):
     rig.driving()
     host, port = rig.chain.address
-    second = Chain(port, {"driver": HARDWARE}, rig.run_time, opening(rig.run_time), host=host)
+    second = ChainLink(port, {"driver": HARDWARE}, rig.run_time, opening(rig.run_time), host=host)
     with pytest.raises(OSError, match=rf"{host}:{port}: .* in the hands of another engine"):
         rig.meanwhile(second.wait)
     second.close()
@@ -98,7 +98,7 @@ def test_wheels_that_cannot_be_opened_are_told():
 )
 def test_what_is_wrong_in_the_connection_is_told(given, match):
     with pytest.raises(ValueError, match=match):
-        Chain(7400, **given, now=lambda: 0, opening=opening(lambda: 0), host=own_address())
+        ChainLink(7400, **given, now=lambda: 0, opening=opening(lambda: 0), host=own_address())
 
 
 @pytest.mark.requirement(4, 5)

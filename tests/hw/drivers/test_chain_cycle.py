@@ -6,12 +6,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hw.drivers.chain_cycle import ChainCycle
-from hw.drivers.chain_settings import ChainSettings, ObserverSettings
+from hw.drivers.chain.cycle import ChainCycle
+from hw.drivers.chain.settings import ChainSettings, ObserverSettings
 from hw.geometry import STILL, Pose2, Pose3, Twist2
-from hw.links.datagrams import Told
+from hw.links.datagrams import Datagram
 from hw.robot import MotionLimits, load_robot
-from hw.safety_limits import SafetyLimits
+from hw.safety.limits import SafetyLimits
 from hw.samples import PoseSigma, TrackerPose, UserPose
 from hw.tracking import Tracking
 from tests.hw.drivers.wheels import READY_AFTER, Wheels
@@ -67,7 +67,7 @@ class Rig:
     def tell(self, source, name, value=None, stamp=None):
         self.numbers += 1
         stamp = self.now if stamp is None else stamp
-        self.chain.take(Told(source, self.numbers, name, stamp, value), self.now)
+        self.chain.take(Datagram(source, self.numbers, name, stamp, value), self.now)
 
     def speak(self):
         n, odometry = self.count, self.wheels.odometry

@@ -11,8 +11,8 @@ import pytest
 
 from hw.drivers.dummy import OF_PERSON, Dummy, DummyTrackers, DummyVr
 from hw.geometry import Pose2, Pose3
-from hw.links.datagrams import Outlet, Told
-from hw.recalled import Asked, Past, Recalled, Seen, Stood
+from hw.links.datagrams import Datagram, Outlet
+from hw.people.recalled import Asked, Past, Recalled, SeenPerson, Stood
 from hw.room import Room
 from hw.samples import Sample, TrackerPose, UserPose
 from tests.hw.drivers.rigs import Chain
@@ -26,7 +26,7 @@ DEEP = Pose3.from_yaw(4.0, 4.0, 1.3, 0.0)
 def recalled(seconds: float = 2.0) -> Recalled:
     """Somebody who walks along x at 1 m/s, seen each 20 ms, and asks from 0.5 to 1.5 s."""
     ways = [Stood(n * 20 * MS, Pose2(2.0 + 0.02 * n, 4.0), 1.0) for n in range(int(50 * seconds))]
-    seen = tuple(Seen(at_ns, UserPose(body, 0.0)) for at_ns, body, _ in ways)
+    seen = tuple(SeenPerson(at_ns, UserPose(body, 0.0)) for at_ns, body, _ in ways)
     asked = (Asked(0, None), Asked(500 * MS, DEEP), Asked(1500 * MS, None))
     return Recalled(Past("x.mcap", ways[-1].at_ns, tuple(ways), seen, asked), ROOM)
 
@@ -45,7 +45,7 @@ def dummy(chain: Chain) -> Iterator[Dummy]:
     found.close()
 
 
-def values(told: list[Told], name: str) -> list[Any]:
+def values(told: list[Datagram], name: str) -> list[Any]:
     return [one.value for one in told if one.name == name]
 
 

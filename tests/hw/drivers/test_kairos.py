@@ -9,9 +9,9 @@ from dataclasses import replace
 
 import pytest
 
-from hw.drivers.kairos import KairosBase, fastest
-from hw.drivers.kairos_link import OLD_S
-from hw.drivers.rosbridge import Bridge, yaw_of
+from hw.drivers.kairos.base import KairosBase, fastest
+from hw.drivers.kairos.link import OLD_S
+from hw.drivers.ros.rosbridge import RosbridgeClient, yaw_of
 from hw.fakes.kairos import Kairos
 from hw.geometry import STILL, Pose2, Twist2
 from hw.links.datagrams import Intake
@@ -223,7 +223,7 @@ def test_silence_is_seen_two_cycles_after_its_gate():
 
 @pytest.fixture
 def impatient(monkeypatch):
-    monkeypatch.setattr("hw.drivers.kairos_link.FIRST_S", 0.5)
+    monkeypatch.setattr("hw.drivers.kairos.link.FIRST_S", 0.5)
 
 
 @pytest.mark.parametrize(
@@ -275,13 +275,11 @@ def test_mistakes_in_the_file_are_told(body, given, said):
 def test_a_missing_package_is_one_clear_error(monkeypatch):
     monkeypatch.setitem(sys.modules, "roslibpy", None)
     with pytest.raises(OSError, match=r"rosbridge needs the extra 'ros'"):
-        Bridge("127.0.0.1", 9090)
+        RosbridgeClient("127.0.0.1", 9090)
 
 
 def test_importing_the_drivers_imports_no_vendor_library():
-    code = (
-        "import hw.drivers.kairos, hw.drivers.ros_lidar, sys; sys.exit('roslibpy' in sys.modules)"
-    )
+    code = "import hw.drivers.kairos.base, hw.drivers.ros.lidar, sys; sys.exit('roslibpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

@@ -8,14 +8,14 @@ from itertools import pairwise
 
 import pytest
 
-from hw.connection import Opening, load_connection
-from hw.drivers.chain import Chain
-from hw.drivers.observer import Observer
+from hw.connection import RunInfo, load_connection
+from hw.drivers.chain.link import ChainLink
+from hw.drivers.observer import ObserverLink
 from hw.fakes.kairos import Kairos
 from hw.geometry import Pose2, Twist2
 from hw.links.datagrams import Intake, Outlet
 from hw.robot import MotionLimits, load_robot
-from hw.safety_limits import SafetyLimits
+from hw.safety.limits import SafetyLimits
 from hw.tracking import Tracking
 from tests.hw.drivers.chain_rig import EVERY_MS
 from tests.hw.drivers.chain_rig import Rig as ChainRig
@@ -36,14 +36,14 @@ class Rig(ChainRig):
     def __init__(self):
         self.begin = time.monotonic_ns()
         self.reports, self.host = Intake(), own_address()
-        given = Opening(self.run_time, BODY, MOTION, LIMITS, Tracking.of(BODY.sensing))
+        given = RunInfo(self.run_time, BODY, MOTION, LIMITS, Tracking.of(BODY.sensing))
         self.fake = Kairos(self.host, given, tells=self.reports)
         self.fake.wait()
         entry = dict(CONNECTION.links["chain"].arguments["hardware"]) | {"host": self.host}
-        self.chain = Chain(7400, entry, self.run_time, given, host=self.host)
+        self.chain = ChainLink(7400, entry, self.run_time, given, host=self.host)
         names = ("arm", "vr", "world")
         self.outlets = {name: Outlet(name, [self.chain.address]) for name in names}
-        self.observer, self.faults = Observer(self.chain.address), Outlet("test")
+        self.observer, self.faults = ObserverLink(self.chain.address), Outlet("test")
         self.speaks, self.command = set(EVERY_MS), FULL
         self.user, self.pulled = Pose2(40.0, 0.0), []
         self._due = dict.fromkeys(EVERY_MS, 0)

@@ -10,8 +10,8 @@ import time
 
 import pytest
 
-from hw.drivers.ros_lidar import RosLidar
-from hw.drivers.ros_lidar_process import scan_of
+from hw.drivers.ros.lidar import RosLidar
+from hw.drivers.ros.lidar_process import scan_of
 from hw.fakes.kairos import Kairos
 from hw.geometry import Twist2
 from hw.links.datagrams import Intake, Outlet

@@ -8,8 +8,8 @@ import time
 
 import pytest
 
-from hw.drivers.sick_s300 import S300
-from hw.fakes.scanners import S300 as Fake
+from hw.drivers.sick.s300 import S300
+from hw.fakes.scanners import S300Peer as Fake
 from hw.links.datagrams import Outlet
 from hw.robot import load_robot
 from hw.samples import Scan
@@ -160,7 +160,7 @@ def test_a_scanner_that_starts_anew_is_found_again(rig):
 def test_a_silent_line_is_opened_anew(rig, monkeypatch):
     rig.more(1)
     rig.fake.fault("mute")
-    monkeypatch.setattr("hw.drivers.sick_s300.SILENT_S", 0.3)
+    monkeypatch.setattr("hw.drivers.sick.s300.SILENT_S", 0.3)
     silent = "the line is gone: silent"
     rig.listener.until(lambda: rig.part.health["front_laser"] == silent, rig.tell)
     rig.fake.fault("")
@@ -168,7 +168,7 @@ def test_a_silent_line_is_opened_anew(rig, monkeypatch):
 
 
 def test_a_scanner_that_is_not_there_is_told_at_opening(monkeypatch):
-    monkeypatch.setattr("hw.drivers.sick_s300.OPENING_S", 0.1)
+    monkeypatch.setattr("hw.drivers.sick.s300.OPENING_S", 0.1)
     address = {"front_laser": {"host": own_address(), "port": 4001}}
     part = S300(address, time.monotonic_ns, opening())
     with pytest.raises(OSError, match=r"front_laser: not connected: .*refused"):

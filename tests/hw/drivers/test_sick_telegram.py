@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hw.drivers.sick_telegram import STANDBY, Telegrams
+from hw.drivers.sick.telegram import STANDBY, Telegrams
 
 GOLDEN = bytes.fromhex(
     "00000000"  # no answer

@@ -19,7 +19,7 @@ from contextlib import suppress
 import pytest
 
 from hw.drivers import gates
-from hw.drivers.unity import Unity, UnityVr, ahead_ns, drained
+from hw.drivers.unity.link import Unity, UnityVr, ahead_ns, drained
 from hw.fakes.unity_client import Client
 from hw.fakes.vr_application import FRAME_NS
 from hw.geometry import Pose2, Twist2
@@ -362,7 +362,7 @@ def test_predicted_poses_may_be_further_ahead() -> None:
 
 
 def test_the_engine_loads_neither_ros_nor_numpy_for_it() -> None:
-    code = "import sys, hw.drivers.unity; print({'rosbags', 'numpy'} & sys.modules.keys())"
+    code = "import sys, hw.drivers.unity.link; print({'rosbags', 'numpy'} & sys.modules.keys())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"
 

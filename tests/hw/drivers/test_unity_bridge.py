@@ -10,11 +10,11 @@ import pytest
 
 from hw.drivers import gates
 from hw.drivers.clocks import PeerClock
-from hw.drivers.unity_bridge import DESCRIBE, NOBODY, Bridge, Bridged
-from hw.drivers.unity_inbox import Checks
-from hw.drivers.unity_session import Session
-from hw.drivers.unity_topics import FLAG, POSE, TIME, Topics
-from hw.drivers.unity_wire import KEEPALIVE, Malformed
+from hw.drivers.unity.bridge import DESCRIBE, NOBODY, Bridged, UnityBridge
+from hw.drivers.unity.inbox import Checks
+from hw.drivers.unity.session import Session
+from hw.drivers.unity.topics import FLAG, POSE, TIME, Topics
+from hw.drivers.unity.wire import KEEPALIVE, Malformed
 from hw.geometry import Pose2, Twist2
 from hw.samples import ClockState, RobotView
 from hw.tracking import Tracking
@@ -46,7 +46,7 @@ class Rig:
         self.told: list[tuple[str, int, object]] = []
         topics = Topics.of({}, {"front": "vr/front"})
         bridged = Bridged(build, topics, Checks(Tracking()), tuple("abcdef"))
-        self.bridge = Bridge(bridged, lambda *told: self.told.append(told))
+        self.bridge = UnityBridge(bridged, lambda *told: self.told.append(told))
         self.listener = socket.create_server(("127.0.0.1", 0))
         self.clients: dict[socket.socket, Session] = {}
         self.now = 10**9

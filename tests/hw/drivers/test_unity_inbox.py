@@ -7,7 +7,7 @@ import pytest
 
 from hw.drivers import gates
 from hw.drivers.clocks import PeerClock
-from hw.drivers.unity_inbox import Checks, Inbox
+from hw.drivers.unity.inbox import Checks, Inbox
 from hw.geometry import Pose2, Pose3
 from hw.samples import TrackerPose, UserPose
 from hw.tracking import Tracking

@@ -9,7 +9,7 @@ import struct
 
 import pytest
 
-from hw.drivers.unity_messages import (
+from hw.drivers.unity.messages import (
     Messages,
     frame_of,
     is_upright,

@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hw.drivers.unity_wire import (
+from hw.drivers.unity.wire import (
     KEEPALIVE,
     LONGEST_BODY,
     LONGEST_NAME,
-    Frame,
     Malformed,
     Parser,
+    UnityFrame,
     command,
     frame,
     handshake,
@@ -26,9 +26,9 @@ FRAMES = st.lists(st.tuples(NAMES, st.binary(max_size=200)), max_size=8)
 
 def test_a_frame_is_two_sizes_a_name_and_a_body_little_endian() -> None:
     assert frame("a/b", b"\x01\x02") == b"\x03\0\0\0a/b\x02\0\0\0\x01\x02"
-    assert Parser().feed(b"\x03\0\0\0a/b\x02\0\0\0\x01\x02") == [Frame("a/b", b"\x01\x02")]
+    assert Parser().feed(b"\x03\0\0\0a/b\x02\0\0\0\x01\x02") == [UnityFrame("a/b", b"\x01\x02")]
     assert frame("") == KEEPALIVE == bytes(8)
-    assert Parser().feed(bytes(8)) == [Frame("", b"")]
+    assert Parser().feed(bytes(8)) == [UnityFrame("", b"")]
 
 
 def test_the_handshake_is_what_the_connector_looks_for() -> None:
@@ -59,7 +59,7 @@ def test_frames_come_out_as_they_went_in_however_the_bytes_are_cut(frames, cuts)
         found += parser.feed(data[at:cut])
         at = max(at, cut)
 
-    assert found == [Frame(name, body) for name, body in frames]
+    assert found == [UnityFrame(name, body) for name, body in frames]
     assert parser.held == 0
 
 
@@ -80,7 +80,7 @@ def test_what_is_no_frame_is_refused_as_soon_as_it_can_be_known(data) -> None:
 @pytest.mark.parametrize("body", [b"{", b"[1]", b"\xff", b"[" * 5000, b"NaN"])
 def test_a_command_without_an_object_is_refused(body) -> None:
     with pytest.raises(Malformed):
-        Frame("__publish", body).fields()
+        UnityFrame("__publish", body).fields()
 
 
 @given(st.binary(max_size=400))

@@ -16,8 +16,8 @@ import pytest
 
 from cobodeck.connected import connect
 from cobodeck.wiring import Uses
-from hw.connection import Connection, Served
-from hw.drivers.ur import MISSING, UrArm
+from hw.connection import Connection, ServedPart
+from hw.drivers.ur.arm import MISSING, UrArm
 from hw.fakes.peers import Cb3
 from hw.samples import ArmState
 from tests.hw.drivers.rigs import PATIENCE_S, Listener, opening, own_address
@@ -47,13 +47,13 @@ def calm():
 
 
 def test_without_the_client_library_it_says_so(monkeypatch):
-    monkeypatch.setattr("hw.drivers.ur.find_spec", lambda _: None)
+    monkeypatch.setattr("hw.drivers.ur.arm.find_spec", lambda _: None)
     with pytest.raises(OSError, match="ur-rtde is not installed"):
         UrArm("127.0.0.1", opening(ROBOT), time.monotonic_ns)
 
 
 def test_the_engine_imports_no_client_library():
-    look = "import sys, hw.drivers.ur; print([m for m in sys.modules if 'rtde' in m])"
+    look = "import sys, hw.drivers.ur.arm; print([m for m in sys.modules if 'rtde' in m])"
     found = subprocess.run([sys.executable, "-c", look], capture_output=True, check=True)
     assert found.stdout == b"[]\n"
 
@@ -309,8 +309,8 @@ def test_a_fault_whose_cause_holds_is_not_acknowledged_and_says_why(calm):
 def test_a_connection_opens_it_and_the_operators_reset_has_it_started_again():
     uses = Uses(frozenset(("arm",)), frozenset(("arm.joints",)))
     here = {"host": own_address()}
-    peers = {"controller": Served("hw.fakes.peers", "Cb3", here | {"unlock": 0.0}, "peers")}
-    parts = {"arm": Served("hw.drivers.ur", "UrArm", here, "parts")}
+    peers = {"controller": ServedPart("hw.fakes.peers", "Cb3", here | {"unlock": 0.0}, "peers")}
+    parts = {"arm": ServedPart("hw.drivers.ur.arm", "UrArm", here, "parts")}
     plant = connect(Connection("own", "", "m", parts, {}, peers), opening(ROBOT), uses)
     try:
         arm, line = plant.parts["arm"], plant.parts["stop_line"]
@@ -330,7 +330,7 @@ def test_a_connection_opens_it_and_the_operators_reset_has_it_started_again():
 
 ENGINE = """
 import sys, time
-from hw.drivers.ur import UrArm
+from hw.drivers.ur.arm import UrArm
 from tests.hw.drivers.rigs import opening
 from tests.hw.drivers.ur_rig import OUT, PARKED, ROBOT, course
 arm = UrArm(sys.argv[1], opening(ROBOT), time.monotonic_ns)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hw.drivers.ur_course import CourseRun, mode_of
+from hw.drivers.ur.course import CourseRun, mode_of
 
 CYCLE = 0.008
 MOST = 16.0

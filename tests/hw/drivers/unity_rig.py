@@ -7,13 +7,13 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from hw.connection import Opening
-from hw.drivers.unity import Unity, UnityRoverTrackers, UnityTrackers, UnityVr
+from hw.connection import RunInfo
+from hw.drivers.unity.link import Unity, UnityRoverTrackers, UnityTrackers, UnityVr
 from hw.fakes.vr_application import FRAME_NS, Application
 from hw.fakes.vr_plays import Alone
 from hw.geometry import Pose2, Pose3
 from hw.robot import MotionLimits, load_robot
-from hw.safety_limits import SafetyLimits
+from hw.safety.limits import SafetyLimits
 from hw.samples import Sample, UserPose
 from hw.tracking import Tracking
 from tests.hw.drivers.rigs import own_address
@@ -24,11 +24,11 @@ MAP_FROM_VIVE = Pose3.from_yaw(3.0, -1.0, 0.0, 0.8)
 PATIENCE_S = 10.0
 
 
-def an_opening(now: Callable[[], int]) -> Opening:
+def an_opening(now: Callable[[], int]) -> RunInfo:
     """What a driver is told of a run in a tracking frame that is not the map's."""
     tracking = Tracking(MAP_FROM_VIVE, Tracking.of(ROBOT.sensing).mounts)
     limits = MotionLimits(base_acceleration=1.0)
-    return Opening(now, ROBOT, limits, SafetyLimits.of(ROBOT, limits), tracking)
+    return RunInfo(now, ROBOT, limits, SafetyLimits.of(ROBOT, limits), tracking)
 
 
 class Standing:

@@ -4,11 +4,11 @@ import select
 import threading
 import time
 
-from hw.drivers.ur import UrArm
+from hw.drivers.ur.arm import UrArm
 from hw.fakes.peers import Cb3
 from hw.links.datagrams import Intake
 from hw.robot import load_robot
-from hw.stop_line import StopLatch
+from hw.safety.stop_line import StopLatch
 from tests.hw.drivers.rigs import PATIENCE_S, opening, own_address
 
 ROBOT = load_robot("rbkairos_ur10")

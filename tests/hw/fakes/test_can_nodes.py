@@ -3,7 +3,7 @@
 import can
 import pytest
 
-from hw.fakes.bumper import Board, check_sum
+from hw.fakes.bumper import FakeBumper, check_sum
 from hw.fakes.can_wire import open_wire
 from hw.fakes.nodes import Nodes
 
@@ -161,7 +161,7 @@ def test_lost_frames_are_lost_by_chance_and_none_once_all_is_well(mapped):
 
 def test_frames_of_the_board_by_hand():
     sent, line = [], []
-    board = Board(lambda identifier, data: sent.append((identifier, data)), line.append)
+    board = FakeBumper(lambda identifier, data: sent.append((identifier, data)), line.append)
     board.step(0)
     board.step(10 * MS)
     board.touch(1.6)

@@ -9,7 +9,7 @@ import pytest
 from websockets.sync.client import connect
 
 from hw.fakes.kairos import Kairos
-from hw.fakes.kairos_robot import Robot
+from hw.fakes.kairos_robot import KairosWheels
 from hw.links.datagrams import Intake
 from tests.hw.drivers.rigs import PATIENCE_S, opening, own_address
 
@@ -163,7 +163,7 @@ TWIST = {"linear": {"x": 0.3, "y": 0.4}, "angular": {"z": 0.0}}
 
 
 def test_the_robot_drives_on_for_its_watchdog_and_then_brakes_with_its_ramp():
-    robot = Robot()
+    robot = KairosWheels()
     for _ in range(100):
         robot.command(TWIST)
         robot.step(0.01)
@@ -175,6 +175,6 @@ def test_the_robot_drives_on_for_its_watchdog_and_then_brakes_with_its_ramp():
 
 
 def test_its_emergency_stop_beats_every_command():
-    robot = Robot(stopped=True)
+    robot = KairosWheels(stopped=True)
     robot.command(TWIST)
     assert moved(robot, 50)[0] == 0.0

@@ -8,7 +8,7 @@ import time
 import pytest
 
 from hw.fakes.s300 import checksum, telegram
-from hw.fakes.scanners import S300
+from hw.fakes.scanners import S300Peer
 from hw.links.datagrams import Intake, Outlet
 from hw.samples import Scan
 from tests.hw.drivers.rigs import own_address
@@ -44,7 +44,7 @@ def test_it_asks_a_world_for_scans_and_sends_them_when_they_are_over():
     host = own_address()
     world = World(host)
     scanners = {"front_laser": {"host": host, "port": 4001}}
-    fake = S300(scanners, tells=world)
+    fake = S300Peer(scanners, tells=world)
     fake.wait()
     line = socket.create_connection((host, 4001), 5.0)
     heard = []
@@ -70,7 +70,7 @@ def test_it_asks_a_world_for_scans_and_sends_them_when_they_are_over():
 def test_a_port_in_use_is_refused():
     host = own_address()
     scanners = {"front_laser": {"host": host, "port": 4001}}
-    first, second = (S300(scanners) for _ in range(2))
+    first, second = (S300Peer(scanners) for _ in range(2))
     refused = 0
     for fake in (first, second):
         try:

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from hw.drivers.unity_wire import KEEPALIVE, Parser, handshake
+from hw.drivers.unity.wire import KEEPALIVE, Parser, handshake
 from hw.fakes.peers import VrClient
 from hw.fakes.unity_client import POSE, Client
 from hw.fakes.vr_application import FAULTS

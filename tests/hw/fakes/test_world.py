@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from hw.connection import Opening, Play
-from hw.fakes.world import World
+from hw.connection import HostedScene, RunInfo
+from hw.fakes.world import WorldPeer
 from hw.geometry import Pose2
 from hw.links.datagrams import Intake, Outlet
 from hw.robot import MotionLimits, load_robot
-from hw.safety_limits import SafetyLimits
+from hw.safety.limits import SafetyLimits
 from hw.scene import load_scene
 from hw.sim.errors import SensorErrors
 from hw.tracking import Tracking
@@ -41,17 +41,17 @@ def now():
 
 def opening(play):
     safety = SafetyLimits.of(ROBOT, MOTION)
-    return Opening(now, ROBOT, MOTION, safety, Tracking.of(ROBOT.sensing), play)
+    return RunInfo(now, ROBOT, MOTION, safety, Tracking.of(ROBOT.sensing), play)
 
 
-def play(folder: Path) -> Play:
+def play(folder: Path) -> HostedScene:
     user = folder / "quick.yaml"
     user.write_text(USER)
-    return Play(SCENE, str(user), SensorErrors())
+    return HostedScene(SCENE, str(user), SensorErrors())
 
 
-def running(play: Play) -> Iterator[World]:
-    found = World(7500, opening(play), own_address(), now=now)
+def running(play: HostedScene) -> Iterator[WorldPeer]:
+    found = WorldPeer(7500, opening(play), own_address(), now=now)
     try:
         found.wait()
         yield found
@@ -60,13 +60,13 @@ def running(play: Play) -> Iterator[World]:
 
 
 @pytest.fixture
-def world(tmp_path: Path) -> Iterator[World]:
+def world(tmp_path: Path) -> Iterator[WorldPeer]:
     """One of the test's own."""
     yield from running(play(tmp_path))
 
 
 @pytest.fixture(scope="module")
-def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WorldPeer]:
     """One of all tests that neither wait for its person nor end it."""
     yield from running(play(tmp_path_factory.mktemp("world")))
 
@@ -205,8 +205,10 @@ def test_a_world_that_has_died_is_told_once(world):
 def test_a_world_without_a_room_and_one_whose_user_is_unknown_are_refused():
     host = own_address()
     with pytest.raises(ValueError, match="--scene"):
-        World(7500, opening(None), host, now=now)
-    strange = World(7500, opening(Play(SCENE, "nobody_at_all", SensorErrors())), host, now=now)
+        WorldPeer(7500, opening(None), host, now=now)
+    strange = WorldPeer(
+        7500, opening(HostedScene(SCENE, "nobody_at_all", SensorErrors())), host, now=now
+    )
     try:
         with pytest.raises(OSError, match="nobody_at_all"):
             strange.wait()
@@ -216,7 +218,7 @@ def test_a_world_without_a_room_and_one_whose_user_is_unknown_are_refused():
 
 def test_an_address_is_taken_once(shared):
     host = shared.address[0]
-    another = World(7500, opening(Play(SCENE, None, SensorErrors())), host, now=now)
+    another = WorldPeer(7500, opening(HostedScene(SCENE, None, SensorErrors())), host, now=now)
     try:
         with pytest.raises(OSError, match="in use"):
             another.wait()

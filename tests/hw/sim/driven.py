@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from hw.geometry import Pose2, Twist2
-from hw.live import LivePerson
+from hw.people.live import LivePerson
 from hw.robot import MotionLimits, load_robot
 from hw.samples import UserPose
 from hw.scene import Scene, load_scene

@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hw.geometry import Pose2, Twist2, wrap
-from hw.guarded import GuardedBase
 from hw.robot import MotionLimits, load_robot
-from hw.safety_limits import SafetyLimits
+from hw.safety.guarded import GuardedBase
+from hw.safety.limits import SafetyLimits
 from hw.sim.base import SimBase
 
 ROBOT = load_robot("rbkairos_ur10")

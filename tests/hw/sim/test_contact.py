@@ -7,7 +7,7 @@ from shapely import affinity
 from shapely.geometry import LineString, Point, box
 
 from hw.geometry import Pose2
-from hw.person import RADIUS
+from hw.people.person import RADIUS
 from hw.robot import load_robot
 from hw.sim.contact import gap, rectangle_segment_distance, swept_gap
 

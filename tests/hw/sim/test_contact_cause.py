@@ -8,8 +8,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from hw.geometry import STILL, Pose2, Pose3, Twist2
-from hw.live import LivePerson
-from hw.person import RADIUS
+from hw.people.live import LivePerson
+from hw.people.person import RADIUS
 from hw.robot import load_robot
 from hw.samples import UserPose
 from hw.sim.contact import first_touch

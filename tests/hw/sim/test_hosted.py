@@ -10,13 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hw.connection import Play
+from hw.connection import HostedScene
 from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.robot import MotionLimits, load_robot
 from hw.samples import BumperHit, UserPose
 from hw.scene import load_scene
 from hw.sim.errors import SensorErrors
-from hw.sim.hosted import DRIVES, EVALUATOR, SCANNERS, STEP_NS, VR, Hosted
+from hw.sim.hosted import DRIVES, EVALUATOR, SCANNERS, STEP_NS, VR, HostedWorld
 from hw.sim.hosted_base import SILENT_NS, HostedArm, HostedBase, twist_of
 
 ROBOT = load_robot("rbkairos_ur10")
@@ -36,7 +36,7 @@ def rates_of(twist):
 
 
 def hosted(user="demo", requests=1, sensing=NO_SLIP):
-    return Hosted(Play(SCENE, user, sensing, requests=requests), ROBOT, MOTION)
+    return HostedWorld(HostedScene(SCENE, user, sensing, requests=requests), ROBOT, MOTION)
 
 
 def step(world, count=1, twist=None):

@@ -5,11 +5,11 @@ import statistics
 import pytest
 
 from hw.geometry import Pose2, Pose3, Twist2
-from hw.live import LivePerson
+from hw.people.live import LivePerson
 from hw.robot import MotionLimits, load_robot
 from hw.samples import UserPose
 from hw.scene import load_scene
-from hw.sim.sensors import Noise, SensorModel
+from hw.sim.sensors import SensorModel, WhiteNoise
 from hw.sim.world import World
 
 ROBOT = load_robot("rbkairos_ur10")
@@ -93,7 +93,7 @@ def test_noise_is_on_the_samples_and_never_on_the_truth():
 
 
 def test_the_noise_is_as_large_as_it_is_said_to_be():
-    noise = Noise(3, "base.pose", 0.02)
+    noise = WhiteNoise(3, "base.pose", 0.02)
     errors = [noise.error(tick(n)) for n in range(3000)]
     for name, sigma in (("x", 0.02), ("y", 0.02), ("yaw", 0.01)):
         found = [getattr(error, name) for error in errors]
@@ -115,7 +115,7 @@ def test_noise_belongs_to_seed_source_and_stamp_alone():
     assert alone.values("user.pose") == first.values("user.pose")
     without = Run(seed=1, pose_noise=0.01)
     assert without.values("base.pose") == first.values("base.pose")
-    errors = [Noise(1, name, 0.01).error(0) for name in ("base.pose", "user.pose")]
+    errors = [WhiteNoise(1, name, 0.01).error(0) for name in ("base.pose", "user.pose")]
     assert errors[0] != errors[1]
 
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from states.arm.collision import Surroundings
-from states.arm.kinematics import Chain
+from states.arm.kinematics import KinematicChain
 from states.arm.model import Manipulator, load_manipulator
 
 
@@ -19,8 +19,8 @@ def arm() -> Manipulator:
 
 
 @pytest.fixture(scope="session")
-def chain(arm: Manipulator) -> Chain:
-    return Chain.of(arm)
+def chain(arm: Manipulator) -> KinematicChain:
+    return KinematicChain.of(arm)
 
 
 class ScrewArm:

@@ -14,7 +14,7 @@ from hw.prop import prop_names
 from hw.robot import load_robot, robot_names
 from states.arm import kernels
 from states.arm.collision import (
-    Checker,
+    CollisionChecker,
     CollisionModel,
     Cylinder,
     Surroundings,
@@ -37,7 +37,7 @@ def model(arm):
 
 @pytest.fixture(scope="module")
 def alone(model):
-    return Checker.of(model, Surroundings.empty())
+    return CollisionChecker.of(model, Surroundings.empty())
 
 
 def between(a, b, n=2001):
@@ -96,7 +96,7 @@ def surface_points(model, q, rng, n=400):
 def test_a_clearance_is_never_larger_than_the_distance_of_any_point_of_the_arm(model, sets):
     walls = np.array([[0.9, -2.0, 0.9, 2.0, 0.0, 3.0], [-1.0, 0.8, 1.0, 0.9, 0.0, 1.0]])
     person = np.array([[-0.9, 0.2, 0.3, 0.0, 1.8]])
-    checker = Checker.of(model, Surroundings(walls, person))
+    checker = CollisionChecker.of(model, Surroundings(walls, person))
     for q in sets.anywhere(200):
         points, which = surface_points(model, q, sets.rng)
         moving = points[which >= model.body.first]
@@ -149,7 +149,7 @@ def test_with_every_prop_the_parked_arm_stays_inside_and_clear(arm, robot, prop)
     of_the_profile = arm.tool.parked_paper  # `paper` parks so, whatever the arm holds
     for parked in (held.tool.parked, held.tool.parked_paper, of_the_profile):
         assert inside_frame(model, parked, 1.13, 0.91) > 0.01
-        assert Checker.of(model, Surroundings.empty()).clearance(parked)[0] >= 0.015
+        assert CollisionChecker.of(model, Surroundings.empty()).clearance(parked)[0] >= 0.015
 
 
 def test_an_arm_stretched_ahead_stands_out_of_the_frame(model):
@@ -164,7 +164,7 @@ def sampled(start, goal, step=0.01):
 @pytest.mark.requirement(43)
 def test_a_free_line_keeps_half_the_margin_everywhere_and_a_blocked_one_is_blocked(model, sets):
     person = Surroundings.seen_from(Pose2(0, 0), cylinders=[Cylinder(1.0, 0.3, 0.25, 1.8)])
-    checker = Checker.of(model, person, margin=0.01)
+    checker = CollisionChecker.of(model, person, margin=0.01)
     starts = sets.anywhere(600)
     starts = starts[checker.free(starts)]
     free = 0
@@ -199,7 +199,7 @@ def test_a_curved_piece_is_checked_as_exactly(alone, sets):
 @pytest.mark.requirement(43)
 def test_a_thin_pole_between_two_samples_is_not_missed(model):
     pole = Surroundings(np.zeros((0, 6)), np.array([[0.9, 0.0, 0.001, 0.0, 2.0]]))
-    checker = Checker.of(model, pole)
+    checker = CollisionChecker.of(model, pole)
     left, right = np.array([-1.2, -0.6, 0, -1.57, 0, 0]), np.array([1.2, -0.6, 0, -1.57, 0, 0])
     assert checker.free([left, right]).all()
     assert not checker.line_free(left, right)
@@ -211,8 +211,8 @@ def test_an_arm_that_reaches_through_a_thin_wall_touches_it(model, alone):
     wall = Surroundings.seen_from(Pose2(0, 0), walls=[(0.6, -2.0, 0.6, 2.0)])
     behind = Surroundings.seen_from(Pose2(0, 0), walls=[(-0.6, -2.0, -0.6, 2.0)])
     assert alone.free(ahead)[0]
-    assert not Checker.of(model, wall).free(ahead)[0]
-    assert Checker.of(model, behind).free(ahead)[0]
+    assert not CollisionChecker.of(model, wall).free(ahead)[0]
+    assert CollisionChecker.of(model, behind).free(ahead)[0]
 
 
 def test_a_sweep_stops_when_its_budget_is_used_up(alone, arm):
@@ -240,7 +240,7 @@ def test_the_answer_does_not_depend_on_where_in_the_map_rover_and_person_are(mod
     )
     far = (*rover.transform(at[0] + 1.0, at[1]),)
     there = Surroundings.seen_from(rover, [(x, y, *far)], [Cylinder(x, y, 0.5, 1.8)], within=10)
-    one, other = (Checker.of(model, s).clearance(q)[0] for s in (here, there))
+    one, other = (CollisionChecker.of(model, s).clearance(q)[0] for s in (here, there))
     assert one == pytest.approx(other, abs=1e-9)
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from hw.calibration import load_calibration
 from states.arm.inverse import forward_all, inverse, inverse_near, nearest_copies, warm_up
-from states.arm.kinematics import Chain, deviation, forward, inverted
+from states.arm.kinematics import KinematicChain, deviation, forward, inverted
 
 
 def turned(q):
@@ -175,7 +175,7 @@ def test_what_is_near_enough_is_the_callers_choice(chain, screws, gap, accepted)
 @pytest.mark.requirement(43)
 @pytest.mark.parametrize("kind", ["anywhere", "wrist", "elbow", "shoulder"])
 def test_a_calibrated_arm_is_solved_as_exactly(arm, sets, kind):
-    chain = Chain.of(arm.calibrated(load_calibration()))
+    chain = KinematicChain.of(arm.calibrated(load_calibration()))
     targets = forward(chain, getattr(sets, kind)(300))
     found = inverse(chain, targets)
     distance, angle = deviation(forward_all(chain, found.joints), targets[:, None])
@@ -185,7 +185,7 @@ def test_a_calibrated_arm_is_solved_as_exactly(arm, sets, kind):
 
 
 def test_the_nominal_solution_misses_by_millimetres_on_the_calibrated_arm(arm, chain, sets):
-    real = Chain.of(arm.calibrated(load_calibration()))
+    real = KinematicChain.of(arm.calibrated(load_calibration()))
     targets = forward(chain, sets.anywhere(1000))
     found = inverse(chain, targets)
     distance, _ = deviation(forward_all(real, found.joints), targets[:, None])
@@ -210,7 +210,7 @@ def test_a_joint_at_its_limit_keeps_its_limit(chain):
 
 
 def test_branches_outside_the_joint_limits_are_left_out(chain, sets):
-    narrow = Chain(
+    narrow = KinematicChain(
         chain.base, chain.origins, chain.tip, chain.dh,
         np.full(6, -1.0), np.full(6, 1.0), chain.max_speed, nominal=True,
     )  # fmt: skip

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from hw.calibration import load_calibration
 from hw.prop import Placement
 from states.arm.kinematics import (
-    Chain,
+    KinematicChain,
     deviation,
     forward,
     inverted,
@@ -34,7 +34,7 @@ def test_forward_kinematics_agrees_with_screw_theory(chain, screws, sets):
 @pytest.mark.requirement(26)
 def test_forward_kinematics_of_a_calibrated_arm_agrees_with_a_chain_of_rotations(arm, sets):
     measured = load_calibration()
-    chain = Chain.of(arm.calibrated(measured))
+    chain = KinematicChain.of(arm.calibrated(measured))
     for q in sets.anywhere(50):
         turn, place = Rotation.from_euler("z", math.pi), np.array([0, 0, 0.511])
         for joint, value in zip(measured, q, strict=True):
@@ -69,7 +69,7 @@ def test_one_pose_and_many_give_the_same_bits(chain, sets):
 
 @pytest.mark.requirement(26)
 def test_the_jacobian_is_the_derivative_of_the_forward_kinematics(arm, sets):
-    chain, h = Chain.of(arm.calibrated(load_calibration())), 1e-6
+    chain, h = KinematicChain.of(arm.calibrated(load_calibration())), 1e-6
     for q in sets.anywhere(50):
         found = jacobian(chain, q)
         for k in range(6):

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from hw.prop import load_prop, prop_names
-from states.arm.collision import Checker, CollisionModel, Surroundings
-from states.arm.kinematics import Chain, forward
+from states.arm.collision import CollisionChecker, CollisionModel, Surroundings
+from states.arm.kinematics import KinematicChain, forward
 from states.arm.planning import Plan, Query, goals_at, plan
 from states.arm.trajectory import ArmLimits
 from states.arm.urdf import read_urdf
@@ -107,7 +107,7 @@ def test_the_meshes_stand_where_the_chain_says(meshes, chain, sets):
 
 @pytest.mark.requirement(43)
 def test_what_the_capsules_call_free_is_free(meshes, arm, sets):
-    checker = Checker.of(CollisionModel.of(arm), Surroundings.empty(), margin=0.0)
+    checker = CollisionChecker.of(CollisionModel.of(arm), Surroundings.empty(), margin=0.0)
     q = sets.anywhere(2000)
     free = q[checker.free(q)]
     gaps = np.array([meshes.gap(row) for row in free])
@@ -138,7 +138,7 @@ def test_the_makers_description_is_read_with_its_meshes_and_stands_as_pinocchio_
             expected = data.oMf[model.getFrameId(link)].homogeneous
             assert np.abs(pose - expected).max() <= 1e-12
         tip = data.oMf[model.getFrameId("ee_link")].homogeneous
-        assert np.abs(forward(Chain.of(imported), q) - tip).max() <= 1e-12
+        assert np.abs(forward(KinematicChain.of(imported), q) - tip).max() <= 1e-12
 
 
 @pytest.mark.requirement(17, 26)
@@ -168,7 +168,7 @@ def test_no_plan_makes_the_meshes_touch(meshes, arm, chain, problems, count, par
     even = ArmLimits.even(arm.max_speed, *limits)
     solved = 0
     for problem in problems[:count]:
-        checker = Checker.of(model, problem.around)
+        checker = CollisionChecker.of(model, problem.around)
         answer = plan(Query(chain, checker, even, start, goals_at(chain, problem.deep, start)))
         if isinstance(answer, Plan):
             solved += 1

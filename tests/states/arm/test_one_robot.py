@@ -8,7 +8,7 @@ from behaviors.profile import load_profile
 from hw.robot import load_robot
 from hw.room import Room
 from states.arm.model import Manipulator
-from states.site import Site
+from states.environment import Environment
 
 ROBOT = load_robot("rbkairos_ur10")
 ROOM = Room(outer=((0.0, 0.0), (9.0, 0.0), (9.0, 9.0), (0.0, 9.0)))
@@ -30,7 +30,7 @@ def test_the_parked_poses_are_those_that_were_checked_for_the_bumper_frame(
     arm: Manipulator,
 ) -> None:
     def parked(profile: str) -> tuple[float, ...]:
-        site: Site = load_profile(profile).site(ROOM, ROBOT)
+        site: Environment = load_profile(profile).site(ROOM, ROBOT)
         return site.workspace.parked
 
     assert ROBOT.arm.parked == parked("tuned") == arm.tool.parked

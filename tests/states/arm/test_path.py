@@ -5,15 +5,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from states.arm.collision import Checker, CollisionModel, Surroundings
-from states.arm.path import Path, first_contact, rounded
+from states.arm.collision import CollisionChecker, CollisionModel, Surroundings
+from states.arm.path import JointPath, first_contact, rounded
 
 seeds = st.integers(0, 10_000)
 
 
 @pytest.fixture(scope="module")
 def alone(arm):
-    return Checker.of(CollisionModel.of(arm), Surroundings.empty())
+    return CollisionChecker.of(CollisionModel.of(arm), Surroundings.empty())
 
 
 def corners(seed, n=4):
@@ -24,7 +24,7 @@ def corners(seed, n=4):
 @given(seeds, st.lists(st.floats(0.0, 0.4), min_size=2, max_size=2))
 def test_a_path_leads_from_the_first_point_to_the_last_at_unit_speed(seed, rounding):
     points = corners(seed)
-    path = Path.through(points, rounding)
+    path = JointPath.through(points, rounding)
     s = np.linspace(0, path.length, 3001)
     q, slope, _ = path.at(s)
     assert q[0] == pytest.approx(points[0])
@@ -37,7 +37,7 @@ def test_a_path_leads_from_the_first_point_to_the_last_at_unit_speed(seed, round
 @settings(deadline=None, max_examples=100)
 @given(seeds, st.lists(st.floats(0.01, 0.4), min_size=2, max_size=2))
 def test_slope_and_bend_are_the_derivatives_and_rounded_corners_have_no_jump(seed, rounding):
-    path = Path.through(corners(seed), rounding)
+    path = JointPath.through(corners(seed), rounding)
     h = 1e-6
     s = np.random.default_rng(seed).uniform(h, path.length - h, 300)
     before, after = path.at(s - h), path.at(s + h)
@@ -54,24 +54,24 @@ def test_slope_and_bend_are_the_derivatives_and_rounded_corners_have_no_jump(see
 @given(seeds, st.floats(0.01, 0.4))
 def test_a_rounded_corner_stays_within_half_its_cut_of_the_corner(seed, cut):
     points = corners(seed, 3)
-    path = Path.through(points, [cut])
+    path = JointPath.through(points, [cut])
     q, _, _ = path.at(np.linspace(0, path.length, 3001))
     miss = np.linalg.norm(q - points[1], axis=1).min()
     assert miss <= 0.5 * cut + 1e-3
 
 
 def test_a_corner_without_rounding_is_sharp_and_known_to_be():
-    path = Path.through(corners(1), [0.0, 0.3])
+    path = JointPath.through(corners(1), [0.0, 0.3])
     assert path.sharp().tolist() == [True, False, False]
 
 
 def test_points_that_do_not_differ_make_no_piece():
     point = np.arange(6.0)
-    still = Path.through([point, point])
+    still = JointPath.through([point, point])
     assert still.length == 0.0
     assert still.goal.tolist() == point.tolist()
     assert still.at(np.array([0.0, 1.0]))[1].any() == np.False_
-    assert len(Path.through([point, point, point + 1.0, point + 1.0]).pieces) == 1
+    assert len(JointPath.through([point, point, point + 1.0, point + 1.0]).pieces) == 1
 
 
 @pytest.mark.requirement(43)
@@ -80,14 +80,14 @@ def test_the_first_contact_of_a_path_is_found_also_from_the_middle(alone, arm):
     folded_in = parked.copy()
     folded_in[2] = -3.1
     away = parked + np.array([0.5, 0, 0, 0, 0, 0])
-    path = Path.through([away, parked, folded_in])
+    path = JointPath.through([away, parked, folded_in])
     contact = first_contact(alone, path)
     assert contact is not None
     assert contact > 0.5
     assert first_contact(alone, path, since=0.7 * contact) == pytest.approx(contact, abs=0.02)
     q = path.at(np.array([contact]))[0]
     assert alone.clearance(q)[0] < alone.margin
-    assert first_contact(alone, Path.through([away, parked])) is None
+    assert first_contact(alone, JointPath.through([away, parked])) is None
     assert first_contact(alone, path, since=path.length) is None
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from states.arm.collision import Checker, CollisionModel, Surroundings
+from states.arm.collision import CollisionChecker, CollisionModel, Surroundings
 from states.arm.kinematics import deviation, forward
 from states.arm.path import first_contact
 from states.arm.planning import (
@@ -44,7 +44,7 @@ def tuned(arm):
 
 
 def ask(chain, model, problem, start, limits):
-    checker = Checker.of(model, problem.around)
+    checker = CollisionChecker.of(model, problem.around)
     return Query(chain, checker, limits, start, goals_at(chain, problem.deep, start))
 
 
@@ -218,7 +218,7 @@ def test_when_the_budget_is_used_up_there_is_no_plan_and_it_says_so(paper_answer
 @pytest.mark.requirement(82)
 def test_reasons_name_what_is_in_the_way(chain, model, arm, tuned):
     start = np.array(arm.tool.parked)
-    alone = Checker.of(model, Surroundings.empty())
+    alone = CollisionChecker.of(model, Surroundings.empty())
     nowhere = Query(chain, alone, tuned, start, np.zeros((0, 6)))
     assert plan(nowhere).reason.startswith("out of reach")
     into_itself = np.array([[0, -1.57, 3.1, 0, 0, 0]])
@@ -232,7 +232,7 @@ def test_reasons_name_what_is_in_the_way(chain, model, arm, tuned):
 def test_an_arm_closer_than_the_margin_may_still_leave(chain, model, arm, tuned):
     parked = np.array(arm.tool.parked)
     lowered = (np.array([0.3, t, 0.6, -1.3, -1.57, 0.0]) for t in np.arange(-0.8, 1.0, 0.001))
-    alone = Checker.of(model, Surroundings.empty())
+    alone = CollisionChecker.of(model, Surroundings.empty())
     low = next(q for q in lowered if alone.clearance(q)[0] < 0.004)
     assert 0.0 < alone.clearance(low)[0] < alone.margin
     answer = plan(Query(chain, alone, tuned, low, parked[None]))

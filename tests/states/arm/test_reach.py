@@ -7,7 +7,7 @@ import pytest
 
 from hw.geometry import Pose2, Pose3
 from states.arm.collision import CollisionModel, Cylinder
-from states.arm.reach import ANGLES, Place, Reach, around, disc, level, seen_from
+from states.arm.reach import ANGLES, Reach, ReachPlace, around, disc, level, seen_from
 from states.arm.trajectory import ArmLimits
 
 HEIGHTS = [round(0.5 + 0.1 * i, 1) for i in range(15)]
@@ -26,7 +26,7 @@ def limits(arm):
 def ranked(reach, arm, limits, poses, deep, place=None, drives=None, tolerance=(0.2, 0.1)):
     """The ranking, and how often it yielded."""
     work = reach.ranked(
-        poses, deep, place or Place(), drives or [1.0] * len(poses), tolerance,
+        poses, deep, place or ReachPlace(), drives or [1.0] * len(poses), tolerance,
         arm.tool.parked, limits,
     )  # fmt: skip
     yields = 0
@@ -103,7 +103,7 @@ def test_a_pose_that_reaches_from_its_rings_reaches_from_the_whole_disc(reach, a
             best.pose.y + size * math.sin(angle),
             best.pose.yaw + sets.rng.uniform(-0.1, 0.1),
         )
-        assert reach.reached([off], deep, Place())[0]
+        assert reach.reached([off], deep, ReachPlace())[0]
 
 
 @pytest.mark.requirement(76, 78)
@@ -149,12 +149,12 @@ def test_a_pose_that_cannot_reach_at_all_comes_last_with_no_time(reach, arm, lim
 def test_a_wall_or_a_person_in_the_way_takes_the_reach(reach):
     deep = level(0.0, 0.0, 1.0, 0.0)
     pose = around(deep, [0.0], [1.0])
-    assert reach.reached(pose, deep, Place()).tolist() == [True]
-    assert reach.reached(pose, deep, Place(walls=[(0.1, -3, 0.1, 3)])).tolist() == [False]
+    assert reach.reached(pose, deep, ReachPlace()).tolist() == [True]
+    assert reach.reached(pose, deep, ReachPlace(walls=[(0.1, -3, 0.1, 3)])).tolist() == [False]
     person = Cylinder(0.0, 0.0, 0.3, 1.8)
-    assert reach.reached(pose, deep, Place(people=[person])).tolist() == [False]
+    assert reach.reached(pose, deep, ReachPlace(people=[person])).tolist() == [False]
     behind = Cylinder(-0.85, 0.0, 0.5, 1.8)
-    assert reach.reached(pose, deep, Place(people=[behind])).tolist() == [True]
+    assert reach.reached(pose, deep, ReachPlace(people=[behind])).tolist() == [True]
 
 
 def test_a_disc_has_its_centre_and_two_rings():

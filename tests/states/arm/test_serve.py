@@ -18,10 +18,10 @@ from hw.robot import FOLDER as ROBOTS
 from hw.robot import load_robot
 from hw.samples import EXACT, UserPose
 from hw.sim.arm import SimArm
-from states.arm.motion import Look
+from states.arm.motion import ArmSituation
 from states.arm.planning import Plan, plan
 from states.arm.states import ParkArm, ReachDeep
-from states.site import Site
+from states.environment import Environment
 
 HZ = 30
 ANGLES = [math.radians(degrees) for degrees in (0, 30, -30, 60, -60, 90, -90)]
@@ -30,7 +30,7 @@ ANGLES = [math.radians(degrees) for degrees in (0, 30, -30, 60, -60, 90, -90)]
 class Rig:
     """A simulated arm, and a state that moves it, tick by tick."""
 
-    def __init__(self, site: Site, context: Any, base: Pose2, user: Pose2) -> None:
+    def __init__(self, site: Environment, context: Any, base: Pose2, user: Pose2) -> None:
         self.arm = SimArm(site.robot.arm)
         values = {
             "site": site,
@@ -58,7 +58,7 @@ class Rig:
         return None
 
 
-def request(rng: np.random.Generator, site: Site) -> tuple[Pose2, Pose3, Pose2]:
+def request(rng: np.random.Generator, site: Environment) -> tuple[Pose2, Pose3, Pose2]:
     """A user, their DEEP, and the rover up to 0.2 m and 0.1 rad off the best of its poses."""
     user = Pose2(5.0, 4.0, rng.uniform(-math.pi, math.pi))
     deep = Pose3.from_yaw(*user.transform(0.85, 0.0), rng.uniform(0.5, 1.5), user.yaw)
@@ -89,7 +89,7 @@ def errors(screws: Any, base: Pose2, joints: tuple[float, ...], deep: Pose3) -> 
 @pytest.mark.requirement(44, 47, 79, 80, 84, 143)
 @pytest.mark.parametrize("count", [20, pytest.param(300, marks=pytest.mark.slow)])
 def test_every_request_is_served_to_5_mm_wherever_the_rover_stands_in_its_tolerance(
-    site: Site, context: Any, screws: Any, count: int
+    site: Environment, context: Any, screws: Any, count: int
 ) -> None:
     rng = np.random.default_rng(5)
     for _ in range(count):
@@ -107,7 +107,7 @@ def test_every_request_is_served_to_5_mm_wherever_the_rover_stands_in_its_tolera
 @pytest.mark.requirement(44, 82, 147)
 @pytest.mark.parametrize("height", [1.6, 1.65, 1.7, 1.8, 2.0])
 def test_high_deeps_are_met_within_the_tolerance_or_it_is_told_by_how_much_they_are_missed(
-    site: Site, context: Any, screws: Any, height: float
+    site: Environment, context: Any, screws: Any, height: float
 ) -> None:
     user = Pose2(5.0, 4.0, 0.4)
     deep = Pose3.from_yaw(*user.transform(0.85, 0.0), height, user.yaw)
@@ -156,7 +156,7 @@ BASE = Pose2(6.85, 4.0, math.pi)
 
 
 @pytest.fixture
-def rig(site: Site, context: Any) -> Rig:
+def rig(site: Environment, context: Any) -> Rig:
     return Rig(site, context, BASE, USER)
 
 
@@ -171,7 +171,7 @@ def test_a_deep_inside_a_person_is_blocked_and_says_by_what(rig: Rig) -> None:
 
 @pytest.mark.requirement(43, 45)
 def test_whoever_steps_into_the_way_stops_the_arm_before_it_touches_them(
-    rig: Rig, site: Site
+    rig: Rig, site: Environment
 ) -> None:
     run = ReachDeep().run(rig.ctx, deep=DEEP)
     assert rig.run(run, 0.4) is None
@@ -182,7 +182,7 @@ def test_whoever_steps_into_the_way_stops_the_arm_before_it_touches_them(
     assert rig.run(run, 3.0) == "blocked"
 
     assert not rig.arm.state.moving
-    look = Look(BASE, stepped, rig.arm.state.joints)
+    look = ArmSituation(BASE, stepped, rig.arm.state.joints)
     assert site.workspace.checker(look, DEEP).clearance(np.array(look.joints))[0] > 0.0
 
 
@@ -198,9 +198,11 @@ def test_a_user_who_only_shifts_does_not_stop_the_arm(rig: Rig) -> None:
 
 
 @pytest.mark.requirement(45)
-def test_a_jerk_limit_of_the_profile_is_kept_on_the_way(site: Site) -> None:
-    smooth = Site(site.room, site.robot, replace(site.limits, arm_jerk=40.0), site.navigation)
-    look = Look(BASE, USER, site.robot.arm.parked)
+def test_a_jerk_limit_of_the_profile_is_kept_on_the_way(site: Environment) -> None:
+    smooth = Environment(
+        site.room, site.robot, replace(site.limits, arm_jerk=40.0), site.navigation
+    )
+    look = ArmSituation(BASE, USER, site.robot.arm.parked)
     durations = []
     for each in (site, smooth):
         answer = plan(each.workspace.reaching(look, DEEP))
@@ -215,12 +217,12 @@ def test_a_jerk_limit_of_the_profile_is_kept_on_the_way(site: Site) -> None:
 
 @pytest.mark.requirement(17, 26, 44)
 def test_a_calibrated_robot_is_served_by_its_own_chain(
-    site: Site, context: Any, tmp_path: Path
+    site: Environment, context: Any, tmp_path: Path
 ) -> None:
     text = (ROBOTS / "rbkairos_ur10.yaml").read_text()
     file = tmp_path / "measured.yaml"
     file.write_text(text.replace("calibration: null", "calibration: robotnik_ur10"))
-    own = Site(site.room, load_robot(file), site.limits, site.navigation)
+    own = Environment(site.room, load_robot(file), site.limits, site.navigation)
     rng = np.random.default_rng(6)
     for _ in range(10):
         user, deep, base = request(rng, own)
@@ -286,7 +288,7 @@ def test_a_stop_line_pulled_on_the_way_fails_the_move_and_brakes_in_a_fifth_of_a
 
 
 @pytest.mark.requirement(78, 82)
-def test_no_rover_pose_is_best_for_a_deep_that_is_too_high(site: Site) -> None:
+def test_no_rover_pose_is_best_for_a_deep_that_is_too_high(site: Environment) -> None:
     high = Pose3.from_yaw(5.85, 4.0, 2.6, 0.0)
 
     assert site.workspace.best([BASE], [1.0], high, USER, (0.05, 0.1)) is None
@@ -294,7 +296,7 @@ def test_no_rover_pose_is_best_for_a_deep_that_is_too_high(site: Site) -> None:
 
 @pytest.mark.requirement(78, 79)
 def test_a_pose_that_reaches_from_all_its_disc_goes_before_a_quicker_one_that_does_not(
-    site: Site,
+    site: Environment,
 ) -> None:
     far = Pose2(7.12, 4.0, math.pi)
 

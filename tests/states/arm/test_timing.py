@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from states.arm.kinematics import forward, jacobian
-from states.arm.path import Path
+from states.arm.path import JointPath
 from states.arm.timing import line_durations, time_path, warm_up
 from states.arm.trajectory import ArmLimits
 
@@ -34,7 +34,7 @@ def paths(draw):
         points[2] = points[0] + rng.normal(size=6) * 1e-3
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     cut = draw(st.sampled_from([0.0, 0.05, 0.6]))
-    return Path.through(points, [min(cut, *lengths[i : i + 2] / 2) for i in range(n - 2)])
+    return JointPath.through(points, [min(cut, *lengths[i : i + 2] / 2) for i in range(n - 2)])
 
 
 limits = st.builds(
@@ -96,7 +96,7 @@ def trapezoid(steps, speed, gain):
 def test_a_line_takes_the_time_of_its_trapezoid(chain, seed, gain):
     a, b = np.random.default_rng(seed).uniform(-3, 3, (2, 6))
     limit = ArmLimits.even(SPEED, gain)
-    found = time_path(chain, Path.through([a, b]), limit).duration
+    found = time_path(chain, JointPath.through([a, b]), limit).duration
     # one joint alone may do with less: all share the tightest rate and the tightest gain
     assert found >= trapezoid(b - a, SPEED, [gain] * 6) - 1e-9
     assert found == pytest.approx(line_durations(chain, a, b[None], limit)[0], rel=1e-12)
@@ -108,14 +108,14 @@ def test_a_turn_of_the_shoulder_is_as_fast_as_the_tool_limit_allows(chain):
     goal = start + np.array([2.0, 0, 0, 0, 0, 0])
     radius = math.hypot(*forward(chain, start)[:2, 3])
     limit = ArmLimits.even(SPEED, 5.0, tool_speed=1.0)
-    found = time_path(chain, Path.through([start, goal]), limit).duration
+    found = time_path(chain, JointPath.through([start, goal]), limit).duration
     assert found == pytest.approx(2.0 * radius + 1.0 / (5.0 * radius), rel=3e-3)
 
 
 @pytest.mark.requirement(45)
 def test_the_general_timing_agrees_with_the_trapezoid_where_the_tool_may_be_fast(chain, sets):
     for a, b in zip(sets.anywhere(50), sets.anywhere(50), strict=True):
-        path = Path.through([a, b])
+        path = JointPath.through([a, b])
         exact = time_path(chain, path, ArmLimits.even(SPEED, 5.0)).duration
         general = time_path(chain, path, ArmLimits.even(SPEED, 5.0, 1e6)).duration
         assert exact <= general + 1e-12
@@ -127,8 +127,8 @@ def test_a_rounded_corner_is_faster_than_a_stop_and_a_sharp_one_stops(chain, set
     limit = ArmLimits.even(SPEED, 5.0)
     for _ in range(20):
         points = sets.anywhere(3)
-        sharp = time_path(chain, Path.through(points), limit)
-        smooth = time_path(chain, Path.through(points, [0.4]), limit)
+        sharp = time_path(chain, JointPath.through(points), limit)
+        smooth = time_path(chain, JointPath.through(points, [0.4]), limit)
         assert smooth.duration < sharp.duration
         at_corner = np.isclose(sharp.places, np.linalg.norm(points[1] - points[0]))
         assert sharp.rates[at_corner].tolist() == [0.0]
@@ -145,7 +145,7 @@ def test_a_rounded_corner_is_faster_than_a_stop_and_a_sharp_one_stops(chain, set
 def test_a_jerk_limit_is_kept_on_straight_lines(chain, seed, n, jerk, tool):
     points = np.random.default_rng(seed).uniform(-2, 2, (n, 6))
     limit = ArmLimits.even(SPEED, 5.0, tool, jerk)
-    trajectory = time_path(chain, Path.through(points), limit)
+    trajectory = time_path(chain, JointPath.through(points), limit)
     t = np.linspace(0, trajectory.duration, 4001)
     q, v, a = trajectory.at(t)
     change = np.abs(np.diff(a, axis=0)) / (t[1] - t[0])
@@ -154,7 +154,7 @@ def test_a_jerk_limit_is_kept_on_straight_lines(chain, seed, n, jerk, tool):
     assert (np.abs(a) <= np.array(limit.acceleration) * (1 + 1e-9)).all()
     assert (tool_speed(chain, q, v) <= tool * (1 + 1e-4)).all()
     assert q[-1] == pytest.approx(points[-1], abs=1e-9)
-    unlimited = time_path(chain, Path.through(points), ArmLimits.even(SPEED, 5.0, tool))
+    unlimited = time_path(chain, JointPath.through(points), ArmLimits.even(SPEED, 5.0, tool))
     assert trajectory.duration > unlimited.duration
 
 
@@ -181,7 +181,7 @@ def test_a_cancelled_motion_stands_still_on_its_path_within_a_fifth_of_a_second(
 
 
 def test_no_way_takes_no_time(chain):
-    trajectory = time_path(chain, Path.through([np.zeros(6)]), ArmLimits.even(SPEED, 5.0))
+    trajectory = time_path(chain, JointPath.through([np.zeros(6)]), ArmLimits.even(SPEED, 5.0))
     q, v, _ = trajectory.at(np.array([0.0, 1.0]))
     assert trajectory.duration == 0.0
     assert not q.any()
@@ -196,7 +196,7 @@ def test_the_times_that_lines_are_compared_by_are_close_to_those_of_their_trajec
     limit = ArmLimits.even(SPEED, 5.0, tool_speed=1.0)
     start, goals = sets.anywhere(1)[0], sets.anywhere(40)
     compared = line_durations(chain, start, goals, limit)
-    exact = [time_path(chain, Path.through([start, goal]), limit).duration for goal in goals]
+    exact = [time_path(chain, JointPath.through([start, goal]), limit).duration for goal in goals]
     assert compared == pytest.approx(exact, rel=0.04)
 
 

@@ -12,7 +12,7 @@ from hw.prop import Placement, load_prop
 from hw.robot import FOLDER as ROBOTS
 from hw.robot import load_robot
 from states.arm.inverse import inverse
-from states.arm.kinematics import Chain, forward, matrix
+from states.arm.kinematics import KinematicChain, forward, matrix
 from states.arm.model import manipulator_of
 from states.arm.urdf import parse_urdf, read_urdf
 from states.arm.urdf_arm import manipulator_from_urdf, placement, urdf_of
@@ -141,14 +141,14 @@ def test_a_chain_needs_links_that_hang_together():
 def test_our_arm_written_and_read_again_is_the_same(arm, measured, sets):
     model = arm.calibrated(measured)
     read = parse_urdf(urdf_of(model))
-    chain = Chain.of(model)
+    chain = KinematicChain.of(model)
     for q in sets.anywhere(50):
         tcp = read.poses(dict(zip(model.joints, q, strict=True)))["tcp"]
         assert np.abs(tcp - forward(chain, q)).max() <= 1e-12
     again = manipulator_from_urdf(read, "base_footprint", "tcp", arm)
     assert (again.joints, again.lower, again.max_speed) == (arm.joints, arm.lower, arm.max_speed)
     q = sets.anywhere(500)
-    assert np.abs(forward(Chain.of(again), q) - forward(chain, q)).max() <= 1e-12
+    assert np.abs(forward(KinematicChain.of(again), q) - forward(chain, q)).max() <= 1e-12
 
 
 def other_ur(a2, a3, d1, d4, d5, d6):
@@ -188,7 +188,7 @@ def test_an_arm_with_other_frames_keeps_its_forward_kinematics_and_gets_inverse_
 ):
     urdf = parse_urdf(other_ur(*lengths))
     model = manipulator_from_urdf(urdf, "base_link", "tool", arm)
-    chain = Chain.of(model)
+    chain = KinematicChain.of(model)
     dh = model.dh
     assert (dh.a2, dh.a3, dh.d4, dh.d5) == pytest.approx((*lengths[:2], *lengths[3:5]))
     assert model.lower == (-3.0,) * 6
@@ -244,7 +244,7 @@ def test_a_robot_file_may_take_its_arm_from_a_urdf(arm, sets, tmp_path, prop):
             place = place + turn.apply(joint.xyz)
             turn = turn * Rotation.from_euler("xyz", joint.rpy) * Rotation.from_euler("z", angle)
         point = place + turn.apply([0, 0, 0.012 + length])
-        assert forward(Chain.of(found), q)[:3, 3] == pytest.approx(point, abs=1e-12)
+        assert forward(KinematicChain.of(found), q)[:3, 3] == pytest.approx(point, abs=1e-12)
     for ours, theirs in zip(load_prop(prop).capsules, found.tool.capsules, strict=True):
         behind = math.dist(theirs.end, found.tool.tcp.xyz)
         assert behind == pytest.approx(length - ours.end[2])  # moved with the point

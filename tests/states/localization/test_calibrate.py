@@ -17,7 +17,7 @@ from states.localization.calibrate import (
     TrackerReading,
     calibrate,
 )
-from states.localization.hand_eye import Problem, first_guess
+from states.localization.hand_eye import CalibrationProblem, first_guess
 from states.localization.tracks import pairs_of
 
 MS = 1_000_000
@@ -228,7 +228,7 @@ def test_the_jacobian_is_the_numerical_derivative() -> None:
     drive.yaws = {"front": 0.0, "back": 0.0}
     pairs = pairs_of(drive.trackers(), drive.bases(), 1.0)
     nominal = [SCANNERS[name] for name in pairs.scanners]
-    problem = Problem(pairs, 3, [0, 1], nominal, (1.0, 1.0, 1.0))
+    problem = CalibrationProblem(pairs, 3, [0, 1], nominal, (1.0, 1.0, 1.0))
     frames = first_guess(pairs, None)
     analytic = problem.jacobian(frames)
     for at in range(problem.unknowns):

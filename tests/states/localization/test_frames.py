@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from engine.state import Sample
+from engine.state import Stamped
 from hw.geometry import Pose2, Pose3
 from hw.robot import load_robot
 from hw.samples import UserPose
@@ -21,8 +21,8 @@ HAND = Pose3.from_yaw(2.3, 1.0, 1.2, 0.0)
 def frames(**user):
     made = FramesEstimator(ROBOT, TRACKING)
     for k in range(11):
-        made.update("base.pose", Sample(Pose2(0.1 * k, 0.0, 0.02 * k), 10 * k * MS))
-    made.update("user.pose", Sample(UserPose(Pose2(2.0, 1.0, math.pi), 0.0, **user), 50 * MS))
+        made.update("base.pose", Stamped(Pose2(0.1 * k, 0.0, 0.02 * k), 10 * k * MS))
+    made.update("user.pose", Stamped(UserPose(Pose2(2.0, 1.0, math.pi), 0.0, **user), 50 * MS))
     return made
 
 

@@ -12,15 +12,15 @@ from hypothesis import strategies as st
 
 from states.localization.kalman import KalmanFilter
 from states.localization.planar import PlanarFilter, planar_config
-from states.localization.sources import FilterConfig, Measurement, Noise, Source
+from states.localization.sources import FilterConfig, Measurement, MeasurementSource, ProcessNoise
 from states.localization.spatial import AXES, SpatialFilter
 
 MS = 1_000_000
-WHEELS = Source("wheels", ("vx", "vy", "wz"))
-GYRO = Source("gyro", ("wz",))
-SCAN = Source("scan", ("x", "y", "yaw"))
-VIVE = Source("vive", ("x", "y", "yaw"), yields_to=("scan",))
-STEADY = Noise((1e-6,) * 6, (0.0,) * 6, (0.0,) * 6)
+WHEELS = MeasurementSource("wheels", ("vx", "vy", "wz"))
+GYRO = MeasurementSource("gyro", ("wz",))
+SCAN = MeasurementSource("scan", ("x", "y", "yaw"))
+VIVE = MeasurementSource("vive", ("x", "y", "yaw"), yields_to=("scan",))
+STEADY = ProcessNoise((1e-6,) * 6, (0.0,) * 6, (0.0,) * 6)
 
 
 def drive(seed: int, seconds: float = 2.0) -> list[Measurement]:
@@ -44,7 +44,7 @@ def _near(values: tuple[float, ...], sigma: float, chance: np.random.Generator) 
     return [float(v + sigma * chance.normal()) for v in values]
 
 
-def make(*sources: Source, **changes: object) -> PlanarFilter:
+def make(*sources: MeasurementSource, **changes: object) -> PlanarFilter:
     chosen = sources or (WHEELS, GYRO, SCAN, VIVE)
     return PlanarFilter(replace(planar_config(*chosen), **changes))
 
@@ -214,7 +214,7 @@ def test_errors_that_stay_alike_do_not_average_away() -> None:
     """AR(1) errors of 0.5 s at 10 Hz: the mean of 20 s of them is as uncertain as it is."""
     chance = np.random.default_rng(9)
     keep = math.exp(-0.1 / 0.5)
-    still = Noise((0.0,) * 6, (0.0,) * 6, (0.0,) * 6)
+    still = ProcessNoise((0.0,) * 6, (0.0,) * 6, (0.0,) * 6)
     unmoved = (1e3, 1e3, 1e3, 0.0, 0.0, 0.0)
     told, honest = 0.0, 0.0
     for source in (replace(SCAN, gate=None), replace(SCAN, gate=None, correlation=0.5)):
@@ -297,8 +297,11 @@ def test_distances_are_those_of_mahalanobis() -> None:
 
 def test_both_filters_share_their_rules() -> None:
     config = FilterConfig(
-        (Source("imu", ("roll", "pitch", "yaw")), Source("gps", ("x", "y", "z"))),
-        Noise((1e-4,) * 15, (0.0,) * 15, (0.0,) * 15),
+        (
+            MeasurementSource("imu", ("roll", "pitch", "yaw")),
+            MeasurementSource("gps", ("x", "y", "z")),
+        ),
+        ProcessNoise((1e-4,) * 15, (0.0,) * 15, (0.0,) * 15),
         (1e3,) * 3 + (1.0,) * 12,
     )
     one, other = SpatialFilter(config), SpatialFilter(config)
@@ -321,14 +324,14 @@ def test_both_filters_share_their_rules() -> None:
     [
         ((), "at least one"),
         ((SCAN, SCAN), "name of its own"),
-        ((Source("a", ("x", "z")),), "axes"),
-        ((Source("a", ()),), "axes"),
-        ((Source("a", ("x", "x")),), "axes"),
-        ((Source("a", ("x",), gate=1.0),), "gate 1.0"),
-        ((Source("a", ("x",), gate=math.nan),), "gate nan"),
-        ((Source("a", ("x",), correlation=-1.0),), "negative"),
-        ((Source("a", ("x",), reacquire_after=-1),), "negative"),
-        ((Source("a", ("x",), yields_to=("b",)),), "yields to b"),
+        ((MeasurementSource("a", ("x", "z")),), "axes"),
+        ((MeasurementSource("a", ()),), "axes"),
+        ((MeasurementSource("a", ("x", "x")),), "axes"),
+        ((MeasurementSource("a", ("x",), gate=1.0),), "gate 1.0"),
+        ((MeasurementSource("a", ("x",), gate=math.nan),), "gate nan"),
+        ((MeasurementSource("a", ("x",), correlation=-1.0),), "negative"),
+        ((MeasurementSource("a", ("x",), reacquire_after=-1),), "negative"),
+        ((MeasurementSource("a", ("x",), yields_to=("b",)),), "yields to b"),
     ],
 )
 def test_mistakes_of_a_configuration_are_told(sources, what) -> None:
@@ -340,7 +343,7 @@ def test_numbers_that_do_not_fit_the_state_are_told() -> None:
     with pytest.raises(ValueError, match="initial"):
         make(initial=(1.0,) * 5)
     with pytest.raises(ValueError, match="noise per metre"):
-        make(noise=Noise((1.0,) * 6, (-1.0,) * 6, (1.0,) * 6))
+        make(noise=ProcessNoise((1.0,) * 6, (-1.0,) * 6, (1.0,) * 6))
     f = make()
     with pytest.raises(ValueError, match="no source 'sonar'; known: wheels, gyro, scan, vive"):
         f.correct(Measurement(0, "sonar", (0.0,), (1.0,)))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hw.geometry import Pose2
-from states.localization.loops import Edge, LoopValues, close_loops, polished, relaxed
+from states.localization.loops import LoopValues, PoseEdge, close_loops, polished, relaxed
 from states.maps.field import room_field
 from tests.states.localization.world import ROOM, cast
 
@@ -90,7 +90,7 @@ def test_edges_without_contradiction_are_met(seed):
     true = [Pose2(*rng.uniform(-3.0, 3.0, 2), float(rng.uniform(-3.0, 3.0))) for _ in range(12)]
     pairs = [(n, n + 1) for n in range(11)] + [(0, 6), (3, 11), (1, 9)]
     edges = [
-        Edge(i, j, true[i].inverse() @ true[j], (0.1, 0.05), is_loop=abs(i - j) > 1)
+        PoseEdge(i, j, true[i].inverse() @ true[j], (0.1, 0.05), is_loop=abs(i - j) > 1)
         for i, j in pairs
     ]
     begun = [
@@ -105,10 +105,10 @@ def test_edges_without_contradiction_are_met(seed):
 
 def test_one_wrong_loop_among_many_has_no_say():
     true = [Pose2(0.5 * n, 0.0) for n in range(30)]
-    edges = [Edge(n, n + 1, Pose2(0.5, 0.0), (0.02, 0.01), is_loop=False) for n in range(29)] + [
-        Edge(n, n + 12, Pose2(6.0, 0.0), (0.03, 0.01), is_loop=True) for n in range(0, 17, 2)
-    ]
-    wrong = Edge(2, 25, Pose2(1.0, 4.0, 2.0), (0.03, 0.01), is_loop=True)
+    edges = [
+        PoseEdge(n, n + 1, Pose2(0.5, 0.0), (0.02, 0.01), is_loop=False) for n in range(29)
+    ] + [PoseEdge(n, n + 12, Pose2(6.0, 0.0), (0.03, 0.01), is_loop=True) for n in range(0, 17, 2)]
+    wrong = PoseEdge(2, 25, Pose2(1.0, 4.0, 2.0), (0.03, 0.01), is_loop=True)
 
     assert max(off(relaxed(true, [*edges, wrong]), true)) < 0.05
 

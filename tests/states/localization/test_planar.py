@@ -17,12 +17,12 @@ from scipy.stats import chi2
 
 from hw.geometry import Pose2, Twist2
 from states.localization.planar import SLIPPING, PlanarFilter, planar_config
-from states.localization.sources import Measurement, Noise, Source
+from states.localization.sources import Measurement, MeasurementSource, ProcessNoise
 
 MS = 1_000_000
-WHEELS = Source("wheels", ("vx", "vy", "wz"))
-SCAN = Source("scan", ("x", "y", "yaw"))
-VIVE = Source("vive", ("x", "y", "yaw"), yields_to=("scan",))
+WHEELS = MeasurementSource("wheels", ("vx", "vy", "wz"))
+SCAN = MeasurementSource("scan", ("x", "y", "yaw"))
+VIVE = MeasurementSource("vive", ("x", "y", "yaw"), yields_to=("scan",))
 WHEEL_SIGMA, SCAN_SIGMA = (0.02, 0.02, 0.02), (0.015, 0.015, 0.004)
 
 
@@ -34,7 +34,7 @@ class Moment(NamedTuple):
     rate: float
 
 
-def wander(chance: np.random.Generator, noise: Noise, seconds: float) -> Iterator[Moment]:
+def wander(chance: np.random.Generator, noise: ProcessNoise, seconds: float) -> Iterator[Moment]:
     """A body of white accelerations that slips as `noise` says, in steps of 4 ms."""
     dt = 4e-3
     second, metre, radian = (
@@ -82,7 +82,7 @@ def miss(f: PlanarFilter, moment: Moment) -> np.ndarray:
     )
 
 
-GENTLE = Noise(
+GENTLE = ProcessNoise(
     per_second=(1e-6, 1e-6, 1e-7, 0.05, 0.05, 0.05),
     per_metre=(1e-3, 5e-4, 5e-4, 0.0, 0.0, 0.0),
     per_radian=(5e-4, 5e-4, 1e-3, 0.0, 0.0, 0.0),

@@ -15,7 +15,7 @@ from rosbags.rosbag1 import Reader
 from rosbags.typesys import Stores, get_typestore
 from scipy.spatial.transform import Rotation
 
-from states.localization.sources import FilterConfig, Measurement, Noise, Source
+from states.localization.sources import FilterConfig, Measurement, MeasurementSource, ProcessNoise
 from states.localization.spatial import (
     AXES,
     GRAVITY,
@@ -48,8 +48,8 @@ def test_a_helix_is_followed() -> None:
     """Known rates and velocity alone: at 100 Hz the way on a circle is right to 2 %."""
     f = SpatialFilter(
         FilterConfig(
-            (Source("all", ("vx", "vy", "vz", "wx", "wy", "wz")),),
-            Noise((1e-3,) * 15, (0.0,) * 15, (0.0,) * 15),
+            (MeasurementSource("all", ("vx", "vy", "vz", "wx", "wy", "wz")),),
+            ProcessNoise((1e-3,) * 15, (0.0,) * 15, (0.0,) * 15),
             (1e-6,) * 6 + (1.0,) * 9,
         )
     )
@@ -71,10 +71,10 @@ def test_the_jackal_ends_where_robot_localization_says(tmp_path: Path) -> None:
     f = SpatialFilter(
         FilterConfig(
             (
-                Source("imu", chosen(told["imu0_config"]), gate=None),
-                Source("odom", chosen(told["odom0_config"]), gate=None),
+                MeasurementSource("imu", chosen(told["imu0_config"]), gate=None),
+                MeasurementSource("odom", chosen(told["odom0_config"]), gate=None),
             ),
-            Noise(diagonal(told["process_noise_covariance"]), (0.0,) * 15, (0.0,) * 15),
+            ProcessNoise(diagonal(told["process_noise_covariance"]), (0.0,) * 15, (0.0,) * 15),
             tuple(math.sqrt(v) for v in diagonal(told["initial_estimate_covariance"])),
         )
     )

@@ -12,7 +12,7 @@ from hw.room import Disc
 from states.maps.cells import Grid, fill_rings, grid_over, room_map
 from states.maps.distance import distances
 from states.maps.occupancy import OccupancyMap
-from states.navigation.costmap import Costmap, Ground, StaticValues, sample
+from states.navigation.costmap import Costmap, StaticLayer, StaticValues, sample
 from states.navigation.inflation import FREE, INSCRIBED, LETHAL, NO_INFORMATION, Inflation, inflate
 from states.navigation.unmapped import Obstacles
 
@@ -30,7 +30,7 @@ def map_of(values, resolution=1.0, corner=None):
 
 
 def empty(grid):
-    return Ground(grid, np.zeros((grid.rows, grid.columns), np.uint8))
+    return StaticLayer(grid, np.zeros((grid.rows, grid.columns), np.uint8))
 
 
 # distance
@@ -165,14 +165,14 @@ def test_with_another_value_for_unknown_the_maps_unknown_is_lethal():
 def test_plan_a_keeps_62_square_metres_after_inflation_by_one_metre(resolution, free):
     map_ = room_map(OUTER, OBSTACLES, resolution)
     assert map_.area() == pytest.approx(115.0, abs=0.1)
-    ground = Ground.of(map_, grid_over([OUTER], resolution, 0.3))
+    ground = StaticLayer.of(map_, grid_over([OUTER], resolution, 0.3))
     costmap = Costmap(ground, Inflation(1.0, 0.455, 3.0))
     assert np.count_nonzero(costmap.costs == FREE) * resolution**2 == pytest.approx(free, abs=0.1)
 
 
 @pytest.mark.requirement(35, 120)
 def test_every_subsystem_has_its_own_values():
-    ground = Ground.of(room_map(OUTER, OBSTACLES, 0.1), grid_over([OUTER], 0.1, 0.3))
+    ground = StaticLayer.of(room_map(OUTER, OBSTACLES, 0.1), grid_over([OUTER], 0.1, 0.3))
     chase = Costmap(ground, Inflation(1.0, 0.455, 3.0))
     before = chase.costs.tobytes()
     escape = Costmap(ground, Inflation(0.77, 0.455, 3.0))
@@ -186,14 +186,14 @@ def test_every_subsystem_has_its_own_values():
 @pytest.mark.requirement(37, 52)
 def test_obstacles_are_inflated_and_the_higher_cost_counts():
     grid = Grid(0.05, 100, 100)
-    ground = Ground(grid, np.zeros((100, 100), np.uint8))
+    ground = StaticLayer(grid, np.zeros((100, 100), np.uint8))
     ground.costs[50, 10] = LETHAL
     costmap = Costmap(ground, Inflation(1.0, 0.455, 3.0))
     seen = Obstacles(grid, np.array([50 * 100 + 60]), 1.0)
     both = ground.costs.copy()
     both[50, 60] = LETHAL
     assert np.array_equal(
-        costmap.with_obstacles(seen), Costmap(Ground(grid, both), costmap.inflation).costs
+        costmap.with_obstacles(seen), Costmap(StaticLayer(grid, both), costmap.inflation).costs
     )
     assert costmap.cost(*grid.center(50, 60)) == FREE
     nothing = Obstacles(grid, np.empty(0, np.int64), 1.0)
@@ -204,7 +204,7 @@ def test_obstacles_are_inflated_and_the_higher_cost_counts():
 @pytest.mark.parametrize("cell", [(0, 0), (99, 0), (99, 119), (0, 119), (42, 7)])
 def test_an_obstacle_at_the_edge_of_the_map_counts_within_it(cell):
     grid = Grid(0.05, 100, 120, -1.0, 2.0)
-    ground = Ground(grid, np.zeros((100, 120), np.uint8))
+    ground = StaticLayer(grid, np.zeros((100, 120), np.uint8))
     costs = Costmap(ground, Inflation(0.5, 0.31, 3.0)).with_obstacles(
         Obstacles(grid, np.array([cell[0] * 120 + cell[1]]), 0.5)
     )
@@ -217,7 +217,7 @@ def test_an_obstacle_at_the_edge_of_the_map_counts_within_it(cell):
 def test_obstacles_of_fine_cells_count_on_coarse_ones():
     fine, coarse = Grid(0.05, 100, 100, 1.0, -1.0), Grid(0.25, 20, 20, 1.0, -1.0)
     seen = Obstacles(fine, np.array([50 * 100 + 60]), 0.5)
-    ground = Ground(coarse, np.zeros((20, 20), np.uint8))
+    ground = StaticLayer(coarse, np.zeros((20, 20), np.uint8))
     costs = Costmap(ground, Inflation(0.0, 0.0)).with_obstacles(seen)
     assert np.argwhere(costs == LETHAL).tolist() == [[10, 12]]
 
@@ -240,7 +240,7 @@ def test_places_outside_the_map_are_unknown():
 
 def test_keepouts_are_kept_off_like_walls():
     nothing = map_of(np.zeros((8, 8)), 0.5)
-    costmap = Costmap(Ground.of(nothing, Grid(0.5, 8, 8), (SQUARE,)), Inflation(0.6, 0.5))
+    costmap = Costmap(StaticLayer.of(nothing, Grid(0.5, 8, 8), (SQUARE,)), Inflation(0.6, 0.5))
     assert costmap.cost(1.25, 1.25) == LETHAL
     assert costmap.cost(2.25, 1.25) == INSCRIBED
     assert costmap.cost(3.25, 1.25) == FREE
@@ -248,5 +248,5 @@ def test_keepouts_are_kept_off_like_walls():
 
 def test_a_turned_map_is_put_into_the_costmaps_cells():
     map_ = map_of([[100, 0, 0]], 1.0, Pose2(1.0, 0.0, math.pi / 2))
-    costmap = Costmap(Ground.of(map_, Grid(1.0, 3, 1)), Inflation(0.0, 0.0))
+    costmap = Costmap(StaticLayer.of(map_, Grid(1.0, 3, 1)), Inflation(0.0, 0.0))
     assert costmap.costs[:, 0].tolist() == [LETHAL, FREE, FREE]

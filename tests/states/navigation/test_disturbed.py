@@ -13,8 +13,8 @@ from states.navigation.disturbed import (
     CASES,
     WALKERS,
     WALKS,
-    Case,
     Disturbance,
+    DisturbedCase,
     drive_disturbed,
 )
 from states.navigation.local_planner import Limits, LocalPlanner, Tolerance
@@ -31,7 +31,7 @@ def driver(name: str, latency: float = 0.0) -> LocalPlanner:
     return LOCAL_PLANNERS[name](FREE, Limits(), Tolerance(), latency=latency)
 
 
-def check(name: str, case: Case, seeds: range, hz: float) -> None:
+def check(name: str, case: DisturbedCase, seeds: range, hz: float) -> None:
     over = []
     for trial in TRIALS:
         for seed in seeds:
@@ -43,7 +43,7 @@ def check(name: str, case: Case, seeds: range, hz: float) -> None:
 
 @pytest.mark.requirement(50, 52, 146)
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
-def test_drives_by_estimated_poses_are_fast_and_keep_off_the_user(case: Case) -> None:
+def test_drives_by_estimated_poses_are_fast_and_keep_off_the_user(case: DisturbedCase) -> None:
     check("profile", case, HELD_BACK[:1], 30.0)
 
 
@@ -57,12 +57,14 @@ def test_teb_is_as_good_under_everything_at_once() -> None:
 @pytest.mark.parametrize("hz", [30.0, 50.0])
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 @pytest.mark.parametrize("name", list(LOCAL_PLANNERS))
-def test_drives_by_estimated_poses_on_seeds_held_back(name: str, case: Case, hz: float) -> None:
+def test_drives_by_estimated_poses_on_seeds_held_back(
+    name: str, case: DisturbedCase, hz: float
+) -> None:
     noisy = case.disturbance.sigma > 0.0
     check(name, case, HELD_BACK[:4] if noisy else HELD_BACK[:1], hz)
 
 
-def check_walks(name: str, case: Case, seeds: range) -> None:
+def check_walks(name: str, case: DisturbedCase, seeds: range) -> None:
     for walk in WALKS:
         for seed in seeds:
             result = drive_disturbed(
@@ -74,7 +76,7 @@ def check_walks(name: str, case: Case, seeds: range) -> None:
 
 @pytest.mark.requirement(51, 52)
 @pytest.mark.parametrize("case", WALKERS, ids=lambda case: case.name)
-def test_drives_beside_walkers_of_estimated_velocity_keep_off_them(case: Case) -> None:
+def test_drives_beside_walkers_of_estimated_velocity_keep_off_them(case: DisturbedCase) -> None:
     check_walks("profile", case, range(1))
 
 
@@ -82,7 +84,7 @@ def test_drives_beside_walkers_of_estimated_velocity_keep_off_them(case: Case) -
 @pytest.mark.requirement(51, 52)
 @pytest.mark.parametrize("case", WALKERS, ids=lambda case: case.name)
 @pytest.mark.parametrize("name", list(LOCAL_PLANNERS))
-def test_drives_beside_walkers_on_seeds_held_back(name: str, case: Case) -> None:
+def test_drives_beside_walkers_on_seeds_held_back(name: str, case: DisturbedCase) -> None:
     check_walks(name, case, range(101, 104))
 
 

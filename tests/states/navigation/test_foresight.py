@@ -7,21 +7,21 @@ from hypothesis import strategies as st
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.room import Disc
-from states.navigation.foresight import (
+from states.navigation.local_planner import Limits, Tolerance
+from states.navigation.predicted_gap import (
     HORIZON,
     foreseen,
     least_gap_braking,
     least_gap_on,
     steps_aside,
 )
-from states.navigation.local_planner import Limits, Tolerance
-from states.navigation.profile import ProfilePlanner
-from states.navigation.speed import Pace
+from states.navigation.profile_planner import ProfilePlanner
+from states.navigation.speed import SpeedLimits
 from states.navigation.trials import OPEN_ROOM
 from states.navigation.visibility import ExactPlanner
 
 FREE = ExactPlanner(OPEN_ROOM, inflation_radius=0.5)
-PACE = Pace(1.5, 1.0, 0.9, 0.03)
+PACE = SpeedLimits(1.5, 1.0, 0.9, 0.03)
 SPEED = st.floats(-1.5, 1.5)
 PLACE = st.floats(-4.0, 4.0)
 

@@ -12,9 +12,9 @@ import pytest
 from behaviors.profile import load_profile
 from hw.robot import load_robot
 from hw.room import Disc, Room
+from states.environment import SUBSYSTEMS, Environment
 from states.navigation.layers import map_of
 from states.navigation.local_planner import GlobalPlanner
-from states.site import SUBSYSTEMS, Site
 
 HALL = Room(outer=((0.0, 0.0), (12.0, 0.0), (12.0, 8.0), (0.0, 8.0)))
 WALLS = (((5.8, 0.0), (6.2, 0.0), (6.2, 4.0), (5.8, 4.0)),)
@@ -23,7 +23,7 @@ PLANNERS = ("exact", "theta_star", "navfn")
 ON_CELLS = PLANNERS[1:]
 
 
-def site_of(planner: str, room: Room = DIVIDED, **changes: Any) -> Site:
+def site_of(planner: str, room: Room = DIVIDED, **changes: Any) -> Environment:
     """A site all of whose subsystems plan so."""
     profile = load_profile("tuned")
     navigation = profile.navigation

@@ -14,11 +14,11 @@ from hw.geometry import Outline, Pose2
 from hw.room import Disc, Point
 from hw.samples import PoseSigma, Scan
 from states.maps.cells import Grid
-from states.navigation.obstacles import Known, ObstacleLayer, ObstacleValues
+from states.navigation.obstacles import KnownObstacles, ObstacleLayer, ObstacleValues
 
 GRID = Grid(0.05, 200, 200, -5.0, -5.0)
 OPEN = np.full((200, 200), 9.0)
-HERE, SENSOR = Pose2(0.0, 0.0), Known(Pose2(0.0, 0.0))
+HERE, SENSOR = Pose2(0.0, 0.0), KnownObstacles(Pose2(0.0, 0.0))
 SECOND = 10**9
 
 
@@ -36,7 +36,9 @@ class Seeing:
     def __init__(self, walls: np.ndarray = OPEN, **values: float) -> None:
         self.layer = ObstacleLayer(GRID, walls, ObstacleValues(10.0, 10.0, **values))
 
-    def see(self, *ranges: float, at: float = 0.0, known: Known = SENSOR, last=HERE) -> list[Point]:
+    def see(
+        self, *ranges: float, at: float = 0.0, known: KnownObstacles = SENSOR, last=HERE
+    ) -> list[Point]:
         self.layer.see(beams(*ranges), HERE, last, round(at * SECOND), known)
         return places(self.layer)
 
@@ -110,7 +112,7 @@ def test_walls_of_the_map_are_no_news_nor_what_the_pose_may_be_wrong_by():
     assert Seeing(walls, wall_margin=0.3).see(2.0, 2.0, 2.0) == []
     assert Seeing(walls).see(2.0, 2.0, 2.0)
     for sigma in (PoseSigma(0.06, 0.0), PoseSigma(0.0, 0.03)):
-        assert Seeing(walls).see(2.0, 2.0, 2.0, known=Known(HERE, sigma=sigma)) == []
+        assert Seeing(walls).see(2.0, 2.0, 2.0, known=KnownObstacles(HERE, sigma=sigma)) == []
 
 
 def test_where_the_robot_cannot_be_there_is_no_news():
@@ -118,19 +120,19 @@ def test_where_the_robot_cannot_be_there_is_no_news():
 
 
 def test_who_is_known_better_than_by_cells_is_not_marked():
-    assert Seeing().see(2.0, 2.0, 2.0, known=Known(HERE, user=Disc(2.3, 0.0, 0.5))) == []
-    assert Seeing().see(2.0, 2.0, 2.0, known=Known(HERE, user=Disc(2.3, 0.5, 0.5)))
+    assert Seeing().see(2.0, 2.0, 2.0, known=KnownObstacles(HERE, user=Disc(2.3, 0.0, 0.5))) == []
+    assert Seeing().see(2.0, 2.0, 2.0, known=KnownObstacles(HERE, user=Disc(2.3, 0.5, 0.5)))
 
 
 def test_the_robot_itself_is_no_obstacle():
     mount = Pose2(0.3, -0.2, math.pi / 2.0)
-    body = Known(mount, Outline(0.5, 0.5, 0.4, 0.4))
+    body = KnownObstacles(mount, Outline(0.5, 0.5, 0.4, 0.4))
     assert Seeing().see(0.5, 0.5, 0.5, known=body) == []
     assert Seeing().see(0.7, 0.7, 0.7, known=body)
 
 
 def test_beams_start_at_the_mount_of_the_scanner():
-    for x, y in Seeing().see(2.0, 2.0, 2.0, known=Known(Pose2(0.5, -0.5, math.pi / 2.0))):
+    for x, y in Seeing().see(2.0, 2.0, 2.0, known=KnownObstacles(Pose2(0.5, -0.5, math.pi / 2.0))):
         assert (x, y) == pytest.approx((0.5, 1.5), abs=0.06)
 
 

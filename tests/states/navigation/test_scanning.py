@@ -9,13 +9,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engine.state import Sample
+from engine.state import Stamped
 from hw.geometry import Pose2
 from hw.room import Point
 from hw.samples import PoseSigma, UserPose
-from states.localization.estimates import Estimate
+from states.environment import SUBSYSTEMS
+from states.localization.estimates import PoseEstimate
 from states.navigation.unmapped import Obstacles
-from states.site import SUBSYSTEMS
 from tests.scans import scan_of
 from tests.states.navigation.test_layers import HALL, PLANNERS, least_distance, site_of
 
@@ -32,16 +32,16 @@ class Scanning:
         self.ms = 0
 
     def robot(self, pose: Pose2, ms: float) -> None:
-        self.estimator.update("base.pose", Sample(pose, round(ms * MS)))
+        self.estimator.update("base.pose", Stamped(pose, round(ms * MS)))
 
     def scan(self, pose: Pose2, ms: float, *posts: Point, sensor: str = "laser") -> None:
         """What a scanner would see from a pose, whoever knows of the pose."""
         scan = scan_of(*posts, sensor=pose, name=sensor)
-        self.estimator.update("base.scan", Sample(scan, round(ms * MS)))
+        self.estimator.update("base.scan", Stamped(scan, round(ms * MS)))
 
     def user(self, place: Point, ms: float) -> None:
         pose = UserPose(Pose2(*place), 0.0)
-        self.estimator.update("user.pose", Sample(pose, round(ms * MS)))
+        self.estimator.update("user.pose", Stamped(pose, round(ms * MS)))
 
     def see(self, pose: Pose2, *posts: Point, ms: float = 100.0) -> Obstacles:
         """Pose and scan of one instant, so long after the last."""
@@ -192,7 +192,7 @@ def test_each_beam_is_put_where_the_robot_was_when_it_was_taken(pose_ms: float) 
         scanning.robot(at(ms), 1000.0 + ms)
     seen = [scan_of(POST, sensor=at(i * 60.0 / 719)).ranges[i] for i in range(720)]
     scan = replace(scan_of(POST, sensor=at(0.0)), ranges=tuple(seen), beam_time=beam_time)
-    scanning.estimator.update("base.scan", Sample(scan, 1000 * MS))
+    scanning.estimator.update("base.scan", Stamped(scan, 1000 * MS))
 
     shown = scanning.estimator.value()
     assert shown
@@ -250,8 +250,8 @@ def test_walls_seen_from_a_pose_that_is_unsure_are_no_news() -> None:
     told, untold = Scanning(), Scanning()
     post = (12.1, 4.0)  # it stands 10 cm out of the wall
     for scanning, sigma in ((told, 0.05), (untold, 0.0)):
-        estimate = Estimate(Pose2(9.88, 4.0), PoseSigma(sigma, 0.0))
-        scanning.estimator.update("base.localization", Sample(estimate, 100 * MS))
+        estimate = PoseEstimate(Pose2(9.88, 4.0), PoseSigma(sigma, 0.0))
+        scanning.estimator.update("base.localization", Stamped(estimate, 100 * MS))
         scanning.scan(Pose2(10.0, 4.0), 100, post)
     assert not told.estimator.value()
     assert untold.estimator.value()

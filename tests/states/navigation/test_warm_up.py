@@ -18,7 +18,7 @@ from hw.scene import load_scene
 from states.navigation.local_planner import Limits, Tolerance
 from states.navigation.planners import GLOBAL_PLANNERS, LOCAL_PLANNERS, warm_up
 from states.navigation.trials import TRIALS, Trial, drive
-from states.site import SUBSYSTEMS
+from states.environment import SUBSYSTEMS
 from tests.scans import scan_of
 
 def kernels():

@@ -9,13 +9,13 @@ import pytest
 
 from hw.geometry import STILL, Pose2
 from hw.zones import SpeedZone, Zones
-from states.site import SUBSYSTEMS, Site
+from states.environment import SUBSYSTEMS, Environment
 from tests.states.navigation.test_layers import HALL, PLANNERS, least_distance, site_of
 
 BOX = ((5.0, 2.5), (7.0, 2.5), (7.0, 5.5), (5.0, 5.5))
 
 
-def zoned(planner: str, zones: Zones, **changes: object) -> Site:
+def zoned(planner: str, zones: Zones, **changes: object) -> Environment:
     return replace(site_of(planner, HALL, **changes), zones=zones)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from engine.state import Sample
+from engine.state import Stamped
 from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.samples import UserPose
 from states.signals.motion import StillnessEstimator, VelocityEstimator
@@ -20,7 +20,7 @@ def feed(
 ) -> Twist2 | None:
     for t, x, y, yaw in poses:
         pose = UserPose(Pose2(x, y, wrap(yaw)), wrap(yaw))
-        estimator.update("user.pose", Sample(pose, ns(t)))
+        estimator.update("user.pose", Stamped(pose, ns(t)))
     return estimator.value()
 
 
@@ -73,7 +73,7 @@ def test_a_person_who_does_not_move_at_all_has_exactly_the_velocity_still() -> N
 def still_since(velocities: list[tuple[float, Twist2]]) -> int | None:
     estimator = StillnessEstimator(0.1, 0.3)
     for t, velocity in velocities:
-        estimator.update("user.velocity", Sample(velocity, ns(t)))
+        estimator.update("user.velocity", Stamped(velocity, ns(t)))
     return estimator.value()
 
 

@@ -1,0 +1,1 @@
+"""JSON Schema of chart files, for editors."""

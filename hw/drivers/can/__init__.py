@@ -1,0 +1,1 @@
+"""A self-built base on a CAN bus."""

@@ -1,0 +1,280 @@
+"""Wheels and bumper on a CAN bus, as the chain's process drives them (`hw.drivers.hardware`).
+
+    hardware:
+      driver: "hw.drivers.can.base:CanBase"
+      bus: {interface: socketcan, channel: can0, bitrate: 500000}
+      wheels: {nodes: [1, 2, 3, 4], signs: [1, -1, 1, -1], gear: 12.52, increments: 4096}
+      bumper: true                # its board is on the bus
+
+Each cycle: `poll` takes what has come, `drive` sends a target to each drive and one SYNC, at which
+all four take their targets and answer with their velocities. One thread, no waiting.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from canopen import Network
+
+from hw.drivers.can.bumper import CanBumper
+from hw.drivers.can.bus import CanBus
+from hw.drivers.can.ds402 import VELOCITY_NS, Ds402Drive, Setting
+from hw.drivers.can.mecanum import Mecanum, Reckoning, filled
+from hw.drivers.can.wheel_setting import DriveNodes
+from hw.geometry import STILL, Twist2
+from hw.robot import BaseModel
+from hw.samples import BumperHit, Odometry
+
+NAMES = ("front left", "front right", "rear left", "rear right")
+SYNC, ORDER = 0x80, 0x00
+OPENING_NS = 3_000_000_000
+"""The drives are configured within, ns."""
+ENABLING_NS = 2_000_000_000
+"""Drives that do not follow after so long, ns, are told of."""
+BEAT_NS = 15_000_000
+"""A heartbeat of ours is sent when the last one is older, ns: in every second cycle of 10 ms."""
+STRANGE_NS = 1_000_000_000
+"""Another master that was silent for so long, ns, has gone."""
+SLIPPING, SLIPPING_NS = 0.15, 500_000_000
+"""Wheels that differ by more, m/s, for so long, ns, slip, are blocked, or measured wrongly.
+
+Longer than their ramps can make them differ after a leap of the commanded velocity.
+"""
+STANDING_NS = 1_000_000_000
+"""At the end the wheels have so long to stand, ns."""
+
+
+class CanBase:
+    """Four drives and a bumper; see `Hardware`.
+
+    Raises:
+        OSError: the bus does not open, another master speaks there, or a drive does not answer.
+        ValueError: the entry is wrong.
+    """
+
+    listens_ns = 100_000_000
+    """Before it speaks it listens so long for another master, ns."""
+
+    def __init__(
+        self,
+        model: BaseModel,
+        bus: Mapping[str, Any],
+        wheels: Mapping[str, Any],
+        bumper: bool = False,
+        clock: Callable[[], int] = time.monotonic_ns,
+    ) -> None:
+        """`clock` is for opening and closing only; else time comes in by the calls."""
+        self.odometry: tuple[int, Odometry] | None = None
+        self.fault: str | None = None
+        self._wheels, self._mecanum = DriveNodes.of(wheels), Mecanum.of(model)
+        self._reckoning = Reckoning(self._mecanum, 1.0 / self._wheels.scale)
+        self._bus = CanBus(bus)
+        ramp = round(self._mecanum.brakes(model.brake_deceleration) * self._wheels.scale)
+        setting = Setting(self._wheels.master, self._wheels.silence_ms, ramp)
+        self._drives = tuple(
+            Ds402Drive(node, name, setting, self._bus.send)
+            for node, name in zip(self._wheels.nodes, NAMES, strict=True)
+        )
+        self._bumper = CanBumper(self._bus.send) if bumper else None
+        self._begun = False
+        self._starting_ns: int | None = None
+        self._stranger_ns: int | None = None
+        self._clock, self._now_ns = clock, clock()
+        self._beat_ns = self._sync_ns = self._moved_ns = self._rolled_ns = 0
+        self._net = Network()  # its threads are not used: frames are handed on by `_take`
+        self._subscribe()
+        try:
+            self._open()
+        except OSError:
+            self._bus.close()
+            raise
+
+    @property
+    def ready(self) -> bool:
+        """Are all drives enabled, and nothing wrong? See `Hardware`."""
+        return self.fault is None and all(drive.enabled for drive in self._drives)
+
+    def poll(self, now_ns: int) -> None:
+        """Take what has come, look at ages, reckon the way; see `Hardware`."""
+        if not self._begun:
+            self._begun = True
+            self._start(now_ns)
+        self._take(now_ns)
+        for drive in self._drives:
+            drive.poll(now_ns)
+        if self._bumper is not None:
+            self._bumper.poll(now_ns)
+        self._reckon()
+        self._judge()
+
+    def hits(self) -> list[BumperHit]:
+        """Touches of the foam since the last call."""
+        return [] if self._bumper is None else self._bumper.hits()
+
+    def drive(self, velocity: Twist2, now_ns: int) -> None:
+        """Send targets, SYNC and heartbeat; the wheels stand while there is a fault."""
+        rates = self._mecanum.rates(velocity if self.ready else STILL)
+        for drive, target in zip(self._drives, self._wheels.counts(rates), strict=True):
+            drive.tell(drive.control(), target)
+        self._bus.send(SYNC, b"")
+        self._sync_ns = now_ns
+        if now_ns - self._beat_ns >= BEAT_NS:
+            self._beat_ns = now_ns
+            self._bus.send(0x700 + self._wheels.master, b"\x05")
+
+    def stop(self) -> None:
+        """Quick stop of all drives with the next `drive`, until `acknowledge`; it is a fault."""
+        self.fault = self.fault or "the drives are stopped"
+        self._starting_ns = None
+        for drive in self._drives:
+            drive.hold()
+
+    def acknowledge(self) -> bool:
+        """Begin to clear the fault and to enable the drives; `poll` ends both."""
+        now_ns = self._now_ns
+        if self._bus.fault is not None or self._is_strange():
+            return False
+        if not all(drive.alive(now_ns) for drive in self._drives):
+            return False
+        if self._bumper is not None and not self._bumper.acknowledge():
+            return False
+        self._start(now_ns)
+        return True
+
+    def close(self) -> None:
+        """Stand, switch the drives off, and let go of the bus."""
+        self.stop()
+        end_ns = self._clock() + STANDING_NS
+        while self._clock() < end_ns and not self._stand():
+            self.drive(STILL, self._clock())
+            self._bus.readable(0.005)
+            self._take(self._clock())
+        for drive in self._drives:
+            drive.switch_off()
+        self._bus.send(SYNC, b"")
+        self._bus.close()
+
+    # --- frames
+
+    def _subscribe(self) -> None:
+        on: dict[int, Callable[[bytes, int], None]] = {
+            SYNC: self._hear_stranger,
+            ORDER: self._hear_stranger,
+            0x700 + self._wheels.master: self._hear_stranger,
+        }
+        for drive in self._drives:
+            on[0x700 + drive.node] = drive.on_heartbeat
+            on[0x180 + drive.node] = drive.on_told
+            on[0x80 + drive.node] = drive.on_emergency
+            on[0x580 + drive.node] = drive.on_answer
+        if self._bumper is not None:
+            on[self._bumper.frame] = self._bumper.take
+        for identifier, take in on.items():
+            self._net.subscribe(identifier, self._taker(take))
+
+    def _taker(self, take: Callable[[bytes, int], None]) -> Callable[[int, bytearray, float], None]:
+        return lambda _id, data, _stamp: take(bytes(data), self._now_ns)
+
+    def _take(self, now_ns: int) -> None:
+        self._now_ns = now_ns
+        for frame in self._bus.poll():
+            self._net.notify(frame.id, bytearray(frame.data), 1e-9 * now_ns)
+
+    def _hear_stranger(self, _data: bytes, now_ns: int) -> None:
+        self._stranger_ns = now_ns
+
+    def _is_strange(self) -> bool:
+        heard = self._stranger_ns
+        return heard is not None and self._now_ns - heard < STRANGE_NS
+
+    # --- opening, starting, standing
+
+    def _open(self) -> None:
+        """Listen, then configure the drives."""
+        end_ns = self._now_ns + self.listens_ns
+        while self._now_ns < end_ns:
+            self._bus.readable(0.005)
+            self._take(self._clock())
+        if self._is_strange():
+            raise OSError(
+                f"{self._bus.name}: another master drives there; a bus has one, so end that first"
+            )
+        for drive in self._drives:
+            drive.start(self._now_ns)
+        end_ns = self._now_ns + OPENING_NS
+        while waiting := [drive for drive in self._drives if not drive.configured]:
+            self._bus.readable(0.002)
+            self._take(self._clock())
+            for drive in waiting:
+                drive.poll(self._now_ns)
+            faults = [drive.fault for drive in waiting if drive.fault is not None]
+            if faults or self._now_ns > end_ns or self._bus.fault is not None:
+                why = self._bus.fault or "; ".join(faults) or "the drives are too slow"
+                raise OSError(f"{self._bus.name}: {why}")
+
+    def _start(self, now_ns: int) -> None:
+        self._starting_ns = self._rolled_ns = now_ns
+        for drive in self._drives:
+            drive.start(now_ns)
+
+    def _stand(self) -> bool:
+        """Do all wheels stand that still tell?"""
+        least = 0.01 * self._wheels.scale
+        return all(
+            abs(drive.velocity) < least or not drive.alive(self._now_ns) for drive in self._drives
+        )
+
+    # --- what it means
+
+    def _reckon(self) -> None:
+        """The way of the base, once all that still tell have told for the last SYNC."""
+        telling = [drive for drive in self._drives if drive.tells(self._now_ns)]
+        if not telling or not all(drive.fresh for drive in telling):
+            return
+        rates = filled(
+            [
+                self._wheels.rate(n, drive.velocity) if drive.fresh else None
+                for n, drive in enumerate(self._drives)
+            ]
+        )
+        for drive in telling:
+            drive.fresh = False
+        if rates is None:
+            return
+        span_ns, self._moved_ns = self._sync_ns - self._moved_ns, self._sync_ns
+        span = 1e-9 * span_ns if span_ns <= VELOCITY_NS else 0.0  # a silence: begin anew
+        self.odometry = (self._sync_ns, self._reckoning.move(rates, span))
+        free = all(drive.enabled for drive in self._drives)
+        if not free or abs(self._mecanum.slip(rates)) <= SLIPPING:
+            self._rolled_ns = self._sync_ns
+
+    def _judge(self) -> None:
+        """Stop for what is wrong; end a fault once all that was acknowledged is done."""
+        found = next(self._wrong(), None)
+        if found is not None:
+            if self.fault is None or self._starting_ns is not None:
+                self.fault = found
+            self.stop()
+        elif self._starting_ns is not None and self._ready():
+            self._starting_ns, self.fault = None, None
+
+    def _ready(self) -> bool:
+        bumper = self._bumper
+        return all(drive.enabled for drive in self._drives) and (not bumper or not bumper.fault)
+
+    def _wrong(self) -> Iterator[str]:
+        if self._bus.fault is not None:
+            yield self._bus.fault
+        if self._is_strange():
+            yield f"{self._bus.name}: another master drives there"
+        yield from (drive.fault for drive in self._drives if drive.fault is not None)
+        bumper = self._bumper
+        if bumper is not None and bumper.fault is not None and not bumper.forgetting:
+            yield bumper.fault
+        if self._sync_ns - self._rolled_ns > SLIPPING_NS:
+            yield "the wheels disagree: one slips, is blocked, or is measured wrongly"
+        if self._starting_ns is not None and self._now_ns - self._starting_ns > ENABLING_NS:
+            late = [drive.name for drive in self._drives if not drive.enabled]
+            yield f"{', '.join(late) or 'bumper'}: not ready in {1e-9 * ENABLING_NS:g} s"

@@ -1,0 +1,158 @@
+"""The bumper's board on the CAN bus, by `bumper.dbc`: it informs, and its line is what stops.
+
+Its line runs into the safety relay and stops the robot without any of this. The messages say where
+the foam was touched, and that board and line are well. Any doubt about them is a fault: frames that
+stay away, a wrong counter or check sum, a self-test that failed, a line that disagrees with what
+the board remembers. No message closes the line again; a hand at the relay does.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import cantools
+
+from hw.geometry import wrap
+from hw.samples import BumperHit
+
+DBC = Path(__file__).with_name("bumper.dbc")
+STATUS, RESET = "BumperStatus", "BumperReset"
+SILENCE_NS = 60_000_000
+"""Three frames that stayed away, ns."""
+MISSED = 3
+"""A counter that is so many frames ahead is one that jumps."""
+DISAGREEING = 3
+"""So many frames in a row may line and memory differ: one is read after the other."""
+GOOD = 5
+"""So many good frames in a row are wanted before a fault may end."""
+ZONES = ("front", "front left", "left", "rear left", "rear", "rear right", "right", "front right")
+POLYNOMIAL = 0x1D
+
+
+class CanBumper:
+    """The board: `cause` is what is wrong now, `fault` what was, until it is acknowledged.
+
+    While it is `forgetting` the fault has been acknowledged, and is about to end.
+    """
+
+    def __init__(self, send: Callable[[int, bytes], None]) -> None:
+        self.fault: str | None = None
+        self.cause: str | None = "bumper: no frames yet"
+        database: Any = cantools.database.load_file(DBC)
+        self._status = database.get_message_by_name(STATUS)
+        self._reset = database.get_message_by_name(RESET)
+        self.frame = int(self._status.frame_id)
+        self._send = send
+        self._counter: int | None = None
+        self._heard_ns: int | None = None
+        self._zones = self._good = self._differ = self._resets = 0
+        self._latched = self.forgetting = False
+        self._hits: list[BumperHit] = []
+
+    def hits(self) -> list[BumperHit]:
+        """Touches since the last call."""
+        found, self._hits = self._hits, []
+        return found
+
+    def take(self, data: bytes, now_ns: int) -> None:
+        """A status frame has come."""
+        self._heard_ns = now_ns
+        wrong = self._misread(data)
+        if wrong is None:
+            wrong = self._read(self._status.decode(data))
+        if wrong is not None:
+            self._trip(wrong)
+            return
+        self._good += 1
+        if self._good >= GOOD:
+            self.cause = None
+        if self._latched and self.forgetting:
+            self._forget()
+
+    def poll(self, now_ns: int) -> None:
+        """Look whether frames stay away, and whether the board has forgotten."""
+        if self._heard_ns is None:
+            self._heard_ns = now_ns
+        if now_ns - self._heard_ns > SILENCE_NS:
+            self._trip("no frames")
+        elif self.forgetting and not self._latched:
+            self.fault, self.forgetting = None, False
+        elif self._latched and self.fault is None:
+            self.fault = "bumper: the board remembers a touch"
+
+    def acknowledge(self) -> bool:
+        """End the fault once the board has forgotten the touch; False while a cause holds."""
+        if self.cause is not None:
+            return False
+        self.forgetting = True
+        if self._latched:
+            self._forget()
+        return True
+
+    def _misread(self, data: bytes) -> str | None:
+        """What is wrong with the frame itself."""
+        if len(data) != 8 or crc8(data[:7]) != data[7]:
+            return "wrong check sum"
+        before, self._counter = self._counter, data[0] & 0x0F
+        if before is None:
+            return None
+        ahead = (self._counter - before) % 16
+        if ahead == 0:
+            return "the counter stands still"
+        return "the counter jumps" if ahead > MISSED else None
+
+    def _read(self, found: Mapping[str, Any]) -> str | None:
+        """What a good frame says; and what of it forbids to move."""
+        zones, opened = int(found["Zones"]), bool(found["LineOpen"])
+        self._latched = bool(found["Latched"])
+        self._touch(zones)
+        self._differ = self._differ + 1 if _disagree(zones, opened, self._latched) else 0
+        if not found["SelfTest"]:
+            return "the self-test has failed"
+        if self._differ >= DISAGREEING:
+            line = "open" if opened else "closed"
+            return f"line and message disagree: {told(zones)}, and the line is {line}"
+        if zones:
+            return told(zones)
+        return "its line is open; a hand at the relay closes it" if opened else None
+
+    def _touch(self, zones: int) -> None:
+        new = zones & ~self._zones
+        self._zones = zones
+        for number in range(len(ZONES)):
+            if new >> number & 1:
+                self._hits.append(BumperHit(wrap(number * 2.0 * math.pi / len(ZONES))))
+
+    def _trip(self, why: str) -> None:
+        self.cause = f"bumper: {why}"
+        self.fault = self.fault or self.cause
+        self._good, self.forgetting = 0, False
+
+    def _forget(self) -> None:
+        self._resets = (self._resets + 1) % 16
+        values = {"ResetCounter": self._resets, "ResetCheck": crc8(bytes((self._resets,)))}
+        self._send(int(self._reset.frame_id), self._reset.encode(values))
+
+
+def _disagree(zones: int, opened: bool, latched: bool) -> bool:
+    """A touch opens the line, and nothing else does."""
+    return (zones != 0 and not opened) or (opened and not latched)
+
+
+def told(zones: int) -> str:
+    """Where the foam is pressed, as text."""
+    names = [name for number, name in enumerate(ZONES) if zones >> number & 1]
+    return f"touched at {', '.join(names)}" if names else "not touched"
+
+
+def crc8(data: bytes) -> int:
+    """CRC-8 of SAE J1850."""
+    crc = 0xFF
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = (crc << 1 ^ POLYNOMIAL if crc & 0x80 else crc << 1) & 0xFF
+    return crc ^ 0xFF

@@ -1,0 +1,184 @@
+"""A CAN bus by its configuration: it is polled, never waited for; what goes wrong is a text.
+
+`interface` and `channel` say where, all other keys go to python-can as they are. The interface
+`local` is a bus of this machine between processes: IPv4 multicast where there is a route for it,
+else slcan over TCP, to a hub at the address `channel`; group and port follow from that address.
+"""
+
+from __future__ import annotations
+
+import select
+import socket
+import time
+import zlib
+from collections import deque
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any, NamedTuple
+
+import can
+
+BITRATE = 500_000
+REMEMBERED = 256
+"""So many sent frames are known, to tell their echoes from frames of somebody else."""
+BUS_OFF = 0x40
+"""Class of error frames, as Linux numbers them."""
+HINTS = {
+    "socketcan": "is the interface up (ip link set can0 up type can bitrate 500000)? A kernel "
+    "without CAN has none: then pcan, slcan or udp_multicast",
+    "pcan": "PEAK's library libpcanbasic.so and its driver have to be installed",
+    "slcan": "channel is a serial device such as /dev/ttyACM0, or socket://host:port",
+    "udp_multicast": "a multicast route has to be there (ip route add 239.0.0.0/8 dev lo); "
+    "slcan over TCP needs none",
+    "local": "channel is an address of this machine, 127.x.y.z, where the fakes listen",
+}
+
+
+class CanFrame(NamedTuple):
+    """A data frame with its 11 bit identifier."""
+
+    id: int
+    data: bytes
+
+
+class CanBus:
+    """A bus that is open; `fault` says what was wrong with it between the last two polls, or None.
+
+    Some back-ends (multicast) hand one's own frames back; those are taken out here.
+
+    Raises:
+        OSError: it cannot be opened, why, and what would be right.
+    """
+
+    def __init__(self, settings: Mapping[str, Any]) -> None:
+        chosen = _chosen(settings)
+        self.name = f"CAN bus {settings.get('interface')} {settings.get('channel')}"
+        self.fault: str | None = None
+        self._trouble: str | None = None
+        self._bus = _opened(self.name, chosen, str(settings.get("interface")))
+        self._echoes = chosen["interface"] == "udp_multicast"
+        self._sent: deque[CanFrame] = deque(maxlen=REMEMBERED)
+        self._waitable = _file(self._bus) is not None
+        if chosen["interface"] == "slcan":
+            _hurry(self._bus)
+
+    def send(self, identifier: int, data: bytes) -> None:
+        """Send a frame; one that cannot be sent is lost, and `fault` says so after `poll`."""
+        frame = CanFrame(identifier, bytes(data))
+        message = can.Message(
+            arbitration_id=frame.id, data=frame.data, is_extended_id=False, check=False
+        )
+        if self._echoes:
+            self._sent.append(frame)
+        try:
+            self._bus.send(message, timeout=0)
+        except (can.CanError, OSError, ValueError) as error:
+            self._trouble = f"{self.name}: {error}"
+
+    def poll(self, most: int = 1000) -> list[CanFrame]:
+        """The frames that have arrived, oldest first; other kinds than data frames are left out."""
+        found: list[CanFrame] = []
+        try:
+            for _ in range(most):
+                if self._waitable and not self.readable(0.0):
+                    break
+                message = self._bus.recv(0)
+                if message is not None:
+                    self._take(message, found)
+                elif not self._waitable:
+                    break
+        except (can.CanError, OSError, ValueError) as error:
+            self._trouble = f"{self.name}: {error}"
+        self.fault, self._trouble = self._trouble, None
+        return found
+
+    def readable(self, timeout_s: float) -> bool:
+        """Is there something to poll, at the latest after timeout_s?"""
+        file = _file(self._bus)
+        if file is None:  # a bus that cannot be waited for: the virtual one
+            time.sleep(min(timeout_s, 0.001))
+            return True
+        return bool(select.select([file], [], [], timeout_s)[0])
+
+    def close(self) -> None:
+        """Let go of the bus."""
+        with suppress(can.CanError, OSError):
+            self._bus.shutdown()
+
+    def _take(self, message: can.Message, found: list[CanFrame]) -> None:
+        if message.is_error_frame:
+            off = message.arbitration_id & BUS_OFF
+            self._trouble = f"{self.name}: {'bus-off' if off else 'error frames'}"
+            return
+        if message.is_remote_frame or message.is_extended_id:
+            return
+        frame = CanFrame(message.arbitration_id, bytes(message.data))
+        if frame in self._sent:
+            while self._sent.popleft() != frame:  # the echoes of earlier ones were lost
+                pass
+            return
+        found.append(frame)
+
+
+def local_address(host: str) -> tuple[str, int]:
+    """Multicast group and port of the bus at an address of this machine."""
+    number = zlib.crc32(host.encode())
+    return f"239.193.{number >> 8 & 255}.{number & 255}", 20_000 + (number >> 16) % 12_000
+
+
+def _chosen(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """What python-can is called with."""
+    for key in ("interface", "channel"):
+        if not settings.get(key):
+            raise OSError(
+                f"a CAN bus needs {key!r}, such as {{interface: socketcan, channel: can0}}"
+            )
+    chosen = {"bitrate": BITRATE, **settings}
+    if chosen["interface"] == "local":
+        chosen = _local(str(chosen["channel"]))
+    if chosen["interface"] == "slcan" and "://" in str(chosen["channel"]):
+        chosen.setdefault("sleep_after_open", 0.0)  # no board resets itself behind a socket
+    return chosen
+
+
+def _local(host: str) -> dict[str, Any]:
+    group, port = local_address(host)
+    if _has_route(group, port):
+        return {"interface": "udp_multicast", "channel": group, "port": port, "hop_limit": 0}
+    return {"interface": "slcan", "channel": f"socket://{host}:{port}"}
+
+
+def _has_route(group: str, port: int) -> bool:
+    """Is there a way for multicast? Sends nothing."""
+    everybody = socket.inet_aton(group) + socket.inet_aton("0.0.0.0")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as tried:
+        try:
+            tried.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, everybody)
+            tried.connect((group, port))
+        except OSError:
+            return False
+    return True
+
+
+def _opened(name: str, chosen: Mapping[str, Any], asked: str) -> can.BusABC:
+    hint = HINTS.get(asked, f"interfaces: {', '.join(sorted(can.VALID_INTERFACES))}, local")
+    try:
+        return can.Bus(ignore_config=True, **chosen)
+    except Exception as error:  # back-ends raise what they like
+        told = str(error) or type(error).__name__
+        raise OSError(f"{name} does not open: {told}; {hint}") from error
+
+
+def _file(bus: can.BusABC) -> int | None:
+    try:
+        file = bus.fileno()
+    except (NotImplementedError, can.CanError, OSError):
+        return None
+    return file if file >= 0 else None
+
+
+def _hurry(bus: Any) -> None:
+    """Short frames at once: a socket would keep the second until the first is acknowledged."""
+    wire = getattr(bus.serialPortOrig, "_socket", None)
+    if wire is not None:
+        wire.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

@@ -1,0 +1,224 @@
+"""One drive of a wheel: CANopen, profile CiA 402, velocity mode (3), as its master sees it.
+
+Process data: 0x200 + node carries control word and target velocity, 0x180 + node status word and
+actual velocity, both at each SYNC. The drive watches the master's heartbeat: if that stays away it
+brakes by its quick-stop ramp and switches off. Nothing here waits; time comes in by `poll`.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from canopen.emcy import EMCY_STRUCT, EmcyError
+
+from hw.drivers.can.sdo import SdoWrite, Writer
+
+HEARTBEAT_NS = 150_000_000
+"""A drive whose heartbeat is older is dead, ns; it sends one every 50 ms."""
+VELOCITY_NS = 50_000_000
+"""A drive whose status and velocity are older is frozen, ns."""
+QUICK_STOP, OFF, RESET = 0x02, 0x00, 0x80
+ENABLED = "operation enabled"
+START, PRE_OPERATIONAL = 0x01, 0x80
+OPERATIONAL = 5
+NMT = {0: "initialising", 4: "stopped", OPERATIONAL: "operational", 127: "pre-operational"}
+TOWARDS_ENABLED = {
+    "switch on disabled": 0x06, "ready to switch on": 0x07, "switched on": 0x0F, ENABLED: 0x0F,
+}  # fmt: skip
+"""Control words that lead on, by state; in the others the drive is to switch off first."""
+_PROCESS = struct.Struct("<Hi")
+Send = Callable[[int, bytes], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What a drive is told at first: `ramp` in its units/s2, `silence_ms` for the master."""
+
+    master: int
+    silence_ms: int
+    ramp: int
+
+    def writes(self, node: int) -> list[SdoWrite]:
+        """The objects. Process data can be mapped while the node is pre-operational only."""
+        return [
+            SdoWrite(0x1017, 0, 2, 50),  # own heartbeat, ms
+            SdoWrite(0x1016, 1, 4, self.master << 16 | self.silence_ms),  # the master's
+            SdoWrite(0x1029, 1, 1, 1),  # master lost: go on telling the velocity
+            *_mapped(0x1400, 0x1600, 0x200 + node, 0x60400010, 0x60FF0020),
+            *_mapped(0x1800, 0x1A00, 0x180 + node, 0x60410010, 0x606C0020),
+            SdoWrite(0x6060, 0, 1, 3),  # profile velocity
+            SdoWrite(0x605A, 0, 2, 2),  # quick stop: brake by its ramp, then switch off
+            SdoWrite(0x605E, 0, 2, 2),  # fault: the same ramp
+            SdoWrite(0x6007, 0, 2, 3),  # master lost: quick stop
+            SdoWrite(0x6085, 0, 4, self.ramp),  # quick-stop ramp
+            SdoWrite(0x6083, 0, 4, self.ramp),  # the same for speeding up and slowing down:
+            SdoWrite(0x6084, 0, 4, self.ramp),  # the chain has ramps of its own
+            SdoWrite(0x60FF, 0, 4, 0),
+        ]
+
+
+def _mapped(communication: int, mapping: int, frame: int, *objects: int) -> list[SdoWrite]:
+    """Switch a process data object off, map it, let it go with each SYNC, switch it on again."""
+    return [
+        SdoWrite(communication, 1, 4, 0x8000_0000 | frame),
+        SdoWrite(mapping, 0, 1, 0),
+        *(SdoWrite(mapping, n, 4, entry) for n, entry in enumerate(objects, 1)),
+        SdoWrite(mapping, 0, 1, len(objects)),
+        SdoWrite(communication, 2, 1, 1),
+        SdoWrite(communication, 1, 4, frame),
+    ]
+
+
+class Ds402Drive:
+    """A drive by its node number; `fault` stays until `start`.
+
+    `velocity` is what it last told, in its own units/s; `fresh` says whether that is new, and
+    `configured` whether it has its settings.
+    """
+
+    def __init__(self, node: int, name: str, setting: Setting, send: Send) -> None:
+        self.node, self.name = node, f"drive {node} ({name})"
+        self.fault: str | None = None
+        self.state = "unknown"
+        self.configured = self._begun = False
+        self.velocity = 0
+        self.fresh = False
+        self._send = send
+        self._writer = Writer(node, send)
+        self._setting = setting
+        self._wanted = False  # it is to be enabled
+        self._watched = False  # it was, and is to stay so
+        self._nmt: int | None = None
+        self._beat_ns = self._told_ns = 0
+        self._edge = False
+
+    @property
+    def enabled(self) -> bool:
+        """Does it follow velocities?"""
+        return self._watched and self.state == ENABLED
+
+    def start(self, now_ns: int) -> None:
+        """Forget the fault, and lead the drive to where it follows; it moves nothing."""
+        self.fault, self._wanted, self._watched = None, True, False
+        self._beat_ns = self._told_ns = now_ns
+        if self.configured:
+            self.command(START)
+        elif not self._begun or self._writer.fault is not None:
+            self._begin_to_configure()
+
+    def hold(self) -> None:
+        """Have it brake by its quick stop, and stay so until `start`."""
+        self._wanted = self._watched = False
+
+    def alive(self, now_ns: int) -> bool:
+        """Is it there, and does it tell its velocity if it should?
+
+        Without its settings it is not; but if it has refused them, `start` tries once more.
+        """
+        if not self.configured:
+            return self._writer.fault is not None
+        if now_ns - self._beat_ns > HEARTBEAT_NS:
+            return False
+        return self._nmt != OPERATIONAL or self.tells(now_ns)
+
+    def tells(self, now_ns: int) -> bool:
+        """Has it told its velocity lately?"""
+        return now_ns - self._told_ns <= VELOCITY_NS
+
+    def poll(self, now_ns: int) -> None:
+        """Look at ages; give it its settings, also while it has a fault: they move nothing."""
+        if not self.configured:
+            self._configure(now_ns)
+        elif now_ns - self._beat_ns > HEARTBEAT_NS:
+            self._fail("has no heartbeat")
+        elif now_ns - self._told_ns > VELOCITY_NS:
+            self._fail("tells no velocity")
+
+    def control(self) -> int:
+        """The control word that is due: towards `enabled`, or to quick stop."""
+        if not self._wanted or not self.configured:
+            return QUICK_STOP
+        if self.state == "fault":
+            self._edge = not self._edge  # a reset is the rising edge of its bit
+            return RESET if self._edge else OFF
+        return TOWARDS_ENABLED.get(self.state, OFF)
+
+    def tell(self, control: int, velocity: int) -> None:
+        """Send control word and target velocity; they count from the next SYNC on."""
+        self._send(0x200 + self.node, _PROCESS.pack(control, velocity))
+
+    def command(self, code: int) -> None:
+        """Send an order of the network management: `START` or `PRE_OPERATIONAL`."""
+        self._send(0, bytes((code, self.node)))
+
+    def switch_off(self) -> None:
+        """Power off, with the next SYNC; and no more process data after it."""
+        self.hold()
+        self.tell(OFF, 0)
+
+    def on_heartbeat(self, data: bytes, now_ns: int) -> None:
+        """Its state in the network, or that it has started."""
+        if len(data) != 1:
+            return
+        self._beat_ns, before = now_ns, self._nmt
+        self._nmt = data[0] & 0x7F
+        if self._nmt == 0 and before is not None:
+            self._fail("has started anew")
+            self._begin_to_configure()  # its settings are gone
+        elif self._watched and self._nmt != OPERATIONAL:
+            self._fail(f"is {NMT.get(self._nmt, self._nmt)}")
+
+    def on_told(self, data: bytes, now_ns: int) -> None:
+        """Status word and velocity."""
+        if len(data) != _PROCESS.size:
+            return
+        status, self.velocity = _PROCESS.unpack(data)
+        self._told_ns, self.fresh = now_ns, True
+        self.state = state_of(status)
+        if self.state == ENABLED:
+            self._watched = self._wanted
+        elif self._watched:
+            self._fail(f"is in {self.state!r}")
+
+    def on_emergency(self, data: bytes, now_ns: int) -> None:
+        """An EMCY object; code 0 tells that an error is over."""
+        if len(data) != EMCY_STRUCT.size:
+            return
+        code, register, more = EMCY_STRUCT.unpack(data)
+        if code >> 8:
+            told = EmcyError(code, register, more, 1e-9 * now_ns)
+            self._fail(f"EMCY 0x{code:04X} {told.get_desc()}".rstrip())
+
+    def on_answer(self, data: bytes, now_ns: int) -> None:
+        """An answer to a write."""
+        self._writer.take(data, now_ns)
+
+    def _begin_to_configure(self) -> None:
+        self.configured, self._begun = False, True
+        self.command(PRE_OPERATIONAL)
+        self._writer.begin(self._setting.writes(self.node))
+
+    def _configure(self, now_ns: int) -> None:
+        self._writer.poll(now_ns)
+        if self._writer.fault is not None:
+            self._fail(self._writer.fault)
+        elif self._begun and self._writer.done:
+            self.configured, self._beat_ns, self._told_ns = True, now_ns, now_ns
+            self.command(START)
+
+    def _fail(self, why: str) -> None:
+        if self.fault is None:
+            self.fault = f"{self.name}: {why}"
+        self.hold()
+
+
+def state_of(status: int) -> str:
+    """The state that a status word tells (CiA 402-2, table of states)."""
+    by_four = {0x00: "not ready", 0x40: "switch on disabled", 0x0F: "fault reaction", 0x08: "fault"}
+    by_five = {
+        0x21: "ready to switch on", 0x23: "switched on", 0x27: ENABLED, 0x07: "quick stop",
+    }  # fmt: skip
+    found = by_four.get(status & 0x4F) or by_five.get(status & 0x6F)
+    return found or f"status 0x{status:04X}"

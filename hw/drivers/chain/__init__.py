@@ -1,0 +1,1 @@
+"""The safety chain in a process of its own."""

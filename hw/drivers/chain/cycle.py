@@ -1,0 +1,250 @@
+"""The cycle of the safety chain in front of real wheels: hear, look, ramp, admit, drive.
+
+It is the last before the actuators: what drives is one command with a stamp, which gets old, and
+all that it goes by it hears itself. Nothing here waits. In this order, in each cycle:
+
+1. the wheels are polled; a touch of the foam or a fault of theirs stops them for good, by the
+   drives' own quick stop, as does a lost link, a latch of the chain, and whoever pulls;
+2. the velocity goes towards the commanded one, as fast as ramps allow (`hw.safety.ramps`);
+3. the safety chain admits what may be of it, and what is taken away is braked away;
+4. the wheels are told.
+
+A stop lasts until the operator resets it: `reset` is tried for a while, because drives need some
+cycles to be switched on again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+from hw.drivers.chain.links import Links
+from hw.drivers.chain.settings import ChainSettings
+from hw.drivers.gates import MS
+from hw.drivers.hardware import Hardware
+from hw.geometry import STILL, Pose2, Pose3, Twist2
+from hw.interfaces import DriveMode
+from hw.links.datagrams import Datagram, Outlet
+from hw.reckoner import Reckoner
+from hw.safety.keeper import Keeper, is_standing
+from hw.safety.ramps import STANDSTILL, Ramps, Velocity, twist_after
+from hw.samples import PoseSigma, Sample, TrackerPose, UserPose, is_finite
+
+RESET_NS = 400 * MS
+"""Drives may take so long to be ready again after a reset."""
+LONGEST_S = 0.02
+"""Velocities change by no more than ramps allow in this time, however long a cycle took."""
+NOT_READY = "the wheels are not ready"
+OWN_SIGNALS = {"user.pose": UserPose, "rover.tracker": TrackerPose}
+
+
+class ChainCycle:
+    """See the module; one thread calls all of it. `stopped` is why the wheels are stopped."""
+
+    def __init__(self, settings: ChainSettings, hardware: Hardware, outlet: Outlet) -> None:
+        observer = settings.observer
+        self.hardware = hardware
+        self.stopped: str | None = None
+        self.mode: DriveMode = settings.model.modes[0]
+        self.links = Links(settings.arm, None if observer is None else observer.timeout)
+        self.keeper = Keeper(settings.safety, measures=False)
+        self.keeper.locate_by(Reckoner(settings.tracking))
+        self._ramps, self._modes = Ramps(settings.model, settings.motion), settings.model.modes
+        self._outlet = outlet
+        self._mode_wanted = self.mode
+        self._yaw, self._velocity = 0.0, STANDSTILL
+        self._cycled_ns: int | None = None
+        self._odometry_ns = -1
+        self._resetting: tuple[int, int, bool] | None = None
+        self._takes: dict[tuple[str, str], Callable[[int, Datagram], None]] = {
+            ("engine", "command"): self._hear_command,
+            ("engine", "mode"): self._hear_mode,
+            ("engine", "grant"): self._hear_grant,
+            ("engine", "estimate"): self._hear_estimate,
+            ("engine", "pull"): self._hear_pull,
+            ("engine", "reset"): self._hear_reset,
+            ("observer", "pull"): self._hear_pull,
+            ("observer", "observer.here"): lambda now, _: self.links.observer.beat(now, now),
+            ("arm", "arm.link"): self._hear_arm,
+            ("vr", "vr.link"): self._hear_vr,
+            ("vr", "vr.haptic_request"): self._hear_request,
+            ("vr", "user.pose"): self._hear_signal,
+            ("vr", "rover.tracker"): self._hear_signal,
+        }
+
+    @property
+    def stands(self) -> bool:
+        """Do the wheels stand, as they tell?"""
+        twist = None if self.hardware.odometry is None else self.hardware.odometry[1].twist
+        return self._velocity == STANDSTILL and twist is not None and is_standing(twist)
+
+    @property
+    def awaited(self) -> str | None:
+        """Who or what keeps everything standing so far, though nothing is stopped for good."""
+        return self.links.awaited() or (None if self.hardware.ready else NOT_READY)
+
+    def take(self, told: Datagram, now_ns: int) -> None:
+        """A datagram has arrived; one that nobody here waits for is left out."""
+        take = self._takes.get((told.source, told.name))
+        if take is not None:
+            take(now_ns, told)
+
+    def pull(self, reason: str) -> None:
+        """Stop the wheels for good; the first reason is kept."""
+        if self.stopped is None:
+            self.stopped = reason
+            with suppress(Exception):  # the cycles tell them to stand, too
+                self.hardware.stop()
+
+    def cycle(self, now_ns: int) -> None:
+        """One cycle; whatever the hardware raises, the wheels are stopped."""
+        try:
+            self._cycle(now_ns)
+        except Exception as error:  # noqa: BLE001  of a driver; the chain has to go on
+            self.pull(f"wheels: {type(error).__name__}: {error}")
+
+    def _cycle(self, now_ns: int) -> None:
+        self.hardware.poll(now_ns)
+        self._measure(now_ns)
+        self._look(now_ns)
+        if self._resetting is not None:
+            self._go_on_resetting(now_ns, *self._resetting)
+        self.keeper.hear(Sample("stop.engaged", now_ns, self.stopped or self.awaited), now_ns)
+        self.hardware.drive(self._next(now_ns), now_ns)
+        if self.keeper.latched is not None:
+            self.pull(self.keeper.latched)
+
+    def _measure(self, now_ns: int) -> None:
+        """Hear what the wheels tell, and pass it on."""
+        for hit in self.hardware.hits():
+            self._outlet.send("bumper.hit", now_ns, hit)
+            self.pull("bumper")
+        if self.hardware.odometry is None or self.hardware.odometry[0] <= self._odometry_ns:
+            return
+        self._odometry_ns, odometry = self.hardware.odometry
+        if is_finite(odometry):
+            self.keeper.hear(Sample("base.odometry", self._odometry_ns, odometry), now_ns)
+            self._outlet.send("base.odometry", self._odometry_ns, odometry)
+
+    def _look(self, now_ns: int) -> None:
+        """Stop for good where somebody is missing, or the wheels have a fault."""
+        reason = self.hardware.fault or self.links.lost(now_ns)
+        if reason is not None:
+            self.pull(reason)
+        if not self.links.may_ask(now_ns):
+            self.keeper.hear(Sample("vr.haptic_request", now_ns, None), now_ns)
+
+    def _next(self, now_ns: int) -> Twist2:
+        """The next velocity of the wheels, base frame."""
+        before, self._cycled_ns = self._cycled_ns, now_ns
+        span = 0.0 if before is None else min(max(0.0, (now_ns - before) * 1e-9), LONGEST_S)
+        target = self._ramps.limited(self.keeper.wanted, self._mode_wanted)
+        if self.stopped is not None:
+            target, self._velocity = STILL, STANDSTILL
+        _, twist = self.keeper.measured(now_ns)
+        if self._velocity == STANDSTILL:
+            self.mode = self._mode_wanted
+            if target == STILL and twist is not None and is_standing(twist):
+                self.keeper.rest(now_ns)
+                return STILL
+        elif self.mode != self._mode_wanted:
+            target = STILL
+        velocity, after = self._ramped(target, span, braked=False)
+        admitted = self.keeper.admit(now_ns, velocity, None, twist, self.mode)
+        if admitted is not velocity:
+            slower = self._ramps.limited(admitted, self.mode)
+            velocity, after = self._ramped(slower, span, braked=True)
+        self._yaw, self._velocity = after
+        return velocity
+
+    def _ramped(
+        self, target: Twist2, span: float, braked: bool
+    ) -> tuple[Twist2, tuple[float, Velocity]]:
+        """The velocity after span s, and the yaw and the velocity over the floor with it."""
+        motion = self._ramps.toward(self._yaw, self._velocity, target, span, self.mode, braked)
+        return twist_after(self._yaw, motion, self.mode), (self._yaw + motion[2], motion[3])
+
+    # resets
+
+    def _go_on_resetting(self, now_ns: int, token: int, until_ns: int, begun: bool) -> None:
+        """Take the stop away once the drives are ready, or tell that it stays, and why."""
+        why = self.links.lost(now_ns)
+        if why is None and not begun:
+            why = self._begin_resetting(now_ns)
+            self._resetting = token, until_ns, True
+        elif why is None and self.hardware.fault is None and self.hardware.ready:
+            self.stopped = self._resetting = None
+            self._outlet.send("chain.reset", now_ns, (token, None))
+            return
+        if why is None and now_ns >= until_ns:
+            why = self.hardware.fault or NOT_READY
+        if why is not None:
+            self._refuse(now_ns, token, why)
+
+    def _begin_resetting(self, now_ns: int) -> str | None:
+        """Why it cannot begin; None: the drives are on their way."""
+        if not self.stands or not self.keeper.reset(now_ns):
+            return self.keeper.latched or "the base moves"
+        if not self.hardware.acknowledge():
+            return self.hardware.fault or NOT_READY
+        return None
+
+    def _refuse(self, now_ns: int, token: int, why: str) -> None:
+        self._resetting = None
+        self.hardware.stop()
+        self._outlet.send("chain.reset", now_ns, (token, why))
+
+    # what is heard
+
+    def _hear_command(self, now_ns: int, told: Datagram) -> None:  # noqa: ARG002
+        if told.value is None:
+            self.keeper.command(STILL, None)
+        elif isinstance(told.value, Twist2) and is_finite(told.value):
+            self.keeper.command(told.value, told.stamp_ns)
+
+    def _hear_mode(self, now_ns: int, told: Datagram) -> None:  # noqa: ARG002
+        if told.value in self._modes:
+            self._mode_wanted = told.value
+
+    def _hear_grant(self, now_ns: int, told: Datagram) -> None:  # noqa: ARG002
+        if told.value is None or isinstance(told.value, Pose2):
+            self.keeper.grant(told.value)
+
+    def _hear_estimate(self, now_ns: int, told: Datagram) -> None:  # noqa: ARG002
+        pose, sigma = _pair(told.value)
+        known = isinstance(pose, Pose2) and isinstance(sigma, PoseSigma) and is_finite(told.value)
+        self.keeper.locate(told.stamp_ns, pose if known else None, sigma if known else None)
+
+    def _hear_pull(self, now_ns: int, told: Datagram) -> None:
+        self.pull(str(told.value or told.source))
+        if self._resetting is not None:  # somebody wants the stop to stay
+            self._refuse(now_ns, self._resetting[0], str(told.value))
+
+    def _hear_reset(self, now_ns: int, told: Datagram) -> None:
+        if self.stopped is None:
+            self._outlet.send("chain.reset", now_ns, (told.value, None))
+        elif self._resetting is None:
+            self._resetting = told.value, now_ns + RESET_NS, False
+
+    def _hear_arm(self, now_ns: int, told: Datagram) -> None:
+        fault = None if told.value is None else f"arm: {told.value}"
+        self.links.arm.beat(told.stamp_ns, now_ns, fault)
+
+    def _hear_vr(self, now_ns: int, told: Datagram) -> None:
+        self.links.vr.beat(told.stamp_ns, now_ns, None if told.value == "up" else str(told.value))
+
+    def _hear_request(self, now_ns: int, told: Datagram) -> None:
+        """A DEEP that is no pose is no request."""
+        asked = isinstance(told.value, Pose3) and is_finite(told.value)
+        self.links.request.beat(told.stamp_ns, now_ns)
+        deep = told.value if asked and self.links.may_ask(now_ns) else None
+        self.keeper.hear(Sample("vr.haptic_request", now_ns, deep), now_ns)
+
+    def _hear_signal(self, now_ns: int, told: Datagram) -> None:
+        if isinstance(told.value, OWN_SIGNALS[told.name]) and is_finite(told.value):
+            self.keeper.hear(Sample(told.name, told.stamp_ns, told.value), now_ns)
+
+
+def _pair(value: Any) -> tuple[Any, Any]:
+    return value if isinstance(value, tuple) and len(value) == 2 else (None, None)

@@ -1,0 +1,131 @@
+"""The engine's side of a keeper in the process of the safety chain: what goes there, what comes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from hw.geometry import Pose2, Twist2
+from hw.interfaces import DriveMode
+from hw.links.datagrams import Datagram, Outlet
+from hw.log import Log
+from hw.reckoner import Reckoner
+from hw.safety.chain import KEPT
+from hw.safety.limits import SafetyLimits
+from hw.safety.record import ChainStatus, SafetyRecord
+from hw.samples import PoseSigma, Sample
+
+
+class ChainKeeper:
+    """What `hw.safety.keeper.Keeps` asks for.
+
+    The chain hears all that it goes by itself; `hears` has the engine sample it, too, so that it is
+    in the record of the run.
+
+    `stops` is called, from any thread, with the reason when the wheels are stopped for good. `lost`
+    counts records that did not arrive.
+    """
+
+    reckons = True
+    hears = ("vr.haptic_request", "user.pose", "rover.tracker", "base.odometry", "base.twist")
+
+    def __init__(
+        self,
+        limits: SafetyLimits,
+        mode: DriveMode,
+        outlet: Outlet,
+        now: Callable[[], int],
+        reset: Callable[[], bool],
+        pull: Callable[[str], None],
+    ) -> None:
+        self.limits = limits
+        self.cycles: Log[SafetyRecord] = Log(KEPT)
+        self.status = ChainStatus(None, (), None, mode, 0, 0, 0, 0.0)
+        self.mode_wanted = mode
+        self.stops: Callable[[str], None] | None = None
+        self.lost = 0
+        self.longest_ms = 0.0
+        self._outlet, self._now = outlet, now
+        self._reset, self._pull = reset, pull
+        self._granted: Pose2 | None = None
+        self._located_ns: int | None = None
+
+    @property
+    def latched(self) -> str | None:
+        """Why the chain has latched."""
+        return self.status.latched
+
+    @property
+    def refused(self) -> tuple[str, ...]:
+        """Why nothing at all could move in the last cycle that was told of."""
+        return self.status.refused
+
+    @property
+    def admitted(self) -> Twist2 | None:
+        """What was last let pass; None: since the last tick, all of it."""
+        return self.status.admitted
+
+    def locate_by(self, reckoner: Reckoner) -> None:
+        """It has a reckoner of its own."""
+
+    def hear(self, sample: Sample, now_ns: int) -> None:  # noqa: ARG002
+        """The end of a request ends its grant; the chain hears of it by itself."""
+        if sample.name == "vr.haptic_request" and sample.value is None:
+            self._granted = None
+
+    def grant(self, pose: Pose2 | None) -> None:
+        """The request is served from this pose."""
+        self._granted = pose
+        self._outlet.send("grant", time.monotonic_ns(), pose)
+
+    def locate(self, stamp_ns: int, pose: Pose2 | None, sigma: PoseSigma | None) -> None:
+        """Where localization takes the base to have been; told once for each stamp."""
+        if pose is None or sigma is None:
+            self._located_ns = None
+            self._outlet.send("estimate", time.monotonic_ns(), None)
+        elif stamp_ns != self._located_ns:
+            self._located_ns = stamp_ns
+            self._outlet.send("estimate", self._monotonic(stamp_ns), (pose, sigma))
+
+    def command(self, twist: Twist2, stamp_ns: int | None) -> None:
+        """This velocity counts from now on; mode and grant are said again with each."""
+        now = time.monotonic_ns()
+        self._outlet.send("mode", now, self.mode_wanted)
+        if self._granted is not None:
+            self._outlet.send("grant", now, self._granted)
+        if stamp_ns is None:
+            self._outlet.send("command", now, None)
+        else:
+            self._outlet.send("command", self._monotonic(stamp_ns), twist)
+
+    def reset(self, now_ns: int) -> bool:  # noqa: ARG002
+        """Ask the chain to take its stop away."""
+        return self._reset()
+
+    def pull(self, reason: str) -> None:
+        """Stop the wheels for good."""
+        self._pull(reason)
+
+    def take(self, told: Datagram, stamp_ns: int) -> None:
+        """Records or a status of the chain; `stamp_ns` is that of the datagram in the run's time.
+
+        What came before the chain's first word on this side is no loss.
+        """
+        if isinstance(told.value, ChainStatus):
+            self.lost = told.value.records - self.cycles.written
+            self.longest_ms = max(self.longest_ms, told.value.longest_ms)
+            self.status = told.value
+        elif told.name == "chain.cycles":
+            for record in _records(told.value):
+                ago = told.stamp_ns - record.stamp_ns
+                self.cycles.append(record._replace(stamp_ns=stamp_ns - ago))
+
+    def _monotonic(self, stamp_ns: int) -> int:
+        """A time of the run by the clock that all processes share, ns."""
+        return time.monotonic_ns() - (self._now() - stamp_ns)
+
+
+def _records(value: Any) -> list[SafetyRecord]:
+    found = value if isinstance(value, tuple) else ()
+    return [record for record in found if isinstance(record, SafetyRecord)]

@@ -1,0 +1,318 @@
+"""Wheels, bumper and stop line behind the process of the safety chain.
+
+links:
+  chain: {driver: "hw.drivers.chain.link:ChainLink", port: 7400, hardware: {driver: "module:Class", …}}
+  arm: {…, tells: chain}
+parts:
+  base: {driver: "hw.drivers.chain.link:ChainBase", link: chain}
+  stop_line: {driver: "hw.drivers.chain.link:ChainStopLine", link: chain}
+  bumper: {driver: "hw.drivers.chain.link:ChainBumper", link: chain}
+
+What the engine wants goes there as datagrams that get old; what it hears comes in a thread of its
+own, which stops everything else the moment the chain has stopped the wheels, or falls silent. A
+chain that was silent is not trusted again: the run has to be started anew.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from itertools import count
+from typing import Any
+
+from hw.connection import RunInfo
+from hw.drivers.chain.keeper import ChainKeeper
+from hw.drivers.chain.settings import OBSERVER_S, ChainSettings, ObserverSettings
+from hw.drivers.feed import DatagramFeed, up_to
+from hw.geometry import STILL, Twist2
+from hw.interfaces import DriveMode
+from hw.links.datagrams import LOOPBACK, Address, Datagram, Outlet
+from hw.links.processes import Child
+from hw.samples import Odometry, Sample
+
+MODULE = "hw.drivers.chain.process"
+SILENT_NS, LOOK_S = 100_000_000, 0.02
+SILENT, ENDED = "the safety chain is silent", "the safety chain has ended"
+RESET_S = 0.5
+CLOSING_S = 4.0
+"""The wheels have this long to come to a stand and to be switched off, s."""
+AHEAD_S = 0.05
+"""Poses of the VR side are predicted; so far ahead of the clock they may be stamped, s."""
+KEPT = 512
+"""So many samples wait for the engine, which takes them in each tick; older ones are left out."""
+Now = Callable[[], int]
+
+
+class ChainLink:
+    """The link: the process, what is told to it, and what it tells.
+
+    Args:
+        port: of the chain; another engine that asks for the same is refused.
+        hardware: `driver: "module:Class"` of the wheels, and what that is called with.
+        now: the time of the run, ns.
+        opening: of the run.
+        host: the address it is reached at.
+        observer: None, or `{timeout: 0.5}`, s: an observer's program has to be heard (R55); with
+            `host` and `port` at an address of its own.
+        rate: cycles a second.
+        arm: is there an arm whose link has to be up?
+    """
+
+    def __init__(  # noqa: PLR0913
+        self,
+        port: int,
+        hardware: Mapping[str, Any],
+        now: Now,
+        opening: RunInfo,
+        *,
+        host: str = LOOPBACK,
+        observer: Mapping[str, Any] | None = None,
+        rate: int = 100,
+        arm: bool = True,
+    ) -> None:
+        self.address: Address = (host, int(port))
+        self.base: deque[Sample] = deque(maxlen=KEPT)
+        self.hits: deque[Sample] = deque(maxlen=KEPT)
+        self.stopped: str | None = None
+        self.why: str | None = None
+        self.wake: Callable[[], None] = _nobody
+        self.modes = opening.body.base.modes
+        self.real_time = False
+        self._wheels = _hardware(hardware)
+        self._observer = None if observer is None else _observer(observer, self.address)
+        self._outlet = Outlet("engine", [self.address])
+        self.keeper = ChainKeeper(
+            opening.safety, self.modes[0], self._outlet, now, self.reset, self.pull
+        )
+        self._feed = DatagramFeed(now, self._take, self._watch, LOOK_S)
+        self._heard_ns: int | None = None
+        self._dead: str | None = None
+        self._told = self._closing = False
+        self._tokens, self._answer = count(1), threading.Condition()
+        self._answered: tuple[int, str | None] = (0, None)
+        try:
+            self._child = Child(MODULE, self._settings(opening, rate, arm))
+        except BaseException:
+            self._feed.close()
+            self._outlet.close()
+            raise
+
+    def _settings(self, opening: RunInfo, rate: int, arm: bool) -> ChainSettings:
+        return ChainSettings(
+            address=self.address,
+            engine=self._feed.address,
+            hardware=self._wheels,
+            model=opening.body.base,
+            motion=opening.motion,
+            safety=replace(opening.safety, ahead=max(AHEAD_S, opening.safety.ahead)),
+            tracking=replace(opening.tracking, mounts=dict(opening.tracking.mounts)),
+            rate=rate,
+            arm=arm,
+            observer=self._observer,
+        )
+
+    def wait(self) -> None:
+        """Until it cycles.
+
+        Raises:
+            OSError: the wheels cannot be opened, or another engine has them.
+        """
+        self.real_time = bool(self._child.wait().get("real_time"))
+        self._heard_ns = time.monotonic_ns()
+        self._feed.start()
+
+    @property
+    def pid(self) -> int:
+        """The number of the process."""
+        return self._child.pid
+
+    def pull(self, reason: str) -> None:
+        """Stop the wheels for good; may be called from any thread."""
+        if self.stopped is None:
+            self.stopped = reason
+        self._outlet.send("pull", time.monotonic_ns(), reason)
+
+    def reset(self) -> bool:
+        """Ask for the stop to be taken away; waits RESET_S at most. `why` says why it stays."""
+        if self.stopped is None:
+            return True
+        if self._dead is not None:
+            self.why = self._dead
+            return False
+        token = next(self._tokens)
+        with self._answer:
+            self._outlet.send("reset", time.monotonic_ns(), token)
+            heard = self._answer.wait_for(lambda: self._answered[0] == token, RESET_S)
+            self.why = self._answered[1] if heard else "no answer"
+        return heard and self.why is None and self._dead is None
+
+    def close(self) -> None:
+        """Let the wheels come to a stand and be switched off, and end the process.
+
+        Raises:
+            OSError: not all records of its cycles have arrived.
+        """
+        self._closing = True
+        self._child.close(CLOSING_S)
+        self._feed.close()
+        self._outlet.close()
+        if self.keeper.lost > 0:
+            told = self.keeper.status.records
+            raise OSError(f"{self.keeper.lost} of {told} records of the safety chain are lost")
+
+    # in the thread of the feed
+
+    def _take(self, told: Datagram, stamp_ns: int) -> None:
+        if told.source != "chain":
+            return
+        self._heard_ns = max(self._heard_ns or 0, told.stamp_ns)
+        match told.name, told.value:
+            case "base.odometry", Odometry() as odometry:
+                self.base.append(Sample(told.name, stamp_ns, odometry))
+                self.base.append(Sample("base.twist", stamp_ns, odometry.twist))
+            case "bumper.hit", hit:
+                self.hits.append(Sample(told.name, stamp_ns, hit))
+                self.wake()
+            case "stop.engaged", str(reason):
+                self._stop(reason)
+            case "chain.reset", (int(token), why):
+                self._answer_with(token, why)
+            case _:
+                self.keeper.take(told, stamp_ns)
+
+    def _answer_with(self, token: int, why: str | None) -> None:
+        with self._answer:
+            if why is None and self._dead is None:
+                self.stopped, self._told = None, False
+            self._answered = token, why
+            self._answer.notify_all()
+
+    def _watch(self, looked_ns: int) -> None:
+        """A chain that had said nothing for too long does not guard the wheels any more."""
+        if self._closing or self._dead is not None or self._heard_ns is None:
+            return
+        if looked_ns - self._heard_ns > SILENT_NS:
+            self._dead = SILENT if self._child.alive else ENDED
+            self._stop(self._dead)
+
+    def _stop(self, reason: str) -> None:
+        """The wheels are stopped: so is everything else, at once; said once until a reset."""
+        if self.stopped is None:
+            self.stopped = reason
+        if self.keeper.stops is not None and not self._told:
+            self._told = True
+            self.keeper.stops(reason)
+
+
+class ChainBase:
+    """The part `base`; its `GuardedBase` commands it through its keeper, once in each tick."""
+
+    signals: tuple[str, ...] = ("base.odometry", "base.twist")
+
+    def __init__(self, link: ChainLink, now: Now) -> None:
+        self.keeper = link.keeper
+        self._link, self._now = link, now
+
+    @property
+    def mode(self) -> DriveMode:
+        """How the wheels are driven."""
+        return self.keeper.status.mode
+
+    def use(self, mode: DriveMode) -> None:
+        """Change the way of driving; see `Base`.
+
+        Raises:
+            ValueError: the robot cannot drive so.
+        """
+        if mode not in self._link.modes:
+            raise ValueError(f"base: mode '{mode}' is not one of {', '.join(self._link.modes)}")
+        self.keeper.mode_wanted = mode
+
+    def drive(self, command: Twist2) -> None:
+        """Go at this velocity, as said now; see `Base`."""
+        self.keeper.command(Twist2.checked(command.vx, command.vy, command.wz), self._now())
+
+    def stop(self) -> None:
+        """Slow down to standstill; see `Base`."""
+        self.keeper.command(STILL, None)
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """What the wheels have told since."""
+        return up_to(self._link.base, now_ns)
+
+    def close(self) -> None:
+        """The other parts are closed, too: nobody is to be stopped any more."""
+        self.keeper.stops = None
+
+
+class ChainBumper:
+    """The part `bumper`: a touch stops the wheels in the chain, and is told here."""
+
+    signals: tuple[str, ...] = ("bumper.hit",)
+
+    def __init__(self, link: ChainLink) -> None:
+        self._link = link
+
+    @property
+    def wake(self) -> Callable[[], None]:
+        """What is called when a touch was told."""
+        return self._link.wake
+
+    @wake.setter
+    def wake(self, wake: Callable[[], None]) -> None:
+        self._link.wake = wake
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """Touches since the last call."""
+        return up_to(self._link.hits, now_ns)
+
+
+class ChainStopLine:
+    """The part `stop_line`: the latch of the chain."""
+
+    signals: tuple[str, ...] = ("stop.engaged",)
+
+    def __init__(self, link: ChainLink) -> None:
+        self._link = link
+        self._reported: str | None = "nothing yet"
+
+    def pull(self, reason: str) -> None:
+        """Stop and stay so; see `StopLine`."""
+        self._link.pull(reason)
+
+    def reset(self) -> bool:
+        """Let the robot move again; see `StopLine`."""
+        return self._link.reset()
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """The reason, when it changed."""
+        reason = self._link.stopped
+        if reason == self._reported:
+            return []
+        self._reported = reason
+        return [Sample("stop.engaged", now_ns, reason)]
+
+
+def _hardware(given: Mapping[str, Any]) -> tuple[str, str, dict[str, Any]]:
+    values = dict(given)
+    module, _, name = str(values.pop("driver", "")).partition(":")
+    if not module or not name:
+        raise ValueError('chain: hardware: write driver: "module:Class"')
+    return module, name, values
+
+
+def _observer(given: Mapping[str, Any], chain: Address) -> ObserverSettings:
+    strange = given.keys() - {"host", "port", "timeout"}
+    if strange:
+        raise ValueError(
+            f"chain: observer: {', '.join(sorted(strange))}; known: host, port, timeout"
+        )
+    address = str(given.get("host", chain[0])), int(given.get("port", chain[1]))
+    return ObserverSettings(address, float(given.get("timeout", OBSERVER_S)))
+
+
+def _nobody() -> None:
+    """Nobody waits for samples."""

@@ -1,0 +1,185 @@
+"""The process of the safety chain: owns wheels and bumper, and cycles at 100 Hz or more.
+
+One thread, which waits for datagrams until the next cycle is due. Garbage is collected only while
+the wheels stand, and the process asks for real-time priority and goes on without. It ends with its
+engine: the wheels are stopped, and once they stand, switched off. Its address can be bound once, so
+that a second engine at the same base is refused.
+"""
+
+from __future__ import annotations
+
+import gc
+import importlib
+import os
+import select
+import signal
+import time
+from contextlib import ExitStack, suppress
+from typing import Any, NoReturn
+
+from hw.drivers.chain.cycle import ChainCycle
+from hw.drivers.chain.settings import ChainSettings
+from hw.drivers.gates import MS
+from hw.drivers.hardware import Hardware
+from hw.links.datagrams import Address, Intake, Outlet
+from hw.links.processes import Parent, Ready, serve
+from hw.safety.record import ChainStatus
+
+STATUS_NS, LEVEL_NS = 20 * MS, 100 * MS
+"""The status, and why it is stopped, are told so often."""
+ENDING_NS = 2000 * MS
+"""Wheels that do not come to a stand within this time are switched off all the same."""
+COLLECT_NS = 1000 * MS
+PRIORITY = 40
+
+
+class ChainProcess:
+    """The loop around a `ChainCycle`: sockets, times, and what is told of it."""
+
+    def __init__(self, settings: ChainSettings, hardware: Hardware, intakes: list[Intake]) -> None:
+        self._intakes = intakes
+        self._period_ns = round(1e9 / settings.rate)
+        self._outlet = Outlet("chain", [settings.engine])
+        self._chain = ChainCycle(settings, hardware, self._outlet)
+        self._records = self._chain.keeper.cycles.reader()
+        self._told: str | None = "nothing yet"
+        self._told_ns = self._status_ns = self._collected_ns = 0
+        self._cycles = self._missed = self._longest_ns = 0
+
+    def run(self, parent: Parent) -> None:
+        """Cycle until the engine is gone and the wheels stand."""
+        due = before = time.monotonic_ns()
+        end: int | None = None
+        while end is None or (before < end and not self._chain.stands):
+            if self._wait(due, parent if end is None else None):
+                end = time.monotonic_ns() + ENDING_NS
+                self._chain.pull("the engine is gone")
+            now = time.monotonic_ns()
+            self._chain.cycle(now)
+            self._count(now - before)
+            self._tell(now)
+            before, due = now, self._next_due(due)
+            self._tidy(now)
+
+    def close(self) -> None:
+        """Tell nothing any more."""
+        self._outlet.close()
+
+    def _wait(self, due_ns: int, parent: Parent | None) -> bool:
+        """Take what arrives until a cycle is due; is the engine gone?"""
+        waiting: list[Any] = [*self._intakes, *([] if parent is None else [parent])]
+        while True:
+            left = max(0, due_ns - time.monotonic_ns())
+            readable, _, _ = select.select(waiting, [], [], left * 1e-9)
+            for intake in self._intakes:
+                if intake in readable:
+                    told = intake.poll()
+                    now = time.monotonic_ns()
+                    for datagram in told:
+                        self._chain.take(datagram, now)
+            if parent in readable:
+                return True
+            if left == 0:
+                return False
+
+    def _next_due(self, due_ns: int) -> int:
+        """When the next cycle is due; what could not be done in time is left out."""
+        due_ns += self._period_ns
+        late = time.monotonic_ns() - due_ns
+        if late > self._period_ns:
+            self._missed += late // self._period_ns
+            due_ns += late
+        return due_ns
+
+    def _count(self, since_last_ns: int) -> None:
+        self._cycles += 1
+        self._longest_ns = max(self._longest_ns, since_last_ns)
+
+    def _tell(self, now_ns: int) -> None:
+        chain, keeper = self._chain, self._chain.keeper
+        records = self._records.take()
+        if records:
+            self._outlet.send("chain.cycles", now_ns, tuple(records))
+        if chain.stopped != self._told or now_ns - self._told_ns >= LEVEL_NS:
+            self._told, self._told_ns = chain.stopped, now_ns
+            self._outlet.send("stop.engaged", now_ns, chain.stopped)
+        if now_ns - self._status_ns < STATUS_NS - self._period_ns // 2:
+            return
+        awaited = None if chain.stopped is not None else chain.awaited
+        refused = (awaited,) if keeper.refused and awaited else keeper.refused
+        status = ChainStatus(
+            keeper.latched,
+            refused,
+            keeper.admitted,
+            chain.mode,
+            self._cycles,
+            self._missed,
+            keeper.cycles.written,
+            self._longest_ns / 1e6,
+        )
+        self._outlet.send("chain.status", now_ns, status)
+        self._status_ns, self._longest_ns = now_ns, 0
+
+    def _tidy(self, now_ns: int) -> None:
+        """Collect garbage while nothing moves."""
+        if now_ns - self._collected_ns >= COLLECT_NS and self._chain.stands:
+            self._collected_ns = now_ns
+            gc.collect()
+
+
+def main(settings: ChainSettings, ready: Ready, parent: Parent) -> None:
+    """Open the wheels, and guard them until the engine is gone."""
+    signal.signal(signal.SIGTERM, _end)
+    with ExitStack() as opened:
+        intakes = [_bound(settings.address)]
+        opened.callback(intakes[0].close)
+        if settings.observer is not None and settings.observer.address != settings.address:
+            intakes.append(_bound(settings.observer.address))
+            opened.callback(intakes[1].close)
+        hardware = _hardware(settings)
+        opened.callback(hardware.close)
+        process = ChainProcess(settings, hardware, intakes)
+        opened.callback(process.close)
+        gc.collect()
+        gc.freeze()
+        gc.disable()
+        ready({"address": intakes[0].address, "real_time": _hurry()})
+        process.run(parent)
+
+
+def _bound(address: Address) -> Intake:
+    try:
+        return Intake(*address)
+    except OSError as error:
+        host, port = address
+        raise OSError(
+            f"{host}:{port}: {error.strerror or error}; is this base in the hands of another "
+            "engine? One at a time"
+        ) from None
+
+
+def _hardware(settings: ChainSettings) -> Hardware:
+    module, name, values = settings.hardware
+    try:
+        opened: Hardware = getattr(importlib.import_module(module), name)(
+            model=settings.model, **values
+        )
+    except Exception as error:
+        raise OSError(f"{module}:{name}: {type(error).__name__}: {error}") from error
+    return opened
+
+
+def _hurry() -> bool:
+    """Ask to go before all that has no real-time priority; False: it is not permitted."""
+    with suppress(AttributeError, OSError):
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+        return True
+    return False
+
+
+def _end(*_: object) -> NoReturn:
+    raise SystemExit(0)
+
+
+if __name__ == "__main__":
+    serve(main)

@@ -1,0 +1,1 @@
+"""A stock RB-KAIROS through rosbridge."""

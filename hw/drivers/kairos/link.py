@@ -1,0 +1,137 @@
+"""The connection to the wheels of an RB-KAIROS: velocities out, odometry and stop button in.
+
+One websocket for nothing else. It is opened once; a lost one is replaced by a new one.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from typing import Any
+
+from hw.drivers.clocks import Envelope
+from hw.drivers.ros.rosbridge import (
+    CONNECTING_S,
+    FIRST_S,
+    RosbridgeClient,
+    Version,
+    kind_of,
+    stamp_of,
+    yaw_of,
+)
+from hw.geometry import Pose2, Twist2
+
+OLD_S = 0.15
+"""Odometry that is so old, s, is a fault; the robot sends it 100 times a second."""
+AGAIN_S = 0.5
+"""A lost connection is opened again so often, s."""
+TYPES: Mapping[str, str] = {
+    "cmd_vel": "geometry_msgs/Twist",
+    "odom": "nav_msgs/Odometry",
+    "emergency_stop": "std_msgs/Bool",
+}
+
+
+class KairosLink:
+    """One connection; `newest` is the odometry that came last: its stamp, ns, pose and velocity.
+
+    The stamp is that of the robot's clock, moved to ours as if the message that was fastest on its
+    way had taken no time: what is held up is old, whether it is one message or all. Odometry whose
+    own stamp does not rise is none. `stopped` is what the robot says of its emergency stop; None:
+    nothing yet, which counts as stopped.
+    """
+
+    def __init__(
+        self, address: tuple[str, int], topics: Mapping[str, str], version: Version
+    ) -> None:
+        """Start to open it.
+
+        Raises:
+            OSError: there is no roslibpy.
+        """
+        self.newest: tuple[int, Pose2, Twist2] | None = None
+        self.stopped: bool | None = None
+        self._address, self._topics = address, topics
+        self._stamp = -1
+        self._clock = Envelope()
+        self._odd = ""
+        self._bridge = RosbridgeClient(*address)
+        self._begun_ns = time.monotonic_ns()  # importing the library has taken a while, too
+        kinds = {name: kind_of(kind, version) for name, kind in TYPES.items()}
+        self._bridge.subscribe(topics["odom"], kinds["odom"], self._take_odom)
+        stop = "emergency_stop"
+        self._bridge.subscribe(topics[stop], kinds[stop], self._take_stop)
+        self._publish = self._bridge.publisher(topics["cmd_vel"], kinds["cmd_vel"])
+
+    def cause(self, now_ns: int) -> str | None:
+        """Why nothing may move, or None."""
+        host, port = self._address
+        if self._bridge.lost:
+            return f"rosbridge at {host}:{port}: the connection is lost"
+        if not self._bridge.up:
+            return f"rosbridge at {host}:{port} does not answer"
+        if self.newest is None:
+            return self._nothing_on("odom")
+        age_ns = now_ns - self.newest[0]
+        if age_ns > OLD_S * 1e9:
+            return f"odometry is {1e-6 * age_ns:.0f} ms old{self._odd}"
+        if self.stopped is None:
+            return f"{self._nothing_on('emergency_stop')}, which counts as stopped"
+        return "the robot's emergency stop is engaged" if self.stopped else None
+
+    def opening(self, now_ns: int) -> bool:
+        """Is a cause no more than that it has been opened a moment ago?"""
+        opened_ns = self._bridge.opened_ns
+        if opened_ns is None:
+            return now_ns - self._begun_ns < CONNECTING_S * 1e9
+        if self._bridge.lost or self.stopped or now_ns - opened_ns > FIRST_S * 1e9:
+            return False
+        return self.newest is None or self.stopped is None
+
+    def is_over(self, now_ns: int) -> bool:
+        """Is it lost, or silent for so long that a new one is better?"""
+        if self._bridge.lost:
+            return now_ns - self._begun_ns > AGAIN_S * 1e9
+        opened_ns = self._bridge.opened_ns
+        if opened_ns is None:
+            return not self.opening(now_ns)
+        heard_ns = opened_ns if self.newest is None else max(opened_ns, self.newest[0])
+        return now_ns - heard_ns > FIRST_S * 1e9
+
+    def usable(self, now_ns: int) -> bool:
+        """Does odometry come?"""
+        newest = self.newest
+        return self._bridge.up and newest is not None and now_ns - newest[0] <= OLD_S * 1e9
+
+    def send(self, velocity: Twist2) -> None:
+        """Command a velocity in the base frame; dropped while the connection is not open."""
+        linear = {"x": velocity.vx, "y": velocity.vy, "z": 0.0}
+        self._publish({"linear": linear, "angular": {"x": 0.0, "y": 0.0, "z": velocity.wz}})
+
+    def close(self, in_order: bool = False) -> None:
+        """Let go of it; `in_order`: after what was sent last."""
+        self._bridge.close(in_order)
+
+    def _nothing_on(self, name: str) -> str:
+        kind = TYPES[name]
+        return f"no {name} on {self._topics[name]} within {FIRST_S:g} s ({kind}){self._odd}"
+
+    def _take_odom(self, message: Mapping[str, Any]) -> None:
+        try:
+            stamp = stamp_of(message)
+            place, turn = message["pose"]["pose"], message["twist"]["twist"]
+            at, linear = place["position"], turn["linear"]
+            pose = Pose2.checked(float(at["x"]), float(at["y"]), yaw_of(place["orientation"]))
+            speeds = (linear["x"], linear["y"], turn["angular"]["z"])
+            twist = Twist2.checked(*(float(speed) for speed in speeds))
+        except (KeyError, TypeError, ValueError) as error:
+            self._odd = f"; the last message was none: {type(error).__name__} {error}"
+            return
+        fits = stamp > self._stamp and self._clock.take(stamp, time.monotonic_ns())
+        offset_ns = self._clock.offset_ns
+        if fits and offset_ns is not None:
+            self.newest = (stamp + offset_ns, pose, twist)
+            self._stamp, self._odd = stamp, ""
+
+    def _take_stop(self, message: Mapping[str, Any]) -> None:
+        self.stopped = message.get("data") is not False

@@ -1,0 +1,107 @@
+"""Laser scanners of a robot through rosbridge, over a websocket of their own (R8).
+
+parts:
+  lidar:
+    driver: "hw.drivers.ros.lidar:RosLidar"
+    host: 192.168.0.200
+    port: 9090
+    ros: 1                 # or 2: how message types are named
+    scanners:
+      front_laser: {topic: /robot/front_laser/scan, upside_down: true}
+      rear_laser: {topic: /robot/rear_laser/scan, upside_down: true}
+    delay: 0.0             # s, of all that is between last beam and receipt, if it is known
+
+The connection is in a process of its own (`hw.drivers.ros.lidar_process`). A scan is stamped at its
+first beam: the robot's stamp moved to our clock as if the fastest message had been received at its
+last beam, less the time from the first beam to the last as the message tells it, less `delay`. Null
+and NaN, as rosbridge writes what JSON has not, and what is out of range are beams that do not come
+back. Angles of a scanner that hangs upside down, as those of an RB-KAIROS do, are turned round.
+
+A silent scanner shows by silence; a lost connection is tried again every 0.5 s.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from hw.connection import RunInfo
+from hw.drivers.feed import DatagramFeed, by_stamps
+from hw.links.datagrams import Datagram
+from hw.links.processes import Child
+from hw.samples import Sample, Scan
+
+KEPT = 16
+KEYS = {"topic", "upside_down"}
+
+
+class RosLidar:
+    """The scanners by their names in the robot file, each with its topic. Gives `base.scan`.
+
+    Raises:
+        ValueError: a scanner that the robot file does not name.
+    """
+
+    signals: tuple[str, ...] = ("base.scan",)
+    needs = ("roslibpy",)
+
+    def __init__(
+        self,
+        host: str,
+        scanners: Mapping[str, Mapping[str, Any]],
+        now: Callable[[], int],
+        opening: RunInfo,
+        port: int = 9090,
+        ros: int = 1,
+        delay: float = 0.0,
+    ) -> None:
+        models = opening.body.sensing.lidars
+        if strange := sorted(set(scanners) - set(models)):
+            there = ", ".join(models) or "it has none"
+            raise ValueError(f"{strange[0]!r} is no scanner of {opening.body.name}: {there}")
+        for name, entry in scanners.items():
+            if "topic" not in entry or set(entry) - KEYS:
+                raise ValueError(f"{name}: write its topic, and upside_down: true where it is")
+        self.wake: Callable[[], None] = _nobody
+        self._arrived: deque[Sample] = deque(maxlen=KEPT * len(scanners))
+        self._feed = DatagramFeed(now, self._take)
+        self._child = Child(
+            "hw.drivers.ros.lidar_process",
+            {
+                "host": host, "port": port, "ros": ros, "delay": delay, "tells": self._feed.address,
+                "scanners": {name: dict(entry) for name, entry in scanners.items()},
+            },
+        )  # fmt: skip
+        self._feed.start()
+
+    def wait(self) -> None:
+        """Until each scanner has sent a scan.
+
+        Raises:
+            OSError: the server is not there, or a topic is silent; it is named.
+        """
+        self._child.wait()
+
+    @property
+    def pid(self) -> int:
+        """The number of its process."""
+        return self._child.pid
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """The scans that have come since the last call, by their stamps."""
+        return by_stamps(self._arrived, now_ns)
+
+    def close(self) -> None:
+        """Let go of the scanners."""
+        self._child.close()
+        self._feed.close()
+
+    def _take(self, told: Datagram, stamp_ns: int) -> None:
+        if told.name == "base.scan" and isinstance(told.value, Scan):
+            self._arrived.append(Sample("base.scan", stamp_ns, told.value))
+            self.wake()
+
+
+def _nobody() -> None:
+    """Nobody waits for a scan."""

@@ -1,0 +1,131 @@
+"""The process that has the websocket of the scanners (`hw.drivers.ros.lidar`).
+
+It starts only if each topic sends something within 2 s: a server is silent about a subscription
+that fails. Later silence is no end; a lost connection is opened again.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+from hw.drivers.clocks import Envelope
+from hw.drivers.ros.rosbridge import FIRST_S, RosbridgeClient, kind_of, reachable, stamp_of
+from hw.links.datagrams import Outlet
+from hw.links.processes import Parent, Ready, serve
+from hw.samples import Scan
+
+KIND = "sensor_msgs/LaserScan"
+AGAIN_S = 0.5
+LOOK_S = 0.05
+LONGEST_S = 1.0
+"""A turn takes no longer, s; a message that says so is wrong about it."""
+
+
+class Scanners:
+    """Makes `base.scan` of the messages of some topics."""
+
+    def __init__(self, settings: Mapping[str, Any]) -> None:
+        self.bridge: RosbridgeClient | None = None
+        self._settings = settings
+        self._outlet = Outlet("lidar", [settings["tells"]])
+        self._stamps: dict[str, int] = {}
+        self._clock = Envelope()
+        self._delay_ns = round(settings["delay"] * 1e9)
+
+    def open(self) -> RosbridgeClient:
+        """Open a new connection, and subscribe.
+
+        Raises:
+            OSError: nobody is there.
+        """
+        settings = self._settings
+        reachable(settings["host"], settings["port"])
+        self.bridge = RosbridgeClient(settings["host"], settings["port"])
+        kind = kind_of(KIND, settings["ros"])
+        for name, entry in settings["scanners"].items():
+            side = -1.0 if entry.get("upside_down", False) else 1.0
+            self.bridge.subscribe(entry["topic"], kind, partial(self._take, name, side))
+        return self.bridge
+
+    def close(self) -> None:
+        """Let go of it."""
+        if self.bridge is not None:
+            self.bridge.close()
+        self._outlet.close()
+
+    def _take(self, name: str, side: float, message: Mapping[str, Any]) -> None:
+        received_ns = time.monotonic_ns()
+        try:
+            stamp, scan = stamp_of(message), scan_of(name, message, side)
+        except (KeyError, TypeError, ValueError):
+            return  # none of ours: it shows as silence
+        if stamp <= self._stamps.get(name, -1):
+            return  # a node that hangs may repeat itself
+        self._stamps[name] = stamp
+        fits, offset_ns = self._clock.take(stamp, received_ns), self._clock.offset_ns
+        if fits and offset_ns is not None:
+            sweep_ns = round((len(scan.ranges) - 1) * scan.beam_time * 1e9)
+            self._outlet.send("base.scan", stamp + offset_ns - sweep_ns - self._delay_ns, scan)
+
+
+def scan_of(name: str, message: Mapping[str, Any], side: float = 1.0) -> Scan:
+    """A Scan of a sensor_msgs/LaserScan as JSON has it; `side` is -1 for what is upside down.
+
+    Raises:
+        KeyError, TypeError, ValueError: it is none.
+    """
+    keys = ("angle_min", "angle_increment", "time_increment", "range_min", "range_max")
+    start, step, beam_time, nearest, farthest = (float(message[key]) for key in keys)
+    ranges = message["ranges"]
+    if len(ranges) < 2 or not math.isfinite(start + step) or step == 0.0:
+        raise ValueError("no scan")
+    if not 0.0 <= beam_time * len(ranges) <= LONGEST_S:
+        beam_time = 0.0
+    return Scan(
+        name,
+        side * start,
+        side * step,
+        tuple([r if r is not None and nearest <= r < farthest else math.inf for r in ranges]),
+        beam_time,
+    )
+
+
+def main(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None:
+    """Pass scans on until the parent is gone."""
+    scanners = Scanners(settings)
+    try:
+        _await_first(scanners.open(), parent)
+        ready({})
+        while parent.lives(LOOK_S):
+            if scanners.bridge is None or scanners.bridge.lost:
+                _again(scanners, parent)
+    finally:
+        scanners.close()
+
+
+def _await_first(bridge: RosbridgeClient, parent: Parent) -> None:
+    bridge.wait()
+    until = time.monotonic() + FIRST_S
+    while bridge.unheard and time.monotonic() < until and parent.lives(LOOK_S):
+        pass
+    if not bridge.up:
+        raise OSError("rosbridge does not answer")
+    if bridge.unheard:
+        silent = ", ".join(sorted(bridge.unheard))
+        raise OSError(f"nothing on {silent} within {FIRST_S:g} s: is its name right, and its type?")
+
+
+def _again(scanners: Scanners, parent: Parent) -> None:
+    parent.lives(AGAIN_S)
+    try:
+        scanners.open().wait()
+    except OSError:
+        return
+
+
+if __name__ == "__main__":
+    serve(main)

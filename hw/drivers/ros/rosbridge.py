@@ -1,0 +1,175 @@
+"""One websocket to a rosbridge server (protocol 2), by `roslibpy`.
+
+A bridge is opened once and never opens itself again: whoever wants a new one makes a new one. So
+nothing that was to be sent before a loss is sent after it. What is to be sent while it is not open
+is dropped; what waits in its buffers when it is closed is dropped, too.
+
+A server says nothing of a subscription that fails (unknown topic or type): `unheard` names the
+topics that have not sent anything.
+
+`roslibpy` turns all its messages in one thread of this process, which cannot be started again once
+it was ended; so it is left to end with the process.
+"""
+
+from __future__ import annotations
+
+import importlib
+import logging
+import math
+import socket
+import threading
+import time
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any, Literal
+
+Version = Literal[1, 2]
+Receive = Callable[[Mapping[str, Any]], None]
+CONNECTING_S = 3.0
+"""A server that is not there within so long, s, is not there."""
+FIRST_S = 2.0
+"""A topic that sends nothing within so long, s, was not subscribed to, or nobody publishes it."""
+
+
+CLOSING_S = 0.5
+
+
+class RosbridgeClient:
+    """A websocket to a rosbridge server; `up` while it is open, `lost` once it is not any more."""
+
+    def __init__(self, host: str, port: int) -> None:
+        """Start to open it.
+
+        Raises:
+            OSError: there is no roslibpy.
+        """
+        self._lib, factory = _library()
+        factory.set_max_retries(0)
+        self.unheard: set[str] = set()
+        self.lost = False
+        self.opened_ns: int | None = None
+        self._open, self._gone = threading.Event(), threading.Event()
+        self._protocol: Any = None
+        self._ros = self._lib.Ros(host, port)
+        self._ros.factory.on_ready(self._opened)
+        self._ros.on("close", self._closed)
+        self._ros.factory.manager.run()
+
+    @property
+    def up(self) -> bool:
+        """Is it open?"""
+        return self._open.is_set() and not self.lost
+
+    def wait(self, timeout_s: float = CONNECTING_S) -> bool:
+        """Is it open within timeout_s?"""
+        return self._open.wait(timeout_s) and not self.lost
+
+    def subscribe(self, topic: str, kind: str, take: Receive) -> None:
+        """Have the messages of a topic, in a thread of the library; the server keeps one."""
+        self.unheard.add(topic)
+
+        def heard(message: Mapping[str, Any]) -> None:
+            self.unheard.discard(topic)
+            take(message)
+
+        receiver = self._lib.Topic(self._ros, topic, kind, queue_length=1, reconnect_on_close=False)
+        receiver.subscribe(heard)
+
+    def publisher(self, topic: str, kind: str) -> Receive:
+        """A function that sends a message, or drops it while the bridge is not up."""
+        sender = self._lib.Topic(self._ros, topic, kind, queue_size=1, reconnect_on_close=False)
+
+        def send(message: Mapping[str, Any]) -> None:
+            if self.up:
+                sender.publish(message)
+
+        return send
+
+    def close(self, in_order: bool = False) -> None:
+        """Let go of it at once; or `in_order`, and wait until what was sent has left."""
+        protocol, over = self._protocol, self.lost
+        self.lost = True
+        if protocol is None:
+            self._ros.call_later(0, self._give_up)
+        elif not over and in_order:
+            self._ros.call_later(0, protocol.sendClose)
+            self._gone.wait(CLOSING_S)
+        elif not over:
+            self._ros.call_later(0, partial(protocol.dropConnection, abort=True))
+
+    def _give_up(self) -> None:
+        connector = self._ros.factory.connector
+        if connector is not None:
+            connector.disconnect()
+
+    def _opened(self, protocol: Any) -> None:
+        protocol.transport.setTcpNoDelay(True)
+        self._protocol, self.opened_ns = protocol, time.monotonic_ns()
+        self._open.set()
+
+    def _closed(self, _: Any) -> None:
+        self.lost = True
+        self._gone.set()
+
+
+def reachable(host: str, port: int) -> None:
+    """Look whether somebody listens there.
+
+    Raises:
+        OSError: nobody does, and why.
+    """
+    try:
+        socket.create_connection((host, port), CONNECTING_S).close()
+    except OSError as error:
+        raise OSError(f"rosbridge at {host}:{port}: {error}") from None
+
+
+def kind_of(name: str, version: Version) -> str:
+    """A type such as `geometry_msgs/Twist` as this version of ROS names it."""
+    package, _, message = name.partition("/")
+    return name if version == 1 else f"{package}/msg/{message}"
+
+
+def topic_of(namespace: str, name: str) -> str:
+    """The full name of a topic; one that starts with `/` has it already."""
+    return name if name.startswith("/") else "/" + "/".join(filter(None, (namespace, name)))
+
+
+def stamp_of(message: Mapping[str, Any]) -> int:
+    """The stamp of a message's header by the clock of the robot, ns, of either version of ROS.
+
+    Raises:
+        KeyError, TypeError: it has none.
+    """
+    stamp = message["header"]["stamp"]
+    if "sec" in stamp:
+        return int(stamp["sec"]) * 1_000_000_000 + int(stamp["nanosec"])
+    return int(stamp["secs"]) * 1_000_000_000 + int(stamp["nsecs"])
+
+
+def yaw_of(orientation: Mapping[str, Any]) -> float:
+    """The yaw of a quaternion, rad.
+
+    Raises:
+        KeyError, TypeError, ValueError: it is none; NaN arrives as null.
+    """
+    x, y, z, w = (float(orientation[key]) for key in "xyzw")
+    if not abs(x * x + y * y + z * z + w * w - 1.0) < 0.05:
+        raise ValueError("no quaternion of length 1")
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def _library() -> tuple[Any, Any]:
+    """`roslibpy`, and its class of connections.
+
+    Raises:
+        OSError: it is missing.
+    """
+    logging.getLogger("twisted").setLevel(logging.ERROR)  # it warns of each connection let go of
+    try:
+        library = importlib.import_module("roslibpy")
+        return library, importlib.import_module("roslibpy.comm").RosBridgeClientFactory
+    except ImportError as error:
+        raise OSError(
+            f"rosbridge needs the extra 'ros' (pip install 'cobodeck[ros]'): {error}"
+        ) from None

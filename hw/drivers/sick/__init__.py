@@ -1,0 +1,1 @@
+"""SICK S300 scanners."""

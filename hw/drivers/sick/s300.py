@@ -1,0 +1,265 @@
+"""SICK S300 laser scanners, each behind a serial-to-Ethernet server, or at a serial port (R8).
+
+parts:
+  lidar:
+    driver: "hw.drivers.sick.s300:S300"
+    scanners:
+      front_laser: {host: 192.168.0.31, port: 4001}
+      rear_laser: {device: /dev/ttyUSB1, upside_down: true}
+    baud: 500000         # of the RS-422 line
+    delay: 0.0           # s, of all that is between line and program, if it is known
+
+The scanners send by themselves, without being asked. A scan is stamped at its first beam: when its
+telegram had come, less the time that it takes on the line (10 bits per byte), less the time from
+the first beam to the last, less `delay`. What holds a telegram up on its way is not seen, and makes
+its stamp late by so much. A scanner that is upside down turns clockwise: its step is negative.
+
+A silent scanner shows by silence: no scan is repeated, and none comes from a scanner in standby.
+"""
+
+from __future__ import annotations
+
+import importlib
+import socket
+import threading
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
+
+from hw.connection import RunInfo
+from hw.drivers.feed import by_stamps
+from hw.drivers.sick.telegram import Telegram, Telegrams
+from hw.samples import Sample, Scan
+from hw.sensing import LidarModel
+
+AGAIN_S = 0.5
+"""A scanner that is not there is tried again so often, s."""
+LOOK_S = 0.2
+CONNECTING_S = 1.0
+SILENT_S = 2.0
+"""A line without a byte for so long, s, is opened anew: its server may have been started anew."""
+OPENING_S = 3.0
+KEPT = 16
+FARTHEST = 29.9
+"""An S300 tells some 29.96 m for beams that do not come back."""
+_BITS = 10
+
+
+class ScannerLine(Protocol):
+    """Bytes from a scanner."""
+
+    def read(self) -> bytes:
+        """What has come; nothing within `LOOK_S` is no bytes.
+
+        Raises:
+            OSError: the line is gone.
+        """
+        ...
+
+    def close(self) -> None:
+        """Let go of it."""
+        ...
+
+
+class S300:
+    """The scanners of a robot, by their names in its file. Gives `base.scan`.
+
+    `health` says by name why a scanner gives nothing, or None.
+
+    Raises:
+        ValueError: a scanner that the robot file does not name, or with no address.
+    """
+
+    signals: tuple[str, ...] = ("base.scan",)
+
+    def __init__(
+        self,
+        scanners: Mapping[str, Mapping[str, Any]],
+        now: Callable[[], int],
+        opening: RunInfo,
+        baud: int = 500_000,
+        delay: float = 0.0,
+    ) -> None:
+        self.wake: Callable[[], None] = _nobody
+        self._arrived: deque[Sample] = deque(maxlen=KEPT * len(scanners))
+        models = opening.body.sensing.lidars
+        self._readers = []
+        for name, address in scanners.items():
+            if name not in models:
+                there = ", ".join(models) or "it has none"
+                raise ValueError(f"{name!r} is no scanner of {opening.body.name}: {there}")
+            stamping = _Stamping(name, models[name], address, baud, delay)
+            self._readers.append(_Reader(name, _line_of(name, address, baud), stamping, now))
+        for reader in self._readers:
+            reader.start(self._take)
+
+    @property
+    def health(self) -> dict[str, str | None]:
+        """Why a scanner gives nothing, by its name; None: it gives scans."""
+        return {reader.name: reader.fault for reader in self._readers}
+
+    def wait(self) -> None:
+        """Until there is a line to each scanner.
+
+        Raises:
+            OSError: one cannot be reached.
+        """
+        for reader in self._readers:
+            if not reader.connected.wait(OPENING_S):
+                raise OSError(f"{reader.name}: {reader.fault}")
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """The scans that have come since the last call, by their stamps."""
+        return by_stamps(self._arrived, now_ns)
+
+    def close(self) -> None:
+        """Let go of the scanners."""
+        for reader in self._readers:
+            reader.over.set()
+        for reader in self._readers:
+            reader.join()
+
+    def _take(self, sample: Sample) -> None:
+        self._arrived.append(sample)
+        self.wake()
+
+
+class _Stamping:
+    """Makes a scan of a telegram, and a stamp of the time at which it had come."""
+
+    def __init__(
+        self, name: str, model: LidarModel, address: Mapping[str, Any], baud: int, delay: float
+    ) -> None:
+        self._name, self._model = name, model
+        self._side = -1.0 if address.get("upside_down", False) else 1.0
+        self._byte_ns, self._delay_ns = _BITS * 1e9 / baud, round(delay * 1e9)
+        self._sweep_ns = round((model.beams - 1) * model.beam_time * 1e9)
+        self._last: tuple[int, int] | None = None
+
+    def fault(self, telegram: Telegram) -> str | None:
+        """Why this telegram is no new scan."""
+        count = len(telegram.words)
+        if not telegram.measuring:
+            return "in standby" if count else "it sends no distances"
+        if count != self._model.beams:
+            return f"it sends {count} distances; the robot file says {self._model.beams}"
+        counted, self._last = self._last, (telegram.scan, telegram.number)
+        return "it repeats itself" if counted == self._last else None
+
+    def sample(self, telegram: Telegram, received_ns: int) -> Sample:
+        """The scan, stamped at its first beam."""
+        line_ns = round(telegram.size * self._byte_ns)
+        stamp = received_ns - line_ns - self._sweep_ns - self._delay_ns
+        model, side = self._model, self._side
+        ranges = telegram.ranges(model.min_range, min(model.max_range, FARTHEST))
+        scan = Scan(self._name, side * model.start, side * model.step, ranges, model.beam_time)
+        return Sample("base.scan", stamp, scan)
+
+
+class _Reader:
+    """One scanner: a thread that only reads, and opens the line again."""
+
+    def __init__(
+        self,
+        name: str,
+        open_line: Callable[[], ScannerLine],
+        stamping: _Stamping,
+        now: Callable[[], int],
+    ) -> None:
+        self.name = name
+        self.fault: str | None = "not connected yet"
+        self.connected, self.over = threading.Event(), threading.Event()
+        self._open, self._stamping, self._now = open_line, stamping, now
+        self._take: Callable[[Sample], None] = lambda _: None
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+
+    def start(self, take: Callable[[Sample], None]) -> None:
+        self._take = take
+        self._thread.start()
+
+    def join(self) -> None:
+        self._thread.join(CONNECTING_S + LOOK_S)
+
+    def _run(self) -> None:
+        while not self.over.is_set():
+            try:
+                line = self._open()
+            except (OSError, ImportError) as error:
+                self.fault = f"not connected: {error}"
+            else:
+                self._follow(line)
+            self.over.wait(AGAIN_S)
+
+    def _follow(self, line: ScannerLine) -> None:
+        self.connected.set()
+        self.fault = "silent"
+        try:
+            self._read(line)
+        except OSError as error:
+            self.fault = f"the line is gone: {error}"
+        finally:
+            line.close()
+
+    def _read(self, line: ScannerLine) -> None:
+        telegrams, heard = Telegrams(), self._now()
+        while not self.over.is_set():
+            data = line.read()
+            received = self._now()
+            if data:
+                heard = received
+            elif received - heard > SILENT_S * 1e9:
+                raise OSError("silent")
+            for telegram in telegrams.feed(data):
+                self.fault = self._stamping.fault(telegram)
+                if self.fault is None:
+                    self._take(self._stamping.sample(telegram, received))
+
+
+class _TcpLine:
+    """A line behind a TCP port."""
+
+    def __init__(self, host: str, port: int) -> None:
+        self._socket = socket.create_connection((host, port), CONNECTING_S)
+        self._socket.settimeout(LOOK_S)
+
+    def read(self) -> bytes:
+        try:
+            data = self._socket.recv(4096)
+        except TimeoutError:
+            return b""
+        if not data:
+            raise OSError("closed by its server")
+        return data
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+class _SerialLine:
+    """A serial port of this machine."""
+
+    def __init__(self, device: str, baud: int) -> None:
+        serial = importlib.import_module("serial")
+        self._port = serial.Serial(device, baud, timeout=LOOK_S)
+
+    def read(self) -> bytes:
+        data: bytes = self._port.read(max(1, self._port.in_waiting))
+        return data
+
+    def close(self) -> None:
+        self._port.close()
+
+
+def _line_of(name: str, address: Mapping[str, Any], baud: int) -> Callable[[], ScannerLine]:
+    known = {"host", "port", "device", "upside_down"}
+    if strange := sorted(set(address) - known):
+        raise ValueError(f"{name}: {', '.join(strange)}: there are {', '.join(sorted(known))}")
+    if "device" in address:
+        return lambda: _SerialLine(str(address["device"]), baud)
+    if "host" not in address or "port" not in address:
+        raise ValueError(f"{name}: write host and port of its serial server, or a serial device")
+    return lambda: _TcpLine(str(address["host"]), int(address["port"]))
+
+
+def _nobody() -> None:
+    """Nobody waits for a scan."""

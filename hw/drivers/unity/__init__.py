@@ -1,0 +1,1 @@
+"""A Unity project through the ROS-TCP-Connector."""

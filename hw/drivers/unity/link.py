@@ -1,0 +1,281 @@
+"""The VR application behind the ROS-TCP-Connector: what an unmodified Unity project speaks.
+
+links:
+  vr: {driver: "hw.drivers.unity.link:Unity", port: 10000, tells: chain}
+parts:
+  trackers: {driver: "hw.drivers.unity.link:UnityTrackers", link: vr}
+  rover_trackers: {driver: "hw.drivers.unity.link:UnityRoverTrackers", link: vr}
+  vr: {driver: "hw.drivers.unity.link:UnityVr", link: vr}
+
+A process of its own serves the clients (`unity_server.py`); topics are in `unity_topics.py`, all
+that a Unity project has to know in UNITY.md.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from engine.files.values import number
+from hw.connection import RunInfo
+from hw.drivers import gates
+from hw.drivers.feed import DatagramFeed
+from hw.drivers.unity.bridge import Bridged
+from hw.drivers.unity.inbox import Checks
+from hw.drivers.unity.server import ServerSetup
+from hw.drivers.unity.topics import Topics
+from hw.geometry import Pose2, Twist2
+from hw.links.datagrams import Address, Datagram, Outlet
+from hw.links.processes import Child
+from hw.samples import ArmState, RobotView, Sample
+
+Now = Callable[[], int]
+KEPT = 4096
+"""Of each signal so many samples wait for the engine; older ones are left out."""
+JOINTS = (
+    "shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint",
+    "wrist_1_joint", "wrist_2_joint", "wrist_3_joint",
+)  # fmt: skip
+OLD_NS = 200 * gates.MS
+"""A pose of the robot that is older is shown where it was, not moved on."""
+
+
+class Unity:
+    """The link: a process that serves clients, and a thread that takes what it tells.
+
+    Args:
+        port: of TCP; 0: any that is free, see `address`.
+        now: the time of the run, ns.
+        opening: of the run; gives the tracking frame and the arm.
+        host: the address to serve at; all of this machine by default.
+        build: `ros1` or `ros2`, as the Unity project was built.
+        topics: names and messages by role, where they differ (`unity_topics.py`).
+        trackers: topics by the names of the trackers on the rover; by default `vr/NAME` for each.
+        definitions: texts of message definitions of one's own, by `package/Type`.
+        tells: the safety chain, which gets everything, too.
+        stamps: `header`, or `receipt` for a project that sets none: ages are then those on the
+            receiver alone.
+        predicted: how far ahead poses are predicted, s or `50 ms`.
+        one_way: least time on the way, s, which stamps of one direction cannot show.
+        debug: show the robot at all times (R18), and not only with the stop sign.
+
+    Raises:
+        ValueError: a topic or a value is wrong; OSError: the process cannot be started.
+    """
+
+    def __init__(  # noqa: PLR0913
+        self,
+        port: int,
+        now: Now,
+        opening: RunInfo,
+        host: str = "0.0.0.0",
+        build: str = "ros1",
+        topics: Mapping[str, Any] | None = None,
+        trackers: Mapping[str, str] | None = None,
+        definitions: Mapping[str, str] | None = None,
+        tells: Any = None,
+        stamps: str = "header",
+        predicted: float | str = 0.0,
+        one_way: float | str = "2 ms",
+        debug: bool = False,
+    ) -> None:
+        if stamps not in ("header", "receipt"):
+            raise ValueError(f"stamps: {stamps!r} is neither 'header' nor 'receipt'")
+        tracking = opening.tracking
+        named = {name: f"vr/{name}" for name in tracking.mounts} if trackers is None else trackers
+        checks = Checks(
+            tracking, stamps == "receipt", ahead_ns(predicted), _ns(one_way, "one_way", 1.0)
+        )
+        arm = opening.body.arm
+        count = 0 if arm is None else len(arm.lower)
+        joints = JOINTS if count == len(JOINTS) else tuple(f"joint_{i + 1}" for i in range(count))
+        known = Topics.of(topics or {}, named)
+        bridged = Bridged(build, known, checks, joints, dict(definitions or {}))
+        self.debug, self._host = debug, host
+        self.heard_ns: int | None = None
+        self._queues: dict[str, deque[Sample]] = {}
+        self._wakes: dict[str, Callable[[], None]] = {}
+        self._feed = DatagramFeed(now, self._take)
+        chain = () if tells is None else (tells.address,)
+        self._outlet = Outlet("engine")
+        self._address: Address | None = None
+        settings = ServerSetup(host, port, (self._feed.address, *chain), bridged)
+        self._child = Child("hw.drivers.unity.server", settings)
+
+    def wait(self) -> None:
+        """Until clients can connect.
+
+        Raises:
+            OSError: they never will, such as for a port in use.
+        """
+        ready = self._child.wait()
+        self._address = (self._host, ready["port"])
+        host, port = ready["intake"]
+        self._outlet.addresses = [(host, port)]
+        self._feed.start()
+
+    @property
+    def address(self) -> Address:
+        """Where clients connect to."""
+        assert self._address is not None, "wait() first"
+        return self._address
+
+    @property
+    def pid(self) -> int:
+        """Number of the process."""
+        return self._child.pid
+
+    def queue(self, name: str) -> deque[Sample]:
+        """What has been told under a name and was not taken yet, oldest first."""
+        return self._queues.setdefault(name, deque(maxlen=KEPT))
+
+    def wake_at(self, names: tuple[str, ...], wake: Callable[[], None]) -> None:
+        """Call somebody, in a thread of this, when something has come under one of the names."""
+        self._wakes |= dict.fromkeys(names, wake)
+
+    def show(self, stamp_ns: int, view: RobotView) -> None:
+        """Have this shown; stamp_ns by `time.monotonic_ns()`."""
+        self._outlet.send("robot.view", stamp_ns, view)
+
+    def close(self) -> None:
+        """End the process and all links."""
+        self._child.close()
+        self._feed.close()
+        self._outlet.close()
+
+    def _take(self, told: Datagram, stamp_ns: int) -> None:
+        if told.name == "vr.link":
+            self.heard_ns = stamp_ns
+        waiting = self._queues.get(told.name)
+        if waiting is None:
+            return
+        waiting.append(Sample(told.name, stamp_ns, told.value))
+        if told.name in self._wakes:
+            self._wakes[told.name]()
+
+
+class UnityTrackers:
+    """The part `trackers`: the person, as the VR application tracks them."""
+
+    signals: tuple[str, ...] = ("user.pose",)
+
+    def __init__(self, link: Unity) -> None:
+        self._queues = [link.queue(name) for name in self.signals]
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """What has come since the last call."""
+        return [sample for queue in self._queues for sample in drained(queue, now_ns)]
+
+
+class UnityRoverTrackers(UnityTrackers):
+    """The part `rover_trackers`: each tracker on the rover, in the frame of the tracking system."""
+
+    signals = ("rover.tracker",)
+
+
+class UnityVr:
+    """The part `vr`: requests, releases, restarts; shows the robot and the stop sign."""
+
+    signals: tuple[str, ...] = (
+        "vr.haptic_request", "vr.release", "vr.restart", "vr.clock", "vr.fault",
+    )  # fmt: skip
+    hears: tuple[str, ...] = ("base.pose", "base.twist", "arm.joints")
+
+    def __init__(self, link: Unity, now: Now) -> None:
+        self.wake: Callable[[], None] = _nothing
+        self._link, self._now = link, now
+        self._queues = {name: link.queue(name) for name in self.signals}
+        self._levels: dict[str, object] = {}
+        self._heard: dict[str, Sample] = {}
+        self._shown = False
+        self._begun_ns = now()
+        link.wake_at(("vr.release", "vr.restart"), lambda: self.wake())
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """What has come since the last call; levels when they change."""
+        found = [Sample("vr.haptic_request", self._begun_ns, None)] if not self._levels else []
+        for queue in self._queues.values():
+            found += drained(queue, now_ns)
+        heard = self._link.heard_ns
+        if heard is None or now_ns - heard > gates.LINK_SILENT_NS:
+            found = [sample for sample in found if sample.name != "vr.haptic_request"]
+            found.append(Sample("vr.haptic_request", now_ns, None))
+        return [sample for sample in found if self._is_news(sample)]
+
+    def inform(self, show: bool) -> None:
+        """Show the robot and the stop sign, or hide them; see `Vr`."""
+        self._shown = show
+        self.show(self._now())
+
+    def hear(self, sample: Sample, now_ns: int) -> None:  # noqa: ARG002
+        """What the robot measures of itself."""
+        self._heard[sample.name] = sample
+
+    def show(self, stamp_ns: int) -> None:
+        """Show the robot as it is at an instant of the run: called in each tick, after the states.
+
+        A pose measured a little earlier is moved on by the velocity of the base.
+        """
+        pose, twist, arm = (self._value(name) for name in self.hears)
+        view = RobotView(
+            self._moved_on(pose, twist, stamp_ns) if isinstance(pose, Pose2) else None,
+            twist if isinstance(twist, Twist2) else None,
+            arm.joints if isinstance(arm, ArmState) else None,
+            self._shown or self._link.debug,
+            self._shown,
+        )
+        self._link.show(time.monotonic_ns() - (self._now() - stamp_ns), view)
+
+    def _is_news(self, sample: Sample) -> bool:
+        """Are events, and levels that change."""
+        if sample.name not in ("vr.haptic_request", "vr.fault"):
+            return True
+        known = self._levels
+        if sample.name in known and known[sample.name] == sample.value:
+            return False
+        known[sample.name] = sample.value
+        return True
+
+    def _value(self, name: str) -> object:
+        sample = self._heard.get(name)
+        return None if sample is None else sample.value
+
+    def _moved_on(self, pose: Pose2, twist: object, stamp_ns: int) -> Pose2:
+        age_ns = stamp_ns - self._heard["base.pose"].stamp_ns
+        if not isinstance(twist, Twist2) or not 0 < age_ns <= OLD_NS:
+            return pose
+        age = age_ns * 1e-9
+        half = Pose2(0.0, 0.0, 0.5 * twist.wz * age)  # along the chord of the arc
+        return pose @ half @ Pose2(twist.vx * age, twist.vy * age) @ half
+
+
+def drained(queue: deque[Sample], now_ns: int) -> list[Sample]:
+    """What waits in a queue that another thread fills: nothing from before the run."""
+    found = [queue.popleft() for _ in range(len(queue))]
+    return [
+        sample._replace(stamp_ns=min(sample.stamp_ns, now_ns))
+        for sample in found
+        if sample.stamp_ns >= 0
+    ]
+
+
+def ahead_ns(predicted: float | str) -> int:
+    """How far in the future stamps may be, where poses are predicted so far, ns.
+
+    Raises:
+        ValueError: it is no time of 0 to 50 ms.
+    """
+    return max(gates.AHEAD_NS, _ns(predicted, "predicted", gates.PREDICTED_NS * 1e-9))
+
+
+def _ns(value: float | str, name: str, most: float) -> int:
+    seconds = number(value, "duration")
+    if not 0.0 <= seconds <= most:
+        raise ValueError(f"{name}: {value}; 0 to {most:g} s")
+    return round(seconds * 1e9)
+
+
+def _nothing() -> None:
+    """Nobody waits."""

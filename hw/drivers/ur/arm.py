@@ -1,0 +1,214 @@
+"""A UR arm as a part: its worker process, what comes from it, and what is done when it is lost."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from importlib.util import find_spec
+from typing import Protocol
+
+from hw.connection import RunInfo
+from hw.drivers.feed import DatagramFeed, up_to
+from hw.drivers.ur.worker import WorkerSettings
+from hw.links.datagrams import Datagram, Hearer, Outlet
+from hw.links.processes import Child
+from hw.samples import Sample, TimedJoints
+
+HERE_S = 0.01
+LATE_NS, SILENT_NS = 24_000_000, 80_000_000
+"""Joints that are so late are counted; so late, the worker is about to be killed."""
+LOOKS = 3
+"""It is silent if it was so at so many looks: if it was us who stood, what waits is read first."""
+PIECE = 200
+"""Points of a course in one datagram."""
+MISSING = (
+    "the package ur-rtde is not installed: it comes for Linux on x86-64 and Python below 3.13; "
+    "simulation and mock do without it"
+)
+
+
+class RunStopLine(Protocol):
+    """The stop line of the run."""
+
+    @property
+    def reason(self) -> str | None:
+        """Why nothing may move."""
+        ...
+
+    def pull(self, reason: str) -> None:
+        """Stop everything."""
+        ...
+
+
+class UrArm:
+    """A UR arm of the CB3 series at `host`; `tells` is the chain that hears its joints too.
+
+    A fault of the arm or of its link pulls the stop line, and nothing moves until the operator has
+    acknowledged: then a new worker is started, and the arm stands until a new course. `late` counts
+    joints that came more than 24 ms after those before.
+
+    Raises:
+        OSError: the client library is not there, or the arm cannot be reached.
+    """
+
+    signals: tuple[str, ...] = ("arm.joints",)
+
+    def __init__(
+        self, host: str, opening: RunInfo, now: Callable[[], int], tells: Hearer | None = None
+    ) -> None:
+        if find_spec("rtde_control") is None:
+            raise OSError(MISSING)
+        body = opening.body
+        if body.arm is None:
+            raise ValueError(f"{body.name} has no arm")
+        self.line: RunStopLine | None = None
+        self.wake: Callable[[], None] = _nobody
+        self.late = 0
+        self._model, self._number = body.arm, 0
+        self._feed = DatagramFeed(now, self._take)
+        addresses = (self._feed.address, *(() if tells is None else (tells.address,)))
+        prop = body.prop
+        mass, center = (0.0, (0.0, 0.0, 0.0)) if prop is None else (prop.mass, prop.center_of_mass)
+        self._settings = WorkerSettings(host, addresses, body.arm, mass, center)
+        self._samples: deque[Sample] = deque(maxlen=1000)
+        self._orders, self._sending = Outlet("engine"), threading.Lock()
+        self._ticked = self._heard = self._begun = 0
+        self._fault: str | None = "it has not been opened"
+        self._renewing: threading.Thread | None = None
+        self._over = threading.Event()
+        self._watching = threading.Thread(target=self._watch, name="arm", daemon=True)
+        self._child = Child("hw.drivers.ur.worker", self._settings)
+
+    def wait(self) -> None:
+        """Wait until the arm can be moved.
+
+        Raises:
+            OSError: it cannot, and why.
+        """
+        self._feed.start()
+        self._begin()
+        self._watching.start()
+
+    # ---- the part
+
+    def follow(self, points: Sequence[TimedJoints]) -> int:
+        """Be at these angles at these times; see `Arm`."""
+        self._model.check_course(points)
+        self._number += 1
+        self._ticked = time.monotonic_ns()
+        self._tell_here()
+        for first in range(0, len(points), PIECE):
+            piece = tuple((time, tuple(joints)) for time, joints in points[first : first + PIECE])
+            self._tell("follow", time.monotonic_ns(), (self._number, first, len(points), piece))
+        return self._number
+
+    def stop(self) -> None:
+        """Brake to standstill; see `Arm`. May be called from any thread."""
+        self._tell_here()
+        self._tell("stop", time.monotonic_ns())
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """The joints that have come; also tells the worker that the loop still turns."""
+        self._ticked = time.monotonic_ns()
+        return up_to(self._samples, now_ns)
+
+    @property
+    def fault(self) -> str | None:
+        """Why the arm does not move until the operator has acknowledged."""
+        return self._fault
+
+    @property
+    def pid(self) -> int:
+        """Of its worker."""
+        return self._child.pid
+
+    def acknowledge(self) -> bool:
+        """By the operator's order: start a lost arm anew. False until it is there; ask again."""
+        if self._fault is None:
+            return True
+        if self._renewing is None or not self._renewing.is_alive():
+            self._renewing = threading.Thread(target=self._renew, name="arm again", daemon=True)
+            self._renewing.start()
+        return False
+
+    def close(self) -> None:
+        """Let the arm stand, and end its worker."""
+        self._over.set()
+        for thread in (self._watching, self._renewing):
+            if thread is not None and thread.is_alive():
+                thread.join()
+        self._child.close()
+        self._feed.close()
+        self._orders.close()
+
+    # ---- the worker
+
+    def _begin(self) -> None:
+        found = self._child.wait()
+        with self._sending:
+            self._orders.addresses = [(str(found["orders"][0]), int(found["orders"][1]))]
+        self._heard = self._begun = time.monotonic_ns()
+        self._fault = None
+
+    def _renew(self) -> None:
+        """Another worker in place of a lost one; if it cannot start, the fault says why."""
+        self._child.close()
+        settings = replace(self._settings, course=self._number, acknowledged=True)
+        self._child = Child("hw.drivers.ur.worker", settings)
+        try:
+            self._begin()
+        except OSError as error:
+            self._fault = f"arm: {error}"
+
+    def _watch(self) -> None:
+        """Tell the worker that we are here, and see that it is."""
+        looks = 0
+        while not self._over.wait(HERE_S):
+            self._tell_here()
+            looks = looks + 1 if time.monotonic_ns() - self._heard > SILENT_NS else 0
+            silent = looks >= LOOKS
+            if self._fault is None and not self._child.alive:
+                self._lose("its process has ended")
+            elif self._fault is None and silent:
+                self._lose("nothing is heard from it")
+            if self._fault is not None and silent:
+                self._end_worker()
+
+    def _end_worker(self) -> None:
+        """Nothing but its end keeps a client that has lost its link from trying again."""
+        if not (self._renewing is not None and self._renewing.is_alive()) and self._child.alive:
+            self._child.kill()
+
+    def _lose(self, reason: str) -> None:
+        self._fault = f"arm: {reason}"
+        if self.line is not None:
+            self.line.pull(self._fault)
+        self.wake()
+
+    def _take(self, told: Datagram, stamp_ns: int) -> None:
+        """A datagram of the worker, in the thread of the feed."""
+        if told.source != "arm" or told.stamp_ns < self._begun:
+            return
+        if told.name == "arm.joints":
+            self.late += self._fault is None and told.stamp_ns - self._heard > LATE_NS
+            self._heard = told.stamp_ns
+            self._samples.append(Sample("arm.joints", stamp_ns, told.value))
+            self.wake()
+        elif told.name == "arm.link" and told.value is not None and self._fault is None:
+            self._lose(str(told.value))
+
+    def _tell_here(self) -> None:
+        stopped = self.line is not None and self.line.reason is not None
+        held = self._fault or ("the stop line is pulled" if stopped else None)
+        self._tell("here", self._ticked, held)
+
+    def _tell(self, name: str, stamp_ns: int, value: object = None) -> None:
+        with self._sending:
+            self._orders.send(name, stamp_ns, value)
+
+
+def _nobody() -> None:
+    """No loop has been started yet."""

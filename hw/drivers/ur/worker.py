@@ -1,0 +1,289 @@
+"""The process that moves a UR arm: it alone holds ur_rtde, whose calls may block, or crash.
+
+It streams `servoJ` along the course it was given, one set-point per package of the controller, and
+tells joints and faults by datagrams. From the engine come `here` (stamped with the last tick, its
+value why nothing may move), `follow` (a course in pieces) and `stop`; what is late or out of order
+is dropped. Set-points go out while the newest `here` is fresh and says nothing against it; the
+watchdog of the controller ends its program when they cease.
+
+A fault is for ever: this process sends no set-point after it, and another one has to be started.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from hw.drivers.ur.course import CourseRun, mode_of
+from hw.drivers.ur.probe import DashboardClient, probe, require_running
+from hw.links.datagrams import Address, Datagram, Intake, Outlet
+from hw.links.processes import Parent, Ready, go_first, serve
+from hw.robot import ArmModel
+from hw.samples import ARM_MOVES, ArmState, Joints, TimedJoints
+
+LOOK_S = 0.002
+FRESH_NS = 80_000_000
+"""A word of the engine counts for so long."""
+GONE_NS = 500_000_000
+"""An engine that is late for so long is gone."""
+STALE_NS = 50_000_000
+"""A controller whose time stands still for so long is lost."""
+LINK_NS = 20_000_000
+"""How often is told whether the link is well."""
+WATCHDOG_HZ = 10.0
+LONGEST_S = 0.04
+"""No set-point is further ahead of the one before it."""
+STANDS = 0.005
+"""A joint slower than this, rad/s, stands."""
+BEGINS = 0.01
+"""How far from the arm a course may begin, rad."""
+PLAYING = 2
+PERIOD_S, LOOKAHEAD_S, GAIN = 0.008, 0.03, 500.0
+VARIABLES = (
+    "timestamp", "actual_q", "actual_qd", "runtime_state", "safety_status_bits", "speed_scaling",
+    "target_speed_fraction",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class WorkerSettings:
+    """What the worker is started with; `course` is the newest one that was ordered before.
+
+    `tells` are the addresses of engine and chain; `acknowledged`: the operator has said that the
+    arm may move again. `mass` (kg) and `center` (m, flange frame) are what it carries.
+    """
+
+    host: str
+    tells: tuple[Address, ...]
+    model: ArmModel
+    mass: float
+    center: tuple[float, float, float]
+    course: int = 0
+    acknowledged: bool = False
+
+
+class UrController:
+    """The robot through ur_rtde; one thread only.
+
+    Raises:
+        OSError: it cannot be reached, or does not let itself be moved.
+    """
+
+    def __init__(self, settings: WorkerSettings) -> None:
+        from rtde_control import RTDEControlInterface  # type: ignore[import-not-found]
+        from rtde_receive import RTDEReceiveInterface  # type: ignore[import-not-found]
+
+        self.version = probe(settings.host)
+        self._dashboard = DashboardClient(settings.host)
+        try:
+            require_running(self._dashboard, settings.acknowledged)
+            self._receive = RTDEReceiveInterface(settings.host, 125.0, list(VARIABLES))
+            self._control = RTDEControlInterface(settings.host, 125.0)
+            if not self._control.setWatchdog(WATCHDOG_HZ):
+                raise OSError("the controller takes no watchdog")
+            if not self._control.setPayload(settings.mass, list(settings.center)):
+                raise OSError("the controller does not take the payload")
+        except RuntimeError as error:
+            raise OSError(f"{settings.host}: {error}") from None
+
+    @property
+    def stamp(self) -> float:
+        """The controller's own time, s; it stands still when the link is lost."""
+        return float(self._receive.getTimestamp())
+
+    def measured(self) -> tuple[Joints, Joints]:
+        """Angles and velocities, rad and rad/s."""
+        return tuple(self._receive.getActualQ()), tuple(self._receive.getActualQd())
+
+    def safety(self) -> int:
+        """The safety status bits."""
+        return int(self._receive.getSafetyStatusBits())
+
+    def scaling(self) -> float:
+        """The share of its commanded speed at which it runs."""
+        share = self._receive.getSpeedScaling() * self._receive.getTargetSpeedFraction()
+        return min(1.0, max(0.0, float(share)))
+
+    def playing(self) -> bool:
+        """Does our script run?"""
+        return int(self._receive.getRuntimeState()) == PLAYING
+
+    def servo(self, joints: Sequence[float]) -> bool:
+        """One set-point; the arm goes there and stays. False: it was not taken."""
+        taken = self._control.servoJ(list(joints), 0.0, 0.0, PERIOD_S, LOOKAHEAD_S, GAIN)
+        return bool(taken)
+
+    def kick(self) -> None:
+        """Say that we are there, and nothing else."""
+        self._control.kickWatchdog()
+
+    def end(self) -> None:
+        """End whatever program runs, without waiting for it: nothing goes on by itself."""
+        self._dashboard.order("stop")
+
+
+class Worker:
+    """What is done from package to package."""
+
+    def __init__(self, controller: UrController, settings: WorkerSettings, outlet: Outlet) -> None:
+        self.fault: str | None = None
+        self._controller, self._settings, self._outlet = controller, settings, outlet
+        self._run: CourseRun | None = None
+        self._target: Joints | None = None
+        self._pieces: list[TimedJoints] = []
+        self._course = settings.course
+        self._refused: str | None = "the arm was lost" if settings.acknowledged else None
+        self._held: str | None = "the engine has said nothing yet"
+        self._ticked = self._heard = 0
+        self._newest = 0
+        self._stamp, self._advanced = controller.stamp, time.monotonic_ns()
+        self._linked = 0
+        self._measured = controller.measured()
+
+    @property
+    def stands(self) -> bool:
+        """Is nothing commanded, and no joint moving?"""
+        return self._run is None and not any(abs(v) > STANDS for v in self._measured[1])
+
+    def gone(self, now_ns: int) -> bool:
+        """Has the engine not been heard for too long?"""
+        return self._heard > 0 and now_ns - self._heard > GONE_NS
+
+    def break_off(self, reason: str | None) -> None:
+        """Brake on the way; what is refused says why, None: it was ordered."""
+        if self._run is not None:
+            self._run.stop()
+            self._refused = self._refused or reason
+
+    # ---- orders
+
+    def take(self, told: Datagram, now_ns: int) -> None:
+        """One datagram of the engine; none that was overtaken by another."""
+        if told.number <= self._newest:
+            return
+        self._newest, self._heard = told.number, now_ns
+        late = now_ns - told.stamp_ns > FRESH_NS
+        if told.name == "here":
+            self._ticked, self._held = told.stamp_ns, told.value
+            if self._held is not None:
+                self.break_off(self._held)
+        elif told.name == "stop":
+            self._pieces = []
+            self.break_off(None)
+        elif told.name == "follow":
+            number, first, count, points = told.value
+            whole = first == len(self._pieces) or first == 0
+            self._pieces = [*(self._pieces if first else ()), *points] if whole else []
+            if first + len(points) == count:
+                self._follow(number, "the course came late" if late else None, count)
+
+    def _follow(self, number: int, late: str | None, count: int) -> None:
+        points, self._pieces = self._pieces, []
+        refused = late or self._refusal(points)
+        if len(points) < count:
+            refused = "the course was stopped before it was whole"
+        self.break_off(None)
+        self._course, self._refused = number, refused
+        if refused is None and len(points) > 1:
+            self._run = CourseRun(points, self._settings.model.stop_deceleration)
+
+    def _refusal(self, points: Sequence[TimedJoints]) -> str | None:
+        reason = self.fault or self._held
+        if reason is not None:
+            return reason
+        if not self.stands:
+            return "the arm moves"
+        try:
+            self._settings.model.check_course(points)
+        except (ValueError, TypeError, LookupError) as error:
+            return str(error)
+        pairs = zip(points[0][1], self._measured[0], strict=True)
+        away = max(abs(a - b) for a, b in pairs)
+        return None if away <= BEGINS else f"the arm stands {away:.3f} rad from its start"
+
+    # ---- packages
+
+    def look(self, now_ns: int) -> None:
+        """Take a package if there is one, and answer it with a set-point; tell faults."""
+        stamp = self._controller.stamp
+        if stamp > self._stamp:
+            span, self._stamp, self._advanced = stamp - self._stamp, stamp, now_ns
+            self._package(min(span, LONGEST_S), now_ns)
+        elif now_ns - self._advanced > STALE_NS:
+            self._fail("the controller's time stands still")
+        if now_ns - self._linked >= LINK_NS:
+            self._tell_link(now_ns)
+
+    def _package(self, span: float, now_ns: int) -> None:
+        controller = self._controller
+        self._measured = controller.measured()
+        mode, scaling = mode_of(controller.safety()), controller.scaling()
+        if mode not in ARM_MOVES:
+            self._fail(mode.replace("_", " "))
+        elif not controller.playing():
+            self._fail("its control script has ended")
+        if self.fault is None:
+            self._set_point(span, scaling, now_ns)
+        joints, velocities = self._measured
+        state = ArmState(
+            joints, velocities, not self.stands, self._course, self._refused, mode, scaling
+        )
+        self._outlet.send("arm.joints", now_ns, state)
+
+    def _set_point(self, span: float, scaling: float, now_ns: int) -> None:
+        run, silent = self._run, now_ns - self._ticked
+        if run is None:
+            self._controller.kick()
+            return
+        if silent > GONE_NS:
+            self.break_off("the engine has been silent")
+        joints = run.step(span, scaling if silent <= FRESH_NS else 0.0)
+        if not self._controller.servo(joints):
+            self._fail("a set-point was not taken")
+        if run.over:
+            self._run = None
+
+    def _fail(self, reason: str) -> None:
+        """No set-point goes out any more, and the controller ends its program."""
+        if self.fault is not None:
+            return
+        self.fault = reason
+        if self._run is not None:
+            self._refused, self._run = self._refused or reason, None
+        self._controller.end()
+        self._tell_link(time.monotonic_ns())
+
+    def _tell_link(self, now_ns: int) -> None:
+        self._linked = now_ns
+        self._outlet.send("arm.link", now_ns, self.fault)
+
+
+def main(settings: WorkerSettings, ready: Ready, parent: Parent) -> None:
+    """Move the arm until the parent goes; then stop it, and end its program."""
+    go_first()
+    controller = UrController(settings)
+    outlet, orders = Outlet("arm", settings.tells), Intake()
+    worker = Worker(controller, settings, outlet)
+    ready({"orders": orders.address, "version": controller.version})
+    left = 0
+    while not (left and (worker.stands or time.monotonic_ns() - left > GONE_NS)):
+        waited: list[Any] = [orders, *([] if left else [parent])]
+        found, _, _ = select.select(waited, [], [], LOOK_S)
+        now = time.monotonic_ns()
+        if not left and (parent in found or worker.gone(now)):
+            left = now
+        for told in orders.poll():
+            worker.take(told, now)
+        if left:
+            worker.break_off("the engine has gone")
+        worker.look(now)
+    controller.end()
+    os._exit(0)  # the library's own way out takes half a second, or fails
+
+
+if __name__ == "__main__":
+    serve(main)

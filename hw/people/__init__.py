@@ -1,0 +1,1 @@
+"""People: simulated, scripted, recorded and live."""

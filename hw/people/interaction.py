@@ -1,0 +1,141 @@
+"""Requests that arise from walking: the virtual world sees what a person is about to touch.
+
+A touch is asked for when the person is within NEAR of a touchable surface and faces it (R74). The
+DEEP is where the view ray meets the surface, at touching height; the prop's x axis is along the
+view. It stays where it is until the person lets go: turns away, walks away, or looks at another
+spot. The first two have hysteresis, so that one who sways at the limit asks once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from hw.geometry import Pose2, Pose3, wrap
+from hw.people.person import Person
+from hw.room import Point, distance_to_segment
+from hw.samples import UserPose
+
+NEAR, AWAY = 1.5, 1.8
+"""A touch is asked for at this distance from a surface, m, and given up beyond the other."""
+FACING, TURNED_AWAY = math.radians(45.0), math.radians(60.0)
+"""The same for the angle between the view and the way straight into the surface, rad."""
+SAME_SPOT = 0.4
+"""How far the spot looked at may wander before it is another one, m."""
+STEADY_NS = 300_000_000
+"""A spot must be looked at for so long; a glance in passing asks for nothing."""
+TOUCH_HEIGHT = 1.5
+"""Where a surface is touched that reaches so high, m above the floor (R132)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """An upright wall of the virtual world over a line on the floor, from `low` to `high`, m."""
+
+    start: Point
+    end: Point
+    low: float = 0.0
+    high: float = 2.0
+
+    @property
+    def touching_height(self) -> float:
+        """Where it is touched, m above the floor: as high as usual, or as near to that as it is."""
+        return min(max(TOUCH_HEIGHT, self.low), self.high)
+
+    def distance(self, x: float, y: float) -> float:
+        """From a point of the floor to the line, m."""
+        return distance_to_segment(x, y, (*self.start, *self.end))
+
+    def seen_from(self, view: Pose2) -> Point | None:
+        """Where the view ray meets the line; None if it does not."""
+        ax, ay = view.inverse().transform(*self.start)
+        bx, by = view.inverse().transform(*self.end)
+        if ay == by or (ay > 0.0) == (by > 0.0):
+            return None
+        ahead = ax - ay * (bx - ax) / (by - ay)
+        return view.transform(ahead, 0.0) if ahead > 0.0 else None
+
+    def angle_from(self, view: Pose2) -> float:
+        """Between the view and the way straight into the surface, rad in [0, pi/2]."""
+        along = math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
+        return abs(math.pi / 2.0 - abs(wrap(view.yaw - along)))
+
+
+@dataclass(frozen=True, slots=True)
+class _Spot:
+    surface: Surface
+    place: Point
+
+
+class Interaction:
+    """A person among touchable surfaces; otherwise the one who was given.
+
+    The touches the given person asks for by themselves go first. With `requests` the person has
+    finished once so many touches were asked for and are over.
+    """
+
+    def __init__(
+        self, person: Person, surfaces: Iterable[Surface], requests: int | None = None
+    ) -> None:
+        self._person = person
+        self._surfaces = tuple(surfaces)
+        self._left = requests
+        self._own: Pose3 | None = None
+        self._held: _Spot | None = None
+        self._looked_at: _Spot | None = None
+        self._since = 0
+        self._copy()
+
+    def step(self, now_ns: int, robot: Pose2, informed: bool) -> None:
+        """Go on to now_ns; see `Person`. Without tracking nothing is asked for or given up."""
+        self._person.step(now_ns, robot, informed)
+        sample = self._person.measured
+        if sample is not None and isinstance(sample.value, UserPose):
+            body = sample.value.body
+            self._see(now_ns, Pose2(body.x, body.y, sample.value.head_yaw))
+        self._copy()
+
+    def _copy(self) -> None:
+        person = self._person
+        self.body, self.speed, self.measured = person.body, person.speed, person.measured
+        self.request = person.request or self._own
+        self.finished = person.finished or (self._left == 0 and self._own is None)
+
+    def _see(self, now_ns: int, view: Pose2) -> None:
+        if self._held is not None:
+            self._hold(self._held, view)
+        else:
+            self._look(now_ns, view)
+
+    def _hold(self, spot: _Spot, view: Pose2) -> None:
+        place = _met(spot.surface, view, AWAY, TURNED_AWAY)
+        if place is None or math.dist(place, spot.place) > SAME_SPOT:
+            self._own = self._held = self._looked_at = None
+
+    def _look(self, now_ns: int, view: Pose2) -> None:
+        spot = self._nearest(view)
+        before = self._looked_at
+        if spot is None or before is None or not _is_same(before, spot):
+            self._looked_at, self._since = spot, now_ns
+        elif now_ns - self._since >= STEADY_NS and self._left != 0:
+            x, y = spot.place
+            self._held = spot
+            self._own = Pose3.from_yaw(x, y, spot.surface.touching_height, view.yaw)
+            self._left = None if self._left is None else self._left - 1
+
+    def _nearest(self, view: Pose2) -> _Spot | None:
+        met = ((surface, _met(surface, view, NEAR, FACING)) for surface in self._surfaces)
+        spots = [_Spot(surface, place) for surface, place in met if place is not None]
+        here = (view.x, view.y)
+        return min(spots, key=lambda spot: math.dist(here, spot.place), default=None)
+
+
+def _met(surface: Surface, view: Pose2, near: float, facing: float) -> Point | None:
+    if surface.distance(view.x, view.y) > near or surface.angle_from(view) > facing:
+        return None
+    return surface.seen_from(view)
+
+
+def _is_same(a: _Spot, b: _Spot) -> bool:
+    return a.surface is b.surface and math.dist(a.place, b.place) <= SAME_SPOT

@@ -1,0 +1,256 @@
+"""Recorded walks: read, checked, stretched and turned.
+
+`.txt` is the TUM form, one `stamp tx ty tz qx qy qz qw` per line in s and m. `.csv` has a header
+with an optional person, a time and a place, such as `id,t,x,y`; a unit may stand in the name
+(`t_ms`, `x_cm`). The tag export `id;x;y;z;time` (mm, date and time of day) is read too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from itertools import pairwise
+from pathlib import Path
+
+from engine.files.finding import mistake
+from engine.files.text import read_text
+from hw.places import FAR
+
+MAX_BYTES = 50_000_000
+MAX_SPAN_S = 1e6
+WINDOW_S = 0.5
+"""Heading and speed are those of the chord over this time, centred, s."""
+WALKING = 0.2
+"""Below this speed, m/s, a person counts as standing and keeps their heading."""
+
+_UNITS = {"": 1.0, "s": 1.0, "ms": 1e-3, "m": 1.0, "cm": 1e-2, "mm": 1e-3}
+_NAMES = {
+    "id": ("id", "person", "ped", "pid"),
+    "t": ("t", "time", "stamp", "timestamp"),
+    "x": ("x",),
+    "y": ("y",),
+}
+_TAG_EXPORT = "id;x;y;z;time"
+
+RecordingRow = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """One person's walk: stamps in ns from its start, strictly rising, and places in m."""
+
+    name: str
+    stamps_ns: tuple[int, ...]
+    xs: tuple[float, ...]
+    ys: tuple[float, ...]
+
+    @property
+    def duration_ns(self) -> int:
+        """Time from the first row to the last."""
+        return self.stamps_ns[-1]
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height of the bounding box, m."""
+        return max(self.xs) - min(self.xs), max(self.ys) - min(self.ys)
+
+    @property
+    def middle(self) -> tuple[float, float]:
+        """Middle of the bounding box, m."""
+        return 0.5 * (max(self.xs) + min(self.xs)), 0.5 * (max(self.ys) + min(self.ys))
+
+    @property
+    def gap_ns(self) -> int:
+        """Rows farther apart than this have a drop-out of tracking between them."""
+        return drop_out_ns(self.stamps_ns)
+
+    def gaps(self) -> tuple[tuple[int, int], ...]:
+        """Start and end of every drop-out, ns."""
+        longest = self.gap_ns
+        pairs = zip(self.stamps_ns, self.stamps_ns[1:], strict=False)
+        return tuple((sooner, later) for sooner, later in pairs if later - sooner > longest)
+
+    def placed(self, x: float, y: float, yaw: float) -> Recording:
+        """The walk turned by yaw about its middle, and the middle put to (x, y)."""
+        cx, cy = self.middle
+        c, s = math.cos(yaw), math.sin(yaw)
+        xs = tuple(x + c * (a - cx) - s * (b - cy) for a, b in zip(self.xs, self.ys, strict=True))
+        ys = tuple(y + s * (a - cx) + c * (b - cy) for a, b in zip(self.xs, self.ys, strict=True))
+        return Recording(self.name, self.stamps_ns, xs, ys)
+
+    def stretched(self, size: float) -> Recording:
+        """The walk made as long as `size` (m, longer side of the bounding box), at equal speeds."""
+        longer = max(self.size)
+        if longer == 0.0:
+            raise mistake(self.name, "the person never moves; there is no walk to stretch")
+        scale, (cx, cy) = size / longer, self.middle
+        return Recording(
+            self.name,
+            tuple(round(stamp * scale) for stamp in self.stamps_ns),
+            tuple(cx + scale * (x - cx) for x in self.xs),
+            tuple(cy + scale * (y - cy) for y in self.ys),
+        )
+
+    def motion(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Heading in rad and speed in m/s at every row.
+
+        Both are those of the chord from half a window before to half a window after, so they look
+        ahead by 0.25 s: they stand for the true body, which turns before it walks. While the
+        person stands the heading is held; before the first step it is that of the first step.
+        """
+        half = round(0.5e9 * WINDOW_S)
+        headings: list[float | None] = []
+        speeds: list[float] = []
+        heading: float | None = None
+        first, last, end = 0, 0, len(self.stamps_ns) - 1
+        for stamp in self.stamps_ns:
+            while first < end and self.stamps_ns[first + 1] <= stamp - half:
+                first += 1
+            while last < end and self.stamps_ns[last] < stamp + half:
+                last += 1
+            dx, dy = self.xs[last] - self.xs[first], self.ys[last] - self.ys[first]
+            speed = math.hypot(dx, dy) / ((self.stamps_ns[last] - self.stamps_ns[first]) * 1e-9)
+            heading = math.atan2(dy, dx) if speed >= WALKING else heading
+            headings.append(heading)
+            speeds.append(speed)
+        initial = next((found for found in headings if found is not None), 0.0)
+        return tuple(initial if h is None else h for h in headings), tuple(speeds)
+
+
+def drop_out_ns(stamps_ns: Sequence[int]) -> int:
+    """Stamps farther apart than this have a drop-out of tracking between them, ns."""
+    spacings = sorted(later - sooner for sooner, later in pairwise(stamps_ns))
+    return max(100_000_000, 3 * spacings[len(spacings) // 2]) if spacings else 100_000_000
+
+
+def read_recording(path: Path, person: str | None = None) -> Recording:
+    """The walk of one person in a file.
+
+    Raises:
+        FileError: with file and line: unknown form, bad numbers, stamps that do not rise,
+            fewer than two rows, an unknown person, or several without a choice.
+    """
+    if path.suffix not in (".txt", ".csv"):
+        raise mistake(path, f"'{path.suffix}' is no known form; .txt (TUM) or .csv is")
+    lines = read_text(path, MAX_BYTES).splitlines()
+    if path.suffix == ".txt" and person is not None:
+        raise mistake(path, f"a TUM file holds one person; leave out '#{person}'")
+    people = _tum(path, lines) if path.suffix == ".txt" else _csv(path, lines)
+    name = _choose(path, tuple(people), person)
+    return _checked(path, f"{path}#{name}" if name else str(path), people[name])
+
+
+People = dict[str, list[tuple[int, RecordingRow]]]
+
+
+def _tum(path: Path, lines: list[str]) -> People:
+    rows = []
+    for number, line in enumerate(lines, start=1):
+        fields = line.split()
+        if not fields or fields[0].startswith("#"):
+            continue
+        if len(fields) != 8:
+            raise mistake(
+                path, f"{len(fields)} values; needs 8: stamp tx ty tz qx qy qz qw", number
+            )
+        t, x, y, *_ = (_number(path, number, field) for field in fields)
+        rows.append((number, (t, x, y)))
+    return {"": rows} if rows else {}
+
+
+def _csv(path: Path, lines: list[str]) -> People:
+    header = lines[0].strip() if lines else ""
+    if header == _TAG_EXPORT:
+        separator, columns = ";", {"id": (0, 1.0), "x": (1, 1e-3), "y": (2, 1e-3), "t": (4, 1.0)}
+    else:
+        separator = max(",;\t", key=header.count)
+        columns = _columns(path, header.lower().split(separator))
+    people: People = {}
+    for number, line in enumerate(lines[1:], start=2):
+        if not line.strip():
+            continue
+        fields = line.split(separator)
+        if len(fields) != header.count(separator) + 1:
+            expected = header.count(separator) + 1
+            raise mistake(path, f"{len(fields)} values; the header has {expected}", number)
+        t, x, y = (
+            columns[key][1] * _number(path, number, fields[columns[key][0]]) for key in "txy"
+        )
+        name = fields[columns["id"][0]].strip() if "id" in columns else ""
+        people.setdefault(name, []).append((number, (t, x, y)))
+    return people
+
+
+def _columns(path: Path, header: list[str]) -> dict[str, tuple[int, float]]:
+    found: dict[str, tuple[int, float]] = {}
+    for index, title in enumerate(header):
+        name, _, unit = title.strip().partition("_")
+        key = next((key for key, names in _NAMES.items() if name in names), None)
+        if key is None or key in found:
+            continue
+        if unit not in _UNITS or (key == "id" and unit):
+            raise mistake(path, f"column '{title.strip()}': unknown unit '{unit}'", 1)
+        found[key] = (index, _UNITS[unit])
+    missing = [key for key in "txy" if key not in found]
+    if missing:
+        raise mistake(path, f"no column {', '.join(missing)}; the header must be like id,t,x,y", 1)
+    return found
+
+
+def _number(path: Path, line: int, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = _time_of_day(path, line, text.strip())
+    if not math.isfinite(value):
+        raise mistake(path, f"'{text.strip()}' is not a finite number", line)
+    return value
+
+
+def _time_of_day(path: Path, line: int, text: str) -> float:
+    try:
+        moment = datetime.fromisoformat(text)
+    except ValueError:
+        raise mistake(path, f"'{text[:40]}' is not a number", line) from None
+    return (moment.replace(tzinfo=None) - datetime(2000, 1, 1)).total_seconds()
+
+
+def _choose(path: Path, people: tuple[str, ...], wanted: str | None) -> str:
+    if not people:
+        raise mistake(path, "holds no data")
+    if wanted is not None and wanted in people:
+        return wanted
+    if wanted is None and len(people) == 1:
+        return people[0]
+    listed = ", ".join(people[:20]) + (", ..." if len(people) > 20 else "")
+    if wanted is None:
+        raise mistake(path, f"holds {len(people)} people; choose one by #id: {listed}")
+    if people == ("",):
+        raise mistake(path, f"has no column of persons; leave out '#{wanted}'")
+    raise mistake(path, f"no person '{wanted}'; has {listed}")
+
+
+def _checked(path: Path, name: str, rows: list[tuple[int, RecordingRow]]) -> Recording:
+    if len(rows) < 2:
+        raise mistake(path, "is the only row; a walk needs at least two", rows[0][0])
+    start = rows[0][1][0]
+    for line, (t, x, y) in rows:
+        if max(abs(x), abs(y)) > FAR:
+            raise mistake(path, f"({x:g}, {y:g}) m is too far away; wrong unit?", line)
+        if abs(t - start) > MAX_SPAN_S:
+            raise mistake(path, f"{t - start:g} s after the first row; wrong unit?", line)
+    stamps = [round((row[0] - start) * 1e9) for _, row in rows]
+    for i in range(1, len(stamps)):
+        if stamps[i] <= stamps[i - 1]:
+            line, row = rows[i]
+            before = rows[i - 1][1][0]
+            message = f"time {row[0]} is not after {before}; sort the rows by time"
+            raise mistake(path, message, line)
+    return Recording(
+        name,
+        tuple(stamps),
+        tuple(row[1] for _, row in rows),
+        tuple(row[2] for _, row in rows),
+    )

@@ -1,0 +1,164 @@
+"""Where a person comes from: `NAME`, `FILE[#id][@x,y,yaw]`, `random` or `live`.
+
+`NAME` is a script, `FILE` a recorded walk; `random` wanders about by the seed.
+
+`@x,y,yaw` puts the middle of the recording's bounding box to (x, y) and turns it by yaw about
+it; the walk itself must stay on the free floor. Left out, the middle goes to the centre of the
+largest free disc and the first yaw in steps of pi/8 is taken that keeps the whole person, a disc
+of 0.5 m, on the free floor.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from engine.files.finding import mistake
+from hw.geometry import Pose2
+from hw.people import wanderer
+from hw.people.interaction import Interaction
+from hw.people.live import LivePerson
+from hw.people.person import RADIUS, Person
+from hw.people.playback import Playback
+from hw.people.recording import Recording, read_recording
+from hw.people.script import load_script
+from hw.people.walker import Walker
+from hw.room import Room
+from hw.scene import Scene
+
+_SOURCE = re.compile(r"(?P<file>.+?)(?:#(?P<person>[^#@]*))?(?:@(?P<place>[^@]*))?\Z")
+_STEPS = 16
+
+
+@dataclass(frozen=True, slots=True)
+class PersonSource:
+    """A recording as named on the command line; place is x, y in m and yaw in rad, or None."""
+
+    path: Path
+    person: str | None = None
+    place: tuple[float, float, float] | None = None
+
+
+def is_recording(source: str) -> bool:
+    """Does this name a recorded walk, and not a script?"""
+    found = _SOURCE.match(source)
+    return found is not None and Path(found["file"]).suffix in (".txt", ".csv")
+
+
+def parse_source(text: str) -> PersonSource:
+    """`FILE[#id][@x,y,yaw]` in its parts.
+
+    Raises:
+        FileError: the place is not three finite numbers, or the id is empty.
+    """
+    found = _SOURCE.match(text)
+    if found is None:
+        raise mistake(text, "needs FILE[#id][@x,y,yaw]")
+    if found["person"] == "":
+        raise mistake(text, "an id must follow '#'")
+    if found["place"] is None:
+        return PersonSource(Path(found["file"]), found["person"])
+    try:
+        numbers = [float(part) for part in found["place"].split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != 3 or not all(map(math.isfinite, numbers)):
+        raise mistake(text, f"'@{found['place']}' needs three numbers, @x,y,yaw (m, rad)")
+    return PersonSource(Path(found["file"]), found["person"], (numbers[0], numbers[1], numbers[2]))
+
+
+def open_user(
+    source: str,
+    scene: Scene,
+    requests: int | None = None,
+    size: float | None = None,
+    seed: int = 0,
+) -> Person:
+    """The person a source names, in a scene; among its touchable surfaces, if it has some.
+
+    Args:
+        source: a script's name or file, a recording, `random` or `live`.
+        scene: gives the room and the start.
+        requests: how many touches to ask for; None: what the script says, none in a recording,
+            on and on for `random`. Where surfaces are touchable: as walking brings them about.
+        size: stretch a recording so that the longer side of its bounding box has this length, m.
+        seed: of what `random` does.
+
+    Raises:
+        FileError: with file, line and what would be right.
+    """
+    if not scene.touchable:
+        return _open(source, scene, requests, size, seed)
+    person = _open(source, scene, None, size, seed)
+    return Interaction(person, scene.touchable, requests)
+
+
+def _open(source: str, scene: Scene, requests: int | None, size: float | None, seed: int) -> Person:
+    if source == "live":
+        return LivePerson(scene.user_start or _middle(scene.room))
+    if not is_recording(source):
+        if size is not None:
+            raise mistake(source, "only a recording can be stretched")
+        if source == wanderer.NAME:
+            start = scene.user_start or _middle(scene.room)
+            return wanderer.Wanderer(scene.room, start, seed, requests)
+        return Walker(load_script(source), scene.room, scene.user_start, requests)
+    parts = parse_source(source)
+    recording = read_recording(parts.path, parts.person)
+    if size is not None:
+        recording = recording.stretched(size)
+    if parts.place is None:
+        return Playback(place_in_largest_disc(recording, scene.room), requests or 0)
+    return Playback(place_at(recording, scene.room, parts.place), requests or 0)
+
+
+def place_at(recording: Recording, room: Room, place: tuple[float, float, float]) -> Recording:
+    """The recording with its middle at (x, y), turned by yaw.
+
+    Raises:
+        FileError: the walk would leave the free floor.
+    """
+    placed = recording.placed(*place)
+    for stamp, x, y in zip(placed.stamps_ns, placed.xs, placed.ys, strict=True):
+        if not room.is_free(x, y):
+            raise mistake(
+                recording.name,
+                f"at @{place[0]:g},{place[1]:g},{place[2]:g} the person would be at "
+                f"({x:.2f}, {y:.2f}) after {stamp * 1e-9:.2f} s, which is not on the free floor",
+            )
+    return placed
+
+
+def place_in_largest_disc(recording: Recording, room: Room) -> Recording:
+    """The recording in the centre of the largest free disc, at the first yaw that fits.
+
+    Raises:
+        FileError: no yaw in steps of pi/8 keeps the 0.5 m disc on the free floor.
+    """
+    disc = room.largest_free_disc
+    for step in range(_STEPS):
+        placed = recording.placed(disc.x, disc.y, step * math.pi / 8.0)
+        if _keeps_clear(placed, room):
+            return placed
+    width, height = recording.size
+    raise mistake(
+        recording.name,
+        f"a walk of {width:.2f} m x {height:.2f} m does not fit into the free floor about "
+        f"({disc.x:.2f}, {disc.y:.2f}), the centre of the largest free disc (radius "
+        f"{disc.radius:.2f} m), at any yaw in steps of pi/8; give a place as @x,y,yaw",
+    )
+
+
+def _middle(room: Room) -> Pose2:
+    disc = room.largest_free_disc
+    return Pose2(disc.x, disc.y)
+
+
+def _keeps_clear(recording: Recording, room: Room) -> bool:
+    from shapely.geometry import LineString
+
+    path = LineString(zip(recording.xs, recording.ys, strict=True))
+    floor = room.free_space
+    return bool(floor.contains(path) and path.distance(floor.boundary) >= RADIUS)

@@ -1,0 +1,112 @@
+"""A person who follows a script."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from engine.files.finding import CODE, FileError, Finding, mistake
+from hw.geometry import Pose2
+from hw.people.pedestrian import Pedestrian
+from hw.people.person import RADIUS, Touch
+from hw.people.script import (
+    ApproachStep,
+    LookStep,
+    LoseTracking,
+    RequestStep,
+    Script,
+    Stand,
+    Turn,
+    WalkStep,
+)
+from hw.room import Room
+
+
+class Walker(Pedestrian):
+    """Follows a script; ends after its rounds, or after so many requests and the stand after them.
+
+    Raises:
+        FileError: walks leave the free floor, or nothing says where to start.
+    """
+
+    def __init__(
+        self, script: Script, room: Room, start: Pose2 | None = None, requests: int | None = None
+    ) -> None:
+        begin = script.start or start
+        if begin is None:
+            raise mistake(script.path, "no start, neither here nor as user.start in the scene")
+        _check_walks(script, room, begin)
+        self._script, self._left = script, requests
+        super().__init__(room, begin, script.turn_rate)
+
+    def _run(self) -> Iterator[bool]:
+        if not any(isinstance(step, RequestStep) for step in self._script.steps):
+            self._left = None
+        rounds = 0
+        while self._script.rounds is None or rounds < self._script.rounds or self._left:
+            rounds += 1
+            started = self._now, self._budget
+            for step in self._script.steps:
+                if self._left == 0 and not isinstance(step, Stand):
+                    return
+                yield from self._take(step)
+            if (self._now, self._budget) == started:
+                yield True  # a round that takes no time must not hold up the world
+
+    def _take(self, step: object) -> Iterator[bool]:
+        if isinstance(step, WalkStep):
+            yield from self._walk(step)
+        elif isinstance(step, Stand):
+            yield from self._stand(step.span_ns)
+        elif isinstance(step, Turn):
+            yield from self._turn(step.yaw)
+        elif isinstance(step, RequestStep):
+            touch = Touch(0, step.hold_ns, 0, step.ahead, step.height)
+            yield from self._ask(touch)
+            self._left = None if self._left is None else self._left - 1
+        elif isinstance(step, ApproachStep):
+            yield from self._approach(step)
+        elif isinstance(step, LookStep):
+            self._head_turn = step.turn
+        elif isinstance(step, LoseTracking):
+            self._blind_until = self._now - self._budget + step.span_ns
+
+    def _approach(self, step: ApproachStep) -> Iterator[bool]:
+        left = step.span_ns
+        while not self._informed:
+            target = self._robot
+            distance = math.hypot(target.x - self._x, target.y - self._y)
+            span = min(left, self._budget)
+            pace = min(step.speed * span * 1e-9, distance - step.stop_at)
+            if pace <= 0.0 and (span > 0 or left == 0 or distance <= step.stop_at):
+                return
+            if pace > 0.0:
+                self._yaw = math.atan2(target.y - self._y, target.x - self._x)
+                x = self._x + pace * math.cos(self._yaw)
+                y = self._y + pace * math.sin(self._yaw)
+                if self._room.clearance(x, y) < RADIUS:
+                    return
+                self._x, self._y, self._tempo = x, y, step.speed
+            left -= span
+            self._budget -= span
+            if left == 0:
+                return
+            yield True
+
+
+def _check_walks(script: Script, room: Room, start: Pose2) -> None:
+    x, y = start.x, start.y
+    if not room.is_free(x, y):
+        raise mistake(script.path, f"the start ({x:g}, {y:g}) is not on the free floor")
+    findings = []
+    for step, place in zip(script.steps, script.places, strict=True):
+        if isinstance(step, ApproachStep):
+            break  # where the person is from here on depends on the robot
+        if not isinstance(step, WalkStep):
+            continue
+        if not room.sees(x, y, step.x, step.y):
+            way = f"the way from ({x:g}, {y:g}) to ({step.x:g}, {step.y:g}) leaves the free floor"
+            findings.append(Finding(CODE, way, place, "go round the wall in several walks"))
+        x, y = step.x, step.y
+    if findings:
+        raise FileError(findings)

@@ -1,0 +1,99 @@
+"""A person who wanders about by chance, and asks for touches where they happen to be.
+
+Everything is drawn from one stream of the person's own: same seed, same walk, whatever the robot
+does, unless it is shown to them: then they may go round it, or give up where they wanted to go.
+The way of asking is the evaluation's (R131, R132): with other times, but the same 5 s after it.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterator
+
+from engine.files.finding import mistake
+from hw.geometry import Pose2
+from hw.people.pedestrian import Pedestrian
+from hw.people.person import RADIUS, Touch
+from hw.people.script import WalkStep
+from hw.room import Point, Room
+
+NAME = "random"
+ABOUT = "Wanders about by chance, by --seed: places, headings, speeds, pauses, touches asked for."
+
+SPEEDS = (0.5, 1.5)
+"""Slowest and fastest walk, m/s."""
+PAUSES_S = (0.0, 5.0)
+"""Shortest and longest stand between two walks, s."""
+WALKS = (1, 3)
+"""Walks from one touch to the next."""
+HOLDS_S = (20.0, 30.0)
+"""For how long a touch is asked for, s."""
+TURN_RATE = 3.0
+_GOALS, _DETOURS, _PLACES = 10, 100, 1000
+
+
+class Wanderer(Pedestrian):
+    """Walks from one random place to the next, RADIUS or more from walls.
+
+    Where no straight way is, one random place in between leads round. Ends after so many requests
+    and the pause after them; None: never.
+
+    Raises:
+        FileError: the start is nearer than RADIUS to a wall, so that no way leads on.
+    """
+
+    def __init__(self, room: Room, start: Pose2, seed: int, requests: int | None = None) -> None:
+        if room.clearance(start.x, start.y) < RADIUS:
+            raise mistake(
+                NAME,
+                f"the start ({start.x:g}, {start.y:g}) is not {RADIUS:g} m away from walls; "
+                "give user.start in the scene",
+            )
+        # a stream by its name: no other source that takes the same seed draws the same numbers
+        self._chance = random.Random(f"{NAME} user {seed}")
+        self._left = requests
+        super().__init__(room, start, TURN_RATE)
+
+    def _run(self) -> Iterator[bool]:
+        while self._left is None or self._left > 0:
+            for _ in range(self._chance.randint(*WALKS)):
+                yield from self._go_somewhere()
+                yield from self._stand(self._span(PAUSES_S))
+            yield from self._ask(Touch(0, self._span(HOLDS_S)))
+            self._left = None if self._left is None else self._left - 1
+
+    def _go_somewhere(self) -> Iterator[bool]:
+        speed = self._chance.uniform(*SPEEDS)
+        yaw = self._chance.uniform(-math.pi, math.pi)
+        *between, (x, y) = self._way()
+        for place in between:
+            yield from self._walk(WalkStep(*place, None, speed))
+        yield from self._walk(WalkStep(x, y, yaw, speed))
+
+    def _way(self) -> tuple[Point, ...]:
+        """To a random place, by at most one other; nowhere, if chance finds no way."""
+        here = (self._x, self._y)
+        for _ in range(_GOALS):
+            goal = self._place()
+            if self._is_clear(here, goal):
+                return (goal,)
+            for _ in range(_DETOURS):
+                other = self._place()
+                if self._is_clear(here, other) and self._is_clear(other, goal):
+                    return other, goal
+        return (here,)
+
+    def _place(self) -> Point:
+        x_low, y_low, x_high, y_high = self._room.bounds
+        for _ in range(_PLACES):
+            place = self._chance.uniform(x_low, x_high), self._chance.uniform(y_low, y_high)
+            if self._room.clearance(*place) >= RADIUS:
+                return place
+        return self._x, self._y
+
+    def _is_clear(self, start: Point, end: Point) -> bool:
+        return self._room.way_clearance(*start, *end) >= RADIUS
+
+    def _span(self, seconds: tuple[float, float]) -> int:
+        return round(self._chance.uniform(*seconds) * 1e9)

@@ -1,0 +1,1 @@
+"""The safety chain of the base, and what shares its wheels."""

@@ -1,0 +1,266 @@
+"""Who keeps the wheels: the safety chain with all that it goes by, apart from who drives.
+
+The engine's side of a base (`hw.safety.guarded`) says which velocity counts; a keeper decides how much of
+it reaches the wheels. It hears samples, is told the velocity of each tick with the tick's stamp, so
+that it notices when ticks stop, and is asked in each cycle:
+
+    keeper.hear(sample, now_ns)                    # of `hears`, as they arrive
+    keeper.command(twist, stamp_ns)                # in each tick; a stamp of None: nobody drives
+    keeper.admit(now_ns, next_velocity, pose, twist)
+
+`Keeper` does so in this process. On real parts the wheels have a process of their own, with a
+keeper in it; what the engine then holds of it has the same face (`Keeps`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from threading import Lock
+from typing import Any, Protocol
+
+from hw.geometry import STILL, Pose2, Twist2
+from hw.interfaces import DriveMode
+from hw.log import Log
+from hw.reckoner import Reckoner
+from hw.safety.chain import STANDING, SafetyChain
+from hw.safety.limits import SafetyLimits
+from hw.safety.record import SafetyRecord
+from hw.samples import Odometry, PoseSigma, Sample, TrackerPose, UserPose
+
+Hear = Callable[[int, int, Any], None]
+"""Takes now and the stamp, ns, and the value of a sample."""
+Pull = Callable[[str], None]
+
+
+class Keeps(Protocol):
+    """What the engine's side of a base asks of a keeper, wherever it is."""
+
+    @property
+    def limits(self) -> SafetyLimits:
+        """What it goes by."""
+        ...
+
+    @property
+    def cycles(self) -> Log[SafetyRecord]:
+        """The newest records, for any number of readers."""
+        ...
+
+    @property
+    def latched(self) -> str | None:
+        """Why the stop has latched; None: it has not."""
+        ...
+
+    @property
+    def refused(self) -> tuple[str, ...]:
+        """Why nothing at all could move in the last cycle; empty if something could."""
+        ...
+
+    @property
+    def admitted(self) -> Twist2 | None:
+        """What was last let pass, base frame; None: since the last tick, all of it."""
+        ...
+
+    @property
+    def reckons(self) -> bool:
+        """Does it have to be told the estimates of localization, in every tick?"""
+        ...
+
+    @property
+    def hears(self) -> tuple[str, ...]:
+        """The signals to call `hear` with."""
+        ...
+
+    def hear(self, sample: Sample, now_ns: int) -> None:
+        """A sample of `hears` has arrived now; anything else is ignored."""
+        ...
+
+    def locate_by(self, reckoner: Reckoner) -> None:
+        """The base does not know where it is: poses are those of a reckoner from now on."""
+        ...
+
+    def locate(self, stamp_ns: int, pose: Pose2 | None, sigma: PoseSigma | None) -> None:
+        """Where localization takes the base to have been at an instant; None: it does not know."""
+        ...
+
+    def grant(self, pose: Pose2 | None) -> None:
+        """The request of the user is served from this pose, map_from_base; None: it is not."""
+        ...
+
+    def command(self, twist: Twist2, stamp_ns: int | None) -> None:
+        """This velocity counts from now on, said at stamp_ns; None: nobody drives."""
+        ...
+
+    def reset(self, now_ns: int) -> bool:
+        """Take a latched stop away, by the operator's order; False while its cause holds."""
+        ...
+
+
+class Keeper:
+    """See the module. Samples, ticks and cycles may come from different threads.
+
+    Args:
+        limits: of the safety chain.
+        measures: does it hear the base's pose and twist as samples? Else `admit` is given them.
+    """
+
+    def __init__(self, limits: SafetyLimits, measures: bool = True) -> None:
+        self.chain = SafetyChain(limits)
+        self.admitted: Twist2 | None = None
+        self.wanted = STILL
+        self._stamp_ns: int | None = None
+        self._measured: dict[str, tuple[int, Any]] = {}
+        self._mutex = Lock()
+        self._reckoner: Reckoner | None = None
+        self._hears: dict[str, Hear] = {
+            "vr.haptic_request": self._ask,
+            "stop.engaged": self._hear_stop_line,
+        }
+        if limits.watched:
+            self._hears["user.pose"] = self._see
+        if measures:
+            for name in ("base.pose", "base.twist"):
+                self._hears[name] = partial(self._measure, name)
+
+    @property
+    def limits(self) -> SafetyLimits:
+        """See `Keeps`, as for all that follow."""
+        return self.chain.limits
+
+    @property
+    def cycles(self) -> Log[SafetyRecord]:
+        """The newest records."""
+        return self.chain.cycles
+
+    @property
+    def latched(self) -> str | None:
+        """Why the stop has latched."""
+        return self.chain.latched
+
+    @property
+    def refused(self) -> tuple[str, ...]:
+        """Why nothing at all could move in the last cycle."""
+        return self.chain.refused
+
+    @property
+    def reckons(self) -> bool:
+        """Does it have to be told estimates?"""
+        return self._reckoner is not None
+
+    @property
+    def hears(self) -> tuple[str, ...]:
+        """The signals to call `hear` with."""
+        return tuple(self._hears)
+
+    def locate_by(self, reckoner: Reckoner) -> None:
+        """Poses are those of a reckoner from now on."""
+        self._reckoner = reckoner
+        self._hears["base.odometry"] = self._move
+        self._hears["rover.tracker"] = self._track
+
+    def hear(self, sample: Sample, now_ns: int) -> None:
+        """A sample has arrived now."""
+        take = self._hears.get(sample.name)
+        if take is not None:
+            with self._mutex:
+                take(now_ns, sample.stamp_ns, sample.value)
+
+    def locate(self, stamp_ns: int, pose: Pose2 | None, sigma: PoseSigma | None) -> None:
+        """Where localization takes the base to have been."""
+        if self._reckoner is not None:
+            with self._mutex:
+                self._reckoner.estimate(stamp_ns, pose, sigma)
+
+    def grant(self, pose: Pose2 | None) -> None:
+        """The request is served from this pose.
+
+        The chain lets the base come slowly as near to the user as that pose is, while they ask for
+        it. The end of the request ends the grant.
+        """
+        with self._mutex:
+            self.chain.grant(pose)
+
+    def command(self, twist: Twist2, stamp_ns: int | None) -> None:
+        """This velocity counts from now on."""
+        self.wanted, self._stamp_ns = twist, stamp_ns
+        self.admitted = None
+
+    def reset(self, now_ns: int) -> bool:
+        """Take a latched stop away."""
+        with self._mutex:
+            return self.chain.reset(now_ns)
+
+    # in each cycle
+
+    def measured(self, now_ns: int) -> tuple[Pose2 | None, Twist2 | None]:
+        """Pose and velocity as they were last heard; what is too old is not known."""
+        pose, twist = self._recent("base.pose", now_ns), self._recent("base.twist", now_ns)
+        if self._reckoner is not None:
+            wheels = self._recent("base.odometry", now_ns)
+            twist = None if wheels is None else wheels.twist
+        return pose, twist
+
+    def admit(
+        self,
+        now_ns: int,
+        command: Twist2,
+        pose: Pose2 | None,
+        twist: Twist2 | None,
+        mode: DriveMode = "omni",
+    ) -> Twist2:
+        """How much of the next velocity, ramps included, may reach the motors: `SafetyChain`.
+
+        `pose` is map_from_base; that of a base that is located by a reckoner is the reckoner's.
+        """
+        chain, stamp, sigma = self.chain, self._stamp_ns, 0.0
+        with self._mutex:
+            if self._reckoner is not None:
+                located = self._reckoner.at(now_ns)
+                pose, sigma = (None, 0.0) if located is None else located
+            chain.holonomic = mode == "omni"
+            if stamp is None:
+                stamp = now_ns  # a stop does not get old
+            record = chain.admit(now_ns, command, stamp, pose, twist, sigma)
+            if self.admitted is not None or record.admitted != command:
+                self.admitted = record.admitted
+        return record.admitted
+
+    def rest(self, now_ns: int) -> None:
+        """A cycle in which the base stands and is to stand."""
+        with self._mutex:
+            self.chain.rest(now_ns)
+
+    # what is heard
+
+    def _see(self, now_ns: int, stamp_ns: int, user: UserPose | None) -> None:
+        if user is not None:
+            self.chain.see(now_ns, stamp_ns, user.body.x, user.body.y)
+
+    def _ask(self, now_ns: int, stamp_ns: int, deep: object) -> None:  # noqa: ARG002
+        self.chain.request(deep is not None)
+
+    def _hear_stop_line(self, now_ns: int, stamp_ns: int, reason: str | None) -> None:  # noqa: ARG002
+        self.chain.stop_line = reason
+
+    def _move(self, now_ns: int, stamp_ns: int, wheels: Odometry) -> None:
+        assert self._reckoner is not None
+        self._reckoner.move(stamp_ns, wheels)
+        self._measure("base.odometry", now_ns, stamp_ns, wheels)
+
+    def _track(self, now_ns: int, stamp_ns: int, seen: TrackerPose) -> None:  # noqa: ARG002
+        assert self._reckoner is not None
+        self._reckoner.track(stamp_ns, seen)
+
+    def _measure(self, name: str, now_ns: int, stamp_ns: int, value: Any) -> None:  # noqa: ARG002
+        self._measured[name] = stamp_ns, value
+
+    def _recent(self, name: str, now_ns: int) -> Any:
+        """The newest value; None if it is older than poses may be, or ahead of the clock."""
+        limits = self.chain.limits
+        stamp, value = self._measured.get(name, (now_ns, None))
+        return value if -limits.ahead <= (now_ns - stamp) / 1e9 <= limits.old else None
+
+
+def is_standing(twist: Twist2) -> bool:
+    """Is this the velocity of a base that stands?"""
+    return max(twist.speed, abs(twist.wz)) <= STANDING

@@ -1,0 +1,68 @@
+"""What one cycle of the safety chain leaves: what it was asked, what it admitted, and why."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from hw.geometry import Twist2
+from hw.interfaces import DriveMode
+
+USER_LOST = "tracking of the user is lost"
+TOO_FAST = "the base is faster than its limit"
+RUNS_ON = "the base does not stop"
+BACKWARDS = "time runs backwards"
+
+NOT_FINITE = ("a value is not finite",)
+STOP_LINE = ("stop line",)
+LATCHED = ("latched",)
+COMMAND_OLD = ("command is old",)
+COMMAND_AHEAD = ("command is stamped ahead of the clock",)
+BASE_UNKNOWN = ("pose or velocity of the base is not known",)
+USER_UNKNOWN = ("no pose of the user yet",)
+USER_OLD = ("pose of the user is old",)
+USER_AHEAD = ("pose of the user is stamped ahead of the clock",)
+COMMAND_LATE = "command is late"
+USER_LATE = "pose of the user is late"
+SPEED = "speed limit"
+SEPARATION = "separation"
+GRANTED = "granted touch"
+
+
+class SafetyRecord(NamedTuple):
+    """One cycle of the chain.
+
+    `command` and `admitted` are in the base frame; `admitted is command` where nothing was taken
+    away. `separation` is the measured gap S, m, and `needed` the S_p of the measured motion: where
+    S is less and no touch is granted, the robot is nearer than it should be for its speed.
+    `allowed` is the closing speed up to which the governor does nothing, `user_speed` what it took
+    the user for (m/s), `user_age` the age of their pose (s). None: there is no pose yet.
+    """
+
+    stamp_ns: int
+    command: Twist2
+    admitted: Twist2
+    separation: float | None = None
+    needed: float = 0.0
+    allowed: float = 0.0
+    user_speed: float | None = None
+    user_age: float | None = None
+    reasons: tuple[str, ...] = ()
+
+
+class ChainStatus(NamedTuple):
+    """What a chain in a process of its own tells of itself, again and again.
+
+    `latched`, `refused` and `admitted` are those of `hw.safety.keeper`; `mode` is how the wheels are
+    driven. `cycles` counts cycles since the start, `missed` those that came more than one too late,
+    and `records` the records that were told; `longest_ms` is the longest time between two cycles
+    since the status before.
+    """
+
+    latched: str | None
+    refused: tuple[str, ...]
+    admitted: Twist2 | None
+    mode: DriveMode
+    cycles: int
+    missed: int
+    records: int
+    longest_ms: float

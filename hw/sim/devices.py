@@ -1,0 +1,238 @@
+"""What is around the simulated robot: tracking, virtual reality, bumper, stop line, operator."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Protocol
+
+from hw.geometry import Pose2, Pose3, wrap
+from hw.people.person import Person
+from hw.room import Room
+from hw.safety.stop_line import StopLatch
+from hw.samples import BumperHit, Sample, UserPose
+from hw.sim.sensors import WhiteNoise
+
+if TYPE_CHECKING:
+    from hw.sim.person_view import PersonView
+
+STILL_SPEED = 0.1
+"""Below this speed, m/s, a person counts as standing still."""
+STILL_NS = 500_000_000
+"""After standing so long, shown the robot, the person is ready again (R115)."""
+WALK, UNSEEN_NS = 64, 100_000_000
+"""So many poses of a person are kept; poses farther apart than this are not seen between, ns."""
+PATIENCE_NS = 5_000_000_000
+"""A stop line that cannot be reset for so long is looked after by hand."""
+
+
+class SimTrackers:
+    """Hands on what tracking saw of the person, `delay_ns` later, and nothing during drop-outs.
+
+    With a room, nothing either while the person is outside its tracked area (R6). A sample keeps
+    the stamp of when it was seen. `view` says what tracking with faults has of a pose; it sees the
+    person at all times, and not only when the world takes a step: what arrives now is `delay_ns`
+    old, whatever the steps.
+    """
+
+    signals: tuple[str, ...] = ("user.pose",)
+
+    def __init__(
+        self,
+        person: Person,
+        room: Room | None = None,
+        delay_ns: int = 0,
+        noise: WhiteNoise | None = None,
+        view: PersonView | None = None,
+    ) -> None:
+        self._person, self._room, self._view = person, room, view
+        self._delay_ns, self._noise = delay_ns, noise
+        self._seen: Sample | None = None
+        self._walk: deque[Sample] = deque(maxlen=WALK)
+        self._pending: deque[Sample] = deque()
+        if view is not None:
+            self._delay_ns, self._behind_ns = 0, delay_ns
+
+    def step(self) -> Sample | None:
+        """Look at the person; the pose that tracking has from now on, as it truly is."""
+        true, body = self._person.measured, self._person.body
+        if true is None or true is self._seen:
+            return None
+        if self._room is not None and not self._room.is_tracked(body.x, body.y):
+            return None
+        self._seen = true
+        seen: Sample | None = true
+        if self._view is not None:
+            self._walk.append(true)
+            earlier = self._earlier(true.stamp_ns - self._behind_ns)
+            seen = None if earlier is None else self._view.seen(earlier)
+        if seen is None:
+            return None
+        name, stamp, value = seen
+        if self._noise is not None and isinstance(value, UserPose):
+            seen = Sample(name, stamp, self._noise.user(value, stamp))
+        self._pending.append(seen)
+        return true
+
+    def _earlier(self, stamp_ns: int) -> Sample | None:
+        """Where the person was between two steps; None where that is not known."""
+        after = None
+        for before in reversed(self._walk):
+            if before.stamp_ns <= stamp_ns:
+                return before if after is None else _between(before, after, stamp_ns)
+            after = before
+        return None
+
+    def samples(self, now_ns: int) -> list[Sample]:
+        """What was seen and has arrived since the last call."""
+        arrived, pending = [], self._pending
+        while pending and pending[0].stamp_ns + self._delay_ns <= now_ns:
+            arrived.append(pending.popleft())
+        return arrived
+
+
+def _between(before: Sample, after: Sample, stamp_ns: int) -> Sample | None:
+    """Of two poses of a person the one between; None: nobody has seen them in between."""
+    a, b = before.value, after.value
+    if stamp_ns == before.stamp_ns or not (isinstance(a, UserPose) and isinstance(b, UserPose)):
+        return before
+    if after.stamp_ns - before.stamp_ns > UNSEEN_NS:
+        return None
+    share = (stamp_ns - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)
+    body = a.body.between(b.body, share)
+    turned = wrap(a.head_yaw + share * wrap(b.head_yaw - a.head_yaw))
+    there = replace(b, body=Pose2(body.x, body.y, wrap(body.yaw)), head_yaw=turned)
+    return Sample(before.name, stamp_ns, there)
+
+
+class SimVr:
+    """The virtual world around the person: passes requests on and shows them the robot."""
+
+    signals: tuple[str, ...] = ("vr.haptic_request", "vr.release", "vr.restart")
+
+    def __init__(self, person: Person, view: PersonView | None = None) -> None:
+        self.shown = False
+        self._person, self._view = person, view
+        self._request: Pose3 | None = None
+        self._still_since: int | None = None
+        self._restarted = False
+        self._pending = [Sample("vr.haptic_request", 0, None)]
+
+    def inform(self, show: bool) -> None:
+        """Show the robot, or hide it; see `Vr`."""
+        if show != self.shown:
+            self.shown, self._still_since, self._restarted = show, None, False
+
+    def step(self, now_ns: int) -> None:
+        """Look at the person."""
+        request = self._person.request
+        if request is not self._request:
+            if request is None:
+                self._pending.append(Sample("vr.release", now_ns, True))
+            told = request if request is None or self._view is None else self._view.told(request)
+            self._pending.append(Sample("vr.haptic_request", now_ns, told))
+            self._request = request
+        if self.shown and not self._restarted:
+            self._watch_standing(now_ns)
+
+    def samples(self, now_ns: int) -> list[Sample]:  # noqa: ARG002
+        """What happened since the last call."""
+        pending, self._pending = self._pending, []
+        return pending
+
+    def _watch_standing(self, now_ns: int) -> None:
+        if self._person.speed >= STILL_SPEED:
+            self._still_since = None
+        elif self._still_since is None:
+            self._still_since = now_ns
+        elif now_ns - self._still_since >= STILL_NS:
+            self._restarted = True
+            self._pending.append(Sample("vr.restart", now_ns, True))
+
+
+class SimBumper:
+    """The foam: each new touch is one event, and pulls the stop line (R4, R5)."""
+
+    signals: tuple[str, ...] = ("bumper.hit",)
+
+    def __init__(self, stop_line: StopLatch) -> None:
+        self._stop_line = stop_line
+        self._pending: list[Sample] = []
+
+    def touch(self, now_ns: int, bearing: float, what: str) -> None:
+        """The foam was touched from this side (rad, base frame)."""
+        self._stop_line.pull(f"bumper: {what}")
+        self._pending.append(Sample("bumper.hit", now_ns, BumperHit(bearing)))
+
+    def samples(self, now_ns: int) -> list[Sample]:  # noqa: ARG002
+        """Touches since the last call."""
+        pending, self._pending = self._pending, []
+        return pending
+
+
+class Latched(Protocol):
+    """A stop line that says why it is pulled."""
+
+    @property
+    def reason(self) -> str | None:
+        """Why; None: it is not."""
+        ...
+
+    def reset(self) -> bool:
+        """See `StopLine`."""
+        ...
+
+
+class ScriptedOperator:
+    """Acknowledges every fault a while after it began, and the stop line as soon as it can be.
+
+    A reported fault and a pulled stop line are acknowledged alike; where the cause still holds the
+    operator tries again after the same while. After PATIENCE_NS they lend a hand: `by_hand` is
+    called in each step until the line can be reset.
+    """
+
+    signals: tuple[str, ...] = ("operator.acknowledge",)
+
+    def __init__(
+        self,
+        stop_line: Latched,
+        delay_ns: int = 1_000_000_000,
+        by_hand: Callable[[], None] | None = None,
+    ) -> None:
+        self.faults: list[str] = []
+        self._stop_line = stop_line
+        self._delay_ns = delay_ns
+        self._by_hand = by_hand
+        self._since: int | None = None
+        self._reported = False
+        self._due: int | None = None
+        self._pending: list[Sample] = []
+
+    def report(self, fault: str) -> None:
+        """A fault that has to be acknowledged; see `Operator`."""
+        self.faults.append(fault)
+        self._reported = True
+
+    def step(self, now_ns: int) -> None:
+        """Look after the robot."""
+        if self._stop_line.reason is None and not self._reported:
+            return
+        if self._since is None:
+            self._since = now_ns
+        if self._by_hand is not None and now_ns - self._since >= PATIENCE_NS:
+            self._by_hand()
+        if self._due is None:
+            self._due = now_ns + self._delay_ns
+        if now_ns < self._due:
+            return
+        self._due = None
+        if self._stop_line.reset():
+            self._reported = False
+            self._since = None
+            self._pending.append(Sample("operator.acknowledge", now_ns, True))
+
+    def samples(self, now_ns: int) -> list[Sample]:  # noqa: ARG002
+        """Acknowledgements since the last call."""
+        pending, self._pending = self._pending, []
+        return pending

@@ -1,0 +1,1 @@
+"""How much of a floor a robot can use."""

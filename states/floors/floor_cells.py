@@ -1,0 +1,198 @@
+"""A map of cells as a floor whose use can be measured (`space`).
+
+As in costmap_2d only occupied cells are inflated; unknown ones are neither free nor in the way.
+Walls begin at the faces of occupied cells. Figures are right to about a cell.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from states.floors.space import LEAST_PIECE, Passage
+from states.maps.cells import Mask
+from states.maps.distance import distances
+from states.maps.occupancy import FREE, OCCUPIED, OccupancyMap
+from states.navigation.clearance import Array
+
+RegionLabels = NDArray[np.int64]
+
+_ROUNDING = 1e-9
+_ANGLES = 24
+
+
+@dataclass(frozen=True)
+class MapFloor:
+    """See `space.Floor`."""
+
+    map: OccupancyMap
+
+    @cached_property
+    def free(self) -> Mask:
+        """Free cells, (rows, columns)."""
+        found: Mask = self.map.values == FREE
+        return found
+
+    @cached_property
+    def distance(self) -> Array:
+        """From the centre of every cell to the nearest wall, m, (rows, columns)."""
+        resolution = self.map.resolution
+        return distances(self.map.values >= OCCUPIED, resolution) - 0.5 * resolution
+
+    @cached_property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Of the free cells, m."""
+        rows, columns = np.nonzero(self.free)
+        if not len(rows):
+            return 0.0, 0.0, 0.0, 0.0
+        size = self.map.resolution
+        corners = [
+            self.map.map_from_corner.transform(float(column) * size, float(row) * size)
+            for row in (rows.min(), rows.max() + 1)
+            for column in (columns.min(), columns.max() + 1)
+        ]
+        xs, ys = zip(*corners, strict=True)
+        return min(xs), min(ys), max(xs), max(ys)
+
+    @property
+    def free_m2(self) -> float:
+        """Area of the free cells."""
+        return self.map.area()
+
+    def usable(self, inflation: float) -> Mask:
+        """Cells for the robot's centre."""
+        found: Mask = self.free & (self.distance >= inflation - _ROUNDING)
+        return found
+
+    def usable_m2(self, inflation: float) -> float:
+        """Area of these cells."""
+        return float(np.count_nonzero(self.usable(inflation))) * self.map.resolution**2
+
+    def pieces(self, inflation: float) -> tuple[float, ...]:
+        """Areas of the connected parts, largest first."""
+        counts = np.bincount(self._labels(inflation).ravel())[1:]
+        areas = sorted((counts * self.map.resolution**2).tolist(), reverse=True)
+        return tuple(areas)
+
+    def closed_passages(self, inflation: float) -> tuple[Passage, ...]:
+        """The widest ways that would join the pieces, as few as join all, narrowest first.
+
+        A way round an obstacle that joins a piece to itself is not told.
+        """
+        labels = self._labels(inflation)
+        order = np.argsort(-self.distance, axis=None, kind="stable")
+        order = order[self.free.ravel()[order]]
+        found = [self._passage(cell) for cell in _meetings(labels, order).tolist()]
+        return tuple(sorted(found, key=lambda passage: (passage.width, passage.start)))
+
+    def is_clear(self, x: Array, y: Array, clearance: float) -> NDArray[np.bool_]:
+        """Which places are on usable cells; unknown cells and the outside are not."""
+        corner_from_map = self.map.map_from_corner.inverse()
+        c, s = math.cos(corner_from_map.yaw), math.sin(corner_from_map.yaw)
+        rows, columns = self.map.values.shape
+        column = np.floor((corner_from_map.x + c * x - s * y) / self.map.resolution).astype(int)
+        row = np.floor((corner_from_map.y + s * x + c * y) / self.map.resolution).astype(int)
+        inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+        found = np.zeros(x.shape, dtype=np.bool_)
+        found[inside] = self.usable(clearance)[row[inside], column[inside]]
+        return found
+
+    def has_quarter(self, inflation: float, reach: float) -> bool:
+        """Tried every 15 degrees, to one cell."""
+        from scipy.signal import correlate
+
+        cells = round(reach / self.map.resolution)
+        used = self.usable(inflation)
+        if not used.any():
+            return False
+        rows, columns = (slice(i.min(), i.max() + 1) for i in np.nonzero(used))
+        blocked = np.pad(~used[rows, columns], cells, constant_values=True).astype(np.float64)
+        for turn in range(_ANGLES):
+            sector = _quarter(cells, math.tau * turn / _ANGLES)
+            inside = correlate(blocked, sector, mode="valid", method="fft")
+            if inside.min() < 0.5:
+                return True
+        return False
+
+    def _labels(self, inflation: float) -> RegionLabels:
+        """Which piece a cell belongs to, counted from 1; 0 for none."""
+        from scipy.ndimage import label
+
+        found = label(self.usable(inflation), structure=np.ones((3, 3)))[0].astype(np.int64)
+        small = np.bincount(found.ravel()) * self.map.resolution**2 < LEAST_PIECE
+        names = np.where(small, 0, np.cumsum(~small))
+        names -= names[0]
+        names[0] = 0
+        labels: RegionLabels = np.where(small, 0, names)[found]
+        return labels
+
+    def _passage(self, cell: int) -> Passage:
+        row, column = divmod(cell, self.map.values.shape[1])
+        x, y = self.map.center(row, column)
+        return Passage((x, y), (x, y), 2.0 * float(self.distance[row, column]))
+
+
+def _quarter(cells: int, angle: float) -> Array:
+    """1 for the cells of a quarter of a circle about the middle, within one cell."""
+    across = np.arange(-cells, cells + 1)
+    x, y = np.meshgrid(across, across)
+    radius = np.hypot(x, y)
+    bearing = (np.arctan2(y, x) - angle + _ROUNDING) % math.tau
+    inside = (radius <= cells - 1) & ((bearing <= 0.5 * math.pi) | (radius == 0))
+    quarter: Array = inside.astype(np.float64)
+    return quarter
+
+
+@njit(cache=True)
+def _root(parents: RegionLabels, cell: int) -> int:
+    while parents[cell] != cell:
+        parents[cell] = parents[parents[cell]]
+        cell = parents[cell]
+    return cell
+
+
+@njit(cache=True)
+def _planted(pieces: RegionLabels) -> tuple[RegionLabels, RegionLabels]:
+    """Parents and owners of cells while only the pieces are there: each a set with one root."""
+    parents = np.full(pieces.size, -1, np.int64)
+    owners = np.zeros(pieces.size, np.int64)
+    first = np.full(pieces.max() + 1, -1, np.int64)
+    for cell in range(pieces.size):
+        piece = pieces[cell]
+        if piece > 0:
+            if first[piece] < 0:
+                first[piece] = cell
+            parents[cell] = first[piece]
+            owners[cell] = piece
+    return parents, owners
+
+
+@njit(cache=True)
+def _meetings(labels: RegionLabels, order: RegionLabels) -> RegionLabels:
+    """Cells at which pieces meet as they grow, over cells given widest first (a watershed)."""
+    rows, columns = labels.shape
+    pieces = labels.ravel()
+    parents, owners = _planted(pieces)
+    found = np.empty(pieces.max() + 1, np.int64)
+    count = 0
+    for cell in order:
+        if pieces[cell] > 0:
+            continue
+        parents[cell] = cell
+        row, column = cell // columns, cell % columns
+        for r in range(max(0, row - 1), min(rows, row + 2)):
+            for c in range(max(0, column - 1), min(columns, column + 2)):
+                if parents[r * columns + c] < 0:
+                    continue
+                one, two = _root(parents, cell), _root(parents, r * columns + c)
+                if one != two and owners[one] > 0 and owners[two] > 0:
+                    found[count] = cell
+                    count += 1
+                parents[two] = one
+                owners[one] = max(owners[one], owners[two])
+    return found[:count]

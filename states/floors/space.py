@@ -1,0 +1,198 @@
+"""How much of a floor the robot can use, and whether that is enough (paper 5.1).
+
+A floor is a room of polygons (`floor_plan`) or a map of cells (`floor_cells`); the questions here
+are the same for both. Inflation is what the robot's centre keeps from walls, m (R120).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hw.people.person import RADIUS
+from hw.room import Point
+from states.navigation.clearance import Array
+
+Corners = Literal["round", "square"]
+"""How far an inflation reaches about a corner: the same as along walls, or the box (R118)."""
+
+REACH = 4.0
+"""All behaviours fit into a quarter of a circle of this radius about the user, m (R124)."""
+LEAST_PIECE = 0.05
+"""Smaller pieces of what is left are no places to be, m2."""
+_TURN = 2.0 * math.pi
+
+
+@dataclass(frozen=True, slots=True)
+class Passage:
+    """A narrowing that the robot does not fit through; where the walls come nearest, m."""
+
+    start: Point
+    end: Point
+    width: float
+
+    @property
+    def middle(self) -> Point:
+        """Between the walls."""
+        (x1, y1), (x2, y2) = self.start, self.end
+        return 0.5 * (x1 + x2), 0.5 * (y1 + y2)
+
+
+class Floor(Protocol):
+    """What can be walked and driven on, and how near walls are; m, in the map."""
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """x_min, y_min, x_max, y_max of the free floor; all 0 where there is none."""
+        ...
+
+    @property
+    def free_m2(self) -> float:
+        """Area that nothing stands on."""
+        ...
+
+    def usable_m2(self, inflation: float) -> float:
+        """Area for the robot's centre."""
+        ...
+
+    def pieces(self, inflation: float) -> tuple[float, ...]:
+        """Areas of the parts between which the robot cannot drive, m2, largest first."""
+        ...
+
+    def closed_passages(self, inflation: float) -> tuple[Passage, ...]:
+        """Ways from usable floor to usable floor that the inflation closes, narrowest first."""
+        ...
+
+    def is_clear(self, x: Array, y: Array, clearance: float) -> NDArray[np.bool_]:
+        """Which places are on the free floor and so far from walls; arrays of any shape."""
+        ...
+
+    def has_quarter(self, inflation: float, reach: float) -> bool:
+        """Does a quarter of a circle of radius `reach`, however turned, fit into what is left?"""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Space:
+    """What is left of a floor at one inflation."""
+
+    inflation: float
+    free_m2: float
+    usable_m2: float
+    pieces: tuple[float, ...]
+    closed: tuple[Passage, ...]
+
+    @property
+    def share(self) -> float | None:
+        """Usable share of the free area; None for a floor without area."""
+        return self.usable_m2 / self.free_m2 if self.free_m2 > 0.0 else None
+
+
+def measure(floor: Floor, inflation: float) -> Space:
+    """Areas, pieces and closed passages at an inflation.
+
+    Raises:
+        ValueError: the inflation is not a finite number above 0.
+    """
+    if not (math.isfinite(inflation) and inflation > 0.0):
+        raise ValueError(f"inflation of {inflation:g} m; it must be above 0")
+    return Space(
+        inflation,
+        floor.free_m2,
+        floor.usable_m2(inflation),
+        floor.pieces(inflation),
+        floor.closed_passages(inflation),
+    )
+
+
+def smallest_square(inflation: float, reach: float = REACH) -> float:
+    """Side of the smallest square room in which all behaviours fit, m (R124)."""
+    return reach + 2.0 * inflation
+
+
+def shortcoming(floor: Floor, inflation: float, reach: float = REACH) -> str | None:
+    """Why the floor is too small for all behaviours, or None where it is large enough (R124)."""
+    if floor.has_quarter(inflation, reach):
+        return None
+    x_low, y_low, x_high, y_high = floor.bounds
+    side = smallest_square(inflation, reach)
+    return (
+        f"the floor of {x_high - x_low:.4g} x {y_high - y_low:.4g} m is too small for all "
+        f"behaviours: kept {inflation:g} m from walls, the robot has no quarter of a circle of "
+        f"{reach:g} m about the user; a square room needs {side:.4g} x {side:.4g} m"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Untouchable:
+    """Where a user finds no Haptic pose: per place the share of headings without one.
+
+    `x`, `y` (m) and `share` are of one length; `step` is the distance between places.
+    """
+
+    x: Array
+    y: Array
+    share: Array
+    step: float
+
+    @property
+    def overall(self) -> float | None:
+        """Share of all user poses; None where nobody can stand."""
+        return float(self.share.mean()) if len(self.share) else None
+
+
+def without_haptic_pose(
+    floor: Floor,
+    poses: Sequence[Point],
+    inflation: float,
+    step: float = 0.25,
+    headings: int = 24,
+) -> Untouchable:
+    """Look for Haptic rover poses all over the floor (R75, R77, R126).
+
+    Users stand on a grid, RADIUS or more from walls, and look in so many directions.
+
+    Args:
+        floor: where.
+        poses: the Haptic rover poses seen from the user, x ahead and y left, m.
+        inflation: what a pose needs to be free.
+        step: from place to place, m.
+        headings: evenly over the whole turn.
+    """
+    x, y = _grid(floor, step)
+    stands = floor.is_clear(x, y, RADIUS)
+    x, y = x[stands], y[stands]
+    missing = np.zeros(len(x))
+    for heading in np.arange(headings) * (_TURN / headings):
+        free = np.zeros(len(x), dtype=np.bool_)
+        for dx, dy in _turned(poses, float(heading)):
+            free |= floor.is_clear(x + dx, y + dy, inflation)
+        missing += ~free
+    return Untouchable(x, y, missing / headings, step)
+
+
+def room_ahead(pose: Point, inflation: float, tolerance: float) -> float:
+    """How far from the user a wall ahead must be for a Haptic pose, seen from the user (R126).
+
+    `tolerance` is added, so that the robot may stop that much nearer to the wall.
+    """
+    return pose[0] + inflation + tolerance
+
+
+def _turned(places: Sequence[Point], yaw: float) -> Iterator[Point]:
+    c, s = math.cos(yaw), math.sin(yaw)
+    for x, y in places:
+        yield c * x - s * y, s * x + c * y
+
+
+def _grid(floor: Floor, step: float) -> tuple[Array, Array]:
+    x_low, y_low, x_high, y_high = floor.bounds
+    xs = np.arange(x_low + 0.5 * step, x_high, step)
+    ys = np.arange(y_low + 0.5 * step, y_high, step)
+    x, y = np.meshgrid(xs, ys)
+    return x.ravel(), y.ravel()

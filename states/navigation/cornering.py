@@ -1,0 +1,235 @@
+"""Wider bends: the next bend of a line taken on a larger circle that still holds the obstacle.
+
+The shortest way bends as tightly as the obstacle; a faster one swings wide, touches it once and
+keeps its speed. The larger circle (radius rho) touches the obstacle's disc from outside at the
+apex, so it holds the disc and is as clear of it as the disc's own edge. Which circle is best
+depends on the speed the robot has now: many are tried, the least time to the goal wins.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from states.navigation.clearance import Array
+from states.navigation.speed import SpeedLimits, travel_time
+from states.navigation.tangents import sweep_between, tangent
+
+ARC_PARTS = 8
+ROUNDS = 5
+WIDEST_SWEEP = 4.5
+SMALLEST_CIRCLE = 0.01
+TRIES = 18 + 6 + 1 + 4 * ROUNDS
+
+
+class Bend(NamedTuple):
+    """The first bend of a line: its disc, sense (+1 ccw), angles of entry and exit.
+
+    `rest` is the index of the first point after the bend.
+    """
+
+    x: float
+    y: float
+    radius: float
+    turn: float
+    entry: float
+    sweep: float
+    rest: int
+
+
+@njit(cache=True)
+def first_bend(line: Array) -> Bend | None:
+    """The first bend of a line that begins straight, or on the bend itself; None if straight."""
+    if len(line) < 3:
+        return None
+    ax, ay = line[1, 0] - line[0, 0], line[1, 1] - line[0, 1]
+    last = 1
+    while last + 1 < len(line) - 1 and line[last, 2] < math.inf:
+        last += 1
+    if math.hypot(ax, ay) < 1e-9:
+        ax, ay = line[2, 0] - line[1, 0], line[2, 1] - line[1, 1]
+    bx, by = line[last + 1, 0] - line[last, 0], line[last + 1, 1] - line[last, 1]
+    if math.hypot(bx, by) < 1e-9:
+        bx, by = line[last, 0] - line[last - 1, 0], line[last, 1] - line[last - 1, 1]
+    sx, sy = line[last, 0] - line[1, 0], line[last, 1] - line[1, 1]
+    if last == 1:
+        sx, sy = bx, by
+    turn = 1.0 if ax * sy - ay * sx > 0.0 else -1.0
+    length = math.hypot(ax, ay)
+    radius = line[1, 2] if last > 1 else 0.0
+    x, y = line[1, 0] - turn * radius * ay / length, line[1, 1] + turn * radius * ax / length
+    entry = math.atan2(-turn * ax, turn * ay)
+    leave = math.atan2(-turn * bx, turn * by)
+    return Bend(x, y, radius, turn, entry, sweep_between(entry, leave, turn), last + 1)
+
+
+@njit(cache=True)
+def widened(line: Array, rest: int, turn: float, circle: Array) -> Array | None:
+    """The line led round a circle (x, y, radius) to its point `rest`; None: no such way."""
+    start, end = np.zeros(3), np.zeros(3)
+    start[:2], end[:2] = line[0, :2], line[rest, :2]
+    first, second = np.empty(7), np.empty(7)
+    if not tangent(start, 1.0, circle, turn, first) or not tangent(circle, turn, end, 1.0, second):
+        return None
+    sweep = sweep_between(first[5], second[4], turn)
+    if sweep > WIDEST_SWEEP:
+        return None
+    new = np.empty((ARC_PARTS + 3 + len(line) - rest, 3))
+    new[0] = line[0]
+    new[0, 2] = math.inf
+    part = sweep / ARC_PARTS
+    far = circle[2] / math.cos(0.5 * part)
+    new[1, 0], new[1, 1] = first[2], first[3]
+    for k in range(ARC_PARTS):
+        angle = first[5] + turn * (k + 0.5) * part
+        new[2 + k, 0] = circle[0] + far * math.cos(angle)
+        new[2 + k, 1] = circle[1] + far * math.sin(angle)
+    new[2 + ARC_PARTS, 0], new[2 + ARC_PARTS, 1] = second[0], second[1]
+    new[1 : 2 + ARC_PARTS, 2], new[2 + ARC_PARTS, 2] = circle[2], math.inf
+    new[3 + ARC_PARTS :] = line[rest:]
+    return new
+
+
+@njit(cache=True)
+def time_from(line: Array, vx: float, vy: float, pace: SpeedLimits) -> float:
+    """Time to the end from the velocity the robot has, s; what points elsewhere is lost."""
+    dx, dy = line[1, 0] - line[0, 0], line[1, 1] - line[0, 1]
+    length = math.hypot(dx, dy)
+    if length < 1e-9 and len(line) > 2:
+        dx, dy = line[2, 0] - line[0, 0], line[2, 1] - line[0, 1]
+        length = math.hypot(dx, dy)
+    if length == 0.0:
+        return math.hypot(vx, vy) / pace.acceleration
+    along, across = (vx * dx + vy * dy) / length, (vy * dx - vx * dy) / length
+    loss = abs(across) / pace.acceleration
+    if along < 0.0:
+        loss -= 2.0 * along / pace.acceleration
+    return float(loss + travel_time(line, max(0.0, along), pace))
+
+
+@njit(cache=True)
+def touching(bend: Bend, rho: float, apex: float) -> Array:
+    """The circle (x, y, radius) that holds the disc of the bend and touches it at the apex."""
+    circle = np.empty(3)
+    circle[0] = bend.x - (rho - bend.radius) * math.cos(apex)
+    circle[1] = bend.y - (rho - bend.radius) * math.sin(apex)
+    circle[2] = rho
+    return circle
+
+
+@njit(cache=True)
+def circle_time(
+    circle: Array, line: Array, bend: Bend, motion: tuple[float, float], pace: SpeedLimits
+) -> float:
+    """Time to the end with the first bend on this circle, s; infinite where there is no way."""
+    if circle[2] < SMALLEST_CIRCLE:
+        return math.inf
+    new = widened(line, bend.rest, bend.turn, circle)
+    if new is None:
+        return math.inf
+    return time_from(new, motion[0], motion[1], pace)
+
+
+@njit(cache=True)
+def circles_ahead(line: Array, bend: Bend, motion: tuple[float, float]) -> Array:
+    """Circles, (k, 2) radius and apex, that the present velocity leads onto without a kink.
+
+    They touch the line of motion on the way to its point nearest to the obstacle, and the
+    obstacle's disc from outside.
+    """
+    speed = math.hypot(motion[0], motion[1])
+    found = np.empty((6, 2))
+    if speed < 1e-3:
+        return found[:0]
+    ux, uy = motion[0] / speed, motion[1] / speed
+    nx, ny = -bend.turn * uy, bend.turn * ux
+    wx, wy = line[0, 0] - bend.x, line[0, 1] - bend.y
+    aside, ahead = -(wx * nx + wy * ny), -(wx * ux + wy * uy)
+    if aside <= bend.radius + 1e-6:
+        return found[:0]
+    count = 0
+    for part in (0.0, 0.2, 0.4, 0.6, 0.8, 1.0):
+        x, y = wx + part * max(0.0, ahead) * ux, wy + part * max(0.0, ahead) * uy
+        rho = (x * x + y * y - bend.radius**2) / (2.0 * (aside - bend.radius))
+        if rho < bend.radius:
+            continue
+        found[count, 0] = rho
+        found[count, 1] = math.atan2(-y - rho * ny, -x - rho * nx)
+        count += 1
+    return found[:count]
+
+
+@njit(cache=True)
+def fastest_circles(
+    line: Array, bend: Bend, motion: tuple[float, float], pace: SpeedLimits, before: Array
+) -> Array:
+    """Circles for the first bend, (k, 4): time, x, y, radius; the fastest first.
+
+    `motion` is the velocity in the map, `before` the circle taken in the last cycle (radius 0:
+    none). Spread over the possible, ahead of the robot, as before; then a search about the best.
+    """
+    tried = np.empty((TRIES, 4))
+    shape = np.empty((TRIES, 2))
+    count = 0
+    widest = max(1.5 * pace.speed**2 / pace.acceleration, 2.0 * bend.radius) - bend.radius
+    for part in (0.0, 0.08, 0.2, 0.4, 0.65, 1.0):
+        for place in (0.25, 0.5, 0.75):
+            shape[count, 0] = bend.radius + part * widest
+            shape[count, 1] = bend.entry + bend.turn * place * bend.sweep
+            count += 1
+    for rho, apex in circles_ahead(line, bend, motion):
+        shape[count, 0], shape[count, 1] = rho, apex
+        count += 1
+    off = math.hypot(before[0] - bend.x, before[1] - bend.y)
+    if before[2] > 0.0 and off <= before[2] - bend.radius + 1e-6:
+        shape[count, 0] = before[2]
+        shape[count, 1] = math.atan2(bend.y - before[1], bend.x - before[0])
+        count += 1
+    best = 0
+    for i in range(count):
+        tried[i, 1:] = touching(bend, shape[i, 0], shape[i, 1])
+        tried[i, 0] = circle_time(tried[i, 1:], line, bend, motion, pace)
+        best = i if tried[i, 0] < tried[best, 0] else best
+    rho_step, apex_step = 0.2 * widest, 0.15 * bend.sweep
+    for _ in range(ROUNDS):
+        rho, apex = shape[best]
+        for rho_move, apex_move in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+            shape[count, 0] = max(bend.radius, rho + rho_move * rho_step)
+            shape[count, 1] = apex + apex_move * apex_step
+            tried[count, 1:] = touching(bend, shape[count, 0], shape[count, 1])
+            tried[count, 0] = circle_time(tried[count, 1:], line, bend, motion, pace)
+            best = count if tried[count, 0] < tried[best, 0] else best
+            count += 1
+        rho_step, apex_step = 0.5 * rho_step, 0.5 * apex_step
+    return tried[np.argsort(tried[:count, 0])]
+
+
+@njit(cache=True)
+def fastest_turns(line: Array, motion: tuple[float, float], pace: SpeedLimits) -> Array:
+    """Circles on which a robot that moves elsewhere turns onto a straight line; as above.
+
+    The sense of turning is that from the velocity to the line.
+    """
+    speed = math.hypot(motion[0], motion[1])
+    tried = np.empty((5, 4))
+    dx, dy = line[1, 0] - line[0, 0], line[1, 1] - line[0, 1]
+    length = math.hypot(dx, dy)
+    if speed < 0.05 or length < 1e-3:
+        return tried[:0]
+    ux, uy = motion[0] / speed, motion[1] / speed
+    aside = (ux * dy - uy * dx) / length
+    if abs(aside) < 0.02:
+        return tried[:0]
+    turn = math.copysign(1.0, aside)
+    tightest = speed**2 / (pace.bend_share * pace.acceleration)
+    widest = 0.999 * 0.5 * length / abs(aside)
+    for i, part in enumerate((1.0, 0.75, 0.5, 0.25, 0.0)):
+        rho = widest**part * min(tightest, widest) ** (1.0 - part)
+        tried[i, 1], tried[i, 2] = line[0, 0] - turn * rho * uy, line[0, 1] + turn * rho * ux
+        tried[i, 3] = rho
+        new = widened(line, 1, turn, tried[i, 1:])
+        tried[i, 0] = math.inf if new is None else time_from(new, motion[0], motion[1], pace)
+    return tried[np.argsort(tried[:, 0])]
