@@ -209,10 +209,10 @@ class Approach(Action):
                 goal = self._goal(now)
                 if goal is None:
                     return "no_path"
-                driver = driver or now.site.driver("chase", now.planners["chase"])
+                driver = driver or now.environment.driver("chase", now.planners["chase"])
                 driver.planner = now.planners["chase"]
                 driver.go_to(goal)
-                disc = user_disc(now.user, now.site.navigation.chase)
+                disc = user_disc(now.user, now.environment.navigation.chase)
                 command = command_of(ctx, driver, now.around, disc)
                 if driver.status == "arrived":
                     return "near"  # within the drive's tolerance of it

@@ -17,7 +17,7 @@ from states.environment import Environment
 Array = NDArray[np.float64]
 
 
-def grid(site: Environment, settings: Settings) -> Array:
+def grid(environment: Environment, settings: Settings) -> Array:
     """All cells, (n, 3) x, y, weight, best first; centres lie at (i + 1/2) times the cell."""
     chase = settings.chase
     cells = ring(chase)
@@ -28,7 +28,7 @@ def grid(site: Environment, settings: Settings) -> Array:
         near = radius < np.where(ahead, escape.ahead, escape.around) + chase.margin
         cells = cells[~near]
     weigh = WEIGHTS[chase.weight]
-    weights = weigh(site, settings, cells)
+    weights = weigh(environment, settings, cells)
     order = np.argsort(-weights, kind="stable")
     return np.column_stack((cells, weights))[order]
 
@@ -51,7 +51,7 @@ def ring(chase: ChaseSettings) -> Array:
     return np.column_stack((x[kept], y[kept]))
 
 
-def angle_radius(_site: Environment, settings: Settings, cells: Array) -> Array:
+def angle_radius(_environment: Environment, settings: Settings, cells: Array) -> Array:
     """An angle term times a radius term, each 1 at its best value and falling off linearly."""
     chase = settings.chase
     radius, bearing = np.hypot(*cells.T), np.abs(np.arctan2(cells[:, 1], cells[:, 0]))
@@ -61,12 +61,12 @@ def angle_radius(_site: Environment, settings: Settings, cells: Array) -> Array:
     return found
 
 
-def time_to_haptic(site: Environment, settings: Settings, cells: Array) -> Array:
+def time_to_haptic(environment: Environment, settings: Settings, cells: Array) -> Array:
     """One over one plus the time, s, to the nearest Haptic pose if the user reached out now.
 
     Less for cells nearer to the user than `best_radius`: the robot has less time to get away.
     """
-    subsystem, limits = site.navigation.haptic, site.limits
+    subsystem, limits = environment.navigation.haptic, environment.limits
     haptic = settings.haptic
     best = np.full(len(cells), math.inf)
     for angle in haptic.angles:

@@ -49,9 +49,9 @@ def way_out(
     """
     if not goals:
         return None
-    site, settings = now.site, now.settings
+    environment, settings = now.environment, now.settings
     places = [(goal.x, goal.y) for goal in goals]
-    ways = drives(now, places, site.navigation.escape.max_speed)
+    ways = drives(now, places, environment.navigation.escape.max_speed)
     found = forecasts(now, ways, tracks(now, settings.user.likely), outline)
     if found.touch_after.max() < settings.escape.warning:
         return None
@@ -72,14 +72,14 @@ def place_with_room(now: Situation, band: tuple[float, float], present: Point | 
     `band` is the least and the greatest distance wanted, m; `present` the place under way.
     If none keeps off the walls, the robot brakes.
     """
-    site, pose, user = now.site, now.pose, now.settings.user
+    environment, pose, user = now.environment, now.pose, now.settings.user
     stay = (now.rest.x, now.rest.y)
     fixed = (stay,) if present is None else (stay, present)
     places = np.concatenate((np.array(fixed), AROUND + np.array((pose.x, pose.y))))
-    ways = drives(now, places, site.navigation.chase.max_speed)
+    ways = drives(now, places, environment.navigation.chase.max_speed)
     user_tracks = tracks(now, (*user.likely, *user.possible))
     costs = crowding(ways.ways, user_tracks, *band, TOUCH, DREAD)
-    costs += _efforts(places, pose.x, pose.y, site.walls)
+    costs += _efforts(places, pose.x, pose.y, environment.walls)
     order = np.argsort(costs, kind="stable").tolist()
     for planner in (now.planners["chase"], now.planners["escape"]):
         for i in order:

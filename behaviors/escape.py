@@ -35,7 +35,7 @@ def in_zone(escape: EscapeSettings, user: UserPose, base: Pose2, margin: float =
 
 
 def is_required(
-    site: Environment, settings: Settings, user: UserPose, base: Pose2, velocity: Twist2
+    environment: Environment, settings: Settings, user: UserPose, base: Pose2, velocity: Twist2
 ) -> bool:
     """Escape Required: in a zone while the user moves, or about to be walked into."""
     escape = settings.escape
@@ -43,21 +43,21 @@ def is_required(
         return False
     if in_zone(escape, user, base):
         return True
-    return escape.predict and will_be_reached(site, escape, user.body, base, velocity)
+    return escape.predict and will_be_reached(environment, escape, user.body, base, velocity)
 
 
 def is_safe(
-    site: Environment, settings: Settings, user: UserPose, base: Pose2, velocity: Twist2
+    environment: Environment, settings: Settings, user: UserPose, base: Pose2, velocity: Twist2
 ) -> bool:
     """Both zones clear, with hysteresis, and nothing predicted (R112)."""
     escape = settings.escape
     if in_zone(escape, user, base, escape.hysteresis):
         return False
-    return not (escape.predict and will_be_reached(site, escape, user.body, base, velocity))
+    return not (escape.predict and will_be_reached(environment, escape, user.body, base, velocity))
 
 
 def will_be_reached(
-    site: Environment, escape: EscapeSettings, user: Pose2, base: Pose2, velocity: Twist2
+    environment: Environment, escape: EscapeSettings, user: Pose2, base: Pose2, velocity: Twist2
 ) -> bool:
     """Would the user walk into the robot before it could have moved aside?"""
     relative = (user.x - base.x, user.y - base.y)
@@ -66,7 +66,7 @@ def will_be_reached(
         return False
     offset = abs(relative[0] * velocity.vy - relative[1] * velocity.vx) / velocity.speed
     aside = max(0.0, escape.contact - offset)
-    return until < escape.reaction + math.sqrt(2.0 * aside / site.limits.base_acceleration)
+    return until < escape.reaction + math.sqrt(2.0 * aside / environment.limits.base_acceleration)
 
 
 def all_poses(escape: EscapeSettings, user: UserPose, base: Pose2) -> Iterator[Pose2]:
@@ -140,7 +140,7 @@ class Flee(Action):
         base, goal, planner = ctx.part("base"), None, None
         try:
             while (now := situation(ctx, "escape")) is not None:
-                subsystem = now.site.navigation.escape
+                subsystem = now.environment.navigation.escape
                 if planner is not now.planners["escape"]:
                     planner = now.planners["escape"]
                     goal = _still_in_reach(now, goal)
@@ -167,7 +167,7 @@ class Flee(Action):
             return goal or _first_in_reach(now, free)
         from behaviors.dodge import way_out
 
-        outline = now.site.outline(None if arm is None else arm.joints)
+        outline = now.environment.outline(None if arm is None else arm.joints)
         return way_out(now, (*(() if goal is None else (goal,)), *free), goal, outline)
 
 
@@ -179,6 +179,6 @@ def _still_in_reach(now: Situation, goal: Pose2 | None) -> Pose2 | None:
 
 def _first_in_reach(now: Situation, free: Sequence[Pose2]) -> Pose2 | None:
     planner = now.planners["escape"]
-    disc = user_disc(now.user, now.site.navigation.escape)
+    disc = user_disc(now.user, now.environment.navigation.escape)
     here = (now.pose.x, now.pose.y)
     return next((goal for goal in free if planner.allows(here, (goal.x, goal.y), disc)), None)

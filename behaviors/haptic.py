@@ -52,16 +52,16 @@ def best_pose(now: Situation, times: dict[Pose2, float], deep: Pose3) -> Pose2 |
     goals = tuple(times)
     if now.settings.haptic.order == "given":
         return goals[0] if goals else None
-    drive = now.site.navigation.haptic
+    drive = now.environment.navigation.haptic
     tolerance = (drive.tolerance, drive.yaw_tolerance)
     drives = tuple(times.values())
-    best = now.site.workspace.best(goals, drives, deep, now.user.body, tolerance)
+    best = now.environment.workspace.best(goals, drives, deep, now.user.body, tolerance)
     return None if best is None else goals[best]
 
 
 def drive_time(now: Situation, length: float, turn: float) -> float:
     """From standstill to standstill, turning on the way, s."""
-    limits, fastest = now.site.limits, now.site.navigation.haptic.max_speed
+    limits, fastest = now.environment.limits, now.environment.navigation.haptic.max_speed
     drive = _rest_to_rest(length, fastest, limits.base_acceleration)
     return max(drive, _rest_to_rest(turn, limits.base_yaw_rate, limits.base_yaw_acceleration))
 

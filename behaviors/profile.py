@@ -83,7 +83,7 @@ class Profile:
         )
         return dataclasses.replace(self, robot=robot)
 
-    def site(self, room: Room, robot: RobotModel) -> Environment:
+    def environment(self, room: Room, robot: RobotModel) -> Environment:
         """What the states need of a place, with the values of this profile."""
         robot = self.body(robot)
         fastest = min(self.robot.base_speed, robot.base.max_speed)

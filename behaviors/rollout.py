@@ -77,7 +77,7 @@ class Forecasts:
 def drives(now: Situation, places: Sequence[Point] | Array, max_speed: float) -> Drives:
     """The drives from here to each place."""
     pose, motion = now.pose, now.twist.rotated(now.pose.yaw)
-    acceleration = now.site.limits.base_acceleration
+    acceleration = now.environment.limits.base_acceleration
     goals = np.array(places, dtype=np.float64).reshape(-1, 2)
     state = (pose.x, pose.y, motion.vx, motion.vy)
     return Drives(goals, _drives(state, max_speed, acceleration, goals), acceleration)
@@ -108,7 +108,7 @@ def forecasts(
     pose, escape, user = now.pose, now.settings.escape, now.user.body
     zones = (escape.ahead + escape.hysteresis, escape.around + escape.hysteresis, escape.half_view)
     if outline is None or outline.distance(*pose.inverse().transform(user.x, user.y)) < WITH_USER:
-        outline = now.site.outline()
+        outline = now.environment.outline()
     return Forecasts(*_judge(found.ways, user_tracks, pose.yaw, zones, outline))
 
 
@@ -118,19 +118,19 @@ def towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
     Standstill instead, if the robot, braking straight on in the next tick, came too near to a wall:
     whatever ends a drive stops it so.
     """
-    site, pose, twist = now.site, now.pose, now.twist
-    acceleration = site.limits.base_acceleration
+    environment, pose, twist = now.environment, now.pose, now.twist
+    acceleration = environment.limits.base_acceleration
     dx, dy = goal[0] - pose.x, goal[1] - pose.y
     left = math.hypot(dx, dy)
     if left < 1e-6:
         return STILL
-    speed = min(site.navigation.named(name).max_speed, math.sqrt(2.0 * acceleration * left))
+    speed = min(environment.navigation.named(name).max_speed, math.sqrt(2.0 * acceleration * left))
     pace = min(speed / left, 1.0 / STEP_S)
     wanted_x, wanted_y = pace * dx, pace * dy
     c, s = math.cos(pose.yaw), math.sin(pose.yaw)
     vx, vy = c * twist.vx - s * twist.vy, s * twist.vx + c * twist.vy
     ax, ay = wanted_x - vx, wanted_y - vy
-    share = min(1.0, 2.0 * acceleration * site.period / max(1e-9, math.hypot(ax, ay)))
+    share = min(1.0, 2.0 * acceleration * environment.period / max(1e-9, math.hypot(ax, ay)))
     vx, vy = vx + share * ax, vy + share * ay
     braking = math.hypot(vx, vy) / (2.0 * acceleration)
     rest = (pose.x + braking * vx, pose.y + braking * vy)

@@ -47,7 +47,7 @@ ESTIMATE = "base.localization"
 """The signal that `base.pose` and `base.pose_sigma` are parts of where they are estimates."""
 
 MEASURED = (
-    Measured("site", Environment, constant=True, about="room, robot and limits"),
+    Measured("environment", Environment, constant=True, about="room, robot and limits"),
     Measured("settings", Settings, constant=True, about="values of the behaviours"),
     Measured("base.pose", Pose2, about="map_from_base"),
     Measured("base.twist", Twist2, about="velocity in the base frame"),
@@ -70,7 +70,7 @@ MEASURED = (
 
 
 def signals(
-    site: Environment,
+    environment: Environment,
     settings: Settings,
     localizer: Callable[[], Localizes] | None = None,
     *,
@@ -82,13 +82,13 @@ def signals(
     anything give `base.scan`?
     """
     user = settings.user
-    cells = cache(partial(_cells, site, settings))
+    cells = cache(partial(_cells, environment, settings))
     return (
         *(measured() if localizer is None else localized(localizer)),
-        *planning(site, scanning, "base.pose" if localizer is None else ESTIMATE),
+        *planning(environment, scanning, "base.pose" if localizer is None else ESTIMATE),
         Estimated(
             "transforms", ("base.pose", "user.pose"),
-            partial(FramesEstimator, site.robot, site.tracking), needs=(),
+            partial(FramesEstimator, environment.robot, environment.tracking), needs=(),
             about="all frames of robot, sensors, person and tracking, with ten seconds of history",
         ),
         Estimated(
@@ -104,12 +104,12 @@ def signals(
                 about="from the user's body to the robot's centre, m"),
         Derived(
             "escape.required", ("user.pose", "base.pose", "user.velocity"),
-            partial(escape.is_required, site, settings), bool,
+            partial(escape.is_required, environment, settings), bool,
             about="the user is in an Escape zone and moves, or will be before the robot is away",
         ),
         Derived(
             "escape.safe", ("user.pose", "base.pose", "user.velocity"),
-            partial(escape.is_safe, site, settings), bool,
+            partial(escape.is_safe, environment, settings), bool,
             about="both zones are clear, with hysteresis",
         ),
         Derived(
@@ -133,7 +133,7 @@ def signals(
 def measured() -> tuple[Signal, ...]:
     """All that parts measure; the base knows where it is."""
     about = "how sure base.pose is"
-    return (*MEASURED, Derived("base.pose_sigma", ("site",), _sigma, PoseSigma, about=about))
+    return (*MEASURED, Derived("base.pose_sigma", ("environment",), _sigma, PoseSigma, about=about))
 
 
 def localized(localizer: Callable[[], Localizes]) -> tuple[Signal, ...]:
@@ -153,7 +153,7 @@ def localized(localizer: Callable[[], Localizes]) -> tuple[Signal, ...]:
 
 
 def planning(
-    site: Environment, scanning: bool = True, located: str = "base.pose"
+    environment: Environment, scanning: bool = True, located: str = "base.pose"
 ) -> tuple[Signal, ...]:
     """What scanners show and no map does, and by it costmaps and planner of each subsystem.
 
@@ -161,46 +161,46 @@ def planning(
     """
     sensed = (located, "user.pose", "base.scan")
     obstacles = Estimated(
-        OBSTACLES, sensed, site.obstacle_estimator, needs=(),
+        OBSTACLES, sensed, environment.obstacle_estimator, needs=(),
         about="what scanners have shown about the robot and no map does",
     )  # fmt: skip
-    planners = (signal for name in SUBSYSTEMS for signal in _planning(site, name, scanning))
+    planners = (signal for name in SUBSYSTEMS for signal in _planning(environment, name, scanning))
     return (obstacles, *planners) if scanning else tuple(planners)
 
 
-def _planning(site: Environment, name: SubsystemName, scanning: bool) -> Iterator[Signal]:
-    kind, about = site.navigation.named(name).planner, "finds ways for the robot's centre"
+def _planning(environment: Environment, name: SubsystemName, scanning: bool) -> Iterator[Signal]:
+    kind, about = environment.navigation.named(name).planner, "finds ways for the robot's centre"
     if not scanning:
-        yield Derived(f"{name}.planner", ("site",), partial(_static, name), about=about)
+        yield Derived(f"{name}.planner", ("environment",), partial(_static, name), about=about)
     elif kind == "exact":
-        among = partial(site.planner_among, name)
+        among = partial(environment.planner_among, name)
         yield Derived(f"{name}.planner", (OBSTACLES,), among, about=about)
     else:
         yield Derived(
-            f"{name}.costmap", (OBSTACLES,), partial(site.costmaps_among, name),
+            f"{name}.costmap", (OBSTACLES,), partial(environment.costmaps_among, name),
             about="what it costs to be where, by the map and by what scanners have shown",
         )  # fmt: skip
         on_cells = partial(_on_cells, kind)
         yield Derived(f"{name}.planner", (f"{name}.costmap",), on_cells, about=about)
 
 
-def _static(name: SubsystemName, site: Environment) -> GlobalPlanner:
-    return site.static_planners[name]
+def _static(name: SubsystemName, environment: Environment) -> GlobalPlanner:
+    return environment.static_planners[name]
 
 
 def _on_cells(kind: str, costmaps: Costmaps) -> GlobalPlanner:
     return costmaps.planner(kind)
 
 
-def _sigma(site: Environment) -> PoseSigma:
-    return site.pose_sigma
+def _sigma(environment: Environment) -> PoseSigma:
+    return environment.pose_sigma
 
 
 def _distance(user: UserPose, base: Pose2) -> float:
     return user.body.distance_to(base)
 
 
-def _cells(site: Environment, settings: Settings) -> NDArray[np.float64]:
+def _cells(environment: Environment, settings: Settings) -> NDArray[np.float64]:
     from behaviors.chase_space import grid
 
-    return grid(site, settings)
+    return grid(environment, settings)

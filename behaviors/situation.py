@@ -25,7 +25,7 @@ AGE_S = OLD_S
 SPARE = 0.02
 """A way is chosen this much farther from the user, m, than its drive keeps: it may hesitate."""
 
-READS: Mapping[str, float | None] = {"site": None, "settings": None, **ages.READS}
+READS: Mapping[str, float | None] = {"environment": None, "settings": None, **ages.READS}
 """What a state must declare to ask for a situation."""
 WAYS: Mapping[str, float | None] = {**READS, **PLANNERS}
 """The same for one with planners."""
@@ -43,7 +43,7 @@ class Situation:
     `planners` are those asked for, by subsystem.
     """
 
-    site: Environment
+    environment: Environment
     settings: Settings
     pose: Pose2
     twist: Twist2
@@ -60,7 +60,7 @@ class Situation:
     @property
     def rest(self) -> Pose2:
         """Where the robot comes to rest if it brakes now."""
-        return self.site.standstill(self.pose, self.twist)
+        return self.environment.standstill(self.pose, self.twist)
 
     @property
     def around(self) -> ages.RobotAndUser:
@@ -73,12 +73,12 @@ class Situation:
 
         The disc does not grow over the robot or the goal.
         """
-        body, radius = self.user.body, self.site.navigation.named(name).user_radius
+        body, radius = self.user.body, self.environment.navigation.named(name).user_radius
         return Disc(body.x, body.y, radius).grown(SPARE, (self.pose.x, self.pose.y), goal)
 
     def slowed(self, command: Twist2, name: SubsystemName) -> Twist2:
         """A subsystem's command, no faster than the age of the poses allows."""
-        return self.site.slowed(command, self.share, name)
+        return self.environment.slowed(command, self.share, name)
 
 
 def situation(ctx: Context, *subsystems: SubsystemName) -> Situation | None:
@@ -93,7 +93,7 @@ def situation(ctx: Context, *subsystems: SubsystemName) -> Situation | None:
             return None
         planners[name] = planner
     return Situation(
-        site=ctx.value("site"),
+        environment=ctx.value("environment"),
         settings=ctx.value("settings"),
         pose=robot.pose,
         twist=robot.twist,

@@ -64,9 +64,9 @@ class Catalogue:
 
         # names depend on neither; it only takes some to ask
         profile, scene = load_profile("tuned"), load_scene("lab_a")
-        site = profile.site(scene.room, load_robot(scene.robot))
+        environment = profile.environment(scene.room, load_robot(scene.robot))
         own = {signal.name for signal in self.own_signals}
-        return own | {signal.name for signal in signals(site, profile.settings)}
+        return own | {signal.name for signal in signals(environment, profile.settings)}
 
     def module_of(self, name: str) -> str:
         """The module in which a class stands."""

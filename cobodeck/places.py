@@ -76,12 +76,12 @@ def is_map(file: str) -> bool:
     return isinstance(source.value, dict) and "image" in source.value
 
 
-def site_at(place: RunPlace, profile: Profile, robot: RobotModel) -> Environment:
+def environment_at(place: RunPlace, profile: Profile, robot: RobotModel) -> Environment:
     """What the states need of a place; its planners are those that can be made there."""
-    site = profile.site(place.scene.room, robot)
+    environment = profile.environment(place.scene.room, robot)
     if len(place.scene.room.segments) > EXACT_CORNERS:
-        site = replace(site, navigation=site.navigation.on_cells())
-    return replace(site, map=place.map, zones=place.scene.zones)
+        environment = replace(environment, navigation=environment.navigation.on_cells())
+    return replace(environment, map=place.map, zones=place.scene.zones)
 
 
 def _start(name: str, text: str, room: Room) -> Pose2:

@@ -110,7 +110,7 @@ def stage(
     world = _world(setup, _person(setup, uses, options), options)
     world.add(_own_parts(setup, uses))
     if setup.localizing is not None:
-        world.guard.locate_by(Reckoner(setup.site.tracking))
+        world.guard.locate_by(Reckoner(setup.environment.tracking))
     operator = None
     if options.console is not None:
         operator = ConsoleOperator(world.parts["stop_line"], complain)
@@ -167,7 +167,7 @@ def _on_real_parts(
                 REFUSED,
             )
         if setup.localizing is not None and plant.guard is not None:
-            plant.guard.locate_by(Reckoner(setup.site.tracking))
+            plant.guard.locate_by(Reckoner(setup.environment.tracking))
         operator = _operator(plant, options)
         plant.parts.setdefault("operator", operator)
         wired = wire(setup, plant.parts, eager=options.eager, parameters=parameters, tap=tap)

@@ -347,7 +347,10 @@ def _declared(
     """
     from behaviors.signals import MEASURED, planning
 
-    shipped = (*MEASURED, *(planning(taken_over["site"]) if "site" in taken_over else ()))
+    shipped = (
+        *MEASURED,
+        *(planning(taken_over["environment"]) if "environment" in taken_over else ()),
+    )
     others = (s for s in (*shipped, *known.own_signals) if s.name not in taken_over)
     own = {s.name: s for s in MEASURED} | {s.name: s for s in others}
     found: dict[str, Signal] = {}

@@ -60,7 +60,7 @@ def warm_up(setup: Setup, machine: Machine) -> None:
     """Get everything ready that the reachable states may call."""
     leaves = reachable(machine)
     commanded = {part for leaf in leaves for part in leaf.interface.commands}
-    in_a_room = any("site" in leaf.interface.reads for leaf in leaves)
+    in_a_room = any("environment" in leaf.interface.reads for leaf in leaves)
     if "base" in commanded and in_a_room:
         _driving(setup)
     if "arm" in commanded and in_a_room:
@@ -76,15 +76,15 @@ def warm_up(setup: Setup, machine: Machine) -> None:
 def _driving(setup: Setup) -> None:
     import behaviors
 
-    setup.site.warm_up()
+    setup.environment.warm_up()
     for module in pkgutil.iter_modules(behaviors.__path__, "behaviors."):
         loaded = importlib.import_module(module.name)
         getattr(loaded, "warm_up", _nothing)()
     assert setup.scene is not None  # there is no site without one
-    planner = setup.site.static_planners["chase"]
-    start, driver = setup.scene.robot_start, setup.site.driver("chase", planner)
+    planner = setup.environment.static_planners["chase"]
+    start, driver = setup.scene.robot_start, setup.environment.driver("chase", planner)
     driver.go_to(start @ Pose2(0.5, 0.0))  # straight ahead, for the ways without a bend
-    driver.command(start, Twist2(0.1, 0.1), None, setup.site.period)
+    driver.command(start, Twist2(0.1, 0.1), None, setup.environment.period)
 
 
 def _localizing(setup: Setup) -> None:
@@ -107,7 +107,7 @@ def _localizing(setup: Setup) -> None:
 def _reaching(setup: Setup) -> None:
     from states.arm.model import manipulator_of
 
-    setup.site.workspace.warm_up(manipulator_of(setup.robot))
+    setup.environment.workspace.warm_up(manipulator_of(setup.robot))
 
 
 def _nothing() -> None:

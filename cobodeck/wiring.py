@@ -18,7 +18,7 @@ from cobodeck.catalogue import Catalogue, catalogue
 from cobodeck.console import FAILED, Problem
 from cobodeck.inlet import Inlet
 from cobodeck.library import open_chart, reached
-from cobodeck.places import RunPlace, open_place, site_at
+from cobodeck.places import RunPlace, environment_at, open_place
 from cobodeck.plants import Inert
 from engine.board import Board
 from engine.chart import Chart
@@ -95,7 +95,7 @@ class Setup:
         return self.profile.body(self.robot)
 
     @cached_property
-    def site(self) -> Environment:
+    def environment(self) -> Environment:
         """What the states need of the place.
 
         Raises:
@@ -103,10 +103,10 @@ class Setup:
         """
         if self.place is None:
             raise Problem(f"chart {self.chart.name} needs a room; give one with --scene")
-        site = site_at(self.place, self.profile, self.robot)
+        environment = environment_at(self.place, self.profile, self.robot)
         noise, calibrated = self.profile.plant.pose_noise, self.place.scene.calibration
         return replace(
-            site,
+            environment,
             period=1.0 / self.tick_hz,
             latency=self.profile.plant.latency,
             pose_sigma=PoseSigma(noise, 0.5 * noise),
@@ -116,7 +116,7 @@ class Setup:
     @property
     def tracking(self) -> Tracking:
         """Where the tracking system lies in the map, and its trackers on the robot."""
-        return Tracking.of(self.robot.sensing) if self.place is None else self.site.tracking
+        return Tracking.of(self.robot.sensing) if self.place is None else self.environment.tracking
 
     @cached_property
     def signals(self) -> dict[str, Signal]:
@@ -137,7 +137,7 @@ class Setup:
         if self.scene is not None:
             localizer = None if self.localizing is None else self.localizer
             settings = self.profile.settings
-            shipped = signals(self.site, settings, localizer, scanning=scanning)
+            shipped = signals(self.environment, settings, localizer, scanning=scanning)
         try:
             return declare((*shipped, *self.catalogue.own_signals))
         except ValueError as error:
@@ -147,7 +147,7 @@ class Setup:
         """A new one, for one run; it starts where the scene says that the robot stands."""
         assert self.scene is not None
         assert self.localizing is not None
-        return self.site.localizer(self.scene.robot_start, self.localizing)
+        return self.environment.localizer(self.scene.robot_start, self.localizing)
 
     @cached_property
     def chart_sha256(self) -> str:
@@ -161,7 +161,7 @@ class Setup:
     def constants(self) -> dict[str, Callable[[], Any]]:
         """Values that are put once, at the start, if anybody reads them."""
         found: dict[str, Callable[[], Any]] = {"settings": lambda: self.profile.settings}
-        return found if self.scene is None else {**found, "site": lambda: self.site}
+        return found if self.scene is None else {**found, "environment": lambda: self.environment}
 
     def uses(self, parameters: Mapping[str, Any] | None = None) -> Uses:
         """What the reachable states of the chart command and read."""

@@ -159,7 +159,8 @@ class Connection:
 class HostedScene:
     """What goes on around fakes: the room and who is in it, for the world that hosts them.
 
-    `user` is as `hw.people.user.open_user` takes it, None: nobody; `requests` and `stretch_m` likewise.
+    `user` is as `hw.people.user.open_user` takes it, None: nobody; so are `requests` and
+    `stretch_m`.
     `seed` is that of all chance, `sensors` and `sensing` how far measurements are from the truth.
     """
 

@@ -34,7 +34,8 @@ class RobotPart(Protocol):
 class Base(RobotPart, Protocol):
     """Wheels. Gives `base.twist`; `base.pose` where the part knows it.
 
-    Nobody commands them but their `GuardedBase` (`hw.safety.guarded`), which is the part `base` of a run.
+    Only their `GuardedBase` (`hw.safety.guarded`), which is the part `base` of a run, commands
+    them.
     """
 
     @property

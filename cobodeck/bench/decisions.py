@@ -70,9 +70,9 @@ def rows(rounds: int = ROUNDS, count: int = SITUATIONS) -> Iterator[BenchRow]:
     scene = load_scene(SCENE)
     robot = load_robot(scene.robot)
     for profile in map(load_profile, profile_names()):
-        site = profile.site(scene.room, robot)
-        found = situations(site, profile.settings, count)
-        for behaviour, decide in decisions(site, profile.settings).items():
+        environment = profile.environment(scene.room, robot)
+        found = situations(environment, profile.settings, count)
+        for behaviour, decide in decisions(environment, profile.settings).items():
             for now in found[:3]:
                 decide(now)  # what is made at the first asking counts nowhere
             taken = [_least(partial(decide, now), rounds) for now in found]
@@ -99,9 +99,9 @@ def _least(work: Callable[[], object], rounds: int) -> float:
     return min(seconds_of(one, 1) for _ in range(min(rounds, 3)))
 
 
-def decisions(site: Environment, settings: Any) -> dict[str, Callable[[Situation], Any]]:
+def decisions(environment: Environment, settings: Any) -> dict[str, Callable[[Situation], Any]]:
     """What each behaviour does between a sample and its decision."""
-    cells, planners = grid(site, settings), site.static_planners
+    cells, planners = grid(environment, settings), environment.static_planners
 
     def for_chase(now: Situation) -> Any:
         space = chase.space(settings, lambda: cells, planners["chase"], now.user)
@@ -123,7 +123,7 @@ def decisions(site: Environment, settings: Any) -> dict[str, Callable[[Situation
 def _step(state: Action, now: Situation, more: Mapping[str, Any], **inputs: Any) -> Any:
     """The first step of a state; its outcome, if that ends it."""
     values = {
-        "site": now.site, "settings": now.settings, "base.pose": now.pose,
+        "environment": now.environment, "settings": now.settings, "base.pose": now.pose,
         "base.twist": now.twist, "user.pose": now.user, "user.velocity": now.velocity,
         "arm.joints": None, **more,
         **{f"{name}.planner": planner for name, planner in now.planners.items()},
@@ -137,24 +137,24 @@ def _step(state: Action, now: Situation, more: Mapping[str, Any], **inputs: Any)
     return None
 
 
-def situations(site: Environment, settings: Any, count: int) -> list[Situation]:
+def situations(environment: Environment, settings: Any, count: int) -> list[Situation]:
     """Robots at random free places, and users who walk up to them; the same every time."""
     rng = np.random.default_rng(SEED)
-    low, high = np.min(site.room.outer, axis=0), np.max(site.room.outer, axis=0)
-    planners = site.static_planners
+    low, high = np.min(environment.room.outer, axis=0), np.max(environment.room.outer, axis=0)
+    planners = environment.static_planners
     found: list[Situation] = []
     while len(found) < count:
         x, y = (float(value) for value in rng.uniform(low, high))
         yaw, bearing = (float(value) for value in rng.uniform(-math.pi, math.pi, 2))
         away = float(rng.uniform(NEAR, FAR))
         body = Pose2(x + away * math.cos(bearing), y + away * math.sin(bearing), 0.0)
-        if not (planners["chase"].is_free((x, y)) and site.room.is_free(body.x, body.y)):
+        if not (planners["chase"].is_free((x, y)) and environment.room.is_free(body.x, body.y)):
             continue
-        if site.room.clearance(body.x, body.y) < RADIUS:
+        if environment.room.clearance(body.x, body.y) < RADIUS:
             continue
         towards = math.atan2(y - body.y, x - body.x)
         user = UserPose(Pose2(body.x, body.y, towards), towards)
         velocity = Twist2(WALK * math.cos(towards), WALK * math.sin(towards))
         pose = Pose2(x, y, yaw)
-        found.append(Situation(site, settings, pose, Twist2(0.0), user, velocity, planners))
+        found.append(Situation(environment, settings, pose, Twist2(0.0), user, velocity, planners))
     return found

@@ -49,7 +49,7 @@ def draw_scene(args: argparse.Namespace) -> int:
     from cobodeck.pictures.canvas import form_of, save
     from cobodeck.pictures.moment import at_start, with_next_drive
     from cobodeck.pictures.scene import scene_picture
-    from cobodeck.places import open_place, site_at
+    from cobodeck.places import environment_at, open_place
     from hw.robot import load_robot
 
     place = open_place(args.scene)
@@ -58,12 +58,12 @@ def draw_scene(args: argparse.Namespace) -> int:
     form_of(output)
     spaces = _spaces(args.show)
     profile = load_profile(args.profile)
-    site = site_at(place, profile, load_robot(scene.robot))
+    environment = environment_at(place, profile, load_robot(scene.robot))
     if args.at is None and args.user is None:
-        moment = with_next_drive(at_start(scene), site, profile.settings)
+        moment = with_next_drive(at_start(scene), environment, profile.settings)
     else:
         moment = _simulated(args)
-    save(scene_picture(scene, site, profile.settings, moment, spaces), output)
+    save(scene_picture(scene, environment, profile.settings, moment, spaces), output)
     show(str(output))
     return OK
 

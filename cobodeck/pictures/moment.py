@@ -52,22 +52,22 @@ def at_start(scene: Scene) -> Moment:
     return Moment(scene.robot_start, None if start is None else UserPose(start, start.yaw))
 
 
-def with_next_drive(moment: Moment, site: Environment, settings: Settings) -> Moment:
+def with_next_drive(moment: Moment, environment: Environment, settings: Settings) -> Moment:
     """The moment with the way to where Haptic, or else Chase, would send the robot now."""
     if moment.user is None:
         return moment
-    planners = site.static_planners
-    now = Situation(site, settings, moment.robot, STILL, moment.user, STILL, planners)
+    planners = environment.static_planners
+    now = Situation(environment, settings, moment.robot, STILL, moment.user, STILL, planners)
     goal: Pose2 | None
     if moment.deep is not None:
         free = poses(settings, planners["haptic"], moment.deep)
         goal = best_pose(now, reachable(now, free), moment.deep)
-        return replace(moment, path=_path(site, "haptic", planners["haptic"], moment, goal))
-    cells = grid(site, settings)
+        return replace(moment, path=_path(environment, "haptic", planners["haptic"], moment, goal))
+    cells = grid(environment, settings)
     around = space(settings, lambda: cells, planners["chase"], moment.user)
     place = best_cell(now, around)
     goal = None if place is None else Pose2(*place, tangent_yaw(around.centre, place, 0.0))
-    return replace(moment, path=_path(site, "chase", planners["chase"], moment, goal))
+    return replace(moment, path=_path(environment, "chase", planners["chase"], moment, goal))
 
 
 class _Trail:
@@ -116,16 +116,16 @@ def after(
         caption=f"{loop.now_ns * 1e-9:.1f} s, {_doing(running, loop.wired.run.outcome)}",
     )
     for subsystem, goal in islice(_drives(running), 1):
-        planner = _planner(setup.site, subsystem, loop.wired.board)
-        moment = replace(moment, path=_path(setup.site, subsystem, planner, moment, goal))
+        planner = _planner(setup.environment, subsystem, loop.wired.board)
+        moment = replace(moment, path=_path(setup.environment, subsystem, planner, moment, goal))
     return moment
 
 
-def _planner(site: Environment, subsystem: SubsystemName, board: Board) -> GlobalPlanner:
+def _planner(environment: Environment, subsystem: SubsystemName, board: Board) -> GlobalPlanner:
     """The one that the run goes by."""
     slot = board.slots.get(f"{subsystem}.planner")
     newest = None if slot is None else slot.read()
-    return site.static_planners[subsystem] if newest is None else newest.value
+    return environment.static_planners[subsystem] if newest is None else newest.value
 
 
 def _drives(leaves: Iterable[Leaf]) -> Iterable[tuple[SubsystemName, Pose2]]:
@@ -138,7 +138,7 @@ def _drives(leaves: Iterable[Leaf]) -> Iterable[tuple[SubsystemName, Pose2]]:
 
 
 def _path(
-    site: Environment,
+    environment: Environment,
     subsystem: SubsystemName,
     planner: GlobalPlanner,
     moment: Moment,
@@ -147,7 +147,7 @@ def _path(
     if goal is None:
         return ()
     here, there = (moment.robot.x, moment.robot.y), (goal.x, goal.y)
-    disc = user_disc(moment.user, site.navigation.named(subsystem))
+    disc = user_disc(moment.user, environment.navigation.named(subsystem))
     path = planner.plan(here, there, disc)
     return () if path is None else path.points
 

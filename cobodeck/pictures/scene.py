@@ -24,7 +24,7 @@ from states.environment import Environment, Navigation
 
 def scene_picture(
     scene: Scene,
-    site: Environment,
+    environment: Environment,
     settings: Settings,
     moment: Moment,
     spaces: Collection[str] | None = None,
@@ -39,24 +39,24 @@ def scene_picture(
     on = sheet(scene.room.bounds, scene.name, lines)
     draw_room(on, scene.room)
     draw_objects(on, scene.objects)
-    draw_inflations(on, scene.room, levels(site.navigation))
+    draw_inflations(on, scene.room, levels(environment.navigation))
     draw_tracked_area(on, scene.room)
     user, robot = moment.user, moment.robot
     if user is not None:
-        keep_off = site.navigation.named("haptic" if moment.deep else "chase").user_radius
+        keep_off = environment.navigation.named("haptic" if moment.deep else "chase").user_radius
         draw_user(on, user, keep_off)
         draw_trail(on, moment.user_trail, USER)
         if "chase" in shown:
-            draw_chase(on, site, settings, user)
+            draw_chase(on, environment, settings, user)
         if "escape" in shown:
             draw_zones(on, user, settings.escape)
-            draw_escape(on, site, settings, user, robot)
+            draw_escape(on, environment, settings, user, robot)
         if "haptic" in shown:
             deep = moment.deep or next_deep(settings, moment)
-            draw_haptic(on, site, settings, deep)
+            draw_haptic(on, environment, settings, deep)
     draw_trail(on, moment.robot_trail, ROBOT_TRAIL)
     draw_path(on, moment.path)
-    draw_robot(on, robot, site.robot.footprint)
+    draw_robot(on, robot, environment.robot.footprint)
     return on
 
 

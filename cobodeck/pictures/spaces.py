@@ -42,15 +42,15 @@ def colours(weights: Array) -> Array:
     return found
 
 
-def draw_chase(on: Sheet, site: Environment, settings: Settings, user: UserPose) -> None:
+def draw_chase(on: Sheet, environment: Environment, settings: Settings, user: UserPose) -> None:
     """The free cells by their weight (R93-R100); small arrows: the yaw that a robot has there."""
     chase = settings.chase
     yaw = view_yaw(user, chase.view)
     centre = Pose2(user.body.x, user.body.y, yaw)
-    cells = grid(site, settings)
+    cells = grid(environment, settings)
     if not len(cells):
         return
-    planner = site.static_planners["chase"]
+    planner = environment.static_planners["chase"]
     free = np.array([planner.is_free(centre.transform(x, y)) for x, y, _ in cells.tolist()])
     reach = math.ceil(chase.outer / chase.cell)
     image = np.zeros((2 * reach, 2 * reach, 4))
@@ -108,12 +108,14 @@ def _draw_tangents(on: Sheet, centre: Pose2, free: Array, radius: float, cell: f
 
 
 def draw_escape(
-    on: Sheet, site: Environment, settings: Settings, user: UserPose, robot: Pose2
+    on: Sheet, environment: Environment, settings: Settings, user: UserPose, robot: Pose2
 ) -> None:
     """The Escape poses in the room, as arrows along the robot's yaw, in order (R106-R110)."""
-    free = set(escape.poses(settings, site.static_planners["escape"], user, robot))
+    free = set(escape.poses(settings, environment.static_planners["escape"], user, robot))
     everywhere = enumerate(escape.all_poses(settings.escape, user, robot), 1)
-    shown = [(n, pose) for n, pose in everywhere if contains(site.room.outer, pose.x, pose.y)]
+    shown = [
+        (n, pose) for n, pose in everywhere if contains(environment.room.outer, pose.x, pose.y)
+    ]
     for number, pose in shown:
         colour = RED if pose in free else DROPPED
         on.axes.add_patch(_arrow(pose, 0.42, colour, 2.0, zorder=6.6))
@@ -125,9 +127,9 @@ def draw_escape(
         on.explain("… not free", Line2D([], [], color=DROPPED, lw=2.0, marker="x", ms=6))
 
 
-def draw_haptic(on: Sheet, site: Environment, settings: Settings, deep: Pose3) -> None:
+def draw_haptic(on: Sheet, environment: Environment, settings: Settings, deep: Pose3) -> None:
     """The rover poses on their half circle, numbered in order, and the DEEP (R75-R77)."""
-    shape, planner = settings.haptic, site.static_planners["haptic"]
+    shape, planner = settings.haptic, environment.static_planners["haptic"]
     free = set(haptic.poses(settings, planner, deep))
     half = math.degrees(max((abs(angle) for angle in shape.angles), default=0.0))
     yaw, place = math.degrees(deep.yaw), (deep.x, deep.y)

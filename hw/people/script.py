@@ -35,7 +35,7 @@ from engine.files.values import Count, Range
 from hw.geometry import Pose2, wrap
 from hw.places import AnyAngle, Coordinate, Pose
 
-FOLDER = Path(__file__).parent / "users"
+FOLDER = Path(__file__).parent.parent / "users"
 
 Pace = Annotated[Speed, Range(0.01, 10.0)]
 Span = Annotated[Duration, Range(0.0, 1e6)]

@@ -1,8 +1,8 @@
 """Who keeps the wheels: the safety chain with all that it goes by, apart from who drives.
 
-The engine's side of a base (`hw.safety.guarded`) says which velocity counts; a keeper decides how much of
-it reaches the wheels. It hears samples, is told the velocity of each tick with the tick's stamp, so
-that it notices when ticks stop, and is asked in each cycle:
+The engine's side of a base (`hw.safety.guarded`) says which velocity counts; a keeper decides how
+much of it reaches the wheels. It hears samples, is told the velocity of each tick with the tick's
+stamp, so that it notices when ticks stop, and is asked in each cycle:
 
     keeper.hear(sample, now_ns)                    # of `hears`, as they arrive
     keeper.command(twist, stamp_ns)                # in each tick; a stamp of None: nobody drives

@@ -52,10 +52,10 @@ class SafetyRecord(NamedTuple):
 class ChainStatus(NamedTuple):
     """What a chain in a process of its own tells of itself, again and again.
 
-    `latched`, `refused` and `admitted` are those of `hw.safety.keeper`; `mode` is how the wheels are
-    driven. `cycles` counts cycles since the start, `missed` those that came more than one too late,
-    and `records` the records that were told; `longest_ms` is the longest time between two cycles
-    since the status before.
+    `latched`, `refused` and `admitted` are those of `hw.safety.keeper`; `mode` is how the wheels
+    are driven. `cycles` counts cycles since the start, `missed` those that came more than one too
+    late, and `records` the records that were told; `longest_ms` is the longest time between two
+    cycles since the status before.
     """
 
     latched: str | None

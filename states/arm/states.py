@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 AGE_S = 0.2
 READS: dict[str, float | None] = {
-    "site": None,
+    "environment": None,
     "base.pose": AGE_S,
     "base.pose_sigma": AGE_S,
     "arm.joints": AGE_S,
@@ -62,7 +62,9 @@ class ParkArm(Action):
         self.solver = _installed(solver)
 
     def run(self, ctx: Context) -> Run:
-        if _is_at(ctx.value("arm.joints"), ctx.value("site").robot.arm.parked, self.tolerance):
+        if _is_at(
+            ctx.value("arm.joints"), ctx.value("environment").robot.arm.parked, self.tolerance
+        ):
             return "parked"
         end = yield from _move(ctx, None, self.tolerance, self.solver)
         return "parked" if end == "there" else "failed"
@@ -144,7 +146,7 @@ def _move(ctx: Context, deep: Pose3 | None, tolerance: float, solver: str) -> Mo
     """Move to a DEEP, or fold; planned anew each time somebody steps into the way."""
     from states.arm.planning import NoPlan
 
-    workspace, corrections = ctx.value("site").workspace, 0
+    workspace, corrections = ctx.value("environment").workspace, 0
     while True:
         look = yield from _at_rest(ctx)
         if look is None:
@@ -237,7 +239,7 @@ def _follow(
             look = _look(ctx)
             if look is not None and not look.is_like(checked, MOVED, TURNED):
                 checked, since = look, (ctx.now - begun) * 1e-9 * slowest
-                workspace = ctx.value("site").workspace
+                workspace = ctx.value("environment").workspace
                 if not workspace.is_free(plan.trajectory, since, look, deep):
                     return None
             yield On("arm.joints", "base.pose", "user.pose", "stop.engaged", until=late)

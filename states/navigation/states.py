@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 PLANNERS: Mapping[str, float | None] = {f"{name}.planner": OLD_S for name in SUBSYSTEMS}
 """What a state must declare to ask for planners; their scans may be so old, s."""
 DRIVES: Mapping[str, float | None] = {
-    "site": None, "base.refusal": None, "base.admitted": None, "base.pose_sigma": OLD_S,
+    "environment": None, "base.refusal": None, "base.admitted": None, "base.pose_sigma": OLD_S,
     **ages.READS,
 }  # fmt: skip
 """What a state must declare to let a local planner drive: see `command_of`."""
@@ -57,12 +57,12 @@ class DriveTo(Action):
         self.mode: DriveMode = mode
 
     def run(self, ctx: Context, goal: Pose2) -> Run:
-        site: Environment = ctx.value("site")
+        environment: Environment = ctx.value("environment")
         planner = planner_of(ctx, self.subsystem)
         if planner is None:
             return "lost"
-        driver = site.driver(self.subsystem, planner)
-        subsystem = site.navigation.named(self.subsystem)
+        driver = environment.driver(self.subsystem, planner)
+        subsystem = environment.navigation.named(self.subsystem)
         driver.mode = self.mode
         driver.go_to(goal)
         progress, give_up = GoalProgress(self.patience), NEVER_NS
@@ -107,7 +107,7 @@ def command_of(
         now.pose,
         now.twist,
         user,
-        ctx.value("site").period,
+        ctx.value("environment").period,
         now.walking,
         sigma=0.0 if sigma is None else sigma.position,
         admitted=now.twist if held else ctx.value("base.admitted"),

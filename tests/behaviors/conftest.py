@@ -41,15 +41,15 @@ def tuned() -> Profile:
 
 
 @pytest.fixture(scope="session")
-def site_of(robot: RobotModel) -> Callable[..., Environment]:
+def environment_of(robot: RobotModel) -> Callable[..., Environment]:
     def make(profile: Profile, room: Room = HALL) -> Environment:
-        return profile.site(room, robot)
+        return profile.environment(room, robot)
 
     return make
 
 
 @pytest.fixture(scope="session")
-def situation_of(site_of: Callable[..., Environment]) -> Callable[..., Situation]:
+def situation_of(environment_of: Callable[..., Environment]) -> Callable[..., Situation]:
     def make(
         profile: Profile,
         pose: Pose2,
@@ -58,11 +58,11 @@ def situation_of(site_of: Callable[..., Environment]) -> Callable[..., Situation
         twist: Twist2 | None = None,
         room: Room = HALL,
     ) -> Situation:
-        site = site_of(profile, room)
-        planners = site.static_planners
+        environment = environment_of(profile, room)
+        planners = environment.static_planners
         still = Twist2(0.0)
         moving, walking = twist or still, velocity or still
-        return Situation(site, profile.settings, pose, moving, user, walking, planners)
+        return Situation(environment, profile.settings, pose, moving, user, walking, planners)
 
     return make
 
@@ -82,7 +82,7 @@ class FakeContext:
 
     def value(self, signal: str) -> Any:
         if signal.endswith(".planner") and signal not in self.values:
-            return self.values["site"].static_planners[signal.removesuffix(".planner")]
+            return self.values["environment"].static_planners[signal.removesuffix(".planner")]
         return self.values.get(signal)
 
     def sample(self, signal: str) -> Stamped | None:

@@ -46,39 +46,39 @@ WATCHED_S = 3.5
 PROFILE, ROBOT, SCENE = load_profile("tuned"), load_robot("rbkairos_ur10"), load_scene("lab_a")
 
 
-def site_of(planner: str, local_planner: str) -> Environment:
+def environment_of(planner: str, local_planner: str) -> Environment:
     """`lab_a` with the default profile but for the planners, and 1.5 m/s for all."""
     navigation = PROFILE.navigation
     for name in SUBSYSTEMS:
         own = replace(navigation.named(name), planner=planner, local_planner=local_planner)
         own = replace(own, max_speed=1.5)
         navigation = replace(navigation, **{name: own})
-    site = replace(PROFILE, navigation=navigation).site(SCENE.room, ROBOT)
-    site.warm_up()
-    return site
+    environment = replace(PROFILE, navigation=navigation).environment(SCENE.room, ROBOT)
+    environment.warm_up()
+    return environment
 
 
 class Trial:
     """A drive along the hall, and a chair before it as soon as it is fast."""
 
-    def __init__(self, site: Environment, subsystem: SubsystemName, seed: int) -> None:
+    def __init__(self, environment: Environment, subsystem: SubsystemName, seed: int) -> None:
         chance = random.Random(seed)
         ends = [(chance.uniform(1.3, 5.2), 1.3), (chance.uniform(1.3, 5.2), 8.8)]
         chance.shuffle(ends)
         start, self.goal = (Pose2(*end, chance.uniform(-math.pi, math.pi)) for end in ends)
-        self.fast = FASTEST[site.navigation.chase.local_planner]
+        self.fast = FASTEST[environment.navigation.chase.local_planner]
         self.chair: tuple[int, Point] | None = None
         self.gap = math.inf
-        self.base, self.track = SimBase(site.robot, site.limits, start), Track(start)
-        limits = SafetyLimits.of(site.robot, site.limits)
+        self.base, self.track = SimBase(environment.robot, environment.limits, start), Track(start)
+        limits = SafetyLimits.of(environment.robot, environment.limits)
         self.guard = GuardedBase(self.base, replace(limits, watched=False))
-        shapes = Shapes(site.room, [Body(RADIUS, 1.0, self._stands)])
-        errors, lidars = LidarErrors(), site.robot.sensing.lidars
+        shapes = Shapes(environment.room, [Body(RADIUS, 1.0, self._stands)])
+        errors, lidars = LidarErrors(), environment.robot.sensing.lidars
         self.lidar = SimLidar(lidars, self.track, shapes, errors, seed)
         made = interface(DriveTo)
         leaf: Any = SimpleNamespace(path="drive", interface=made, commands=made.commands)
-        self.board = Board(declare(signals(site, PROFILE.settings)), made.reads)
-        self.board.put("site", site, 0)
+        self.board = Board(declare(signals(environment, PROFILE.settings)), made.reads)
+        self.board.put("environment", environment, 0)
         ctx = LeafContext(leaf, self.board, {"base": self.guard})
         self.run = DriveTo(subsystem).run(ctx, self.goal)
 
@@ -119,9 +119,11 @@ class Trial:
             self.chair = now, (pose.x + ahead * motion.vx, pose.y + ahead * motion.vy)
 
 
-def touched(site: Environment, name: SubsystemName, seeds: range) -> tuple[Counter[str], int]:
+def touched(
+    environment: Environment, name: SubsystemName, seeds: range
+) -> tuple[Counter[str], int]:
     """How the drives ended before which there was a chair, and how many touched it."""
-    trials = [Trial(site, name, seed) for seed in seeds]
+    trials = [Trial(environment, name, seed) for seed in seeds]
     ends = Counter(trial.outcome() for trial in trials)
     return ends, sum(trial.gap <= 0.0 for trial in trials)
 
@@ -130,22 +132,22 @@ def touched(site: Environment, name: SubsystemName, seeds: range) -> tuple[Count
 @pytest.mark.parametrize("local_planner", ["profile", "teb"])
 @pytest.mark.parametrize("planner", ["exact", "theta_star"])
 def test_a_chair_before_a_fast_robot_is_not_touched(planner: str, local_planner: str) -> None:
-    site = site_of(planner, local_planner)
-    ends, touches = touched(site, "haptic", range(4, 6))
+    environment = environment_of(planner, local_planner)
+    ends, touches = touched(environment, "haptic", range(4, 6))
     assert touches == 0
     assert ends["none"] < 2
 
 
 def test_who_sees_nothing_runs_into_the_chair(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(SimLidar, "samples", lambda *_: [])
-    assert touched(site_of("exact", "profile"), "chase", range(3))[1] == 3
+    assert touched(environment_of("exact", "profile"), "chase", range(3))[1] == 3
 
 
 @pytest.mark.slow
 @pytest.mark.requirement(37, 51)
 @pytest.mark.parametrize("name", SUBSYSTEMS)
 def test_of_fifty_chairs_none_is_touched(name: SubsystemName) -> None:
-    ends, touches = touched(site_of("exact", "profile"), name, fewer(range(50)))
+    ends, touches = touched(environment_of("exact", "profile"), name, fewer(range(50)))
     assert touches == 0
     assert ends["none"] == 0
 
@@ -157,4 +159,4 @@ def test_of_fifty_chairs_none_is_touched(name: SubsystemName) -> None:
 @pytest.mark.parametrize("planner", ["theta_star", "navfn"])
 def test_of_chairs_before_other_planners_none_is_touched(planner: str, local_planner: str) -> None:
     for name in SUBSYSTEMS:
-        assert touched(site_of(planner, local_planner), name, range(60, 63))[1] == 0
+        assert touched(environment_of(planner, local_planner), name, range(60, 63))[1] == 0

@@ -24,13 +24,13 @@ from states.environment import Environment
 USER = UserPose(Pose2(10.0, 10.0, 0.0), 0.0)
 
 
-def cells_of(site: Environment, profile: Profile) -> Callable[[], Any]:
-    return lambda: grid(site, profile.settings)
+def cells_of(environment: Environment, profile: Profile) -> Callable[[], Any]:
+    return lambda: grid(environment, profile.settings)
 
 
-def space_of(site: Environment, profile: Profile, user: UserPose = USER) -> chase.ChaseSpace:
-    planner = site.static_planners["chase"]
-    return chase.space(profile.settings, cells_of(site, profile), planner, user)
+def space_of(environment: Environment, profile: Profile, user: UserPose = USER) -> chase.ChaseSpace:
+    planner = environment.static_planners["chase"]
+    return chase.space(profile.settings, cells_of(environment, profile), planner, user)
 
 
 @pytest.mark.requirement(94)
@@ -60,9 +60,9 @@ def test_the_space_is_two_equal_arcs_within_the_bounds(profile: Profile) -> None
 
 @pytest.mark.requirement(95)
 def test_weights_lie_between_0_and_1_and_are_highest_at_the_sides(
-    paper: Profile, site_of: Callable[..., Environment]
+    paper: Profile, environment_of: Callable[..., Environment]
 ) -> None:
-    cells = grid(site_of(paper), paper.settings)
+    cells = grid(environment_of(paper), paper.settings)
 
     weights = cells[:, 2]
     assert weights.min() >= 0.0
@@ -73,10 +73,10 @@ def test_weights_lie_between_0_and_1_and_are_highest_at_the_sides(
 
 @pytest.mark.requirement(103)
 def test_from_no_tuned_cell_does_the_user_raise_escape_by_beginning_to_walk(
-    tuned: Profile, site_of: Callable[..., Environment]
+    tuned: Profile, environment_of: Callable[..., Environment]
 ) -> None:
     margin = 0.3 - 1e-9
-    for x, y, _ in grid(site_of(tuned), tuned.settings):
+    for x, y, _ in grid(environment_of(tuned), tuned.settings):
         for turn in (-math.radians(6), 0.0, math.radians(6)):
             user = UserPose(Pose2(0.0, 0.0, 0.0), turn)
             assert not escape.in_zone(tuned.settings.escape, user, Pose2(x, y), margin)
@@ -84,10 +84,10 @@ def test_from_no_tuned_cell_does_the_user_raise_escape_by_beginning_to_walk(
 
 @pytest.mark.requirement(103)
 def test_as_printed_3_percent_of_the_cells_lie_in_the_escape_zone(
-    paper: Profile, site_of: Callable[..., Environment]
+    paper: Profile, environment_of: Callable[..., Environment]
 ) -> None:
     user = UserPose(Pose2(0.0, 0.0), 0.0)
-    cells = grid(site_of(paper), paper.settings)
+    cells = grid(environment_of(paper), paper.settings)
 
     inside = [escape.in_zone(paper.settings.escape, user, Pose2(x, y)) for x, y, _ in cells]
 
@@ -102,10 +102,15 @@ def test_as_printed_3_percent_of_the_cells_lie_in_the_escape_zone(
 )  # fmt: skip
 @settings(deadline=None, max_examples=20)
 def test_the_space_moves_and_turns_with_the_body_whatever_the_head_does(
-    paper: Profile, site_of: Callable[..., Environment], x: float, y: float, yaw: float, head: float
+    paper: Profile,
+    environment_of: Callable[..., Environment],
+    x: float,
+    y: float,
+    yaw: float,
+    head: float,
 ) -> None:
-    site, body = site_of(paper), Pose2(x, y, yaw)
-    found = space_of(site, paper, UserPose(body, head))
+    environment, body = environment_of(paper), Pose2(x, y, yaw)
+    found = space_of(environment, paper, UserPose(body, head))
 
     for place_x, place_y, _ in list(found.free())[::500]:
         inside = body.inverse()
@@ -129,13 +134,13 @@ def test_a_long_side_faces_the_user_with_the_smaller_turn(bearing: float, now: f
 
 @pytest.mark.requirement(100, 120)
 def test_cells_nearer_than_a_metre_to_a_wall_are_dropped(
-    profile: Profile, site_of: Callable[..., Environment]
+    profile: Profile, environment_of: Callable[..., Environment]
 ) -> None:
-    site, user = site_of(profile), UserPose(Pose2(2.0, 10.0, 0.0), 0.0)
+    environment, user = environment_of(profile), UserPose(Pose2(2.0, 10.0, 0.0), 0.0)
 
-    found = list(space_of(site, profile, user).free())
+    found = list(space_of(environment, profile, user).free())
 
-    assert 0 < len(found) < len(grid(site, profile.settings))
+    assert 0 < len(found) < len(grid(environment, profile.settings))
     assert min(x for x, *_ in found) >= 1.0 - 1e-5
 
 
@@ -145,12 +150,12 @@ def test_the_largest_weight_is_chosen_and_the_nearer_of_two_equals(
 ) -> None:
     for side in (1.0, -1.0):
         now = situation_of(paper, Pose2(10.0, 10.0 + 3.5 * side), USER)
-        found = chase.best_cell(now, space_of(now.site, paper))
+        found = chase.best_cell(now, space_of(now.environment, paper))
 
         assert found is not None
-        best = grid(now.site, paper.settings)[0, 2]
+        best = grid(now.environment, paper.settings)[0, 2]
         x, y = found[0] - 10.0, found[1] - 10.0
-        cells = grid(now.site, paper.settings)
+        cells = grid(now.environment, paper.settings)
         chosen = cells[np.hypot(cells[:, 0] - x, cells[:, 1] - y).argmin()]
         assert chosen[2] == pytest.approx(best, abs=1e-12)
         assert y * side > 0.0
@@ -165,7 +170,7 @@ def test_cells_can_be_sampled_by_weight_and_the_same_seed_gives_the_same(
         chosen = replace(paper.settings.chase, pick="sample", seed=seed)
         sampled = replace(paper, settings=replace(paper.settings, chase=chosen))
         now = situation_of(sampled, Pose2(10.0, 13.5), USER)
-        drawn.append(chase.best_cell(now, space_of(now.site, sampled)))
+        drawn.append(chase.best_cell(now, space_of(now.environment, sampled)))
 
     assert drawn[0] == drawn[1]
     assert len(set(drawn)) > 2
@@ -179,7 +184,7 @@ def test_without_a_free_cell_there_is_no_chase_pose(
     user = UserPose(Pose2(0.6, 0.6, 0.0), 0.0)
     now = situation_of(profile, Pose2(1.5, 1.5), user, room=closet)
 
-    assert chase.best_cell(now, space_of(now.site, profile, user)) is None
+    assert chase.best_cell(now, space_of(now.environment, profile, user)) is None
 
 
 @pytest.mark.requirement(124)
@@ -191,7 +196,7 @@ def test_in_six_by_six_metres_a_user_in_the_middle_can_be_chased_and_served(
         user = UserPose(Pose2(3.0, 3.0, yaw), yaw)
         now = situation_of(profile, Pose2(1.1, 1.1), user, room=room)
 
-        assert chase.best_cell(now, space_of(now.site, profile, user)) is not None
+        assert chase.best_cell(now, space_of(now.environment, profile, user)) is not None
 
 
 @given(start=st.tuples(st.floats(-9, 9), st.floats(-9, 9)), near=st.floats(0.5, 4.0))

@@ -49,17 +49,17 @@ def clearance(place: complex) -> float:
 @pytest.mark.requirement(93, 94, 97, 98, 100, 120)
 @pytest.mark.parametrize(("x", "y", "yaw"), [(4.0, 5.0, 0.3), (7.0, 4.0, -2.0), (2.0, 2.0, 3.0)])
 def test_the_free_cells_are_those_a_metre_from_walls_and_column(
-    paper: Profile, site_of: Callable[..., Environment], x: float, y: float, yaw: float
+    paper: Profile, environment_of: Callable[..., Environment], x: float, y: float, yaw: float
 ) -> None:
-    site, user = site_of(paper, room()), UserPose(Pose2(x, y, yaw), yaw + 1.0)
+    environment, user = environment_of(paper, room()), UserPose(Pose2(x, y, yaw), yaw + 1.0)
     every = list(cells())
     assert len(every) == 5998
     placed = [complex(x, y) + place * cmath.exp(1j * yaw) for place in every]
     expected = {_key(place) for place in placed if clearance(place) >= 1.0}
     doubtful = {_key(place) for place in placed if abs(clearance(place) - 1.0) < 1e-6}
 
-    planner = site.static_planners["chase"]
-    space = chase.space(paper.settings, lambda: grid(site, paper.settings), planner, user)
+    planner = environment.static_planners["chase"]
+    space = chase.space(paper.settings, lambda: grid(environment, paper.settings), planner, user)
     found = {_key(complex(a, b)) for a, b, _ in space.free()}
 
     assert found - doubtful == expected - doubtful
@@ -79,7 +79,9 @@ def test_the_chosen_cell_has_the_largest_weight_of_all_that_can_be_reached(
     user = UserPose(Pose2(4.0, 5.0, 0.3), 0.3)
     now = situation_of(paper, Pose2(1.5, 7.5), user, room=room())
     planner = now.planners["chase"]
-    space = chase.space(paper.settings, lambda: grid(now.site, paper.settings), planner, user)
+    space = chase.space(
+        paper.settings, lambda: grid(now.environment, paper.settings), planner, user
+    )
 
     found = chase.best_cell(now, space)
 

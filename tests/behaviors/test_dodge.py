@@ -85,7 +85,7 @@ def test_the_gap_of_a_forecast_is_that_of_the_outline(
 
     found = forecasts(now, drives(now, [(pose.x, pose.y)], 2.5), tracks(now, ("stays",)))
 
-    expected = gap(now.site.robot.footprint, pose, 10.0, 10.0)
+    expected = gap(now.environment.robot.footprint, pose, 10.0, 10.0)
     assert found.gap[0] == pytest.approx(max(expected, -0.5), abs=1e-9)
 
 
@@ -167,12 +167,12 @@ def test_a_command_from_which_braking_would_end_in_a_wall_is_not_given(
 def test_an_arm_that_is_out_widens_the_outline_and_a_parked_one_does_not(
     tuned: Profile, situation_of: Callable[..., Situation]
 ) -> None:
-    site = situation_of(tuned, Pose2(10, 10), facing(13, 10, 0)).site
-    rover = site.outline()
+    environment = situation_of(tuned, Pose2(10, 10), facing(13, 10, 0)).environment
+    rover = environment.outline()
 
     assert rover == (0.565, 0.565, 0.455, 0.455)
-    assert site.outline(site.robot.arm.parked) == rover
-    level = site.outline((0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    assert environment.outline(environment.robot.arm.parked) == rover
+    level = environment.outline((0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     assert max(level) > 1.0
     assert all(out >= inside for out, inside in zip(level, rover, strict=True))
 
@@ -201,7 +201,7 @@ def test_the_gap_of_a_forecast_counts_the_arm(
     box = Footprint(front + 0.565, left + 0.455, 0.1, 2.0)
     middle = Pose2(*pose.transform(0.5 * (front - 0.565), 0.5 * (left - 0.455)), yaw)
     whole = gap(box, middle, 10.0, 10.0)
-    rover = gap(now.site.robot.footprint, pose, 10.0, 10.0)
+    rover = gap(now.environment.robot.footprint, pose, 10.0, 10.0)
     assert found.gap[0] == pytest.approx(whole if whole >= 0.2 else rover, abs=1e-9)
 
 

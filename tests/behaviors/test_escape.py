@@ -46,40 +46,40 @@ TABLE = [
 @pytest.mark.parametrize(("bearing", "distance", "expected"), TABLE)
 def test_the_zones_reach_farther_in_the_direction_of_view(
     paper: Profile,
-    site_of: Callable[..., Environment],
+    environment_of: Callable[..., Environment],
     bearing: float,
     distance: float,
     expected: bool,
 ) -> None:
     user = user_seeing(bearing, distance)
 
-    found = escape.is_required(site_of(paper), paper.settings, user, HERE, WALKING)
+    found = escape.is_required(environment_of(paper), paper.settings, user, HERE, WALKING)
 
     assert found is expected
 
 
 @pytest.mark.requirement(104)
 def test_the_view_is_that_of_the_head_not_of_the_body(
-    paper: Profile, site_of: Callable[..., Environment]
+    paper: Profile, environment_of: Callable[..., Environment]
 ) -> None:
-    site, ahead = site_of(paper), user_seeing(0.0, 2.0)
+    environment, ahead = environment_of(paper), user_seeing(0.0, 2.0)
 
     for body_yaw in (0.0, 1.5, math.pi):
         turned = replace(ahead, body=replace(ahead.body, yaw=body_yaw))
-        assert escape.is_required(site, paper.settings, turned, HERE, WALKING)
+        assert escape.is_required(environment, paper.settings, turned, HERE, WALKING)
 
 
 @pytest.mark.requirement(104)
 def test_a_user_who_stands_raises_nothing_unless_the_literal_rule_is_chosen(
-    profile: Profile, site_of: Callable[..., Environment]
+    profile: Profile, environment_of: Callable[..., Environment]
 ) -> None:
-    user, site = user_seeing(0.0, 1.85), site_of(profile)
+    user, environment = user_seeing(0.0, 1.85), environment_of(profile)
     literal = replace(profile.settings, escape=replace(profile.settings.escape, moving=0.0))
 
-    assert not escape.is_required(site, profile.settings, user, HERE, STANDING)
-    assert not escape.is_required(site, profile.settings, user, HERE, Twist2(0.19))
-    assert escape.is_required(site, profile.settings, user, HERE, Twist2(0.0, 0.21))
-    assert escape.is_required(site, literal, user, HERE, STANDING)
+    assert not escape.is_required(environment, profile.settings, user, HERE, STANDING)
+    assert not escape.is_required(environment, profile.settings, user, HERE, Twist2(0.19))
+    assert escape.is_required(environment, profile.settings, user, HERE, Twist2(0.0, 0.21))
+    assert escape.is_required(environment, literal, user, HERE, STANDING)
 
 
 @pytest.mark.requirement(112)
@@ -89,14 +89,14 @@ def test_a_user_who_stands_raises_nothing_unless_the_literal_rule_is_chosen(
 )
 def test_safe_is_farther_than_the_zones_by_the_hysteresis(
     profile: Profile,
-    site_of: Callable[..., Environment],
+    environment_of: Callable[..., Environment],
     bearing: float,
     distance: float,
     safe: bool,
 ) -> None:
     user = user_seeing(bearing, distance)
 
-    assert escape.is_safe(site_of(profile), profile.settings, user, HERE, STANDING) is safe
+    assert escape.is_safe(environment_of(profile), profile.settings, user, HERE, STANDING) is safe
 
 
 @pytest.mark.requirement(112)
@@ -109,31 +109,37 @@ def test_safe_is_farther_than_the_zones_by_the_hysteresis(
 @settings(deadline=None, max_examples=200)
 def test_nothing_is_required_and_safe_at_once(
     profile: Profile,
-    site_of: Callable[..., Environment],
+    environment_of: Callable[..., Environment],
     bearing: float,
     distance: float,
     vx: float,
     vy: float,
 ) -> None:
-    user, velocity, site = user_seeing(bearing, distance), Twist2(vx, vy), site_of(profile)
+    user, velocity, environment = (
+        user_seeing(bearing, distance),
+        Twist2(vx, vy),
+        environment_of(profile),
+    )
 
-    required = escape.is_required(site, profile.settings, user, HERE, velocity)
+    required = escape.is_required(environment, profile.settings, user, HERE, velocity)
 
-    assert not (required and escape.is_safe(site, profile.settings, user, HERE, velocity))
+    assert not (required and escape.is_safe(environment, profile.settings, user, HERE, velocity))
 
 
 @pytest.mark.requirement(104)
 def test_tuned_sees_a_walker_coming_who_is_in_no_zone_yet(
-    paper: Profile, tuned: Profile, site_of: Callable[..., Environment]
+    paper: Profile, tuned: Profile, environment_of: Callable[..., Environment]
 ) -> None:
     user, towards_the_robot = user_seeing(2.0, 2.6), Twist2(-1.5)
 
-    assert escape.is_required(site_of(tuned), tuned.settings, user, HERE, towards_the_robot)
-    assert not escape.is_required(site_of(paper), paper.settings, user, HERE, towards_the_robot)
+    assert escape.is_required(environment_of(tuned), tuned.settings, user, HERE, towards_the_robot)
+    assert not escape.is_required(
+        environment_of(paper), paper.settings, user, HERE, towards_the_robot
+    )
     away = Twist2(1.5)
-    assert not escape.is_required(site_of(tuned), tuned.settings, user, HERE, away)
+    assert not escape.is_required(environment_of(tuned), tuned.settings, user, HERE, away)
     past = Twist2(0.0, 1.5)
-    assert not escape.is_required(site_of(tuned), tuned.settings, user, HERE, past)
+    assert not escape.is_required(environment_of(tuned), tuned.settings, user, HERE, past)
 
 
 @pytest.mark.requirement(106, 125)
@@ -165,12 +171,12 @@ def test_every_escape_pose_is_farther_from_the_user_and_keeps_the_yaw(
 
 @pytest.mark.requirement(108, 120)
 def test_poses_in_the_inflation_of_a_wall_are_left_out(
-    profile: Profile, site_of: Callable[..., Environment]
+    profile: Profile, environment_of: Callable[..., Environment]
 ) -> None:
-    site, user = site_of(profile), UserPose(Pose2(5.0, 10.0), math.pi)
+    environment, user = environment_of(profile), UserPose(Pose2(5.0, 10.0), math.pi)
     base = Pose2(3.0, 10.0)
 
-    found = escape.poses(profile.settings, site.static_planners["escape"], user, base)
+    found = escape.poses(profile.settings, environment.static_planners["escape"], user, base)
 
     every = list(escape.all_poses(profile.settings.escape, user, base))
     assert 0 < len(found) < len(every)
@@ -194,7 +200,7 @@ class Base:
 def flee_from(now: Situation, context: Any, base: Base, safe: bool = False) -> Any:
     poses = escape.poses(now.settings, now.planners["escape"], now.user, now.pose)
     values = {
-        "site": now.site, "settings": now.settings, "base.pose": now.pose,
+        "environment": now.environment, "settings": now.settings, "base.pose": now.pose,
         "base.twist": now.twist, "user.pose": now.user, "user.velocity": now.velocity,
         "escape.poses": poses, "escape.safe": safe,
     }  # fmt: skip

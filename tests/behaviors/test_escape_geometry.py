@@ -37,9 +37,9 @@ def is_raised(robot: complex, body: complex, view: float) -> bool:
 @pytest.mark.parametrize("view", [0.0, 1.0, math.pi, -2.3])
 @pytest.mark.parametrize("body_yaw", [0.0, 2.0])
 def test_the_trigger_all_around_the_user(
-    paper: Profile, site_of: Callable[..., Environment], view: float, body_yaw: float
+    paper: Profile, environment_of: Callable[..., Environment], view: float, body_yaw: float
 ) -> None:
-    site, body = site_of(paper), 10.0 + 9.0j
+    environment, body = environment_of(paper), 10.0 + 9.0j
     user = UserPose(Pose2(body.real, body.imag, body_yaw), view)
     raised = 0
     for distance, bearing in places():
@@ -47,7 +47,11 @@ def test_the_trigger_all_around_the_user(
         expected = is_raised(robot, body, view)
 
         found = escape.is_required(
-            site, paper.settings, user, Pose2(robot.real, robot.imag, 0.4), Twist2(0.2 + EDGE)
+            environment,
+            paper.settings,
+            user,
+            Pose2(robot.real, robot.imag, 0.4),
+            Twist2(0.2 + EDGE),
         )
 
         assert found is expected, (distance, math.degrees(bearing))
@@ -57,16 +61,16 @@ def test_the_trigger_all_around_the_user(
 
 @pytest.mark.requirement(104, 112)
 def test_a_user_who_sways_at_the_edge_raises_once_and_is_safe_once(
-    paper: Profile, site_of: Callable[..., Environment]
+    paper: Profile, environment_of: Callable[..., Environment]
 ) -> None:
     """Between the zone and its hysteresis neither holds: no flicker."""
-    site, robot, walking = site_of(paper), Pose2(10.0, 10.0), Twist2(0.5)
+    environment, robot, walking = environment_of(paper), Pose2(10.0, 10.0), Twist2(0.5)
     seen = []
     for distance in (3.0, 2.55, 2.45, 2.55, 2.45, 2.6, 2.69, 2.49, 2.69, 2.71):
         user = UserPose(Pose2(10.0 + distance, 10.0, math.pi), math.pi)
-        if escape.is_required(site, paper.settings, user, robot, walking):
+        if escape.is_required(environment, paper.settings, user, robot, walking):
             seen.append("required")
-        if escape.is_safe(site, paper.settings, user, robot, walking):
+        if escape.is_safe(environment, paper.settings, user, robot, walking):
             seen.append("safe")
 
     changes = [now for before, now in zip(["", *seen], seen, strict=False) if now != before]
@@ -102,7 +106,7 @@ def test_the_twelve_poses_by_number(profile: Profile, bearing: float) -> None:
 
 @pytest.mark.requirement(108, 120)
 def test_the_free_ones_of_the_twelve_beside_a_column(
-    profile: Profile, site_of: Callable[..., Environment]
+    profile: Profile, environment_of: Callable[..., Environment]
 ) -> None:
     """Free is 0.77 m from the walls of a square room and from a square column."""
     column = ((6.0, 5.6), (6.4, 5.6), (6.4, 6.0), (6.0, 6.0))
@@ -115,7 +119,7 @@ def test_the_free_ones_of_the_twelve_beside_a_column(
         )
         return min(pose.x, pose.y, 8.0 - pose.x, 8.0 - pose.y, to_column) >= 0.77
 
-    planner = site_of(profile, room).static_planners["escape"]
+    planner = environment_of(profile, room).static_planners["escape"]
     found = escape.poses(profile.settings, planner, user, base)
 
     every = list(escape.all_poses(profile.settings.escape, user, base))

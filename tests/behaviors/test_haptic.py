@@ -81,14 +81,14 @@ def test_the_order_is_the_profile_s(paper: Profile) -> None:
 
 @pytest.mark.requirement(77, 120)
 def test_two_of_seven_poses_inside_an_obstacle_s_inflation_are_dropped(
-    paper: Profile, site_of: Callable[..., Environment]
+    paper: Profile, environment_of: Callable[..., Environment]
 ) -> None:
     shelf = ((10.4, 11.6), (10.8, 11.6), (10.8, 12.0), (10.4, 12.0))
     room = Room(outer=((0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0)), columns=(shelf,))
-    site = site_of(paper, room)
+    environment = environment_of(paper, room)
 
     every = list(haptic.all_poses(paper.settings.haptic, DEEP))
-    found = haptic.poses(paper.settings, site.static_planners["haptic"], DEEP)
+    found = haptic.poses(paper.settings, environment.static_planners["haptic"], DEEP)
 
     dropped = [i for i, pose in enumerate(every) if pose not in found]
     assert dropped == [3, 5]  # +60 and +90 degrees
@@ -105,12 +105,12 @@ def facing_wall(distance: float) -> tuple[Room, UserPose, Pose3]:
 @pytest.mark.requirement(126)
 @pytest.mark.parametrize(("distance", "some"), [(2.34, False), (2.36, True)])
 def test_before_a_wall_pose_6_needs_2_35_metres(
-    paper: Profile, site_of: Callable[..., Environment], distance: float, some: bool
+    paper: Profile, environment_of: Callable[..., Environment], distance: float, some: bool
 ) -> None:
     """0.85 + cos 60° + 1.0; the poses at ±90° are free nearer, but beside the user."""
     room, _, deep = facing_wall(distance)
 
-    planner = site_of(paper, room).static_planners["haptic"]
+    planner = environment_of(paper, room).static_planners["haptic"]
     found = haptic.poses(paper.settings, planner, deep)
 
     ahead = [pose for pose in found if pose.x > deep.x + 0.1]
@@ -179,19 +179,25 @@ def test_another_request_ends_the_one_being_served(context: Any) -> None:
 @pytest.mark.requirement(78, 82)
 @pytest.mark.parametrize(("height", "outcome"), [(1.5, "chosen"), (2.6, "out_of_reach")])
 def test_a_deep_too_high_for_the_arm_is_refused_by_name(
-    context: Any, tuned: Profile, site_of: Callable[..., Environment], height: float, outcome: str
+    context: Any,
+    tuned: Profile,
+    environment_of: Callable[..., Environment],
+    height: float,
+    outcome: str,
 ) -> None:
-    site, still = site_of(tuned), Twist2(0.0)
+    environment, still = environment_of(tuned), Twist2(0.0)
     deep = Pose3.from_yaw(10.0, 10.0, height, 0.0)
     ctx = context(
         {
-            "site": site,
+            "environment": environment,
             "settings": tuned.settings,
             "base.pose": Pose2(10.0, 13.0),
             "base.twist": still,
             "user.pose": UserPose(Pose2(9.15, 10.0), 0.0),
             "user.velocity": still,
-            "haptic.poses": haptic.poses(tuned.settings, site.static_planners["haptic"], deep),
+            "haptic.poses": haptic.poses(
+                tuned.settings, environment.static_planners["haptic"], deep
+            ),
         }
     )
 

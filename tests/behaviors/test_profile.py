@@ -87,15 +87,15 @@ def test_chart_parameters_of_a_profile_exist(profile: Profile) -> None:
     assert library["chase"].parameters["room"].default == "0 m"
 
 
-def test_a_site_has_the_room_the_robot_and_the_limits(profile: Profile, robot: Any) -> None:
+def test_a_environment_has_the_room_the_robot_and_the_limits(profile: Profile, robot: Any) -> None:
     room = Room(outer=((0.0, 0.0), (5.0, 0.0), (5.0, 5.0), (0.0, 5.0)))
 
-    site = profile.site(room, robot)
+    environment = profile.environment(room, robot)
 
-    assert site.limits.base_acceleration == profile.robot.base_acceleration
-    assert site.static_planners["escape"].inflation_radius == 0.77
-    assert site.static_planners["chase"] is site.static_planners["haptic"]
-    declare(signals(site, profile.settings))
+    assert environment.limits.base_acceleration == profile.robot.base_acceleration
+    assert environment.static_planners["escape"].inflation_radius == 0.77
+    assert environment.static_planners["chase"] is environment.static_planners["haptic"]
+    declare(signals(environment, profile.settings))
 
 
 BROKEN = [

@@ -55,10 +55,10 @@ def planning(profile: Profile, planner: str) -> Profile:
 class Watching:
     """A board, and what arrives at it in each tick."""
 
-    def __init__(self, site: Environment, profile: Profile, eager: bool = False) -> None:
-        self.site, self.tick = site, 0
-        self.board = Board(declare(signals(site, profile.settings)), WANTED, eager)
-        self.board.put("site", site, 0)
+    def __init__(self, environment: Environment, profile: Profile, eager: bool = False) -> None:
+        self.environment, self.tick = environment, 0
+        self.board = Board(declare(signals(environment, profile.settings)), WANTED, eager)
+        self.board.put("environment", environment, 0)
         self.board.put("settings", profile.settings, 0)
 
     @property
@@ -90,7 +90,7 @@ class Watching:
 def watching(tuned: Profile, robot: RobotModel) -> Callable[..., Watching]:
     def make(planner: str = "theta_star", room: Room = HALL, eager: bool = False) -> Watching:
         profile = planning(tuned, planner)
-        found = Watching(profile.site(room, robot), profile, eager)
+        found = Watching(profile.environment(room, robot), profile, eager)
         found.put("vr.haptic_request", DEEP)
         return found
 
@@ -118,7 +118,7 @@ def test_scans_take_poses_away_and_clearing_brings_them_back(
     assert during < before
     assert during
     # all within Haptic's and Chase's 1 m or Escape's 0.77 m of what is seen of the post
-    reach = 0.2 + seen.site.navigation.named(name.partition(".")[0]).inflation + 0.15
+    reach = 0.2 + seen.environment.navigation.named(name.partition(".")[0]).inflation + 0.15
     for place in before - during:
         x, y = (place.x, place.y) if isinstance(place, Pose2) else place[:2]
         assert math.dist((x, y), post) <= reach
@@ -134,7 +134,7 @@ def test_without_scans_all_is_as_the_room_says_and_as_fresh_as_the_poses(
     for _ in range(30):
         seen.pass_time(scanning=False)
 
-    known, settings = seen.site.static_planners, seen.read("settings")
+    known, settings = seen.environment.static_planners, seen.read("settings")
     assert seen.read("escape.poses") == escape.poses(settings, known["escape"], WALKER, ROBOT)
     stamps = {name: seen.board.slots[name].read().stamp for name in (*POSES, *PLANNERS)}
     assert stamps == {
@@ -155,12 +155,12 @@ def test_planners_wait_for_no_scan_and_costmaps_are_there_only_for_those_on_cell
     assert roots(board.declared, PLANNERS) == set()
 
 
-def test_where_nothing_scans_planners_rest_on_the_site_alone(
+def test_where_nothing_scans_planners_rest_on_the_environment_alone(
     watching: Callable[..., Watching], tuned: Profile
 ) -> None:
     seen = watching("exact")
-    declared = declare(signals(seen.site, tuned.settings, scanning=False))
-    assert set(closure(declared, PLANNERS)) == {"site", *PLANNERS}
+    declared = declare(signals(seen.environment, tuned.settings, scanning=False))
+    assert set(closure(declared, PLANNERS)) == {"environment", *PLANNERS}
 
 
 @pytest.mark.parametrize("planner", ["exact", "theta_star"])
@@ -200,13 +200,13 @@ class Drive:
     def __init__(self, seen: Watching, goal: Pose2, *posts: Point, silent_after: float) -> None:
         self.seen, self.posts = seen, posts
         self.silent_after = silent_after
-        self.base = SimBase(seen.site.robot, seen.site.limits, Pose2(2.0, 1.5, 0.0))
-        limits = SafetyLimits.of(seen.site.robot, seen.site.limits)
+        self.base = SimBase(seen.environment.robot, seen.environment.limits, Pose2(2.0, 1.5, 0.0))
+        limits = SafetyLimits.of(seen.environment.robot, seen.environment.limits)
         self.guard = GuardedBase(self.base, replace(limits, watched=False))
         made = interface(DriveTo)
         leaf: Any = SimpleNamespace(path="drive", interface=made, commands=made.commands)
         seen.board = Board(seen.board.declared, made.reads)
-        seen.put("site", seen.site)
+        seen.put("environment", seen.environment)
         ctx = LeafContext(leaf, seen.board, {"base": self.guard})
         self.run = DriveTo("chase").run(ctx, goal)
         self.nearest = math.inf
@@ -288,14 +288,14 @@ class Wheel:
         self.command = STILL
 
 
-def shown(site: Environment, name: Any, marks: Any) -> Any:
+def shown(environment: Environment, name: Any, marks: Any) -> Any:
     """A planner of this subsystem, scans having shown these cells of 5 m about the robot."""
-    grid = site.ground(0.05).grid
+    grid = environment.ground(0.05).grid
     corner = grid.cell(ROBOT.x - 2.475, ROBOT.y - 2.475)
     assert corner is not None
     rows, columns = np.nonzero(marks)
     cells = np.sort((rows + corner[0]) * grid.columns + columns + corner[1])
-    return site.planner_among(name, Obstacles(grid, cells, 1.0))
+    return environment.planner_among(name, Obstacles(grid, cells, 1.0))
 
 
 ACROSS = 0.05 * (np.arange(100) - 49.5)
@@ -324,10 +324,10 @@ def test_whoever_drives_goes_by_the_newest_scan(
 ) -> None:
     state, user, inputs, outcome = drive
     settings = replace(tuned.settings, escape=replace(tuned.settings.escape, order=order))
-    site, wheel = planning(tuned, "theta_star").site(HALL, robot), Wheel()
-    poses = escape.poses(settings, site.static_planners["escape"], user, ROBOT)
+    environment, wheel = planning(tuned, "theta_star").environment(HALL, robot), Wheel()
+    poses = escape.poses(settings, environment.static_planners["escape"], user, ROBOT)
     values = {
-        "site": site, "settings": settings, "base.pose": ROBOT, "base.twist": STILL,
+        "environment": environment, "settings": settings, "base.pose": ROBOT, "base.twist": STILL,
         "user.pose": user, "user.velocity": Twist2(1.0), "arm.joints": None,
         "escape.poses": poses, "escape.safe": False, "base.mode": "omni",
     }  # fmt: skip
@@ -336,7 +336,7 @@ def test_whoever_drives_goes_by_the_newest_scan(
 
     next(run)
     assert wheel.command.speed > 0.01
-    ctx.values |= {f"{name}.planner": shown(site, name, CLOSED) for name in SUBSYSTEMS}
+    ctx.values |= {f"{name}.planner": shown(environment, name, CLOSED) for name in SUBSYSTEMS}
     if outcome is None:
         ctx.now += 10**9
         next(run)
@@ -355,9 +355,10 @@ def test_whoever_drives_goes_by_the_newest_scan(
 def test_who_approaches_goes_round_what_has_been_seen_by_now(
     tuned: Profile, robot: RobotModel, context: Any
 ) -> None:
-    site, wheel = planning(tuned, "theta_star").site(HALL, robot), Wheel()
+    environment, wheel = planning(tuned, "theta_star").environment(HALL, robot), Wheel()
     values = {
-        "site": site, "settings": tuned.settings, "base.pose": ROBOT, "base.twist": STILL,
+        "environment": environment,
+        "settings": tuned.settings, "base.pose": ROBOT, "base.twist": STILL,
         "user.pose": FAR, "user.velocity": STILL,
     }  # fmt: skip
     ctx = context(values, {"base": wheel})
@@ -365,7 +366,7 @@ def test_who_approaches_goes_round_what_has_been_seen_by_now(
     next(run)
     straight = wheel.command
 
-    ctx.values["chase.planner"] = shown(site, "chase", POST)
+    ctx.values["chase.planner"] = shown(environment, "chase", POST)
     next(run)
 
     assert abs(straight.vy) < 0.05 * straight.speed
@@ -383,7 +384,8 @@ def test_an_escape_pose_is_kept_while_no_scan_comes(
     poses = escape.poses(now.settings, now.planners["escape"], now.user, now.pose)
     wheel = Wheel()
     values = {
-        "site": now.site, "settings": now.settings, "base.pose": now.pose, "base.twist": STILL,
+        "environment": now.environment,
+        "settings": now.settings, "base.pose": now.pose, "base.twist": STILL,
         "user.pose": now.user, "user.velocity": Twist2(-1.0), "arm.joints": None,
         "escape.poses": poses, "escape.safe": False,
     }  # fmt: skip

@@ -35,10 +35,10 @@ def situations(make: Callable[..., Situation], profile: Profile, count: int) -> 
 
 
 def has_way(now: Situation, name: Any, goal: Pose2) -> bool:
-    driver, body = now.site.driver(name, now.planners[name]), now.user.body
+    driver, body = now.environment.driver(name, now.planners[name]), now.user.body
     driver.go_to(goal)
-    disc = Disc(body.x, body.y, now.site.navigation.named(name).user_radius)
-    driver.command(now.pose, STILL, disc, now.site.period)
+    disc = Disc(body.x, body.y, now.environment.navigation.named(name).user_radius)
+    driver.command(now.pose, STILL, disc, now.environment.period)
     return driver.status != "blocked"
 
 
@@ -47,7 +47,7 @@ def test_each_chase_pose_chosen_has_a_way(
 ) -> None:
     found = 0
     for now in situations(situation_of, tuned, 150):
-        cells = partial(grid, now.site, now.settings)
+        cells = partial(grid, now.environment, now.settings)
         space = chase.space(now.settings, cells, now.planners["chase"], now.user)
         place = chase.best_cell(now, space)
         if place is not None:

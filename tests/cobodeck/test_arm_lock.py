@@ -80,7 +80,7 @@ class Rig:
         safety = dataclasses.replace(setup.profile.safety, overlap=overlap)
         profile = dataclasses.replace(setup.profile, safety=safety)
         setup = dataclasses.replace(setup, profile=profile)
-        self.person, robot = LivePerson(Pose2(7.0, 7.0)), setup.site.robot
+        self.person, robot = LivePerson(Pose2(7.0, 7.0)), setup.environment.robot
         limits = safety.limits(robot, setup.profile.robot.limits)
         self.world = mock_world(setup.scene, robot, self.person, limits)
         self.wired = wire(setup, self.world.parts)

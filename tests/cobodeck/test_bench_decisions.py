@@ -16,7 +16,7 @@ from states.navigation.visibility import ExactPlanner
 @pytest.fixture(scope="module", params=["paper", "tuned"])
 def place(request):
     profile = load_profile(request.param)
-    return profile, profile.site(load_scene("lab_a").room, load_robot("rbkairos_ur10"))
+    return profile, profile.environment(load_scene("lab_a").room, load_robot("rbkairos_ur10"))
 
 
 @pytest.mark.requirement(40, 109)
@@ -33,13 +33,13 @@ def test_every_behaviour_has_a_row_by_profile_and_escape_a_goal_of_5_ms():
 
 
 def test_in_every_situation_the_user_walks_up_to_a_robot_that_stands_free(place):
-    profile, site = place
-    found = decisions.situations(site, profile.settings, 30)
+    profile, environment = place
+    found = decisions.situations(environment, profile.settings, 30)
     assert [(s.pose, s.user) for s in found] == [
-        (s.pose, s.user) for s in decisions.situations(site, profile.settings, 30)
+        (s.pose, s.user) for s in decisions.situations(environment, profile.settings, 30)
     ]
     for now in found:
-        assert site.static_planners["escape"].is_free((now.pose.x, now.pose.y))
+        assert environment.static_planners["escape"].is_free((now.pose.x, now.pose.y))
         dx, dy = now.pose.x - now.user.body.x, now.pose.y - now.user.body.y
         assert 1.3 <= math.hypot(dx, dy) <= 2.5
         assert now.velocity.vx * dx + now.velocity.vy * dy == pytest.approx(math.hypot(dx, dy))
@@ -47,7 +47,7 @@ def test_in_every_situation_the_user_walks_up_to_a_robot_that_stands_free(place)
 
 @pytest.mark.requirement(40)
 def test_escape_asks_for_fewer_ways_than_chase(place, monkeypatch):
-    profile, site = place
+    profile, environment = place
     asked = {"chase": 0, "haptic": 0, "escape": 0}
     plan = ExactPlanner.plan
 
@@ -56,8 +56,8 @@ def test_escape_asks_for_fewer_ways_than_chase(place, monkeypatch):
         return plan(self, *query)
 
     monkeypatch.setattr(ExactPlanner, "plan", counted)
-    decide = decisions.decisions(site, profile.settings)
-    for now in decisions.situations(site, profile.settings, 20):
+    decide = decisions.decisions(environment, profile.settings)
+    for now in decisions.situations(environment, profile.settings, 20):
         for behaviour in asked:
             decide[behaviour](now)
     assert asked["escape"] < asked["chase"]

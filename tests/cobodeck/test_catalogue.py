@@ -56,14 +56,16 @@ def test_states_of_the_project_around_a_folder_are_found(tmp_path: Path) -> None
 def test_states_of_installed_projects_are_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    site = project(tmp_path / "site", "found_by_entry", STATE.format(name="Installed"))
-    (site / "pyproject.toml").unlink()
-    (site / "found_by_entry-1.0.dist-info").mkdir()
-    (site / "found_by_entry-1.0.dist-info" / "entry_points.txt").write_text(
+    environment = project(
+        tmp_path / "environment", "found_by_entry", STATE.format(name="Installed")
+    )
+    (environment / "pyproject.toml").unlink()
+    (environment / "found_by_entry-1.0.dist-info").mkdir()
+    (environment / "found_by_entry-1.0.dist-info" / "entry_points.txt").write_text(
         "[console_scripts]\nx = y:z\n\n"
         "[cobodeck.states]\nown = found_by_entry.states\n\n[other]\na = b\n"
     )
-    monkeypatch.syspath_prepend(str(site))
+    monkeypatch.syspath_prepend(str(environment))
     (tmp_path / "elsewhere").mkdir()
 
     known = catalogue(tmp_path / "elsewhere")

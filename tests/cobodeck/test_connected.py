@@ -24,7 +24,7 @@ from engine.machine import Machine
 from engine.run import ChartRun
 from engine.signals import Measured, declare
 from engine.state import Action, Context, interface
-from engine.state import ChartRun as Steps
+from engine.state import Run as Steps
 from hw.connection import Connection, RunInfo, ServedPart
 from hw.geometry import STILL, Pose2, Twist2
 from hw.reckoner import Reckoner

@@ -101,13 +101,13 @@ def test_its_limits_are_those_of_chain_and_plans_alike(slow: str) -> None:
 
     assert setup.scene is not None
     assert setup.scene.name == "hall"
-    assert setup.body.base.max_speed == setup.site.robot.base.max_speed == 0.3
-    assert setup.site.limits.base_speed == 0.3
-    assert setup.site.limits.base_acceleration <= 0.6
+    assert setup.body.base.max_speed == setup.environment.robot.base.max_speed == 0.3
+    assert setup.environment.limits.base_speed == 0.3
+    assert setup.environment.limits.base_acceleration <= 0.6
     assert all(
         subsystem.max_speed <= 0.3
         for subsystem in (
-            setup.site.navigation.named(name) for name in ("chase", "haptic", "escape")
+            setup.environment.navigation.named(name) for name in ("chase", "haptic", "escape")
         )
     )
     assert world.guard is not None

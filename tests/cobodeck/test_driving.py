@@ -154,12 +154,12 @@ def test_each_behaviour_drives_as_itself(sim: Rehearsal) -> None:
 
 
 def test_a_real_drive_works_on_a_stand_in_and_releases_it(
-    sim: Rehearsal, site: Environment
+    sim: Rehearsal, environment: Environment
 ) -> None:
     found = {"pose": Pose2(3.0, 5.0), "user": UserPose(Pose2(9.0, 9.0), 0.0)}
     script = {"park": "parked", "wait/settled": "settled", "choose": ("chosen", found)}
     signals = {
-        "site": site,
+        "environment": environment,
         "base.mode": "omni",
         "base.pose": Pose2(3.0, 3.0),
         "base.twist": Twist2(0.0),
@@ -179,5 +179,5 @@ def test_a_real_drive_works_on_a_stand_in_and_releases_it(
 
 
 @pytest.fixture
-def site() -> Environment:
-    return load_profile("tuned").site(load_scene("lab_a").room, load_robot("rbkairos_ur10"))
+def environment() -> Environment:
+    return load_profile("tuned").environment(load_scene("lab_a").room, load_robot("rbkairos_ur10"))

@@ -33,7 +33,7 @@ from engine.machine import Machine
 from engine.run import ChartRun
 from engine.signals import Measured, declare
 from engine.state import Action, Context, Monitor, On, interface
-from engine.state import ChartRun as Steps
+from engine.state import Run as Steps
 from hw.samples import Sample
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -13,7 +13,7 @@ import shapely
 
 from behaviors.profile import load_profile
 from cobodeck.console import Problem
-from cobodeck.places import EXACT_CORNERS, RunPlace, open_place, site_at
+from cobodeck.places import EXACT_CORNERS, RunPlace, environment_at, open_place
 from hw.geometry import STILL, Pose2
 from hw.robot import load_robot
 from hw.room import Room
@@ -144,12 +144,14 @@ def test_a_map_file_is_a_scene_with_a_start_or_one_that_is_given(hall: Path) -> 
     assert open_place("lab_a") == RunPlace(load_scene("lab_a"))
 
 
-def site_of(place: RunPlace, kept: float | None = None, planner: str = "exact") -> Environment:
-    site = site_at(place, load_profile("tuned"), load_robot("rbkairos_ur10"))
-    chase = replace(site.navigation.chase, planner=planner)
+def environment_of(
+    place: RunPlace, kept: float | None = None, planner: str = "exact"
+) -> Environment:
+    environment = environment_at(place, load_profile("tuned"), load_robot("rbkairos_ur10"))
+    chase = replace(environment.navigation.chase, planner=planner)
     if kept is not None:
         chase = replace(chase, inflation=kept)
-    return replace(site, navigation=replace(site.navigation, chase=chase))
+    return replace(environment, navigation=replace(environment.navigation, chase=chase))
 
 
 def test_among_too_many_corners_theta_star_plans_and_it_is_told() -> None:
@@ -162,18 +164,18 @@ def test_among_too_many_corners_theta_star_plans_and_it_is_told() -> None:
     many = RunPlace(replace(scene, room=Room(scene.room.outer, walls=boxes)))
     assert len(many.scene.room.segments) > EXACT_CORNERS
     profile, robot = load_profile("tuned"), load_robot("rbkairos_ur10")
-    assert site_at(few, profile, robot).navigation.escape.planner == "exact"
-    assert site_at(many, profile, robot).navigation.escape.planner == "theta_star"
+    assert environment_at(few, profile, robot).navigation.escape.planner == "exact"
+    assert environment_at(many, profile, robot).navigation.escape.planner == "theta_star"
     assert not few.remarks
     assert "theta_star" in many.remarks[0]
 
 
-def places_for(site: Environment, count: int) -> list[tuple[float, float]]:
+def places_for(environment: Environment, count: int) -> list[tuple[float, float]]:
     """Free places that can be reached from the start."""
-    chance, planner = random.Random(0), site.static_planners["chase"]
-    x_low, y_low, x_high, y_high = site.room.bounds
-    assert site.map is not None
-    start = start_in(site.map)
+    chance, planner = random.Random(0), environment.static_planners["chase"]
+    x_low, y_low, x_high, y_high = environment.room.bounds
+    assert environment.map is not None
+    start = start_in(environment.map)
     found: list[tuple[float, float]] = []
     for _ in range(20_000):
         place = chance.uniform(x_low, x_high), chance.uniform(y_low, y_high)
@@ -189,20 +191,20 @@ def test_a_drive_across_a_real_map(name: str) -> None:
     if not MAPS.exists():
         pytest.skip("no ../shared/data/maps")
     place = open_place(str(MAPS / f"{name}.yaml"))
-    site = site_of(place, KEPT.get(name))
+    environment = environment_of(place, KEPT.get(name))
     start = place.scene.robot_start
-    planner = site.static_planners["chase"]
-    goals = places_for(site, 40)
+    planner = environment.static_planners["chase"]
+    goals = places_for(environment, 40)
     far = max(goals, key=lambda goal: planner.plan((start.x, start.y), goal).length)  # type: ignore[union-attr]
     driver = ProfilePlanner(planner, Limits(), Tolerance())
     driver.go_to(Pose2(*far, 0.0))
     pose, twist = start, STILL
-    kept = site.navigation.chase.inflation
+    kept = environment.navigation.chase.inflation
     for _ in range(3000):
         twist = driver.command(pose, twist, None, 0.05)
         moved = twist.rotated(pose.yaw + 0.5 * twist.wz * 0.05)
         pose = Pose2(pose.x + 0.05 * moved.vx, pose.y + 0.05 * moved.vy, pose.yaw + 0.05 * twist.wz)
-        assert site.room.clearance(pose.x, pose.y) >= kept - 0.03
+        assert environment.room.clearance(pose.x, pose.y) >= kept - 0.03
         if driver.status == "arrived":
             break
     assert driver.status == "arrived"
@@ -214,10 +216,10 @@ def test_planners_find_the_same_ways_on_a_real_map(name: str) -> None:
         pytest.skip("no ../shared/data/maps")
     place = open_place(str(MAPS / f"{name}.yaml"))
     kept = KEPT.get(name)
-    exact, cells = (site_of(place, kept, kind).static_planners["chase"]
+    exact, cells = (environment_of(place, kept, kind).static_planners["chase"]
                     for kind in ("exact", "theta_star"))  # fmt: skip
     start = (place.scene.robot_start.x, place.scene.robot_start.y)
-    for goal in places_for(site_of(place, kept), 6):
+    for goal in places_for(environment_of(place, kept), 6):
         one, other = exact.plan(start, goal), cells.plan(start, goal)
         assert one is not None
         if other is not None:  # a place at the edge is free for one of them only

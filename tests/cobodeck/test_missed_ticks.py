@@ -17,7 +17,7 @@ from engine.machine import Machine
 from engine.run import ChartRun
 from engine.signals import Estimated, Measured, declare
 from engine.state import Action, Context, interface
-from engine.state import ChartRun as Steps
+from engine.state import Run as Steps
 from hw.samples import Sample
 
 MS = 10**6

@@ -37,10 +37,10 @@ class Place:
         self.scene = load_scene(name)
         self.profile = load_profile("paper")
         self.settings = self.profile.settings
-        self.site = self.profile.site(self.scene.room, load_robot(self.scene.robot))
+        self.environment = self.profile.environment(self.scene.room, load_robot(self.scene.robot))
 
     def draw(self, moment, spaces=None):
-        return scene_picture(self.scene, self.site, self.settings, moment, spaces)
+        return scene_picture(self.scene, self.environment, self.settings, moment, spaces)
 
 
 def user(x, y, yaw):
@@ -88,7 +88,7 @@ def test_every_free_chase_cell_is_a_coloured_square(hall):
     (image,) = on.axes.images
     shown = image.get_array()
 
-    assert np.count_nonzero(shown[..., 3]) == len(grid(hall.site, hall.settings)) == 5998
+    assert np.count_nonzero(shown[..., 3]) == len(grid(hall.environment, hall.settings)) == 5998
     assert image.get_extent() == pytest.approx([-3.0, 3.0, -3.0, 3.0])
     ahead, behind = shown[60, 115, 3], shown[60, 5, 3]
     assert ahead == behind == 0.0
@@ -119,7 +119,7 @@ def test_twelve_escape_arrows_have_the_yaw_of_the_robot(hall):
 @pytest.mark.requirement(108)
 def test_escape_poses_that_are_not_free_are_grey_and_those_outside_are_left_out(lab):
     robot, person = Pose2(1.6, 8.4, 0.0), user(3.5, 7.0, 2.5)
-    free = escape.poses(lab.settings, lab.site.static_planners["escape"], person, robot)
+    free = escape.poses(lab.settings, lab.environment.static_planners["escape"], person, robot)
     on = lab.draw(Moment(robot, person), ("escape",))
 
     assert 0 < len(free) < 12
@@ -136,7 +136,7 @@ def test_two_of_the_seven_haptic_poses_in_an_obstacle_are_crossed_out(lab):
     deep = next_deep(lab.settings, moment)
     on = lab.draw(Moment(moment.robot, person, deep))
 
-    assert len(haptic.poses(lab.settings, lab.site.static_planners["haptic"], deep)) == 5
+    assert len(haptic.poses(lab.settings, lab.environment.static_planners["haptic"], deep)) == 5
     assert len(strokes(on, RED)) == 2 * 2
     numbers = [text.get_text() for text in on.axes.texts]
     assert numbers == ["1", "2", "3", "4", "5", "6", "7"]
@@ -145,12 +145,12 @@ def test_two_of_the_seven_haptic_poses_in_an_obstacle_are_crossed_out(lab):
 
 
 def test_the_way_leads_from_the_robot_to_the_goal(lab):
-    moment = with_next_drive(at_start(lab.scene), lab.site, lab.settings)
+    moment = with_next_drive(at_start(lab.scene), lab.environment, lab.settings)
     on = lab.draw(moment)
     (way,) = [line for line in on.axes.lines if line.get_color() == PATH]
 
     assert moment.path[0] == (moment.robot.x, moment.robot.y)
-    assert lab.site.static_planners["chase"].is_free(moment.path[-1])
+    assert lab.environment.static_planners["chase"].is_free(moment.path[-1])
     assert (way.get_xdata()[-1], way.get_ydata()[-1]) == moment.path[-1]
 
 
@@ -158,15 +158,15 @@ def test_the_way_to_a_touch_leads_to_a_free_haptic_pose(lab):
     moment = at_start(lab.scene)
     asking = Moment(moment.robot, moment.user, next_deep(lab.settings, moment))
 
-    found = with_next_drive(asking, lab.site, lab.settings)
+    found = with_next_drive(asking, lab.environment, lab.settings)
 
-    free = haptic.poses(lab.settings, lab.site.static_planners["haptic"], asking.deep)
+    free = haptic.poses(lab.settings, lab.environment.static_planners["haptic"], asking.deep)
     assert found.path[-1] in [(pose.x, pose.y) for pose in free]
 
 
 @pytest.mark.requirement(120)
 def test_inflations_are_named_after_the_subsystems_that_have_them(lab):
-    assert levels(lab.site.navigation) == [(1.0, "Haptic, Chase"), (0.77, "Escape")]
+    assert levels(lab.environment.navigation) == [(1.0, "Haptic, Chase"), (0.77, "Escape")]
 
 
 def test_what_no_map_shows_is_drawn_where_it_first_is(hall):
@@ -187,7 +187,7 @@ def test_what_no_map_shows_is_drawn_where_it_first_is(hall):
 def test_a_scene_without_a_user_shows_room_and_robot_alone(hall):
     moment = Moment(Pose2(3.0, 3.0))
 
-    on = hall.draw(with_next_drive(moment, hall.site, hall.settings))
+    on = hall.draw(with_next_drive(moment, hall.environment, hall.settings))
 
     assert moment.path == ()
     assert not on.axes.images
@@ -233,7 +233,7 @@ def test_a_run_that_ends_before_the_moment_shows_its_end(tmp_path):
 
 @pytest.mark.parametrize("form", ["svg", "png", "pdf"])
 def test_the_same_moment_gives_the_same_file(lab, tmp_path, form):
-    moment = with_next_drive(at_start(lab.scene), lab.site, lab.settings)
+    moment = with_next_drive(at_start(lab.scene), lab.environment, lab.settings)
     files = [tmp_path / f"{name}.{form}" for name in ("one", "two")]
     for file in files:
         save(lab.draw(moment, ("chase", "escape", "haptic")), file)

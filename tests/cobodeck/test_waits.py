@@ -113,7 +113,7 @@ def test_who_waits_to_be_safe_on_the_way_waits_for_what_stops_the_robot(
 ) -> None:
     setup = open_setup("cobodeck", "study")
     board = Board(setup.signals)
-    board.put("site", setup.site, 0)
+    board.put("environment", setup.environment, 0)
     board.put("settings", setup.profile.settings, 0)
     text = "chart: c\noutcomes: [x]\nstates:\n  a: {watch: SafeOnTheWay, next: {safe: .x}}\n"
     bench = Bench(text, states=(SafeOnTheWay,), scripted=False, board=board)

@@ -31,7 +31,7 @@ def run(command: list[str], folder: Path, **environment: str) -> str:
 
 @pytest.mark.slow
 def test_a_wheel_simulates_validates_and_begins_projects_elsewhere(tmp_path: Path) -> None:
-    source, wheels, site = tmp_path / "source", tmp_path / "wheels", tmp_path / "site"
+    source, wheels, environment = tmp_path / "source", tmp_path / "wheels", tmp_path / "environment"
     left_out = shutil.ignore_patterns("__pycache__", "*.egg-info")
     for package in PACKAGES:
         shutil.copytree(ROOT / package, source / package, ignore=left_out)
@@ -43,7 +43,7 @@ def test_a_wheel_simulates_validates_and_begins_projects_elsewhere(tmp_path: Pat
     with zipfile.ZipFile(wheel) as content:
         (licence,) = (name for name in content.namelist() if name.endswith("/LICENSE"))
         assert content.read(licence) == (ROOT / "LICENSE").read_bytes()
-    run([*pip, "install", "--no-deps", "--target", str(site), str(wheel)], tmp_path)
+    run([*pip, "install", "--no-deps", "--target", str(environment), str(wheel)], tmp_path)
 
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
@@ -51,16 +51,22 @@ def test_a_wheel_simulates_validates_and_begins_projects_elsewhere(tmp_path: Pat
     where = run(
         [sys.executable, "-c", "import engine; print(engine.__file__)"],
         elsewhere,
-        PYTHONPATH=str(site),
+        PYTHONPATH=str(environment),
     )
-    assert str(site) in where
+    assert str(environment) in where
     shown = run(
-        [*cobodeck, "simulate", "--duration", "20", "--json"], elsewhere, PYTHONPATH=str(site)
+        [*cobodeck, "simulate", "--duration", "20", "--json"],
+        elsewhere,
+        PYTHONPATH=str(environment),
     )
     assert json.loads(shown)["ticks"] == 601
-    assert "no errors" in run([*cobodeck, "validate"], elsewhere, PYTHONPATH=str(site))
-    listed = run([*cobodeck, "list", "connections", "--json"], elsewhere, PYTHONPATH=str(site))
+    assert "no errors" in run([*cobodeck, "validate"], elsewhere, PYTHONPATH=str(environment))
+    listed = run(
+        [*cobodeck, "list", "connections", "--json"], elsewhere, PYTHONPATH=str(environment)
+    )
     assert {one["connection"] for one in json.loads(listed)} == set(connection_names())
-    assert list((site / "hw" / "drivers").glob("*.dbc"))
-    run([*cobodeck, "new", "own"], elsewhere, PYTHONPATH=str(site))
-    assert "no errors" in run([*cobodeck, "validate"], elsewhere / "own", PYTHONPATH=str(site))
+    assert list((environment / "hw" / "drivers").glob("*.dbc"))
+    run([*cobodeck, "new", "own"], elsewhere, PYTHONPATH=str(environment))
+    assert "no errors" in run(
+        [*cobodeck, "validate"], elsewhere / "own", PYTHONPATH=str(environment)
+    )

@@ -14,7 +14,7 @@ from engine.operator import Operator
 from engine.run import ChartRun
 from engine.scripted import LeafScript
 from engine.state import Action, Context, Interface, Monitor, State, interface
-from engine.state import ChartRun as Steps
+from engine.state import Run as Steps
 
 HZ = 10
 

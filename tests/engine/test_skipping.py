@@ -16,7 +16,7 @@ from engine.operator import Operator
 from engine.run import ChartRun
 from engine.signals import Derived, Estimated, Measured, declare
 from engine.state import NEVER_NS, Action, Context, On, Until
-from engine.state import ChartRun as Steps
+from engine.state import Run as Steps
 from tests.engine.conftest import Bench, Part
 from tests.engine.test_lifecycle import INTERFACES, bother, decorate
 from tests.engine.valid_charts import chart_texts

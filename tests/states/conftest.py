@@ -31,7 +31,7 @@ class FakeContext:
 
     def value(self, signal: str) -> Any:
         if signal.endswith(".planner") and signal not in self.values:
-            return self.values["site"].static_planners[signal.removesuffix(".planner")]
+            return self.values["environment"].static_planners[signal.removesuffix(".planner")]
         return self.values.get(signal)
 
     def sample(self, signal: str) -> Stamped | None:
@@ -70,5 +70,5 @@ def take_step() -> Any:
 
 
 @pytest.fixture(scope="session")
-def site() -> Environment:
-    return load_profile("tuned").site(ROOM, load_robot("rbkairos_ur10"))
+def environment() -> Environment:
+    return load_profile("tuned").environment(ROOM, load_robot("rbkairos_ur10"))

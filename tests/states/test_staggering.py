@@ -22,29 +22,31 @@ NEAR = 0.6
 LINOLEUM, WORN = Slip(), Slip(along=0.1, across=0.2, turning=0.1, patchy=0.15)
 
 
-def site_with(profile: str, tolerance: float | None = None) -> Environment:
+def environment_with(profile: str, tolerance: float | None = None) -> Environment:
     room = Room(outer=((0.0, 0.0), (12.0, 0.0), (12.0, 10.0), (0.0, 10.0)))
-    site = load_profile(profile).site(room, load_robot("rbkairos_ur10"))
+    environment = load_profile(profile).environment(room, load_robot("rbkairos_ur10"))
     if tolerance is None:
-        return site
-    haptic = replace(site.navigation.haptic, tolerance=tolerance)
-    return replace(site, navigation=replace(site.navigation, haptic=haptic))
+        return environment
+    haptic = replace(environment.navigation.haptic, tolerance=tolerance)
+    return replace(environment, navigation=replace(environment.navigation, haptic=haptic))
 
 
-def turns_back(site: Environment, start: Pose2, goal: Pose2, floor: SlipperyFloor) -> int:
+def turns_back(environment: Environment, start: Pose2, goal: Pose2, floor: SlipperyFloor) -> int:
     """Changes of direction by more than a right angle near the goal, from seeing to standing there.
 
     The pose is that of the body, the velocity that of the wheels.
     """
-    driver = site.driver("haptic", site.static_planners["haptic"])
+    driver = environment.driver("haptic", environment.static_planners["haptic"])
     driver.go_to(goal)
     wheels, before, changes = STILL, None, 0
     for _ in range(round(40.0 / DT)):
         pose, old = floor.pose, wheels
         wheels = driver.command(pose, wheels, None, DT)
         if driver.status == "arrived":
-            assert pose.distance_to(goal) <= site.navigation.haptic.tolerance
-            assert abs(wrap(pose.yaw - goal.yaw)) <= site.navigation.haptic.yaw_tolerance + 1e-9
+            assert pose.distance_to(goal) <= environment.navigation.haptic.tolerance
+            assert (
+                abs(wrap(pose.yaw - goal.yaw)) <= environment.navigation.haptic.yaw_tolerance + 1e-9
+            )
             return changes
         floor.move((wheels.vx * DT, wheels.vy * DT, wheels.wz * DT), values(old), values(wheels))
         if pose.distance_to(goal) < NEAR and wheels.speed > 0.02:
@@ -66,10 +68,10 @@ def values(twist: Twist2) -> tuple[float, float, float]:
 def test_a_slipping_base_turns_back_at_most_twice_near_its_goal(
     profile: str, tolerance: float | None, slip: Slip
 ) -> None:
-    site, rng = site_with(profile, tolerance), np.random.default_rng(81)
+    environment, rng = environment_with(profile, tolerance), np.random.default_rng(81)
     for seed in range(20):
         start, goal = (
             Pose2(rng.uniform(1.5, 10.5), rng.uniform(1.5, 8.5), rng.uniform(-3.0, 3.0))
             for _ in "ab"
         )
-        assert turns_back(site, start, goal, SlipperyFloor(slip, start, seed)) <= 2
+        assert turns_back(environment, start, goal, SlipperyFloor(slip, start, seed)) <= 2

@@ -101,12 +101,12 @@ def test_a_command_is_slowed_as_a_whole_and_never_sped_up() -> None:
 @pytest.mark.requirement(149)
 @pytest.mark.parametrize(("age", "fastest"), [(0.04, 1.5), (0.1, 0.75), (0.14, 0.15), (0.16, None)])
 def test_a_drive_by_old_poses_of_the_base_is_slower_or_lost(
-    site: Environment, context: Any, take_step: Any, age: float, fastest: float | None
+    environment: Environment, context: Any, take_step: Any, age: float, fastest: float | None
 ) -> None:
-    base = SimBase(site.robot, site.limits, Pose2(2.0, 2.0))
-    limits = replace(SafetyLimits.of(site.robot, site.limits), watched=False)
+    base = SimBase(environment.robot, environment.limits, Pose2(2.0, 2.0))
+    limits = replace(SafetyLimits.of(environment.robot, environment.limits), watched=False)
     guard, past = GuardedBase(base, limits), []
-    ctx = context({"site": site}, {"base": guard})
+    ctx = context({"environment": environment}, {"base": guard})
     run, outcome, speeds, late = DriveTo("chase").run(ctx, Pose2(8.0, 2.0)), None, [0.0], 0
     for n in range(0, 60_000, 10):  # ms
         base.advance(n * 1_000_000)

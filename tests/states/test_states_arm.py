@@ -34,17 +34,17 @@ HZ = 30
 BASE = Pose2(5.0, 4.0, 0.5)
 
 
-def deep_at(site: Environment, height: float, base: Pose2 = BASE) -> Pose3:
+def deep_at(environment: Environment, height: float, base: Pose2 = BASE) -> Pose3:
     """A metre ahead of the robot, whose user looks back at it."""
     x, y = base.transform(1.0, 0.0)
     return Pose3.from_yaw(x, y, height, base.yaw + math.pi)
 
 
 class Move:
-    def __init__(self, site: Environment, context: Any, state: Any, **inputs: Any) -> None:
-        self.arm = SimArm(site.robot.arm)
+    def __init__(self, environment: Environment, context: Any, state: Any, **inputs: Any) -> None:
+        self.arm = SimArm(environment.robot.arm)
         values = {
-            "site": site,
+            "environment": environment,
             "base.pose": BASE,
             "base.pose_sigma": EXACT,
             "arm.joints": self.arm.state,
@@ -65,26 +65,30 @@ class Move:
 
 
 @pytest.mark.requirement(46, 87)
-def test_a_parked_arm_is_parked_at_once(site: Environment, context: Any, take_step: Any) -> None:
-    assert take_step(Move(site, context, ParkArm()).run) == "parked"
+def test_a_parked_arm_is_parked_at_once(
+    environment: Environment, context: Any, take_step: Any
+) -> None:
+    assert take_step(Move(environment, context, ParkArm()).run) == "parked"
 
 
 @pytest.mark.requirement(46, 47)
-def test_an_arm_that_is_out_is_folded(site: Environment, context: Any, take_step: Any) -> None:
-    move = Move(site, context, ParkArm())
-    move.arm = SimArm(site.robot.arm, (0.0, -1.5, 1.0, 0.0, 1.5, 0.0))
+def test_an_arm_that_is_out_is_folded(
+    environment: Environment, context: Any, take_step: Any
+) -> None:
+    move = Move(environment, context, ParkArm())
+    move.arm = SimArm(environment.robot.arm, (0.0, -1.5, 1.0, 0.0, 1.5, 0.0))
     move.ctx.parts["arm"], move.ctx.values["arm.joints"] = move.arm, move.arm.state
 
     assert move.until_end(take_step, 10) == "parked"
-    assert move.arm.state.joints == pytest.approx(site.robot.arm.parked, abs=0.01)
+    assert move.arm.state.joints == pytest.approx(environment.robot.arm.parked, abs=0.01)
 
 
 def test_a_reach_waits_until_the_robot_knows_where_it_stands(
-    site: Environment, context: Any, take_step: Any
+    environment: Environment, context: Any, take_step: Any
 ) -> None:
-    deep = deep_at(site, 1.0)
+    deep = deep_at(environment, 1.0)
     for unsure in (PoseSigma(0.0101, 0.001), PoseSigma(0.001, 0.0051), None):
-        move = Move(site, context, ReachDeep(settle=2.0), deep=deep)
+        move = Move(environment, context, ReachDeep(settle=2.0), deep=deep)
         parked = move.arm.state.joints
         move.ctx.values["base.pose_sigma"] = unsure
         assert move.until_end(take_step, 1.9) is None
@@ -94,9 +98,9 @@ def test_a_reach_waits_until_the_robot_knows_where_it_stands(
 
 
 def test_a_reach_is_refused_by_a_robot_that_does_not_find_out_where_it_stands(
-    site: Environment, context: Any, take_step: Any
+    environment: Environment, context: Any, take_step: Any
 ) -> None:
-    move = Move(site, context, ReachDeep(settle=2.0), deep=deep_at(site, 1.0))
+    move = Move(environment, context, ReachDeep(settle=2.0), deep=deep_at(environment, 1.0))
     parked = move.arm.state.joints
     move.ctx.values["base.pose_sigma"] = PoseSigma(0.03, 0.001)
     assert move.until_end(take_step, 2.2) == "failed"
@@ -107,14 +111,14 @@ def test_a_reach_is_refused_by_a_robot_that_does_not_find_out_where_it_stands(
 @pytest.mark.parametrize("height", [0.7, 1.0, 1.5])
 @pytest.mark.parametrize("offset", [(0.0, 0.0, 0.0), (-0.1, 0.15, 0.08)])
 def test_the_prop_reaches_the_deep_wherever_the_base_stands_in_its_tolerance(
-    site: Environment,
+    environment: Environment,
     context: Any,
     take_step: Any,
     height: float,
     offset: tuple[float, float, float],
 ) -> None:
-    deep = deep_at(site, height)
-    move = Move(site, context, ReachDeep(), deep=deep)
+    deep = deep_at(environment, height)
+    move = Move(environment, context, ReachDeep(), deep=deep)
     stands = BASE @ Pose2(*offset)
     move.ctx.values["base.pose"] = stands
 
@@ -130,11 +134,11 @@ def test_the_prop_reaches_the_deep_wherever_the_base_stands_in_its_tolerance(
 
 @pytest.mark.requirement(82)
 def test_a_deep_out_of_reach_has_no_solution(
-    site: Environment, context: Any, take_step: Any
+    environment: Environment, context: Any, take_step: Any
 ) -> None:
     far = Pose3.from_yaw(9.0, 4.0, 1.5, 0.0)
 
-    run = Move(site, context, ReachDeep(), deep=far).run
+    run = Move(environment, context, ReachDeep(), deep=far).run
 
     told = re.fullmatch(r"the DEEP is (\d\.\d\d\d) m out of reach", next(run))
     assert told is not None
@@ -145,12 +149,12 @@ def test_a_deep_out_of_reach_has_no_solution(
 @pytest.mark.requirement(84)
 @pytest.mark.parametrize("frame", ["map", "rover", "user"])
 def test_a_deep_may_be_given_in_any_frame_that_is_known(
-    site: Environment, context: Any, take_step: Any, frame: Frame
+    environment: Environment, context: Any, take_step: Any, frame: Frame
 ) -> None:
-    user, deep = Pose2(6.9, 5.0, BASE.yaw + math.pi), deep_at(site, 1.2)
+    user, deep = Pose2(6.9, 5.0, BASE.yaw + math.pi), deep_at(environment, 1.2)
     origin = {"map": Pose2(0.0, 0.0), "rover": BASE, "user": user}[frame]
     seen = Pose3.from_yaw(origin.x, origin.y, 0.0, origin.yaw).inverse() @ deep
-    move = Move(site, context, ReachDeep(frame=frame), deep=seen)
+    move = Move(environment, context, ReachDeep(frame=frame), deep=seen)
     move.ctx.values["user.pose"] = UserPose(user, user.yaw)
 
     assert move.until_end(take_step, 10) == "reached"
@@ -161,9 +165,9 @@ def test_a_deep_may_be_given_in_any_frame_that_is_known(
 
 
 def test_a_deep_of_a_user_whom_nobody_sees_is_nowhere(
-    site: Environment, context: Any, take_step: Any
+    environment: Environment, context: Any, take_step: Any
 ) -> None:
-    move = Move(site, context, ReachDeep(frame="user"), deep=Pose3(0.8, 0.0, 1.2))
+    move = Move(environment, context, ReachDeep(frame="user"), deep=Pose3(0.8, 0.0, 1.2))
 
     assert take_step(move.run) == "failed"
 
@@ -171,7 +175,11 @@ def test_a_deep_of_a_user_whom_nobody_sees_is_nowhere(
 @pytest.mark.requirement(43)
 @pytest.mark.parametrize("solver", ["lines_first", "rrt_connect", "ompl"])
 def test_the_planner_goes_by_its_name(
-    site: Environment, context: Any, take_step: Any, solver: Solver, monkeypatch: pytest.MonkeyPatch
+    environment: Environment,
+    context: Any,
+    take_step: Any,
+    solver: Solver,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     if solver == "ompl" and find_spec("ompl") is None:
         with pytest.raises(ValueError, match="needs the package ompl"):
@@ -184,7 +192,7 @@ def test_the_planner_goes_by_its_name(
         return real(query)
 
     monkeypatch.setitem(cast("dict[str, Any]", PLANNERS), solver, noted)
-    move = Move(site, context, ReachDeep(solver=solver), deep=deep_at(site, 1.2))
+    move = Move(environment, context, ReachDeep(solver=solver), deep=deep_at(environment, 1.2))
 
     assert move.until_end(take_step, 10) == "reached"
     assert asked
@@ -212,11 +220,15 @@ def test_a_base_that_has_moved_or_turned_and_a_user_make_another_look(
 @pytest.mark.requirement(43, 47)
 @pytest.mark.parametrize("turn", [0.0, 0.02, -0.02])
 def test_the_way_of_the_arm_is_looked_at_again_when_the_base_has_turned(
-    site: Environment, context: Any, take_step: Any, turn: float, monkeypatch: pytest.MonkeyPatch
+    environment: Environment,
+    context: Any,
+    take_step: Any,
+    turn: float,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     looked = []
     monkeypatch.setattr(Workspace, "is_free", lambda *given: looked.append(given) or True)
-    move = Move(site, context, ReachDeep(), deep=deep_at(site, 1.2))
+    move = Move(environment, context, ReachDeep(), deep=deep_at(environment, 1.2))
     move.until_end(take_step, 0.5)
     looked.clear()
 
@@ -228,9 +240,9 @@ def test_the_way_of_the_arm_is_looked_at_again_when_the_base_has_turned(
 
 @pytest.mark.requirement(45, 71)
 def test_whatever_ends_a_move_brakes_the_arm(
-    site: Environment, context: Any, take_step: Any
+    environment: Environment, context: Any, take_step: Any
 ) -> None:
-    move = Move(site, context, ReachDeep(), deep=deep_at(site, 1.2))
+    move = Move(environment, context, ReachDeep(), deep=deep_at(environment, 1.2))
     move.until_end(take_step, 0.5)
     assert move.arm.state.moving
 
@@ -238,12 +250,14 @@ def test_whatever_ends_a_move_brakes_the_arm(
     move.arm.advance(10**9)
 
     assert not move.arm.state.moving
-    assert move.arm.state.joints != pytest.approx(site.robot.arm.parked, abs=0.01)
+    assert move.arm.state.joints != pytest.approx(environment.robot.arm.parked, abs=0.01)
 
 
 @pytest.mark.requirement(48)
-def test_a_pulled_stop_line_fails_the_move(site: Environment, context: Any, take_step: Any) -> None:
-    move = Move(site, context, ReachDeep(), deep=deep_at(site, 1.2))
+def test_a_pulled_stop_line_fails_the_move(
+    environment: Environment, context: Any, take_step: Any
+) -> None:
+    move = Move(environment, context, ReachDeep(), deep=deep_at(environment, 1.2))
     move.until_end(take_step, 0.5)
     move.ctx.values["stop.engaged"] = "bumper"
 
@@ -251,9 +265,9 @@ def test_a_pulled_stop_line_fails_the_move(site: Environment, context: Any, take
 
 
 def test_a_course_that_the_arm_refuses_fails_the_move_at_once_and_says_why(
-    site: Environment, context: Any, take_step: Any
+    environment: Environment, context: Any, take_step: Any
 ) -> None:
-    move = Move(site, context, ReachDeep(), deep=deep_at(site, 1.2))
+    move = Move(environment, context, ReachDeep(), deep=deep_at(environment, 1.2))
     move.arm.braked = True
     notes = []
 
@@ -278,12 +292,12 @@ class SlowArm(SimArm):
 
 
 def test_an_arm_that_runs_at_half_its_speed_is_waited_for(
-    site: Environment, context: Any, take_step: Any
+    environment: Environment, context: Any, take_step: Any
 ) -> None:
-    quick = Move(site, context, ReachDeep(), deep=deep_at(site, 1.2))
+    quick = Move(environment, context, ReachDeep(), deep=deep_at(environment, 1.2))
     assert quick.until_end(take_step, 20) == "reached"
-    move = Move(site, context, ReachDeep(), deep=deep_at(site, 1.2))
-    move.arm = SlowArm(site.robot.arm)
+    move = Move(environment, context, ReachDeep(), deep=deep_at(environment, 1.2))
+    move.arm = SlowArm(environment.robot.arm)
     move.ctx.parts["arm"] = move.arm
 
     assert move.until_end(take_step, 20) == "reached"
@@ -292,9 +306,9 @@ def test_an_arm_that_runs_at_half_its_speed_is_waited_for(
 
 @pytest.mark.parametrize("at_start", [True, False])
 def test_an_arm_whose_own_safety_system_stops_it_fails_the_move_and_says_so(
-    site: Environment, context: Any, take_step: Any, at_start: bool
+    environment: Environment, context: Any, take_step: Any, at_start: bool
 ) -> None:
-    move = Move(site, context, ReachDeep(), deep=deep_at(site, 1.2))
+    move = Move(environment, context, ReachDeep(), deep=deep_at(environment, 1.2))
     if not at_start:
         move.until_end(take_step, 0.5)
         assert move.arm.state.moving
@@ -312,7 +326,9 @@ def test_the_deep_in_the_robot_s_frame_is_the_map_s_turned_and_shifted() -> None
     assert found.yaw == pytest.approx(math.pi / 2)
 
 
-def test_holding_goes_on_until_it_is_ended(site: Environment, context: Any, take_step: Any) -> None:
-    move = Move(site, context, HoldProp())
+def test_holding_goes_on_until_it_is_ended(
+    environment: Environment, context: Any, take_step: Any
+) -> None:
+    move = Move(environment, context, HoldProp())
 
     assert move.until_end(take_step, 5) is None

@@ -20,9 +20,9 @@ HZ = 30
 START = Pose2(2.0, 2.0, 0.0)
 
 
-def alone(base: SimBase, site: Environment) -> GuardedBase:
+def alone(base: SimBase, environment: Environment) -> GuardedBase:
     """A base about which nobody has to be watched, and whose commands may be late."""
-    limits = SafetyLimits.of(site.robot, site.limits)
+    limits = SafetyLimits.of(environment.robot, environment.limits)
     return GuardedBase(base, replace(limits, watched=False, command_late=0.079))
 
 
@@ -31,15 +31,15 @@ class Drive:
 
     def __init__(
         self,
-        site: Environment,
+        environment: Environment,
         context: Any,
         goal: Pose2,
         name: SubsystemName = "chase",
         mode: DriveMode = "omni",
     ) -> None:
-        self.base = SimBase(site.robot, site.limits, START)
-        self.guard = alone(self.base, site)
-        values = {"site": site, "base.pose": START, "base.twist": self.base.twist}
+        self.base = SimBase(environment.robot, environment.limits, START)
+        self.guard = alone(self.base, environment)
+        values = {"environment": environment, "base.pose": START, "base.twist": self.base.twist}
         self.ctx = context(values | {"base.mode": self.base.mode}, {"base": self.guard})
         self.run = DriveTo(name, mode=mode).run(self.ctx, goal)
         self.fastest = self.sideways = 0.0
@@ -62,37 +62,44 @@ class Drive:
 @pytest.mark.requirement(39, 79, 129)
 @pytest.mark.parametrize("goal", [Pose2(7.0, 5.0, 1.2), Pose2(2.5, 2.0, -3.0), START])
 def test_a_drive_arrives_at_place_and_yaw_and_stands(
-    site: Environment, context: Any, take_step: Any, goal: Pose2
+    environment: Environment, context: Any, take_step: Any, goal: Pose2
 ) -> None:
-    drive = Drive(site, context, goal)
+    drive = Drive(environment, context, goal)
 
     assert drive.until_end(take_step, 15) == "arrived"
 
-    assert drive.base.pose.distance_to(goal) <= site.navigation.chase.tolerance
-    assert drive.base.pose.yaw == pytest.approx(goal.yaw, abs=site.navigation.chase.yaw_tolerance)
+    assert drive.base.pose.distance_to(goal) <= environment.navigation.chase.tolerance
+    assert drive.base.pose.yaw == pytest.approx(
+        goal.yaw, abs=environment.navigation.chase.yaw_tolerance
+    )
     assert drive.fastest <= 1.5 + 1e-6
 
 
 @pytest.mark.requirement(2)
 def test_a_differential_drive_never_goes_sideways_and_gives_the_mode_back(
-    site: Environment, context: Any, take_step: Any
+    environment: Environment, context: Any, take_step: Any
 ) -> None:
     goal = Pose2(6.0, 5.0, 1.2)
-    aside, ahead = Drive(site, context, goal), Drive(site, context, goal, mode="differential")
+    aside, ahead = (
+        Drive(environment, context, goal),
+        Drive(environment, context, goal, mode="differential"),
+    )
 
     assert aside.until_end(take_step, 20) == ahead.until_end(take_step, 20) == "arrived"
 
     assert aside.sideways > 0.3
     assert ahead.sideways == 0.0
-    assert ahead.base.pose.distance_to(goal) <= site.navigation.chase.tolerance
+    assert ahead.base.pose.distance_to(goal) <= environment.navigation.chase.tolerance
     for seconds in (25, 26):  # the wheels change over at standstill
         ahead.base.advance(seconds * 10**9)
     assert ahead.base.mode == "omni"
 
 
 @pytest.mark.requirement(51, 52)
-def test_a_drive_goes_round_the_user(site: Environment, context: Any, take_step: Any) -> None:
-    drive = Drive(site, context, Pose2(8.0, 2.0, 0.0), "haptic")
+def test_a_drive_goes_round_the_user(
+    environment: Environment, context: Any, take_step: Any
+) -> None:
+    drive = Drive(environment, context, Pose2(8.0, 2.0, 0.0), "haptic")
     user = UserPose(Pose2(5.0, 2.3, 0.0), 0.0)
     drive.ctx.values["user.pose"] = user
     nearest = []
@@ -103,29 +110,29 @@ def test_a_drive_goes_round_the_user(site: Environment, context: Any, take_step:
             break
         drive.base._now = 0  # the next tick begins at 0 again
 
-    assert min(nearest) >= site.navigation.haptic.user_radius - 0.01
+    assert min(nearest) >= environment.navigation.haptic.user_radius - 0.01
 
 
 @pytest.mark.requirement(101)
 def test_a_goal_in_a_wall_s_inflation_has_no_path(
-    site: Environment, context: Any, take_step: Any
+    environment: Environment, context: Any, take_step: Any
 ) -> None:
-    drive = Drive(site, context, Pose2(0.9, 4.0, 0.0))
+    drive = Drive(environment, context, Pose2(0.9, 4.0, 0.0))
 
     assert drive.until_end(take_step, 1) == "no_path"
 
 
 @pytest.mark.requirement(101)
 def test_a_way_that_is_gone_for_a_moment_is_waited_for_braking(
-    site: Environment, context: Any, take_step: Any
+    environment: Environment, context: Any, take_step: Any
 ) -> None:
-    rig, goal = Rig(site, context), Pose2(7.0, 5.0, 0.0)
+    rig, goal = Rig(environment, context), Pose2(7.0, 5.0, 0.0)
     run = DriveTo("chase").run(rig.ctx, goal)
     for _ in range(30):
         rig.tick(run, take_step)
     fast = rig.base.twist.speed
     for ticks, outcome in ((8, None), (1, None), (8, None)):
-        rig.ctx.values["chase.planner"] = NoWay(site) if ticks > 1 else None
+        rig.ctx.values["chase.planner"] = NoWay(environment) if ticks > 1 else None
         if ticks == 1:
             del rig.ctx.values["chase.planner"]
         found = [rig.tick(run, take_step) for _ in range(ticks)]
@@ -137,18 +144,18 @@ def test_a_way_that_is_gone_for_a_moment_is_waited_for_braking(
 
 @pytest.mark.requirement(101)
 def test_a_robot_that_does_not_move_is_stuck(
-    site: Environment, context: Any, take_step: Any
+    environment: Environment, context: Any, take_step: Any
 ) -> None:
-    drive = Drive(site, context, Pose2(7.0, 5.0, 0.0))
+    drive = Drive(environment, context, Pose2(7.0, 5.0, 0.0))
     drive.base.braked = True
 
     assert drive.until_end(take_step, 3.4) == "stuck"
 
 
 def test_without_a_pose_of_the_base_the_drive_is_lost(
-    site: Environment, context: Any, take_step: Any
+    environment: Environment, context: Any, take_step: Any
 ) -> None:
-    drive = Drive(site, context, Pose2(7.0, 5.0, 0.0))
+    drive = Drive(environment, context, Pose2(7.0, 5.0, 0.0))
     take_step(drive.run)
     drive.ctx.values["base.pose"] = None
 
@@ -157,9 +164,9 @@ def test_without_a_pose_of_the_base_the_drive_is_lost(
 
 @pytest.mark.requirement(42, 71)
 def test_whatever_ends_a_drive_stops_the_base(
-    site: Environment, context: Any, take_step: Any
+    environment: Environment, context: Any, take_step: Any
 ) -> None:
-    drive = Drive(site, context, Pose2(7.0, 5.0, 0.0))
+    drive = Drive(environment, context, Pose2(7.0, 5.0, 0.0))
     drive.until_end(take_step, 1)
     assert drive.base.twist.speed > 0.3
 
@@ -172,12 +179,12 @@ def test_whatever_ends_a_drive_stops_the_base(
 
 @pytest.mark.requirement(35)
 def test_each_subsystem_drives_with_its_own_values(
-    site: Environment, context: Any, take_step: Any
+    environment: Environment, context: Any, take_step: Any
 ) -> None:
     speeds = {}
     names: tuple[SubsystemName, ...] = ("chase", "escape")
     for name in names:
-        drive = Drive(site, context, Pose2(8.0, 6.0, 0.0), name)
+        drive = Drive(environment, context, Pose2(8.0, 6.0, 0.0), name)
         drive.until_end(take_step, 15)
         speeds[name] = drive.fastest
 
@@ -188,8 +195,8 @@ def test_each_subsystem_drives_with_its_own_values(
 class NoWay:
     """The planner of a subsystem to which every way has been barred."""
 
-    def __init__(self, site: Environment) -> None:
-        self._planner = site.static_planners["chase"]
+    def __init__(self, environment: Environment) -> None:
+        self._planner = environment.static_planners["chase"]
 
     def plan(self, *_: Any) -> None:
         return None
@@ -201,10 +208,10 @@ class NoWay:
 class Rig:
     """A drive in which the base hears every command some ns after its tick."""
 
-    def __init__(self, site: Environment, context: Any, late_ns: int = 0) -> None:
-        self.base, self.late_ns = SimBase(site.robot, site.limits, START), late_ns
-        self.guard = alone(self.base, site)
-        self.ctx = context({"site": site}, {"base": self.guard})
+    def __init__(self, environment: Environment, context: Any, late_ns: int = 0) -> None:
+        self.base, self.late_ns = SimBase(environment.robot, environment.limits, START), late_ns
+        self.guard = alone(self.base, environment)
+        self.ctx = context({"environment": environment}, {"base": self.guard})
         self.n = 0
 
     def tick(self, run: Any, take_step: Any) -> Any:
@@ -223,10 +230,10 @@ class Rig:
 @pytest.mark.requirement(149)
 @pytest.mark.parametrize("told", [0.03, 0.0])
 def test_a_drive_arrives_exactly_whether_or_not_it_is_told_the_latency(
-    site: Environment, context: Any, take_step: Any, told: float
+    environment: Environment, context: Any, take_step: Any, told: float
 ) -> None:
-    rig, goal = Rig(site, context, late_ns=30_000_000), Pose2(7.0, 5.0, 1.2)
-    rig.ctx.values["site"] = replace(site, latency=told)
+    rig, goal = Rig(environment, context, late_ns=30_000_000), Pose2(7.0, 5.0, 1.2)
+    rig.ctx.values["environment"] = replace(environment, latency=told)
     run = DriveTo("chase").run(rig.ctx, goal)
 
     while rig.tick(run, take_step) is None:
@@ -239,9 +246,9 @@ def test_a_drive_arrives_exactly_whether_or_not_it_is_told_the_latency(
 @pytest.mark.requirement(51)
 @pytest.mark.parametrize("told", [True, False])
 def test_a_drive_keeps_off_a_user_who_walks_across_if_it_knows_their_velocity(
-    site: Environment, context: Any, take_step: Any, told: bool
+    environment: Environment, context: Any, take_step: Any, told: bool
 ) -> None:
-    rig = Rig(site, context)
+    rig = Rig(environment, context)
     run = DriveTo("haptic").run(rig.ctx, Pose2(8.0, 2.0, 0.0))
     body, least, outcome = Pose2(5.0, 5.0), 9.0, None
     while outcome is None:
@@ -252,7 +259,7 @@ def test_a_drive_keeps_off_a_user_who_walks_across_if_it_knows_their_velocity(
         body = Pose2(body.x, max(-9.0, body.y - 1.0 / HZ))
 
     assert outcome == "arrived"
-    assert (least > site.navigation.haptic.user_radius - 0.05) is told
+    assert (least > environment.navigation.haptic.user_radius - 0.05) is told
 
 
 @pytest.mark.parametrize(
@@ -264,9 +271,9 @@ def test_a_drive_keeps_off_a_user_who_walks_across_if_it_knows_their_velocity(
     ],
 )
 def test_a_drive_goes_on_from_what_was_left_of_its_velocity(
-    site: Environment, context: Any, take_step: Any, told: dict[str, Any], speed: float
+    environment: Environment, context: Any, take_step: Any, told: dict[str, Any], speed: float
 ) -> None:
-    rig, sent = Rig(site, context), []
+    rig, sent = Rig(environment, context), []
     run = DriveTo("chase").run(rig.ctx, Pose2(8.0, 2.0, 0.0))
     for _ in range(30):
         rig.tick(run, take_step)
@@ -275,16 +282,16 @@ def test_a_drive_goes_on_from_what_was_left_of_its_velocity(
 
     take_step(run)
 
-    step = site.limits.base_acceleration / HZ
+    step = environment.limits.base_acceleration / HZ
     assert sent[0].vx == pytest.approx(speed + step, abs=1e-3)
 
 
 @pytest.mark.requirement(78, 86)
 @pytest.mark.parametrize(("name", "granted"), [("haptic", True), ("chase", False)])
 def test_the_chain_is_told_the_pose_a_touch_is_served_from_while_the_drive_lasts(
-    site: Environment, context: Any, take_step: Any, name: SubsystemName, granted: bool
+    environment: Environment, context: Any, take_step: Any, name: SubsystemName, granted: bool
 ) -> None:
-    rig, goal, grants = Rig(site, context), Pose2(7.0, 5.0, 0.0), []
+    rig, goal, grants = Rig(environment, context), Pose2(7.0, 5.0, 0.0), []
     rig.guard.grant = grants.append  # type: ignore[method-assign]
     run = DriveTo(name).run(rig.ctx, goal)
     for _ in range(5):

@@ -25,16 +25,16 @@ PILLAR = ((4.0, 3.6), (4.4, 3.6), (4.4, 4.0), (4.0, 4.0))
 ROOM = Room(((0.0, 0.0), (9.0, 0.0), (9.0, 8.0), (0.0, 8.0)), columns=(PILLAR,))
 
 
-def driven(site: Environment, name: SubsystemName) -> str:
+def driven(environment: Environment, name: SubsystemName) -> str:
     """A digest of everything a drive commands, past the pillar to its goal."""
-    driver = site.driver(name, site.static_planners[name])
+    driver = environment.driver(name, environment.static_planners[name])
     pose, twist = Pose2(1.5, 3.9), Twist2(0.0)
     driver.go_to(Pose2(7.0, 3.9, 0.5))
     digest = hashlib.sha256()
     for _ in range(300):
-        twist = driver.command(pose, twist, None, site.period)
+        twist = driver.command(pose, twist, None, environment.period)
         digest.update(repr((twist, driver.status)).encode())
-        motion, step = twist.rotated(pose.yaw), site.period
+        motion, step = twist.rotated(pose.yaw), environment.period
         pose = Pose2(
             pose.x + motion.vx * step, pose.y + motion.vy * step, pose.yaw + twist.wz * step
         )
@@ -47,12 +47,14 @@ def driven(site: Environment, name: SubsystemName) -> str:
 def test_changing_one_subsystem_changes_no_drive_of_the_others(
     changed: SubsystemName, change: dict[str, Any]
 ) -> None:
-    site = load_profile("paper").site(ROOM, load_robot("rbkairos_ur10"))
-    values = {name: site.navigation.named(name) for name in NAMES}
+    environment = load_profile("paper").environment(ROOM, load_robot("rbkairos_ur10"))
+    values = {name: environment.navigation.named(name) for name in NAMES}
     values[changed] = replace(values[changed], **change)
-    other = replace(site, navigation=replace(site.navigation, **{changed: values[changed]}))
+    other = replace(
+        environment, navigation=replace(environment.navigation, **{changed: values[changed]})
+    )
 
-    before = {name: driven(site, name) for name in NAMES}
+    before = {name: driven(environment, name) for name in NAMES}
     after = {name: driven(other, name) for name in NAMES}
 
     assert {name for name in NAMES if before[name] != after[name]} == {changed}

@@ -1,7 +1,10 @@
 """Wheels, bumper and stop line behind the process of the safety chain.
 
 links:
-  chain: {driver: "hw.drivers.chain.link:ChainLink", port: 7400, hardware: {driver: "module:Class", …}}
+  chain:
+    driver: "hw.drivers.chain.link:ChainLink"
+    port: 7400
+    hardware: {driver: "module:Class", …}
   arm: {…, tells: chain}
 parts:
   base: {driver: "hw.drivers.chain.link:ChainBase", link: chain}

@@ -30,8 +30,8 @@ def test_the_parked_poses_are_those_that_were_checked_for_the_bumper_frame(
     arm: Manipulator,
 ) -> None:
     def parked(profile: str) -> tuple[float, ...]:
-        site: Environment = load_profile(profile).site(ROOM, ROBOT)
-        return site.workspace.parked
+        environment: Environment = load_profile(profile).environment(ROOM, ROBOT)
+        return environment.workspace.parked
 
     assert ROBOT.arm.parked == parked("tuned") == arm.tool.parked
     assert parked("paper") == arm.tool.parked_paper

@@ -291,8 +291,8 @@ def test_ompl_works_in_slices_and_gives_up_when_the_budget_is_used_up(paper_answ
 AFTER_WARM_UP = """
 import numpy as np
 from states.arm import inverse, kernels, timing
-from states.arm.collision import Checker, CollisionModel, Surroundings, inside_frame
-from states.arm.kinematics import Chain, forward, jacobian, link_frames
+from states.arm.collision import CollisionChecker, CollisionModel, Surroundings, inside_frame
+from states.arm.kinematics import KinematicChain, forward, jacobian, link_frames
 from states.arm.model import load_manipulator
 from states.arm.path import Path, first_contact
 from states.arm.planning import Query, goals_at, plan, rrt_connect, warm_up
@@ -306,9 +306,9 @@ def compiled():
 arm = load_manipulator()
 warm_up(arm)
 before = compiled()
-chain, start = Chain.of(arm), np.array(arm.tool.parked)
+chain, start = KinematicChain.of(arm), np.array(arm.tool.parked)
 person = np.array([[1.85, 0.0, 0.5, 0.0, 1.8]])
-checker = Checker.of(CollisionModel.of(arm), Surroundings(np.ones((1, 6)) * 5, person))
+checker = CollisionChecker.of(CollisionModel.of(arm), Surroundings(np.ones((1, 6)) * 5, person))
 deep = forward(chain, [0.3, -1.0, 1.0, -0.5, 1.2, 0.3])
 for tool in (np.inf, 1.0):
     query = Query(chain, checker, ArmLimits.even(arm.max_speed, 5.0, tool), start,

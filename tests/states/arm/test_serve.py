@@ -30,10 +30,10 @@ ANGLES = [math.radians(degrees) for degrees in (0, 30, -30, 60, -60, 90, -90)]
 class Rig:
     """A simulated arm, and a state that moves it, tick by tick."""
 
-    def __init__(self, site: Environment, context: Any, base: Pose2, user: Pose2) -> None:
-        self.arm = SimArm(site.robot.arm)
+    def __init__(self, environment: Environment, context: Any, base: Pose2, user: Pose2) -> None:
+        self.arm = SimArm(environment.robot.arm)
         values = {
-            "site": site,
+            "environment": environment,
             "base.pose": base,
             "base.pose_sigma": EXACT,
             "user.pose": UserPose(user, user.yaw),
@@ -58,7 +58,7 @@ class Rig:
         return None
 
 
-def request(rng: np.random.Generator, site: Environment) -> tuple[Pose2, Pose3, Pose2]:
+def request(rng: np.random.Generator, environment: Environment) -> tuple[Pose2, Pose3, Pose2]:
     """A user, their DEEP, and the rover up to 0.2 m and 0.1 rad off the best of its poses."""
     user = Pose2(5.0, 4.0, rng.uniform(-math.pi, math.pi))
     deep = Pose3.from_yaw(*user.transform(0.85, 0.0), rng.uniform(0.5, 1.5), user.yaw)
@@ -67,7 +67,9 @@ def request(rng: np.random.Generator, site: Environment) -> tuple[Pose2, Pose3, 
         way = user.yaw + angle
         x, y = deep.x + math.cos(way), deep.y + math.sin(way)
         poses.append(Pose2(x, y, wrap(way + math.pi)))
-    best = site.workspace.best(poses, rng.uniform(1.0, 4.0, 7).tolist(), deep, user, (0.2, 0.1))
+    best = environment.workspace.best(
+        poses, rng.uniform(1.0, 4.0, 7).tolist(), deep, user, (0.2, 0.1)
+    )
     assert best is not None
     off, way, turn = 0.2 * math.sqrt(rng.uniform()), rng.uniform(0.0, 6.3), rng.uniform(-0.1, 0.1)
     pose = poses[best]
@@ -89,12 +91,12 @@ def errors(screws: Any, base: Pose2, joints: tuple[float, ...], deep: Pose3) -> 
 @pytest.mark.requirement(44, 47, 79, 80, 84, 143)
 @pytest.mark.parametrize("count", [20, pytest.param(300, marks=pytest.mark.slow)])
 def test_every_request_is_served_to_5_mm_wherever_the_rover_stands_in_its_tolerance(
-    site: Environment, context: Any, screws: Any, count: int
+    environment: Environment, context: Any, screws: Any, count: int
 ) -> None:
     rng = np.random.default_rng(5)
     for _ in range(count):
-        user, deep, base = request(rng, site)
-        rig = Rig(site, context, base, user)
+        user, deep, base = request(rng, environment)
+        rig = Rig(environment, context, base, user)
 
         assert rig.run(ReachDeep().run(rig.ctx, deep=deep)) == "reached"
 
@@ -107,7 +109,7 @@ def test_every_request_is_served_to_5_mm_wherever_the_rover_stands_in_its_tolera
 @pytest.mark.requirement(44, 82, 147)
 @pytest.mark.parametrize("height", [1.6, 1.65, 1.7, 1.8, 2.0])
 def test_high_deeps_are_met_within_the_tolerance_or_it_is_told_by_how_much_they_are_missed(
-    site: Environment, context: Any, screws: Any, height: float
+    environment: Environment, context: Any, screws: Any, height: float
 ) -> None:
     user = Pose2(5.0, 4.0, 0.4)
     deep = Pose3.from_yaw(*user.transform(0.85, 0.0), height, user.yaw)
@@ -115,10 +117,10 @@ def test_high_deeps_are_met_within_the_tolerance_or_it_is_told_by_how_much_they_
         Pose2(deep.x + math.cos(way), deep.y + math.sin(way), wrap(way + math.pi))
         for way in (user.yaw + angle for angle in ANGLES)
     ]
-    chosen = site.workspace.best(poses, [1.0] * 7, deep, user, (0.2, 0.1))
+    chosen = environment.workspace.best(poses, [1.0] * 7, deep, user, (0.2, 0.1))
     assert (chosen is not None) == (height <= 1.7)
     base = poses[chosen or 0]
-    rig = Rig(site, context, base, user)
+    rig = Rig(environment, context, base, user)
     run = ReachDeep().run(rig.ctx, deep=deep)
 
     if chosen is None:
@@ -156,8 +158,8 @@ BASE = Pose2(6.85, 4.0, math.pi)
 
 
 @pytest.fixture
-def rig(site: Environment, context: Any) -> Rig:
-    return Rig(site, context, BASE, USER)
+def rig(environment: Environment, context: Any) -> Rig:
+    return Rig(environment, context, BASE, USER)
 
 
 @pytest.mark.requirement(43, 82)
@@ -171,7 +173,7 @@ def test_a_deep_inside_a_person_is_blocked_and_says_by_what(rig: Rig) -> None:
 
 @pytest.mark.requirement(43, 45)
 def test_whoever_steps_into_the_way_stops_the_arm_before_it_touches_them(
-    rig: Rig, site: Environment
+    rig: Rig, environment: Environment
 ) -> None:
     run = ReachDeep().run(rig.ctx, deep=DEEP)
     assert rig.run(run, 0.4) is None
@@ -183,7 +185,7 @@ def test_whoever_steps_into_the_way_stops_the_arm_before_it_touches_them(
 
     assert not rig.arm.state.moving
     look = ArmSituation(BASE, stepped, rig.arm.state.joints)
-    assert site.workspace.checker(look, DEEP).clearance(np.array(look.joints))[0] > 0.0
+    assert environment.workspace.checker(look, DEEP).clearance(np.array(look.joints))[0] > 0.0
 
 
 @pytest.mark.requirement(45)
@@ -198,13 +200,16 @@ def test_a_user_who_only_shifts_does_not_stop_the_arm(rig: Rig) -> None:
 
 
 @pytest.mark.requirement(45)
-def test_a_jerk_limit_of_the_profile_is_kept_on_the_way(site: Environment) -> None:
+def test_a_jerk_limit_of_the_profile_is_kept_on_the_way(environment: Environment) -> None:
     smooth = Environment(
-        site.room, site.robot, replace(site.limits, arm_jerk=40.0), site.navigation
+        environment.room,
+        environment.robot,
+        replace(environment.limits, arm_jerk=40.0),
+        environment.navigation,
     )
-    look = ArmSituation(BASE, USER, site.robot.arm.parked)
+    look = ArmSituation(BASE, USER, environment.robot.arm.parked)
     durations = []
-    for each in (site, smooth):
+    for each in (environment, smooth):
         answer = plan(each.workspace.reaching(look, DEEP))
         assert isinstance(answer, Plan)
         durations.append(answer.trajectory.duration)
@@ -217,12 +222,14 @@ def test_a_jerk_limit_of_the_profile_is_kept_on_the_way(site: Environment) -> No
 
 @pytest.mark.requirement(17, 26, 44)
 def test_a_calibrated_robot_is_served_by_its_own_chain(
-    site: Environment, context: Any, tmp_path: Path
+    environment: Environment, context: Any, tmp_path: Path
 ) -> None:
     text = (ROBOTS / "rbkairos_ur10.yaml").read_text()
     file = tmp_path / "measured.yaml"
     file.write_text(text.replace("calibration: null", "calibration: robotnik_ur10"))
-    own = Environment(site.room, load_robot(file), site.limits, site.navigation)
+    own = Environment(
+        environment.room, load_robot(file), environment.limits, environment.navigation
+    )
     rng = np.random.default_rng(6)
     for _ in range(10):
         user, deep, base = request(rng, own)
@@ -288,19 +295,19 @@ def test_a_stop_line_pulled_on_the_way_fails_the_move_and_brakes_in_a_fifth_of_a
 
 
 @pytest.mark.requirement(78, 82)
-def test_no_rover_pose_is_best_for_a_deep_that_is_too_high(site: Environment) -> None:
+def test_no_rover_pose_is_best_for_a_deep_that_is_too_high(environment: Environment) -> None:
     high = Pose3.from_yaw(5.85, 4.0, 2.6, 0.0)
 
-    assert site.workspace.best([BASE], [1.0], high, USER, (0.05, 0.1)) is None
+    assert environment.workspace.best([BASE], [1.0], high, USER, (0.05, 0.1)) is None
 
 
 @pytest.mark.requirement(78, 79)
 def test_a_pose_that_reaches_from_all_its_disc_goes_before_a_quicker_one_that_does_not(
-    site: Environment,
+    environment: Environment,
 ) -> None:
     far = Pose2(7.12, 4.0, math.pi)
 
-    found = site.workspace.best([far, BASE], [0.0, 5.0], DEEP, USER, (0.2, 0.1))
+    found = environment.workspace.best([far, BASE], [0.0, 5.0], DEEP, USER, (0.2, 0.1))
 
     assert found == 1
-    assert site.workspace.best([far], [0.0], DEEP, USER, (0.2, 0.1)) == 0
+    assert environment.workspace.best([far], [0.0], DEEP, USER, (0.2, 0.1)) == 0

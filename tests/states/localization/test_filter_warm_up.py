@@ -9,16 +9,16 @@ import gc
 import numpy as np
 from numba.core.registry import CPUDispatcher
 from states.localization.planar import PlanarFilter, planar_config
-from states.localization.sources import FilterConfig, Measurement, Noise, Source
+from states.localization.sources import FilterConfig, Measurement, ProcessNoise, MeasurementSource
 from states.localization.spatial import SpatialFilter
 
 def versions():
     kernels = [o for o in gc.get_objects() if isinstance(o, CPUDispatcher)]
     return {(k.py_func.__module__, k.py_func.__name__): len(k.signatures) for k in kernels}
 
-source = Source("scan", ("x", "y", "yaw"), correlation=1)
+source = MeasurementSource("scan", ("x", "y", "yaw"), correlation=1)
 nothing = (0,) * 15
-config = FilterConfig((source,), Noise((1,) * 15, nothing, nothing), (1,) * 15)
+config = FilterConfig((source,), ProcessNoise((1,) * 15, nothing, nothing), (1,) * 15)
 filters = [PlanarFilter(planar_config(source)), SpatialFilter(config)]
 before = versions()
 spread = np.asfortranarray(np.eye(3) + 0.1)

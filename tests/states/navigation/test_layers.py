@@ -23,14 +23,14 @@ PLANNERS = ("exact", "theta_star", "navfn")
 ON_CELLS = PLANNERS[1:]
 
 
-def site_of(planner: str, room: Room = DIVIDED, **changes: Any) -> Environment:
+def environment_of(planner: str, room: Room = DIVIDED, **changes: Any) -> Environment:
     """A site all of whose subsystems plan so."""
     profile = load_profile("tuned")
     navigation = profile.navigation
     for name in SUBSYSTEMS:
         subsystem = replace(navigation.named(name), planner=planner, **changes)
         navigation = replace(navigation, **{name: subsystem})
-    return replace(profile, navigation=navigation).site(room, load_robot("rbkairos_ur10"))
+    return replace(profile, navigation=navigation).environment(room, load_robot("rbkairos_ur10"))
 
 
 def least_distance(path: Any, place: tuple[float, float]) -> float:
@@ -44,12 +44,12 @@ def least_distance(path: Any, place: tuple[float, float]) -> float:
 @pytest.mark.requirement(34, 35, 38)
 @pytest.mark.parametrize("name", PLANNERS)
 def test_every_choice_answers_all_that_a_tick_asks(name: str) -> None:
-    planner: GlobalPlanner = site_of(name).static_planners["chase"]
+    planner: GlobalPlanner = environment_of(name).static_planners["chase"]
     here, there, user = (2.0, 2.0), (10.0, 2.0), Disc(6.0, 6.0, 1.2)
 
     way = planner.plan(here, there)
     assert way is not None
-    exact = site_of("exact").static_planners["chase"].plan(here, there)
+    exact = environment_of("exact").static_planners["chase"].plan(here, there)
     assert exact is not None
     assert exact.length - 0.05 <= way.length <= 1.08 * exact.length
     assert planner.plan(here, there, user) is None  # they stand in the only gap
@@ -67,21 +67,29 @@ def test_every_choice_answers_all_that_a_tick_asks(name: str) -> None:
 @pytest.mark.requirement(35, 120)
 @pytest.mark.parametrize("planner", ON_CELLS)
 def test_every_subsystem_plans_on_its_own_costmap_with_its_own_inflation(planner: str) -> None:
-    site = site_of(planner)
-    maps = site.static_costmaps
+    environment = environment_of(planner)
+    maps = environment.static_costmaps
 
-    assert len({id(found) for found in (*maps.values(), *site.static_planners.values())}) == 6
+    assert (
+        len({id(found) for found in (*maps.values(), *environment.static_planners.values())}) == 6
+    )
     radii = [maps[name].whole.inflation.inscribed_radius for name in SUBSYSTEMS]
     assert radii == pytest.approx([1.0, 1.0, 0.77], abs=1e-5)
     near = (0.9, 4.0)
-    assert [site.static_planners[name].is_free(near) for name in SUBSYSTEMS] == [False, False, True]
+    assert [environment.static_planners[name].is_free(near) for name in SUBSYSTEMS] == [
+        False,
+        False,
+        True,
+    ]
 
 
 @pytest.mark.requirement(34)
 def test_costs_beyond_the_inflation_keep_navfn_off_the_walls() -> None:
     values = load_profile("tuned").navigation.chase.costmap
     wide = replace(values, inflation_radius=1.8, cost_scaling_factor=2.0)
-    plain, soft = (site_of("navfn", costmap=c).static_planners["chase"] for c in (values, wide))
+    plain, soft = (
+        environment_of("navfn", costmap=c).static_planners["chase"] for c in (values, wide)
+    )
     ways = [planner.plan((2.0, 1.2), (10.0, 1.2)) for planner in (plain, soft)]
 
     tops = [least_distance(way, (6.0, 4.0)) for way in ways]
@@ -96,10 +104,10 @@ def test_a_scanned_map_takes_the_place_of_the_room(planner: str) -> None:
     values = drawn.values.copy()
     values[120:140, 120:140] = 100  # a box of 1 m that nobody drew, about (5.7, 5.7)
     values.setflags(write=False)
-    site = replace(site_of(planner, HALL), map=replace(drawn, values=values))
+    environment = replace(environment_of(planner, HALL), map=replace(drawn, values=values))
 
-    way = site.static_planners["chase"].plan((2.0, 5.7), (10.0, 5.7))
+    way = environment.static_planners["chase"].plan((2.0, 5.7), (10.0, 5.7))
 
     assert way is not None
     assert least_distance(way, (6.2, 6.2)) > 1.3
-    assert site_of(planner, HALL).static_planners["chase"].is_free((6.2, 6.2))
+    assert environment_of(planner, HALL).static_planners["chase"].is_free((6.2, 6.2))

@@ -10,7 +10,7 @@ import pytest
 
 from hw.room import Room
 from states.environment import SUBSYSTEMS
-from tests.states.navigation.test_layers import PLANNERS, site_of
+from tests.states.navigation.test_layers import PLANNERS, environment_of
 
 CELL = 0.05
 START, GOAL = (2.0, 5.0), (10.0, 5.0)
@@ -31,9 +31,9 @@ def hall_with_gap(width: float, low: float = 4.0) -> Room:
 def test_a_passage_of_twice_the_radius_is_open_to_all(
     planner: str, radius: float, low: float
 ) -> None:
-    site = site_of(planner, hall_with_gap(2.0 * radius, low), inflation=radius)
+    environment = environment_of(planner, hall_with_gap(2.0 * radius, low), inflation=radius)
     for name in SUBSYSTEMS:
-        assert site.static_planners[name].plan(START, GOAL) is not None
+        assert environment.static_planners[name].plan(START, GOAL) is not None
 
 
 @pytest.mark.requirement(119)
@@ -42,5 +42,7 @@ def test_a_passage_of_twice_the_radius_is_open_to_all(
 @pytest.mark.parametrize("low", [4.0, 4.013, 4.025, 4.04])
 def test_narrower_ones_are_closed_to_all(planner: str, radius: float, low: float) -> None:
     less = 1e-4 if planner == "exact" else CELL
-    site = site_of(planner, hall_with_gap(2.0 * radius - less - 1e-6, low), inflation=radius)
-    assert site.static_planners["chase"].plan(START, GOAL) is None
+    environment = environment_of(
+        planner, hall_with_gap(2.0 * radius - less - 1e-6, low), inflation=radius
+    )
+    assert environment.static_planners["chase"].plan(START, GOAL) is None

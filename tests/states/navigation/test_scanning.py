@@ -17,7 +17,7 @@ from states.environment import SUBSYSTEMS
 from states.localization.estimates import PoseEstimate
 from states.navigation.unmapped import Obstacles
 from tests.scans import scan_of
-from tests.states.navigation.test_layers import HALL, PLANNERS, least_distance, site_of
+from tests.states.navigation.test_layers import HALL, PLANNERS, environment_of, least_distance
 
 POST = (6.0, 4.0)
 MS = 10**6
@@ -27,8 +27,8 @@ class Scanning:
     """The estimator of a site, and samples for it."""
 
     def __init__(self, planner: str = "exact") -> None:
-        self.site = site_of(planner, HALL)
-        self.estimator = self.site.obstacle_estimator()
+        self.environment = environment_of(planner, HALL)
+        self.estimator = self.environment.obstacle_estimator()
         self.ms = 0
 
     def robot(self, pose: Pose2, ms: float) -> None:
@@ -52,25 +52,28 @@ class Scanning:
 
     def is_free(self, place: Point = POST) -> bool:
         seen = self.estimator.value()
-        return all(self.site.planner_among(name, seen).is_free(place) for name in SUBSYSTEMS)
+        return all(self.environment.planner_among(name, seen).is_free(place) for name in SUBSYSTEMS)
 
 
 @pytest.mark.requirement(37, 38, 51)
 @pytest.mark.parametrize("planner", PLANNERS)
 def test_what_a_scan_shows_is_in_the_way_of_every_subsystem(planner: str) -> None:
     scanning = Scanning(planner)
-    site = scanning.site
+    environment = scanning.environment
     seen = scanning.see(Pose2(4.0, 4.0, 0.3), POST)
 
     for name in SUBSYSTEMS:
-        kept = site.navigation.named(name).inflation
+        kept = environment.navigation.named(name).inflation
         around, straight = (
             planner.plan((3.0, 4.0), (10.0, 4.0))
-            for planner in (site.planner_among(name, seen), site.static_planners[name])
+            for planner in (
+                environment.planner_among(name, seen),
+                environment.static_planners[name],
+            )
         )
         assert kept + 0.1 <= least_distance(around, POST) <= kept + 0.4
         assert least_distance(straight, POST) < 0.05
-        assert not site.planner_among(name, seen).is_free(POST)
+        assert not environment.planner_among(name, seen).is_free(POST)
 
 
 @pytest.mark.parametrize("planner", PLANNERS)
@@ -78,7 +81,7 @@ def test_a_goal_in_what_was_seen_has_no_way(planner: str) -> None:
     scanning = Scanning(planner)
     seen = scanning.see(Pose2(4.0, 4.0), POST)
     for name in SUBSYSTEMS:
-        assert scanning.site.planner_among(name, seen).plan((3.0, 4.0), (5.9, 4.0)) is None
+        assert scanning.environment.planner_among(name, seen).plan((3.0, 4.0), (5.9, 4.0)) is None
 
 
 def test_all_planners_keep_off_the_same_obstacles_alike() -> None:
@@ -86,7 +89,7 @@ def test_all_planners_keep_off_the_same_obstacles_alike() -> None:
     chance = np.random.default_rng(5)
     places = chance.uniform((2.0, 1.5), (8.0, 6.5), (400, 2))
     seen = Scanning().see(Pose2(4.0, 4.0), (6.0, 4.0), (4.5, 6.0), (3.0, 2.0))
-    planners = [site_of(kind, HALL).planner_among("escape", seen) for kind in PLANNERS]
+    planners = [environment_of(kind, HALL).planner_among("escape", seen) for kind in PLANNERS]
     free = [planner.are_free(places) for planner in planners]
     for one, other in itertools.combinations(free, 2):
         for place in places[one != other]:
@@ -116,8 +119,8 @@ def test_what_left_is_free_again_and_the_planners_are_those_of_the_room() -> Non
     seen = scanning.see(robot)
     assert scanning.is_free()
     for name in SUBSYSTEMS:
-        planner = scanning.site.planner_among(name, seen)
-        assert planner is scanning.site.static_planners[name]
+        planner = scanning.environment.planner_among(name, seen)
+        assert planner is scanning.environment.static_planners[name]
 
 
 def test_without_news_nothing_is_made_anew() -> None:
@@ -133,7 +136,7 @@ def test_without_news_nothing_is_made_anew() -> None:
 def test_one_planner_for_all_subsystems_of_the_same_inflation() -> None:
     scanning = Scanning()
     seen = scanning.see(Pose2(4.0, 4.0), POST)
-    chase, haptic, escape = (scanning.site.planner_among(name, seen) for name in SUBSYSTEMS)
+    chase, haptic, escape = (scanning.environment.planner_among(name, seen) for name in SUBSYSTEMS)
     assert chase is haptic
     assert chase is not escape
 
@@ -143,7 +146,7 @@ def test_obstacles_that_were_handed_out_do_not_change() -> None:
     first = scanning.see(robot, POST)
     for _ in range(3):
         scanning.see(robot)
-    planner = scanning.site.planner_among("chase", first)
+    planner = scanning.environment.planner_among("chase", first)
     assert not planner.is_free(POST)
     assert scanning.is_free()
 

@@ -10,7 +10,7 @@ import numpy as np
 from numba.core.registry import CPUDispatcher
 
 from behaviors.profile import load_profile
-from engine.state import Sample
+from engine.state import Stamped
 from hw.geometry import Pose2
 from hw.room import Disc
 from hw.robot import load_robot
@@ -42,16 +42,18 @@ for make in GLOBAL_PLANNERS.values():
             driver = local(planner, Limits(1, 1, 1, 1), Tolerance(), mode)
             drive(driver, Trial("", Pose2(2, 5, 1), Pose2(9, 5, 0), Disc(3, 7, 1), 1), longest=2)
             drive(driver, Trial("", Pose2(0.5, 5), Pose2(2, 2), None, 1), longest=2)
-site = load_profile("tuned").site(load_scene("lab_a").room, load_robot("rbkairos_ur10"))
-seeing = site.obstacle_estimator()
+tuned, lab_a = load_profile("tuned"), load_scene("lab_a")
+environment = tuned.environment(lab_a.room, load_robot("rbkairos_ur10"))
+seeing = environment.obstacle_estimator()
 for n, posts in enumerate(([], [(5.0, 4.0)], [(5.3, 4.0)])):
-    seeing.update("base.pose", Sample(Pose2(3.0, 5.0, 0.5), n * 10**8))
-    seeing.update("base.scan", Sample(scan_of(*posts, sensor=Pose2(3.0, 5.0, 0.5)), n * 10**8))
+    seeing.update("base.pose", Stamped(Pose2(3.0, 5.0, 0.5), n * 10**8))
+    seeing.update("base.scan", Stamped(scan_of(*posts, sensor=Pose2(3.0, 5.0, 0.5)), n * 10**8))
     for name in SUBSYSTEMS:
-        planner = site.planner_among(name, seeing.value())
+        planner = environment.planner_among(name, seeing.value())
         planner.plan((3.0, 5.0), (6.0, 3.0), Disc(6.0, 8.0, 1.0))
         planner.are_free(np.ones((2, 2)))
-        site.costmaps_among(name, seeing.value()).planner("theta_star").plan((3.0, 5.0), (6.0, 3.0))
+        costmaps = environment.costmaps_among(name, seeing.value())
+        costmaps.planner("theta_star").plan((3.0, 5.0), (6.0, 3.0))
 assert seeing.value()
 after = versions()
 print([name for name in after if after[name] > before.get(name, 0)])

@@ -10,21 +10,21 @@ import pytest
 from hw.geometry import STILL, Pose2
 from hw.zones import SpeedZone, Zones
 from states.environment import SUBSYSTEMS, Environment
-from tests.states.navigation.test_layers import HALL, PLANNERS, least_distance, site_of
+from tests.states.navigation.test_layers import HALL, PLANNERS, environment_of, least_distance
 
 BOX = ((5.0, 2.5), (7.0, 2.5), (7.0, 5.5), (5.0, 5.5))
 
 
 def zoned(planner: str, zones: Zones, **changes: object) -> Environment:
-    return replace(site_of(planner, HALL, **changes), zones=zones)
+    return replace(environment_of(planner, HALL, **changes), zones=zones)
 
 
 @pytest.mark.requirement(34, 35)
 @pytest.mark.parametrize("planner", PLANNERS)
 def test_every_subsystem_keeps_off_a_keepout_as_off_a_wall(planner: str) -> None:
-    site = zoned(planner, Zones(keepout=(BOX,)))
+    environment = zoned(planner, Zones(keepout=(BOX,)))
     for name in SUBSYSTEMS:
-        kept, own = site.navigation.named(name).inflation, site.static_planners[name]
+        kept, own = environment.navigation.named(name).inflation, environment.static_planners[name]
         assert not own.is_free((6.0, 4.0))
         assert not own.is_free((5.0 - kept + 0.1, 4.0))
         assert own.is_free((5.0 - kept - 0.1, 4.0))
@@ -39,8 +39,8 @@ def test_in_a_speed_zone_no_drive_is_faster_and_it_is_braked_for_before(
     local_planner: str,
 ) -> None:
     zones = Zones(speed=(SpeedZone(BOX, 0.5),))
-    site = zoned("exact", zones, local_planner=local_planner)
-    driver = site.driver("chase", site.static_planners["chase"])
+    environment = zoned("exact", zones, local_planner=local_planner)
+    driver = environment.driver("chase", environment.static_planners["chase"])
     driver.go_to(Pose2(10.5, 4.0))
     pose, twist, fastest, hardest = Pose2(1.5, 4.0), STILL, {True: 0.0, False: 0.0}, 0.0
     for _ in range(900):
@@ -57,4 +57,4 @@ def test_in_a_speed_zone_no_drive_is_faster_and_it_is_braked_for_before(
     assert driver.status == "arrived"
     assert fastest[True] <= 0.5 + 0.02
     assert fastest[False] > 1.2
-    assert hardest <= site.limits.base_acceleration * 1.1
+    assert hardest <= environment.limits.base_acceleration * 1.1
