@@ -11,7 +11,7 @@ from typing import Any, TextIO
 from behaviors.signals import ESTIMATE
 from cobodeck.arm_contact import ArmOutline, ArmWatch
 from cobodeck.clocks import Clock, RealTime, Virtual
-from cobodeck.connected import Connected, connect, finds_itself, is_needed, refuse_strange_drivers
+from cobodeck.connected import Connected, connect
 from cobodeck.console import FAILED, REFUSED, Problem, complain
 from cobodeck.inlet import Inlet
 from cobodeck.localization import LocalizationWatch
@@ -19,6 +19,7 @@ from cobodeck.logic import wander
 from cobodeck.loop import Loop, Observer
 from cobodeck.measured import Senses
 from cobodeck.metrics import Evaluator
+from cobodeck.opening import finds_itself, is_needed, refuse_strange_drivers
 from cobodeck.operators import ConsoleOperator
 from cobodeck.plants import Nothing, Plant
 from cobodeck.record.sink import behind_record
