@@ -276,9 +276,3 @@ def in_map(look: ArmSituation, deep: Pose3, frame: Frame) -> Pose3 | None:
         return deep
     here = look.base if frame == "rover" else look.user
     return None if here is None else Pose3.from_yaw(here.x, here.y, 0.0, here.yaw) @ deep
-
-
-def rover_from(map_from_rover: Pose2, map_from_deep: Pose3) -> Pose3:
-    """The DEEP as the robot sees it: rover_from_deep (R84)."""
-    base = map_from_rover
-    return Pose3.from_yaw(base.x, base.y, 0.0, base.yaw).inverse() @ map_from_deep
