@@ -82,7 +82,7 @@ class Stops:
         getattr(self._line, "close", _nothing)()
 
 
-class HostedWorld(Protocol):
+class WorldHost(Protocol):
     """The peer that hosts the world of fakes; see `hw.fakes.world.WorldPeer`."""
 
     truth: Truth | None
@@ -116,7 +116,7 @@ class Connected:
         self._beside = beside
         self.latency_ns = 0
         self.paced = True
-        self.world: HostedWorld | None = next((p for p in beside if hasattr(p, "truth")), None)
+        self.world: WorldHost | None = next((p for p in beside if hasattr(p, "truth")), None)
         self.attendant: ScriptedOperator | None = None
         self.guard = guard
         self.cycles = None if guard is None else guard.cycles

@@ -22,7 +22,7 @@ from cobodeck.console import FAILED, Problem
 from cobodeck.library import findings_of
 from cobodeck.logic import wander
 from cobodeck.loop import Loop, Ticked
-from cobodeck.record.feed import ALTERED, Mismatch, RecordFeed
+from cobodeck.record.feed import ALTERED, RecordFeed, ReplayMismatch
 from cobodeck.record.header import ROOT
 from cobodeck.record.messages import (
     charts_again,
@@ -214,7 +214,7 @@ class Replay:
     setup: Setup
 
     @property
-    def difference(self) -> Mismatch | None:
+    def difference(self) -> ReplayMismatch | None:
         """The first one, so far."""
         return self.checker.feed.difference
 

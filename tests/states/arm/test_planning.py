@@ -294,7 +294,7 @@ from states.arm import inverse, kernels, timing
 from states.arm.collision import CollisionChecker, CollisionModel, Surroundings, inside_frame
 from states.arm.kinematics import KinematicChain, forward, jacobian, link_frames
 from states.arm.model import load_manipulator
-from states.arm.path import Path, first_contact
+from states.arm.path import JointPath, first_contact
 from states.arm.planning import Query, goals_at, plan, rrt_connect, warm_up
 from states.arm.trajectory import ArmLimits
 
