@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 from engine.files.units import Angle, Duration
 from engine.state import NEVER_NS, Action, Context, On, Run, Until, Yielded
-from hw.geometry import Pose2, Pose3, wrap
+from hw.geometry import Pose3, wrap
 from hw.interfaces import Arm
 from hw.samples import ARM_MOVES, ArmState, Joints
 from states.keys import (
