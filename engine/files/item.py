@@ -139,9 +139,13 @@ def find_file(name: str, folder: Path, kind: str) -> Path:
     Raises:
         FileError: the folder has no such name.
     """
-    if is_path(name):
-        return Path(name)
     known = [path.stem for path in folder.glob("*.yaml")]
+    if is_path(name):
+        path = Path(name)
+        if path.stem in known and path.suffix != ".yaml" and not is_file(path):
+            hint = f"did you mean {path.stem!r}, without the file ending?"
+            raise mistake(name, f"no such {kind}", hint=hint)
+        return path
     if name in known:
         return folder / f"{name}.yaml"
     raise mistake(name, f"no such {kind}", hint=did_you_mean(name, known))
