@@ -79,7 +79,7 @@ def _unknown_keys(
         Finding(
             CODE,
             f"{content[key].key}: unknown key",
-            item.source.place(item.key_mark(key)),
+            item.key_place(key),
             _meant(item, key, known) if n < GUESSES else "",
         )
         for n, key in enumerate(unknown)
