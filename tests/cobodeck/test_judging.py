@@ -16,11 +16,12 @@ from cobodeck.arm_contact import ArmWatch
 from cobodeck.console import OK
 from cobodeck.figures import NOTHING
 from cobodeck.inlet import Inlet
+from cobodeck.judges import arm_outline, prop_of
 from cobodeck.loop import Loop
 from cobodeck.measured import Senses
 from cobodeck.metrics import Evaluator, MotionHash
 from cobodeck.requests import RequestWatch
-from cobodeck.stage import Options, arm_outline, prop_of, stage
+from cobodeck.stage import Options, stage
 from cobodeck.wiring import open_setup
 from engine.board import Board
 from engine.signals import declare
@@ -69,7 +70,7 @@ def ran(scene: str, profile: str, seconds: float, user: str | None = None) -> tu
 @pytest.fixture(scope="module")
 def touched() -> tuple[Loop, Kept]:
     """The paper's robot, which is slower than its user; with a contact at 98 s."""
-    return ran("lab_a", "paper", 110.0, "demo")
+    return ran("lab_a", "paper", 110.0, "cornering")
 
 
 def figures(loop: Loop, *, measured: bool = False) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from hw.people.walker import Walker
 from hw.samples import UserPose
 from hw.scene import load_scene
 
-WALKING = (Path(__file__).resolve().parents[2] / "../shared/data/walking").resolve()
+WALKING = (Path(__file__).resolve().parents[3] / "../shared/data/walking").resolve()
 LAB = load_scene("lab_a")
 FAR = Pose2(100.0, 100.0)
 
@@ -193,7 +193,7 @@ def test_real_walks_fit_into_the_lab(source):
 
 
 def test_the_shipped_scripts_load_and_start_in_their_scenes():
-    assert script_names() == ("brief", "demo", "stroller", "study", "visitor")
+    assert script_names() == ("brief", "cornering", "demo", "stroller", "study", "visitor")
     for name in ("lab_a", "lab_b", "hall", "study"):
         scene = load_scene(name)
         assert not open_user(scene.user, scene).finished
@@ -228,7 +228,7 @@ def test_the_study_poses_are_those_of_the_study():
     if not path.is_file():
         pytest.skip(f"no {path}")
     poses = [(u["x"], u["y"], u["heading"]) for u in json.loads(path.read_text())["users"]]
-    walks = [step for step in load_script("study").steps if type(step).__name__ == "Walk"]
+    walks = [step for step in load_script("study").steps if type(step).__name__ == "WalkStep"]
     assert [(w.x, w.y, w.yaw) for w in walks] == poses
 
 
