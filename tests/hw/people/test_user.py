@@ -193,7 +193,7 @@ def test_real_walks_fit_into_the_lab(source):
 
 
 def test_the_shipped_scripts_load_and_start_in_their_scenes():
-    assert script_names() == ("brief", "demo", "stroller", "study", "visitor")
+    assert script_names() == ("brief", "cornering", "demo", "stroller", "study", "visitor")
     for name in ("lab_a", "lab_b", "hall", "study"):
         scene = load_scene(name)
         assert not open_user(scene.user, scene).finished
