@@ -22,7 +22,9 @@ from cobodeck.console import (
     show,
     show_what_can_be_shown,
 )
+from cobodeck.named_files import own_files_around
 from engine.files.finding import FileError, did_you_mean
+from engine.files.named import no_files, with_own_files
 from engine.files.text import noting
 from engine.files.visible import visible
 
@@ -92,7 +94,8 @@ def _dispatch(given: list[str]) -> int:
         args = parser.parse_args(rest)
     except SystemExit as end:  # argparse has said what is wrong
         return int(end.code or OK)
-    with noting():
+    own = own_files_around() if args.own else no_files
+    with noting(), with_own_files(own):
         code = module.run(args)
     return FAILED if code is None else int(code)
 

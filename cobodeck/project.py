@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -62,7 +62,7 @@ class Project:
                 seen.add(here.resolve())
                 yield from (here, *(here / name for name in files))
 
-    def chart_files(self) -> list[Path]:
+    def yaml_files(self) -> list[Path]:
         """The YAML files of the project's packages."""
         found: dict[Path, None] = {}
         for module in self.modules:
@@ -82,10 +82,10 @@ class Project:
         return Path(places[0]) if places else None
 
 
-def projects(start: Path | None = None) -> list[Project]:
+def projects(start: Path | None = None, tell: Callable[[str], None] = complain) -> list[Project]:
     """The project around a folder, by default the present one, and all that are installed.
 
-    A project around it whose code may not be imported is told of and left out.
+    A project around it whose code may not be imported is left out; `tell` is given the reason.
 
     Raises:
         Problem: the project's file cannot be read, or is none.
@@ -99,7 +99,7 @@ def projects(start: Path | None = None) -> list[Project]:
         if not why_not:
             found.append(here)
         elif not installed.keys() >= set(here.modules):  # else they are imported from there
-            complain(f"{here.folder}/{FILE}: its states are not imported: {why_not}")
+            tell(f"{here.folder}/{FILE}: its states are not imported: {why_not}")
     known = {module for project in found for module in project.modules}
     return found + [
         Project(name, (module,)) for module, name in installed.items() if module not in known

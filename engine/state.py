@@ -26,9 +26,16 @@ import typing
 from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Protocol, cast, overload
 
 from engine.types import Type, from_annotation
+
+if TYPE_CHECKING:
+    from typing_extensions import TypeVar
+
+    V = TypeVar("V", default=Any, covariant=True)
+else:
+    V = typing.TypeVar("V", covariant=True)
 
 NEVER_NS = 1 << 62  # later than any run lasts
 ALWAYS_NS = NEVER_NS  # stamp of a value that does not age: later than any other, never too old
@@ -65,11 +72,27 @@ Outcome = str | tuple[str, Mapping[str, Any]]  # with the outputs of this outcom
 Run = Generator[Yielded, None, Outcome]
 
 
-class Stamped(typing.NamedTuple):
+class Stamped(NamedTuple, Generic[V]):
     """One value of a signal and the instant it was true, in ns; `ALWAYS_NS`: it does not age."""
 
-    value: Any
+    value: V
     stamp: int
+
+
+class Key(str, Generic[V]):
+    """The name of a signal, with the type of its values for the type checker.
+
+        USER_POSE: Key[UserPose] = Key("user.pose")
+
+    `ctx.value(USER_POSE)` is then a `UserPose | None`; with plain text it is `Any`. At run time a
+    key is plain `str`, so looking one up costs what any text costs.
+    """
+
+    __slots__ = ()
+
+    def __new__(cls, name: str) -> Key[V]:
+        """Return the name itself."""
+        return cast("Key[V]", str(name))
 
 
 class Context(Protocol):
@@ -84,10 +107,18 @@ class Context(Protocol):
         """The instant `seconds` from now, rounded to ns."""
         ...
 
+    @overload
+    def value(self, signal: Key[V]) -> V | None: ...
+    @overload
+    def value(self, signal: str) -> Any: ...
     def value(self, signal: str) -> Any:
         """The newest value; `None` if there is none or it is older than `reads` accepts."""
         ...
 
+    @overload
+    def sample(self, signal: Key[V]) -> Stamped[V] | None: ...
+    @overload
+    def sample(self, signal: str) -> Stamped | None: ...
     def sample(self, signal: str) -> Stamped | None:
         """The newest value with its stamp, whatever its age."""
         ...
@@ -96,6 +127,10 @@ class Context(Protocol):
         """How old the newest value is, s, whatever its age; infinite if there is none."""
         ...
 
+    @overload
+    def events(self, signal: Key[V]) -> tuple[Stamped[V], ...]: ...
+    @overload
+    def events(self, signal: str) -> tuple[Stamped, ...]: ...
     def events(self, signal: str) -> tuple[Stamped, ...]:
         """What arrived on an event signal since this state last asked, or was entered."""
         ...

@@ -57,3 +57,28 @@ def test_one_module_loops_over_ticks() -> None:
     by_hand = {"cobodeck/testing.py"}  # the author of a test ticks
 
     assert found == {"cobodeck/loop.py"} | by_hand
+
+
+def named_types(text: str) -> Iterator[tuple[str, bool]]:
+    """Public classes of a module and the types that it gives a name; True for a class."""
+    for node in ast.parse(text).body:
+        if isinstance(node, ast.ClassDef):
+            yield node.name, True
+        elif isinstance(node, ast.Assign):
+            names = [n.id for n in node.targets if isinstance(n, ast.Name)]
+            yield from ((n, False) for n in names if re.fullmatch(r"[A-Z]\w*[a-z]\w*", n))
+
+
+def test_no_public_class_has_the_name_of_another_type() -> None:
+    homes: dict[str, list[tuple[str, bool]]] = {}
+    for module, text in modules():
+        for name, is_class in named_types(text):
+            if not name.startswith("_"):
+                homes.setdefault(name, []).append((module, is_class))
+
+    twice = {
+        name: [module for module, _ in where]
+        for name, where in homes.items()
+        if len(where) > 1 and any(is_class for _, is_class in where)
+    }
+    assert not twice

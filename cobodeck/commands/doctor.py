@@ -1,9 +1,9 @@
-"""Tell whether this machine is fit: versions, libraries, names that hide ours, Graphviz.
+"""Check this machine: versions, libraries, packages that shadow ours, Graphviz.
 
-With --scene: whether a room is fit for its robot too, how far a user who faces a wall has to be
-from it, and where there is no Haptic pose. With --tracking: whether a calibration can be used. With
---robot: whether all is there that a connection needs; nothing of it is opened, and nothing moves.
-Exit code 1: something is bad.
+With --scene: check that a room suits its robot, how far from a wall a user who faces it has to
+stand, and where there is no Haptic pose. With --tracking: check a calibration. With --robot: check
+everything that a connection needs; nothing of it is opened, and nothing moves. Exit code 1: some
+check failed.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Look at everything, advise on what is not fit."""
+    """Run all checks, with advice for those that fail."""
     found = list(checks())
     if args.scene is not None:
         found += room_checks(args.scene, args.profile)
@@ -54,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def connection_checks(name: str, *, own: bool) -> list[DoctorLine]:
-    """Whether all is there that a connection needs."""
+    """Whether everything that a connection needs is there."""
     from cobodeck.catalogue import catalogue
     from cobodeck.preflight import preflight
     from hw.connection import load_connection
@@ -63,7 +63,7 @@ def connection_checks(name: str, *, own: bool) -> list[DoctorLine]:
 
 
 def checks() -> Iterator[tuple[str, str, str]]:
-    """What was looked at, how it is, and what to do."""
+    """One line per check: what was checked, its state, what to do."""
     fit = sys.version_info >= (3, 11)
     yield "python", FIT if fit else BAD, f"{platform.python_version()}, 3.11 or newer is needed"
     yield "system", FIT, f"{platform.system()} {platform.machine()}"

@@ -17,7 +17,7 @@ from cobodeck.arguments import new_record
 from cobodeck.console import FAILED, OK, ProgressLine, complain, show, show_json, table
 
 if TYPE_CHECKING:
-    from cobodeck.record.feed import Mismatch
+    from cobodeck.record.feed import ReplayMismatch
     from cobodeck.record.reader import Record
     from cobodeck.record.recorder import Recorder
     from cobodeck.record.replay import Replay
@@ -132,7 +132,7 @@ def _summary(replay: Replay, record: Record, found: Mapping[str, Any]) -> str:
     return f"{record.path}\n\n{table(rows)}"
 
 
-def _result(difference: Mismatch | None) -> list[tuple[str, str]]:
+def _result(difference: ReplayMismatch | None) -> list[tuple[str, str]]:
     if difference is None:
         return [("result", "equal")]
     d = difference

@@ -20,7 +20,7 @@ from hw.truth import Truth
 ALTERED = "the messages of this tick are not those that were written"
 
 
-class Mismatch(NamedTuple):
+class ReplayMismatch(NamedTuple):
     """The first thing that was not as recorded: when (ns), what, as it was, as it is."""
 
     at_ns: int
@@ -55,7 +55,7 @@ class RecordFeed:
         self.now: Group | None = None
         self.next: Group | None = next(groups, None)
         self.fed = Fed()
-        self.difference: Mismatch | None = None
+        self.difference: ReplayMismatch | None = None
         if self.next is not None:
             self.fed.truth = self._truth(self.next)  # how things are before the first tick
 
@@ -125,7 +125,7 @@ class RecordFeed:
             at = 0 if group is None else group.ticked.at_ns
             altered = self.now is not None and self.now.altered and what != ALTERED
             told = f"{what} ({ALTERED})" if altered else what
-            self.difference = Mismatch(at, told, str(recorded), str(replayed))
+            self.difference = ReplayMismatch(at, told, str(recorded), str(replayed))
 
 
 def _named(found: Any, *names: str) -> Mapping[str, Any]:

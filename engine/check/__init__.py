@@ -3,7 +3,7 @@
 Charts are looked at from the used to the using ones, each once: what is known of a used chart
 (`Facts`) is all that its users need, so nothing is put in for `use` and nothing recurses. In a
 chart all rules about single nodes are applied; those about paths only where all names are known.
-engine/README.md lists the codes.
+engine/CODES.md lists the codes.
 """
 
 from __future__ import annotations

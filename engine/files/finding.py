@@ -33,7 +33,7 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One mistake: `code` names the rule (engine/README.md lists them all)."""
+    """One mistake: `code` names the rule (engine/CODES.md lists them all)."""
 
     code: str
     message: str

@@ -78,7 +78,7 @@ def _unknown_keys(
         Finding(
             CODE,
             f"{content[key].key}: unknown key",
-            item.source.place(item.key_mark(key)),
+            item.key_place(key),
             did_you_mean(key, known) if n < GUESSES else "",
         )
         for n, key in enumerate(unknown)

@@ -8,8 +8,10 @@ Only `true`, `false`, `null`, numbers and text exist here; `on`, `yes`, `12:30` 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import yaml
@@ -28,16 +30,23 @@ _NUMERIC_START = frozenset("-+.0123456789")
 Mark = tuple[int, int, int]  # line and column from 1, end column
 
 
-class Map(dict[str, Any]):
-    """A mapping that knows where it, its keys and its values stand."""
+ONE_FILE: Mapping[str, SourceFile] = MappingProxyType({})
 
-    __slots__ = ("at", "keys_at", "values_at")
+
+class Map(dict[str, Any]):
+    """A mapping that knows where it, its keys and its values stand.
+
+    `files`: those of the keys that come from another file than the mapping itself (`merge.py`).
+    """
+
+    __slots__ = ("at", "files", "keys_at", "values_at")
 
     def __init__(self, at: Mark) -> None:
         super().__init__()
         self.at = at
         self.keys_at: dict[str, Mark] = {}
         self.values_at: dict[str, Mark] = {}
+        self.files = ONE_FILE
 
 
 class Seq(list[Any]):

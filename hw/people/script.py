@@ -29,6 +29,7 @@ from typing import Annotated, Any, Literal
 
 from engine.files.finding import Place, did_you_mean
 from engine.files.item import Item, find_file, gather, load_yaml
+from engine.files.named import known_files
 from engine.files.record import Name, reader_of, record
 from engine.files.units import Angle, AngularSpeed, Duration, Length, Speed
 from engine.files.values import Count, Range
@@ -115,8 +116,8 @@ class Script:
 
 
 def script_names() -> tuple[str, ...]:
-    """The scripts that come with the project."""
-    return tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
+    """The shipped scripts and a project's own."""
+    return tuple(known_files(FOLDER, "user"))
 
 
 def load_script(name_or_path: str | Path) -> Script:

@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol
 
 from hw.geometry import Pose2
 from hw.samples import PoseSigma
-from states.signals.motion import Stamped
+from states.signals.motion import StampedPlace
 
 SENSED = ("base.odometry", "base.imu", "base.scan", "rover.tracker")
 """What localization goes by; only the wheels must have been heard before it speaks."""
@@ -65,7 +65,7 @@ class LocalizationEstimator:
         self.localizer = localizer
         self._value: PoseEstimate | None = None
 
-    def update(self, signal: str, sample: Stamped) -> None:
+    def update(self, signal: str, sample: StampedPlace) -> None:
         """Take one sample of one of `SENSED`."""
         self.localizer.update(signal, sample.stamp, sample.value)
         pose, sigma, before = self.localizer.pose, self.localizer.sigma, self._value
@@ -89,7 +89,7 @@ class PoseOf:
     def __init__(self) -> None:
         self._value: Pose2 | None = None
 
-    def update(self, _signal: str, sample: Stamped) -> None:
+    def update(self, _signal: str, sample: StampedPlace) -> None:
         """Take one estimate."""
         assert isinstance(sample.value, PoseEstimate)
         self._value = sample.value.pose
@@ -105,7 +105,7 @@ class SigmaOf:
     def __init__(self) -> None:
         self._value: PoseSigma | None = None
 
-    def update(self, _signal: str, sample: Stamped) -> None:
+    def update(self, _signal: str, sample: StampedPlace) -> None:
         """Take one estimate."""
         assert isinstance(sample.value, PoseEstimate)
         if self._value != sample.value.sigma:

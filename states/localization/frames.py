@@ -8,7 +8,7 @@ from hw.geometry import Pose2, Pose3
 from hw.robot import RobotModel
 from hw.samples import UserPose
 from hw.tracking import Tracking
-from states.signals.motion import Stamped
+from states.signals.motion import StampedPlace
 
 if TYPE_CHECKING:
     from states.localization.transforms import TransformBuffer
@@ -38,7 +38,7 @@ class FramesEstimator:
             self._frames.fix(BASE, ARM, Pose3(0.0, 0.0, robot.arm.mount_height))
         self._stamp: int | None = None
 
-    def update(self, _signal: str, sample: Stamped) -> None:
+    def update(self, _signal: str, sample: StampedPlace) -> None:
         """Take one pose of the base or of the user."""
         pose, stamp = sample.value, sample.stamp
         if isinstance(pose, Pose2):

@@ -22,7 +22,7 @@ from states.navigation.costmap import Costmap, StaticLayer
 from states.navigation.inflation import FREE, Inflation
 from states.navigation.obstacles import NOBODY, KnownObstacles, ObstacleLayer, ObstacleValues
 from states.navigation.unmapped import Obstacles, ShownObstacles
-from states.signals.motion import Stamped
+from states.signals.motion import StampedPlace
 
 SCAN_GAP_NS = 300_000_000
 """Scans of a scanner come at least this often; costmap_2d's `expected_update_rate`."""
@@ -77,7 +77,7 @@ class ObstacleEstimator:
         self._scanned: dict[str, int] = {}
         self._oldest_scan: int | None = None  # of the scanners' newest ones
 
-    def update(self, _signal: str, sample: Stamped) -> None:
+    def update(self, _signal: str, sample: StampedPlace) -> None:
         """Take one sample; of the user's poses the newest."""
         value, stamp = sample.value, sample.stamp
         if isinstance(value, PoseEstimate):

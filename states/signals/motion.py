@@ -13,7 +13,7 @@ WALKS, STANDS = 0.2, 0.1
 pose is no walk."""
 
 
-class Stamped(Protocol):
+class StampedPlace(Protocol):
     """A value and the instant it was true, ns."""
 
     @property
@@ -34,7 +34,7 @@ class VelocityEstimator:
         self._walks = False
         self._velocity: Twist2 | None = None
 
-    def update(self, _signal: str, sample: Stamped) -> None:
+    def update(self, _signal: str, sample: StampedPlace) -> None:
         """Take one `UserPose`."""
         pose = sample.value
         assert isinstance(pose, UserPose)
@@ -58,7 +58,7 @@ class StillnessEstimator:
         self._speed, self._turn = speed, turn
         self._since: int | None = None
 
-    def update(self, _signal: str, sample: Stamped) -> None:
+    def update(self, _signal: str, sample: StampedPlace) -> None:
         """Take one velocity."""
         velocity = sample.value
         assert isinstance(velocity, Twist2)

@@ -54,7 +54,7 @@ class Watched:
 @pytest.fixture
 def start(tmp_path: Path) -> Callable[..., Watched]:
     def make(
-        user: str = "demo",
+        user: str = "cornering",
         scene: str = "lab_a",
         profile: str = "tuned",
         chart: str = "cobodeck",
@@ -313,7 +313,7 @@ def test_behaviours_do_not_flicker(
     start: Callable[..., Watched], profile: str, scene: str, seed: int | None
 ) -> None:
     """No three behaviours in a row are shorter than 0.5 s: something comes of each round."""
-    seen = start("demo" if seed is None else "random", scene, profile, seed=seed or 0)
+    seen = start("cornering" if seed is None else "random", scene, profile, seed=seed or 0)
 
     seen.go(240)
 

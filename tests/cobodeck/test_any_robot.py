@@ -65,7 +65,7 @@ def test_a_person_who_was_asked_for_is_there_whatever_the_chart(folder: Path, ca
         "chart: stands\noutcomes: [failed]\n"
         "any:\n  stop: {watch: FaultRaised, next: {raised: .failed}}\n"
     )
-    call = ["simulate", "stands.yaml", "--duration", "5", "--json", "--user", "demo"]
+    call = ["simulate", "stands.yaml", "--duration", "5", "--json", "--user", "cornering"]
 
     assert main(call) == OK
 

@@ -192,7 +192,7 @@ def test_a_log_without_a_room_needs_a_map(monkeypatch, log, capsys):
 @pytest.mark.slow
 def test_the_record_of_a_simulated_run_gives_a_calibration(tmp_path, capsys):
     path = tmp_path / "run.mcap"
-    words = "simulate --tier 2 --scene lab_a --user demo --duration 40 --record"
+    words = "simulate --tier 2 --scene lab_a --user cornering --duration 40 --record"
     main([*words.split(), str(path)])
     capsys.readouterr()
 

@@ -1,4 +1,4 @@
-"""What `make demo` shows: every edge of the machine, every request served, nobody touched."""
+"""The demo serves every request and touches nobody; the cornered robot takes every edge."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ EDGES = {
 
 
 @pytest.mark.requirement(59, 60, 61, 62, 63, 64, 65, 66)
-def test_the_demo_takes_every_edge_of_the_machine(tmp_path, capsys):
-    record = tmp_path / "demo.jsonl"
-    arguments = ["--scene", "lab_a", "--user", "demo", "--requests", "5", "--json"]
+def test_beside_a_person_who_corners_the_robot_every_edge_of_the_machine_is_taken(tmp_path, capsys):
+    record = tmp_path / "cornered.jsonl"
+    arguments = ["--scene", "cornered", "--requests", "5", "--json"]
     assert main(["simulate", *arguments, "--record", str(record)]) == 0
     result = json.loads(capsys.readouterr().out)
     lines = [json.loads(line) for line in record.read_text().splitlines()]
@@ -30,4 +30,11 @@ def test_the_demo_takes_every_edge_of_the_machine(tmp_path, capsys):
     assert {tuple(move[3:6]) for move in moves} >= EDGES
     entered = [line[2] for line in lines if isinstance(line, list) and line[1] == "enter"]
     assert entered[1] == "chase"
+    assert (result["requests"], result["served"], result["contacts"]) == (5, 5, 0)
+
+
+@pytest.mark.parametrize("scene", ["lab_a", "lab_b", "hall"])
+def test_the_demo_serves_every_request_without_a_contact(scene, capsys):
+    assert main(["simulate", "--scene", scene, "--user", "demo", "--requests", "5", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
     assert (result["requests"], result["served"], result["contacts"]) == (5, 5, 0)

@@ -102,3 +102,19 @@ def test_what_the_acceleration_means_for_escape_is_told(capsys: pytest.CaptureFi
 
     assert f"1.27 m aside takes {(2 * 1.27 / 0.5) ** 0.5:.2f} s" in about
     assert f"{(2 * 1.27 / 3.0) ** 0.5:.2f} s with its brakes' 3 m/s2" in about
+
+
+@pytest.mark.requirement(126)
+@pytest.mark.parametrize("profile", ["paper", "tuned"])
+def test_space_and_doctor_report_the_same_of_a_room(
+    capsys: pytest.CaptureFixture[str], profile: str
+) -> None:
+    assert main(["space", "lab_a", "--profile", profile, "--json"]) == OK
+    space = json.loads(capsys.readouterr().out)
+
+    found = looked_at(capsys, "--scene", "lab_a", "--profile", profile)
+
+    assert f"none for {space['no_haptic_pose_share']:.1%} of" in found["haptic poses"][1]
+    assert f"{space['wall_ahead_m']['60']:.2f} m for" in found["wall ahead"][1]
+    usable = f"{space['usable_m2']:.1f} of {space['free_m2']:.1f} m2"
+    assert usable in found["floor"][1]

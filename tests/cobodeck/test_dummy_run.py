@@ -156,7 +156,7 @@ def test_a_person_who_is_no_record_cannot_be_played_beside_real_parts(
     text = (folder / "real_one.yaml").read_text().replace("real: true", "real: false")
     (folder / "own.yaml").write_text(text)
 
-    call = ["run", "asked.yaml", "--robot", "own.yaml", "--no-project", "--user", "demo"]
+    call = ["run", "asked.yaml", "--robot", "own.yaml", "--no-project", "--user", "cornering"]
 
     assert main(call) == USAGE
     assert "or a dummy: --user X.mcap, a record" in capsys.readouterr().err

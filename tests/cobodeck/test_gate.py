@@ -118,7 +118,7 @@ def test_a_dummy_beside_the_robot_passes_with_one_request_and_unknown_contacts()
 OTHERS: dict[str, dict[str, Any]] = {
     "by another connection": {"plant": "other"},
     "beside a living person": {"options": {"user": None}},
-    "beside a scripted person": {"options": {"user": "demo"}},
+    "beside a scripted person": {"options": {"user": "cornering"}},
     "on the mock": {"plant": "mock", "connection": {"name": "mock", "sha256": "", "real": False}},
     "simulated": {"plant": "simulation"},
     "replayed": {"plant": "replay"},

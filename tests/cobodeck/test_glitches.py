@@ -63,7 +63,7 @@ def loop_of(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Loop]:
         monkeypatch.setattr(
             "cobodeck.stage.open_user", lambda *given: Misseen(open_user(*given), change)
         )
-        return stage(open_setup("cobodeck", "lab_a", profile), Options("demo"))
+        return stage(open_setup("cobodeck", "lab_a", profile), Options("cornering"))
 
     return make
 

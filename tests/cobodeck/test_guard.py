@@ -84,7 +84,7 @@ def test_wheels_without_a_guard_are_not_run() -> None:
     loop = stage(setup, Options())
     wheels = SimBase(setup.robot, setup.profile.robot.limits, loop.plant.base.pose)
     parts = {**loop.plant.parts, "base": wheels}
-    with pytest.raises(TypeError, match=r"SimBase; wrap it in hw\.guarded\.GuardedBase"):
+    with pytest.raises(TypeError, match=r"SimBase; wrap it in hw\.safety\.guarded\.GuardedBase"):
         guarded(parts)
     assert isinstance(guarded(loop.plant.parts), GuardedBase)
     assert guarded({}) is None

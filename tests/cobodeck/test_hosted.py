@@ -153,7 +153,7 @@ def test_the_world_is_told_the_room_the_person_and_how_sensors_err() -> None:
 def test_without_a_user_it_is_the_one_of_the_scene() -> None:
     plant_of(staged(Options(connection=connection()))).close()
 
-    assert OPENED["world"].play.user == "demo"
+    assert OPENED["world"].play.user == "cornering"
 
 
 def test_a_run_on_fakes_is_judged_by_the_truth_and_ends_with_its_person() -> None:
@@ -233,7 +233,7 @@ def test_at_a_terminal_and_without_fakes_a_person_is_the_operator() -> None:
     assert not plant_of(other).finished
 
 
-@pytest.mark.parametrize("asked", [{"user": "demo"}, {"requests": 2}])
+@pytest.mark.parametrize("asked", [{"user": "cornering"}, {"requests": 2}])
 def test_nobody_can_be_asked_for_where_there_are_no_fakes(asked: dict[str, Any]) -> None:
     options = replace(Options(connection=connection(world=False)), **asked)
     with pytest.raises(Problem, match="has no fakes"):

@@ -40,7 +40,7 @@ def faked(folder: Path) -> Path:
 @long_form
 @pytest.mark.slow
 def test_one_request_is_served_through_rosbridge(tmp_path):
-    words = ["run", "cobodeck", "--robot", str(faked(tmp_path)), "--user", "demo", "--json"]
+    words = ["run", "cobodeck", "--robot", str(faked(tmp_path)), "--user", "cornering", "--json"]
     words += ["--requests", "1", "--duration", "120", "--record", str(tmp_path / "run.mcap")]
     told = subprocess.run(
         [sys.executable, "-m", "cobodeck", *words], capture_output=True, text=True, check=False

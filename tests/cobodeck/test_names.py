@@ -10,7 +10,7 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK
-from cobodeck.library import KINDS
+from cobodeck.named_files import KINDS
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = {
@@ -18,7 +18,7 @@ FILES = {
     "scene": "hw/scenes/hall.yaml",
     "robot": "hw/robots/rbkairos_ur10.yaml",
     "profile": "charts/profiles/tuned.yaml",
-    "user": "hw/users/demo.yaml",
+    "user": "hw/users/cornering.yaml",
     "prop": "hw/props/prop.yaml",
     "calibration": "hw/calibrations/robotnik_ur10.yaml",
     "arm": "states/arm/ur10.yaml",

@@ -120,7 +120,7 @@ def test_until_takes_a_condition(sim: Rehearsal) -> None:
 
 
 def test_a_chart_runs_on_the_simulated_robot_too(sim: Rehearsal) -> None:
-    sim.start("cobodeck", scene="lab_a", user="demo")
+    sim.start("cobodeck", scene="lab_a", user="cornering")
 
     sim.until("haptic", timeout=60)
     sim.until("escape", timeout=120)
@@ -131,7 +131,7 @@ def test_a_chart_runs_on_the_simulated_robot_too(sim: Rehearsal) -> None:
 
 
 def test_on_the_robot_the_script_takes_over_single_leaves(sim: Rehearsal) -> None:
-    sim.start("cobodeck", script={"danger": "required"}, scene="lab_a", user="demo")
+    sim.start("cobodeck", script={"danger": "required"}, scene="lab_a", user="cornering")
 
     sim.until("escape", timeout=1)
 

@@ -79,7 +79,11 @@ def test_the_figures_have_the_agreed_names(simulated: Any) -> None:
         assert set(figures[name]) == parts
     for usage in figures["signals"].values():
         assert set(usage) == {"evaluated", "skipped"}
-    assert (figures["chart"], figures["scene"], figures["user"]) == ("cobodeck", "lab_a", "demo")
+    assert (figures["chart"], figures["scene"], figures["user"]) == (
+        "cobodeck",
+        "lab_a",
+        "cornering",
+    )
     assert (figures["profile"], figures["tier"], figures["seed"]) == ("tuned", 1, 0)
 
 

@@ -88,7 +88,7 @@ def shipped() -> dict[str, Any]:
 def test_shipped_states_wait_for_all_that_they_look_at(
     watched: type[Watched], sim: Rehearsal
 ) -> None:
-    for scene, user, requests in (("study", None, 1), ("lab_a", "demo", 2)):
+    for scene, user, requests in (("study", None, 1), ("lab_a", "cornering", 2)):
         loop = stage(open_setup("cobodeck", scene), Options(user=user, requests=requests))
         loop.leave_out = False
         loop.go(90 * 10**9)

@@ -63,14 +63,14 @@ def snapshots(world, person=None):
         yield world.truth
 
 
-@pytest.mark.parametrize("kind", ["demo", "contact", "nobody", "mock"])
+@pytest.mark.parametrize("kind", ["cornering", "contact", "nobody", "mock"])
 def test_every_snapshot_can_be_written_as_json_and_read_back_the_same(kind):
     person = LivePerson(Pose2(2.0, 0.1)) if kind == "contact" else None
     world = {
-        "demo": lambda: World(LAB, ROBOT, open_user("demo", LAB)),
+        "cornering": lambda: World(LAB, ROBOT, open_user("cornering", LAB)),
         "contact": lambda: World(None, ROBOT, person),
         "nobody": lambda: World(None, ROBOT, None),
-        "mock": lambda: mock_world(LAB, ROBOT, open_user("demo", LAB)),
+        "mock": lambda: mock_world(LAB, ROBOT, open_user("cornering", LAB)),
     }[kind]()
     seen = list(snapshots(world, person))
 
@@ -88,7 +88,7 @@ def test_without_a_person_nothing_is_said_of_one():
 
 
 def test_a_snapshot_stays_as_it_was():
-    world = World(LAB, ROBOT, open_user("demo", LAB))
+    world = World(LAB, ROBOT, open_user("cornering", LAB))
     first = world.truth
     copy = Truth(*first)
     for n in range(60):

@@ -54,8 +54,8 @@ def recorded(path: Path, user: str, duration_s: float = SECONDS, **given: Any) -
 
 @pytest.fixture(scope="module")
 def demo(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, RunResult]:
-    path = tmp_path_factory.mktemp("demo") / "demo.mcap"
-    return path, recorded(path, "demo")
+    path = tmp_path_factory.mktemp("cornering") / "demo.mcap"
+    return path, recorded(path, "cornering")
 
 
 class Changed(Record):
@@ -97,7 +97,7 @@ def test_what_tracking_missed_by_then_it_misses_by_again(demo: Any, tmp_path: Pa
         text = re.sub(rf"^  {name}: \S+ \S+", f"  {name}: {value}", text, flags=re.MULTILINE)
     profile = tmp_path / "noisy.yaml"
     profile.write_text(text)
-    recorded(tmp_path / "noisy.mcap", "demo", 14.0, profile=str(profile))
+    recorded(tmp_path / "noisy.mcap", "cornering", 14.0, profile=str(profile))
     recorded(tmp_path / "again.mcap", str(tmp_path / "noisy.mcap"))
     then, now = (past(Record(tmp_path / f"{name}.mcap")) for name in ("noisy", "again"))
     off = [
@@ -163,7 +163,7 @@ def test_head_and_hands_are_seen_exactly_as_they_were(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("cobodeck.stage.open_user", lambda *given: Handed(open_user(*given)))
-    recorded(tmp_path / "a.mcap", "demo", 4.0)
+    recorded(tmp_path / "a.mcap", "cornering", 4.0)
     recorded(tmp_path / "b.mcap", str(tmp_path / "a.mcap"), 4.0)
     then, now = past(Record(tmp_path / "a.mcap")), past(Record(tmp_path / "b.mcap"))
 

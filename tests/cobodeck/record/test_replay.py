@@ -151,7 +151,9 @@ def grant_all(operator: Operator, run: ChartRun, setup: Setup) -> object:
 
 SHORT = Options(duration_s=9.0)
 RUNS: dict[str, Callable[[Path, Path], RunResult]] = {
-    "demo": lambda path, _: recorded(path, Options(requests=1, duration_s=40.0), scene="lab_a"),
+    "cornering": lambda path, _: recorded(
+        path, Options(requests=1, duration_s=40.0), scene="lab_a"
+    ),
     "study": lambda path, _: recorded(path, Options(requests=1, duration_s=25.0), scene="study"),
     "recorded walk": lambda path, _: recorded(
         path, Options(user=walk("tum_room3.txt"), requests=1, duration_s=15.0), scene="lab_a"

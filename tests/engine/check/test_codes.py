@@ -1,4 +1,4 @@
-"""Every code of engine/README.md: its wrong example has it, its mend has no finding at all."""
+"""Every code of engine/CODES.md: its wrong example has it, its mend has no finding at all."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from engine.load import Library
 from engine.state import Action, Monitor, State, interface
 
 ENGINE = Path(engine.__file__).parent
-README = (ENGINE / "README.md").read_text(encoding="utf-8").partition("## Codes")[2]
+PAGE = (ENGINE / "CODES.md").read_text(encoding="utf-8")
 FENCED = r"^### ([A-Z]\d\d) .*?^```yaml\n(.*?)^```$"
-EXAMPLES: dict[str, str] = dict(re.findall(FENCED, README, re.MULTILINE | re.DOTALL))
+EXAMPLES: dict[str, str] = dict(re.findall(FENCED, PAGE, re.MULTILINE | re.DOTALL))
 
 
 def states() -> dict[str, Any]:
-    """The interfaces of the states that the README shows."""
-    shown = re.search(r"^```python\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
+    """The interfaces of the states that the page shows."""
+    shown = re.search(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
     assert shown is not None
     namespace: dict[str, Any] = {"__name__": "readme"}
     exec(shown[1], namespace)
@@ -76,7 +76,7 @@ def test_the_list_has_every_code_of_the_source() -> None:
 def test_the_severities_are_as_the_list_says() -> None:
     warned = {
         code
-        for code, title in re.findall(r"^### ([A-Z]\d\d) (.*)$", README, re.MULTILINE)
+        for code, title in re.findall(r"^### ([A-Z]\d\d) (.*)$", PAGE, re.MULTILINE)
         if title.endswith("(warning)")
     }
     for code, example in EXAMPLES.items():

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from engine.files.finding import FileError
 from hw.people.recording import Recording, read_recording
 
-WALKING = (Path(__file__).resolve().parents[2] / "../shared/data/walking").resolve()
+WALKING = (Path(__file__).resolve().parents[3] / "../shared/data/walking").resolve()
 
 TUM = "# stamp tx ty tz qx qy qz qw\n" + "".join(
     f"{1520530962.0 + 0.1 * i:.5f} {0.1 * i:.3f} 0.0 1.2 0 0 0 1\n" for i in range(20)

@@ -16,7 +16,7 @@ from hw.people.walker import Walker
 from hw.samples import UserPose
 from hw.scene import load_scene
 
-WALKING = (Path(__file__).resolve().parents[2] / "../shared/data/walking").resolve()
+WALKING = (Path(__file__).resolve().parents[3] / "../shared/data/walking").resolve()
 LAB = load_scene("lab_a")
 FAR = Pose2(100.0, 100.0)
 
@@ -228,7 +228,7 @@ def test_the_study_poses_are_those_of_the_study():
     if not path.is_file():
         pytest.skip(f"no {path}")
     poses = [(u["x"], u["y"], u["heading"]) for u in json.loads(path.read_text())["users"]]
-    walks = [step for step in load_script("study").steps if type(step).__name__ == "Walk"]
+    walks = [step for step in load_script("study").steps if type(step).__name__ == "WalkStep"]
     assert [(w.x, w.y, w.yaw) for w in walks] == poses
 
 

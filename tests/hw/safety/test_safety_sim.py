@@ -390,7 +390,7 @@ def test_a_stop_that_was_told_is_gentle_and_no_old_command():
 def test_the_same_run_gives_the_same_records():
     def run():
         scene = load_scene("lab_a")
-        world = World(scene, ROBOT, open_user("demo", scene), CAPS, safety=SAFETY)
+        world = World(scene, ROBOT, open_user("cornering", scene), CAPS, safety=SAFETY)
         cycles = world.guard.chain.cycles.reader()
         for n in range(600):
             world.advance(n * 10**9 // 30)

@@ -35,7 +35,7 @@ def rates_of(twist):
                  for a, b in signs)  # fmt: skip
 
 
-def hosted(user="demo", requests=1, sensing=NO_SLIP):
+def hosted(user="cornering", requests=1, sensing=NO_SLIP):
     return HostedWorld(HostedScene(SCENE, user, sensing, requests=requests), ROBOT, MOTION)
 
 

@@ -23,14 +23,14 @@ def tick(n):
 
 
 def test_time_does_not_run_backwards():
-    world = World(LAB, ROBOT, open_user("demo", LAB))
+    world = World(LAB, ROBOT, open_user("cornering", LAB))
     world.advance(10**9)
     with pytest.raises(ValueError, match="already"):
         world.advance(10**9 - 1)
 
 
 def test_a_long_step_is_the_same_as_many_short_ones_of_the_longest_kind():
-    worlds = [World(LAB, ROBOT, open_user("demo", LAB)) for _ in range(2)]
+    worlds = [World(LAB, ROBOT, open_user("cornering", LAB)) for _ in range(2)]
     worlds[0].advance(20 * 10**9)
     for n in range(601):
         worlds[1].advance(min(n * 33_333_334, 20 * 10**9))
@@ -57,7 +57,7 @@ def test_a_robot_that_starts_in_a_wall_or_a_person_is_refused(tmp_path):
 @pytest.mark.requirement(56)
 def test_the_least_gap_is_that_of_a_dense_record():
     safety = replace(SafetyLimits.of(ROBOT, MotionLimits(1.0)), watched=False)
-    world = World(LAB, ROBOT, open_user("demo", LAB), MotionLimits(1.0), safety=safety)
+    world = World(LAB, ROBOT, open_user("cornering", LAB), MotionLimits(1.0), safety=safety)
     gaps = []
     for n in range(1500):
         for part in world.parts.values():
@@ -95,7 +95,7 @@ def test_a_leap_through_the_robot_is_a_contact_though_both_ends_are_far():
 
 
 def test_the_demo_person_stops_when_shown_the_robot():
-    world = World(LAB, ROBOT, open_user("demo", LAB))
+    world = World(LAB, ROBOT, open_user("cornering", LAB))
     for n in range(60):
         world.advance(tick(n))
     world.parts["vr"].inform(True)

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from PIL import Image
 
 from engine.files.finding import FileError
 from hw.geometry import Pose2
@@ -193,7 +194,7 @@ def test_an_image_that_is_cut_off_is_named(tmp_path):
     path = write_map(tmp_path, np.zeros((3, 4, 1)))
     image = tmp_path / "map.pgm"
     image.write_bytes(image.read_bytes()[:-1])
-    with pytest.raises(FileError, match=r"map\.pgm: is cut off: 11 of 4 x 3 = 12 pixels"):
+    with pytest.raises(FileError, match=r"map\.pgm: is cut off: 11 of 12 pixels, for 4 x 3 pixels"):
         load_map(path)
 
 
@@ -203,17 +204,18 @@ def test_a_map_longer_than_a_kilometre_is_refused(tmp_path):
         load_map(path)
 
 
-def png(size, lines):
-    """A grey PNG that says it has this size."""
+def png(size, lines, palette=b"", interlaced=0):
+    """A PNG, grey or with a palette, that says it has this size."""
 
     def chunk(name, body):
         return (
             struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
         )
 
-    head = struct.pack(">IIBBBBB", *size, 8, 0, 0, 0, 0)
+    head = struct.pack(">IIBBBBB", *size, 8, 3 if palette else 0, 0, 0, interlaced)
     packed = zlib.compress(b"".join(b"\0" + line for line in lines))
-    parts = (chunk(b"IHDR", head), chunk(b"IDAT", packed), chunk(b"IEND", b""))
+    colours = chunk(b"PLTE", palette) if palette else b""
+    parts = (chunk(b"IHDR", head), colours, chunk(b"IDAT", packed), chunk(b"IEND", b""))
     return b"\x89PNG\r\n\x1a\n" + b"".join(parts)
 
 
@@ -222,10 +224,10 @@ def png(size, lines):
     [
         (b"P5\n2 2\n255\n\1\2\3\4\5", "holds more than its 2 x 2 pixels"),
         (b"P2\n2 2\n255\n1 2 3 4 5", "holds more than its 2 x 2 pixels"),
-        (b"P2\n2 2\n255\n1 2 3", "is cut off: 3 of 2 x 2 = 4 pixels"),
+        (b"P2\n2 2\n255\n1 2 3", "is cut off: 3 of 4 pixels, for 2 x 2 pixels"),
         (png((2, 2), [b"\1\2"] * 3), "holds more than its 2 x 2 pixels"),
-        (png((2, 2), [b"\1\2"]), "is cut off"),
-        (png((2**31 - 1, 2**31 - 1), [b"\1"]), "at most"),
+        (png((2, 2), [b"\1\2"]), "is cut off: 3 of 6 bytes"),
+        (png((2**31 - 1, 2**31 - 1), [b"\1"]), "too many pixels; at most 89478485"),
     ],
 )
 def test_an_image_of_another_size_than_it_says_is_refused(tmp_path, data, message):
@@ -245,14 +247,16 @@ def test_an_image_of_the_size_it_says_is_read_with_a_line_end_after_it(tmp_path)
     [
         (b"", "neither PGM"),
         (b"P6\n1 1\n255\n\0\0\0", "neither PGM"),
-        (b"P5\n0 4\n255\n", "0 x 4 pixels"),
-        (b"P5\n4\n", "no PGM header"),
-        (b"P5\n-4 4\n255\n", "no PGM header"),
-        (b"P5\n4 4\n0\n", "largest grey"),
-        (b"P5\n99999 99999\n255\n", "at most"),
-        (b"P2\n1 2\n255\n1 x", "not a number"),
-        (b"P5\n# no end", "no PGM header"),
-        (b"\x89PNG\r\n\x1a\n", "end of the PNG is missing"),
+        (b"P5\n0 4\n255\n", "no valid header with a width and height of at least 1"),
+        (b"P5\n4\n", "damaged: Reached EOF while reading header"),
+        (b"P5\n-4 4\n255\n", "no valid header"),
+        (b"P5\n4 4\n0\n", "damaged: maxval must be greater than 0"),
+        (b"P5\n99999 99999\n255\n", "too many pixels; at most 89478485"),
+        (b"P5\n10000 9000\n255\n", "too many pixels; at most 89478485"),
+        (b"P2\n1 2\n255\n1 x", "damaged: invalid literal for int"),
+        (b"P2\n1 2\n255\n1 256", "damaged: Channel value too large"),
+        (b"P5\n# no end", "damaged: Reached EOF while reading header"),
+        (b"\x89PNG\r\n\x1a\n", "no valid header"),
     ],
 )
 def test_a_file_that_is_no_map_image_is_refused(tmp_path, data, message):
@@ -278,29 +282,27 @@ def test_pgm_comments_text_form_and_other_depths_are_read(tmp_path):
         st.tuples(st.integers(1, 7), st.integers(1, 7), st.sampled_from([1, 2, 3, 4])),
     )
 )
-def test_png_is_written_and_read_as_pillow_does(tmp_path_factory, pixels):
-    image_module = pytest.importorskip("PIL.Image")
+def test_pixels_come_back_as_they_were_written_whatever_the_channels(tmp_path_factory, pixels):
     path = tmp_path_factory.mktemp("image") / "map.png"
     write_image(path, pixels)
-    theirs = np.asarray(image_module.open(path)).reshape(pixels.shape)
+    theirs = np.asarray(Image.open(path)).reshape(pixels.shape)
     assert np.array_equal(theirs, pixels)
-    picture = image_module.fromarray(pixels[..., 0] if pixels.shape[2] == 1 else pixels)
+    picture = Image.fromarray(pixels[..., 0] if pixels.shape[2] == 1 else pixels)
     picture.save(path, optimize=True)  # chooses filters
     assert np.array_equal(read_image(path), pixels)
 
 
 def test_png_filters_palettes_and_depths_are_read(tmp_path):
-    image_module = pytest.importorskip("PIL.Image")
     path = tmp_path / "map.png"
     noise = np.random.default_rng(3).integers(0, 255, (40, 60, 3)).cumsum(axis=1).astype(np.uint8)
-    image_module.fromarray(noise).save(path)
+    Image.fromarray(noise).save(path)
     assert np.array_equal(read_image(path), noise)
-    grey = image_module.fromarray(noise[..., 0])
+    grey = Image.fromarray(noise[..., 0])
     for mode in ("1", "P"):
         grey.convert(mode).save(path)
         expected = np.asarray(grey.convert(mode).convert("L"))
         assert np.array_equal(read_image(path)[..., 0], expected)
-    image_module.fromarray(np.array([[0, 52685]], np.uint16)).save(path)
+    Image.fromarray(np.array([[0, 52685]], np.uint16)).save(path)
     assert read_image(path)[..., 0].tolist() == [[0, 205]]
 
 
@@ -310,11 +312,33 @@ def test_a_damaged_png_is_refused(tmp_path):
     data = bytearray(path.read_bytes())
     data[45] ^= 1
     path.write_bytes(bytes(data))
-    with pytest.raises(FileError, match="check sum"):
+    with pytest.raises(FileError, match=r"map\.png: is damaged: .*checksum"):
         read_image(path)
     path.write_bytes(bytes(data[:-20]))
-    with pytest.raises(FileError, match=r"check sum|cut off"):
+    with pytest.raises(FileError, match=r"map\.png: is damaged: .*(checksum|Truncated)"):
         read_image(path)
+
+
+def test_a_colour_that_is_not_in_the_palette_is_refused(tmp_path):
+    path, palette = tmp_path / "map.png", bytes([7, 7, 7, 9, 9, 9])
+    path.write_bytes(png((2, 1), [b"\0\1"], palette))
+    assert read_image(path).tolist() == [[[7, 7, 7], [9, 9, 9]]]
+    path.write_bytes(png((2, 1), [b"\0\2"], palette))
+    with pytest.raises(FileError, match="damaged: index 2 is out of bounds"):
+        read_image(path)
+
+
+def test_an_interlaced_png_is_refused(tmp_path):
+    path = tmp_path / "map.png"
+    path.write_bytes(png((2, 1), [b"\1\2"], interlaced=1))
+    with pytest.raises(FileError, match="interlaced PNG; save it without interlacing"):
+        read_image(path)
+
+
+def test_a_pipe_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "map.pgm")
+    with pytest.raises(FileError, match="no regular file"):
+        read_image(tmp_path / "map.pgm")
 
 
 def test_remarks_name_what_a_person_should_look_at(tmp_path):
@@ -336,9 +360,8 @@ def test_values_cannot_be_changed(tmp_path):
 @pytest.mark.skipif(not DATA.is_dir(), reason=f"no real maps in {os.fspath(DATA)}")
 @pytest.mark.parametrize("name", ["ipa-apartment", "ipa-kitchen", "lse_arena", "utexas_gdc_1s"])
 def test_real_maps_are_read_as_pillow_reads_their_pixels(name):
-    image_module = pytest.importorskip("PIL.Image")
     map_ = load_map(DATA / f"{name}.yaml")
-    grey = np.asarray(image_module.open(DATA / f"{name}.pgm").convert("L"), np.float64)[::-1]
+    grey = np.asarray(Image.open(DATA / f"{name}.pgm").convert("L"), np.float64)[::-1]
     share = (255.0 - grey) / 255.0
     expected = np.where(share > 0.65, 100, np.where(share < 0.196, 0, -1))
     assert np.array_equal(map_.values, expected)
