@@ -6,10 +6,12 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from behaviors.keys import HAPTIC_POSES
 from behaviors.settings import HapticSettings, Settings
 from behaviors.situation import CHANGES, WAYS, Situation, situation
 from engine.state import Action, Context, Monitor, On, Run
 from hw.geometry import Pose2, Pose3, wrap
+from states.keys import HAPTIC_REQUEST, RELEASE, planner_key
 
 if TYPE_CHECKING:
     from states.navigation.local_planner import GlobalPlanner
@@ -76,15 +78,15 @@ class Released(Monitor):
     """`released` when the user lets go, whatever the robot is doing for them (R61, R83)."""
 
     outcomes = ("released",)
-    reads = {"vr.release": None, "vr.haptic_request": None}
+    reads = {RELEASE: None, HAPTIC_REQUEST: None}
 
     def run(self, ctx: Context, since: int) -> Run:
-        while not ctx.events("vr.release") and self._is_asked(ctx, since):
-            yield On("vr.release", "vr.haptic_request")
+        while not ctx.events(RELEASE) and self._is_asked(ctx, since):
+            yield On(RELEASE, HAPTIC_REQUEST)
         return "released"
 
     def _is_asked(self, ctx: Context, since: int) -> bool:
-        sample = ctx.sample("vr.haptic_request")
+        sample = ctx.sample(HAPTIC_REQUEST)
         return sample is not None and sample.value is not None and sample.stamp == since
 
 
@@ -98,12 +100,12 @@ class ChooseHapticPose(Action):
 
     outcomes = ("chosen", "none", "out_of_reach")
     outputs = {"chosen": {"pose": Pose2}}
-    reads = {**WAYS, "haptic.poses": None}
+    reads = {**WAYS, HAPTIC_POSES: None}
 
     def run(self, ctx: Context, deep: Pose3) -> Run:
         while (now := situation(ctx, "haptic")) is None:
-            yield On("haptic.planner", *CHANGES)
-        times = reachable(now, ctx.value("haptic.poses") or ())
+            yield On(planner_key("haptic"), *CHANGES)
+        times = reachable(now, ctx.value(HAPTIC_POSES) or ())
         if not times:
             return "none"
         best = best_pose(now, times, deep)

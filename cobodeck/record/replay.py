@@ -19,6 +19,7 @@ from behaviors.signals import ESTIMATE
 from cobodeck.catalogue import Catalogue, catalogue
 from cobodeck.clocks import Clock, Virtual
 from cobodeck.console import FAILED, Problem
+from cobodeck.judges import watchers
 from cobodeck.library import findings_of
 from cobodeck.logic import wander
 from cobodeck.loop import Loop, Ticked
@@ -31,7 +32,6 @@ from cobodeck.record.messages import (
 from cobodeck.record.plant import RECORD, Recorded, RecordedClock, RecordedPart, call_of
 from cobodeck.record.reader import Record
 from cobodeck.record.values import value
-from cobodeck.stage import watchers
 from cobodeck.wiring import Setup, ValueTap, open_setup, wire
 from engine.clock import TickGrid
 from engine.files.finding import FileError, mistake

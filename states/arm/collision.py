@@ -185,17 +185,6 @@ def extent(model: CollisionModel, joints: ArrayLike) -> tuple[float, float, floa
     return float(high[0]), float(-low[0]), float(high[1]), float(-low[1])
 
 
-def inside_frame(model: CollisionModel, joints: ArrayLike, length: float, width: float) -> float:
-    """How far the whole arm stays inside a rectangle centred on the rover, m (R46).
-
-    Negative where something stands out.
-    """
-    ends, radii = outline(model, joints)
-    half = 0.5 * np.array([length, width])
-    room = half - np.abs(ends[:, :, :2]).max(axis=1) - radii[:, None]
-    return float(room.min())
-
-
 def warm_up(model: CollisionModel) -> None:
     """Compiles what this module needs, so that no control tick does."""
     checker = CollisionChecker.of(model, Surroundings.empty())

@@ -12,17 +12,27 @@ from hw.geometry import Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
 from hw.room import Disc
 from hw.safety.limits import OLD_S
-from hw.samples import PoseSigma, UserPose
+from hw.samples import UserPose
 from states import ages
-from states.environment import SUBSYSTEMS, Environment, Subsystem, SubsystemName
+from states.environment import SUBSYSTEMS, Subsystem, SubsystemName
+from states.keys import (
+    BASE_ADMITTED,
+    BASE_MODE,
+    BASE_POSE_SIGMA,
+    BASE_REFUSAL,
+    ENVIRONMENT,
+    SignalReader,
+    environment_of,
+    planner_key,
+)
 
 if TYPE_CHECKING:
     from states.navigation.local_planner import GlobalPlanner, LocalPlanner
 
-PLANNERS: Mapping[str, float | None] = {f"{name}.planner": OLD_S for name in SUBSYSTEMS}
+PLANNERS: Mapping[str, float | None] = {planner_key(name): OLD_S for name in SUBSYSTEMS}
 """What a state must declare to ask for planners; their scans may be so old, s."""
 DRIVES: Mapping[str, float | None] = {
-    "environment": None, "base.refusal": None, "base.admitted": None, "base.pose_sigma": OLD_S,
+    ENVIRONMENT: None, BASE_REFUSAL: None, BASE_ADMITTED: None, BASE_POSE_SIGMA: OLD_S,
     **ages.READS,
 }  # fmt: skip
 """What a state must declare to let a local planner drive: see `command_of`."""
@@ -43,7 +53,7 @@ class DriveTo(Action):
     """
 
     outcomes = ("arrived", "no_path", "stuck", "lost")
-    reads = {"base.mode": None, **DRIVES, **PLANNERS}
+    reads = {BASE_MODE: None, **DRIVES, **PLANNERS}
     commands = ("base",)
 
     def __init__(
@@ -57,7 +67,7 @@ class DriveTo(Action):
         self.mode: DriveMode = mode
 
     def run(self, ctx: Context, goal: Pose2) -> Run:
-        environment: Environment = ctx.value("environment")
+        environment = environment_of(ctx)
         planner = planner_of(ctx, self.subsystem)
         if planner is None:
             return "lost"
@@ -67,7 +77,7 @@ class DriveTo(Action):
         driver.go_to(goal)
         progress, give_up = GoalProgress(self.patience), NEVER_NS
         base, touches = ctx.part("base"), self.subsystem == "haptic"
-        own = ctx.value("base.mode")
+        own = ctx.value(BASE_MODE)
         if self.mode != own:
             base.use(self.mode)
         if touches:
@@ -86,7 +96,7 @@ class DriveTo(Action):
                 if driver.path is not None and not progress.made(ctx, left, turn):
                     return "stuck"
                 base.drive(command, self.subsystem, left)
-                yield ctx.value("base.refusal")
+                yield ctx.value(BASE_REFUSAL)
                 planner = planner_of(ctx, self.subsystem)
         finally:
             base.release(self.subsystem)
@@ -98,27 +108,26 @@ class DriveTo(Action):
 
 
 def command_of(
-    ctx: ages.SignalReader, driver: LocalPlanner, now: ages.RobotAndUser, user: Disc | None
+    ctx: SignalReader, driver: LocalPlanner, now: ages.RobotAndUser, user: Disc | None
 ) -> Twist2:
     """What a local planner sends now, by the poses of this instant and how good they are."""
-    sigma: PoseSigma | None = ctx.value("base.pose_sigma")
-    held = ctx.value("base.refusal") is not None
+    sigma = ctx.value(BASE_POSE_SIGMA)
+    held = ctx.value(BASE_REFUSAL) is not None
     return driver.command(
         now.pose,
         now.twist,
         user,
-        ctx.value("environment").period,
+        environment_of(ctx).period,
         now.walking,
         sigma=0.0 if sigma is None else sigma.position,
-        admitted=now.twist if held else ctx.value("base.admitted"),
+        admitted=now.twist if held else ctx.value(BASE_ADMITTED),
         share=now.share,
     )
 
 
-def planner_of(ctx: ages.SignalReader, name: SubsystemName) -> GlobalPlanner | None:
+def planner_of(ctx: SignalReader, name: SubsystemName) -> GlobalPlanner | None:
     """The planner of a subsystem by what scans have shown; None if they have become too old."""
-    found: GlobalPlanner | None = ctx.value(f"{name}.planner")
-    return found
+    return ctx.value(planner_key(name))
 
 
 class GoalProgress:

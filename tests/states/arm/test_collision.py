@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from shapely.geometry import LineString, Point
+from shapely.geometry import LineString, MultiPolygon, Point
 
 from hw.geometry import Pose2
 from hw.prop import prop_names
@@ -18,7 +18,7 @@ from states.arm.collision import (
     CollisionModel,
     Cylinder,
     Surroundings,
-    inside_frame,
+    extent,
     outline,
     warm_up,
 )
@@ -134,9 +134,28 @@ def test_what_is_nearest_to_what_can_be_told(alone, q, touching):
     assert gap == alone.clearance(q)[0]
 
 
+def inside_frame(model, joints):
+    """How far the whole arm stays inside the 1.13 m x 0.91 m bumper frame, m."""
+    ahead, back, left, right = extent(model, joints)
+    return min(0.565 - max(ahead, back), 0.455 - max(left, right))
+
+
+@pytest.mark.requirement(46)
+def test_the_extent_of_the_arm_encloses_every_capsule_on_all_four_sides(model, arm, sets):
+    for q in [np.array(arm.tool.parked), *sets.anywhere(20)]:
+        ends, radii = outline(model, q)
+        balls = [
+            Point(*end[:2]).buffer(r, 64)
+            for pair, r in zip(ends, radii, strict=True)
+            for end in pair
+        ]
+        x_low, y_low, x_high, y_high = MultiPolygon(balls).bounds
+        assert extent(model, q) == pytest.approx((x_high, -x_low, y_high, -y_low), abs=1e-9)
+
+
 @pytest.mark.requirement(46)
 def test_the_parked_arm_stays_inside_the_bumper_frame_and_clear_of_itself(model, arm, alone):
-    assert inside_frame(model, arm.tool.parked, 1.13, 0.91) > 0.05
+    assert inside_frame(model, arm.tool.parked) > 0.05
     assert alone.clearance(arm.tool.parked)[0] >= 0.015
 
 
@@ -148,12 +167,12 @@ def test_with_every_prop_the_parked_arm_stays_inside_and_clear(arm, robot, prop)
     model = CollisionModel.of(held)
     of_the_profile = arm.tool.parked_paper  # `paper` parks so, whatever the arm holds
     for parked in (held.tool.parked, held.tool.parked_paper, of_the_profile):
-        assert inside_frame(model, parked, 1.13, 0.91) > 0.01
+        assert inside_frame(model, parked) > 0.01
         assert CollisionChecker.of(model, Surroundings.empty()).clearance(parked)[0] >= 0.015
 
 
 def test_an_arm_stretched_ahead_stands_out_of_the_frame(model):
-    assert inside_frame(model, (0, -0.3, 0, 0, 0, 0), 1.13, 0.91) < -0.5
+    assert inside_frame(model, (0, -0.3, 0, 0, 0, 0)) < -0.5
 
 
 def sampled(start, goal, step=0.01):

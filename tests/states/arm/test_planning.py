@@ -291,10 +291,10 @@ def test_ompl_works_in_slices_and_gives_up_when_the_budget_is_used_up(paper_answ
 AFTER_WARM_UP = """
 import numpy as np
 from states.arm import inverse, kernels, timing
-from states.arm.collision import CollisionChecker, CollisionModel, Surroundings, inside_frame
+from states.arm.collision import CollisionChecker, CollisionModel, Surroundings
 from states.arm.kinematics import KinematicChain, forward, jacobian, link_frames
 from states.arm.model import load_manipulator
-from states.arm.path import JointPath, first_contact
+from states.arm.path import first_contact
 from states.arm.planning import Query, goals_at, plan, rrt_connect, warm_up
 from states.arm.trajectory import ArmLimits
 
@@ -316,9 +316,7 @@ for tool in (np.inf, 1.0):
     for solver in (plan, lambda q: plan(q, rrt_connect)):
         answer = solver(query)
         first_contact(checker, answer.trajectory.path, since=0.1)
-        answer.trajectory.stopped(0.3)
 checker.tightest(start)
-inside_frame(checker.model, start, 1.13, 0.91)
 jacobian(chain, list(start))
 link_frames(chain, start)
 print(before, compiled())

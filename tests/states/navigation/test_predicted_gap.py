@@ -15,7 +15,7 @@ from states.navigation.predicted_gap import (
     least_gap_on,
     steps_aside,
 )
-from states.navigation.profile_planner import ProfilePlanner
+from states.navigation.profile_planner import ProfilePlanner, _Choice
 from states.navigation.speed import SpeedLimits
 from states.navigation.trials import OPEN_ROOM
 from states.navigation.visibility import ExactPlanner
@@ -129,6 +129,26 @@ def test_foresight_keeps_further_off_than_going_round_where_the_user_is():
     seeing = [meeting(*CROSSINGS[name])[1] for name in CROSSINGS]
     blind = [meeting(*CROSSINGS[name], foresight=False)[1] for name in CROSSINGS]
     assert sum(seeing) > sum(blind) + 0.5
+
+
+@pytest.mark.requirement(51)
+@pytest.mark.parametrize(
+    ("choices", "best"),
+    [
+        ({"long": (0.3, 5.0), "short": (0.0, 4.0), "wait": (0.9, None)}, "short"),
+        ({"long": (0.0, 5.0), "short": (-0.02, 4.0), "wait": (-0.5, None)}, "long"),
+        ({"long": (-0.102, 5.0), "short": (-0.098, 4.0), "wait": (-0.3, None)}, "short"),
+        ({"long": (-0.2, 5.0), "wait": (-0.1, None)}, "wait"),
+    ],
+)
+def test_of_ways_that_keep_off_the_user_equally_well_the_fastest_is_driven(choices, best):
+    driver = ProfilePlanner(FREE, Limits(), Tolerance())
+    ranks = {
+        name: _Choice(gap, length and straight_line(length), driver).rank(STILL, PACE)
+        for name, (gap, length) in choices.items()
+    }
+
+    assert max(ranks, key=lambda name: ranks[name]) == best
 
 
 def test_a_user_who_stands_or_is_far_changes_nothing():
