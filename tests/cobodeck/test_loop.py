@@ -25,7 +25,6 @@ from cobodeck.loop import LATE_NS, Loop
 from cobodeck.plants import Nothing
 from cobodeck.simulate import simulate
 from cobodeck.stage import Options, stage
-from cobodeck.stub_parts import StandIn
 from cobodeck.wiring import Wired, open_setup
 from engine.board import Board
 from engine.clock import TickGrid
@@ -105,8 +104,7 @@ class Rig:
         library = load_text(CHART)
         known = {cls.__name__: interface(cls) for cls in (Seen, Work)}
         self.board = Board(declare([Measured("number", float)]))
-        parts = given.pop("parts", {})
-        self.run = ChartRun(Machine(library["c"], library, known), self.board, parts)
+        self.run = ChartRun(Machine(library["c"], library, known), self.board)
         wired = Wired(self.run, self.board, Inlet(self.board, given.pop("sources", {})))
         self.loop = Loop(Nothing(), wired, GRID, clock=self.clock, **given)
 
@@ -476,22 +474,3 @@ def test_the_operator_at_a_terminal_stops_resets_and_ends(project: Path) -> None
     assert "'dance' is not a command" in err
     assert "cobodeck: reset" in err
     assert re.search(r"outcome +stopped", out)
-
-
-def test_a_tick_that_breaks_leaves_every_part_stopped_at_once() -> None:
-    parts = {name: StandIn(name) for name in ("base", "arm")}
-
-    def drive_then_be_interrupted(rig: Rig) -> None:
-        for part in parts.values():
-            part.drive()
-        raise KeyboardInterrupt
-
-    rig = Rig(drive_then_be_interrupted, parts=parts)
-    rig.loop.tick()  # the interrupt is the state's error; the engine raises it in the next tick
-    for part in parts.values():
-        part.drive()
-
-    with pytest.raises(KeyboardInterrupt):
-        rig.loop.tick()
-
-    assert [part.moving for part in parts.values()] == [False, False]
