@@ -107,11 +107,6 @@ def report_on(
     before: Callable[[Setup], None] | None = None,
 ) -> int:
     """Run, write the trace file, print the figures; `before` is called once all is read."""
-    from cobodeck.warmup import keep_compiled_code
-
-    problem = keep_compiled_code()
-    if problem:
-        complain(problem)
     from cobodeck.explain import explain
     from cobodeck.summary import summary
 

@@ -25,11 +25,14 @@ def test_here_everything_that_is_needed_is_found(capsys: pytest.CaptureFixture[s
 def test_a_package_that_hides_ours_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(doctor, "ROOT", tmp_path)
+    (tmp_path / "states.py").write_text("")
+    monkeypatch.syspath_prepend(str(tmp_path))
 
     assert main(["doctor"]) == FAILED
 
-    assert "package engine" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert re.search(rf"package states +bad +{tmp_path}/states.py: it hides", told)
+    assert "package engine" not in told
 
 
 def test_a_library_for_some_machines_only_is_no_failure() -> None:
