@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cobodeck.arguments import new_record, positive, seconds, word
+from cobodeck.arguments import new_record, positive, profile, seconds, word
 from cobodeck.commands import simulate
 from cobodeck.console import REFUSED, Problem, complain
 from cobodeck.gate import WORDS
@@ -40,9 +40,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="as of simulate; default: the one of the scene",
     )
     parser.add_argument("--requests", type=positive, metavar="N", help="end after so many")
-    parser.add_argument(
-        "--profile", type=word, default=PROFILE, help=f"name or file; default {PROFILE}"
-    )
+    profile(parser, PROFILE)
     parser.add_argument("--seed", type=int, default=0, help="of everything random; default 0")
     parser.add_argument("--duration", type=seconds, default=3600.0, metavar="S", help="end by then")
     parser.add_argument(

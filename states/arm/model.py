@@ -196,9 +196,9 @@ def manipulator_from(item: Item, tool: Prop) -> Manipulator:
         name=read.arm,
         joints=tuple(read.joints),
         dh=read.dh,
-        lower=_six(joint.lower for joint in joints),
-        upper=_six(joint.upper for joint in joints),
-        max_speed=_six(joint.speed for joint in joints),
+        lower=six(joint.lower for joint in joints),
+        upper=six(joint.upper for joint in joints),
+        max_speed=six(joint.speed for joint in joints),
         mount=read.mount,
         capsules=tuple(
             Capsule(LINKS.index(c.link), c.part or c.link, c.start, c.end, c.radius)
@@ -210,6 +210,7 @@ def manipulator_from(item: Item, tool: Prop) -> Manipulator:
     )
 
 
-def _six(values: Iterable[float]) -> Six:
+def six(values: Iterable[float]) -> Six:
+    """Six values, one per joint, shoulder first."""
     a, b, c, d, e, f = values
     return a, b, c, d, e, f

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 from engine.files.units import Angle, Duration
 from engine.state import NEVER_NS, Action, Context, On, Run, Until, Yielded
-from hw.geometry import Pose2, Pose3, wrap
+from hw.geometry import Pose3, wrap
 from hw.interfaces import Arm
 from hw.samples import ARM_MOVES, ArmState, Joints
 from states.keys import (
@@ -227,10 +227,10 @@ def _follow(
     ctx: Context, plan: Plan, planned: ArmSituation, deep: Pose3 | None, tolerance: float
 ) -> Generator[Yielded, None, bool | None]:
     """Follow a plan; whether the arm got there, None: something has come into the way."""
-    from states.arm.motion import course
+    from states.arm.motion import waypoints
 
     arm: Arm = ctx.part("arm")
-    points, checked, begun = course(plan), planned, ctx.now
+    points, checked, begun = waypoints(plan), planned, ctx.now
     late, slowest = ctx.after(points[-1][0] + LATE_S), 1.0
     number = arm.follow(points) if len(points) > 1 else None
     try:
@@ -285,9 +285,3 @@ def in_map(look: ArmSituation, deep: Pose3, frame: Frame) -> Pose3 | None:
         return deep
     here = look.base if frame == "rover" else look.user
     return None if here is None else Pose3.from_yaw(here.x, here.y, 0.0, here.yaw) @ deep
-
-
-def rover_from(map_from_rover: Pose2, map_from_deep: Pose3) -> Pose3:
-    """The DEEP as the robot sees it: rover_from_deep (R84)."""
-    base = map_from_rover
-    return Pose3.from_yaw(base.x, base.y, 0.0, base.yaw).inverse() @ map_from_deep

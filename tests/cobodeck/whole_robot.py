@@ -9,7 +9,7 @@ import sys
 import time
 from pathlib import Path
 
-from cobodeck.connected import open_all, own_host
+from cobodeck.opening import open_all, own_host
 from cobodeck.stage import Options, opening_of
 from cobodeck.wiring import open_setup
 from hw.connection import FOLDER, load_connection
@@ -33,7 +33,7 @@ class WholeRobot:
         self.peers = {}
         self.engine = None
         try:
-            open_all(connection.peers, connection.peers, opening, self.peers, self.peers)
+            open_all("peer", connection.peers, connection.peers, opening, self.peers, self.peers)
             self._intake = Intake(self.host)
             self._outlet = Outlet("evaluator", [self.peers["world"].address])
             self._ask("subscribe", self._intake.address)
