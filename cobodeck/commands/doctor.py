@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import platform
+import re
 import shutil
 import sys
 from collections.abc import Iterator
@@ -86,7 +87,7 @@ def _libraries() -> Iterator[tuple[str, str, str]]:
     yield "cobodeck", FIT, version("cobodeck")
     for line in needed:
         requirement, _, marker = line.partition(";")
-        name = requirement.split(">")[0].split("=")[0].split("<")[0].strip()
+        name = re.split(r"[\[<>=!~ ]", requirement, maxsplit=1)[0]
         try:
             yield name, FIT, version(name)
         except PackageNotFoundError:

@@ -222,7 +222,9 @@ def _state_class(subject: Subject, node: Node) -> Callee | None:
     found = world.state_class(node.target)
     if found is None:
         if node.raw[node.form] == node.target:  # else its shape has been complained about
-            hint = subject.near(node.target, world.interfaces)
+            is_chart = node.target in world.library
+            hint = f"`use: {node.target}`, it is a chart" if is_chart else ""
+            hint = hint or subject.near(node.target, world.interfaces)
             subject.error("N01", f"no state class {node.target!r}", at, hint)
         return None
     if found.monitor != (node.form == "watch"):
@@ -236,6 +238,9 @@ def _used_chart(subject: Subject, node: Node) -> Callee | None:
     found = subject.world.chart(node.target)
     told = node.raw[node.form] != node.target or node.target in subject.world.unread
     if found is None and not told:
-        hint = subject.near(node.target, subject.world.library)
+        named = subject.world.interfaces.get(node.target)
+        form = "watch" if named is not None and named.monitor else "do"
+        hint = f"`{form}: {node.target}`, it is a state class" if named is not None else ""
+        hint = hint or subject.near(node.target, subject.world.library)
         subject.error("N02", f"no chart {node.target!r}", mark_of(node.raw, node.form), hint)
     return found

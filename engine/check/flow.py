@@ -187,7 +187,7 @@ def _report_read(
     way = _way(subject, site, subject.data.bits[key.name], before)
     what = "may still be none" if key.optional else "may be read before it is written"
     message = f"{key.name!r} {what}{way}"
-    hint = "write it on every way here" + ("" if key.optional else ", or give it `initial:`")
+    hint = "write it on every path to here" + ("" if key.optional else ", or give it `initial:`")
     at = mark_of(site.node.raw, "in", name)
     subject.error("F01", message, at, hint, (key.at, "declared here"))
 

@@ -10,6 +10,7 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.commands import doctor
+from cobodeck.commands.doctor import checks
 from cobodeck.console import FAILED, OK
 
 
@@ -121,3 +122,7 @@ def test_space_and_doctor_report_the_same_of_a_room(
     assert f"{space['wall_ahead_m']['60']:.2f} m for" in found["wall ahead"][1]
     usable = f"{space['usable_m2']:.1f} of {space['free_m2']:.1f} m2"
     assert usable in found["floor"][1]
+
+
+def test_a_library_with_extras_is_found_by_its_name() -> None:
+    assert ("python-can", "ok") in [(what, state) for what, state, _ in checks()]

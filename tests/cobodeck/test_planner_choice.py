@@ -15,8 +15,13 @@ from cobodeck.wiring import open_setup
 from engine.files.finding import FileError
 
 CHOICES = [
-    ("exact", "profile"), ("theta_star", "profile"), ("navfn", "profile"),
-    ("exact", "teb"), ("theta_star", "teb"),
+    ("theta_star", "teb"),
+    *(
+        pytest.param(*names, marks=pytest.mark.slow)
+        for names in (
+            ("exact", "profile"), ("theta_star", "profile"), ("navfn", "profile"), ("exact", "teb"),
+        )
+    ),
 ]  # fmt: skip
 
 
