@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from heapq import heappop, heappush
 
-from engine.chart import Key, key_mark_of, mark_of
+from engine.chart import DataKey, key_mark_of, mark_of
 from engine.check.checked_chart import CheckedChart, PlacedNode
 
 
@@ -173,7 +173,7 @@ def _check_reads(checked: CheckedChart) -> None:
             checked.error("F02", message, at, hint, (key.at, "declared here"))
 
 
-def _reading(checked: CheckedChart, placed: PlacedNode, mask: int) -> list[tuple[str, Key]]:
+def _reading(checked: CheckedChart, placed: PlacedNode, mask: int) -> list[tuple[str, DataKey]]:
     if not mask:
         return []
     keys = {key.name: key for key in checked.data.within(mask)}
@@ -182,7 +182,11 @@ def _reading(checked: CheckedChart, placed: PlacedNode, mask: int) -> list[tuple
 
 
 def _report_read(
-    checked: CheckedChart, placed: PlacedNode, name: str, key: Key, before: dict[PlacedNode, int]
+    checked: CheckedChart,
+    placed: PlacedNode,
+    name: str,
+    key: DataKey,
+    before: dict[PlacedNode, int],
 ) -> None:
     path = _path(checked, placed, checked.data.bits[key.name], before)
     what = "may still be none" if key.optional else "may be read before it is written"
