@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from behaviors.keys import CHASE_SPACE
 from behaviors.settings import Settings
 from behaviors.situation import AGE_S, CHANGES, READS, WAYS, Situation, situation
 from engine.files.units import Duration, Length, Speed
@@ -16,6 +17,7 @@ from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from hw.geometry import Pose2, Pose3, wrap
 from hw.room import Point
 from hw.samples import UserPose
+from states.keys import BASE_REFUSAL, HAPTIC_REQUEST, planner_key
 from states.navigation.states import DRIVES, command_of, user_disc
 from states.signals.prediction import PREDICTORS
 
@@ -127,15 +129,15 @@ class HapticRequest(Monitor):
 
     outcomes = ("requested",)
     outputs = {"requested": {"deep": Pose3, "since": int}}
-    reads = {"vr.haptic_request": None}
+    reads = {HAPTIC_REQUEST: None}
 
     def run(self, ctx: Context, refused: int | None = None) -> Run:
         while True:
-            sample = ctx.sample("vr.haptic_request")
+            sample = ctx.sample(HAPTIC_REQUEST)
             asked = sample is not None and sample.value is not None
             if sample is not None and asked and sample.stamp != refused:
                 return "requested", {"deep": sample.value, "since": sample.stamp}
-            yield On("vr.haptic_request")
+            yield On(HAPTIC_REQUEST)
 
 
 class ChooseChasePose(Action):
@@ -143,12 +145,14 @@ class ChooseChasePose(Action):
 
     outcomes = ("chosen", "none")
     outputs = {"chosen": {"pose": Pose2, "user": UserPose}, "none": {"user": UserPose}}
-    reads = {**WAYS, "chase.space": AGE_S}
+    reads = {**WAYS, CHASE_SPACE: AGE_S}
 
     def run(self, ctx: Context) -> Run:
-        while (now := situation(ctx, "chase")) is None:
-            yield On("chase.planner", *CHANGES)
-        space = ctx.value("chase.space")
+        while True:
+            now, space = situation(ctx, "chase"), ctx.value(CHASE_SPACE)
+            if now is not None and space is not None:
+                break
+            yield On(planner_key("chase"), *CHANGES)
         found = best_cell(now, space)
         if found is None:
             return "none", {"user": now.user}
@@ -217,7 +221,7 @@ class Approach(Action):
                 if driver.status == "arrived":
                     return "near"  # within the drive's tolerance of it
                 base.drive(command, "chase")
-                yield ctx.value("base.refusal")
+                yield ctx.value(BASE_REFUSAL)
         finally:
             base.release("chase")
         return "lost"
@@ -283,7 +287,7 @@ class MakeRoom(Action):
     """
 
     outcomes = ("clear", "lost")
-    reads = {**WAYS, "base.refusal": None}
+    reads = {**WAYS, BASE_REFUSAL: None}
     commands = ("base",)
 
     def __init__(
@@ -309,7 +313,7 @@ class MakeRoom(Action):
                     again = ctx.after(THINK_S)
                     goal = place_with_room(now, band, goal)
                 base.drive(now.slowed(towards(now, goal, "chase"), "chase"), "chase")
-                yield ctx.value("base.refusal")
+                yield ctx.value(BASE_REFUSAL)
         finally:
             base.release("chase")
         return "lost"

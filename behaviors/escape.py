@@ -6,12 +6,14 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from behaviors.keys import ESCAPE_POSES, ESCAPE_REQUIRED, ESCAPE_SAFE, settings_of
 from behaviors.settings import EscapeSettings, Settings
 from behaviors.situation import AGE_S, CHANGES, WAYS, Situation, situation
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from hw.geometry import Pose2, Twist2, wrap
 from hw.samples import ArmState, UserPose
 from states.environment import Environment
+from states.keys import ARM_JOINTS, planner_key
 from states.navigation.states import is_there, user_disc
 from states.signals.prediction import time_to_contact
 
@@ -91,11 +93,11 @@ class EscapeRequired(Monitor):
     """`required` when the user could walk into the robot: it has to go (R62, R104)."""
 
     outcomes = ("required",)
-    reads = {"escape.required": AGE_S}
+    reads = {ESCAPE_REQUIRED: AGE_S}
 
     def run(self, ctx: Context) -> Run:
-        while not ctx.value("escape.required"):
-            yield On("escape.required")
+        while not ctx.value(ESCAPE_REQUIRED):
+            yield On(ESCAPE_REQUIRED)
         return "required"
 
 
@@ -107,13 +109,13 @@ class SafeOnTheWay(Monitor):
     """
 
     outcomes = ("safe",)
-    reads = {**WAYS, "escape.safe": AGE_S}
+    reads = {**WAYS, ESCAPE_SAFE: AGE_S}
 
     def run(self, ctx: Context) -> Run:
-        if not ctx.value("settings").escape.safe_on_the_way or ctx.value("escape.safe"):
+        if not settings_of(ctx).escape.safe_on_the_way or ctx.value(ESCAPE_SAFE):
             yield Until(NEVER_NS)
-        while not (ctx.value("escape.safe") and self._can_stop(ctx)):
-            yield On("escape.safe", "escape.planner", *CHANGES)
+        while not (ctx.value(ESCAPE_SAFE) and self._can_stop(ctx)):
+            yield On(ESCAPE_SAFE, planner_key("escape"), *CHANGES)
         return "safe"
 
     def _can_stop(self, ctx: Context) -> bool:
@@ -131,7 +133,7 @@ class Flee(Action):
     """
 
     outcomes = ("safe", "no_pose", "no_way")
-    reads = {**WAYS, "escape.poses": AGE_S, "escape.safe": AGE_S, "arm.joints": AGE_S}
+    reads = {**WAYS, ESCAPE_POSES: AGE_S, ESCAPE_SAFE: AGE_S, ARM_JOINTS: AGE_S}
     commands = ("base",)
 
     def run(self, ctx: Context) -> Run:
@@ -145,11 +147,11 @@ class Flee(Action):
                     planner = now.planners["escape"]
                     goal = _still_in_reach(now, goal)
                 if goal is not None and is_there(now.pose, now.twist, goal, subsystem):
-                    if ctx.value("escape.safe"):
+                    if ctx.value(ESCAPE_SAFE):
                         return "safe"
                     goal = None
-                free = ctx.value("escape.poses")
-                goal = self._choose(now, free, goal, ctx.value("arm.joints"))
+                free = ctx.value(ESCAPE_POSES) or ()
+                goal = self._choose(now, free, goal, ctx.value(ARM_JOINTS))
                 if goal is None:
                     return "no_way" if free else "no_pose"
                 command = towards(now, (goal.x, goal.y), "escape")

@@ -6,10 +6,12 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from behaviors.keys import HAPTIC_POSES
 from behaviors.settings import HapticSettings, Settings
 from behaviors.situation import CHANGES, WAYS, Situation, situation
 from engine.state import Action, Context, Monitor, On, Run
 from hw.geometry import Pose2, Pose3, wrap
+from states.keys import HAPTIC_REQUEST, RELEASE, planner_key
 
 if TYPE_CHECKING:
     from states.navigation.local_planner import GlobalPlanner
@@ -61,30 +63,27 @@ def best_pose(now: Situation, times: dict[Pose2, float], deep: Pose3) -> Pose2 |
 
 def drive_time(now: Situation, length: float, turn: float) -> float:
     """From standstill to standstill, turning on the way, s."""
+    from states.navigation.speed import rest_to_rest
+
     limits, fastest = now.environment.limits, now.environment.navigation.haptic.max_speed
-    drive = _rest_to_rest(length, fastest, limits.base_acceleration)
-    return max(drive, _rest_to_rest(turn, limits.base_yaw_rate, limits.base_yaw_acceleration))
-
-
-def _rest_to_rest(way: float, speed: float, acceleration: float) -> float:
-    if way < speed * speed / acceleration:
-        return 2.0 * math.sqrt(way / acceleration)
-    return way / speed + speed / acceleration
+    drive = rest_to_rest(length, fastest, limits.base_acceleration)
+    turning = rest_to_rest(turn, limits.base_yaw_rate, limits.base_yaw_acceleration)
+    return float(max(drive, turning))
 
 
 class Released(Monitor):
     """`released` when the user lets go, whatever the robot is doing for them (R61, R83)."""
 
     outcomes = ("released",)
-    reads = {"vr.release": None, "vr.haptic_request": None}
+    reads = {RELEASE: None, HAPTIC_REQUEST: None}
 
     def run(self, ctx: Context, since: int) -> Run:
-        while not ctx.events("vr.release") and self._is_asked(ctx, since):
-            yield On("vr.release", "vr.haptic_request")
+        while not ctx.events(RELEASE) and self._is_asked(ctx, since):
+            yield On(RELEASE, HAPTIC_REQUEST)
         return "released"
 
     def _is_asked(self, ctx: Context, since: int) -> bool:
-        sample = ctx.sample("vr.haptic_request")
+        sample = ctx.sample(HAPTIC_REQUEST)
         return sample is not None and sample.value is not None and sample.stamp == since
 
 
@@ -98,12 +97,12 @@ class ChooseHapticPose(Action):
 
     outcomes = ("chosen", "none", "out_of_reach")
     outputs = {"chosen": {"pose": Pose2}}
-    reads = {**WAYS, "haptic.poses": None}
+    reads = {**WAYS, HAPTIC_POSES: None}
 
     def run(self, ctx: Context, deep: Pose3) -> Run:
         while (now := situation(ctx, "haptic")) is None:
-            yield On("haptic.planner", *CHANGES)
-        times = reachable(now, ctx.value("haptic.poses") or ())
+            yield On(planner_key("haptic"), *CHANGES)
+        times = reachable(now, ctx.value(HAPTIC_POSES) or ())
         if not times:
             return "none"
         best = best_pose(now, times, deep)

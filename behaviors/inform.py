@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
+from states.keys import RESTART
 
 
 class WarnUser(Action):
@@ -25,9 +26,9 @@ class Restarted(Monitor):
     """`restarted` on the restart signal of the user, who has stopped and is ready (R65, R115)."""
 
     outcomes = ("restarted",)
-    reads = {"vr.restart": None}
+    reads = {RESTART: None}
 
     def run(self, ctx: Context) -> Run:
-        while not ctx.events("vr.restart"):
-            yield On("vr.restart")
+        while not ctx.events(RESTART):
+            yield On(RESTART)
         return "restarted"

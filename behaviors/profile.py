@@ -9,19 +9,20 @@
     user: …  escape: …  chase: …  haptic: …      # behaviors.settings.Settings
     charts: {chase: {patience: 20 s}}            # parameters of charts, in place of their defaults
 
-Values may carry units, as in charts. All sections but `charts` are complete.
+Values may carry units, as in charts. All sections but `charts` are complete, in the file itself or
+together with its `base` (`profile_layers.py`).
 """
 
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
+from behaviors.profile_layers import FOLDER, layered
 from behaviors.settings import (
     ChaseSettings,
     EscapeSettings,
@@ -34,9 +35,9 @@ from behaviors.settings import (
 )
 from engine.chart import Chart
 from engine.files.finding import CODE, FileError, Finding, Place, did_you_mean
-from engine.files.item import Item, find_file, gather, load_yaml
+from engine.files.item import Fault, Item, find_file, gather, load_yaml
+from engine.files.named import known_files
 from engine.files.record import Name, record
-from engine.files.source import Map
 from engine.files.values import Mismatch
 from engine.types import builtin_types, convert
 from hw.connection import Narrowed
@@ -45,12 +46,14 @@ from hw.robot import RobotModel
 from hw.room import Room
 from states.environment import Environment, Localization, Navigation, SubsystemName
 
-FOLDER = Path(__file__).parent.parent / "charts" / "profiles"
-
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """A checked profile; `places` says where every key stands in its file, by its dotted name."""
+    """A checked profile.
+
+    `places` says where every key stands, and `values` what was written there, by its dotted name;
+    `sets` are the values that were set on top of the file, as KEY=VALUE.
+    """
 
     name: str
     about: str
@@ -62,7 +65,9 @@ class Profile:
     settings: Settings
     charts: Mapping[str, Mapping[str, Any]]
     places: Mapping[str, Place]
+    values: Mapping[str, Any]
     sha256: str
+    sets: tuple[str, ...] = ()
 
     def body(self, robot: RobotModel) -> RobotModel:
         """The robot, with its arm folded as this profile says."""
@@ -130,9 +135,25 @@ class Profile:
         Raises:
             FileError: those that are not, or have another type.
         """
-        named = [(chart, name) for chart, values in self.charts.items() for name in values]
-        gather(partial(self._require, library, chart, name) for chart, name in named)
+        self._require_all(library, lambda _: True)
         self.apply(library)
+
+    def require_sets(self, library: Mapping[str, Chart]) -> None:
+        """Check that every chart and parameter that `sets` name exists.
+
+        Raises:
+            FileError: those that do not.
+        """
+        given = {text.partition("=")[0].strip() for text in self.sets}
+        self._require_all(library, given.__contains__)
+
+    def _require_all(self, library: Mapping[str, Chart], wanted: Callable[[str], bool]) -> None:
+        named = [(chart, name) for chart, values in self.charts.items() for name in values]
+        gather(
+            partial(self._require, library, chart, name)
+            for chart, name in named
+            if wanted(f"charts.{chart}.{name}")
+        )
 
     def _require(self, library: Mapping[str, Chart], chart: str, name: str) -> None:
         key = f"charts.{chart}.{name}"
@@ -178,23 +199,23 @@ class Profile:
 
 
 def profile_names() -> tuple[str, ...]:
-    """The profiles that come with the project."""
-    return tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
+    """The shipped profiles and a project's own."""
+    return tuple(known_files(FOLDER, "profile"))
 
 
-def load_profile(name_or_path: str | Path) -> Profile:
-    """A profile by name or by file.
+def load_profile(name_or_path: str | Path, sets: Sequence[str] = ()) -> Profile:
+    """A profile by name or by file, on its base, with single values set on top as KEY=VALUE.
 
     Raises:
         FileError: every mistake in it, with file, line, column and what would be right.
     """
-    return load_yaml(find_file(str(name_or_path), FOLDER, "profile"), _profile)
+    file = find_file(str(name_or_path), FOLDER, "profile")
+    return load_yaml(file, lambda item: _profile(item, tuple(sets)))
 
 
 @dataclass(frozen=True, slots=True)
 class _Profile:
     profile: Name
-    about: str
     robot: RobotSettings
     safety: SafetySettings
     plant: PlantSettings
@@ -205,13 +226,20 @@ class _Profile:
     haptic: HapticSettings
     localization: Localization = "combined"
     charts: Mapping[str, Mapping[str, Item]] = field(default_factory=dict)
+    about: str = ""
+    base: Item | None = None
+
+    def faults(self) -> Iterator[Fault]:
+        if not self.about and self.base is None:
+            yield "about", "the key 'about' is missing"
 
 
-def _profile(item: Item) -> Profile:
-    read = record(item, _Profile)
+def _profile(item: Item, sets: tuple[str, ...]) -> Profile:
+    layers = layered(item, sets)
+    read = record(layers.item, _Profile)
     return Profile(
         name=read.profile,
-        about=read.about,
+        about=read.about or layers.about,
         robot=read.robot,
         safety=read.safety,
         plant=read.plant,
@@ -222,14 +250,8 @@ def _profile(item: Item) -> Profile:
             chart: {name: value.value for name, value in values.items()}
             for chart, values in read.charts.items()
         },
-        places=dict(_places(item)),
-        sha256=hashlib.sha256(item.source.text.encode()).hexdigest(),
+        places=layers.places,
+        values=layers.values,
+        sha256=layers.sha256,
+        sets=sets,
     )
-
-
-def _places(item: Item) -> Iterator[tuple[str, Place]]:
-    """Where each key stands."""
-    if isinstance(item.value, Map):
-        for inner in item.mapping().values():
-            yield inner.key, inner.place
-            yield from _places(inner)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from behaviors.keys import SETTINGS, settings_of
 from behaviors.settings import Settings
 from engine.state import Context
 from hw.geometry import Pose2, Twist2
@@ -14,6 +15,7 @@ from hw.safety.limits import OLD_S
 from hw.samples import UserPose
 from states import ages
 from states.environment import Environment, SubsystemName
+from states.keys import ENVIRONMENT, environment_of
 from states.navigation.states import PLANNERS, planner_of
 
 if TYPE_CHECKING:
@@ -25,7 +27,7 @@ AGE_S = OLD_S
 SPARE = 0.02
 """A way is chosen this much farther from the user, m, than its drive keeps: it may hesitate."""
 
-READS: Mapping[str, float | None] = {"environment": None, "settings": None, **ages.READS}
+READS: Mapping[str, float | None] = {ENVIRONMENT: None, SETTINGS: None, **ages.READS}
 """What a state must declare to ask for a situation."""
 WAYS: Mapping[str, float | None] = {**READS, **PLANNERS}
 """The same for one with planners."""
@@ -93,8 +95,8 @@ def situation(ctx: Context, *subsystems: SubsystemName) -> Situation | None:
             return None
         planners[name] = planner
     return Situation(
-        environment=ctx.value("environment"),
-        settings=ctx.value("settings"),
+        environment=environment_of(ctx),
+        settings=settings_of(ctx),
         pose=robot.pose,
         twist=robot.twist,
         user=user.pose,

@@ -66,6 +66,21 @@ def word(text: str) -> str:
     return text
 
 
+def profile(parser: argparse.ArgumentParser, default: str) -> None:
+    """Declare `--profile` and `--set`."""
+    parser.add_argument(
+        "--profile", type=word, default=default, help=f"name or file; default {default}"
+    )
+    parser.add_argument(
+        "--set",
+        dest="sets",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="one value of the profile, as in chase.inner='2.6 m'; may be given several times",
+    )
+
+
 def kept_file(text: str) -> Path:
     """A file for a record or a trace; not one that is only half written."""
     if text.endswith(PART):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,26 +11,27 @@ from engine.files.finding import FileError
 
 if TYPE_CHECKING:
     from behaviors.profile import Profile
+    from cobodeck.floor_report import FloorReport
     from hw.robot import RobotModel
-    from hw.scene import Scene
     from states.floors.space import Untouchable
 
 FIT, MISSING, BAD = "ok", "missing", "bad"
 PRINTED = 60
 """The Haptic pose that the paper names for a user who faces a wall, deg (5.2.2)."""
 SHOWN = 6
-"""So many places where a Haptic pose is missing are written out."""
+"""How many places without a Haptic pose are listed."""
 
 DoctorLine = tuple[str, str, str]
 
 
 def room_checks(scene_name: str, profile_name: str | None = None) -> Iterator[DoctorLine]:
-    """What was looked at, how it is, and what that means.
+    """One line per check: what was checked, its state, what that means.
 
     Raises:
         FileError: the scene or the profile is wrong.
     """
     from behaviors.profile import load_profile
+    from cobodeck.floor_report import floor_report
     from cobodeck.places import open_place
     from cobodeck.wiring import PROFILE
     from hw.robot import load_robot
@@ -43,7 +44,7 @@ def room_checks(scene_name: str, profile_name: str | None = None) -> Iterator[Do
     except FileError as error:
         yield "profile", BAD, str(error)
     yield "escape", FIT, _getting_away(robot, profile)
-    yield from _room(scene, profile)
+    yield from _floor(floor_report(scene_name, profile), profile)
 
 
 def tracking_checks(path: Path) -> Iterator[DoctorLine]:
@@ -74,7 +75,7 @@ def _outline(robot: RobotModel) -> str:
 
 
 def _getting_away(robot: RobotModel, profile: Profile) -> str:
-    """From standstill so far that user and robot pass: the profile's limit, and the brakes'."""
+    """Time to move aside from standstill, at the profile's acceleration and at the brakes'."""
     away, own = profile.settings.escape.contact, robot.base.brake_deceleration
     chosen = profile.robot.base_acceleration
     slow, fast = (math.sqrt(2.0 * away / limit) for limit in (chosen, max(chosen, own)))
@@ -84,60 +85,31 @@ def _getting_away(robot: RobotModel, profile: Profile) -> str:
     )
 
 
-def _room(scene: Scene, profile: Profile) -> Iterator[DoctorLine]:
-    from states.floors.floor_plan import RoomFloor
-    from states.floors.space import measure, shortcoming, without_haptic_pose
-
-    floor, kept = RoomFloor(scene.room), profile.navigation.haptic.inflation
-    lack = shortcoming(floor, kept)
-    yield f"room {scene.name}", BAD if lack else FIT, lack or "large enough for all behaviours"
-    space = measure(floor, kept)
-    yield "floor", FIT, f"{space.usable_m2:.1f} of {space.free_m2:.1f} m2 left at {kept:g} m"
-    yield "wall ahead", FIT, _facing_a_wall(profile)
-    nearest = profile.navigation.haptic.user_radius
-    drivable = [place for place in haptic_places(profile) if math.hypot(*place) >= nearest]
-    found = without_haptic_pose(floor, drivable, kept)
-    yield "haptic poses", FIT, _untouchable(found)
+def _floor(report: FloorReport, profile: Profile) -> Iterator[DoctorLine]:
+    space, lack = report.space, report.shortcoming
+    yield f"room {report.name}", BAD if lack else FIT, lack or "large enough for all behaviours"
+    usable = f"{space.usable_m2:.1f} of {space.free_m2:.1f} m2"
+    yield "floor", FIT, f"{usable} usable at {space.inflation:g} m from walls"
+    yield "wall ahead", FIT, _facing_a_wall(report.wall_ahead, profile)
+    yield "haptic poses", FIT, _untouchable(report.untouchable)
 
 
-def haptic_places(profile: Profile) -> list[tuple[float, float]]:
-    """The Haptic rover poses seen from the user, x ahead and y left, m."""
-    from behaviors.haptic import all_poses
-    from hw.geometry import Pose3
-
-    haptic = profile.settings.haptic
-    deep = Pose3.from_yaw(haptic.deep_ahead, 0.0, haptic.deep_height, 0.0)
-    return [(pose.x, pose.y) for pose in all_poses(haptic, deep)]
-
-
-def wall_ahead(profile: Profile) -> dict[int, float]:
-    """How far from a user a wall ahead must be, with the drive's tolerance, by angle, m (R126)."""
-    from states.floors.space import room_ahead
-
-    drive, angles = profile.navigation.haptic, profile.settings.haptic.angles
-    return {
-        round(math.degrees(abs(angle))): room_ahead(place, drive.inflation, drive.tolerance)
-        for angle, place in zip(angles, haptic_places(profile), strict=True)
-    }
-
-
-def _facing_a_wall(profile: Profile) -> str:
+def _facing_a_wall(distances: Mapping[int, float], profile: Profile) -> str:
     haptic, drive = profile.settings.haptic, profile.navigation.haptic
-    distances = wall_ahead(profile)
-    ahead = min(distances, key=lambda angle: abs(angle - PRINTED))
-    beyond = haptic.radius * math.cos(math.radians(ahead))
+    angle = min(distances, key=lambda angle: abs(angle - PRINTED))
+    beyond = haptic.radius * math.cos(math.radians(angle))
     parts = (haptic.deep_ahead, beyond, drive.inflation, drive.tolerance)
-    told = " + ".join(f"{part:.2f}" for part in parts)
-    others = ", ".join(f"{m:.2f} m at {a} deg" for a, m in distances.items() if a != ahead)
+    summands = " + ".join(f"{part:.2f}" for part in parts)
+    others = ", ".join(f"{m:.2f} m at {a} deg" for a, m in distances.items() if a != angle)
     return (
-        f"a user who faces it needs {distances[ahead]:.2f} m for the Haptic pose at {ahead} deg "
-        f"({told}); {others}"
+        f"a user who faces it needs {distances[angle]:.2f} m for the Haptic pose at {angle} deg "
+        f"({summands}); {others}"
     )
 
 
 def _untouchable(found: Untouchable) -> str:
     if found.overall is None:
-        return "nowhere can a user stand"
+        return "there is no place for a user to stand"
     shares = found.share.tolist()
     places = sorted(zip(shares, found.x.tolist(), found.y.tolist(), strict=True), reverse=True)
     without = [place for place in places if place[0] > 0.0]
@@ -145,4 +117,4 @@ def _untouchable(found: Untouchable) -> str:
     if not without:
         return told
     listed = ", ".join(f"({x:.2f}, {y:.2f}) in {share:.0%}" for share, x, y in without[:SHOWN])
-    return f"{told}; a request there ends with `failed`. Most directions: {listed}"
+    return f"{told}; a request there ends with `failed`. Worst places: {listed}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from cobodeck.connected import signals_of
+from cobodeck.opening import signals_of
 from hw.connection import REFERS, Connection, ServedPart
 from hw.people.person import Person
 

@@ -70,7 +70,7 @@ def is_of(stage: Stage, header: Mapping[str, Any], wanted: Wanted) -> bool:
 
 def differences(stage: Stage, header: Mapping[str, Any], wanted: Wanted) -> Iterator[str]:
     """What of a record is not as it will be now, in words."""
-    known = set(header["files"].values())
+    known = {*header["files"].values(), header.get("profile", {}).get("sha256")}
     for label, hashed in wanted.files.items():
         if hashed not in known:
             yield f"{label} has changed"

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from cobodeck.catalogue import Catalogue, shipped_charts
 from cobodeck.console import FAILED, Problem
+from cobodeck.named_files import head_of, kind_of
 from engine.chart import Chart
 from engine.check import check
 from engine.files.finding import FileError, Finding, did_you_mean
@@ -21,42 +22,7 @@ from engine.files.text import read_text
 from engine.load import Library, load_files
 from engine.report import text
 
-KINDS = (
-    "chart",
-    "scene",
-    "robot",
-    "profile",
-    "user",
-    "prop",
-    "calibration",
-    "arm",
-    "connection",
-    "tracking",
-)
 SKIPPED = frozenset((".git", ".venv", "venv", "node_modules", "build", "dist", "__pycache__"))
-_HEAD_BYTES = 4096
-
-
-def head_of(file: Path) -> tuple[str, str] | None:
-    """What a YAML file is, and its name: the first line that begins with one of the `KINDS`."""
-    try:
-        if not file.is_file():  # a pipe would have to be waited for
-            return None
-        with file.open("rb") as stream:
-            head = stream.read(_HEAD_BYTES)
-    except OSError:
-        return None
-    for line in head.decode("utf-8", "replace").lstrip("\ufeff").splitlines():
-        key, colon, name = line.partition(":")
-        if colon and key.rstrip() in KINDS:
-            return key.rstrip(), name.partition("#")[0].strip().strip("'\"")
-    return None
-
-
-def kind_of(file: Path) -> str | None:
-    """What a YAML file is."""
-    head = head_of(file)
-    return None if head is None else head[0]
 
 
 def files_in(paths: Iterable[Path]) -> list[tuple[Path, str]]:
@@ -123,7 +89,7 @@ def _add(library: Library, file: Path) -> None:
 
 
 def _own_charts(catalogue: Catalogue) -> list[Path]:
-    files = [file for project in catalogue.projects for file in project.chart_files()]
+    files = [file for project in catalogue.projects for file in project.yaml_files()]
     return [file for file in files if kind_of(file) == "chart"]
 
 

@@ -14,12 +14,13 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from cobodeck.console import Problem, complain
+from cobodeck.shadows import PACKAGES
 from engine.files.finding import FileError
 from engine.files.text import read_bytes, read_text
 
@@ -62,7 +63,7 @@ class Project:
                 seen.add(here.resolve())
                 yield from (here, *(here / name for name in files))
 
-    def chart_files(self) -> list[Path]:
+    def yaml_files(self) -> list[Path]:
         """The YAML files of the project's packages."""
         found: dict[Path, None] = {}
         for module in self.modules:
@@ -82,10 +83,10 @@ class Project:
         return Path(places[0]) if places else None
 
 
-def projects(start: Path | None = None) -> list[Project]:
+def projects(start: Path | None = None, tell: Callable[[str], None] = complain) -> list[Project]:
     """The project around a folder, by default the present one, and all that are installed.
 
-    A project around it whose code may not be imported is told of and left out.
+    A project around it whose code may not be imported is left out; `tell` is given the reason.
 
     Raises:
         Problem: the project's file cannot be read, or is none.
@@ -95,11 +96,16 @@ def projects(start: Path | None = None) -> list[Project]:
     here = _around(start)
     found = []
     if here is not None:
+        for name, module in _hiding(here):
+            tell(
+                f"{module}: cobodeck has a package {name!r} of its own, and Python may import one "
+                "for the other; rename yours"
+            )
         why_not = _outside(here, start) or _foreign(here)
         if not why_not:
             found.append(here)
         elif not installed.keys() >= set(here.modules):  # else they are imported from there
-            complain(f"{here.folder}/{FILE}: its states are not imported: {why_not}")
+            tell(f"{here.folder}/{FILE}: its states are not imported: {why_not}")
     known = {module for project in found for module in project.modules}
     return found + [
         Project(name, (module,)) for module, name in installed.items() if module not in known
@@ -181,6 +187,15 @@ def _foreign(project: Project) -> str:
     return ""
 
 
+def _hiding(project: Project) -> Iterator[tuple[str, Path]]:
+    """What in a project's folder has the name of a package of cobodeck, and could be imported."""
+    assert project.folder is not None
+    for name in PACKAGES:
+        for module in (project.folder / f"{name}.py", project.folder / name / "__init__.py"):
+            if module.is_file():
+                yield name, module
+
+
 def _read(file: Path) -> Project | None:
     import tomllib
 
@@ -195,6 +210,11 @@ def _read(file: Path) -> Project | None:
         if not isinstance(found, dict):
             raise Problem(f"{file}: {key!r} is not a table")
     for name, module in found.items():
+        if isinstance(module, str) and module.partition(".")[0] in PACKAGES:
+            raise Problem(
+                f"{file}: {GROUP}.{name} names {module!r}, which is in a package of cobodeck; "
+                "give your own another name"
+            )
         if not isinstance(module, str) or not all(map(str.isidentifier, module.split("."))):
             raise Problem(f"{file}: {GROUP}.{name} is not the name of a module")
     return Project(next(iter(found)), tuple(found.values()), file.parent) if found else None

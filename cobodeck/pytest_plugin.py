@@ -48,10 +48,18 @@ def parts() -> Iterator[Parts]:
 @pytest.fixture
 def sim(request: pytest.FixtureRequest, parts: Parts) -> Iterator[Rehearsal]:
     """Charts in virtual time; see `cobodeck.testing`."""
-    from cobodeck.testing import Rehearsal
+    from cobodeck.shadows import explained, shadows
 
-    rehearsal = Rehearsal(request.path.parent, request.config.rootpath, parts)
-    yield rehearsal
+    if hidden := shadows():
+        pytest.fail(explained(hidden), pytrace=False)
+    from cobodeck.named_files import own_files_around
+    from cobodeck.testing import Rehearsal
+    from engine.files.named import with_own_files
+
+    root = request.config.rootpath
+    rehearsal = Rehearsal(request.path.parent, root, parts)
+    with with_own_files(own_files_around(root)):
+        yield rehearsal
     rehearsal.finish()
 
 

@@ -7,7 +7,8 @@ samples are handed to the run.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -22,6 +23,7 @@ from cobodeck.places import RunPlace, environment_at, open_place
 from cobodeck.plants import Inert
 from engine.board import Board
 from engine.chart import Chart
+from engine.files.finding import FileError
 from engine.machine import Box, Leaf, Machine, Vertex
 from engine.run import ChartRun
 from engine.signals import Measured, Signal, closure, declare, roots
@@ -179,7 +181,7 @@ class Setup:
         return Machine(self.chart, self.library, known.interfaces, parameters, known.types)
 
 
-def open_setup(
+def open_setup(  # noqa: PLR0913  one call says all there is to say
     chart: str = CHART,
     scene: str | None = None,
     profile: str | None = None,
@@ -187,22 +189,27 @@ def open_setup(
     robot: str | Connection | None = None,
     charts: Mapping[str, Chart] | None = None,
     known: Catalogue | None = None,
+    sets: Sequence[str] = (),
 ) -> Setup:
     """Read and check everything a run needs.
 
     `robot` takes the place of the scene's; given alone, there is no scene at all. That of a
     connection has its limits; it has to be the scene's, and the connection may name a scene.
     `charts`: those of an earlier run by name, in place of files; `chart` is one of them. What
-    charts may name is `known`; by default all there is around the present folder.
+    charts may name is `known`; by default all there is around the present folder. `sets` are
+    single values of the profile, KEY=VALUE.
 
     Raises:
-        Problem: the chart cannot run; FileError: a file is wrong.
+        Problem: the chart cannot run; FileError: a file or a value of `sets` is wrong.
     """
     known = known or catalogue()
-    used_profile = load_profile(profile or PROFILE)
+    with _blaming_sets():
+        used_profile = load_profile(profile or PROFILE, sets)
     if charts is None:
         opened, charts = open_chart(chart, known)
         chart = opened.name
+        with _blaming_sets():
+            used_profile.require_sets(charts)
     connection = robot if isinstance(robot, Connection) else None
     named = robot.model if isinstance(robot, Connection) else robot
     if connection is not None:
@@ -213,7 +220,8 @@ def open_setup(
         refuse_other_body(connection, body, place)
         body = connection.limits.body(body)
         used_profile = used_profile.narrowed(connection.limits)
-    applied = used_profile.apply(charts)
+    with _blaming_sets():
+        applied = used_profile.apply(charts)
     return Setup(
         chart=applied[chart],
         library=applied,
@@ -226,10 +234,22 @@ def open_setup(
             "scene": scene,
             "profile": profile,
             "robot": named,
+            "set": list(sets),
             "connection": None if connection is None else connection.known_as,
         },
         connection=connection,
     )
+
+
+@contextmanager
+def _blaming_sets() -> Iterator[None]:
+    """Mistakes in values of the command line alone are mistakes in its use."""
+    try:
+        yield
+    except FileError as error:
+        if all(finding.place.file.startswith("--set ") for finding in error.findings):
+            raise Problem(str(error)) from None
+        raise
 
 
 def refuse_other_body(connection: Connection, body: RobotModel, place: RunPlace | None) -> None:

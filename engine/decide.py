@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from operator import attrgetter
 from typing import Any
 
 from engine.machine import Box, Cell, Leaf, Vertex
@@ -43,10 +42,16 @@ class Decision:
         self.ends: list[tuple[Vertex, str]] = []
         self.writes: Writes = ()
 
-    def rank(self) -> tuple[int, int, int, int]:
-        """Rule 4: the outer transition first, then the outer monitor, priority, document order."""
-        depth = -1 if self.box is None else self.box.depth
-        return depth, self.cause.depth, -self.cause.priority, self.cause.order
+    def precedence(self) -> tuple[int, int, int]:
+        """Rule 4 (c), between the guards of one container: smaller goes first."""
+        return -self.cause.priority, self._depth(), self.cause.order
+
+    def rank(self) -> tuple[int, int, int]:
+        """Rule 4 (d), between all that is left: the outer transition, then the outer monitor."""
+        return self._depth(), self.cause.depth, self.cause.order
+
+    def _depth(self) -> int:
+        return -1 if self.box is None else self.box.depth
 
 
 class UndeclaredOutcome(Exception):
@@ -179,40 +184,26 @@ class Judge:
             return True
         return not free and any(_inside(vertex.path, lock) for lock in self.locks)
 
-    def candidates(self, decisions: list[Decision]) -> list[Decision]:
-        """Look at the rules of boxes whose children are about to be kept."""
-        found: list[Decision] = []
-        kept: dict[Box, dict[Vertex, Decision]] = {}
-        for decision in sorted(decisions, key=Decision.rank):
-            if decision.kind != KEEP or decision.box is None:
-                found.append(decision)
-            elif decision.top in kept.setdefault(decision.box, {}):
-                found.append(decision)  # a better one ends the same child, so this one will lose
-            else:
-                kept[decision.box][decision.top] = decision
-        while kept:
-            box = max(kept, key=attrgetter("depth"))
-            keeping = list(kept.pop(box).values())
-            outcome = box.match(box.kept | {k.top: k.outcome for k in keeping})
-            if outcome is None:
-                found += keeping
-                continue
-            ending = self.resolve(box, outcome, guarded=any(k.cause.guard for k in keeping))
-            ending.cause = min((k.cause for k in keeping), key=attrgetter("rank"))
-            for k in keeping:
-                k.top.pending = k.writes
-                box.kept[k.top] = k.outcome
-            ending.ends = [end for k in keeping for end in k.ends] + ending.ends
-            if ending.kind == KEEP and ending.box is not None:
-                rival = kept.setdefault(ending.box, {}).get(ending.top)
-                if rival is not None:
-                    found.append(max(rival, ending, key=Decision.rank))
-                    ending = min(rival, ending, key=Decision.rank)
-                assert ending.box is not None
-                kept[ending.box][ending.top] = ending
-            else:
-                found.append(ending)
-        return found
+    def match(self, box: Box, keeping: list[Decision]) -> Decision | None:
+        """How `box` ends if these outcomes of its children are kept, too; None: it goes on.
+
+        It competes as the best of its causes: the outermost, by priority where these are its own
+        guards.
+        """
+        outcome = box.match(box.kept | {k.top: k.outcome for k in keeping})
+        if outcome is None:
+            return None
+        keeping = sorted(keeping, key=lambda k: k.top.order)
+        causes = [k.cause for k in keeping]
+        ending = self.resolve(box, outcome, guarded=any(cause.guard for cause in causes))
+        ending.cause = min(
+            causes, key=lambda c: (c.depth, -c.priority if c.parent is box else 0, c.order)
+        )
+        for k in keeping:
+            k.top.pending = k.writes
+            box.kept[k.top] = k.outcome
+        ending.ends = [end for k in keeping for end in k.ends] + ending.ends
+        return ending
 
 
 def _inside(path: str, lock: str) -> bool:

@@ -284,10 +284,12 @@ class Lifecycle:
         self.turns.wait(vertex)
         self.note(vertex, f"asks to end with {outcome}")
 
-    def _lose(self, decision: Decision) -> None:
-        for vertex, outcome in decision.ends:
+    def _lose(self, decisions: list[Decision]) -> None:
+        """Record the leaves whose outcomes are lost, in document order."""
+        ends = {vertex: outcome for decision in decisions for vertex, outcome in decision.ends}
+        for vertex in sorted(ends, key=_order):
             if isinstance(vertex, Leaf) and vertex in self.entered:
-                self.trace.add(("lost", self.board.now, vertex, outcome))
+                self.trace.add(("lost", self.board.now, vertex, ends[vertex]))
                 del self.entered[vertex]
                 self.turns.drop(vertex)
 

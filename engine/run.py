@@ -12,8 +12,9 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from engine.board import Board
+from engine.contest import Contest
 from engine.context import Part
-from engine.decide import KEEP, Decision
+from engine.decide import KEEP
 from engine.lifecycle import Lifecycle
 from engine.machine import CHOSEN, IDLE, RUNNING, WAITING, Box, Leaf, Machine, Vertex
 from engine.state import NEVER_NS, On, Until
@@ -343,15 +344,10 @@ class ChartRun(Lifecycle):
             decisions = [decision]
         else:
             decisions = [self.judge.conclude(vertex, value) for vertex, value in ended]
-        decisions = sorted(self.judge.candidates(decisions), key=Decision.rank)
-        winners: list[Decision] = []
-        for decision in decisions:
-            inside = decision.box is not None and any(v.holds(decision.box) for v in due)
-            if inside or any(winner.top.holds(decision.cause) for winner in winners):
-                self._lose(decision)
-            else:
-                winners.append(decision)
-        for winner in winners:
+        contest = Contest(self.judge, due)
+        contest.hold(decisions)
+        self._lose(contest.losers)
+        for winner in contest.winners:
             self._take(winner)
 
     def _time_out(self) -> None:

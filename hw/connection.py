@@ -38,6 +38,7 @@ from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 from engine.files.item import Fault, Item, find_file, gather, load_yaml
+from engine.files.named import known_files
 from engine.files.record import Name, record
 from engine.files.units import Acceleration, AngularAcceleration, AngularSpeed, Speed
 from engine.files.values import Range, shown
@@ -220,8 +221,8 @@ class _File:
 
 
 def connection_names() -> tuple[str, ...]:
-    """The connections that come with the project."""
-    return tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
+    """The shipped connections and a project's own."""
+    return tuple(known_files(FOLDER, "connection"))
 
 
 def load_connection(name_or_path: str | Path) -> Connection:

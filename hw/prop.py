@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Annotated
 
 from engine.files.item import Fault, Item, find_file, load_yaml
+from engine.files.named import known_files
 from engine.files.record import Name, record
 from engine.files.units import Force, Length, Mass, Speed, Torque
 from engine.files.values import Range, above_0
@@ -110,8 +111,8 @@ class Prop:
 
 
 def prop_names() -> tuple[str, ...]:
-    """The end effectors that come with the project."""
-    return tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
+    """The shipped end effectors and a project's own."""
+    return tuple(known_files(FOLDER, "prop"))
 
 
 def load_prop(name_or_path: str | Path = "prop") -> Prop:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Annotated
 
 from engine.files.item import Fault, Item, find_file, load_yaml
+from engine.files.named import known_files
 from engine.files.record import Name, record
 from engine.files.units import (
     Acceleration,
@@ -229,8 +230,8 @@ class MotionLimits:
 
 
 def robot_names() -> tuple[str, ...]:
-    """The robots that come with the project."""
-    return tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
+    """The shipped robots and a project's own."""
+    return tuple(known_files(FOLDER, "robot"))
 
 
 def load_robot(name_or_path: str | Path, prop: str | Path | None = None) -> RobotModel:

@@ -34,6 +34,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from engine.files.item import Fault, Item, find_file, load_yaml
+from engine.files.named import known_files
 from engine.files.record import Name, record
 from engine.files.text import is_file
 from engine.files.units import Length
@@ -95,8 +96,8 @@ class Scene:
 
 
 def scene_names() -> tuple[str, ...]:
-    """The scenes that come with the project."""
-    return tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
+    """The shipped scenes and a project's own."""
+    return tuple(known_files(FOLDER, "scene"))
 
 
 def load_scene(name_or_path: str | Path) -> Scene:

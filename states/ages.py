@@ -10,31 +10,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.safety.limits import LATE_S, OLD_S
 from hw.samples import UserPose
+from states.keys import BASE_POSE, BASE_TWIST, USER_POSE, USER_VELOCITY, SignalReader
 
 READS: Mapping[str, float | None] = {
-    "base.pose": OLD_S,
-    "base.twist": OLD_S,
-    "user.pose": OLD_S,
-    "user.velocity": OLD_S,
+    BASE_POSE: OLD_S,
+    BASE_TWIST: OLD_S,
+    USER_POSE: OLD_S,
+    USER_VELOCITY: OLD_S,
 }
 """What a state must declare to ask for robot and user."""
-
-
-class SignalReader(Protocol):
-    """What is asked of a state's context."""
-
-    def value(self, signal: str) -> Any:
-        """The newest value; None if there is none or it is older than the state accepts."""
-        ...
-
-    def age(self, signal: str) -> float:
-        """How old the newest value is, s; infinite if there is none."""
-        ...
 
 
 class RobotNow(NamedTuple):
@@ -55,30 +44,30 @@ class UserNow(NamedTuple):
 
 def robot(ctx: SignalReader) -> RobotNow | None:
     """The robot now; None while pose or velocity are unknown or too old."""
-    pose, twist = ctx.value("base.pose"), ctx.value("base.twist")
+    pose, twist = ctx.value(BASE_POSE), ctx.value(BASE_TWIST)
     if pose is None or twist is None:
         return None
-    age = ctx.age("base.pose")
-    oldest = max(age, ctx.age("base.twist"))
+    age = ctx.age(BASE_POSE)
+    oldest = max(age, ctx.age(BASE_TWIST))
     if oldest <= LATE_S:
         return RobotNow(pose, twist, 1.0)
     if age > LATE_S:
-        pose = _taken_on(pose, twist.rotated(pose.yaw), age)
+        pose = pose.moved(twist.rotated(pose.yaw), age)
     return RobotNow(pose, twist, share_at(oldest))
 
 
 def user(ctx: SignalReader) -> UserNow | None:
     """The user now; None while their pose is unknown or too old."""
-    pose, velocity = ctx.value("user.pose"), ctx.value("user.velocity")
+    pose, velocity = ctx.value(USER_POSE), ctx.value(USER_VELOCITY)
     if pose is None:
         return None
-    age = ctx.age("user.pose")
+    age = ctx.age(USER_POSE)
     if age <= LATE_S:
         return UserNow(pose, velocity, 1.0)
     motion = velocity or STILL
     later = replace(
         pose,
-        body=_taken_on(pose.body, motion, age),
+        body=pose.body.moved(motion, age),
         head_yaw=wrap(pose.head_yaw + motion.wz * age),
     )
     return UserNow(later, velocity, share_at(age))
@@ -103,7 +92,7 @@ def around(ctx: SignalReader) -> RobotAndUser | None:
     if here is None:
         return None
     if there is None:
-        known = ctx.age("user.pose") < math.inf
+        known = ctx.age(USER_POSE) < math.inf
         return None if known else RobotAndUser(here.pose, here.twist, None, (0.0, 0.0), here.share)
     walk = there.velocity or STILL
     share = min(here.share, there.share)
@@ -125,9 +114,3 @@ def slowed(command: Twist2, share: float, speed: float, yaw_rate: float) -> Twis
     if abs(command.wz) * scale > share * yaw_rate:
         scale = share * yaw_rate / abs(command.wz)
     return Twist2(scale * command.vx, scale * command.vy, scale * command.wz)
-
-
-def _taken_on(pose: Pose2, motion: Twist2, age: float) -> Pose2:
-    """Where this velocity, in the map, leads in so many seconds."""
-    x, y = pose.x + age * motion.vx, pose.y + age * motion.vy
-    return Pose2(x, y, wrap(pose.yaw + age * motion.wz))

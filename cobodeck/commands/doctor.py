@@ -1,9 +1,9 @@
-"""Tell whether this machine is fit: versions, libraries, names that hide ours, Graphviz.
+"""Check this machine: versions, libraries, packages that shadow ours, Graphviz.
 
-With --scene: whether a room is fit for its robot too, how far a user who faces a wall has to be
-from it, and where there is no Haptic pose. With --tracking: whether a calibration can be used. With
---robot: whether all is there that a connection needs; nothing of it is opened, and nothing moves.
-Exit code 1: something is bad.
+With --scene: check that a room suits its robot, how far from a wall a user who faces it has to
+stand, and where there is no Haptic pose. With --tracking: check a calibration. With --robot: check
+everything that a connection needs; nothing of it is opened, and nothing moves. Exit code 1: some
+check failed.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import platform
+import re
 import shutil
 import sys
 from collections.abc import Iterator
@@ -18,11 +19,10 @@ from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 
 from cobodeck.arguments import word
+from cobodeck.compiled_code import described
 from cobodeck.console import FAILED, OK, show, show_json, table
 from cobodeck.doctor import BAD, FIT, MISSING, DoctorLine, room_checks, tracking_checks
-
-PACKAGES = ("engine", "states", "behaviors", "hw", "cobodeck", "charts")
-ROOT = Path(__file__).parent.parent.parent
+from cobodeck.shadows import explained, shadows
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,7 +37,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Look at everything, advise on what is not fit."""
+    """Run all checks, with advice for those that fail."""
     found = list(checks())
     if args.scene is not None:
         found += room_checks(args.scene, args.profile)
@@ -54,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def connection_checks(name: str, *, own: bool) -> list[DoctorLine]:
-    """Whether all is there that a connection needs."""
+    """Whether everything that a connection needs is there."""
     from cobodeck.catalogue import catalogue
     from cobodeck.preflight import preflight
     from hw.connection import load_connection
@@ -63,25 +63,19 @@ def connection_checks(name: str, *, own: bool) -> list[DoctorLine]:
 
 
 def checks() -> Iterator[tuple[str, str, str]]:
-    """What was looked at, how it is, and what to do."""
+    """One line per check: what was checked, its state, what to do."""
     fit = sys.version_info >= (3, 11)
     yield "python", FIT if fit else BAD, f"{platform.python_version()}, 3.11 or newer is needed"
     yield "system", FIT, f"{platform.system()} {platform.machine()}"
     yield from _shadowed()
     yield from _libraries()
     yield _graphviz()
+    yield "compiled code", FIT, described()
 
 
 def _shadowed() -> Iterator[tuple[str, str, str]]:
-    for name in PACKAGES:
-        spec = importlib.util.find_spec(name)
-        places = [Path(place) for place in (spec.submodule_search_locations or ())] if spec else []
-        if ROOT / name not in [place.resolve() for place in places]:
-            where = ", ".join(map(str, places)) or "nowhere"
-            advice = (
-                f"found at {where}; ours is {ROOT / name}: use a virtual environment of its own"
-            )
-            yield f"package {name}", BAD, advice
+    for name, file in shadows().items():
+        yield f"package {name}", BAD, explained({name: file})
 
 
 def _libraries() -> Iterator[tuple[str, str, str]]:
@@ -93,7 +87,7 @@ def _libraries() -> Iterator[tuple[str, str, str]]:
     yield "cobodeck", FIT, version("cobodeck")
     for line in needed:
         requirement, _, marker = line.partition(";")
-        name = requirement.split(">")[0].split("=")[0].split("<")[0].strip()
+        name = re.split(r"[\[<>=!~ ]", requirement, maxsplit=1)[0]
         try:
             yield name, FIT, version(name)
         except PackageNotFoundError:

@@ -13,14 +13,14 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cobodeck.arguments import new_record, positive, seconds, word
+from cobodeck.arguments import new_record, positive, profile, seconds, word
 from cobodeck.commands import simulate
 from cobodeck.console import REFUSED, Problem, complain
 from cobodeck.gate import WORDS
 from cobodeck.wiring import PROFILE, TICK_HZ
 
 if TYPE_CHECKING:
-    from cobodeck.stage import Options
+    from cobodeck.options import Options
     from cobodeck.wiring import Setup
 
 BLOCKED_S = 0.1
@@ -40,9 +40,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="as of simulate; default: the one of the scene",
     )
     parser.add_argument("--requests", type=positive, metavar="N", help="end after so many")
-    parser.add_argument(
-        "--profile", type=word, default=PROFILE, help=f"name or file; default {PROFILE}"
-    )
+    profile(parser, PROFILE)
     parser.add_argument("--seed", type=int, default=0, help="of everything random; default 0")
     parser.add_argument("--duration", type=seconds, default=3600.0, metavar="S", help="end by then")
     parser.add_argument(
@@ -78,7 +76,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run on the mock, or on real parts."""
     from cobodeck.clocks import RealTime, Virtual
-    from cobodeck.stage import Options
+    from cobodeck.options import Options
     from hw.connection import connection_names, load_connection
     from hw.robot import robot_names
 

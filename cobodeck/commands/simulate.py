@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cobodeck.arguments import kept_file, length, positive, seconds, word
+from cobodeck.arguments import kept_file, length, positive, profile, seconds, word
 from cobodeck.console import FAILED, OK, Problem, ProgressLine, complain, show, show_json
 from cobodeck.wiring import CHART, PROFILE, SCENE, TICK_HZ
 from engine.errors import Raised
@@ -19,9 +19,9 @@ from engine.errors import Raised
 if TYPE_CHECKING:
     from cobodeck.clocks import Clock
     from cobodeck.loop import Loop
+    from cobodeck.options import Options
     from cobodeck.record.recorder import Recorder
     from cobodeck.simulate import RunResult
-    from cobodeck.stage import Options
     from cobodeck.wiring import Setup
     from hw.connection import Connection
 
@@ -53,9 +53,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="X.mcap: the person of a record; default: the scene's",
     )
     parser.add_argument("--requests", type=positive, metavar="N", help="end after so many")
-    parser.add_argument(
-        "--profile", type=word, default=PROFILE, help=f"name or file; default {PROFILE}"
-    )
+    profile(parser, PROFILE)
     parser.add_argument(
         "--tier",
         type=int,
@@ -86,7 +84,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Simulate, record, report."""
-    from cobodeck.stage import LONGEST_S, Options
+    from cobodeck.options import LONGEST_S, Options
 
     options = Options(
         user=args.user,
@@ -109,11 +107,6 @@ def report_on(
     before: Callable[[Setup], None] | None = None,
 ) -> int:
     """Run, write the trace file, print the figures; `before` is called once all is read."""
-    from cobodeck.warmup import keep_compiled_code
-
-    problem = keep_compiled_code()
-    if problem:
-        complain(problem)
     from cobodeck.explain import explain
     from cobodeck.summary import summary
 
@@ -207,7 +200,9 @@ def _setup(args: argparse.Namespace) -> Setup:
     from cobodeck.wiring import open_setup
 
     known, body = catalogue(own=args.own), _robot_of(args)
-    setup = open_setup(args.chart, args.scene, args.profile, args.tick_hz, body, known=known)
+    setup = open_setup(
+        args.chart, args.scene, args.profile, args.tick_hz, body, known=known, sets=args.sets
+    )
     for remark in () if setup.place is None else setup.place.remarks:
         complain(remark)
     return setup
@@ -243,7 +238,7 @@ def _run(
 
 def _robot_of(args: argparse.Namespace) -> str | Connection | None:
     """A body, or a connection; a simulation takes no more of it than body and limits."""
-    from cobodeck.library import kind_of
+    from cobodeck.named_files import kind_of
     from hw.connection import connection_names, load_connection
 
     named: str | None = getattr(args, "robot", None)

@@ -1,4 +1,4 @@
-"""Measure how much of a room or map is left for the robot, and whether that is enough.
+"""Measure how much of a room or map the robot can use, and whether that is enough.
 
 Takes a scene, by name or file, or the YAML file of a map. Exit code 1: too small for all
 behaviours.
@@ -7,32 +7,28 @@ behaviours.
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from cobodeck.arguments import length, word
-from cobodeck.console import FAILED, OK, Problem, show, show_json, table
+from cobodeck.console import FAILED, OK, show, show_json, table
+from cobodeck.floor_report import FloorReport, floor_report
 from cobodeck.wiring import PROFILE
-
-if TYPE_CHECKING:
-    from behaviors.profile import Profile
-    from states.floors.floor_cells import MapFloor
-    from states.floors.floor_plan import RoomFloor
-    from states.floors.space import Space, Untouchable
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("place", metavar="SCENE|MAP", help="name or file")
     parser.add_argument(
-        "--inflation", type=length, metavar="M", help="kept from walls; default: Haptic's own"
+        "--inflation",
+        type=length,
+        metavar="M",
+        help="kept from walls; default: that of Haptic",
     )
     parser.add_argument(
         "--corners", choices=("round", "square"), default="round",
-        help="how rooms are inflated about corners; default round, as the robot drives",
+        help="how rooms are inflated around corners; default round, as the planners do",
     )  # fmt: skip
     parser.add_argument(
         "--profile", type=word, default=PROFILE, help=f"name or file; default {PROFILE}"
@@ -41,27 +37,17 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="for programs")
 
 
-@dataclass(frozen=True)
-class SpaceReport:
-    """What was found out about a place."""
-
-    name: str
-    floor: RoomFloor | MapFloor
-    corners: str
-    space: Space
-    untouchable: Untouchable
-    room_ahead: Mapping[int, float]
-    shortcoming: str | None
-    remarks: tuple[str, ...] = ()
-
-
 def run(args: argparse.Namespace) -> int:
     """Measure, report, draw."""
     if args.output is not None:
         from cobodeck.pictures.canvas import form_of
 
         form_of(args.output)
-    found = measure_place(args.place, args.inflation, args.corners, args.profile)
+    from behaviors.profile import load_profile
+
+    found = floor_report(
+        args.place, load_profile(args.profile), inflation=args.inflation, corners=args.corners
+    )
     if args.json:
         show_json(figures(found))
     else:
@@ -73,64 +59,8 @@ def run(args: argparse.Namespace) -> int:
     return OK if found.shortcoming is None else FAILED
 
 
-def measure_place(
-    place: str, inflation: float | None, corners: str, profile_name: str
-) -> SpaceReport:
-    """Everything that is to be known of a scene or map.
-
-    Raises:
-        Problem: the place cannot be measured so; ValueError of `hw` and `behaviors`: a file is
-            wrong.
-    """
-    from behaviors.haptic import all_poses
-    from behaviors.profile import load_profile
-    from hw.geometry import Pose3
-    from states.floors.space import measure, room_ahead, shortcoming, without_haptic_pose
-
-    profile = load_profile(profile_name)
-    name, floor, remarks = _floor(place, corners)
-    haptic = profile.settings.haptic
-    deep = Pose3.from_yaw(haptic.deep_ahead, 0.0, haptic.deep_height, 0.0)
-    poses = [(pose.x, pose.y) for pose in all_poses(haptic, deep)]
-    kept = inflation if inflation is not None else profile.navigation.haptic.inflation
-    return SpaceReport(
-        name,
-        floor,
-        corners,
-        measure(floor, kept),
-        without_haptic_pose(floor, poses, kept),
-        {
-            round(math.degrees(abs(angle))): room_ahead(pose, kept, _tolerance(profile))
-            for angle, pose in zip(haptic.angles, poses, strict=True)
-        },
-        shortcoming(floor, kept),
-        remarks,
-    )
-
-
-def _tolerance(profile: Profile) -> float:
-    return profile.navigation.haptic.tolerance
-
-
-def _floor(place: str, corners: str) -> tuple[str, RoomFloor | MapFloor, tuple[str, ...]]:
-    from cobodeck.places import is_map
-    from hw.scene import load_scene
-    from states.floors.floor_plan import RoomFloor
-
-    if not is_map(place):
-        scene = load_scene(place)
-        return scene.name, RoomFloor(scene.room, "square" if corners == "square" else "round"), ()
-    if corners == "square":
-        raise Problem(f"{place}: a map is inflated cell by cell, with round corners only")
-    from states.floors.floor_cells import MapFloor
-    from states.maps.occupancy import load_map
-
-    map_ = load_map(place)
-    return Path(place).stem, MapFloor(map_), map_.remarks
-
-
-def figures(found: SpaceReport) -> dict[str, Any]:
-    """The figures for programs; m, m2."""
+def figures(found: FloorReport) -> dict[str, Any]:
+    """The report as JSON; m, m2."""
     from states.floors.space import smallest_square
 
     space = found.space
@@ -150,13 +80,13 @@ def figures(found: SpaceReport) -> dict[str, Any]:
         "fits_all_behaviours": found.shortcoming is None,
         "shortcoming": found.shortcoming,
         "no_haptic_pose_share": found.untouchable.overall,
-        "wall_ahead_m": {str(angle): ahead for angle, ahead in found.room_ahead.items()},
+        "wall_ahead_m": {str(angle): ahead for angle, ahead in found.wall_ahead.items()},
         "remarks": list(found.remarks),
     }
 
 
-def summary(found: SpaceReport) -> str:
-    """The figures for people."""
+def summary(found: FloorReport) -> str:
+    """The report as a table."""
     from states.floors.space import smallest_square
 
     space, side = found.space, smallest_square(found.space.inflation)
@@ -167,7 +97,7 @@ def summary(found: SpaceReport) -> str:
         ("in pieces of", _listed(space.pieces)),
         ("closed passages", _passages(found)),
         ("user poses without a Haptic pose", _percent(found.untouchable.overall) or "-"),
-        ("nearest wall ahead for Haptic", _ahead(found.room_ahead)),
+        ("nearest wall ahead for Haptic", _ahead(found.wall_ahead)),
         ("smallest square room", f"{side:.4g} x {side:.4g} m"),
         ("for all behaviours", found.shortcoming or "large enough"),
         *(("look at", remark) for remark in found.remarks),
@@ -185,7 +115,7 @@ def _listed(pieces: tuple[float, ...]) -> str:
     return f"{shown} m2{more}" if pieces else "nothing"
 
 
-def _passages(found: SpaceReport) -> str:
+def _passages(found: FloorReport) -> str:
     places = [
         f"{passage.width:.2f} m at ({passage.middle[0]:.2f}, {passage.middle[1]:.2f})"
         for passage in found.space.closed
@@ -199,7 +129,7 @@ def _ahead(distances: Mapping[int, float]) -> str:
     return f"{shown}, by pose"
 
 
-def _draw(found: SpaceReport, output: Path) -> None:
+def _draw(found: FloorReport, output: Path) -> None:
     from cobodeck.pictures.canvas import save
     from cobodeck.pictures.space import space_picture
 

@@ -104,7 +104,7 @@ def _walked(chart: Chart, library: Library, known: Catalogue) -> str:
 
 
 def _default_paths(known: Catalogue) -> list[Path]:
-    own = [file for project in known.projects if project.folder for file in project.chart_files()]
+    own = [file for project in known.projects if project.folder for file in project.yaml_files()]
     if own:
         return own
     import hw

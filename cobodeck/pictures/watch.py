@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 from cobodeck.arm_contact import ArmWatch
+from cobodeck.judges import arm_outline, prop_of
 from cobodeck.metrics import NOBODY, Evaluator
 from cobodeck.pictures.course import Course, Instant, NodeSpan, TouchRequest
 from cobodeck.requests import RequestWatch
-from cobodeck.stage import arm_outline, prop_of
 from engine.chart import Chart, Node
 from engine.trace import TraceRecord
 from hw.geometry import Pose3

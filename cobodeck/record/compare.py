@@ -19,7 +19,7 @@ from hw.geometry import Pose2, wrap
 
 NEAR_M, NEAR_RAD = 1e-3, 1e-3
 """Poses that are not farther apart are taken for the same."""
-LEFT_OUT = {"format", "began", "command", "given", "charts", "files"}
+LEFT_OUT = {"format", "began", "command", "given", "named", "charts", "files"}
 """Entries that differ between any two runs, that stand in the header twice, or that stand apart."""
 WORDS = {"versions": "version of {}", "code": "code of {}", "parts": "part {}", "options": "{}"}
 """What an entry inside another is called."""
@@ -27,6 +27,7 @@ ASKED = {"chart", "scene", "robot", "user", "profile", "tier", "seed", "tick_hz"
 """Figures that say what was run; the headers have them."""
 COMPUTING = {"wall_s", "realtime_factor", "left_out", "missed", "overruns", "signals"}
 """Figures of the machine, and of what was left out on it; no part of what came out."""
+PROFILE_TEXT = "text of the profile"
 LINES = 3
 """So many lines of a text are shown of each place of each of the two, and twice as many in all."""
 
@@ -242,8 +243,9 @@ def _entries(header: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             continue
         if not isinstance(held, Mapping):
             yield name, held
-        elif set(held) == {"name", "sha256"}:
+        elif {"name", "sha256"} <= set(held) <= {"name", "sha256", "values"}:
             yield name, f"{held['name']} {held['sha256']}"
+            yield from held.get("values", {}).items()
         else:
             words = WORDS.get(name, f"{name} {{}}")
             yield from ((words.format(key), part) for key, part in held.items())
@@ -252,6 +254,9 @@ def _entries(header: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 def _files(a: Record, b: Record) -> Iterator[HeaderDifference]:
     """The charts and the profile that were run, wherever they lay; all other files by name."""
     used = [_used(record) for record in (a, b)]
+    if not all(PROFILE_TEXT in files for files in used):  # one has a base, or values of its own
+        for files in used:
+            files.pop(PROFILE_TEXT, None)
     apart = {file for files in used for file in files.values()}
     one, other = (_read(*given, apart) for given in zip((a, b), used, strict=True))
     for what in sorted({*one, *other}):
@@ -267,7 +272,7 @@ def _used(record: Record) -> dict[str, str]:
     found = {f"chart {name}": file for name, file in header["charts"].items()}
     for file, told in _hashes(record).items():
         if told == header["profile"]["sha256"]:
-            found["text of the profile"] = file
+            found[PROFILE_TEXT] = file
     return found
 
 

@@ -14,10 +14,12 @@ from typing import Any
 
 from cobodeck.library import reached
 from cobodeck.loop import Loop
+from cobodeck.named_files import KINDS
+from cobodeck.options import Options
 from cobodeck.record.sink import behind_record
-from cobodeck.stage import Options
 from cobodeck.wiring import Setup
 from engine.files.finding import FileError
+from engine.files.named import own_files
 from engine.files.text import noted, read_bytes
 from hw.people.user import is_recording
 
@@ -70,8 +72,13 @@ def header(
         "robot": setup.robot.name,
         "connection": _connection(setup),
         "limits": asdict(setup.limits),
-        "profile": {"name": setup.profile.name, "sha256": setup.profile.sha256},
+        "profile": {
+            "name": setup.profile.name,
+            "sha256": setup.profile.sha256,
+            "values": dict(setup.profile.values),
+        },
         "given": setup.given,
+        "named": _named(),
         "tick_hz": setup.tick_hz,
         "options": _plain(options),
         "user": options.user or (None if scene is None else scene.user),
@@ -87,6 +94,17 @@ def header(
         "files": {label(path): sha256(data) for path, data in read_files()} | _of_person(options),
         "code": code(setup),
     }
+
+
+def _named() -> dict[str, dict[str, str]]:
+    """The project's own files that were read, by kind and name: a replay finds them so."""
+    read = noted()
+    files = {kind: own_files(kind) for kind in KINDS}
+    found = {
+        kind: {name: label(file) for name, file in own.items() if file in read}
+        for kind, own in files.items()
+    }
+    return {kind: own for kind, own in found.items() if own}
 
 
 def _connection(setup: Setup) -> dict[str, Any] | None:

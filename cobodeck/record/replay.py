@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from behaviors.signals import ESTIMATE
 from cobodeck.catalogue import Catalogue, catalogue
 from cobodeck.clocks import Clock, Virtual
 from cobodeck.console import FAILED, Problem
+from cobodeck.judges import watchers
 from cobodeck.library import findings_of
 from cobodeck.logic import wander
 from cobodeck.loop import Loop, Ticked
@@ -30,10 +32,10 @@ from cobodeck.record.messages import (
 from cobodeck.record.plant import RECORD, Recorded, RecordedClock, RecordedPart, call_of
 from cobodeck.record.reader import Record
 from cobodeck.record.values import value
-from cobodeck.stage import watchers
 from cobodeck.wiring import Setup, ValueTap, open_setup, wire
 from engine.clock import TickGrid
 from engine.files.finding import FileError, mistake
+from engine.files.named import with_own_files
 from engine.files.text import instead
 from engine.load import Library, load_text
 from engine.machine import Machine
@@ -128,7 +130,7 @@ def written_setup(record: Record, known: Catalogue) -> Setup:
     header = record.header
     charts = _written_charts(record)
     given = header["given"]
-    with instead(texts_of(record)):
+    with instead(texts_of(record)), with_own_files(partial(_own_files, header)):
         connection = given.get("connection")
         setup = open_setup(
             header["chart"],
@@ -138,9 +140,15 @@ def written_setup(record: Record, known: Catalogue) -> Setup:
             given["robot"] if connection is None else load_connection(connection),
             charts,
             known,
+            given.get("set", ()),
         )
     localizing = header["options"]["seed"] if ESTIMATE in header["signals"] else None
     return replace(setup, localizing=localizing)
+
+
+def _own_files(header: Mapping[str, Any], kind: str) -> Mapping[str, Path]:
+    """What names meant in the project in which the record was made, whatever they mean today."""
+    return {name: Path(file) for name, file in header.get("named", {}).get(kind, {}).items()}
 
 
 def texts_of(record: Record) -> dict[Path, bytes]:

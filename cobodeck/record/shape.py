@@ -49,13 +49,15 @@ HEADER = _object(
     files=TEXTS,
     code=TEXTS,
 )
-GIVEN["properties"]["connection"] = MAYBE
+GIVEN["properties"] |= {"connection": MAYBE, "set": WORDS}
 CONNECTION = _object(name=TEXT, sha256=TEXT, real=FLAG)
 HEADER["properties"] |= {
     "connection": _or_none(CONNECTION),
     "limits": {"type": "object", "additionalProperties": _or_none(NUMBER)},
+    "named": {"type": "object", "additionalProperties": TEXTS},
+    "profile": {**NAMED, "properties": {**NAMED["properties"], "values": {"type": "object"}}},
 }
-"""A JSON Schema; older records do not tell of connections."""
+"""A JSON Schema; older records have no connection, no own names, and no values of the profile."""
 
 
 def misfit(header: Mapping[str, Any]) -> str | None:

@@ -21,7 +21,8 @@ from cobodeck.gate import (
     is_of,
     stages_of,
 )
-from cobodeck.library import kind_of, reached
+from cobodeck.library import reached
+from cobodeck.named_files import kind_of
 from cobodeck.record.header import code, label, read_files, sha256
 from cobodeck.record.reader import Record
 from cobodeck.record.start import FOLDER
@@ -75,7 +76,7 @@ def wanted_of(setup: Setup) -> Wanted:
         if path.suffix == URDF or kind_of(path) in BODY
     }
     return Wanted(
-        files=charts | body,
+        files=charts | body | {f"profile {setup.profile.name}": setup.profile.sha256},
         code=code(setup),
         limits=asdict(setup.limits),
         tick_hz=setup.tick_hz,
@@ -136,6 +137,8 @@ def _command(setup: Setup, finding: StageResult) -> str:
     asked["--profile"] = None if asked["--profile"] == PROFILE else asked["--profile"]
     for name, value in asked.items():
         words += [] if value is None else [name, str(value)]
+    for text in setup.profile.sets:
+        words += ["--set", text]
     if setup.tick_hz != TICK_HZ:
         words += ["--tick-hz", str(setup.tick_hz)]
     return shlex.join(["cobodeck", *words])

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 from engine.files import source as yaml
 from engine.files.finding import CODE, FileError, Finding, Place, did_you_mean, mistake
+from engine.files.named import known_files
 from engine.files.source import Map, Mark, Seq, SourceFile
 from engine.files.text import is_file
 from engine.files.values import shown
@@ -71,10 +72,10 @@ class Item:
             Item(self.source, value, at, f"{self.key}[{n}]") for n, (value, at) in enumerate(pairs)
         ]
 
-    def key_mark(self, key: str) -> Mark:
+    def key_place(self, key: str) -> Place:
         """Where a key of this mapping stands."""
-        mark: Mark = self.value.keys_at[key]
-        return mark
+        source: SourceFile = self.value.files.get(key, self.source)
+        return source.place(self.value.keys_at[key])
 
     def require(self, faults: Iterable[Fault]) -> None:
         """Refuse what has faults.
@@ -120,8 +121,8 @@ class Item:
     def _child(self, key: str) -> Item:
         dotted, value = f"{self.key}.{key}" if self.key else key, self.value[key]
         is_plain = not isinstance(value, Map | Seq)
-        at = self.value.values_at[key] if is_plain else self.key_mark(key)
-        return Item(self.source, value, at, dotted)
+        at = (self.value.values_at if is_plain else self.value.keys_at)[key]
+        return Item(self.value.files.get(key, self.source), value, at, dotted)
 
 
 def is_path(name: str) -> bool:
@@ -134,16 +135,20 @@ def is_path(name: str) -> bool:
 
 
 def find_file(name: str, folder: Path, kind: str) -> Path:
-    """A file by its path, or by the name of one in a folder of the project.
+    """A file by its path, or by its name: a project's own, or one in the shipped folder.
 
     Raises:
-        FileError: the folder has no such name.
+        FileError: there is no such name.
     """
+    known = known_files(folder, kind)
     if is_path(name):
-        return Path(name)
-    known = [path.stem for path in folder.glob("*.yaml")]
+        path = Path(name)
+        if path.stem in known and path.suffix != ".yaml" and not is_file(path):
+            hint = f"did you mean {path.stem!r}, without the file ending?"
+            raise mistake(name, f"no such {kind}", hint=hint)
+        return path
     if name in known:
-        return folder / f"{name}.yaml"
+        return known[name]
     raise mistake(name, f"no such {kind}", hint=did_you_mean(name, known))
 
 

@@ -1,6 +1,6 @@
-"""The reduced simulation (tier 1): robot, person and room, moved on from tick to tick.
+"""The simulated world of tiers 1 and 2: robot, person and room, advanced from tick to tick.
 
-Person, room and arm may be missing. All of it is plain Python and deterministic.
+Person, room and arm are optional. Tier 1 is plain Python; all of it is deterministic.
 """
 
 from __future__ import annotations
@@ -10,8 +10,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from engine.files.finding import mistake
-from hw.geometry import Pose2, wrap
+from hw.geometry import Pose2
 from hw.interfaces import RobotPart
 from hw.log import Log
 from hw.people.person import Person
@@ -24,59 +23,50 @@ from hw.samples import Sample, UserPose
 from hw.scene import Scene
 from hw.sim.arm import SimArm
 from hw.sim.base import SimBase
+from hw.sim.collisions import Collisions
 from hw.sim.devices import ScriptedOperator, SimBumper, SimTrackers, SimVr
 from hw.sim.errors import SensorErrors
-from hw.sim.meeting import Bystanders, Meeting
 from hw.sim.moving import MovingArm, MovingBase
 from hw.sim.sensors import IDEAL, SensorModel
 from hw.sim.tool import Hand
-from hw.sim.walls import Walls
-from hw.truth import USER, Contact, Truth
+from hw.truth import Contact, Truth
 
 if TYPE_CHECKING:
     from hw.sim.equipment import Equipment
 
-PUSHED_OFF, PUSHING = 0.3, 0.3
-"""The operator pushes a robot that touches the person off to this gap, m, at this speed, m/s."""
-_PUSHES = tuple(math.radians(angle) for angle in (0, 40, -40, 80, -80))
-"""Directions to push in, from the one away from the person, rad."""
 LONGEST_STEP_NS = 33_333_334
-"""A longer step is cut into pieces of this length, ns, so that people and parts can react."""
+"""Longer steps are cut into pieces of this length, ns, so that people and parts can react."""
 
 
 class World:
-    """A robot, and where there are some, the room and the person around it: a plant of a loop.
+    """A robot, with a room and a person if given: a plant of the loop.
 
-    `parts` is what a run is wired to, by name. The other attributes are how things are, and `truth`
-    is a snapshot of them: `contacts` are the touches of the robot's outline and anybody (swept
-    between steps), `wall_hits` counts those of robot and room, `object_hits` those of chairs and
-    the like, `min_gap` is the least distance between outline and the user so far, m, infinite
-    without one. Without a scene the robot starts at the map's origin and meets no walls.
+    `parts` is what a run is wired to, by name. The other attributes are the state, and `truth` a
+    snapshot of it: `contacts` are the touches of the robot's footprint and people (swept between
+    steps), `wall_hits` and `object_hits` count those of the room and of chairs and the like,
+    `min_gap` is the least gap between footprint and user so far, m, infinite without a user.
+    Without a scene the robot starts at the map's origin and meets no walls.
 
-    `guard` is the part `base`: it stands in front of the wheels, which are `base`. A stop that it
-    latches pulls the stop line. `safety`: the limits of its chain; None: those of the robot.
-    `operator`: a scripted one looks after faults; if not, somebody else has to.
+    `guard` is the part `base`, in front of the wheels `base`. A stop that it latches pulls the stop
+    line. `safety`: the limits of its chain; None: those of the robot. `operator`: a scripted one
+    handles faults; otherwise that is up to the caller.
 
-    With `sensing` nobody is told where the base is: it slips, and there are sensors instead, those
-    of the robot's file with these errors.
+    With `sensing` the base does not measure its pose: it slips, and the sensors of the robot file
+    are there with these errors.
 
     Raises:
-        FileError: the robot's outline touches a wall or the person at the start.
+        FileError: the robot's footprint touches a wall or the person at the start.
     """
 
     paced = False
-    """Time stands here between two calls of `advance`."""
+    """Time advances only by calls of `advance`."""
     now_ns = 0
-    contacts: tuple[Contact, ...] = ()
-    wall_hits = object_hits = 0
-    _elapsed_s = 0.0
-    _touched = False
     _vr: SimVr | None = None
     _trackers: SimTrackers | None = None
     _equipment: Equipment | None = None
     _own: tuple[Any, ...] = ()
     _tracked: tuple[int | None, float] = (None, 0.0)
-    """Stamp of the newest pose of the person, and the turn of the head then."""
+    """Stamp of the newest measured pose of the person, and the head's turn in it, rad."""
 
     def __init__(  # noqa: PLR0913 - most are optional
         self,
@@ -103,19 +93,15 @@ class World:
         if arm is None and robot.arm is not None:
             self.arm = SimArm(robot.arm)
         self.hand = hand or (Hand() if robot.prop is None else Hand.of(robot.prop))
-        self._meeting = Meeting(robot.footprint, USER)
-        if person is not None:
-            self._meeting.least = self._meeting.gap(start, person.body)
-        self._others = Bystanders(() if scene is None else scene.objects, robot.footprint)
+        self._line = StopLatch(self._release)
+        self._bumper = SimBumper(self._line)
+        self._collisions = Collisions(robot, scene, person, self.base, self._bumper)
         if sensing is not None:  # before the guard, which asks the base what it measures
             self._equipment = self._equip(sensing, sensors.seed)
-        self._walls = None if scene is None else Walls(scene.room, robot)
-        self._line = StopLatch(self._release)
         safety = safety or SafetyLimits.of(robot, limits)
         if person is None:
             safety = replace(safety, watched=False)
         self.guard = GuardedBase(self.base, safety, robot.parked, self._line.pull)
-        self._bumper = SimBumper(self._line)
         self._operator = None
         if operator:
             self._operator = ScriptedOperator(self._line, by_hand=self.push_off)
@@ -124,7 +110,8 @@ class World:
             parts |= self._equipment.parts
         parts |= self._of_person(sensors)
         self.parts: Mapping[str, Any] = {k: part for k, part in parts.items() if part is not None}
-        self._check_start()
+        if scene is not None:
+            self._collisions.check_start(scene)
 
     def _own_parts(self) -> dict[str, RobotPart | None]:
         return {
@@ -145,44 +132,59 @@ class World:
             room = self.scene.room
         if self._equipment is not None:
             delay, view = delay + self._equipment.tracking_delay, self._equipment.view
-            room = None  # the view knows where there is tracking
+            room = None  # the view knows where tracking works
         noise = sensors.of_tracking
         self._vr = SimVr(self.person, view)
         self._trackers = SimTrackers(self.person, room, round(delay * 1e9), noise, view)
         return {"vr": self._vr, "trackers": self._trackers}
 
     def _equip(self, sensing: SensorErrors, seed: int) -> Equipment:
-        """Sensors; what computes rays is loaded only where there are some."""
+        """The sensor models; their kernels are imported only if there are some."""
         from hw.sim.equipment import Equipment
 
         if not isinstance(self.base, SimBase):
             raise TypeError(f"sensing needs a SimBase, not a {type(self.base).__name__}")
-        bodies = self._others.bodies
+        bodies = self._collisions.others.bodies
         return Equipment(self.robot, self.base, self.person, self.scene, sensing, seed, bodies)
 
     @property
+    def contacts(self) -> tuple[Contact, ...]:
+        """Touches of the robot's outline and people so far, in order."""
+        return self._collisions.contacts
+
+    @property
+    def wall_hits(self) -> int:
+        """Touches of robot and room so far."""
+        return self._collisions.wall_hits
+
+    @property
+    def object_hits(self) -> int:
+        """Touches of robot and objects so far."""
+        return self._collisions.object_hits
+
+    @property
     def min_gap(self) -> float:
-        """The least distance of outline and person so far, m."""
-        return self._meeting.least
+        """The least gap of footprint and user so far, m."""
+        return self._collisions.user.least
 
     @property
     def touching(self) -> bool:
-        """Do outline and person touch?"""
-        return self._meeting.touching
+        """True while footprint and user touch."""
+        return self._collisions.user.touching
 
     @property
     def pressed(self) -> bool:
-        """Does anybody touch the foam?"""
-        return self.touching or self._others.touching(self.now_ns) is not None
+        """True while anybody touches the foam."""
+        return self._collisions.pressed
 
     @property
     def finished(self) -> bool:
-        """Has the person done what they were going to do?"""
+        """True once the person has finished."""
         return self.person is not None and self.person.finished
 
     @property
     def truth(self) -> Truth:
-        """Where everything truly is now."""
+        """A snapshot of the ground truth."""
         base, arm, person = self.base, self.arm, self.person
         state = None if arm is None else arm.state
         return Truth(
@@ -201,7 +203,7 @@ class World:
             min_gap=None if person is None else self.min_gap,
             contacts=None if person is None else self.contacts,
             object_hits=self.object_hits,
-            others=self._others.people(self.now_ns),
+            others=self._collisions.others.people(self.now_ns),
         )
 
     @property
@@ -210,9 +212,9 @@ class World:
         return self.guard.chain.cycles
 
     def add(self, parts: Mapping[str, RobotPart]) -> None:
-        """Parts of one's own, in place of those of the same names; `advance` moves them on.
+        """Add parts, in place of those of the same names; `advance` advances them too.
 
-        A base of one's own gets a guard too, which lets it go from cycle to cycle.
+        A base among them gets its own guard, which commands it from cycle to cycle.
         """
         self._own += tuple(part for part in parts.values() if hasattr(part, "advance"))
         own: dict[str, Any] = dict(parts)
@@ -228,7 +230,7 @@ class World:
         return []
 
     def quiet_until(self) -> int:
-        """Something is measured at every instant."""
+        """Something is measured at every instant, so that no tick can be left out."""
         return self.now_ns
 
     def close(self) -> None:
@@ -236,11 +238,11 @@ class World:
 
     @property
     def informed(self) -> bool:
-        """Is the robot shown to the person?"""
+        """True while the robot is shown to the person."""
         return self._vr is not None and self._vr.shown
 
     def advance(self, to_ns: int) -> None:
-        """Let everything happen up to to_ns; call before the parts' samples are taken.
+        """Advance everything to to_ns; call it before taking the parts' samples.
 
         Raises:
             ValueError: to_ns is in the past.
@@ -253,7 +255,7 @@ class World:
 
     def _advance(self, now_ns: int) -> None:
         since_ns, self.now_ns = self.now_ns, now_ns
-        self._elapsed_s = (now_ns - since_ns) * 1e-9
+        self._collisions.begin(since_ns, now_ns)
         base, arm, person = self.base, self.arm, self.person
         robot_before = base.pose
         base.braked = braked = self._line.reason is not None
@@ -263,17 +265,16 @@ class World:
             arm.advance(now_ns)
         self.hand.advance(now_ns, braked=braked)
         if base.pose is not robot_before:
-            self._collide(robot_before)
+            self._collisions.collide(robot_before)
         if person is not None:
             self._advance_person(person, robot_before)
-        for contact, there in self._others.watch((robot_before, base.pose), since_ns, now_ns):
-            self._touch(contact, there)
+        self._collisions.watch_others(robot_before)
         if self._operator is not None:
             self._operator.step(now_ns)
         self._advance_own(since_ns, now_ns)
 
     def _advance_own(self, since_ns: int, now_ns: int) -> None:
-        """Parts of one's own; a base among them from cycle to cycle."""
+        """Advance added parts; a base among them from cycle to cycle."""
         wheels: Any = self.guard.base
         if wheels is not self.base:
             for now in range(since_ns, now_ns, CYCLE_NS):
@@ -288,7 +289,7 @@ class World:
         if self._equipment is not None:
             self._equipment.note(self.now_ns)
         if self.base.pose is not robot_before or person.body is not body_before:
-            self._watch_gap(person, robot_before, body_before)
+            self._collisions.watch_user(robot_before, body_before)
         assert self._vr is not None
         assert self._trackers is not None
         self._vr.step(self.now_ns)
@@ -297,77 +298,18 @@ class World:
             self._see(seen)
 
     def _see(self, sample: Sample) -> None:
-        """Tracking had a pose; one with an angle that is no number is none."""
+        """Note a measured pose, unless its head's turn is not finite."""
         pose = sample.value
         turn = pose.head_yaw - pose.body.yaw if isinstance(pose, UserPose) else math.nan
         if math.isfinite(turn):
             self._tracked = sample.stamp_ns, turn
 
-    def _collide(self, before: Pose2) -> None:
-        """The base has moved: it may have run into a wall or an object."""
-        if self._hits_wall(self.base.pose):
-            self.wall_hits += 1
-            self._hit("wall", before)
-        elif self._others.in_the_way((before, self.base.pose), self.now_ns):
-            self.object_hits += 1
-            self._hit("object", before)
-
-    def _hits_wall(self, pose: Pose2) -> bool:
-        return self._walls is not None and self._walls.hit_by(pose)
+    def push_off(self) -> None:
+        """The operator pushes a robot that has touched somebody one step away from them."""
+        self._collisions.push_off()
 
     def _release(self) -> bool:
-        """May the stop line be reset?"""
-        free = not self.pressed and self.guard.reset(self.now_ns)
-        self._touched = self._touched and not free
-        return free
-
-    def push_off(self) -> None:
-        """The operator pushes a robot that has touched somebody off them, where there is room."""
-        robot, body = self.base.pose, self._others.touching(self.now_ns)
-        if body is None and self._touched and self.person is not None:
-            body = self.person.body
-        if body is None or self._meeting.gap(robot, body) >= PUSHED_OFF:
-            return
-        away = math.atan2(robot.y - body.y, robot.x - body.x)
-        step = PUSHING * self._elapsed_s
-        for aside in _PUSHES:
-            x, y = robot.x + step * math.cos(away + aside), robot.y + step * math.sin(away + aside)
-            pushed = Pose2(x, y, robot.yaw)
-            if not self._hits_wall(pushed):
-                self.base.block(pushed)
-                if self.person is not None:
-                    self._watch_gap(self.person, robot, self.person.body)
-                return
-
-    def _watch_gap(self, person: Person, robot_before: Pose2, body_before: Pose2) -> None:
-        robot, body = (robot_before, self.base.pose), (body_before, person.body)
-        granted = person.request is not None
-        contact = self._meeting.watch(robot, body, self.now_ns, self._elapsed_s, granted)
-        if contact is not None:
-            self._touch(contact, person.body)
-        self._touched = self._touched or self.touching
-
-    def _touch(self, contact: Contact, body: Pose2) -> None:
-        self.contacts = (*self.contacts, contact)
-        self._bumper.touch(self.now_ns, self.base.pose.bearing_to(body), "person")
-
-    def _hit(self, what: str, before: Pose2) -> None:
-        """The base runs into something solid."""
-        moved = math.atan2(self.base.pose.y - before.y, self.base.pose.x - before.x)
-        self._bumper.touch(self.now_ns, wrap(moved - before.yaw), what)
-        self.base.block(before)
-
-    def _check_start(self) -> None:
-        if self.scene is None:
-            return
-        start = self.base.pose
-        place = f"robot.start ({start.x:g}, {start.y:g}, {start.yaw:g})"
-        if self._hits_wall(start):
-            raise mistake(self.scene.name, f"{place}: the robot would touch a wall")
-        if self.person is not None and self.min_gap <= 0.0:
-            body = self.person.body
-            raise mistake(
-                self.scene.name,
-                f"{place}: the robot would touch the person, who starts at "
-                f"({body.x:.2f}, {body.y:.2f}); start one of them elsewhere",
-            )
+        """True if the stop line may be reset: nobody touches the foam, and the chain agrees."""
+        freed = not self.pressed and self.guard.reset(self.now_ns)
+        self._collisions.release(freed)
+        return freed

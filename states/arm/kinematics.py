@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hw.geometry import Pose3
 from hw.prop import Placement
 from states.arm.kernels import Array, place_links, place_tcp, slopes
 from states.arm.model import Manipulator
@@ -117,6 +118,15 @@ def matrix(placement: Placement) -> Array:
     ]
     pose[:3, 3] = placement.xyz
     return pose
+
+
+def pose_matrix(pose: Pose3) -> Array:
+    """A pose as a 4x4 matrix."""
+    found = np.eye(4)
+    origin = found[:3, 3] = pose.x, pose.y, pose.z
+    for i, axis in enumerate(((1, 0, 0), (0, 1, 0), (0, 0, 1))):
+        found[:3, i] = np.subtract(pose.transform(*axis), origin)
+    return found
 
 
 def inverted(pose: Array) -> Array:

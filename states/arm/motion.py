@@ -20,10 +20,10 @@ from states.arm.collision import CollisionChecker, CollisionModel, Cylinder, Sur
 from states.arm.inverse import inverse_near
 from states.arm.kernels import Array
 from states.arm.kinematics import KinematicChain
-from states.arm.model import Manipulator
+from states.arm.model import Manipulator, six
 from states.arm.path import first_contact
 from states.arm.planning import Plan, Query, goals_at, warm_up
-from states.arm.reach import Reach, ReachPlace, disc
+from states.arm.reach import Reach, ReachPlace, disc, rover_from_deep
 from states.arm.timing import line_durations
 from states.arm.trajectory import ArmLimits, Trajectory
 
@@ -81,7 +81,7 @@ class Workspace:
     ) -> Workspace:
         """The exact arm with the speeds and the parked pose of a robot file."""
         jerk = limits.arm_jerk if math.isfinite(limits.arm_jerk) else None
-        even = ArmLimits.even(_six(arm.max_speed), limits.arm_acceleration, limits.tool_speed, jerk)
+        even = ArmLimits.even(six(arm.max_speed), limits.arm_acceleration, limits.tool_speed, jerk)
         chain, nominal = KinematicChain.of(model), KinematicChain.of(model.calibrated(None))
         return cls(chain, nominal, CollisionModel.of(model), even, walls, arm.parked)
 
@@ -135,7 +135,7 @@ class Workspace:
         any, else the one that does so from the largest part of it (R78, R79).
         """
         drawn = replace(self, chain=self.nominal)
-        reach, target = Reach(self.nominal, self.solid), matrix(deep)
+        reach = Reach(self.nominal, self.solid)
         place = ReachPlace(self.walls, [] if user is None else [_person(user, deep)])
         times = [
             drive + drawn._arm_time(ArmSituation(pose, user, self.parked), deep)
@@ -145,7 +145,7 @@ class Workspace:
         for i in sorted(range(len(poses)), key=times.__getitem__):
             if times[i] == math.inf:
                 break
-            share = float(reach.reached(disc(poses[i], *tolerance), target, place).mean())
+            share = float(reach.reached(disc(poses[i], *tolerance), deep, place).mean())
             if share == 1.0:
                 return i
             if best is None or share > most:
@@ -178,7 +178,7 @@ class Workspace:
         self.best([look.base], [0.0], deep, look.user, (0.1, 0.1))
 
 
-def course(plan: Plan) -> tuple[TimedJoints, ...]:
+def waypoints(plan: Plan) -> tuple[TimedJoints, ...]:
     """The points of a plan for `Arm.follow`; the last is the goal to the last bit."""
     trajectory = plan.trajectory
     count = math.ceil(trajectory.duration / PERIOD)
@@ -187,29 +187,9 @@ def course(plan: Plan) -> tuple[TimedJoints, ...]:
     return tuple((t, tuple(q)) for t, q in zip(times.tolist(), joints, strict=True))
 
 
-def rover_from_deep(map_from_rover: Pose2, map_from_deep: Pose3) -> Array:
-    """The DEEP as the robot sees it, (4, 4) (R84)."""
-    base = map_from_rover
-    return matrix(Pose3.from_yaw(base.x, base.y, 0.0, base.yaw).inverse() @ map_from_deep)
-
-
-def matrix(pose: Pose3) -> Array:
-    """A pose as a homogeneous matrix (4, 4)."""
-    found = np.eye(4)
-    origin = found[:3, 3] = pose.x, pose.y, pose.z
-    for i, axis in enumerate(((1, 0, 0), (0, 1, 0), (0, 0, 1))):
-        found[:3, i] = np.subtract(pose.transform(*axis), origin)
-    return found
-
-
 def _person(user: Pose2, deep: Pose3 | None) -> Cylinder:
     radius = RADIUS
     if deep is not None:
         granted = user.distance_to(deep.flat()) - TOUCH_GAP
         radius = min(RADIUS, max(SLIMMEST, granted))
     return Cylinder(user.x, user.y, radius, USER_HEIGHT)
-
-
-def _six(values: Joints) -> tuple[float, float, float, float, float, float]:
-    a, b, c, d, e, f = values
-    return a, b, c, d, e, f

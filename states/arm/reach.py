@@ -8,19 +8,17 @@ every branch of the inverse kinematics, checked for contact.
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hw.geometry import Pose2, wrap
+from hw.geometry import Pose2, Pose3, wrap
 from states.arm.collision import CollisionChecker, CollisionModel, Cylinder, Surroundings
-from states.arm.inverse import Solutions, inverse, nearest_copies
+from states.arm.inverse import Solutions, inverse
 from states.arm.kernels import Array
-from states.arm.kinematics import KinematicChain, inverted
-from states.arm.timing import line_durations
-from states.arm.trajectory import ArmLimits
+from states.arm.kinematics import KinematicChain, pose_matrix
 
 ANGLES = tuple(math.radians(degrees) for degrees in (0, 30, -30, 60, -60, 90, -90))
 """The paper's seven directions around the DEEP, 0 is straight behind it (R75)."""
@@ -34,26 +32,6 @@ class ReachPlace:
 
     walls: Sequence[tuple[float, float, float, float]] = ()
     people: Sequence[Cylinder] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Candidate:
-    """A rover pose, number `index` of those asked for.
-
-    `reach` is the share of the tolerance disc from which the DEEP is reached; times in s, that of
-    the arm inf where not even the pose itself will do.
-    """
-
-    index: int
-    pose: Pose2
-    reach: float
-    drive_time: float
-    arm_time: float
-
-    @property
-    def total_time(self) -> float:
-        """Drive and arm one after the other, s."""
-        return self.drive_time + self.arm_time
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,31 +58,9 @@ class Reach:
         valid[found.valid] = checker.free(found.joints[found.valid])
         return Solutions(found.joints, valid)
 
-    def reached(self, poses: Iterable[Pose2], deep: Array, place: ReachPlace) -> NDArray[np.bool_]:
-        """From which rover poses the prop gets to map_from_deep (4, 4): (n,)."""
+    def reached(self, poses: Iterable[Pose2], deep: Pose3, place: ReachPlace) -> NDArray[np.bool_]:
+        """From which rover poses the prop gets to map_from_deep: (n,)."""
         return np.array([self._from(pose, deep, place).valid.any() for pose in poses], np.bool_)
-
-    def ranked(
-        self,
-        poses: Sequence[Pose2],
-        deep: Array,
-        place: ReachPlace,
-        drive_times: Sequence[float],
-        tolerance: tuple[float, float],
-        parked: ArrayLike,
-        limits: ArmLimits,
-    ) -> Generator[None, None, list[Candidate]]:
-        """The poses, best first: those that reach from the whole disc by total time, then by reach.
-
-        `tolerance` is that of the drive in m and rad. Yields after each pose.
-        """
-        found = []
-        for i, (pose, drive) in enumerate(zip(poses, drive_times, strict=True)):
-            share = float(self.reached(disc(pose, *tolerance), deep, place).mean())
-            arm = self._arm_time(pose, deep, place, np.asarray(parked, np.float64), limits)
-            found.append(Candidate(i, pose, share if math.isfinite(arm) else 0.0, drive, arm))
-            yield
-        return sorted(found, key=lambda c: (-c.reach, c.total_time, c.index))
 
     def table(
         self,
@@ -120,41 +76,29 @@ class Reach:
         checker = CollisionChecker.of(self.model, Surroundings.empty())
         share = np.zeros((len(heights), len(distances)))
         for i, height in enumerate(heights):
-            deep = level(0.0, 0.0, height, 0.0)
+            deep = Pose3(0.0, 0.0, height)
             for j, distance in enumerate(distances):
                 discs = [disc(rover, *tolerance) for rover in around(deep, angles, [distance])]
-                targets = np.array([seen_from(pose, deep) for poses in discs for pose in poses])
+                targets = np.array(
+                    [rover_from_deep(pose, deep) for poses in discs for pose in poses]
+                )
                 valid = self.branches(checker, targets).valid.any(axis=1)
                 share[i, j] = valid.reshape(len(angles), -1).all(axis=1).mean()
         return ReachTable(tuple(heights), tuple(distances), tuple(angles), share)
 
-    def _from(self, pose: Pose2, deep: Array, place: ReachPlace) -> Solutions:
+    def _from(self, pose: Pose2, deep: Pose3, place: ReachPlace) -> Solutions:
         surroundings = Surroundings.seen_from(pose, place.walls, place.people)
-        return self.branches(CollisionChecker.of(self.model, surroundings), seen_from(pose, deep))
-
-    def _arm_time(
-        self, pose: Pose2, deep: Array, place: ReachPlace, parked: Array, limits: ArmLimits
-    ) -> float:
-        goals = self._from(pose, deep, place).of()
-        if not len(goals):
-            return math.inf
-        near = nearest_copies(self.chain, goals, parked)
-        return float(line_durations(self.chain, parked, near, limits).min())
+        checker = CollisionChecker.of(self.model, surroundings)
+        return self.branches(checker, rover_from_deep(pose, deep))
 
 
-def level(x: float, y: float, z: float, yaw: float) -> Array:
-    """map_from_deep (4, 4) of an upright DEEP; yaw is where the person looks, into the surface."""
-    c, s = math.cos(yaw), math.sin(yaw)
-    return np.array([[c, -s, 0, x], [s, c, 0, y], [0, 0, 1, z], [0, 0, 0, 1]], dtype=np.float64)
-
-
-def around(deep: Array, angles: Sequence[float], distances: Sequence[float]) -> list[Pose2]:
+def around(deep: Pose3, angles: Sequence[float], distances: Sequence[float]) -> list[Pose2]:
     """Rover poses on circles around a DEEP, facing it, angle by angle; 0 is straight behind it."""
-    ahead = math.atan2(deep[1, 0], deep[0, 0])
+    ahead = deep.yaw
     return [
         Pose2(
-            float(deep[0, 3]) + distance * math.cos(ahead + angle),
-            float(deep[1, 3]) + distance * math.sin(ahead + angle),
+            deep.x + distance * math.cos(ahead + angle),
+            deep.y + distance * math.sin(ahead + angle),
             wrap(ahead + angle + math.pi),
         )
         for angle in angles
@@ -176,7 +120,7 @@ def disc(pose: Pose2, radius: float, yaw: float = 0.0) -> list[Pose2]:
     return found
 
 
-def seen_from(map_from_rover: Pose2, map_from_deep: Array) -> Array:
-    """rover_from_deep (4, 4) (R84)."""
-    rover = level(map_from_rover.x, map_from_rover.y, 0.0, map_from_rover.yaw)
-    return np.asarray(inverted(rover) @ map_from_deep)
+def rover_from_deep(map_from_rover: Pose2, map_from_deep: Pose3) -> Array:
+    """The DEEP in the rover frame, (4, 4) (R84)."""
+    base = map_from_rover
+    return pose_matrix(Pose3.from_yaw(base.x, base.y, 0.0, base.yaw).inverse() @ map_from_deep)

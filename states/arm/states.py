@@ -8,9 +8,18 @@ from typing import TYPE_CHECKING, Literal
 
 from engine.files.units import Angle, Duration
 from engine.state import NEVER_NS, Action, Context, On, Run, Until, Yielded
-from hw.geometry import Pose2, Pose3, wrap
+from hw.geometry import Pose3, wrap
 from hw.interfaces import Arm
-from hw.samples import ARM_MOVES, ArmState, Joints, PoseSigma
+from hw.samples import ARM_MOVES, ArmState, Joints
+from states.keys import (
+    ARM_JOINTS,
+    BASE_POSE,
+    BASE_POSE_SIGMA,
+    ENVIRONMENT,
+    STOP_ENGAGED,
+    USER_POSE,
+    environment_of,
+)
 
 if TYPE_CHECKING:
     from states.arm.motion import ArmSituation
@@ -18,12 +27,12 @@ if TYPE_CHECKING:
 
 AGE_S = 0.2
 READS: dict[str, float | None] = {
-    "environment": None,
-    "base.pose": AGE_S,
-    "base.pose_sigma": AGE_S,
-    "arm.joints": AGE_S,
-    "user.pose": None,
-    "stop.engaged": None,
+    ENVIRONMENT: None,
+    BASE_POSE: AGE_S,
+    BASE_POSE_SIGMA: AGE_S,
+    ARM_JOINTS: AGE_S,
+    USER_POSE: None,
+    STOP_ENGAGED: None,
 }
 """Who is not tracked is taken to stand where they were seen last."""
 
@@ -62,9 +71,9 @@ class ParkArm(Action):
         self.solver = _installed(solver)
 
     def run(self, ctx: Context) -> Run:
-        if _is_at(
-            ctx.value("arm.joints"), ctx.value("environment").robot.arm.parked, self.tolerance
-        ):
+        arm = environment_of(ctx).robot.arm
+        assert arm is not None  # the chart commands one
+        if _is_at(ctx.value(ARM_JOINTS), arm.parked, self.tolerance):
             return "parked"
         end = yield from _move(ctx, None, self.tolerance, self.solver)
         return "parked" if end == "there" else "failed"
@@ -125,14 +134,14 @@ def _sure(ctx: Context, patience: float) -> Generator[Yielded, None, bool]:
     """Wait until the pose of the base is sure enough to reach from; False: it does not get so."""
     until = ctx.after(patience)
     while True:
-        sigma: PoseSigma | None = ctx.value("base.pose_sigma")
+        sigma = ctx.value(BASE_POSE_SIGMA)
         if sigma is not None and sigma.position <= SURE and sigma.yaw <= SURE_YAW:
             return True
         if ctx.now >= until:
             known = "not known" if sigma is None else f"known within {sigma.position * 1e3:.0f} mm"
             yield f"the pose of the base is {known}, which is not enough to reach from"
             return False
-        yield On("base.pose_sigma", until=until)
+        yield On(BASE_POSE_SIGMA, until=until)
 
 
 def _installed(solver: Solver) -> Solver:
@@ -146,7 +155,7 @@ def _move(ctx: Context, deep: Pose3 | None, tolerance: float, solver: str) -> Mo
     """Move to a DEEP, or fold; planned anew each time somebody steps into the way."""
     from states.arm.planning import NoPlan
 
-    workspace, corrections = ctx.value("environment").workspace, 0
+    workspace, corrections = environment_of(ctx).workspace, 0
     while True:
         look = yield from _at_rest(ctx)
         if look is None:
@@ -168,7 +177,7 @@ def _move(ctx: Context, deep: Pose3 | None, tolerance: float, solver: str) -> Mo
 
 def _drifted(ctx: Context, planned: ArmSituation) -> bool:
     """Does the base stand elsewhere than planned with?"""
-    base: Pose2 | None = ctx.value("base.pose")
+    base = ctx.value(BASE_POSE)
     return base is not None and (
         base.distance_to(planned.base) > DRIFTED or abs(wrap(base.yaw - planned.base.yaw)) > DRIFTED
     )
@@ -176,23 +185,23 @@ def _drifted(ctx: Context, planned: ArmSituation) -> bool:
 
 def _at_rest(ctx: Context) -> Generator[Yielded, None, ArmSituation | None]:
     """Everything's place once the arm stands; None while nothing may move."""
-    while ctx.value("stop.engaged") is None:
-        look = _look(ctx)
-        if look is not None:
-            refused = _stopped(ctx.value("arm.joints"))
+    while ctx.value(STOP_ENGAGED) is None:
+        look, arm = _look(ctx), ctx.value(ARM_JOINTS)
+        if look is not None and arm is not None:
+            refused = _stopped(arm)
             if refused is not None:
                 yield refused
                 return None
-            if not ctx.value("arm.joints").moving:
+            if not arm.moving:
                 return look
-        yield On("arm.joints", "base.pose", "user.pose", "stop.engaged")
+        yield On(ARM_JOINTS, BASE_POSE, USER_POSE, STOP_ENGAGED)
     return None
 
 
 def _look(ctx: Context) -> ArmSituation | None:
     from states.arm.motion import ArmSituation
 
-    base, arm, user = ctx.value("base.pose"), ctx.value("arm.joints"), ctx.value("user.pose")
+    base, arm, user = ctx.value(BASE_POSE), ctx.value(ARM_JOINTS), ctx.value(USER_POSE)
     if base is None or arm is None:
         return None
     return ArmSituation(base, None if user is None else user.body, arm.joints)
@@ -218,15 +227,15 @@ def _follow(
     ctx: Context, plan: Plan, planned: ArmSituation, deep: Pose3 | None, tolerance: float
 ) -> Generator[Yielded, None, bool | None]:
     """Follow a plan; whether the arm got there, None: something has come into the way."""
-    from states.arm.motion import course
+    from states.arm.motion import waypoints
 
     arm: Arm = ctx.part("arm")
-    points, checked, begun = course(plan), planned, ctx.now
+    points, checked, begun = waypoints(plan), planned, ctx.now
     late, slowest = ctx.after(points[-1][0] + LATE_S), 1.0
     number = arm.follow(points) if len(points) > 1 else None
     try:
-        while ctx.now < late and ctx.value("stop.engaged") is None:
-            state: ArmState | None = ctx.value("arm.joints")
+        while ctx.now < late and ctx.value(STOP_ENGAGED) is None:
+            state = ctx.value(ARM_JOINTS)
             if _is_at(state, points[-1][1], tolerance):
                 return True
             refused = _refused(state, number)
@@ -239,10 +248,10 @@ def _follow(
             look = _look(ctx)
             if look is not None and not look.is_like(checked, MOVED, TURNED):
                 checked, since = look, (ctx.now - begun) * 1e-9 * slowest
-                workspace = ctx.value("environment").workspace
+                workspace = environment_of(ctx).workspace
                 if not workspace.is_free(plan.trajectory, since, look, deep):
                     return None
-            yield On("arm.joints", "base.pose", "user.pose", "stop.engaged", until=late)
+            yield On(ARM_JOINTS, BASE_POSE, USER_POSE, STOP_ENGAGED, until=late)
         return False
     finally:
         arm.stop()
@@ -276,9 +285,3 @@ def in_map(look: ArmSituation, deep: Pose3, frame: Frame) -> Pose3 | None:
         return deep
     here = look.base if frame == "rover" else look.user
     return None if here is None else Pose3.from_yaw(here.x, here.y, 0.0, here.yaw) @ deep
-
-
-def rover_from(map_from_rover: Pose2, map_from_deep: Pose3) -> Pose3:
-    """The DEEP as the robot sees it: rover_from_deep (R84)."""
-    base = map_from_rover
-    return Pose3.from_yaw(base.x, base.y, 0.0, base.yaw).inverse() @ map_from_deep

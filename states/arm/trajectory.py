@@ -10,9 +10,6 @@ import numpy as np
 from states.arm.kernels import Array
 from states.arm.path import JointPath
 
-STOP_TIME = 0.2
-"""A cancelled motion stands still after this, s (R45)."""
-
 
 @dataclass(frozen=True, slots=True)
 class ArmLimits:
@@ -80,22 +77,8 @@ class Trajectory:
         q, slope, bend = self.path.at(s)
         return q, slope * v[:, None], slope * a[:, None] + bend * (v * v)[:, None]
 
-    def stopped(self, t: float, within: float = STOP_TIME) -> Trajectory:
-        """The trajectory that from time t on brakes on the same path to standstill.
 
-        It takes `within` seconds, less where the goal is nearer; nothing new can be met.
-        """
-        s, v, _ = (float(values[0]) for values in self.along(np.array([t])))
-        left = float(self.places[-1]) - s
-        if v <= 0.0 or left <= 0.0:
-            return course(self.path, np.array([t]), np.array([s]), np.zeros(1))
-        took = min(within, 2.0 * left / v)
-        return course(
-            self.path, np.array([t, t + took]), np.array([s, s + 0.5 * v * took]), np.array([v, 0])
-        )
-
-
-def course(path: JointPath, times: Array, places: Array, rates: Array) -> Trajectory:
+def with_rates(path: JointPath, times: Array, places: Array, rates: Array) -> Trajectory:
     """A trajectory with constant acceleration along the path between knots."""
     gains = np.diff(rates) / np.diff(times)
     accelerations = np.concatenate([gains, [0.0]])

@@ -1,4 +1,4 @@
-"""An arm out of a URDF, and our arm as a URDF (R17).
+"""An arm read from a URDF (R17).
 
 Descriptions place their link frames as they like; only the axes of the joints count. The frames of
 `states.arm.model` are laid onto those axes, so that forward kinematics stay exactly those of the
@@ -8,18 +8,16 @@ description, and what differs from the ideal lengths goes into the calibrated ch
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
 from engine.files.finding import mistake
 from hw.description import UrdfDescription
-from hw.prop import Capsule, Placement, Six
+from hw.prop import Capsule, Placement
 from states.arm.kernels import Array
 from states.arm.kinematics import inverted, matrix
-from states.arm.model import LINKS, ChassisBox, Dh, Manipulator
+from states.arm.model import Dh, Manipulator, six
 from states.arm.urdf import Joint, Urdf, read_urdf
 
 _ALIKE = 0.1
@@ -60,9 +58,9 @@ def manipulator_from_urdf(urdf: Urdf, base: str, tip: str, like: Manipulator) ->
         name=urdf.name or like.name,
         joints=tuple(joint.name for joint in joints),
         dh=dh,
-        lower=_six(_bound(joint.lower, -2.0 * math.pi) for joint in joints),
-        upper=_six(_bound(joint.upper, 2.0 * math.pi) for joint in joints),
-        max_speed=_six(
+        lower=six(_bound(joint.lower, -2.0 * math.pi) for joint in joints),
+        upper=six(_bound(joint.upper, 2.0 * math.pi) for joint in joints),
+        max_speed=six(
             joint.speed if math.isfinite(joint.speed) else speed
             for joint, speed in zip(joints, like.max_speed, strict=True)
         ),
@@ -103,28 +101,6 @@ def _moved(capsule: Capsule, pose: Array) -> Capsule:
     ends = np.array([[*capsule.start, 1.0], [*capsule.end, 1.0]]) @ pose.T
     (x, y, z), (u, v, w) = ends[:, :3].tolist()
     return replace(capsule, start=(x, y, z), end=(u, v, w))
-
-
-def urdf_of(model: Manipulator) -> str:
-    """The arm with its capsules as collision shapes, from the floor under the rover to the tcp."""
-    names = ("arm_base", *LINKS[1:])
-    origins = model.placements or model.dh.placements()
-    parts = [f"<robot name={quoteattr(model.name)}>", '  <link name="base_footprint">']
-    parts += [_box_shape(box) for box in model.body]
-    parts += ["  </link>", _fixed("mount", "base_footprint", names[0], model.mount)]
-    capsules = (*model.capsules, *model.tool.capsules)
-    for k, name in enumerate(names):
-        shapes = [s for c in capsules if c.link == k for s in _capsule_shapes(c)]
-        parts += [f'  <link name="{name}">', *shapes, "  </link>"]
-        if k:
-            limits = model.lower[k - 1], model.upper[k - 1], model.max_speed[k - 1]
-            parts.append(
-                _turning_joint(model.joints[k - 1], names[k - 1], name, origins[k - 1], limits)
-            )
-    parts += ['  <link name="tool0"/>', '  <link name="tcp"/>']
-    parts.append(_fixed("flange", names[-1], "tool0", Placement()))
-    parts.append(_fixed("prop", "tool0", "tcp", model.tool.tcp))
-    return "\n".join([*parts, "</robot>", ""])
 
 
 def placement(pose: Array) -> Placement:
@@ -207,58 +183,3 @@ def _laid(dh: Dh, axes: Array, points: Array) -> list[Array]:
 
 def _bound(value: float, otherwise: float) -> float:
     return value if math.isfinite(value) else otherwise
-
-
-def _six(values: Iterator[float]) -> Six:
-    a, b, c, d, e, f = values
-    return a, b, c, d, e, f
-
-
-def _turning_joint(
-    name: str, parent: str, child: str, origin: Placement, limits: tuple[float, float, float]
-) -> str:
-    lower, upper, speed = limits
-    return (
-        f'  <joint name={quoteattr(name)} type="revolute">{_ends(parent, child)}{_origin(origin)}'
-        f'<axis xyz="0 0 1"/><limit lower="{lower!r}" upper="{upper!r}" velocity="{speed!r}"'
-        ' effort="0"/></joint>'
-    )
-
-
-def _fixed(name: str, parent: str, child: str, origin: Placement) -> str:
-    return f'  <joint name="{name}" type="fixed">{_ends(parent, child)}{_origin(origin)}</joint>'
-
-
-def _ends(parent: str, child: str) -> str:
-    return f'<parent link="{parent}"/><child link="{child}"/>'
-
-
-def _origin(origin: Placement) -> str:
-    xyz, rpy = (" ".join(repr(float(v)) for v in values) for values in (origin.xyz, origin.rpy))
-    return f'<origin xyz="{xyz}" rpy="{rpy}"/>'
-
-
-def _box_shape(box: ChassisBox) -> str:
-    size = tuple(b - a for a, b in zip(box.low, box.high, strict=True))
-    x, y, z = ((a + b) / 2.0 for a, b in zip(box.low, box.high, strict=True))
-    extent = " ".join(repr(value) for value in size)
-    return _shape(Placement((x, y, z)), f'<box size="{extent}"/>')
-
-
-def _capsule_shapes(capsule: Capsule) -> Iterator[str]:
-    """URDF has no capsules: a cylinder between two spheres."""
-    start, end = np.array(capsule.start), np.array(capsule.end)
-    for centre in (capsule.start, capsule.end)[: 1 if np.array_equal(start, end) else 2]:
-        yield _shape(Placement(centre), f'<sphere radius="{capsule.radius!r}"/>')
-    length = float(np.linalg.norm(end - start))
-    if length == 0.0:
-        return
-    x, y, z = (end - start) / length
-    x0, y0, z0 = (float(value) for value in 0.5 * (start + end))
-    tilted = (0.0, math.acos(z), math.atan2(y, x))
-    cylinder = f'<cylinder radius="{capsule.radius!r}" length="{length!r}"/>'
-    yield _shape(Placement((x0, y0, z0), tilted), cylinder)
-
-
-def _shape(origin: Placement, geometry: str) -> str:
-    return f"    <collision>{_origin(origin)}<geometry>{geometry}</geometry></collision>"

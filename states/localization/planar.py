@@ -45,16 +45,6 @@ class PlanarFilter(KalmanFilter):
         _, _, _, vx, vy, wz = self._newest()[0].tolist()
         return Twist2(vx, vy, wz)
 
-    @property
-    def pose_covariance(self) -> Array:
-        """Covariance (3, 3) of x, y, yaw."""
-        return self.covariance[:3, :3]
-
-    def pose_at(self, stamp_ns: int) -> Pose2 | None:
-        """map_from_base at a stamp, predicted behind the newest measurement; None if forgotten."""
-        state = self._predicted(stamp_ns)
-        return None if state is None else _pose(state[0])
-
 
 def planar_config(
     *sources: MeasurementSource,

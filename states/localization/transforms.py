@@ -169,21 +169,6 @@ class TransformBuffer:
         from_target = self._climb(down, meeting[1], stamp_ns)
         return Pose3(*product(inverse(from_target), from_source))
 
-    def lookup_across(
-        self, target: str, target_ns: int, source: str, source_ns: int, fixed: str
-    ) -> Pose3 | NoTransform:
-        """Where the source was at `source_ns`, seen from the target at `target_ns`.
-
-        The frame `fixed` is taken to have stood still between the two times.
-        """
-        fixed_from_source = self.lookup(fixed, source, source_ns)
-        if isinstance(fixed_from_source, NoTransform):
-            return fixed_from_source
-        target_from_fixed = self.lookup(target, fixed, target_ns)
-        if isinstance(target_from_fixed, NoTransform):
-            return target_from_fixed
-        return target_from_fixed @ fixed_from_source
-
     def newest_common(self, target: str, source: str) -> int | NoTransform:
         """The newest stamp at which all edges between both frames are known, ns.
 

@@ -6,6 +6,7 @@ from engine.files.units import Angle, Duration, Length
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run
 from hw.geometry import wrap
 from hw.samples import UserPose
+from states.keys import ACKNOWLEDGE, STOP_ENGAGED, USER_POSE, USER_STILL_SINCE
 
 STALE_S = 0.15
 """Poses of the user are used up to this age (R149); 0.5 s without any are a latched fault."""
@@ -20,7 +21,7 @@ class UserSettled(Monitor):
     """
 
     outcomes = ("settled",)
-    reads = {"user.still_since": STALE_S, "user.pose": STALE_S}
+    reads = {USER_STILL_SINCE: STALE_S, USER_POSE: STALE_S}
 
     def __init__(
         self,
@@ -32,14 +33,14 @@ class UserSettled(Monitor):
 
     def run(self, ctx: Context, since: UserPose | None = None) -> Run:
         while True:
-            stood, user = _stood(ctx), ctx.value("user.pose")
+            stood, user = _stood(ctx), ctx.value(USER_POSE)
             long_enough = stood is not None and stood > self.still_for
             if long_enough and user is not None and self._has_moved(since, user):
                 return "settled"
             until = NEVER_NS
             if stood is not None and not long_enough:
                 until = ctx.after(self.still_for - stood) + 1
-            yield On("user.still_since", "user.pose", until=until)
+            yield On(USER_STILL_SINCE, USER_POSE, until=until)
 
     def _has_moved(self, since: UserPose | None, user: UserPose) -> bool:
         if since is None or since.body.distance_to(user.body) > self.moved:
@@ -49,7 +50,7 @@ class UserSettled(Monitor):
 
 def _stood(ctx: Context) -> float | None:
     """For how long the user has stood still, s, as far as they were seen; None: they do not."""
-    since, newest = ctx.value("user.still_since"), ctx.sample("user.still_since")
+    since, newest = ctx.value(USER_STILL_SINCE), ctx.sample(USER_STILL_SINCE)
     if since is None or newest is None:
         return None
     stood: int = newest.stamp - since
@@ -60,26 +61,26 @@ class UserLost(Monitor):
     """`lost` once the newest pose of the user is older than 150 ms."""
 
     outcomes = ("lost",)
-    reads = {"user.pose": STALE_S}
+    reads = {USER_POSE: STALE_S}
 
     def run(self, ctx: Context) -> Run:
         first = ctx.after(STALE_S)  # at the start of a run there may be no pose yet
         while True:
-            seen = ctx.value("user.pose") is not None
+            seen = ctx.value(USER_POSE) is not None
             if not seen and ctx.now >= first:
                 return "lost"
-            yield On("user.pose", until=NEVER_NS if seen else first, older=STALE_S)
+            yield On(USER_POSE, until=NEVER_NS if seen else first, older=STALE_S)
 
 
 class FaultRaised(Monitor):
     """`raised` while the stop line is pulled: the bumper, a driver, or the operator did it."""
 
     outcomes = ("raised",)
-    reads = {"stop.engaged": None}
+    reads = {STOP_ENGAGED: None}
 
     def run(self, ctx: Context) -> Run:
-        while ctx.value("stop.engaged") is None:
-            yield On("stop.engaged")
+        while ctx.value(STOP_ENGAGED) is None:
+            yield On(STOP_ENGAGED)
         return "raised"
 
 
@@ -91,7 +92,7 @@ class ClearFaults(Action):
     """
 
     outcomes = ("clear",)
-    reads = {"stop.engaged": None, "user.pose": STALE_S, "operator.acknowledge": None}
+    reads = {STOP_ENGAGED: None, USER_POSE: STALE_S, ACKNOWLEDGE: None}
     commands = ("operator", "stop_line")
 
     def __init__(self, latch: Duration = 0.5) -> None:
@@ -102,7 +103,7 @@ class ClearFaults(Action):
         latch_at = ctx.after(self.latch - STALE_S)
         reported = None
         while True:
-            reason, user = ctx.value("stop.engaged"), ctx.value("user.pose")
+            reason, user = ctx.value(STOP_ENGAGED), ctx.value(USER_POSE)
             if reason is None and user is not None:
                 return "clear"
             if reason is None and reported is not None:  # reset, but the user is still lost
@@ -112,6 +113,6 @@ class ClearFaults(Action):
             if reason is not None and reported is None:
                 operator.report(reason)
                 reported = reason
-            elif reason is not None and ctx.events("operator.acknowledge"):
+            elif reason is not None and ctx.events(ACKNOWLEDGE):
                 stop_line.reset()  # whether it was shows in `stop.engaged`
             yield None

@@ -13,13 +13,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from behaviors import chase, escape
-from behaviors.chase_space import grid, length_around, rest_to_rest, ring
+from behaviors.chase_space import grid, length_around, ring
 from behaviors.profile import Profile
 from behaviors.situation import Situation
 from hw.geometry import Pose2, Pose3, Twist2, wrap
 from hw.room import Room
 from hw.samples import UserPose
 from states.environment import Environment
+from states.navigation.speed import rest_to_rest
 
 USER = UserPose(Pose2(10.0, 10.0, 0.0), 0.0)
 
@@ -130,6 +131,19 @@ def test_a_long_side_faces_the_user_with_the_smaller_turn(bearing: float, now: f
 
     assert math.cos(yaw) * place[0] + math.sin(yaw) * place[1] == pytest.approx(0.0, abs=1e-9)
     assert abs(wrap(yaw - now)) <= math.pi / 2 + 1e-9
+
+
+@pytest.mark.requirement(96)
+@pytest.mark.parametrize(("weight", "near"), [(0.86, True), (0.84, False)])
+def test_of_cells_within_the_tie_the_one_with_the_shortest_way_is_chosen(
+    tuned: Profile, situation_of: Callable[..., Situation], weight: float, near: bool
+) -> None:
+    now = situation_of(tuned, Pose2(5.0, 5.0), USER)
+    now = replace(now, settings=replace(now.settings, chase=replace(now.settings.chase, tie=0.05)))
+    cells = np.array([(15.0, 15.0, 0.9), (6.0, 6.0, weight)])
+    space = chase.ChaseSpace(Pose2(0.0, 0.0), lambda: cells, now.planners["chase"].are_free)
+
+    assert chase.best_cell(now, space) == ((6.0, 6.0) if near else (15.0, 15.0))
 
 
 @pytest.mark.requirement(100, 120)

@@ -16,6 +16,7 @@ from behaviors.profile import Profile
 from behaviors.rollout import HORIZON_S, STEP_S, crowding, drives, forecasts, towards, tracks
 from behaviors.situation import Situation
 from hw.geometry import Outline, Pose2, Twist2
+from hw.people.person import RADIUS
 from hw.robot import Footprint
 from hw.room import Room
 from hw.samples import UserPose
@@ -126,6 +127,34 @@ def test_the_way_out_of_a_walker_s_path_is_sideways_and_touches_nobody(
     assert goal.y < 10.0
     likely = tracks(now, now.settings.user.likely)
     assert forecasts(now, drives(now, [(goal.x, goal.y)], 2.5), likely).gap[0] > 0.0
+
+
+@pytest.mark.requirement(109)
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_of_two_ways_out_the_one_under_way_is_kept(
+    tuned: Profile, situation_of: Callable[..., Situation], side: float
+) -> None:
+    """Left and right of a user who walks straight at the robot are worth the same."""
+    now = situation_of(tuned, Pose2(10, 10), facing(13.0, 10.0, math.pi), Twist2(-1.0))
+    goals = [Pose2(9.5, 10.0 + 2.0 * y) for y in (-1.0, 1.0)]
+    present = next(goal for goal in goals if (goal.y - 10.0) * side > 0.0)
+
+    assert way_out(now, goals, present) is present
+    later = [Pose2(10.0, 10.0 + 0.3 * side), goals[0] if side > 0.0 else goals[1]]
+    assert way_out(now, later, later[0]) is later[1]
+
+
+@pytest.mark.parametrize(("room", "touches"), [(0.11, True), (0.13, False)])
+def test_passing_nearer_than_twelve_centimetres_counts_as_a_touch(
+    tuned: Profile, situation_of: Callable[..., Situation], room: float, touches: bool
+) -> None:
+    aside = 0.455 + RADIUS + room
+    now = situation_of(tuned, Pose2(10, 10), facing(11.0, 10.0 + aside, math.pi), Twist2(-1.0))
+
+    found = forecasts(now, drives(now, [(10.0, 10.0)], 2.5), tracks(now, ("constant_velocity",)))
+
+    assert found.gap[0] == pytest.approx(room)
+    assert bool(found.touch_after[0] < math.inf) is touches
 
 
 @pytest.mark.requirement(91)

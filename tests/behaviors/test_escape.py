@@ -142,6 +142,22 @@ def test_tuned_sees_a_walker_coming_who_is_in_no_zone_yet(
     assert not escape.is_required(environment_of(tuned), tuned.settings, user, HERE, past)
 
 
+@pytest.mark.requirement(104)
+@pytest.mark.parametrize("reaction", [0.0, 0.2, 0.5])
+def test_a_walker_counts_as_soon_as_reaction_and_stepping_aside_would_take_as_long(
+    tuned: Profile, environment_of: Callable[..., Environment], reaction: float
+) -> None:
+    environment = environment_of(tuned)
+    rules = replace(tuned.settings.escape, reaction=reaction)
+    aside = math.sqrt(2.0 * rules.contact / environment.limits.base_acceleration)
+    due = rules.contact + 1.0 * (aside + reaction)
+
+    for distance, expected in ((due - 0.01, True), (due + 0.01, False)):
+        user = Pose2(HERE.x + distance, HERE.y)
+        found = escape.will_be_reached(environment, rules, user, HERE, Twist2(-1.0))
+        assert found is expected
+
+
 @pytest.mark.requirement(106, 125)
 def test_there_are_twelve_poses_in_the_order_of_the_profile(profile: Profile) -> None:
     found = list(escape.all_poses(profile.settings.escape, user_seeing(0.0, 2.0), HERE))

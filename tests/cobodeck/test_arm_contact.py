@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cobodeck.arm_contact import ArmOutline, ArmWatch
-from cobodeck.stage import arm_outline
+from cobodeck.judges import arm_outline
 from hw.geometry import Pose2, Pose3
 from hw.people.person import RADIUS
 from hw.robot import load_robot

@@ -70,7 +70,7 @@ class Rig:
             )
         }
         parts["arm"] = ServedPart(__name__, "Arm", {}, "c.yaml:12:3")
-        links = {"chain": ServedPart(chain, "Chain", values, "c.yaml:3:3")}
+        links = {"chain": ServedPart(chain, "ChainLink", values, "c.yaml:3:3")}
         self.connection = Connection("c", "", "rbkairos_ur10", parts, links)
         self.plant = self.open()
 
@@ -154,10 +154,11 @@ def test_nobody_cycles_in_the_engine_and_records_come_from_the_process(rig: Rig)
     assert rig.plant.guard is not None
     assert not rig.plant.person_watched
     assert rig.plant.guard.reckons
-    with pytest.raises(AttributeError, match="a process of their own"):
+    with pytest.raises(AttributeError, match="a process of its own"):
         rig.plant.guard.keeper
 
 
 def test_a_second_engine_is_told_so_in_the_words_of_its_connection(rig: Rig) -> None:
-    with pytest.raises(Problem, match=r"c\.yaml:3:3: part 'chain' by hw\.drivers\.chain:Chain: "):
+    shown = r"c\.yaml:3:3: link 'chain' by hw\.drivers\.chain\.link:ChainLink: "
+    with pytest.raises(Problem, match=shown):
         rig.open()

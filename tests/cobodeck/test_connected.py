@@ -12,10 +12,11 @@ from typing import Any
 import pytest
 
 from cobodeck.clocks import RealTime
-from cobodeck.connected import Connected, Stops, connect, finds_itself, is_needed
+from cobodeck.connected import Connected, Stops, connect
 from cobodeck.console import Problem
 from cobodeck.inlet import Inlet
 from cobodeck.loop import Loop
+from cobodeck.opening import finds_itself, is_needed
 from cobodeck.wiring import Uses, Wired
 from engine.board import Board
 from engine.clock import TickGrid

@@ -10,10 +10,11 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.catalogue import catalogue
-from cobodeck.connected import refuse_strange_drivers
 from cobodeck.console import FAILED, OK, USAGE, Problem
+from cobodeck.opening import refuse_strange_drivers
+from cobodeck.options import Options
 from cobodeck.record.reader import Record
-from cobodeck.stage import Options, stage
+from cobodeck.stage import stage
 from cobodeck.wiring import open_setup
 from hw.connection import connection_names, load_connection
 

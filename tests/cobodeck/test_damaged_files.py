@@ -9,7 +9,8 @@ import pytest
 
 from cobodeck.catalogue import CHARTS, catalogue
 from cobodeck.checker import FileChecker
-from cobodeck.library import findings_of, kind_of, load_beside, yaml_files
+from cobodeck.library import findings_of, load_beside, yaml_files
+from cobodeck.named_files import kind_of
 from engine.files.finding import Finding
 
 ROOT = CHARTS.parent

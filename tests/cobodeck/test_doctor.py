@@ -10,6 +10,7 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.commands import doctor
+from cobodeck.commands.doctor import checks
 from cobodeck.console import FAILED, OK
 
 
@@ -24,11 +25,14 @@ def test_here_everything_that_is_needed_is_found(capsys: pytest.CaptureFixture[s
 def test_a_package_that_hides_ours_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(doctor, "ROOT", tmp_path)
+    (tmp_path / "states.py").write_text("")
+    monkeypatch.syspath_prepend(str(tmp_path))
 
     assert main(["doctor"]) == FAILED
 
-    assert "package engine" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert re.search(rf"package states +bad +{tmp_path}/states.py: it hides", told)
+    assert "package engine" not in told
 
 
 def test_a_library_for_some_machines_only_is_no_failure() -> None:
@@ -102,3 +106,23 @@ def test_what_the_acceleration_means_for_escape_is_told(capsys: pytest.CaptureFi
 
     assert f"1.27 m aside takes {(2 * 1.27 / 0.5) ** 0.5:.2f} s" in about
     assert f"{(2 * 1.27 / 3.0) ** 0.5:.2f} s with its brakes' 3 m/s2" in about
+
+
+@pytest.mark.requirement(126)
+@pytest.mark.parametrize("profile", ["paper", "tuned"])
+def test_space_and_doctor_report_the_same_of_a_room(
+    capsys: pytest.CaptureFixture[str], profile: str
+) -> None:
+    assert main(["space", "lab_a", "--profile", profile, "--json"]) == OK
+    space = json.loads(capsys.readouterr().out)
+
+    found = looked_at(capsys, "--scene", "lab_a", "--profile", profile)
+
+    assert f"none for {space['no_haptic_pose_share']:.1%} of" in found["haptic poses"][1]
+    assert f"{space['wall_ahead_m']['60']:.2f} m for" in found["wall ahead"][1]
+    usable = f"{space['usable_m2']:.1f} of {space['free_m2']:.1f} m2"
+    assert usable in found["floor"][1]
+
+
+def test_a_library_with_extras_is_found_by_its_name() -> None:
+    assert ("python-can", "ok") in [(what, state) for what, state, _ in checks()]

@@ -10,7 +10,7 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK
-from cobodeck.library import KINDS
+from cobodeck.named_files import KINDS
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = {

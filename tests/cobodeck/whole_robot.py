@@ -9,8 +9,9 @@ import sys
 import time
 from pathlib import Path
 
-from cobodeck.connected import open_all, own_host
-from cobodeck.stage import Options, opening_of
+from cobodeck.opening import open_all, own_host
+from cobodeck.options import Options
+from cobodeck.stage import opening_of
 from cobodeck.wiring import open_setup
 from hw.connection import FOLDER, load_connection
 from hw.links.datagrams import Intake, Outlet
@@ -33,7 +34,7 @@ class WholeRobot:
         self.peers = {}
         self.engine = None
         try:
-            open_all(connection.peers, connection.peers, opening, self.peers, self.peers)
+            open_all("peer", connection.peers, connection.peers, opening, self.peers, self.peers)
             self._intake = Intake(self.host)
             self._outlet = Outlet("evaluator", [self.peers["world"].address])
             self._ask("subscribe", self._intake.address)

@@ -17,9 +17,9 @@ from hypothesis import given, settings
 
 from engine.chart import Chart, Node
 from engine.draw.dot import Active, dot
-from engine.draw.graphviz import FILE_FORMS, CannotRender, render
 from engine.draw.mermaid import mermaid
 from engine.draw.picture import picture
+from engine.draw.render import FILE_FORMS, CannotRender, render
 from engine.draw.shapes import BoxShape, LeafShape, Shape
 from engine.load import Library, load_files, load_text
 from tests.engine.random_charts import charts, library
@@ -524,11 +524,11 @@ def test_a_dot_program_serves_where_pygraphviz_is_missing(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     program = tmp_path / "dot"
-    program.write_text('#!/bin/sh\necho "made with $1"\n')
+    program.write_text('#!/bin/sh\necho "made with $*"\n')
     program.chmod(program.stat().st_mode | stat.S_IXUSR)
     monkeypatch.setitem(sys.modules, "pygraphviz", None)
     monkeypatch.setenv("PATH", f"{tmp_path}:/bin:/usr/bin")
-    assert render("digraph {}", "pdf") == b"made with -Tpdf\n"
+    assert render("digraph {}", "pdf") == b"made with -Kdot -Tpdf\n"
 
 
 def test_what_a_dot_program_complains_of_is_passed_on(

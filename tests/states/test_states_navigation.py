@@ -14,7 +14,7 @@ from hw.safety.limits import SafetyLimits
 from hw.samples import UserPose
 from hw.sim.base import SimBase
 from states.environment import Environment, SubsystemName
-from states.navigation.states import DriveTo
+from states.navigation.states import DriveTo, GoalProgress
 
 HZ = 30
 START = Pose2(2.0, 2.0, 0.0)
@@ -150,6 +150,21 @@ def test_a_robot_that_does_not_move_is_stuck(
     drive.base.braked = True
 
     assert drive.until_end(take_step, 3.4) == "stuck"
+
+
+@pytest.mark.requirement(101)
+@pytest.mark.parametrize(("metres", "stuck"), [(0.04, True), (0.06, False)])
+def test_creeping_is_no_progress(context: Any, metres: float, stuck: bool) -> None:
+    """Of a way that gets shorter by less than 5 cm within the patience nothing is reached."""
+    ctx = context({}, {})
+    progress, ticks = GoalProgress(3.0), 4 * HZ
+    found = []
+    for tick in range(ticks):
+        ctx.now = tick * 10**9 // HZ
+        found.append(progress.made(ctx, 5.0 - metres * tick / (3 * HZ), 0.0))
+
+    assert found[: 3 * HZ] == [True] * 3 * HZ
+    assert (not all(found)) is stuck
 
 
 def test_without_a_pose_of_the_base_the_drive_is_lost(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from shapely.geometry import LineString, Point
+from shapely.geometry import LineString, MultiPolygon, Point
 
 from hw.geometry import Pose2
 from hw.prop import prop_names
@@ -18,12 +18,12 @@ from states.arm.collision import (
     CollisionModel,
     Cylinder,
     Surroundings,
-    inside_frame,
+    extent,
     outline,
     warm_up,
 )
 from states.arm.kinematics import forward, link_frames
-from states.arm.model import manipulator_of
+from states.arm.robot_arm import manipulator_of
 
 coordinate = st.floats(-2, 2).map(lambda v: round(v, 3))
 point3 = st.tuples(coordinate, coordinate, coordinate)
@@ -134,9 +134,28 @@ def test_what_is_nearest_to_what_can_be_told(alone, q, touching):
     assert gap == alone.clearance(q)[0]
 
 
+def inside_frame(model, joints):
+    """How far the whole arm stays inside the 1.13 m x 0.91 m bumper frame, m."""
+    ahead, back, left, right = extent(model, joints)
+    return min(0.565 - max(ahead, back), 0.455 - max(left, right))
+
+
+@pytest.mark.requirement(46)
+def test_the_extent_of_the_arm_encloses_every_capsule_on_all_four_sides(model, arm, sets):
+    for q in [np.array(arm.tool.parked), *sets.anywhere(20)]:
+        ends, radii = outline(model, q)
+        balls = [
+            Point(*end[:2]).buffer(r, 64)
+            for pair, r in zip(ends, radii, strict=True)
+            for end in pair
+        ]
+        x_low, y_low, x_high, y_high = MultiPolygon(balls).bounds
+        assert extent(model, q) == pytest.approx((x_high, -x_low, y_high, -y_low), abs=1e-9)
+
+
 @pytest.mark.requirement(46)
 def test_the_parked_arm_stays_inside_the_bumper_frame_and_clear_of_itself(model, arm, alone):
-    assert inside_frame(model, arm.tool.parked, 1.13, 0.91) > 0.05
+    assert inside_frame(model, arm.tool.parked) > 0.05
     assert alone.clearance(arm.tool.parked)[0] >= 0.015
 
 
@@ -148,12 +167,12 @@ def test_with_every_prop_the_parked_arm_stays_inside_and_clear(arm, robot, prop)
     model = CollisionModel.of(held)
     of_the_profile = arm.tool.parked_paper  # `paper` parks so, whatever the arm holds
     for parked in (held.tool.parked, held.tool.parked_paper, of_the_profile):
-        assert inside_frame(model, parked, 1.13, 0.91) > 0.01
+        assert inside_frame(model, parked) > 0.01
         assert CollisionChecker.of(model, Surroundings.empty()).clearance(parked)[0] >= 0.015
 
 
 def test_an_arm_stretched_ahead_stands_out_of_the_frame(model):
-    assert inside_frame(model, (0, -0.3, 0, 0, 0, 0), 1.13, 0.91) < -0.5
+    assert inside_frame(model, (0, -0.3, 0, 0, 0, 0)) < -0.5
 
 
 def sampled(start, goal, step=0.01):
@@ -169,14 +188,14 @@ def test_a_free_line_keeps_half_the_margin_everywhere_and_a_blocked_one_is_block
     starts = starts[checker.free(starts)]
     free = 0
     for start, goal in pairwise(starts):
-        x, looks = checker.way(np.array([start, goal - start, np.zeros(6)]), 1.0)
+        x, checks = checker.sweep(np.array([start, goal - start, np.zeros(6)]), 1.0)
         clearance = checker.clearance(sampled(start, goal))
         if x >= 1.0:
             free += 1
             assert clearance.min() >= 0.005
         else:
             assert checker.clearance(start + x * (goal - start))[0] < 0.01
-        assert looks >= 1
+        assert checks >= 1
     assert 20 < free < len(starts) - 20
 
 
@@ -186,7 +205,7 @@ def test_a_curved_piece_is_checked_as_exactly(alone, sets):
     starts = sets.anywhere(600)
     for start in starts[alone.free(starts)]:
         piece = np.array([start, rng.normal(size=6), rng.normal(size=6)])
-        x, _ = alone.way(piece, 1.0)
+        x, _ = alone.sweep(piece, 1.0)
         t = np.linspace(0, x, 400)[:, None]
         clearance = alone.clearance(piece[0] + piece[1] * t + piece[2] * t * t)
         if x >= 1.0:
@@ -218,11 +237,11 @@ def test_an_arm_that_reaches_through_a_thin_wall_touches_it(model, alone):
 def test_a_sweep_stops_when_its_budget_is_used_up(alone, arm):
     parked = np.array(arm.tool.parked)
     piece = np.array([parked, np.array([1.0, 0, 0, 0, 0, 0]), np.zeros(6)])
-    whole, looks = alone.way(piece, 1.0)
+    whole, checks = alone.sweep(piece, 1.0)
     assert whole == 1.0
-    part, used = alone.way(piece, 1.0, budget=2)
+    part, used = alone.sweep(piece, 1.0, budget=2)
     assert 0.0 < part < 1.0
-    assert used == 2 < looks
+    assert used == 2 < checks
 
 
 @settings(deadline=None, max_examples=100)

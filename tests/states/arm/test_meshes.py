@@ -19,7 +19,8 @@ from states.arm.kinematics import KinematicChain, forward
 from states.arm.planning import Plan, Query, goals_at, plan
 from states.arm.trajectory import ArmLimits
 from states.arm.urdf import read_urdf
-from states.arm.urdf_arm import manipulator_from_urdf, urdf_of
+from states.arm.urdf_arm import manipulator_from_urdf
+from tests.states.arm.urdf_writing import urdf_of
 
 pinocchio = pytest.importorskip("pinocchio", reason="needs the extra 'verify'")
 coal = pytest.importorskip("coal", reason="needs the extra 'verify'")

@@ -188,6 +188,38 @@ def test_whoever_steps_into_the_way_stops_the_arm_before_it_touches_them(
     assert environment.workspace.checker(look, DEEP).clearance(np.array(look.joints))[0] > 0.0
 
 
+@pytest.mark.requirement(43, 45)
+def test_a_base_that_turns_the_arm_into_a_person_stops_the_arm(
+    rig: Rig, environment: Environment
+) -> None:
+    beside = Pose2(*BASE.transform(1.1 * math.cos(0.8), 1.1 * math.sin(0.8)))
+    rig.ctx.values["user.pose"] = UserPose(beside, 0.0)
+    run = ReachDeep().run(rig.ctx, deep=DEEP)
+    assert rig.run(run, 0.4) is None
+    assert rig.arm.state.moving
+    turned = rig.ctx.values["base.pose"] = BASE @ Pose2(0.0, 0.0, 0.3)
+
+    assert rig.run(run, 0.1) is None
+
+    assert not rig.arm.state.moving
+    look = ArmSituation(turned, beside, rig.arm.state.joints)
+    assert environment.workspace.checker(look, DEEP).clearance(np.array(look.joints))[0] > 0.0
+
+
+@pytest.mark.requirement(43)
+@pytest.mark.parametrize(
+    ("distance", "radius"), [(0.85, 0.5), (0.6, 0.45), (0.5, 0.35), (0.3, 0.25)]
+)
+def test_the_cylinder_of_a_user_who_is_granted_a_touch_ends_15_cm_before_the_deep(
+    environment: Environment, distance: float, radius: float
+) -> None:
+    user = Pose2(DEEP.x - distance, DEEP.y, 0.0)
+    look = ArmSituation(BASE, user, environment.robot.arm.parked)
+
+    assert environment.workspace.checker(look, DEEP).around.cylinders[0, 2] == pytest.approx(radius)
+    assert environment.workspace.checker(look).around.cylinders[0, 2] == 0.5
+
+
 @pytest.mark.requirement(45)
 def test_a_user_who_only_shifts_does_not_stop_the_arm(rig: Rig) -> None:
     run = ReachDeep().run(rig.ctx, deep=DEEP)
@@ -299,6 +331,15 @@ def test_no_rover_pose_is_best_for_a_deep_that_is_too_high(environment: Environm
     high = Pose3.from_yaw(5.85, 4.0, 2.6, 0.0)
 
     assert environment.workspace.best([BASE], [1.0], high, USER, (0.05, 0.1)) is None
+
+
+@pytest.mark.requirement(76, 78)
+def test_a_long_drive_puts_a_pose_behind_one_that_is_near(environment: Environment) -> None:
+    beside = Pose2(5.85 + math.cos(0.5), 4.0 + math.sin(0.5), wrap(0.5 + math.pi))
+    best = environment.workspace.best
+
+    assert best([BASE, beside], [1.0, 9.0], DEEP, USER, (0.05, 0.1)) == 0
+    assert best([BASE, beside], [9.0, 1.0], DEEP, USER, (0.05, 0.1)) == 1
 
 
 @pytest.mark.requirement(78, 79)

@@ -194,7 +194,9 @@ def test_fused_poses_are_no_worse_than_the_matches_though_their_errors_stay_alik
             matched.append(abs(complex(pose[0], pose[1]) - moment.place) ** 2)
             if moment.ms > 1000:
                 e = miss(f, moment)[:3]
-                fused.append((e[0] ** 2 + e[1] ** 2, e @ np.linalg.solve(f.pose_covariance, e) / 3))
+                fused.append(
+                    (e[0] ** 2 + e[1] ** 2, e @ np.linalg.solve(f.covariance[:3, :3], e) / 3)
+                )
     squares, nees = np.mean(fused, axis=0)
     assert squares <= np.mean(matched)
     assert nees < 1.5
@@ -250,7 +252,7 @@ def test_slip_comes_with_motion_alone() -> None:
         f.correct(Measurement(0, "scan", (0.0, 0.0, 0.0), (1e-8,) * 3))
         for ms in range(0, 1001, 20):
             f.correct(Measurement(ms * MS, "wheels", (speed, 0.0, 0.0), (1e-6,) * 3))
-        spread[speed] = np.sqrt(np.diag(f.pose_covariance))
+        spread[speed] = np.sqrt(np.diag(f.covariance[:3, :3]))
     assert spread[0.0][0] < 2e-3
     assert spread[1.0][0] == pytest.approx(math.sqrt(SLIPPING.per_metre[0]), rel=0.1)
     assert spread[1.0][2] == pytest.approx(math.sqrt(SLIPPING.per_metre[2]), rel=0.1)

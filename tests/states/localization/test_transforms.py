@@ -147,18 +147,6 @@ def test_without_a_time_the_newest_common_one_is_taken() -> None:
     assert buffer.lookup("base", "tool") == Pose3(0, 0, 1)
 
 
-def test_time_travel_holds_the_fixed_frame_still() -> None:
-    """A stone 2 m ahead at 0 ns is 1 m behind once the base has gone 3 m."""
-    buffer = TransformBuffer()
-    buffer.put("map", "base", 0, Pose3(0, 0, 0))
-    buffer.put("map", "base", 1000, Pose3(3, 0, 0))
-    buffer.fix("base", "bumper", Pose3(2, 0, 0))
-    found = buffer.lookup_across("base", 1000, "bumper", 0, "map")
-    assert found == Pose3(-1, 0, 0)
-    assert reason(buffer.lookup_across("base", 1001, "bumper", 0, "map")) == "future"
-    assert reason(buffer.lookup_across("base", 1000, "bumper", -1, "map")) == "past"
-
-
 def test_an_edge_forgets_what_is_older_than_its_cache() -> None:
     buffer = TransformBuffer(cache=1e-6)
     for stamp in range(0, 5000, 10):

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.room import Disc
+from states.navigation.local_planner import LocalPlanner
 from states.navigation.profile_planner import Limits, ProfilePlanner, Tolerance
 from states.navigation.trials import OPEN_ROOM, TRIALS, Trial, drive
 from states.navigation.visibility import ExactPlanner
@@ -152,6 +153,30 @@ def test_no_command_is_sent_from_which_braking_would_end_in_the_user():
     driver.command(Pose2(0.0, 0.0), Twist2(1.5), None, 0.05)
     command = driver.command(Pose2(0.0, 0.0), Twist2(1.5), Disc(2.4, 0.0, 1.27), 0.05)
     assert command.speed < 1.46
+
+
+class Faster(LocalPlanner):
+    """Wants to go faster along x in every cycle."""
+
+    def _begin(self):
+        pass
+
+    def _wanted(self, pose, now, user, dt):
+        return Twist2(now.vx + self._limits.acceleration * dt)
+
+
+@pytest.mark.requirement(52)
+@pytest.mark.parametrize(
+    ("gap", "speed"),
+    # from 1.05, 1.025, 1, 0.975 and 0.95 m/s it stops after 0.603, 0.576, 0.55, 0.525, 0.5 m
+    [(0.61, 1.05), (0.58, 1.025), (0.56, 1.0), (0.53, 0.975), (0.505, 0.95), (0.4, 0.95)],
+)
+def test_of_a_velocity_that_is_too_fast_as_much_is_sent_as_can_be_braked_from(gap, speed):
+    driver = Faster(FREE, Limits(), Tolerance())
+    driver.go_to(Pose2(9.0, 0.0))
+    user = Disc(gap + 1.27, 0.0, 1.27)
+    command = driver.command(Pose2(0.0, 0.0), Twist2(1.0), user, 0.05)
+    assert command.vx == pytest.approx(speed)
 
 
 def test_a_user_who_comes_too_near_is_left_straight_away():

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-import subprocess
 from typing import Literal, get_args
 
 FileForm = Literal["svg", "png", "pdf"]
@@ -11,7 +9,7 @@ FILE_FORMS: tuple[FileForm, ...] = get_args(FileForm)
 
 
 class CannotRender(RuntimeError):
-    """No Graphviz is here, or it refused; the message says what to do."""
+    """Graphviz is missing or has failed; the message says what to do."""
 
 
 def render(text: str, form: FileForm = "svg") -> bytes:
@@ -28,11 +26,13 @@ def render(text: str, form: FileForm = "svg") -> bytes:
 
 
 def _by_program(text: str, form: FileForm) -> bytes:
-    program = shutil.which("dot")
-    if program is None:
+    import graphviz
+
+    try:
+        return bytes(graphviz.Source(text).pipe(form))
+    except graphviz.ExecutableNotFound:
         how = "`pip install pygraphviz` (Linux), or install Graphviz so that `dot` is on the PATH"
-        raise CannotRender(f"no Graphviz here: {how}; DOT and Mermaid text need none")
-    done = subprocess.run([program, f"-T{form}"], input=text.encode(), capture_output=True)
-    if done.returncode:
-        raise CannotRender(f"{program}: {done.stderr.decode(errors='replace').strip()}")
-    return done.stdout
+        hint = f"no Graphviz here: {how}; DOT and Mermaid text need none"
+        raise CannotRender(hint) from None
+    except graphviz.CalledProcessError as error:
+        raise CannotRender(f"dot: {error.stderr.decode(errors='replace').strip()}") from None

@@ -10,12 +10,12 @@ from hw.room import Disc
 from states.navigation.local_planner import Limits, Tolerance
 from states.navigation.predicted_gap import (
     HORIZON,
-    foreseen,
     least_gap_braking,
     least_gap_on,
+    predicted_disc,
     steps_aside,
 )
-from states.navigation.profile_planner import ProfilePlanner
+from states.navigation.profile_planner import ProfilePlanner, _Choice
 from states.navigation.speed import SpeedLimits
 from states.navigation.trials import OPEN_ROOM
 from states.navigation.visibility import ExactPlanner
@@ -67,10 +67,10 @@ def test_braking_ends_where_the_stopping_distance_says():
 
 def test_a_disc_is_foreseen_where_the_user_will_be_and_never_over_the_robot():
     user = Disc(0.0, 0.0, 1.27)
-    assert foreseen(user, (1.0, 0.0), 2.0, (5.0, 0.0)) == Disc(2.0, 0.0, 1.27)
-    over = foreseen(user, (1.0, 0.0), 2.0, (2.5, 0.0))
+    assert predicted_disc(user, (1.0, 0.0), 2.0, (5.0, 0.0)) == Disc(2.0, 0.0, 1.27)
+    over = predicted_disc(user, (1.0, 0.0), 2.0, (2.5, 0.0))
     assert math.dist((over.x, over.y), (2.5, 0.0)) > over.radius
-    assert foreseen(user, (1.0, 0.0), 0.0, (0.5, 0.0)) == user
+    assert predicted_disc(user, (1.0, 0.0), 0.0, (0.5, 0.0)) == user
 
 
 @given(st.floats(-1.5, 1.5), st.floats(0.1, 1.5), PLACE, PLACE)
@@ -129,6 +129,26 @@ def test_foresight_keeps_further_off_than_going_round_where_the_user_is():
     seeing = [meeting(*CROSSINGS[name])[1] for name in CROSSINGS]
     blind = [meeting(*CROSSINGS[name], foresight=False)[1] for name in CROSSINGS]
     assert sum(seeing) > sum(blind) + 0.5
+
+
+@pytest.mark.requirement(51)
+@pytest.mark.parametrize(
+    ("choices", "best"),
+    [
+        ({"long": (0.3, 5.0), "short": (0.0, 4.0), "wait": (0.9, None)}, "short"),
+        ({"long": (0.0, 5.0), "short": (-0.02, 4.0), "wait": (-0.5, None)}, "long"),
+        ({"long": (-0.102, 5.0), "short": (-0.098, 4.0), "wait": (-0.3, None)}, "short"),
+        ({"long": (-0.2, 5.0), "wait": (-0.1, None)}, "wait"),
+    ],
+)
+def test_of_ways_that_keep_off_the_user_equally_well_the_fastest_is_driven(choices, best):
+    driver = ProfilePlanner(FREE, Limits(), Tolerance())
+    ranks = {
+        name: _Choice(gap, length and straight_line(length), driver).rank(STILL, PACE)
+        for name, (gap, length) in choices.items()
+    }
+
+    assert max(ranks, key=lambda name: ranks[name]) == best
 
 
 def test_a_user_who_stands_or_is_far_changes_nothing():

@@ -1,0 +1,98 @@
+"""Who judges a run: evaluators by the ground truth of the plant, or by its samples alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from behaviors.signals import ESTIMATE
+from cobodeck.arm_contact import ArmOutline, ArmWatch
+from cobodeck.inlet import Inlet
+from cobodeck.localization import LocalizationWatch
+from cobodeck.loop import Observer
+from cobodeck.measured import Senses
+from cobodeck.metrics import Evaluator
+from cobodeck.plants import Plant
+from cobodeck.requests import RequestWatch
+from cobodeck.separation import SeparationWatch
+from cobodeck.wiring import Wired
+from hw.geometry import Pose2, Pose3
+from hw.robot import RobotModel
+from hw.samples import Joints
+from hw.truth import BASE
+
+
+def watchers(plant: Plant, wired: Wired, robot: RobotModel) -> list[Observer]:
+    """The observers that judge a run: by ground truth where the plant knows it, else by samples."""
+    truth, seen = plant.truth, "user.pose" in wired.inlet.flowing
+    if truth is None or (truth.body is None and seen):  # a dummy is part of no world
+        found: list[Observer] = [_by_samples(wired.inlet, robot)]
+    else:
+        found = [_by_truth(plant, robot, truth.body is not None)]
+    if truth is not None and ESTIMATE in wired.board.slots:
+        found.append(LocalizationWatch(plant, wired.board))
+    if plant.cycles is not None:
+        found.append(SeparationWatch(plant.cycles))
+    return found
+
+
+def _by_truth(plant: Plant, robot: RobotModel, person: bool) -> Evaluator:
+    if not person or robot.arm is None:
+        return Evaluator(plant, person)
+    return Evaluator(plant, person, RequestWatch(prop_of(robot)), ArmWatch(arm_outline(robot)))
+
+
+def _by_samples(inlet: Inlet, robot: RobotModel) -> Evaluator:
+    heard = "vr.haptic_request" in inlet.flowing
+    person = heard or "user.pose" in inlet.flowing
+    prop = prop_of(robot) if heard and robot.arm is not None else None
+    senses = Senses(inlet, robot.footprint)
+    return Evaluator(senses, person, RequestWatch(prop, heard), measured=True)
+
+
+def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:
+    """A function that gives map_from_prop for a pose of the base and joint angles."""
+    from states.arm.kinematics import KinematicChain, forward
+    from states.arm.robot_arm import manipulator_of
+
+    chain = KinematicChain.of(manipulator_of(robot))
+
+    def prop(base: Pose2, joints: Joints) -> Pose3:
+        matrix = forward(chain, joints)
+        map_from_rover = Pose3.from_yaw(base.x, base.y, 0.0, base.yaw)
+        return map_from_rover @ pose_of(matrix.tolist())
+
+    return prop
+
+
+def arm_outline(robot: RobotModel) -> ArmOutline:
+    """The arm as capsules, with the names of its parts."""
+    from states.arm.collision import CollisionModel, outline
+    from states.arm.robot_arm import manipulator_of
+
+    arm = manipulator_of(robot)
+    model = CollisionModel.of(arm)
+    parts = tuple("arm_base" if link == BASE else link for link in model.links)
+    return ArmOutline(partial(outline, model), parts, arm.tool.name, robot.footprint)
+
+
+def pose_of(m: list[list[float]]) -> Pose3:
+    """The pose of a homogeneous 4 x 4 matrix, its rotation as a unit quaternion (Shepperd)."""
+    trace = m[0][0] + m[1][1] + m[2][2]
+    # 4 qw^2 - 1 = trace, 4 qx^2 - 1 = 2 m00 - trace, …: the largest component is computed from
+    # the diagonal and the others divided by it, so that no divisor is near 0
+    squares = [trace, m[0][0], m[1][1], m[2][2]]
+    largest = squares.index(max(squares))
+    if largest == 0:
+        q = (m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1], 1.0 + trace)
+    else:
+        i = largest - 1
+        j, k = (i + 1) % 3, (i + 2) % 3
+        axis = [0.0, 0.0, 0.0]
+        axis[i] = 1.0 + m[i][i] - m[j][j] - m[k][k]
+        axis[j] = m[j][i] + m[i][j]
+        axis[k] = m[k][i] + m[i][k]
+        q = (axis[0], axis[1], axis[2], m[k][j] - m[j][k])
+    length = sum(part * part for part in q) ** 0.5
+    x, y, z, w = (part / length for part in q)
+    return Pose3(m[0][3], m[1][3], m[2][3], x, y, z, w)

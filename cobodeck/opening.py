@@ -1,0 +1,177 @@
+"""Opens what a connection names: peers, links and parts, each by its driver."""
+
+from __future__ import annotations
+
+import importlib
+import os
+from collections.abc import Callable, Collection, Container, Mapping
+from inspect import signature
+from typing import Any, Literal
+
+from cobodeck.console import FAILED, Problem
+from cobodeck.wiring import Uses
+from hw.connection import REFERS, Connection, RunInfo, ServedPart
+from hw.safety.guarded import HEARD
+
+Kind = Literal["peer", "link", "part"]
+ALWAYS = frozenset(("stop_line", "operator"))
+"""Opened whatever the chart uses."""
+OWN_HOST = "loopback"
+"""Stands in a connection file for an address of this machine that no other run uses."""
+
+
+def refuse_strange_drivers(connection: Connection, packages: Container[str]) -> None:
+    """Check that all drivers belong to known packages, before any of them is imported.
+
+    Raises:
+        Problem: one does not.
+    """
+    for entry, place, driver in connection.drivers:
+        package = driver.partition(".")[0].partition(":")[0]
+        if package not in packages:
+            group, _, name = entry.partition(".")
+            raise Problem(
+                f"{place}: {group.removesuffix('s')} {name!r} by {driver}: {package!r} is the "
+                "package of no project, so nothing of it is imported; run this in the project's "
+                "folder, without --no-project",
+                FAILED,
+            )
+
+
+def open_all(
+    kind: Kind,
+    names: Collection[str],
+    served: Mapping[str, ServedPart],
+    opening: RunInfo,
+    beside: Mapping[str, Any],
+    opened: dict[str, Any],
+) -> None:
+    """Open some entries of one kind; those that start in the background start in parallel.
+
+    Each is added to `opened` as soon as it is open; `beside` are the links and peers to refer to.
+
+    Raises:
+        Problem: a driver cannot be found or opened.
+    """
+    for name in names:
+        driver = _driver(kind, name, served[name])
+        opened[name] = _opened(kind, name, served[name], driver, opening, beside)
+    for name in names:
+        error = try_to(getattr(opened[name], "wait", nothing))
+        if error is not None:
+            raise _problem(kind, name, served[name], error)
+
+
+def drivers_of(connection: Connection) -> dict[str, Any]:
+    """The drivers of all parts, imported and not opened.
+
+    Raises:
+        Problem: one cannot be found.
+    """
+    return {name: _driver("part", name, served) for name, served in connection.parts.items()}
+
+
+def needed_links(connection: Connection, needed: Container[str]) -> list[str]:
+    """The links that the needed parts refer to, directly or by other links, in file order."""
+    wanted: set[str] = set()
+    entries = [served for name, served in connection.parts.items() if name in needed]
+    while entries:
+        named = {str(entries[0].arguments.get(key)) for key in REFERS}
+        named &= connection.links.keys() - wanted
+        wanted |= named
+        entries = [*entries[1:], *(connection.links[name] for name in named)]
+    return [name for name in connection.links if name in wanted]
+
+
+def is_needed(name: str, driver: Any, uses: Uses) -> bool:
+    """True if the part is commanded or read, or if its signals are not known beforehand."""
+    given = given_by(driver)
+    if name in ALWAYS or name in uses.commands or given is None:
+        return True
+    heard = HEARD if "base" in uses.commands else frozenset[str]()
+    return not (uses.signals | uses.welcome | heard).isdisjoint(given)
+
+
+def finds_itself(connection: Connection) -> bool:
+    """True if the base of a connection gives odometry and no pose, so that it must be localized.
+
+    Raises:
+        Problem: their driver cannot be found.
+    """
+    served = connection.parts.get("base")
+    given = None if served is None else signals_of("base", served)
+    return given is not None and "base.odometry" in given and "base.pose" not in given
+
+
+def signals_of(name: str, served: ServedPart) -> tuple[str, ...] | None:
+    """The signals that a part declares, before it is opened; None: not known by then.
+
+    Raises:
+        Problem: its driver cannot be found.
+    """
+    return given_by(_driver("part", name, served))
+
+
+def given_by(driver: Any) -> tuple[str, ...] | None:
+    """The signals that a part or its class declares; None: not known before it is opened."""
+    given = getattr(driver, "signals", None)
+    return given if isinstance(given, tuple) else None
+
+
+def try_to(act: Callable[[], object]) -> Exception | None:
+    """Call it; the exception it raised, or None."""
+    try:
+        act()
+    except Exception as error:  # noqa: BLE001  a driver may raise anything
+        return error
+    return None
+
+
+def _driver(kind: Kind, name: str, served: ServedPart) -> Any:
+    try:
+        return getattr(importlib.import_module(served.module), served.driver)
+    except Exception as error:  # noqa: BLE001
+        raise _problem(kind, name, served, error) from None
+
+
+def _opened(
+    kind: Kind,
+    name: str,
+    served: ServedPart,
+    driver: Any,
+    opening: RunInfo,
+    beside: Mapping[str, Any],
+) -> Any:
+    given = {key: _placed(value) for key, value in served.arguments.items()}
+    given |= {key: beside[given[key]] for key in REFERS if given.get(key) in beside}
+    offered = {"now": opening.now, "opening": opening}
+    try:
+        wanted = signature(driver).parameters
+        given |= {key: value for key, value in offered.items() if key in wanted}
+        return driver(**given)
+    except Exception as error:  # noqa: BLE001
+        raise _problem(kind, name, served, error) from None
+
+
+def _placed(value: Any) -> Any:
+    """A value of a connection file, with an address of this run in place of `loopback`."""
+    if isinstance(value, dict):
+        return {key: _placed(inner) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [_placed(inner) for inner in value]
+    return own_host() if value == OWN_HOST else value
+
+
+def own_host() -> str:
+    """A loopback address that no other process uses: each machine owns all of 127.0.0.0/8."""
+    number = os.getpid() % 0x3F_FF_FE + 1
+    return f"127.{64 + (number >> 16)}.{number >> 8 & 255}.{number & 255}"
+
+
+def _problem(kind: Kind, name: str, served: ServedPart, error: Exception) -> Problem:
+    entry = f"{served.place}: {kind} {name!r} by {served.module}:{served.driver}"
+    return Problem(f"{entry}: {type(error).__name__}: {error}", FAILED)
+
+
+def nothing() -> None:
+    """Do nothing: there is nothing to close or to wait for."""

@@ -1,0 +1,54 @@
+"""What a run requires of robot, room and profile, checked before it starts."""
+
+from __future__ import annotations
+
+from cobodeck.console import FAILED, Problem
+from cobodeck.wiring import Setup
+from engine.clock import TickGrid
+
+
+def refuse_blind_robot(setup: Setup) -> None:
+    """Check that the robot can localize itself.
+
+    Raises:
+        Problem: it has no wheel odometry, or there is no room to localize in.
+    """
+    if setup.scene is None:
+        raise Problem("tier 2 needs a room to localize in; give one with --scene")
+    if setup.robot.sensing.odometry is None:
+        raise Problem(
+            f"robot {setup.robot.name}: tier 2 needs wheels that measure; "
+            "its file has no sensing.odometry"
+        )
+
+
+def refuse_small_floor(setup: Setup) -> None:
+    """Check that all behaviours have room (R124).
+
+    Raises:
+        Problem: the floor is too small.
+    """
+    from states.floors.floor_cells import MapFloor
+    from states.floors.floor_plan import RoomFloor
+    from states.floors.space import shortcoming
+
+    if setup.place is None or setup.scene is None:
+        return
+    map_ = setup.place.map
+    floor = RoomFloor(setup.scene.room) if map_ is None else MapFloor(map_)
+    found = shortcoming(floor, setup.profile.navigation.haptic.inflation)
+    if found is not None:
+        raise Problem(f"scene {setup.scene.name}: {found}", FAILED)
+
+
+def latency_ns(setup: Setup) -> int:
+    """The profile's latency, ns: from the samples of a tick to its commands.
+
+    Raises:
+        Problem: it is not shorter than a tick.
+    """
+    latency = round(setup.profile.plant.latency * 1e9)
+    if latency >= TickGrid(setup.tick_hz).period_ns:
+        shown = f"{latency / 1e6:g} ms is not less than a tick at {setup.tick_hz} Hz"
+        raise Problem(f"profile {setup.profile.name}: plant.latency of {shown}")
+    return latency

@@ -1,0 +1,41 @@
+"""Files that are known by name: those in a shipped folder and, before them, a project's own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from pathlib import Path
+
+OwnFiles = Callable[[str], Mapping[str, Path]]
+"""The files of one kind (`scene`, `robot`, `profile`, …) that a project brings, by name."""
+
+
+def no_files(_kind: str) -> Mapping[str, Path]:
+    """Where there is no project."""
+    return {}
+
+
+_own: ContextVar[OwnFiles] = ContextVar("own", default=no_files)
+
+
+@contextmanager
+def with_own_files(own: OwnFiles) -> Iterator[None]:
+    """Within the block, names also stand for these files; they hide shipped ones of their name."""
+    token = _own.set(own)
+    try:
+        yield
+    finally:
+        _own.reset(token)
+
+
+def own_files(kind: str) -> Mapping[str, Path]:
+    """The project's own files of a kind, by name."""
+    return _own.get()(kind)
+
+
+def known_files(folder: Path, kind: str) -> dict[str, Path]:
+    """All files of a kind by name: those in the shipped folder, and a project's own."""
+    shipped = {path.stem: path for path in folder.glob("*.yaml")}
+    found = {**shipped, **own_files(kind)}
+    return {name: found[name] for name in sorted(found)}
