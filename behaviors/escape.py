@@ -18,7 +18,7 @@ from states.navigation.states import is_there, user_disc
 from states.signals.prediction import time_to_contact
 
 if TYPE_CHECKING:
-    from states.navigation.local_planner import GlobalPlanner
+    from states.navigation.interfaces import GlobalPlanner
 
 LOOKAHEAD_S = 3.0
 """Contacts later than this are nobody's business yet, s."""

@@ -14,7 +14,7 @@ from hw.geometry import Pose2, Pose3, wrap
 from states.keys import HAPTIC_REQUEST, RELEASE, planner_key
 
 if TYPE_CHECKING:
-    from states.navigation.local_planner import GlobalPlanner
+    from states.navigation.interfaces import GlobalPlanner
 
 
 def all_poses(haptic: HapticSettings, deep: Pose3) -> Iterator[Pose2]:

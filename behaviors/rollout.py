@@ -18,9 +18,9 @@ from behaviors.situation import Situation
 from hw.geometry import STILL, Outline, Twist2
 from hw.people.person import RADIUS
 from hw.room import Point
-from states.environment import SubsystemName
-from states.navigation.local_planner import GlobalPlanner
+from states.navigation.interfaces import GlobalPlanner
 from states.signals.prediction import PREDICTORS, chord
+from states.subsystems import SubsystemName
 
 Array = NDArray[np.float64]
 

@@ -21,7 +21,7 @@ from hw.samples import (
     TrackerPose,
     UserPose,
 )
-from states.environment import SUBSYSTEMS, Environment, SubsystemName
+from states.environment import Environment
 from states.localization.estimates import (
     SENSED,
     LocalizationEstimator,
@@ -32,13 +32,14 @@ from states.localization.estimates import (
 )
 from states.localization.frames import FramesEstimator
 from states.signals.motion import StillnessEstimator, VelocityEstimator
+from states.subsystems import SUBSYSTEMS, SubsystemName
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from states.navigation.interfaces import GlobalPlanner
     from states.navigation.layers import Costmaps
-    from states.navigation.local_planner import GlobalPlanner
 
 OBSTACLES = "floor.obstacles"
 TYPES = {kind.__name__: Type(kind.__name__, python=kind) for kind in (Pose2, Pose3, UserPose)}

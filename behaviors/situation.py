@@ -14,12 +14,13 @@ from hw.room import Disc, Point
 from hw.safety.limits import OLD_S
 from hw.samples import UserPose
 from states import ages
-from states.environment import Environment, SubsystemName
+from states.environment import Environment
 from states.keys import ENVIRONMENT, environment_of
 from states.navigation.states import PLANNERS, planner_of
+from states.subsystems import SubsystemName
 
 if TYPE_CHECKING:
-    from states.navigation.local_planner import GlobalPlanner
+    from states.navigation.interfaces import GlobalPlanner
 
 AGE_S = OLD_S
 """Poses and velocities are used up to this age, s; see `states.ages`."""
