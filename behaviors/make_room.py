@@ -9,15 +9,15 @@ from states.keys import BASE_REFUSAL
 from states.signals.prediction import PREDICTORS
 
 THINK_S = 0.2
-"""How often a place is chosen anew while making room, s."""
+"""Interval at which the place to drive to is chosen anew, s."""
 SLACK = 0.2
-"""Room is made until the user is farther than asked for by this, m."""
+"""Hysteresis: room is made until the user is farther away than `room` by this, m."""
 
 
 def is_crowded(now: Situation, room: float, ahead: float, walking: float) -> bool:
-    """Does the user walk and, now or `ahead` seconds later, come nearer than `room`?
+    """True if the user walks and is nearer than `room`, or likely will be in `ahead` seconds.
 
-    The robot counts as where it would come to rest.
+    The robot's position is the one where it would come to rest.
     """
     speed = now.velocity.speed
     if speed <= walking:
@@ -35,9 +35,9 @@ def is_crowded(now: Situation, room: float, ahead: float, walking: float) -> boo
 
 
 class UserCrowds(Monitor):
-    """`crowded` when the user walks and is, or will be in a moment, nearer than `room`; 0 m: never.
+    """`crowded` when the user walks and is nearer than `room`, or will be in `ahead` seconds.
 
-    While the user walks the robot stays 3 to 4 m away (R91).
+    While the user walks the robot stays 3 to 4 m away (R91). With a `room` of 0 m it never ends.
     """
 
     outcomes = ("crowded",)
@@ -57,10 +57,10 @@ class UserCrowds(Monitor):
 
 
 class MakeRoom(Action):
-    """Keep out of a walking user's way, until they have stopped or are far enough.
+    """Keep out of a walking user's way until they have stopped or are far enough away.
 
-    Of places all around the robot it goes for the one from which the predicted walk stays between
-    `room` and `far` best (R91).
+    Of places all around it the robot drives to the one that keeps the predicted distance to the
+    user between `room` and `far` best (R91).
     """
 
     outcomes = ("clear", "lost")
@@ -78,7 +78,7 @@ class MakeRoom(Action):
 
     def run(self, ctx: Context) -> Run:
         from behaviors.dodge import place_with_room
-        from behaviors.rollout import towards
+        from behaviors.rollout import command_towards
 
         base, band = ctx.part("base"), (self.room, self.far)
         again, goal = 0, None
@@ -89,7 +89,7 @@ class MakeRoom(Action):
                 if goal is None or ctx.now >= again:
                     again = ctx.after(THINK_S)
                     goal = place_with_room(now, band, goal)
-                base.drive(now.slowed(towards(now, goal, "chase"), "chase"), "chase")
+                base.drive(now.slowed(command_towards(now, goal, "chase"), "chase"), "chase")
                 yield ctx.value(BASE_REFUSAL)
         finally:
             base.release("chase")
