@@ -245,8 +245,8 @@ class Environment:
     @cached_property
     def workspace(self) -> Workspace:
         """The arm in this room, built when first needed."""
-        from states.arm.model import manipulator_of
         from states.arm.motion import Workspace
+        from states.arm.robot_arm import manipulator_of
 
         held = manipulator_of(self.robot)
         assert self.robot.arm is not None, "without one there is no manipulator"
