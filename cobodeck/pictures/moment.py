@@ -24,9 +24,10 @@ from hw.geometry import STILL, Pose2, Pose3, wrap
 from hw.room import Point
 from hw.samples import UserPose
 from hw.scene import Scene
-from states.environment import Environment, SubsystemName
-from states.navigation.local_planner import GlobalPlanner
+from states.environment import Environment
+from states.navigation.interfaces import GlobalPlanner
 from states.navigation.states import user_disc
+from states.subsystems import SubsystemName
 
 TRAIL_S = 3.0
 """For so long the ways that robot and user have come are drawn, s."""
