@@ -28,7 +28,7 @@ from engine.chart import Chart
 from engine.clock import TickGrid
 from engine.files.finding import did_you_mean
 from engine.load import load_text
-from engine.machine import IDLE, RUNNING, Leaf, Machine
+from engine.machine import RUNNING, Leaf, Machine
 from engine.operator import Operator
 from engine.report import text as report_text
 from engine.run import ChartRun
@@ -124,7 +124,8 @@ class Rehearsal:
         parameters: Mapping[str, Any] | None,
     ) -> None:
         from cobodeck.metrics import Evaluator
-        from cobodeck.stage import Options, stage
+        from cobodeck.options import Options
+        from cobodeck.stage import stage
         from cobodeck.wiring import open_setup
 
         beside = self.folder / chart
@@ -222,10 +223,14 @@ class Rehearsal:
         self.tick(round(seconds * HZ))
 
     def until(self, where: str | Callable[[], object], timeout: float = 10.0) -> None:
-        """Let time pass until a node is entered, the chart ends so, or a condition holds.
+        """Let time pass until a node is active, the chart has ended so, or a condition holds.
 
-        `where` is a node's path, its name, or an outcome of the chart, or a function. Each call
-        looks at what happens from now on, the present tick included.
+        `where` is a node's path, its name, an outcome of the chart, or a function. A node that is
+        active already, or is entered and left within one tick from now on, is reached; one that was
+        left before is not, until it is entered again.
+
+        Raises:
+            AssertionError: that did not happen within `timeout`, s.
         """
         end = self.loop.ticks + max(1, round(timeout * HZ))
         reached = where if callable(where) else self._reaching(where)
@@ -296,20 +301,24 @@ class Rehearsal:
         outcomes = {*self.run.machine.chart.outcomes, "error"}
         if where not in outcomes or any(_is_named(p, where) for p in self.run.machine.vertices):
             self._require(where, outcomes)
-        seen = len(self.run.trace.raw)
+        before = sum(1 for _ in self.run.trace)
 
         def reached() -> bool:
             if self.run.outcome == where:
                 return True
-            records = list(self.run.trace)[seen:]
-            entered = (r.subject for r in records if r.kind == "enter")
-            return self._is_active(where) or any(_is_named(path, where) for path in entered)
+            active: set[str] = set()
+            for n, record in enumerate(self.run.trace):
+                if not _is_named(record.subject, where):
+                    continue
+                if record.kind == "enter":
+                    active.add(record.subject)
+                    if n >= before:
+                        return True
+                elif record.kind == "exit":
+                    active.discard(record.subject)
+            return bool(active)
 
         return reached
-
-    def _is_active(self, where: str) -> bool:
-        vertices = self.run.machine.vertices.values()
-        return any(v.status not in (IDLE,) and _is_named(v.path, where) for v in vertices)
 
     def _require(self, name: str, also: Iterable[str] = ()) -> None:
         vertices = self.run.machine.vertices

@@ -80,13 +80,16 @@ def _check_value(subject: Subject, value: Any, wanted: Type, at: Mark, what: str
     try:
         convert(value, wanted)
     except Mismatch as mismatch:
-        subject.error("N09", f"{what}: {mismatch}", at)
+        is_parameter = isinstance(value, str) and value in subject.chart.parameters
+        hint = f"`${value}` is the chart's parameter" if is_parameter else ""
+        subject.error("N09", f"{what}: {mismatch}", at, hint)
 
 
 def _check_reference(subject: Subject, value: Reference, wanted: Type, at: Mark, what: str) -> None:
     parameters = subject.chart.parameters
     if value.name not in parameters:
-        hint = subject.near(value.name, parameters)
+        bare = value.name.strip("{}()")
+        hint = f"write `${bare}`" if bare in parameters else subject.near(value.name, parameters)
         subject.error("N09", f"{what}: the chart has no parameter {value.name!r}", at, hint)
         return
     subject.parameters_used.add(value.name)
@@ -130,7 +133,9 @@ def _check_inputs(subject: Subject, site: NodeInPlace, callee: Callee) -> None:
     for name, key in node.inputs.items():
         argument = callee.inputs.get(name)
         if argument is None:
-            hint = subject.near(name, callee.inputs)
+            is_swapped = key in callee.inputs and name in site.names
+            hint = f"the other way round: `{key}: {name}`" if is_swapped else ""
+            hint = hint or subject.near(name, callee.inputs)
             message = f"{callee.name} has no input {name!r}"
             subject.error("N10", message, key_mark_of(node.raw, "in", name), hint)
         if key not in site.names:
@@ -158,7 +163,11 @@ def _check_outputs(subject: Subject, site: NodeInPlace, callee: Callee) -> None:
             known = {known for named in callee.outputs.values() for known in named}
             message = f"{callee.name} has no output {name!r}"
             at = key_mark_of(node.raw, "out", name)
-            subject.error("N10", message, at, subject.near(name, known))
+            is_swapped = key in known and name in site.names
+            hint = (
+                f"the other way round: `{key}: {name}`" if is_swapped else subject.near(name, known)
+            )
+            subject.error("N10", message, at, hint)
         if key not in site.names:
             unknown_key(subject, site, "out", name, key, site.names)
         real = site.names.get(key)

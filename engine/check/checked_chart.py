@@ -6,7 +6,7 @@ from collections import ChainMap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from engine.chart import CONTAINERS, Chart, Key, Node, Rule, key_mark_of, mark_of
+from engine.chart import CONTAINERS, Chart, DataKey, Node, Rule, key_mark_of, mark_of
 from engine.check.callee import Callee, KnownNames
 from engine.files.finding import Finding, Place, Severity, did_you_mean
 from engine.files.source import Mark
@@ -81,7 +81,7 @@ class Data:
 
     __slots__ = ("bits", "keys", "kinds", "nullable", "read", "start", "written")
 
-    def __init__(self, keys: Mapping[str, Key], types: Mapping[str, Type]) -> None:
+    def __init__(self, keys: Mapping[str, DataKey], types: Mapping[str, Type]) -> None:
         self.keys = list(keys.values())
         self.bits = {name: 1 << index for index, name in enumerate(keys)}
         self.kinds = {name: types.get(key.type, ANY) for name, key in keys.items()}
@@ -92,7 +92,7 @@ class Data:
         self.read = self.written = 0
         self.nullable = 0  # keys into which somebody may write nothing
 
-    def within(self, mask: int) -> Iterator[Key]:
+    def within(self, mask: int) -> Iterator[DataKey]:
         """The keys of these bits."""
         while mask:
             lowest = mask & -mask
@@ -222,7 +222,9 @@ def _state_class(subject: Subject, node: Node) -> Callee | None:
     found = world.state_class(node.target)
     if found is None:
         if node.raw[node.form] == node.target:  # else its shape has been complained about
-            hint = subject.near(node.target, world.interfaces)
+            is_chart = node.target in world.library
+            hint = f"`use: {node.target}`, it is a chart" if is_chart else ""
+            hint = hint or subject.near(node.target, world.interfaces)
             subject.error("N01", f"no state class {node.target!r}", at, hint)
         return None
     if found.monitor != (node.form == "watch"):
@@ -236,6 +238,9 @@ def _used_chart(subject: Subject, node: Node) -> Callee | None:
     found = subject.world.chart(node.target)
     told = node.raw[node.form] != node.target or node.target in subject.world.unread
     if found is None and not told:
-        hint = subject.near(node.target, subject.world.library)
+        named = subject.world.interfaces.get(node.target)
+        form = "watch" if named is not None and named.monitor else "do"
+        hint = f"`{form}: {node.target}`, it is a state class" if named is not None else ""
+        hint = hint or subject.near(node.target, subject.world.library)
         subject.error("N02", f"no chart {node.target!r}", mark_of(node.raw, node.form), hint)
     return found

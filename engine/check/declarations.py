@@ -37,7 +37,10 @@ def _check_keys(subject: Subject) -> None:
         if not _declares(raw, section, name):
             continue  # an output, see there
         kind = _type(subject, key.type, _mark(raw, section, name, "type"))
-        if key.has_initial:
+        if key.has_initial and not _can_be_written(kind):
+            at, hint = _mark(raw, section, name, "initial"), "`initial: none`"
+            subject.error("N09", f"a {kind} cannot be written in a chart", at, hint)
+        elif key.has_initial:
             _check_value(subject, name, key.initial, kind, _mark(raw, section, name, "initial"))
         if _declares(raw, "inputs", name) and _declares(raw, "data", name):
             first = (key_mark_of(raw, "inputs", name), "first here")
@@ -65,8 +68,13 @@ def _check_outputs(subject: Subject) -> None:
 def _type(subject: Subject, name: str, at: Mark) -> Type:
     types = subject.world.types
     if name not in types:
-        subject.error("N11", f"no type {name!r}", at, subject.near(name, types))
+        plain = [known for known in types if " " not in known]  # not `list of x`, not `x | none`
+        hint = f"{subject.near(name, plain)}; {_OWN_TYPES}".removeprefix("; ")
+        subject.error("N11", f"no type {name!r}", at, hint)
     return types.get(name, ANY)
+
+
+_OWN_TYPES = "a project adds types of its own by `TYPES`, beside its states"
 
 
 def _check_value(subject: Subject, name: str, value: Any, kind: Type, at: Mark) -> None:

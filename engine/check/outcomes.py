@@ -46,11 +46,21 @@ def _box_ends(site: NodeInPlace) -> dict[str, list[Origin]]:
             for outcome, origins in child.ends.items():
                 if outcome not in routes and outcome != "timeout":
                     ends.setdefault(outcome, []).extend(origins)
+    marks = _outcome_marks(node)
     for rule in node.rules:
-        ends.setdefault(rule.outcome, []).append(rule.at)
+        ends.setdefault(rule.outcome, []).append(marks.get(rule.at, rule.at))
     if "timeout" in node.raw:
         ends["timeout"] = []
     return ends
+
+
+def _outcome_marks(node: Node) -> Mapping[Mark, Mark]:
+    """Where the items of `when` name their outcomes, by where they begin."""
+    if not node.when:
+        return {}
+    listed = node.raw["when"]
+    pairs = zip(listed.values_at, listed, strict=True)
+    return {at: mark_of(item, "outcome") for at, item in pairs if isinstance(item, Map)}
 
 
 def _check_next(subject: Subject, site: NodeInPlace, parent: NodeInPlace) -> None:
@@ -159,14 +169,28 @@ def _check_top(subject: Subject) -> None:
     outcomes = subject.chart.outcomes
     if not outcomes and subject.root.node.raw.get("outcomes", []) != []:
         return  # their shape has been complained about
+    parents = {site.node: site.parent for site in subject.sites}
     for outcome, origins in subject.root.ends.items():
         if outcome in outcomes or outcome in RESERVED_OUTCOMES or not outcome:
             continue
-        hint = subject.near(outcome, outcomes) if outcomes else f"`outcomes: [{outcome}]`"
         for origin in origins:
             at = _origin_mark(origin)
+            parent = parents[origin[0]] if isinstance(origin[0], Node) else None
+            hint = _top_hint(subject, outcome, parent)
             message = f"{outcome!r} leads out of the chart and is not among its outcomes"
             subject.error("N07", message, at, hint)
+
+
+def _top_hint(subject: Subject, outcome: str, parent: NodeInPlace | None) -> str:
+    """Help with an outcome of the chart that is not declared; `parent`: of the node it leaves."""
+    outcomes = subject.chart.outcomes
+    if not outcomes:
+        return f"`outcomes: [{outcome}]`"
+    if parent is None:  # of `when`, where outcomes have no dot
+        return subject.near(outcome, outcomes)
+    if parent.form == "states" and outcome in parent.node.raw["states"]:
+        return f"did you mean {outcome!r}, without the dot? `.{outcome}` ends the container"
+    return subject.near(f".{outcome}", [f".{known}" for known in outcomes])
 
 
 def _origin_mark(origin: Origin) -> Mark:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import html
 import itertools
-import shutil
-import subprocess
 import textwrap
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -277,11 +275,13 @@ def render(text: str, form: FileForm = "svg") -> bytes:
 
 
 def _by_program(text: str, form: FileForm) -> bytes:
-    program = shutil.which("dot")
-    if program is None:
+    import graphviz
+
+    try:
+        return bytes(graphviz.Source(text).pipe(form))
+    except graphviz.ExecutableNotFound:
         how = "`pip install pygraphviz` (Linux), or install Graphviz so that `dot` is on the PATH"
-        raise CannotRender(f"no Graphviz here: {how}; DOT and Mermaid text need none")
-    done = subprocess.run([program, f"-T{form}"], input=text.encode(), capture_output=True)
-    if done.returncode:
-        raise CannotRender(f"{program}: {done.stderr.decode(errors='replace').strip()}")
-    return done.stdout
+        hint = f"no Graphviz here: {how}; DOT and Mermaid text need none"
+        raise CannotRender(hint) from None
+    except graphviz.CalledProcessError as error:
+        raise CannotRender(f"dot: {error.stderr.decode(errors='replace').strip()}") from None

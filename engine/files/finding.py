@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
+
+from engine.files.words import advice
 
 Severity = Literal["error", "warning"]
 
 CODE = "D01"
 """Names the rule that a file other than a chart has broken: its keys and values are as wanted."""
-LONGEST_GUESS = 60  # letters of a word that is compared with others; it takes their square
 
 
 class Place(NamedTuple):
@@ -73,23 +73,9 @@ def _notes(finding: Finding) -> str:
     return "".join(f" ({note}: {place})" for place, note in finding.related)
 
 
-def nearest(word: object, known: Iterable[str]) -> str | None:
-    """The known word that a misspelt one most likely stands for."""
-    short = sorted(name for name in set(known) if len(name) <= LONGEST_GUESS)
-    near = difflib.get_close_matches(str(word)[:LONGEST_GUESS], short, n=1, cutoff=0.6)
-    return near[0] if near else None
-
-
 def did_you_mean(word: object, known: Iterable[str]) -> str:
-    """A suggestion for a misspelt `word`, or the allowed values when nothing is near."""
-    names = sorted(set(known))
-    near = nearest(word, names)
-    if near is not None:
-        return f"did you mean {near!r}?"
-    if not names:
-        return "nothing is allowed here"
-    shown = ", ".join(names[:12]) + (", …" if len(names) > 12 else "")
-    return f"allowed: {shown}"
+    """A suggestion for an unknown `word`, or the allowed values when nothing is near."""
+    return advice(str(word), known)
 
 
 def in_order(findings: Iterable[Finding]) -> list[Finding]:

@@ -140,9 +140,13 @@ def find_file(name: str, folder: Path, kind: str) -> Path:
     Raises:
         FileError: there is no such name.
     """
-    if is_path(name):
-        return Path(name)
     known = known_files(folder, kind)
+    if is_path(name):
+        path = Path(name)
+        if path.stem in known and path.suffix != ".yaml" and not is_file(path):
+            hint = f"did you mean {path.stem!r}, without the file ending?"
+            raise mistake(name, f"no such {kind}", hint=hint)
+        return path
     if name in known:
         return known[name]
     raise mistake(name, f"no such {kind}", hint=did_you_mean(name, known))

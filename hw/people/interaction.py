@@ -1,9 +1,9 @@
-"""Requests that arise from walking: the virtual world sees what a person is about to touch.
+"""Touch requests that arise from walking up to a touchable surface of the virtual world.
 
-A touch is asked for when the person is within NEAR of a touchable surface and faces it (R74). The
+A touch is requested when the person is within NEAR of a touchable surface and faces it (R74). The
 DEEP is where the view ray meets the surface, at touching height; the prop's x axis is along the
-view. It stays where it is until the person lets go: turns away, walks away, or looks at another
-spot. The first two have hysteresis, so that one who sways at the limit asks once.
+view. The request stays until the person turns away, walks away, or looks at another spot. The first
+two have hysteresis, so that a person who sways at the limit requests once.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from hw.room import Point, distance_to_segment
 from hw.samples import UserPose
 
 NEAR, AWAY = 1.5, 1.8
-"""A touch is asked for at this distance from a surface, m, and given up beyond the other."""
+"""Distances from a surface at which a touch is requested, and beyond which it is given up, m."""
 FACING, TURNED_AWAY = math.radians(45.0), math.radians(60.0)
-"""The same for the angle between the view and the way straight into the surface, rad."""
+"""The same for the angle between the view and the surface's normal, rad."""
 SAME_SPOT = 0.4
-"""How far the spot looked at may wander before it is another one, m."""
+"""Distance by which the spot in view may move before it counts as another one, m."""
 STEADY_NS = 300_000_000
-"""A spot must be looked at for so long; a glance in passing asks for nothing."""
+"""Time for which a spot must be looked at, ns; a glance in passing requests nothing."""
 TOUCH_HEIGHT = 1.5
-"""Where a surface is touched that reaches so high, m above the floor (R132)."""
+"""Height at which a surface is touched if it reaches that high, m above the floor (R132)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,15 +40,15 @@ class Surface:
 
     @property
     def touching_height(self) -> float:
-        """Where it is touched, m above the floor: as high as usual, or as near to that as it is."""
+        """Height of a touch, m above the floor: TOUCH_HEIGHT, clamped to the surface."""
         return min(max(TOUCH_HEIGHT, self.low), self.high)
 
     def distance(self, x: float, y: float) -> float:
-        """From a point of the floor to the line, m."""
+        """Distance of a point of the floor to the line, m."""
         return distance_to_segment(x, y, (*self.start, *self.end))
 
     def seen_from(self, view: Pose2) -> Point | None:
-        """Where the view ray meets the line; None if it does not."""
+        """The point where the view ray meets the line; None if it does not."""
         ax, ay = view.inverse().transform(*self.start)
         bx, by = view.inverse().transform(*self.end)
         if ay == by or (ay > 0.0) == (by > 0.0):
@@ -57,7 +57,7 @@ class Surface:
         return view.transform(ahead, 0.0) if ahead > 0.0 else None
 
     def angle_from(self, view: Pose2) -> float:
-        """Between the view and the way straight into the surface, rad in [0, pi/2]."""
+        """Angle between the view and the surface's normal, rad in [0, pi/2]."""
         along = math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
         return abs(math.pi / 2.0 - abs(wrap(view.yaw - along)))
 
@@ -69,10 +69,10 @@ class _Spot:
 
 
 class Interaction:
-    """A person among touchable surfaces; otherwise the one who was given.
+    """Adds requests for touchable surfaces to a given person.
 
-    The touches the given person asks for by themselves go first. With `requests` the person has
-    finished once so many touches were asked for and are over.
+    The given person's own requests take precedence. With `requests` the person has finished once
+    that many touches were requested and are over.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class Interaction:
         self._copy()
 
     def step(self, now_ns: int, robot: Pose2, informed: bool) -> None:
-        """Go on to now_ns; see `Person`. Without tracking nothing is asked for or given up."""
+        """Advance to now_ns; see `Person`. Without tracking no request begins or ends."""
         self._person.step(now_ns, robot, informed)
         sample = self._person.measured
         if sample is not None and isinstance(sample.value, UserPose):

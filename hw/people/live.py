@@ -1,4 +1,4 @@
-"""A live person: values pushed in by whoever tracks or steers them."""
+"""A live person: poses and requests pushed in from outside."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ _NS = 1e-9
 
 
 class LivePerson:
-    """Takes poses and requests as they come; what was pushed counts from the next step on.
+    """Takes poses and requests as they come; they count from the next step on.
 
-    The true pose is the newest one pushed; the speed is that between the newest two, and 0 when
+    The true pose is the newest one pushed; the speed is that between the newest two, and 0 if
     nothing came for 0.5 s.
     """
 
@@ -30,7 +30,7 @@ class LivePerson:
         self._ended = False
 
     def push(self, stamp_ns: int, pose: UserPose) -> None:
-        """A measured pose.
+        """Push a measured pose.
 
         Raises:
             ValueError: not finite, or not newer than the one before.
@@ -49,7 +49,7 @@ class LivePerson:
         self._newest = Sample("user.pose", stamp_ns, pose)
 
     def ask(self, deep: Pose3) -> None:
-        """The user asks for a touch at deep (map).
+        """Request a touch at `deep` (map).
 
         Raises:
             ValueError: not finite, or no unit quaternion.
@@ -58,15 +58,15 @@ class LivePerson:
         self._next_request = Pose3.checked(position, quaternion)
 
     def let_go(self) -> None:
-        """The user lets go."""
+        """End the request."""
         self._next_request = None
 
     def end(self) -> None:
-        """Nothing more will come."""
+        """Mark the person as finished."""
         self._ended = True
 
     def step(self, now_ns: int, robot: Pose2, informed: bool) -> None:  # noqa: ARG002
-        """Go on to now_ns; a live person decides alone what to make of the robot."""
+        """Advance to now_ns; how a live person reacts to the robot is up to the source."""
         newest = self._newest
         if newest is not None and newest.stamp_ns > now_ns:
             raise ValueError(f"pose: stamp {newest.stamp_ns} ns is in the future of {now_ns} ns")

@@ -1,4 +1,4 @@
-"""A person who walks straight and turns on the spot, and minds a robot that they were shown."""
+"""A person who walks straight, turns on the spot, and avoids a robot that was shown to them."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from hw.people.script import WalkStep
 from hw.room import Point, Room, distance_to_segment
 
 NEARLY, ROOM, MORE_ROOM = 1.27, 1.5, 2.5
-"""Shown the robot nearer than NEARLY, m from centre to centre, a person steps back to ROOM; shown
-it again where it was, to MORE_ROOM: it does not get away by itself."""
+"""A person shown the robot closer than NEARLY steps back to ROOM; shown it again at the same place
+they step back to MORE_ROOM, as it does not get away by itself. m between centres."""
 BACKWARDS = 0.5
-"""… at this speed, m/s."""
+"""Speed of stepping back, m/s."""
 MOMENT_NS = 3_000_000_000
-"""So long after the robot is hidden again they find their way again before they go on."""
+"""Pause after the robot is hidden again, before they walk on, ns."""
 MEMORY_NS = 10_000_000_000
-"""… and so long they walk nowhere near the place where it was."""
+"""Time after that pause for which they keep away from where the robot was, ns."""
 SAME_PLACE = 0.5
-"""A robot shown again no farther from there, m, needs no other moment."""
+"""A robot shown again within this distance of its last place causes no new pause, m."""
 KEEP = 1.27
-"""How far ways stay from there, m from centre to way."""
+"""Least distance of a path from the place where the robot was shown, m."""
 ATTEMPTS, REST_NS = 3, 4_000_000_000
-"""Tries to get somewhere, and the rest where there is no way, before they give it up."""
+"""Attempts to reach a place, and the rest (ns) where there is no path, before they give up."""
 
 _NEAR = 1e-6
 _ASIDE = tuple(math.radians(angle) for angle in (0, 40, -40, 80, -80))
@@ -34,9 +34,9 @@ _ROUND = tuple((radius, step * math.pi / 12.0) for radius in (1.6, 2.5, 3.5) for
 class Pedestrian(Actor):
     """Walks in straight lines; turns at turn_rate, rad/s.
 
-    Speed and turns set in and end at once, as those of the paper's simulated cylinder. Whoever was
-    shown the robot steps back from it where they nearly touch it, takes a moment, and does not walk
-    through the place where they saw it: they go round, or wait, or give up where they wanted to go.
+    Walking and turning start and stop instantly, as those of the paper's simulated cylinder. A
+    person who was shown the robot steps back if they nearly touch it, pauses, and does not walk
+    through the place where it stood: they walk around it, wait, or give up the goal.
     """
 
     def __init__(self, room: Room, start: Pose2, turn_rate: float) -> None:
@@ -60,7 +60,7 @@ class Pedestrian(Actor):
             self.speed = BACKWARDS
 
     def _notice(self, now_ns: int, robot: Point) -> None:
-        """The robot is shown; one that still stands where it was before is no surprise."""
+        """Note where the robot is shown; one at its last known place is no surprise."""
         if not self._sees_it:
             known = self._shown is not None and math.dist(self._shown, robot) < SAME_PLACE
             self._surprised = not known
@@ -69,7 +69,7 @@ class Pedestrian(Actor):
         self._shown, self._forgets = robot, now_ns + MOMENT_NS + MEMORY_NS
 
     def _step_back(self, span: float) -> bool:
-        """One step away from the robot that is shown, aside where a wall is; False: no need."""
+        """Step back from the shown robot, or aside at a wall; False if no need or no room."""
         assert self._shown is not None
         dx, dy = self._x - self._shown[0], self._y - self._shown[1]
         distance = math.hypot(dx, dy)
@@ -103,14 +103,14 @@ class Pedestrian(Actor):
         goal = step.x, step.y
         for _ in range(ATTEMPTS):
             if not self._room.sees(self._x, self._y, *goal):
-                return  # led behind a wall by the robot, the person stays
+                return  # the robot has made them go behind a wall: they stay
             if (yield from self._go(goal, step.speed)):
                 if step.yaw is not None:
                     yield from self._turn(step.yaw)
                 return
 
     def _go(self, goal: Point, speed: float) -> Generator[bool, None, bool]:
-        """Straight to a place, or round where the robot was shown; are they there?"""
+        """Walk straight to a place, or around the shown robot; True on arrival."""
         way = self._way_to(goal)
         if way is None:
             yield from self._stand(REST_NS)
@@ -121,7 +121,7 @@ class Pedestrian(Actor):
         return True
 
     def _leg(self, place: Point, speed: float) -> Generator[bool, None, bool]:
-        """Turn and walk straight; False if the robot was shown on the way, or it leads there."""
+        """Turn and walk straight; False if the robot was shown meanwhile, or stands in the path."""
         x, y = self._x, self._y
         dx, dy = place[0] - x, place[1] - y
         length = math.hypot(dx, dy)
@@ -148,7 +148,7 @@ class Pedestrian(Actor):
         return True
 
     def _way_to(self, goal: Point) -> tuple[Point, ...] | None:
-        """Straight, or by one place round where the robot was shown; None: neither."""
+        """The direct path, or one with a detour by one place; None if both are blocked."""
         here = self._x, self._y
         if not self._is_barred(here, goal):
             return (goal,)
@@ -164,14 +164,14 @@ class Pedestrian(Actor):
         return None
 
     def _is_open(self, start: Point, end: Point) -> bool:
-        """Does a straight way keep off the walls and off the robot that was shown?"""
+        """True if a straight path keeps clear of the walls and of the shown robot."""
         if self._is_barred(start, end):
             return False
         free = min(RADIUS, *(self._room.clearance(*place) for place in (start, end)))
         return free > 0.0 and self._room.way_clearance(*start, *end) >= free
 
     def _is_barred(self, start: Point, end: Point) -> bool:
-        """Would they come too near to where the robot was shown, and nearer than they are?"""
+        """True if a path comes too close to the shown robot, and closer than its start is."""
         if self._shown is None:
             return False
         nearest = distance_to_segment(*self._shown, (*start, *end))

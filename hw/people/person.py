@@ -1,6 +1,6 @@
-"""A person as the simulation needs one: scripted, replayed or live, behind one interface (R24).
+"""The interface of a simulated person (R24), and the base class of those with a routine.
 
-Source of the numbers: R23 (a cylinder of 1 m diameter), R13 (position is the tailbone).
+Source of the figures: R23 (a cylinder of 1 m diameter), R13 (the position is the tailbone).
 """
 
 from __future__ import annotations
@@ -13,40 +13,41 @@ from hw.geometry import Pose2, Pose3, wrap
 from hw.samples import Sample, UserPose
 
 RADIUS = 0.5
-"""Radius of the cylinder that stands for a person, m (R23)."""
+"""Radius of the cylinder that models a person, m (R23)."""
 
 STOPPING_S = 0.5
 """Time in which a person who is shown the robot comes to a stop, s."""
 
 
 class Person(Protocol):
-    """Where a person truly is, and what tracking sees of it.
+    """A person's true pose, and what tracking sees of it.
 
-    The attributes hold for the instant of the last `step`. A person knows nothing of charts; the
-    only things that reach them are the robot's place and whether it is shown to them.
+    The attributes hold for the instant of the last `step`. A person knows nothing of charts; only
+    the robot's pose and whether it is shown to them reach a person.
     """
 
     body: Pose2
-    """True pose of the body in the map, during drop-outs of tracking too."""
+    """True pose of the body in the map, also during drop-outs of tracking."""
     speed: float
     """True speed over the floor, m/s."""
     request: Pose3 | None
-    """The DEEP in the map while the person asks for a touch, else None (a level)."""
+    """The DEEP in the map while the person requests a touch, else None (a level)."""
     measured: Sample | None
-    """The newest `user.pose` since the step before; None: tracking has nothing new."""
+    """The newest `user.pose` since the step before; None if there is no new one."""
     finished: bool
-    """Has the script or recording come to its end?"""
+    """True at the end of the script or recording."""
 
     def step(self, now_ns: int, robot: Pose2, informed: bool) -> None:
-        """Go on to now_ns; informed: the robot and the stop sign are shown (R115)."""
+        """Advance to now_ns; `informed`: the robot and the stop sign are shown (R115)."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """How a person asks for a touch (R131, R132): ns, and m ahead of the body and above the floor.
+    """How a person requests a touch (R131, R132): times in ns, and the DEEP in m.
 
-    They stand for `stand_ns`, ask for `hold_ns`, let go, and stay for `wait_ns`.
+    They stand for `stand_ns`, request for `hold_ns`, let go, and stay for `wait_ns`. The DEEP is
+    `ahead` of the body and `height` above the floor.
     """
 
     stand_ns: int = 10_000_000_000
@@ -56,17 +57,17 @@ class Touch:
     height: float = 1.5
 
     def deep(self, body: Pose2) -> Pose3:
-        """Where the prop has to be: ahead of the body, its x axis along the view, in the map."""
+        """The prop's target pose in the map: ahead of the body, its x axis along the view."""
         x, y = body.transform(self.ahead, 0.0)
         return Pose3.from_yaw(x, y, self.height, body.yaw)
 
 
 class Actor:
-    """A person whose doings are one routine in their own time.
+    """A simulated person driven by one generator, on a clock that stops while the robot is shown.
 
-    Own time runs with the world's, except that it slows down to a stand while the robot is shown
-    to the person, and up again after. The routine is a generator: it uses up `_budget` (ns of own
-    time) and yields when nothing is left, so that no time is lost between one doing and the next.
+    The person's own time runs with the world's, but slows to a standstill within STOPPING_S while
+    the robot is shown, and speeds up again after. The routine uses up `_budget` (ns of own time)
+    and yields when it is spent, so that no time is lost between two steps of the routine.
     """
 
     def __init__(self, start: Pose2) -> None:
@@ -88,7 +89,7 @@ class Actor:
         self._routine = self._run()
 
     def step(self, now_ns: int, robot: Pose2, informed: bool) -> None:
-        """Go on to now_ns; see `Person`."""
+        """Advance to now_ns; see `Person`."""
         elapsed, self._now = now_ns - self._now, now_ns
         self._robot, self._informed = robot, informed
         self._budget = self._own_time(elapsed, informed)
@@ -114,7 +115,7 @@ class Actor:
         return Sample("user.pose", now_ns, self._seen_at(self.body, self._head_yaw()))
 
     def _seen_at(self, body: Pose2, head_yaw: float) -> UserPose:
-        """What tracking says of this pose: the same object for as long as nothing has changed."""
+        """The measured pose for a true one: the same object while nothing has changed."""
         seen = self._seen
         if (seen.body is not body and seen.body != body) or seen.head_yaw != head_yaw:
             self._seen = UserPose(body, head_yaw)
@@ -125,7 +126,7 @@ class Actor:
         return self.body.yaw if turn == 0.0 else wrap(self.body.yaw + turn)
 
     def _run(self) -> Iterator[bool]:
-        """The whole routine; yields True whenever the budget is used up."""
+        """The whole routine; yields True whenever the budget is spent."""
         raise NotImplementedError
 
     def _stand(self, span_ns: int) -> Iterator[bool]:

@@ -1,4 +1,4 @@
-"""A recorded person: walks as recorded, and may stop on the way to ask for touches."""
+"""A recorded person: walks as recorded, and may stop to request touches."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from hw.samples import Sample
 
 
 class Playback(Actor):
-    """Replays a recording that is already in its place.
+    """Replays a recording that was already placed in the room.
 
     Tracking gives the newest row since the step before, with the row's own time, and nothing where
-    the recording has a gap or has ended; the true body goes straight across gaps. While the person
-    stands on the way (to ask, or shown the robot) tracking goes on; inside a gap it comes back once
-    the gap has lasted as long as recorded.
-    With `requests`, the walk is interrupted so many times, evenly spread.
+    the recording has a gap or has ended; the true body moves straight across gaps. While the person
+    stands (to request a touch, or shown the robot) tracking goes on; in a gap it returns once the
+    gap has lasted as long as recorded. With `requests`, the walk is interrupted that many times,
+    evenly spread.
     """
 
     def __init__(self, recording: Recording, requests: int = 0, touch: Touch | None = None) -> None:
@@ -28,14 +28,14 @@ class Playback(Actor):
         self._reported = -1
         self._own = 0
         self._seen_own = -1
-        self._gap = (-1, 0)  # row before it, and when it began
+        self._gap = (-1, 0)  # the row before it, and when it began, ns
         self._requests = requests
         self._touch = touch or Touch()
         super().__init__(Pose2(recording.xs[0], recording.ys[0], self._headings[0]))
 
     @property
     def own_ns(self) -> int:
-        """How far the recording has been played, ns."""
+        """Time of the recording played so far, ns."""
         return self._own
 
     def _run(self) -> Iterator[bool]:

@@ -1,4 +1,4 @@
-"""A person out of the record of a run: walks, is seen and asks for touches as they did then."""
+"""A person out of the record of a run, who walks, is tracked and requests touches as then."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hw.samples import Sample, UserPose
 
 
 class Stood(NamedTuple):
-    """Where a person truly was at an instant, ns since the start, and how fast, m/s."""
+    """A person's true pose at an instant, ns since the start, and their speed, m/s."""
 
     at_ns: int
     body: Pose2
@@ -24,14 +24,14 @@ class Stood(NamedTuple):
 
 
 class SeenPerson(NamedTuple):
-    """What tracking saw of a person; ns since the start."""
+    """A measured pose of a person, ns since the start."""
 
     at_ns: int
     pose: UserPose
 
 
 class Asked(NamedTuple):
-    """From this instant on, ns, they ask for a touch there (map), or for none."""
+    """From this instant on, ns, a touch is requested at this DEEP (map), or none."""
 
     at_ns: int
     deep: Pose3 | None
@@ -39,9 +39,9 @@ class Asked(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Past:
-    """What is known of a person from the start of a run to `until_ns`; all rows rise in time.
+    """A recorded person from the start of a run to `until_ns`; stamps of all rows rise.
 
-    `name` is where it comes from; there is at least one row of `ways`.
+    `name` is the source; `ways` has at least one row.
     """
 
     name: str
@@ -52,12 +52,12 @@ class Past:
 
 
 class Recalled(Actor):
-    """Does again what a person did in an earlier run, at the same times and places.
+    """Repeats what a person did in an earlier run, at the same times and places.
 
-    Tracking sees what it saw then, head and hands too, with the same stamps, and nothing in its
-    drop-outs; between two rows the true body goes straight. While the robot is shown to them their
-    own time slows down to a stand, and all that follows comes so much later: tracking sees them
-    slow down and stand, and a drop-out is over once it has lasted as long as it did.
+    Tracking gives what it gave then, head and hands included, with the same stamps, and nothing in
+    its drop-outs; between two rows the true body moves straight. While the robot is shown, the
+    person's own time slows to a standstill, and all that follows is delayed by as much: tracking
+    sees them slow down and stand, and a drop-out ends once it has lasted as long as it did.
 
     Raises:
         FileError: they would leave the free floor of this room.
@@ -111,7 +111,7 @@ class Recalled(Actor):
         return Sample("user.pose", now_ns, moved)
 
     def _seen_late(self, now_ns: int) -> bool:
-        """Does tracking see them, though they are later than they were?"""
+        """True if tracking sees a person who is behind the recorded times."""
         seen, row = self._past.seen, self._newest
         if row + 1 == len(seen):
             return False
@@ -122,7 +122,7 @@ class Recalled(Actor):
 
 
 def _moved(seen: UserPose, before: Pose2, now: Pose2) -> UserPose:
-    """The whole person, as far as it is seen, gone with the true body."""
+    """The measured poses moved along with the true body."""
     if before == now:
         return seen
     turn = now.yaw - before.yaw
@@ -141,7 +141,7 @@ def _upright(body: Pose2) -> Pose3:
 
 
 def _newest(rows: Sequence[tuple[Any, ...]], at_ns: int) -> int:
-    """The last row that is not after an instant; -1: there is none."""
+    """Index of the last row that is not after an instant; -1 if there is none."""
     return bisect_left(rows, (at_ns + 1,)) - 1  # a shorter tuple is before all longer ones
 
 

@@ -1,8 +1,8 @@
-"""Recorded walks: read, checked, stretched and turned.
+"""Recorded walks: reading, checking, scaling and placing them.
 
-`.txt` is the TUM form, one `stamp tx ty tz qx qy qz qw` per line in s and m. `.csv` has a header
-with an optional person, a time and a place, such as `id,t,x,y`; a unit may stand in the name
-(`t_ms`, `x_cm`). The tag export `id;x;y;z;time` (mm, date and time of day) is read too.
+`.txt` is the TUM format, one `stamp tx ty tz qx qy qz qw` per line in s and m. `.csv` has a header
+with an optional person, a time and a position, such as `id,t,x,y`; a name may carry a unit (`t_ms`,
+`x_cm`). The tag export `id;x;y;z;time` (mm, date and time of day) is read too.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ RecordingRow = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """One person's walk: stamps in ns from its start, strictly rising, and places in m."""
+    """One person's walk: stamps in ns from its start, strictly rising, and positions in m."""
 
     name: str
     stamps_ns: tuple[int, ...]
@@ -48,7 +48,7 @@ class Recording:
 
     @property
     def duration_ns(self) -> int:
-        """Time from the first row to the last."""
+        """Time from the first row to the last, ns."""
         return self.stamps_ns[-1]
 
     @property
@@ -58,12 +58,12 @@ class Recording:
 
     @property
     def middle(self) -> tuple[float, float]:
-        """Middle of the bounding box, m."""
+        """Centre of the bounding box, m."""
         return 0.5 * (max(self.xs) + min(self.xs)), 0.5 * (max(self.ys) + min(self.ys))
 
     @property
     def gap_ns(self) -> int:
-        """Rows farther apart than this have a drop-out of tracking between them."""
+        """Rows farther apart than this have a tracking drop-out between them, ns."""
         return drop_out_ns(self.stamps_ns)
 
     def gaps(self) -> tuple[tuple[int, int], ...]:
@@ -73,7 +73,7 @@ class Recording:
         return tuple((sooner, later) for sooner, later in pairs if later - sooner > longest)
 
     def placed(self, x: float, y: float, yaw: float) -> Recording:
-        """The walk turned by yaw about its middle, and the middle put to (x, y)."""
+        """The walk rotated by yaw about its centre, and moved with its centre to (x, y)."""
         cx, cy = self.middle
         c, s = math.cos(yaw), math.sin(yaw)
         xs = tuple(x + c * (a - cx) - s * (b - cy) for a, b in zip(self.xs, self.ys, strict=True))
@@ -81,7 +81,7 @@ class Recording:
         return Recording(self.name, self.stamps_ns, xs, ys)
 
     def stretched(self, size: float) -> Recording:
-        """The walk made as long as `size` (m, longer side of the bounding box), at equal speeds."""
+        """The walk scaled to `size` (longer side of the bounding box, m) at unchanged speeds."""
         longer = max(self.size)
         if longer == 0.0:
             raise mistake(self.name, "the person never moves; there is no walk to stretch")
@@ -94,7 +94,7 @@ class Recording:
         )
 
     def motion(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Heading in rad and speed in m/s at every row.
+        """Heading, rad, and speed, m/s, at every row.
 
         Both are those of the chord from half a window before to half a window after, so they look
         ahead by 0.25 s: they stand for the true body, which turns before it walks. While the
@@ -120,7 +120,7 @@ class Recording:
 
 
 def drop_out_ns(stamps_ns: Sequence[int]) -> int:
-    """Stamps farther apart than this have a drop-out of tracking between them, ns."""
+    """Stamps farther apart than this have a tracking drop-out between them, ns."""
     spacings = sorted(later - sooner for sooner, later in pairwise(stamps_ns))
     return max(100_000_000, 3 * spacings[len(spacings) // 2]) if spacings else 100_000_000
 
@@ -129,7 +129,7 @@ def read_recording(path: Path, person: str | None = None) -> Recording:
     """The walk of one person in a file.
 
     Raises:
-        FileError: with file and line: unknown form, bad numbers, stamps that do not rise,
+        FileError: with file and line: unknown format, bad numbers, stamps that do not rise,
             fewer than two rows, an unknown person, or several without a choice.
     """
     if path.suffix not in (".txt", ".csv"):

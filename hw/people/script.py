@@ -2,16 +2,16 @@
 
     user: demo
     about: what they do
-    start: {x: 5.5, y: 5.0, yaw: 3.1}    # or the scene's start of the user
-    speed: 1.5                           # m/s, walking, unless a step says otherwise
+    start: {x: 5.5, y: 5.0, yaw: 3.1}    # default: the scene's start of the user
+    speed: 1.5                           # m/s, walking; a step may have its own
     turn_rate: 3.0                       # rad/s, turning on the spot
-    repeat: true                         # start again after the last step; a number: so many rounds
+    repeat: true                         # start again after the last step, or a number of rounds
     steps:
-      - walk: {x: 2.0, y: 4.4, yaw: 1.6}   # turn, walk straight, turn to yaw (may be left out)
+      - walk: {x: 2.0, y: 4.4, yaw: 1.6}   # turn, walk straight, turn to yaw (optional)
       - stand: 10                          # s
       - turn: 1.57                         # to this yaw in the map, rad
-      - look: 0.5                          # head turned from the body by this angle, rad
-      - request: {hold: 30, ahead: 0.85, height: 1.5}   # ask for a touch, let go after hold s
+      - look: 0.5                          # turn the head relative to the body, rad
+      - request: {hold: 30, ahead: 0.85, height: 1.5}   # request a touch, let go after hold s
       - approach: {target: robot, stop_at: 1.0, for: 5}  # walk at the robot wherever it goes
       - lose_tracking: 2                   # s without user.pose, while the next steps go on
 
@@ -33,6 +33,7 @@ from engine.files.named import known_files
 from engine.files.record import Name, reader_of, record
 from engine.files.units import Angle, AngularSpeed, Duration, Length, Speed
 from engine.files.values import Count, Range
+from engine.files.words import plain_word
 from hw.geometry import Pose2, wrap
 from hw.places import AnyAngle, Coordinate, Pose
 
@@ -44,7 +45,7 @@ Span = Annotated[Duration, Range(0.0, 1e6)]
 
 @dataclass(frozen=True, slots=True)
 class WalkStep:
-    """Straight to (x, y) in m, then to yaw if given; speed in m/s."""
+    """Walk straight to (x, y) in m, then turn to yaw if given; speed in m/s."""
 
     x: float
     y: float
@@ -54,28 +55,28 @@ class WalkStep:
 
 @dataclass(frozen=True, slots=True)
 class Stand:
-    """Do nothing for so many ns."""
+    """Stand for span_ns."""
 
     span_ns: int
 
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """Turn on the spot to this yaw, rad in the map."""
+    """Turn on the spot to this yaw in the map, rad."""
 
     yaw: float
 
 
 @dataclass(frozen=True, slots=True)
 class LookStep:
-    """Turn the head by this angle from the body, rad."""
+    """Turn the head by this angle relative to the body, rad."""
 
     turn: float
 
 
 @dataclass(frozen=True, slots=True)
 class RequestStep:
-    """Ask for a touch for hold_ns, with the DEEP so far ahead of the body and so high, m."""
+    """Request a touch for hold_ns, with the DEEP `ahead` of the body and at `height`, m."""
 
     hold_ns: int
     ahead: float
@@ -84,7 +85,7 @@ class RequestStep:
 
 @dataclass(frozen=True, slots=True)
 class ApproachStep:
-    """Walk at the robot until stop_at m from its centre, for so many ns at the longest."""
+    """Walk at the robot until stop_at m from its centre, for span_ns at most."""
 
     speed: float
     stop_at: float
@@ -93,7 +94,7 @@ class ApproachStep:
 
 @dataclass(frozen=True, slots=True)
 class LoseTracking:
-    """From now on no user.pose for so many ns."""
+    """No user.pose for span_ns from now on."""
 
     span_ns: int
 
@@ -103,7 +104,7 @@ ScriptStep = WalkStep | Stand | Turn | LookStep | RequestStep | ApproachStep | L
 
 @dataclass(frozen=True, slots=True)
 class Script:
-    """A checked script; rounds None: again and again. `places` are those of the steps."""
+    """A checked script; `rounds` None: endless. `places` are the steps' places in the file."""
 
     name: str
     about: str
@@ -134,7 +135,9 @@ def _rounds(item: Item) -> int | None:
         return None if item.value else 1
     if isinstance(item.value, int) and item.value >= 1:
         return item.value
-    raise item.error("needs true, false or a whole number of rounds")
+    meant = plain_word(item.value)
+    hint = f"write `{meant}`" if meant else ""
+    raise item.error("needs true, false or a whole number of rounds", hint)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,11 +1,11 @@
-"""Where a person comes from: `NAME`, `FILE[#id][@x,y,yaw]`, `random` or `live`.
+"""Opens a person by its source: `NAME`, `FILE[#id][@x,y,yaw]`, `random` or `live`.
 
-`NAME` is a script, `FILE` a recorded walk; `random` wanders about by the seed.
+`NAME` is a script, `FILE` a recorded walk, `random` a seeded random walk.
 
-`@x,y,yaw` puts the middle of the recording's bounding box to (x, y) and turns it by yaw about
-it; the walk itself must stay on the free floor. Left out, the middle goes to the centre of the
-largest free disc and the first yaw in steps of pi/8 is taken that keeps the whole person, a disc
-of 0.5 m, on the free floor.
+`@x,y,yaw` moves the centre of the recording's bounding box to (x, y) and rotates it by yaw about
+that; the walk itself must stay on the free floor. By default the centre goes to that of the largest
+free disc, with the first yaw in steps of pi/8 that keeps the whole person, a disc of 0.5 m, on the
+free floor.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ class PersonSource:
 
 
 def is_recording(source: str) -> bool:
-    """Does this name a recorded walk, and not a script?"""
+    """True if this names a recorded walk rather than a script."""
     found = _SOURCE.match(source)
     return found is not None and Path(found["file"]).suffix in (".txt", ".csv")
 
 
 def parse_source(text: str) -> PersonSource:
-    """`FILE[#id][@x,y,yaw]` in its parts.
+    """`FILE[#id][@x,y,yaw]` split into its parts.
 
     Raises:
         FileError: the place is not three finite numbers, or the id is empty.
@@ -76,17 +76,16 @@ def open_user(
     size: float | None = None,
     seed: int = 0,
 ) -> Person:
-    """The person a source names, in a scene; among its touchable surfaces, if it has some.
+    """The person that a source names, in a scene, among its touchable surfaces if it has some.
 
     Args:
         source: a script's name or file, a recording, `random` or `live`.
         scene: gives the room and the start.
-        requests: how many touches to ask for; None: what the script says, none in a recording,
-            on and on for `random`. Where surfaces are touchable: as walking brings them about.
-        size: stretch a recording so that the longer side of its bounding box has this length, m.
-        seed: of what `random` does.
+        requests: number of touches to request; None: what the script says, none in a
+            recording, endless for `random`. With touchable surfaces: as walking causes them.
+        size: scale a recording to this longer side of its bounding box, m.
+        seed: of `random`.
 
-    Raises:
         FileError: with file, line and what would be right.
     """
     if not scene.touchable:
@@ -115,7 +114,7 @@ def _open(source: str, scene: Scene, requests: int | None, size: float | None, s
 
 
 def place_at(recording: Recording, room: Room, place: tuple[float, float, float]) -> Recording:
-    """The recording with its middle at (x, y), turned by yaw.
+    """The recording with its centre at (x, y), rotated by yaw.
 
     Raises:
         FileError: the walk would leave the free floor.

@@ -23,10 +23,10 @@ from hw.room import Room
 
 
 class Walker(Pedestrian):
-    """Follows a script; ends after its rounds, or after so many requests and the stand after them.
+    """Follows a script; ends after its rounds, or after `requests` and the stand after the last.
 
     Raises:
-        FileError: walks leave the free floor, or nothing says where to start.
+        FileError: a walk leaves the free floor, or there is no start.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class Walker(Pedestrian):
                     return
                 yield from self._take(step)
             if (self._now, self._budget) == started:
-                yield True  # a round that takes no time must not hold up the world
+                yield True  # a round without duration must not stall the world
 
     def _take(self, step: object) -> Iterator[bool]:
         if isinstance(step, WalkStep):
@@ -101,7 +101,7 @@ def _check_walks(script: Script, room: Room, start: Pose2) -> None:
     findings = []
     for step, place in zip(script.steps, script.places, strict=True):
         if isinstance(step, ApproachStep):
-            break  # where the person is from here on depends on the robot
+            break  # from here on the person's place depends on the robot
         if not isinstance(step, WalkStep):
             continue
         if not room.sees(x, y, step.x, step.y):

@@ -1,8 +1,8 @@
-"""A person who wanders about by chance, and asks for touches where they happen to be.
+"""A person who walks about at random, and requests touches wherever they are.
 
-Everything is drawn from one stream of the person's own: same seed, same walk, whatever the robot
-does, unless it is shown to them: then they may go round it, or give up where they wanted to go.
-The way of asking is the evaluation's (R131, R132): with other times, but the same 5 s after it.
+All random numbers come from one stream of the person's own: the same seed gives the same walk
+whatever the robot does, unless it is shown to them; then they may walk around it or give up a goal.
+Requests are like those of the evaluation (R131, R132), with other durations but the same 5 s after.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from hw.people.script import WalkStep
 from hw.room import Point, Room
 
 NAME = "random"
-ABOUT = "Wanders about by chance, by --seed: places, headings, speeds, pauses, touches asked for."
+ABOUT = "Walks at random, by --seed: places, headings, speeds, pauses and requests."
 
 SPEEDS = (0.5, 1.5)
-"""Slowest and fastest walk, m/s."""
+"""Range of walking speeds, m/s."""
 PAUSES_S = (0.0, 5.0)
-"""Shortest and longest stand between two walks, s."""
+"""Range of the pauses between two walks, s."""
 WALKS = (1, 3)
-"""Walks from one touch to the next."""
+"""Range of the number of walks between two requests."""
 HOLDS_S = (20.0, 30.0)
-"""For how long a touch is asked for, s."""
+"""Range of the duration of a request, s."""
 TURN_RATE = 3.0
 _GOALS, _DETOURS, _PLACES = 10, 100, 1000
 
@@ -36,11 +36,11 @@ _GOALS, _DETOURS, _PLACES = 10, 100, 1000
 class Wanderer(Pedestrian):
     """Walks from one random place to the next, RADIUS or more from walls.
 
-    Where no straight way is, one random place in between leads round. Ends after so many requests
-    and the pause after them; None: never.
+    Where there is no straight path, one random place in between is tried as a detour. Ends after
+    `requests` and the pause after the last; None: never.
 
     Raises:
-        FileError: the start is nearer than RADIUS to a wall, so that no way leads on.
+        FileError: the start is closer than RADIUS to a wall, so that no path leads away.
     """
 
     def __init__(self, room: Room, start: Pose2, seed: int, requests: int | None = None) -> None:
@@ -50,7 +50,7 @@ class Wanderer(Pedestrian):
                 f"the start ({start.x:g}, {start.y:g}) is not {RADIUS:g} m away from walls; "
                 "give user.start in the scene",
             )
-        # a stream by its name: no other source that takes the same seed draws the same numbers
+        # a named stream: no other source with the same seed draws the same numbers
         self._chance = random.Random(f"{NAME} user {seed}")
         self._left = requests
         super().__init__(room, start, TURN_RATE)
@@ -72,7 +72,7 @@ class Wanderer(Pedestrian):
         yield from self._walk(WalkStep(x, y, yaw, speed))
 
     def _way(self) -> tuple[Point, ...]:
-        """To a random place, by at most one other; nowhere, if chance finds no way."""
+        """A path to a random place, by at most one other; to here if none is found."""
         here = (self._x, self._y)
         for _ in range(_GOALS):
             goal = self._place()

@@ -1,1 +1,1 @@
-"""The safety chain of the base, and what shares its wheels."""
+"""The safety chain in front of the wheels, and the guarded base that drives behind it."""

@@ -1,26 +1,27 @@
-"""The safety chain: the last thing before the wheels. It can only slow the base down, or stop it.
+"""The safety chain: the last stage before the wheels. It can only slow the base down or stop it.
 
-What it does is a software stop of a research prototype, and it is no safety device (R54): a stop
-in hardware and somebody with a hand on it have to be there. It knows nothing of charts and plans,
-has no queue and no lock, and is called at 100 Hz or more by whoever owns the wheels:
+It is a software stop of a research prototype and no safety device (R54): a hardware stop, with a
+person's hand on it, is needed besides. It knows nothing of charts and plans, has no queue and no
+lock, and is called at 100 Hz or more by the owner of the wheels:
 
     chain.see(now_ns, stamp_ns, x, y)              # each tracked pose of the user, in the map
     chain.stop_line = reason                       # why the stop line is pulled, or None
-    chain.request(True); chain.grant(pose)         # a touch is asked for, and served from there
+    chain.request(True); chain.grant(pose)         # a touch is requested, and served from `pose`
     record = chain.admit(now_ns, command, stamp_ns, pose, twist)
     wheels.go(record.admitted)
 
-`command` is what the wheels would be given in the next cycle, ramps included, because behind the
-chain nothing may be slower than the brakes. In this order: stop line and latches, command age, age
-of the user's pose, speed limit, separation governor (R48-R52, R149). While a command gets old the
-limit falls, so that a computer that is too slow slows the robot down before it stops it.
-Time that runs backwards latches, and what is stamped ahead of the clock counts for nothing: a
-negative age is never fresh.
+`command` is the velocity that the wheels would get in the next cycle, ramps included: nothing
+behind the chain may be slower than the brakes. The checks are, in this order: stop line and
+latches, age of the command, age of the user's pose, speed limit, separation governor (R48-R52,
+R149). The speed limit falls as a command ages, so that a computer that cannot keep up slows the
+robot down before it stops it. Time that runs backwards latches a stop. A stamp ahead of the clock
+is refused: a negative age is never fresh.
 
-The governor takes away only what closes the gap between the outline as it stands, a rectangle, and
-the user's cylinder: the part of the velocity towards the user, and a turn that brings the nearest
-point of the outline nearer. Both are judged apart and shortened by the same share, so that one
-cannot make up for the other while they brake. Going away, and along the side, is free.
+The governor limits only what closes the gap between the robot's footprint, a rectangle at its
+measured yaw, and the user's cylinder: the velocity component towards the user, and a rotation that
+brings the nearest point of the footprint closer. Both are scaled by one share and neither offsets
+the other, because they need not brake in step. Motion away from the user or along the footprint's
+side is not limited.
 """
 
 from __future__ import annotations
@@ -56,15 +57,15 @@ from hw.safety.separation import Nearness, UserTrack, nearness
 from hw.samples import is_finite
 
 KEPT = 4096
-"""So many records are kept: 34 s at 120 Hz."""
+"""Records kept: 34 s at 120 Hz."""
 STANDING = 0.02
-"""A base slower than this, m/s and rad/s, stands."""
+"""A base slower than this counts as standing, m/s and rad/s."""
 FASTER = 1.1
-"""A base faster than its limit by this factor does not do what it is told."""
+"""A measured speed above the limit by this factor latches: the base does not obey."""
 SLOWER = 1.5
-"""A base that takes longer to stop than its brakes should, by this factor, does not either."""
+"""A stop that takes longer than the brakes should need, by this factor, latches as well."""
 ROUNDING = 1e-9
-"""What was limited before, to the last bit, is not limited again; m/s and rad/s."""
+"""Tolerance within which an already limited velocity is not scaled again, m/s and rad/s."""
 _NOWHERE = 1e9
 _ORIGIN = Pose2(0.0, 0.0)
 
@@ -72,9 +73,10 @@ _ORIGIN = Pose2(0.0, 0.0)
 class SafetyChain:
     """See the module. `cycles` holds the newest records, for any number of readers.
 
-    `stop_line` is why the stop line is pulled, or None; `holonomic` is False for a base that goes
-    along its heading only. `latched` is None, or why the stop has latched: then nothing moves until
-    `reset`. `refused` is why nothing at all could move in the last cycle; empty if something could.
+    `stop_line` is the reason why the stop line is pulled, or None. `holonomic` is False for a base
+    that drives along its heading only. `latched` is the reason of a latched stop, or None; nothing
+    moves until `reset`. `refused` holds why no motion at all was possible in the last cycle; empty
+    if some was.
     """
 
     def __init__(self, limits: SafetyLimits) -> None:
@@ -93,30 +95,31 @@ class SafetyChain:
         self._now_ns: int | None = None
 
     def see(self, now_ns: int, stamp_ns: int, x: float, y: float) -> bool:
-        """A pose of the user, map, arrived now; False if it is refused: see `UserTrack`."""
+        """Take a pose of the user (map) that arrived now; False if refused, see `UserTrack`."""
         return self._user.see(now_ns, stamp_ns, x, y)
 
     def request(self, level: bool) -> None:
-        """Does the user ask for a touch? The end of a request ends its grant.
+        """Set whether the user requests a touch. The end of a request ends its grant.
 
-        A level that comes on change: silence does not end it, and whoever loses the link to the
-        user says so (`Vr`). Meanwhile a touch still needs a fresh pose of a user who stands.
+        This is a level that is sent on change, so silence does not end it: the owner of the link to
+        the user reports its loss (`Vr`). A touch still needs a fresh pose of a user who stands
+        still.
         """
         self._requested = level
         if not level:
             self._served_from = None
 
     def grant(self, pose: Pose2 | None) -> None:
-        """The request is served from this pose, map_from_base; None: from no known one.
+        """Set the base pose (map_from_base) from which the request is served; None: none known.
 
-        A pose that is not finite is no known one.
+        A pose that is not finite counts as None.
         """
         self._served_from = pose if is_finite(pose) else None
 
     def reset(self, now_ns: int) -> bool:
-        """Take the latch away; False while its cause holds or the base moves.
+        """Release the latch; False while its cause persists or the base moves.
 
-        Only an operator's command leads here (R49).
+        Called by an operator's command only (R49).
         """
         if self.latched is None:
             return True
@@ -127,9 +130,9 @@ class SafetyChain:
         return True
 
     def rest(self, now_ns: int) -> None:
-        """The base stands and is to stand: a cycle in which only the user can get lost.
+        """Run a cycle of a standing base without a command: only the user can get lost.
 
-        It leaves no record.
+        It writes no record.
         """
         self._watch(now_ns, STILL, self._age(now_ns))
         self.refused = ()
@@ -143,15 +146,15 @@ class SafetyChain:
         twist: Twist2 | None,
         sigma: float = 0.0,
     ) -> SafetyRecord:
-        """What the wheels may be told now.
+        """Limit the next velocity of the wheels.
 
         Args:
             now_ns: the instant of this cycle.
             command: the next velocity of the wheels, base frame.
-            stamp_ns: when whoever drives last said so.
-            pose: map_from_base, measured; None: not known.
-            twist: measured velocity, base frame; None: not known.
-            sigma: standard deviation of the pose, m.
+            stamp_ns: the instant at which that velocity was last commanded.
+            pose: measured map_from_base; None if unknown.
+            twist: measured velocity, base frame; None if unknown.
+            sigma: standard deviation of the pose's position, m.
         """
         age = self._age(now_ns)
         record = None
@@ -174,16 +177,16 @@ class SafetyChain:
     # stop line, latches, ages
 
     def _age(self, now_ns: int) -> float:
-        """The age of the user's pose, s; infinite if there is none, or if nobody tracks them."""
+        """Age of the user's pose, s; infinite without a pose, or if no part tracks the user."""
         if self._now_ns is not None and now_ns < self._now_ns:
-            self._latch(BACKWARDS)  # no stamp from before the leap means anything any more
+            self._latch(BACKWARDS)  # stamps from before the jump mean nothing any more
             self._user = UserTrack(self.limits.ahead)
             self._stand_by_ns = None
         self._now_ns = now_ns
         return self._user.age_s(now_ns) if self.limits.watched else math.inf
 
     def _watch(self, now_ns: int, twist: Twist2, age: float) -> None:
-        """Latch a stop that must not end by itself."""
+        """Latch a stop on any condition that must not clear by itself."""
         limits = self.limits
         speed, turn = math.hypot(twist.vx, twist.vy), abs(twist.wz)
         self._measured = max(speed, turn)
@@ -204,7 +207,7 @@ class SafetyChain:
             self.latched = reason
 
     def _refusal(self, now_ns: int, stamp_ns: int, age: float) -> tuple[str, ...]:
-        """Why nothing at all may move; empty if something may."""
+        """Why no motion at all is allowed; empty if some is."""
         if self.stop_line is not None:
             return STOP_LINE
         if self.latched is not None:
@@ -217,7 +220,7 @@ class SafetyChain:
         return self._stale(age) if self.limits.watched else ()
 
     def _stale(self, age: float) -> tuple[str, ...]:
-        """Why the pose of the user is not to be used; empty if it is."""
+        """Why the user's pose cannot be used; empty if it can."""
         if age > self.limits.old:
             return USER_OLD if age < math.inf else USER_UNKNOWN
         return USER_AHEAD if age < -self.limits.ahead else ()
@@ -225,7 +228,7 @@ class SafetyChain:
     # limits and separation
 
     def _unwatched(self, now_ns: int, command: Twist2) -> SafetyRecord:
-        """A cycle in which nothing is known of the user."""
+        """A cycle without any pose of the user."""
         admitted, reasons = STILL, self.refused
         if not reasons:
             admitted, reasons = self._limited(command, 0.0, ())
@@ -234,7 +237,7 @@ class SafetyChain:
     def _governed(
         self, now_ns: int, age: float, command: Twist2, pose: Pose2, twist: Twist2, off: float
     ) -> SafetyRecord:
-        """A cycle beside the user; the pose of the base may be `off` by more than usual, m."""
+        """A cycle with a pose of the user; `off` is the excess error of the base's pose, m."""
         limits, user = self.limits, self._user
         near = self._nearness(pose)
         speed = limits.walking if user.speed is None else user.speed + limits.uncertainty
@@ -263,9 +266,10 @@ class SafetyChain:
         return nearness(*self._half, c * dx + s * dy, c * dy - s * dx, RADIUS)
 
     def _touch_speed(self, gap: float, age: float) -> float:
-        """The closing speed towards a user who has asked for a touch and stands still, m/s.
+        """The closing speed granted towards a user who requests a touch and stands still, m/s.
 
-        It falls with the age of their pose, so that the way covered unseen does not grow.
+        It falls with the age of the user's pose, so that the distance covered since that pose
+        stays bounded.
         """
         limits, user = self.limits, self._user
         if user.steady is None or user.steady >= limits.still:
@@ -279,9 +283,9 @@ class SafetyChain:
     def _limited(
         self, command: Twist2, age: float, reasons: tuple[str, ...]
     ) -> tuple[Twist2, tuple[str, ...]]:
-        """The command within the speed limit, which falls to 0 as it gets old (R149).
+        """The command scaled to the speed limit, with the reasons so far and its own.
 
-        So it does while the pose of the user gets old.
+        The limit falls to 0 as the command or the user's pose ages (R149).
         """
         limits, seen = self.limits, self._share(age)
         share = min(seen, limits.command_share(self._command_age))
@@ -298,7 +302,7 @@ class SafetyChain:
         return slower, (*reasons, reason)
 
     def _share(self, age: float) -> float:
-        """Of a speed limit, what a pose of this age leaves: all if it is not late, none if old."""
+        """Share of a speed limit left at this age of the pose: 1 up to `late`, 0 at `old`."""
         limits = self.limits
         return 1.0 if age <= limits.late else (limits.old - age) / (limits.old - limits.late)
 

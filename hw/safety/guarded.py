@@ -1,16 +1,16 @@
-"""The base of a run: several offer velocities, one of them drives, and a chain guards the wheels.
+"""The part `base` of a run: a multiplexer of velocity sources behind a safety chain.
 
-Whoever opens wheels makes a `GuardedBase` around them, whatever chart and profile run. It is the
-part `base` of the run, and has three sides:
+Whatever opens wheels wraps them in a `GuardedBase`, for every chart and profile. It has four
+callers:
 
-    base.drive(command, "chase"); base.release("chase")   # states, in a tick
-    base.hear(sample, now_ns)                             # whoever takes samples from the parts
-    base.tick(now_ns)                                     # whoever ticks, after all states
-    base.cycle(now_ns)                                    # whoever owns the wheels, at >= 100 Hz
+    base.drive(command, "chase"); base.release("chase")   # states, within a tick
+    base.hear(sample, now_ns)                             # the inlet, for each sample of a part
+    base.tick(now_ns)                                     # the loop, after all states
+    base.cycle(now_ns)                                    # the owner of the wheels, at >= 100 Hz
 
-The velocity that counts is passed on in every tick with the tick's stamp, so that the chain notices
-when ticks stop. Wheels with ramps of their own ask in each cycle, behind their ramps (`gate`).
-Ticks, samples and cycles may come from different threads.
+The selected velocity is passed on in every tick with the tick's stamp, so that the chain notices
+when ticks stop. Wheels with ramps of their own call back in each cycle, behind their ramps
+(`gate`). Ticks, samples and cycles may come from different threads.
 """
 
 from __future__ import annotations
@@ -31,46 +31,47 @@ from hw.safety.record import SafetyRecord
 from hw.samples import ArmState, Joints, PoseSigma, Sample
 
 STOP_LOCK, ARM_LOCK = "stop", "arm"
-"""The locks that are on while the stop line is pulled, and while the arm is not folded."""
+"""Locks: on while the stop line is pulled, and while the arm is not folded."""
 REFUSALS = {STOP_LOCK: "the stop line is pulled", ARM_LOCK: "the arm is not folded"}
 FOLDED_RAD = 0.02
-"""The arm is folded if every joint is that near to where it is when parked."""
+"""The arm counts as folded if every joint is this close to its parked angle, rad."""
 HEARD = frozenset((
     "vr.haptic_request", "stop.engaged", "user.pose", "arm.joints", "base.pose", "base.twist",
     "base.odometry", "rover.tracker",
 ))  # fmt: skip
-"""All that a guard may go by: who gives it is opened with the base."""
+"""Signals that a guard may use: the parts that give them are opened together with the base."""
 TOLD = ("base.mode", "base.refusal", "base.admitted")
-"""What a guard tells of itself, whenever it changes."""
+"""Signals of the guard itself, sampled on change."""
 CYCLE_NS = 10_000_000
-"""Longest time between two cycles."""
+"""Longest time between two cycles, ns."""
 
 
 @runtime_checkable
 class Gated(Protocol):
-    """Wheels with ramps of their own, which ask in each cycle what may go to the motors."""
+    """Wheels with ramps of their own, which ask in each cycle what may reach the motors."""
 
     gate: GuardedBase | None
 
 
 class KeptElsewhere(Keeps, Protocol):
-    """The engine's side of a keeper in another process; it cycles there."""
+    """The engine's side of a keeper in another process, which runs the cycles there."""
 
     stops: Pull | None
-    """Called, from any thread, with the reason when the wheels are stopped for good."""
+    """Called with the reason, from any thread, when the wheels are stopped until a reset."""
 
     def pull(self, reason: str) -> None:
-        """Stop the wheels for good."""
+        """Stop the wheels until a reset."""
         ...
 
 
 class GuardedBase:
     """See the module.
 
-    While the arm is not folded, and until it has reported, only Escape drives, and Haptic with no
-    more than `limits.overlap` to go (R46). While the stop line is pulled nobody drives (R48).
+    While the arm is not folded, and until it has reported, only Escape may drive, and Haptic with
+    at most `limits.overlap` left to its goal (R46). While the stop line is pulled nothing drives
+    (R48).
 
-    `selected` is what counted in the last tick; `cycles` has the records of the chain.
+    `selected` is the multiplexer's choice in the last tick; `cycles` has the records of the chain.
     """
 
     def __init__(
@@ -83,11 +84,11 @@ class GuardedBase:
         """Guard a base.
 
         Args:
-            base: the wheels. If they have a `gate` it is set: they ask it in each cycle. If they
-                have a `keeper` it guards them where they are, and here nobody cycles.
+            base: the wheels. If they have a `gate`, it is set and called in each cycle. If they
+                have a `keeper`, that one guards them elsewhere and no cycles run here.
             limits: of the safety chain.
-            parked: the joints of the folded arm, rad; None: there is no arm.
-            pull: the stop line, pulled with the reason when a stop latches.
+            parked: the joints of the folded arm, rad; None without an arm.
+            pull: pulls the stop line with the reason of a latched stop.
         """
         self.base = base
         self.selected = Selected(STILL, None, None)
@@ -111,23 +112,23 @@ class GuardedBase:
             base.gate = self
 
     def locate_by(self, reckoner: Reckoner) -> None:
-        """The base does not know where it is: poses are those of a reckoner from now on."""
+        """Take poses from a reckoner from now on: the base does not measure its own."""
         self._kept.locate_by(reckoner)
 
     @property
     def keeper(self) -> Keeper:
-        """Who keeps the wheels in this process.
+        """The keeper of the wheels in this process.
 
         Raises:
-            AttributeError: they are kept in another one.
+            AttributeError: the keeper is in another process.
         """
         if self._own is None:
-            raise AttributeError("the wheels are kept in a process of their own")
+            raise AttributeError("the keeper of the wheels is in a process of its own")
         return self._own
 
     @property
     def cycled(self) -> bool:
-        """Does somebody have to call `cycle`, or the gated wheels `admit`, in this process?"""
+        """True if `cycle`, or `admit` of gated wheels, has to be called in this process."""
         return self._own is not None
 
     @property
@@ -137,7 +138,7 @@ class GuardedBase:
 
     @property
     def limits(self) -> SafetyLimits:
-        """What the chain goes by."""
+        """The limits of the chain."""
         return self._kept.limits
 
     @property
@@ -147,18 +148,18 @@ class GuardedBase:
 
     @property
     def reckons(self) -> bool:
-        """Does it have to be told the estimates of localization, in every tick?"""
+        """True if `locate` has to be called with the localization's estimate in every tick."""
         return self._kept.reckons
 
     @property
     def mode(self) -> DriveMode:
-        """How the wheels are driven; wheels that know of no modes go in all directions."""
+        """How the wheels are driven; `omni` for wheels without modes."""
         mode: DriveMode = getattr(self.base, "mode", "omni")
         return mode
 
     @property
     def wake(self) -> Callable[[], None] | None:
-        """What the driver of the wheels calls when a sample has come; None: it does not."""
+        """Called by the driver of the wheels when a sample has arrived; None if unsupported."""
         return getattr(self.base, "wake", None)
 
     @wake.setter
@@ -167,21 +168,21 @@ class GuardedBase:
             self.base.wake = wake
 
     def close(self) -> None:
-        """Let go of the wheels."""
+        """Close the wheels."""
         if hasattr(self.base, "close"):
             self.base.close()
 
     @property
     def hears(self) -> tuple[str, ...]:
-        """The signals to call `hear` with; whoever measures them has to be sampled."""
+        """The signals to call `hear` with; their parts are sampled even if no state reads them."""
         return tuple({**self._hears, **dict.fromkeys(self._kept.hears)})
 
     # what states call
 
     def drive(self, command: Twist2, source: str = "own", left: float = math.inf) -> None:
-        """Go at this velocity (base frame) unless a source of higher priority drives.
+        """Offer this velocity (base frame); a source of higher priority overrides it.
 
-        `left` is the way that remains to the goal, m.
+        `left` is the remaining distance to the goal, m.
 
         Raises:
             ValueError: a value is NaN or infinite.
@@ -190,28 +191,28 @@ class GuardedBase:
         overlap = self.limits.overlap
         docks = source == "haptic" and overlap > 0.0 and left <= overlap
         if source == "haptic" and not docks:
-            self._multiplexer.release("docking")  # it had less to go a moment ago
+            self._multiplexer.release("docking")  # the remaining distance has grown again
         self._multiplexer.offer("docking" if docks else source, command)
 
     def release(self, source: str = "own") -> None:
-        """A source is done; the others need not wait."""
+        """Withdraw a source's offer, so that the others take over without waiting."""
         self._multiplexer.release(source)
         if source == "haptic":
             self._multiplexer.release("docking")
 
     def stop(self) -> None:
-        """All sources are done: called by the engine between two users of the base, and to hold."""
+        """Withdraw all offers: called by the engine between two users of the base, and to hold."""
         self._multiplexer.release_all()
 
     def use(self, mode: DriveMode) -> None:
-        """Change the way of driving; see `Base`."""
+        """Change the drive mode; see `Base`."""
         self.base.use(mode)
 
     def grant(self, pose: Pose2 | None) -> None:
-        """The request of the user is served from this pose, map_from_base; None: it is not.
+        """Serve the user's request from this base pose (map_from_base); None: it is not served.
 
-        The chain lets the base come slowly as near to the user as that pose is, while they ask for
-        it. The end of the request ends the grant.
+        While the request lasts, the chain lets the base approach the user slowly down to the gap of
+        that pose. The end of the request ends the grant.
         """
         self._kept.grant(pose)
 
@@ -219,12 +220,12 @@ class GuardedBase:
 
     @property
     def admitted(self) -> Twist2 | None:
-        """What the chain last let pass, base frame; None: since the last tick, all of it."""
+        """What the chain last admitted, base frame; None if nothing was cut since the last tick."""
         return self._kept.admitted
 
     @property
     def refusal(self) -> str | None:
-        """Why nobody drove in the last tick, or why the chain has let nothing pass; else None."""
+        """Why no source drove in the last tick, or why the chain admitted nothing; else None."""
         source, lock = self.selected[1:]
         if source is None:
             return None if lock is None else REFUSALS[lock]
@@ -232,7 +233,7 @@ class GuardedBase:
         return self._kept.latched or refused[0] if refused else None
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """Those of the wheels, and what has changed of `TOLD`."""
+        """The samples of the wheels, and those signals of the guard that have changed."""
         found = list(self.base.samples(now_ns))
         for name, value in zip(TOLD, (self.mode, self.refusal, self.admitted), strict=True):
             if name not in self._told or value != self._told[name]:
@@ -241,18 +242,18 @@ class GuardedBase:
         return found
 
     def hear(self, sample: Sample, now_ns: int) -> None:
-        """A sample has arrived now; anything else is ignored."""
+        """Take a sample that arrived now; signals not in `hears` are ignored."""
         self._kept.hear(sample, now_ns)
         take = self._hears.get(sample.name)
         if take is not None:
             take(now_ns, sample.stamp_ns, sample.value)
 
     def locate(self, stamp_ns: int, pose: Pose2 | None, sigma: PoseSigma | None) -> None:
-        """Where localization takes the base to have been at an instant; None: it does not know."""
+        """Take the localization's estimate of the base at an instant; None: it has none."""
         self._kept.locate(stamp_ns, pose, sigma)
 
     def tick(self, now_ns: int) -> None:
-        """All states were stepped: what they offer counts from now on, or goes on counting."""
+        """Select a source, after all states were stepped, and pass its velocity on."""
         self.selected = selected = self._multiplexer.select(now_ns)
         self._kept.command(selected.twist, None if selected.source is None else now_ns)
         if not self._gated:
@@ -265,7 +266,7 @@ class GuardedBase:
     # what the owner of the wheels calls
 
     def cycle(self, now_ns: int) -> None:
-        """Let wheels without a gate have their next velocity; call it at 100 Hz or more."""
+        """Command wheels without a gate; call it at 100 Hz or more."""
         pose, twist = self.keeper.measured(now_ns)
         command = self.selected.twist
         if command == STILL and twist is not None and is_standing(twist):
@@ -281,22 +282,22 @@ class GuardedBase:
     def admit(
         self, now_ns: int, command: Twist2, pose: Pose2 | None, twist: Twist2 | None
     ) -> Twist2:
-        """How much of the next velocity may reach the motors: see `Keeper`."""
+        """The part of the next velocity that may reach the motors; see `Keeper`."""
         admitted = self.keeper.admit(now_ns, command, pose, twist, self.mode)
         self._pull_if_latched()
         return admitted
 
     def rest(self, now_ns: int) -> None:
-        """A cycle in which the base stands and is to stand."""
+        """A cycle of a standing base without a command."""
         self.keeper.rest(now_ns)
         self._pull_if_latched()
 
     def reset(self, now_ns: int) -> bool:
-        """Take a latched stop away, by the operator's order; False while its cause holds."""
+        """Release a latched stop by the operator's order; False while its cause persists."""
         return self._kept.reset(now_ns)
 
     def halt(self, reason: str) -> None:
-        """The stop line was pulled: wheels that are kept elsewhere are stopped there at once."""
+        """The stop line was pulled: stop wheels that have their keeper elsewhere at once."""
         if self._elsewhere is not None:
             self._elsewhere.pull(reason)
 
@@ -304,7 +305,7 @@ class GuardedBase:
         if self.chain.latched is not None and self._pull is not None:
             self._pull(self.chain.latched)
 
-    # what is heard
+    # samples heard
 
     def _hear_stop_line(self, now_ns: int, stamp_ns: int, reason: str | None) -> None:  # noqa: ARG002
         self._multiplexer.switch(STOP_LOCK, reason is not None, now_ns)

@@ -1,15 +1,15 @@
-"""Who keeps the wheels: the safety chain with all that it goes by, apart from who drives.
+"""The keeper of the wheels: a safety chain with all its inputs, apart from the choice of a source.
 
-The engine's side of a base (`hw.safety.guarded`) says which velocity counts; a keeper decides how
-much of it reaches the wheels. It hears samples, is told the velocity of each tick with the tick's
-stamp, so that it notices when ticks stop, and is asked in each cycle:
+The engine's side of a base (`hw.safety.guarded`) selects a velocity; the keeper decides how much of
+it reaches the wheels. It hears samples, gets the velocity of each tick with the tick's stamp, so
+that it notices when ticks stop, and is asked in each cycle:
 
-    keeper.hear(sample, now_ns)                    # of `hears`, as they arrive
-    keeper.command(twist, stamp_ns)                # in each tick; a stamp of None: nobody drives
+    keeper.hear(sample, now_ns)                    # signals of `hears`, as they arrive
+    keeper.command(twist, stamp_ns)                # in each tick; stamp None: no source drives
     keeper.admit(now_ns, next_velocity, pose, twist)
 
-`Keeper` does so in this process. On real parts the wheels have a process of their own, with a
-keeper in it; what the engine then holds of it has the same face (`Keeps`).
+`Keeper` runs in this process. Real wheels have a process of their own with a keeper in it; the
+engine then holds a proxy with the same interface (`Keeps`).
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ from hw.safety.record import SafetyRecord
 from hw.samples import Odometry, PoseSigma, Sample, TrackerPose, UserPose
 
 Hear = Callable[[int, int, Any], None]
-"""Takes now and the stamp, ns, and the value of a sample."""
+"""Takes now and the stamp, both ns, and the value of a sample."""
 Pull = Callable[[str], None]
 
 
 class Keeps(Protocol):
-    """What the engine's side of a base asks of a keeper, wherever it is."""
+    """The interface of a keeper, wherever it runs."""
 
     @property
     def limits(self) -> SafetyLimits:
-        """What it goes by."""
+        """The limits of the chain."""
         ...
 
     @property
@@ -48,22 +48,22 @@ class Keeps(Protocol):
 
     @property
     def latched(self) -> str | None:
-        """Why the stop has latched; None: it has not."""
+        """The reason of a latched stop; None if there is none."""
         ...
 
     @property
     def refused(self) -> tuple[str, ...]:
-        """Why nothing at all could move in the last cycle; empty if something could."""
+        """Why no motion at all was possible in the last cycle; empty if some was."""
         ...
 
     @property
     def admitted(self) -> Twist2 | None:
-        """What was last let pass, base frame; None: since the last tick, all of it."""
+        """What was last admitted, base frame; None if nothing was cut since the last tick."""
         ...
 
     @property
     def reckons(self) -> bool:
-        """Does it have to be told the estimates of localization, in every tick?"""
+        """True if `locate` has to be called with the localization's estimate in every tick."""
         ...
 
     @property
@@ -72,27 +72,27 @@ class Keeps(Protocol):
         ...
 
     def hear(self, sample: Sample, now_ns: int) -> None:
-        """A sample of `hears` has arrived now; anything else is ignored."""
+        """Take a sample that arrived now; signals not in `hears` are ignored."""
         ...
 
     def locate_by(self, reckoner: Reckoner) -> None:
-        """The base does not know where it is: poses are those of a reckoner from now on."""
+        """Take poses from a reckoner from now on: the base does not measure its own."""
         ...
 
     def locate(self, stamp_ns: int, pose: Pose2 | None, sigma: PoseSigma | None) -> None:
-        """Where localization takes the base to have been at an instant; None: it does not know."""
+        """Take the localization's estimate of the base at an instant; None: it has none."""
         ...
 
     def grant(self, pose: Pose2 | None) -> None:
-        """The request of the user is served from this pose, map_from_base; None: it is not."""
+        """Serve the user's request from this base pose (map_from_base); None: it is not served."""
         ...
 
     def command(self, twist: Twist2, stamp_ns: int | None) -> None:
-        """This velocity counts from now on, said at stamp_ns; None: nobody drives."""
+        """Set the velocity commanded at stamp_ns; a stamp of None: no source drives."""
         ...
 
     def reset(self, now_ns: int) -> bool:
-        """Take a latched stop away, by the operator's order; False while its cause holds."""
+        """Release a latched stop by the operator's order; False while its cause persists."""
         ...
 
 
@@ -101,7 +101,7 @@ class Keeper:
 
     Args:
         limits: of the safety chain.
-        measures: does it hear the base's pose and twist as samples? Else `admit` is given them.
+        measures: True to hear the base's pose and twist as samples; else `admit` gets them.
     """
 
     def __init__(self, limits: SafetyLimits, measures: bool = True) -> None:
@@ -124,7 +124,7 @@ class Keeper:
 
     @property
     def limits(self) -> SafetyLimits:
-        """See `Keeps`, as for all that follow."""
+        """See `Keeps`, as for the methods below."""
         return self.chain.limits
 
     @property
@@ -134,17 +134,17 @@ class Keeper:
 
     @property
     def latched(self) -> str | None:
-        """Why the stop has latched."""
+        """The reason of a latched stop."""
         return self.chain.latched
 
     @property
     def refused(self) -> tuple[str, ...]:
-        """Why nothing at all could move in the last cycle."""
+        """Why no motion at all was possible in the last cycle."""
         return self.chain.refused
 
     @property
     def reckons(self) -> bool:
-        """Does it have to be told estimates?"""
+        """True if it needs estimates."""
         return self._reckoner is not None
 
     @property
@@ -153,47 +153,47 @@ class Keeper:
         return tuple(self._hears)
 
     def locate_by(self, reckoner: Reckoner) -> None:
-        """Poses are those of a reckoner from now on."""
+        """Take poses from a reckoner from now on."""
         self._reckoner = reckoner
         self._hears["base.odometry"] = self._move
         self._hears["rover.tracker"] = self._track
 
     def hear(self, sample: Sample, now_ns: int) -> None:
-        """A sample has arrived now."""
+        """Take a sample that arrived now."""
         take = self._hears.get(sample.name)
         if take is not None:
             with self._mutex:
                 take(now_ns, sample.stamp_ns, sample.value)
 
     def locate(self, stamp_ns: int, pose: Pose2 | None, sigma: PoseSigma | None) -> None:
-        """Where localization takes the base to have been."""
+        """Take the localization's estimate of the base."""
         if self._reckoner is not None:
             with self._mutex:
                 self._reckoner.estimate(stamp_ns, pose, sigma)
 
     def grant(self, pose: Pose2 | None) -> None:
-        """The request is served from this pose.
+        """Serve the user's request from this base pose.
 
-        The chain lets the base come slowly as near to the user as that pose is, while they ask for
-        it. The end of the request ends the grant.
+        While the request lasts, the chain lets the base approach the user slowly down to the gap of
+        that pose. The end of the request ends the grant.
         """
         with self._mutex:
             self.chain.grant(pose)
 
     def command(self, twist: Twist2, stamp_ns: int | None) -> None:
-        """This velocity counts from now on."""
+        """Set the commanded velocity."""
         self.wanted, self._stamp_ns = twist, stamp_ns
         self.admitted = None
 
     def reset(self, now_ns: int) -> bool:
-        """Take a latched stop away."""
+        """Release a latched stop."""
         with self._mutex:
             return self.chain.reset(now_ns)
 
     # in each cycle
 
     def measured(self, now_ns: int) -> tuple[Pose2 | None, Twist2 | None]:
-        """Pose and velocity as they were last heard; what is too old is not known."""
+        """The newest pose and velocity heard; None where it is too old."""
         pose, twist = self._recent("base.pose", now_ns), self._recent("base.twist", now_ns)
         if self._reckoner is not None:
             wheels = self._recent("base.odometry", now_ns)
@@ -208,9 +208,9 @@ class Keeper:
         twist: Twist2 | None,
         mode: DriveMode = "omni",
     ) -> Twist2:
-        """How much of the next velocity, ramps included, may reach the motors: `SafetyChain`.
+        """The part of the next velocity, ramps included, that may reach the motors.
 
-        `pose` is map_from_base; that of a base that is located by a reckoner is the reckoner's.
+        `pose` is map_from_base; with a reckoner its pose is used instead. See `SafetyChain`.
         """
         chain, stamp, sigma = self.chain, self._stamp_ns, 0.0
         with self._mutex:
@@ -219,18 +219,18 @@ class Keeper:
                 pose, sigma = (None, 0.0) if located is None else located
             chain.holonomic = mode == "omni"
             if stamp is None:
-                stamp = now_ns  # a stop does not get old
+                stamp = now_ns  # a commanded stop does not age
             record = chain.admit(now_ns, command, stamp, pose, twist, sigma)
             if self.admitted is not None or record.admitted != command:
                 self.admitted = record.admitted
         return record.admitted
 
     def rest(self, now_ns: int) -> None:
-        """A cycle in which the base stands and is to stand."""
+        """A cycle of a standing base without a command."""
         with self._mutex:
             self.chain.rest(now_ns)
 
-    # what is heard
+    # samples heard
 
     def _see(self, now_ns: int, stamp_ns: int, user: UserPose | None) -> None:
         if user is not None:
@@ -255,12 +255,12 @@ class Keeper:
         self._measured[name] = stamp_ns, value
 
     def _recent(self, name: str, now_ns: int) -> Any:
-        """The newest value; None if it is older than poses may be, or ahead of the clock."""
+        """The newest value; None if it is older than `limits.old`, or ahead of the clock."""
         limits = self.chain.limits
         stamp, value = self._measured.get(name, (now_ns, None))
         return value if -limits.ahead <= (now_ns - stamp) / 1e9 <= limits.old else None
 
 
 def is_standing(twist: Twist2) -> bool:
-    """Is this the velocity of a base that stands?"""
+    """True for the velocity of a base that counts as standing."""
     return max(twist.speed, abs(twist.wz)) <= STANDING

@@ -1,13 +1,14 @@
-"""What the safety chain goes by: what it takes to stop before the user, and all its other figures.
+"""The limits of the safety chain, and the separation that it takes to stop before the user.
 
-The separation is that of ISO/TS 15066 5.5.4 with a constant deceleration, as figures only: nothing
-here makes a robot fit for people. While the robot reacts for T and then brakes from its closing
-speed v with a, the user comes v_h nearer each second and was last seen some age ago:
+The separation is that of ISO/TS 15066, 5.5.4, for a constant deceleration. These are figures only:
+nothing here makes a robot fit to work beside people. The robot reacts for T and then brakes from
+its closing speed v with a, so it covers v T + v^2 / 2a within T + v / a. Meanwhile the user, last
+seen `age` ago, comes closer with v_h. With a margin C that gives
 
     S_p = v_h (age + T + v / a) + v T + v^2 / 2a + C
 
-C covers reach and both positions' errors; a pose of the base that is less sure than C takes it for
-adds what is more (`SafetyLimits.pose_error`).
+C covers the user's reach and the position errors of both; the part of the base's position error
+beyond the share in C is added to S_p (`SafetyLimits.pose_error`).
 """
 
 from __future__ import annotations
@@ -18,18 +19,18 @@ from dataclasses import dataclass
 from hw.robot import Footprint, MotionLimits, RobotModel
 
 LATE_S, OLD_S = 0.05, 0.15
-"""Poses are used as they are up to the first age, s, with care up to the second (R149)."""
+"""Ages of the user's pose, s: fully used up to the first, not used beyond the second (R149)."""
 POSE_ERROR_M = 0.075
-"""Three standard deviations of the base's position that C covers: half of both positions' share."""
+"""Three standard deviations of the base's position that C covers, m: half of its 0.15 m."""
 _NOTHING = 1e-12
-"""Less room than this, m, is none."""
+"""Less distance than this counts as none, m."""
 _STILL = 1e-6
-"""A robot that closes the gap slower than this, m/s, by rounding, does not close it."""
+"""A closing speed below this is rounding, m/s."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stopping:
-    """What it takes to stop before the user: a in m/s2, T in s, C in m (see the module)."""
+    """The braking of a robot: a in m/s2, T in s, C in m (see the module)."""
 
     deceleration: float
     reaction: float
@@ -43,7 +44,7 @@ class Stopping:
                 raise ValueError(f"stopping: a {name} of {getattr(self, name)}; it must be finite")
 
     def needed(self, closing: float, user_speed: float, age: float) -> float:
-        """The separation S_p that a closing speed needs, m; 0 for a robot that comes no nearer."""
+        """The separation S_p needed at a closing speed, m; 0 if the robot comes no closer."""
         if closing <= _STILL:
             return 0.0
         stop = closing / self.deceleration
@@ -54,16 +55,20 @@ class Stopping:
         )
 
     def allowed(self, gap: float, user_speed: float, age: float) -> float:
-        """The closing speed that this gap allows, m/s: the largest v with `needed(v)` <= gap."""
+        """The closing speed that a gap allows, m/s: the largest v with `needed(v)` <= gap.
+
+        S_p is quadratic in v: v (T + v_h / a) + v^2 / 2a = gap - C - v_h (age + T), where v_h / a
+        is how long the user walks per unit of v while the robot brakes.
+        """
         lag = self.reaction + user_speed / self.deceleration
         return self._speed(gap - self.clearance - user_speed * (age + self.reaction), lag)
 
     def allowed_above(self, floor: float, gap: float) -> float:
-        """The closing speed that stops at a gap of `floor`, m, before a user who stands, m/s."""
+        """The closing speed, m/s, that stops at a gap of `floor`, m; v_h and C are 0."""
         return self._speed(gap - floor, self.reaction)
 
     def _speed(self, room: float, lag: float) -> float:
-        """The speed v with v lag + v^2 / 2a = room."""
+        """The v with v lag + v^2 / 2a = room, in a form without cancellation for small rooms."""
         if room <= _NOTHING:
             return 0.0
         return 2.0 * room / (lag + math.sqrt(lag * lag + 2.0 * room / self.deceleration))
@@ -71,21 +76,21 @@ class Stopping:
 
 @dataclass(frozen=True, slots=True)
 class SafetyLimits:
-    """What the chain goes by; m, s, rad.
+    """The limits of the chain; m, s, rad.
 
-    `stopping` holds the braking deceleration (a measured figure of the robot) and the reaction
-    time. `walking` is the speed of a user of whom nothing is known; else the measured one counts,
-    and `uncertainty` for how it may grow until the next measurement. A user slower than `still` who
-    has asked for a touch may be approached with `touch_speed` down to the gap of the pose they are
-    served from, less its tolerance `touch_slack`, and never below `touch_gap`. Poses of the user
-    are used up to the age `late`, with less and less speed up to `old`, and not at all then; at
-    `lost` the stop latches. Commands count up to `command_age`, from `command_late` on with ever
-    less speed. A stamp may be `ahead` of the clock by as much as clocks differ, and more where
-    poses are predicted.
+    `stopping` has the braking deceleration (a measured figure of the robot) and the reaction time.
+    `walking` is the speed assumed of a user whose speed is unknown; otherwise the measured speed
+    counts, plus `uncertainty` for what it may grow until the next measurement. A user slower than
+    `still` who requests a touch may be approached with `touch_speed` down to the gap of the pose
+    that serves the request, less its tolerance `touch_slack`, and never below `touch_gap`. Poses of
+    the user count fully up to the age `late`, with falling speed up to `old`, and not at all
+    beyond; at `lost` the stop latches. Commands count up to `command_age`, from `command_late` on
+    with falling speed. A stamp may be `ahead` of the clock by as much as clocks differ, and by more
+    where poses are predicted.
 
-    `governor` switches the separation step, and nothing else. `watched`: somebody tracks the user
-    of this body; if nobody does, ages of their pose and separation cannot be looked at. With no
-    more than `overlap` to go the rover may drive to a touch while the arm is not folded (R46).
+    `governor` switches the separation step and nothing else. `watched` says whether a part tracks
+    the user; if not, neither the age of their pose nor the separation can be checked. With at most
+    `overlap` left to the goal the rover may drive to a touch before the arm is folded (R46).
     """
 
     footprint: Footprint
@@ -124,18 +129,18 @@ class SafetyLimits:
             )
 
     def command_share(self, age: float) -> float:
-        """How much of the speed limit a command of this age has: all up to `command_late`."""
+        """Share of the speed limit left at this age of a command: 1 up to `command_late`, s."""
         if age <= self.command_late:
             return 1.0
         return max(0.0, (self.command_age - age) / (self.command_age - self.command_late))
 
     def pose_error(self, sigma: float) -> float:
-        """What a pose of the base with this standard deviation adds to the separation, m."""
+        """What the base's position uncertainty (one standard deviation, m) adds to S_p, m."""
         return max(0.0, 3.0 * sigma - POSE_ERROR_M)
 
     @classmethod
     def of(cls, robot: RobotModel, limits: MotionLimits) -> SafetyLimits:
-        """A robot's limits with a profile's caps; 0.2 m for reach, 0.15 m for both positions."""
+        """A robot's limits within a profile's; C is 0.2 m of reach and 0.15 m of errors."""
         return cls(
             footprint=robot.footprint,
             stopping=Stopping(

@@ -1,9 +1,9 @@
-"""Who drives: of all sources of velocities one at a time, by priority (R41, R71).
+"""Selects one of several velocity sources by priority (R41, R71).
 
-Names and comparisons as in twist_mux, with three differences. A source can say that it is done
-(`release`), so that the next one need not wait for a time-out (R42). Nothing to send is a zero,
-not silence, because whoever listens may repeat the last velocity. And a source must time out: one
-that never does would keep all others off after its first word.
+Names and comparisons as in ROS's twist_mux, with three differences. A source can withdraw
+(`release`), so that the next one need not wait for its time-out (R42). With nothing to send the
+output is zero instead of silence, because a receiver may repeat the last velocity. And every source
+must time out: one that does not would block all others after its first message.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from hw.geometry import STILL, Twist2
 
 @dataclass(frozen=True, slots=True)
 class VelocitySource:
-    """Somebody who sends velocities; holds for `timeout` s after each; higher priority wins."""
+    """A velocity source; an offer holds for `timeout` s, and the higher priority wins."""
 
     name: str
     priority: int
@@ -27,10 +27,10 @@ class VelocitySource:
 
 @dataclass(frozen=True, slots=True)
 class Lock:
-    """Keeps off all sources of lower priority while it is on.
+    """Blocks all sources of lower priority while it is on.
 
-    With a `timeout` above 0, s, it is on until it is first heard of, and again when it is not
-    heard of for so long; with 0 it is off until it is switched on.
+    With a `timeout` above 0, s, it is on until first heard, and again after a silence of that
+    length; with 0 it is off until switched on.
     """
 
     name: str
@@ -39,10 +39,10 @@ class Lock:
 
 
 class Selected(NamedTuple):
-    """What to send now: a velocity (base frame), whose it is, and the lock that keeps others off.
+    """The output: a velocity (base frame), its source, and the lock that blocks others.
 
-    `source` is None and the velocity `STILL` if nobody may send. As long as an offer counts, its
-    velocity is the same object.
+    `source` is None and the velocity `STILL` if no source may send. While an offer holds, its
+    velocity stays the same object.
     """
 
     twist: Twist2
@@ -57,17 +57,17 @@ SOURCES = (
     VelocitySource("chase", 70),
     VelocitySource("own", 60),
 )
-"""The three subsystems, the end of a Haptic drive, and states of one's own that name none."""
+"""The three subsystems, the last stretch of a Haptic drive, and states that name no source."""
 LOCKS = (Lock("stop", 255), Lock("arm", 85))
-"""The stop line keeps everybody off; an arm that is not folded all but Escape and docking (R46)."""
+"""The stop line blocks all sources, an unfolded arm all but Escape and docking (R46)."""
 
 
 class Multiplexer:
-    """Takes velocities and locks as they come, and says which velocity counts at a time.
+    """Takes offers and locks as they come, and selects the velocity that counts at an instant.
 
-    Times are integer nanoseconds. An offer counts from the first `select` after it; what was
-    offered or switched later than now counts for nothing, as if its time were up. Of equal
-    priorities the source named first wins.
+    Times are integer nanoseconds. An offer counts from the first `select` after it; an offer or
+    a switch stamped later than now is ignored, as if timed out. Of equal priorities the source
+    declared first wins.
 
     Raises:
         ValueError: a name stands twice, a source never times out, or a priority is not 1 to 255.
@@ -86,24 +86,24 @@ class Multiplexer:
         self._switches: dict[str, tuple[bool, int]] = {}
 
     def offer(self, name: str, twist: Twist2) -> None:
-        """A source would like to drive at this velocity, from now until its time-out.
+        """Offer a velocity of a source, from now until its time-out.
 
         Raises:
-            ValueError: the velocity is not finite; what the source offered before still holds.
+            ValueError: the velocity is not finite; the source's offer before it still holds.
         """
         source = self._sources[name]
         self._offers[source.name] = (Twist2.checked(twist.vx, twist.vy, twist.wz), None)
 
     def release(self, name: str) -> None:
-        """A source is done: the others take over at once."""
+        """Withdraw a source's offer: the others take over at once."""
         self._offers.pop(self._sources[name].name, None)
 
     def release_all(self) -> None:
-        """Nobody wants to drive any more."""
+        """Withdraw all offers."""
         self._offers.clear()
 
     def switch(self, name: str, on: bool, now_ns: int) -> None:
-        """Switch a lock on or off, or say that it still is."""
+        """Switch a lock on or off, or confirm its state."""
         self._switches[self._locks[name].name] = (on, now_ns)
 
     def select(self, now_ns: int) -> Selected:

@@ -1,11 +1,11 @@
-"""How fast a base may change its velocity: limits on speed and acceleration, and the brakes.
+"""Limits on a base's speed and acceleration, and its brakes.
 
-Speed and acceleration are limited as lengths of the vector over the floor (R50), so that no
-direction is favoured; a command beyond a limit is scaled as a whole and keeps its direction. Wheel
-rates are limited too: a Mecanum base that goes sideways or turns spends more of them.
+Speed and acceleration are limited as the norm of the planar vector (R50), so that no direction is
+favoured; a command beyond a limit is scaled as a whole and keeps its direction. Wheel rates are
+limited too: a Mecanum base turns its wheels faster sideways and in rotation than straight ahead.
 
-Simulated wheels and the chain of real ones ask here for the next velocity, and then ask the safety
-chain; what that takes away is braked away.
+Simulated wheels and the chain of real ones compute the next velocity here and pass it to the safety
+chain; what that cuts is braked away.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from hw.interfaces import DriveMode
 from hw.robot import BaseModel, MotionLimits
 
 TURN_SHARE = math.sqrt(0.5)
-"""Of the acceleration, the share a differential base may spend on curves."""
+"""Share of the acceleration that a differential base may spend on curves (centripetal)."""
 
 Velocity = tuple[float, float, float]
-"""vx, vy over the floor (m/s), along the axes in which the yaw is given, and wz (rad/s)."""
+"""vx, vy (m/s) along fixed axes of the floor, those of the yaw, and wz (rad/s)."""
 PlanarState = tuple[float, float, float, Velocity]
-"""Way dx, dy over the floor (m), turn (rad), and the velocity after it."""
+"""Displacement dx, dy over the floor (m), rotation (rad), and the velocity at the end."""
 STANDSTILL: Velocity = (0.0, 0.0, 0.0)
 
 
 class Ramps:
-    """The limits of a body and of a profile; it keeps no state."""
+    """The limits of a body and of a profile; stateless."""
 
     def __init__(self, model: BaseModel, limits: MotionLimits) -> None:
         self._max_speed = min(model.max_speed, limits.base_speed)
@@ -40,7 +40,11 @@ class Ramps:
         self._hard = max(acceleration, brakes), max(yaw_acceleration, brakes / self._lever)
 
     def limited(self, command: Twist2, mode: DriveMode) -> Twist2:
-        """A command, base frame, as fast as the base may and its wheels can go."""
+        """A command (base frame) scaled to what the limits and the wheels allow.
+
+        The rim speed of the fastest Mecanum wheel is |vx| + |vy| + lever |wz|
+        (`hw.drivers.can.mecanum`).
+        """
         vx, wz = command.vx, command.wz
         vy = command.vy if mode == "omni" else 0.0
         speed, wheels = math.hypot(vx, vy), abs(vx) + abs(vy) + self._lever * abs(wz)
@@ -58,7 +62,7 @@ class Ramps:
     def toward(
         self, yaw: float, now: Velocity, target: Twist2, h: float, mode: DriveMode, braked: bool
     ) -> PlanarState:
-        """The motion of h s towards a velocity (base frame), as fast as ramps or brakes allow."""
+        """The motion of h s towards a velocity (base frame), within the ramps or the brakes."""
         slopes = self._hard if braked else self._gentle
         if mode == "omni":
             return _slide(yaw, now, target, h, *slopes)
@@ -66,7 +70,7 @@ class Ramps:
 
 
 def twist_after(yaw: float, motion: PlanarState, mode: DriveMode) -> Twist2:
-    """The velocity at the end of a motion that began with this yaw, in the base frame."""
+    """The velocity, base frame, at the end of a motion that began with this yaw."""
     _, _, turn, (vx, vy, wz) = motion
     c, s = math.cos(yaw + turn), math.sin(yaw + turn)
     return Twist2(c * vx + s * vy, c * vy - s * vx if mode == "omni" else 0.0, wz)

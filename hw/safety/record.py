@@ -1,4 +1,4 @@
-"""What one cycle of the safety chain leaves: what it was asked, what it admitted, and why."""
+"""The record of one cycle of the safety chain: what was commanded, what was admitted, and why."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ GRANTED = "granted touch"
 class SafetyRecord(NamedTuple):
     """One cycle of the chain.
 
-    `command` and `admitted` are in the base frame; `admitted is command` where nothing was taken
-    away. `separation` is the measured gap S, m, and `needed` the S_p of the measured motion: where
-    S is less and no touch is granted, the robot is nearer than it should be for its speed.
-    `allowed` is the closing speed up to which the governor does nothing, `user_speed` what it took
-    the user for (m/s), `user_age` the age of their pose (s). None: there is no pose yet.
+    `command` and `admitted` are in the base frame; `admitted is command` if nothing was cut.
+    `separation` is the measured gap S, m, and `needed` the S_p of the measured motion: S < S_p
+    without a granted touch means that the robot is too close for its speed. `allowed` is the
+    closing speed up to which the governor does not act, `user_speed` the speed it assumed of the
+    user (m/s), `user_age` the age of their pose (s). None: there is no pose yet.
     """
 
     stamp_ns: int
@@ -50,12 +50,11 @@ class SafetyRecord(NamedTuple):
 
 
 class ChainStatus(NamedTuple):
-    """What a chain in a process of its own tells of itself, again and again.
+    """The status that a chain in a process of its own reports periodically.
 
-    `latched`, `refused` and `admitted` are those of `hw.safety.keeper`; `mode` is how the wheels
-    are driven. `cycles` counts cycles since the start, `missed` those that came more than one too
-    late, and `records` the records that were told; `longest_ms` is the longest time between two
-    cycles since the status before.
+    `latched`, `refused` and `admitted` are those of `hw.safety.keeper`; `mode` is the drive mode.
+    `cycles` counts cycles since the start, `missed` those more than one period late, `records` the
+    records sent; `longest_ms` is the longest time between two cycles since the status before.
     """
 
     latched: str | None

@@ -1,6 +1,6 @@
-"""How near robot and user are, how fast a velocity brings them together, and where the user was.
+"""The gap of robot and user, the closing speed of a velocity, and the track of the user.
 
-Gaps are from outline to cylinder; m, s, m/s.
+Gaps are from the footprint to the user's cylinder; m, s, m/s.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ from hw.geometry import Twist2
 from hw.motion import Motion
 
 QUICK, STEADY = 0.1, 0.3
-"""Times over which the user's speed is taken, s."""
+"""Windows over which the user's speed is estimated, s."""
 _FAR = 1e4
-"""Nobody is tracked farther than this from the origin of the map, m."""
+"""Poses farther than this from the origin of the map are refused, m."""
 _TOUCH = 1e-9
-"""Nearer than this, m, the direction to the user is that of the side they are at."""
+"""Below this distance, m, the normal of the nearest side replaces the direction to the user."""
 
 
 class Nearness(NamedTuple):
-    """How the user lies to the outline, in the base frame.
+    """The user relative to the footprint, in the base frame.
 
-    `gap`: free space, m, below 0 in a touch. `nx`, `ny`: unit vector from the nearest point of
-    the outline to the user. `lever`: m; a turn of w rad/s closes the gap by w * lever m/s.
+    `gap`: free distance, m, below 0 in a touch. `nx`, `ny`: unit vector from the nearest point of
+    the footprint to the user. `lever`: m; a rotation of w rad/s closes the gap by w * lever m/s.
     """
 
     gap: float
@@ -32,16 +32,16 @@ class Nearness(NamedTuple):
     lever: float
 
     def closing(self, twist: Twist2) -> float:
-        """How fast this velocity (base frame) closes the gap, m/s; what opens it does not count."""
+        """Closing speed of this velocity (base frame), m/s; parts that open the gap count as 0."""
         toward = self.nx * twist.vx + self.ny * twist.vy
         turning = self.lever * twist.wz
         return (toward if toward > 0.0 else 0.0) + (turning if turning > 0.0 else 0.0)
 
     def held_back(self, twist: Twist2, allowed: float, holonomic: bool = True) -> Twist2:
-        """The velocity with its closing parts shortened to this closing speed, m/s.
+        """The velocity with its closing parts scaled down to this closing speed, m/s.
 
-        The same twist if it closes no faster. Velocity towards the user and closing turn are
-        shortened by the same share; a base that is not holonomic goes slower along its heading.
+        The same object if it closes no faster. The component towards the user and a closing
+        rotation are scaled by one share; a base that is not holonomic slows along its heading.
         """
         closing = self.closing(twist)
         if closing <= allowed:
@@ -62,8 +62,10 @@ class Nearness(NamedTuple):
 def nearness(half_length: float, half_width: float, x: float, y: float, radius: float) -> Nearness:
     """The nearness of a cylinder about (x, y), base frame, to the rectangle about the origin.
 
-    The rate at which the gap shrinks as the base moves by (vx, vy, wz) is exactly
-    nx vx + ny vy + lever wz. With the centre inside the rectangle the way out is the shortest one.
+    The nearest point q of the footprint moves with (vx - wz qy, vy + wz qx) as the base moves.
+    Its component along the normal n is nx vx + ny vy + wz (qx ny - qy nx): that is the rate at
+    which the gap shrinks, and qx ny - qy nx the lever. With the cylinder's centre inside the
+    rectangle, q lies on the nearest side.
     """
     qx = x if abs(x) < half_length else math.copysign(half_length, x)
     qy = y if abs(y) < half_width else math.copysign(half_width, y)
@@ -81,12 +83,12 @@ def nearness(half_length: float, half_width: float, x: float, y: float, radius: 
 
 
 class UserTrack:
-    """Where the user was last seen, and how fast they were: newest wins, nothing is queued.
+    """Where the user was last seen, and how fast they were; the newest pose replaces the others.
 
     `x`, `y` in the map and `stamp_ns` are those of the newest pose (None before the first). `speed`
-    is the greater of those over the last 0.1 s, which tells at once who sets off, and over
-    0.3 s; `steady` is that over 0.3 s alone, in which a user who stands does stand. m/s, or None
-    while they are unknown. A stamp may be `ahead` s ahead of our clock.
+    is the greater of the speeds over the last 0.1 s, which reacts at once to a user who sets off,
+    and 0.3 s; `steady` is that over 0.3 s alone, which noise does not raise above standing. m/s,
+    None while unknown. A stamp may be `ahead` s ahead of our clock.
     """
 
     __slots__ = ("_ahead_ns", "_quick", "_steady", "stamp_ns", "x", "y")
@@ -99,13 +101,13 @@ class UserTrack:
 
     @property
     def steady(self) -> float | None:
-        """How fast the user is in the mean of a while, m/s."""
+        """The user's mean speed over the longer window, m/s."""
         velocity = self._steady.velocity
         return None if velocity is None else velocity.speed
 
     @property
     def speed(self) -> float | None:
-        """How fast the user may be, m/s."""
+        """The user's speed as the chain assumes it, m/s."""
         quick, steady = self._quick.velocity, self.steady
         return None if quick is None or steady is None else max(quick.speed, steady)
 
@@ -114,7 +116,7 @@ class UserTrack:
         return math.inf if self.stamp_ns is None else (now_ns - self.stamp_ns) / 1e9
 
     def see(self, now_ns: int, stamp_ns: int, x: float, y: float) -> bool:
-        """Take a pose that arrived now; False: it is nowhere, not newer, or from the future."""
+        """Take a pose that arrived now; False if out of range, not newer, or from the future."""
         newest = self.stamp_ns
         if not (abs(x) < _FAR and abs(y) < _FAR) or stamp_ns > now_ns + self._ahead_ns:
             return False

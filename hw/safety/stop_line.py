@@ -1,4 +1,4 @@
-"""The software stop as a latch (R48, R49), for simulated robots and for real parts alike."""
+"""The software stop as a latch (R48, R49), for simulated robots and real parts alike."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from hw.samples import Sample
 
 
 class StopLatch:
-    """A latch: pulled by anyone, reset by the operator once its cause is gone (R49).
+    """A latch: anyone may pull it, the operator resets it once its cause is gone (R49).
 
-    `release` is asked at a reset; it says whether no cause holds any more.
+    `release` is called at a reset; True if no cause persists.
     """
 
     signals: tuple[str, ...] = ("stop.engaged",)
@@ -21,19 +21,19 @@ class StopLatch:
         self._reported: str | None = "nothing yet"
 
     def pull(self, reason: str) -> None:
-        """Stop base and arm and stay so; see `StopLine`."""
+        """Stop base and arm until the reset; see `StopLine`."""
         if self.reason is None:
             self.reason = reason
 
     def reset(self) -> bool:
-        """Let the robot move again, unless the cause still holds; see `StopLine`."""
+        """Let the robot move again, unless the cause persists; see `StopLine`."""
         if not self._release():
             return False
         self.reason = None
         return True
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """The reason, when it changed."""
+        """The reason, on change."""
         if self.reason == self._reported:
             return []
         self._reported = self.reason

@@ -1,7 +1,7 @@
-"""The arm in the reduced simulation: it is where its timed course says, straight in between.
+"""The arm of the reduced simulation: it is where its timed trajectory says, linear in between.
 
-Where the arm is follows from the time alone, so an arm at rest costs nothing and the time step
-does not matter.
+The joint angles follow from the time alone, so an arm at rest costs nothing and the time step has
+no influence.
 """
 
 from __future__ import annotations
@@ -14,22 +14,22 @@ from hw.robot import ArmModel
 from hw.samples import ArmState, Joints, Sample, TimedJoints
 
 _NOWHERE = 1e-12
-"""A joint slower than this, rad/s, stands."""
+"""Least joint speed that a braking rate is computed for, rad/s."""
 STOPPED = "the stop line is pulled"
 START_TOLERANCE = 0.01
-"""How far from the arm a course may begin, rad."""
+"""Largest distance of the arm from the first point of a trajectory, rad."""
 
 
 @dataclass(frozen=True, slots=True)
 class JointCourse:
-    """Joint angles at rising times from 0 on, straight in between; its share is that time, s."""
+    """Joint angles at rising times from 0 on, linear in between; its share is that time, s."""
 
     times: tuple[float, ...]
     points: tuple[Joints, ...]
 
     @classmethod
     def of(cls, points: Sequence[TimedJoints]) -> JointCourse:
-        """The course through checked points."""
+        """The trajectory through checked points."""
         return cls(tuple(time for time, _ in points), tuple(joints for _, joints in points))
 
     @property
@@ -38,11 +38,11 @@ class JointCourse:
         return self.times[-1]
 
     def at(self, t: float) -> tuple[float, float]:
-        """Share of the way and its change per s, t s after the start."""
+        """Share of the trajectory and its rate, t s after the start."""
         return (self.duration, 0.0) if t >= self.duration else (max(0.0, t), 1.0)
 
     def joints(self, share: float) -> Joints:
-        """The angles at a share of the way."""
+        """The angles at a share of the trajectory, rad."""
         if share >= self.duration:
             return self.points[-1]
         k = self._piece(share)
@@ -52,7 +52,7 @@ class JointCourse:
         )
 
     def slope_at(self, share: float) -> Joints:
-        """Change of the angles with the share, rad/s."""
+        """Joint velocities at a rate of 1, rad/s."""
         k = self._piece(share)
         span = self.times[k + 1] - self.times[k]
         return tuple(
@@ -64,7 +64,7 @@ class JointCourse:
 
 
 class SimArm:
-    """An arm that keeps to its course; a stop brakes along the way, within 0.2 s (R45)."""
+    """An arm that follows its trajectory exactly; a stop brakes along it, within 0.2 s (R45)."""
 
     signals: tuple[str, ...] = ("arm.joints",)
 
@@ -82,7 +82,7 @@ class SimArm:
         self._reported = -1
 
     def follow(self, points: Sequence[TimedJoints]) -> int:
-        """Be at these angles at these times; see `Arm`."""
+        """Follow a trajectory; see `Arm`."""
         self._model.check_course(points)
         refused = refusal(self.state, points, self.braked)
         self.stop()
@@ -103,14 +103,14 @@ class SimArm:
         self._since = self._now
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """The joints of this instant."""
+        """The joints at this instant."""
         if self._reported == now_ns:
             return []
         self._reported = now_ns
         return [Sample("arm.joints", now_ns, self.state)]
 
     def advance(self, until_ns: int) -> None:
-        """Move on to until_ns."""
+        """Advance to until_ns."""
         course = self._course
         if course is not None and self.braked and self._brake is None:
             self.state = replace(self.state, refused=STOPPED)
@@ -129,7 +129,11 @@ class SimArm:
         self.state = ArmState(course.joints(share), velocities, moving, number, refused)
 
     def _progress(self, course: JointCourse, t: float) -> tuple[float, float, float]:
-        """Share, its rate, and time left, t s after `_since`."""
+        """Share, its rate, and the time left, s, at t s after `_since`.
+
+        While braking with the slope d the rate falls from r as r - d t, so the share grows by
+        r t - d t^2 / 2 until r / d.
+        """
         if self._brake is None:
             share, rate = course.at(t)
             return share, rate, course.duration - t
@@ -141,7 +145,7 @@ class SimArm:
 
 
 def refusal(state: ArmState, points: Sequence[TimedJoints], braked: bool) -> str | None:
-    """Why an arm does not follow a course now; None: it does."""
+    """Why an arm refuses a trajectory now; None if it follows it."""
     if braked:
         return STOPPED
     if state.moving:

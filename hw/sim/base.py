@@ -1,9 +1,8 @@
-"""The wheels in the reduced simulation: ideal pose, and limits on speed and acceleration.
+"""The wheels of the reduced simulation: ideal pose, limited speed and acceleration.
 
-Limits on speed and acceleration are those of `hw.safety.ramps`.
-
-With a gate the base has its own loop at 100 Hz or more, and the gate is asked in each cycle, after
-the ramps and last before the wheels; what it takes away is braked away.
+The limits are those of `hw.safety.ramps`. With a gate the base runs its own loop at 100 Hz or more
+and calls the gate in each cycle, after the ramps and last before the wheels; what the gate cuts is
+braked away.
 """
 
 from __future__ import annotations
@@ -26,22 +25,22 @@ if TYPE_CHECKING:
 _GRAVITY = 9.81
 _EXACT = Pose2(0.0, 0.0)
 _TURN_STEP = 0.01
-"""Pieces of a turn, rad, in which the direction of the wanted velocity stays as it is."""
+"""Largest rotation, rad, within which the direction of the wanted velocity is held constant."""
 
 
 class SimBase:
     """A base that reaches the commanded velocity as fast as its limits allow.
 
     The time step is exact for straight drives; turns are cut into pieces of 0.01 rad. In
-    `differential` mode the base goes along its heading only, and the curve is widened where speed
+    `differential` mode the base moves along its heading only, and the curve widens where speed
     times yaw rate would exceed the acceleration. A change of mode waits for standstill.
 
-    `gate` is asked what may go to the wheels; None: all of it. `noise` is that of the pose as it is
-    measured, by the gate too; `pose` is the true one.
+    `gate` limits what reaches the wheels; None: no limit. `noise` is that of the measured pose,
+    which the gate uses too; `pose` is the true one.
 
-    With a floor the wheels do as they are told and the body slips: `pose` is the body's. Watched by
-    sensors (`watch`) the base does not know where it is, and gives the velocity of its wheels only;
-    a gate that does not reckon by itself goes by the truth then.
+    With a floor the wheels obey exactly and the body slips: `pose` is the body's. With sensors
+    (`watch`) the base does not measure its pose and gives the velocity of its wheels only; a gate
+    without a reckoner then uses the true pose.
     """
 
     def __init__(
@@ -79,22 +78,22 @@ class SimBase:
         self._reported = -1
 
     def watch(self, body: Track, wheels: Track, floor: SlipperyFloor | None) -> None:
-        """Note from now on where the body and the wheels get to, and slip on this floor."""
+        """Record the poses of body and wheels from now on, and slip on this floor."""
         self.signals = ("base.twist",)
         self._tracks, self._floor = (body, wheels), floor
 
     def use(self, mode: DriveMode) -> None:
-        """Change the way of driving; see `Base`.
+        """Change the drive mode; see `Base`.
 
         Raises:
-            ValueError: the robot cannot drive so.
+            ValueError: the robot has no such mode.
         """
         if mode not in self._model.modes:
             raise ValueError(f"base: mode '{mode}' is not one of {', '.join(self._model.modes)}")
         self._wanted_mode = mode
 
     def drive(self, command: Twist2) -> None:
-        """Go at this velocity; see `Base`."""
+        """Command a velocity; see `Base`."""
         Twist2.checked(command.vx, command.vy, command.wz)
         self._target = self._limited(command)
         self._expires = self._now + self._timeout_ns
@@ -104,7 +103,7 @@ class SimBase:
         self._target = STILL
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """Pose and twist of this instant."""
+        """Pose and twist at this instant."""
         if self._reported == now_ns:
             return []
         self._reported = now_ns
@@ -114,16 +113,16 @@ class SimBase:
         return [Sample("base.pose", now_ns, self._measured()), twist]
 
     def block(self, pose: Pose2) -> None:
-        """Something solid holds the base: it stands at once, at this pose."""
+        """A solid obstacle stops the base at once, at this pose."""
         self.pose, self.twist, self._target = pose, STILL, STILL
         if self._floor is None:
             self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
         else:
-            self._floor.pose = pose  # the wheels stand, the body is pushed or held
+            self._floor.pose = pose  # the wheels stand; the body is pushed or held
         self._vx = self._vy = self._wz = self._kinetic = 0.0
 
     def advance(self, until_ns: int) -> None:
-        """Move on to until_ns."""
+        """Advance to until_ns."""
         if self.braked:
             self._target = STILL
         if self._expires < until_ns and self._target is not STILL:
@@ -135,7 +134,7 @@ class SimBase:
             self._error = self._noise.error(until_ns)
 
     def _measured(self) -> Pose2:
-        """Where the base takes itself to be: the error stays as it is until the next instant."""
+        """The measured pose; its error is held until the next instant."""
         return self.pose if self._noise is None else added(self.pose, self._error)
 
     def _limited(self, command: Twist2) -> Twist2:
@@ -183,7 +182,7 @@ class SimBase:
             self._note(since + span * (cycle + 1) // cycles)
 
     def _place(self) -> Pose2:
-        """Where the body is."""
+        """The pose of the body."""
         return Pose2(self._x, self._y, self._yaw) if self._floor is None else self._floor.pose
 
     def _note(self, now_ns: int) -> None:
@@ -195,11 +194,11 @@ class SimBase:
             wheels.note(now_ns, Pose2(self._x, self._y, self._yaw))
 
     def _twist(self, motion: PlanarState) -> Twist2:
-        """The velocity at the end of a motion, in the base frame."""
+        """The velocity at the end of a motion, base frame."""
         return twist_after(self._yaw, motion, self.mode)
 
     def _toward(self, target: Twist2, h: float, braked: bool) -> PlanarState:
-        """The motion of h s towards a velocity, as fast as ramps or brakes allow."""
+        """The motion of h s towards a velocity, within ramps or brakes."""
         velocity = self._vx, self._vy, self._wz
         return self._ramps.toward(self._yaw, velocity, target, h, self.mode, braked)
 
@@ -216,7 +215,7 @@ class SimBase:
         self._kinetic = kinetic
 
     def _slip(self, floor: SlipperyFloor, motion: PlanarState) -> float:
-        """Move the body as these wheels move it on this floor; its way, m."""
+        """Move the body by this motion of the wheels on this floor; its path length, m."""
         dx, dy, turn, (vx, vy, wz) = motion
         middle = self._yaw + 0.5 * turn
         c, s = math.cos(middle), math.sin(middle)

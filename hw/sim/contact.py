@@ -1,12 +1,13 @@
-"""Do robot and person touch? The rectangle with foam against the person's cylinder, swept.
+"""Contact of robot and person: the footprint with foam against the person's cylinder, swept.
 
-The outline is the plain rectangle of R3: its corners are not rounded by the foam, so a touch is
-found rather early than late (by at most 4.2 cm at a corner, were the foam round there).
+The footprint is the plain rectangle of R3, without the foam's rounded corners, so that a touch is
+found early rather than late (by at most 4.2 cm at a corner, if the foam is round there).
 
-Between two instants robot and person are taken to move evenly, and the turn of the robot is cut
-into pieces of at most 0.02 rad, in which the person goes straight in the robot's frame. With a turn
-t and a relative way w in a piece, d from base_link, that misses at most (t2 d + 2 t w) / 8: 0.6 mm
-at 4 m/s relative speed. That both really accelerate misses at most a dt2 / 8: 0.4 mm for 3 m/s2.
+Between two instants robot and person are assumed to move uniformly. The robot's rotation is cut
+into pieces of at most 0.02 rad, in which the person moves straight in the robot's frame. For a
+rotation t and a relative displacement w in a piece, at d from base_link, the error is at most (t^2
+d + 2 t w) / 8: the sagitta of the true arc. That is 0.6 mm at 4 m/s relative speed. True
+acceleration a adds at most a dt^2 / 8: 0.4 mm for 3 m/s2.
 """
 
 from __future__ import annotations
@@ -21,17 +22,17 @@ from hw.safety.separation import nearness
 
 _TURN = 0.02
 _HALVINGS = 24
-"""So often a step is halved to find the instant of a touch in it."""
+"""Bisections of a step to find the instant of a touch."""
 
 Sweep = tuple[Pose2, Pose2]
-"""Where something was at the begin of a step, and is at its end, in the map."""
+"""Poses at the start and at the end of a step, in the map."""
 
 
 class FirstTouch(NamedTuple):
-    """How robot and person came together within a step.
+    """How robot and person came into contact within a step.
 
-    `share` of the step that had passed, place in the map (m), and the closing speeds of the points
-    that touch, along the normal of the contact (m/s; below 0: it went away).
+    `share` of the step at the contact, its place in the map (m), and the closing speeds of the
+    touching points along the contact normal (m/s; negative: moving away).
     """
 
     share: float
@@ -49,7 +50,7 @@ def rectangle_distance(half_length: float, half_width: float, x: float, y: float
 def rectangle_segment_distance(
     half_length: float, half_width: float, start: tuple[float, float], end: tuple[float, float]
 ) -> float:
-    """Distance of a segment to a rectangle about the origin, m; 0 where they meet."""
+    """Distance of a segment to a rectangle about the origin, m; 0 if they intersect."""
     (x1, y1), (x2, y2) = start, end
     if _crosses(half_length, half_width, start, end):
         return 0.0
@@ -73,13 +74,13 @@ def rectangle_segment_distance(
 
 
 def gap(footprint: Footprint, robot: Pose2, x: float, y: float, radius: float = RADIUS) -> float:
-    """Free space between the outline and a cylinder about (x, y), m; at most 0: they touch."""
+    """Gap between the footprint and a cylinder about (x, y), m; at most 0 in contact."""
     px, py = _seen_from(robot.x, robot.y, robot.yaw, x, y)
     return rectangle_distance(footprint.half_length, footprint.half_width, px, py) - radius
 
 
 def swept_gap(footprint: Footprint, robot: Sweep, person: Sweep, radius: float = RADIUS) -> float:
-    """The least gap while both go from their first pose to their second, m."""
+    """The least gap while both move from their first pose to their second, m."""
     (a, b), (p, q) = robot, person
     turn = wrap(b.yaw - a.yaw)
     pieces = max(1, math.ceil(abs(turn) / _TURN))
@@ -105,7 +106,7 @@ def swept_gap(footprint: Footprint, robot: Sweep, person: Sweep, radius: float =
 def first_touch(
     footprint: Footprint, robot: Sweep, person: Sweep, span_s: float, radius: float = RADIUS
 ) -> FirstTouch:
-    """The beginning of a touch that the swept gap has found in a step of span_s."""
+    """The start of a contact that `swept_gap` has found in a step of span_s."""
     early, late = 0.0, 1.0
     for _ in range(_HALVINGS):
         middle = 0.5 * (early + late)
@@ -119,7 +120,7 @@ def first_touch(
     seen = _seen_from(base.x, base.y, base.yaw, body.x, body.y)
     near = nearness(footprint.half_length, footprint.half_width, *seen, radius)
     normal = Twist2(near.nx, near.ny).rotated(base.yaw)
-    # in no time a robot does not move, and a person who leaps has no speed
+    # a step without duration has no speeds
     per_s = 1.0 / span_s if span_s > 0.0 else 0.0
     driven = normal.vx * (b.x - a.x) + normal.vy * (b.y - a.y) + near.lever * wrap(b.yaw - a.yaw)
     walked = normal.vx * (q.x - p.x) + normal.vy * (q.y - p.y)

@@ -1,4 +1,4 @@
-"""Where base stations see a device: four, in the corners of the tracked area (R6, R31, R32)."""
+"""Visibility of a device from base stations in the corners of the tracked area (R6, R31, R32)."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from hw.sim.shapes import Shapes
 
 Floats = NDArray[np.float64]
 _END = 1e-6
-"""Walls this near to either end of a line of sight do not hide it: stations hang on walls."""
+"""Share of a line of sight at either end where walls do not block: stations hang on walls."""
 
 
 class Column(NamedTuple):
-    """An upright cylinder that hides what is behind it: x, y, radius, height above the floor, m."""
+    """An upright cylinder that blocks lines of sight: x, y, radius, height above the floor, m."""
 
     x: float
     y: float
@@ -31,10 +31,10 @@ NOTHING = Column(0.0, 0.0, 0.0, 0.0)
 
 
 class Coverage:
-    """Lines of sight past walls, which reach up to the ceiling, and past bodies, which do not.
+    """Lines of sight past walls, which reach to the ceiling, and past bodies, which do not.
 
-    Without a room a device is seen from everywhere; without a tracked area stations hang in the
-    corners of the room, and nothing is near a border.
+    Without a room a device is visible everywhere. Without a tracked area the stations hang in the
+    corners of the room, and no place is near a border.
     """
 
     def __init__(self, room: Room | None, shapes: Shapes, errors: ViveErrors) -> None:
@@ -50,9 +50,9 @@ class Coverage:
     def of(
         self, x: float, y: float, z: float, time_ns: int, also: Column = NOTHING
     ) -> tuple[bool, float]:
-        """Do enough stations see this place (m), and how far is it to the border of the area, m?
+        """Whether enough stations see this place (m), and its distance to the area's border, m.
 
-        `also` hides it besides the bodies that are there.
+        `also` blocks lines of sight in addition to the bodies that are there.
         """
         cylinders, segments = self._shapes.cylinders(time_ns), self._shapes.segments
         inside, border = within(x, y, self._border)
@@ -72,7 +72,7 @@ def count_seeing(
     cylinders: Floats,
     also: Column,
 ) -> int:
-    """How many stations see a place, m in the map.
+    """Number of stations that see a place, m in the map.
 
     Args:
         x: of the place; y likewise.
@@ -80,8 +80,8 @@ def count_seeing(
         z: its height.
         stations: (k, 3).
         segments: (s, 4) walls, x1, y1, x2, y2.
-        cylinders: (n, 4) x, y, radius, height; one that the place is in hides nothing.
-        also: one cylinder more.
+        cylinders: (n, 4) x, y, radius, height; one around the place blocks nothing.
+        also: one more cylinder.
     """
     count = 0
     for k in range(stations.shape[0]):
@@ -131,15 +131,15 @@ def _hidden(  # noqa: PLR0913 - plain numbers are what a kernel takes at once
     root = along * along - square * outside
     if outside <= 0.0 or along <= 0.0 or root <= 0.0:
         return False
-    share = (along - math.sqrt(root)) / square  # the line rises: it is lowest where it enters
+    share = (along - math.sqrt(root)) / square  # the line rises: lowest where it enters
     return share < 1.0 and z + share * dz < height
 
 
 @njit(cache=True)
 def within(x: float, y: float, border: Floats) -> tuple[bool, float]:
-    """Is a place in a ring of (n, 4) sides, and how far is it to the nearest, m?
+    """Whether a place is inside a ring of (n, 4) sides, and its distance to the nearest, m.
 
-    No sides: it is, and infinitely far.
+    Without sides: inside, at infinite distance.
     """
     least, inside = math.inf, border.shape[0] == 0
     for k in range(border.shape[0]):
@@ -154,6 +154,6 @@ def within(x: float, y: float, border: Floats) -> tuple[bool, float]:
 
 
 def warm_up() -> None:
-    """Compile, so that no run has to wait."""
+    """Compile the kernels before a run."""
     count_seeing(0.0, 0.0, 0.0, np.ones((1, 3)), np.ones((1, 4)), np.ones((1, 4)), NOTHING)
     within(0.0, 0.0, np.arange(4.0).reshape(1, 4))

@@ -1,4 +1,4 @@
-"""What is around the simulated robot: tracking, virtual reality, bumper, stop line, operator."""
+"""Simulated devices around the robot: tracking, virtual reality, bumper, operator."""
 
 from __future__ import annotations
 
@@ -18,22 +18,21 @@ if TYPE_CHECKING:
     from hw.sim.person_view import PersonView
 
 STILL_SPEED = 0.1
-"""Below this speed, m/s, a person counts as standing still."""
+"""Below this speed a person counts as standing still, m/s."""
 STILL_NS = 500_000_000
-"""After standing so long, shown the robot, the person is ready again (R115)."""
+"""Time after which a person who stands, shown the robot, is ready again, ns (R115)."""
 WALK, UNSEEN_NS = 64, 100_000_000
-"""So many poses of a person are kept; poses farther apart than this are not seen between, ns."""
+"""Poses of a person kept; and the longest gap to interpolate across, ns."""
 PATIENCE_NS = 5_000_000_000
-"""A stop line that cannot be reset for so long is looked after by hand."""
+"""Time after which the operator frees a stop line by hand that cannot be reset, ns."""
 
 
 class SimTrackers:
-    """Hands on what tracking saw of the person, `delay_ns` later, and nothing during drop-outs.
+    """Passes on the measured poses of the person `delay_ns` later; nothing during drop-outs.
 
     With a room, nothing either while the person is outside its tracked area (R6). A sample keeps
-    the stamp of when it was seen. `view` says what tracking with faults has of a pose; it sees the
-    person at all times, and not only when the world takes a step: what arrives now is `delay_ns`
-    old, whatever the steps.
+    the stamp of its measurement. `view` models tracking faults; it sees the person at all times,
+    not only at the world's steps: what arrives now is exactly `delay_ns` old, whatever the steps.
     """
 
     signals: tuple[str, ...] = ("user.pose",)
@@ -55,7 +54,7 @@ class SimTrackers:
             self._delay_ns, self._behind_ns = 0, delay_ns
 
     def step(self) -> Sample | None:
-        """Look at the person; the pose that tracking has from now on, as it truly is."""
+        """Look at the person; returns the true pose if tracking has a new one."""
         true, body = self._person.measured, self._person.body
         if true is None or true is self._seen:
             return None
@@ -76,7 +75,7 @@ class SimTrackers:
         return true
 
     def _earlier(self, stamp_ns: int) -> Sample | None:
-        """Where the person was between two steps; None where that is not known."""
+        """The person's pose between two steps; None where unknown."""
         after = None
         for before in reversed(self._walk):
             if before.stamp_ns <= stamp_ns:
@@ -85,7 +84,7 @@ class SimTrackers:
         return None
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """What was seen and has arrived since the last call."""
+        """Samples that have arrived since the last call."""
         arrived, pending = [], self._pending
         while pending and pending[0].stamp_ns + self._delay_ns <= now_ns:
             arrived.append(pending.popleft())
@@ -93,7 +92,7 @@ class SimTrackers:
 
 
 def _between(before: Sample, after: Sample, stamp_ns: int) -> Sample | None:
-    """Of two poses of a person the one between; None: nobody has seen them in between."""
+    """The interpolated pose of a person; None if tracking was lost in between."""
     a, b = before.value, after.value
     if stamp_ns == before.stamp_ns or not (isinstance(a, UserPose) and isinstance(b, UserPose)):
         return before
@@ -107,7 +106,7 @@ def _between(before: Sample, after: Sample, stamp_ns: int) -> Sample | None:
 
 
 class SimVr:
-    """The virtual world around the person: passes requests on and shows them the robot."""
+    """The virtual world: passes requests on and shows the robot to the person."""
 
     signals: tuple[str, ...] = ("vr.haptic_request", "vr.release", "vr.restart")
 
@@ -125,19 +124,20 @@ class SimVr:
             self.shown, self._still_since, self._restarted = show, None, False
 
     def step(self, now_ns: int) -> None:
-        """Look at the person."""
+        """Look at the person at now_ns."""
         request = self._person.request
         if request is not self._request:
             if request is None:
                 self._pending.append(Sample("vr.release", now_ns, True))
-            told = request if request is None or self._view is None else self._view.told(request)
-            self._pending.append(Sample("vr.haptic_request", now_ns, told))
+            view = self._view
+            seen = request if request is None or view is None else view.reported(request)
+            self._pending.append(Sample("vr.haptic_request", now_ns, seen))
             self._request = request
         if self.shown and not self._restarted:
             self._watch_standing(now_ns)
 
     def samples(self, now_ns: int) -> list[Sample]:  # noqa: ARG002
-        """What happened since the last call."""
+        """Events and changes since the last call."""
         pending, self._pending = self._pending, []
         return pending
 
@@ -152,7 +152,7 @@ class SimVr:
 
 
 class SimBumper:
-    """The foam: each new touch is one event, and pulls the stop line (R4, R5)."""
+    """The foam: each new touch is one event and pulls the stop line (R4, R5)."""
 
     signals: tuple[str, ...] = ("bumper.hit",)
 
@@ -161,7 +161,7 @@ class SimBumper:
         self._pending: list[Sample] = []
 
     def touch(self, now_ns: int, bearing: float, what: str) -> None:
-        """The foam was touched from this side (rad, base frame)."""
+        """The foam was touched from this bearing (rad, base frame)."""
         self._stop_line.pull(f"bumper: {what}")
         self._pending.append(Sample("bumper.hit", now_ns, BumperHit(bearing)))
 
@@ -172,11 +172,11 @@ class SimBumper:
 
 
 class Latched(Protocol):
-    """A stop line that says why it is pulled."""
+    """A stop line with a reason."""
 
     @property
     def reason(self) -> str | None:
-        """Why; None: it is not."""
+        """Why it is pulled; None if it is not."""
         ...
 
     def reset(self) -> bool:
@@ -185,11 +185,11 @@ class Latched(Protocol):
 
 
 class ScriptedOperator:
-    """Acknowledges every fault a while after it began, and the stop line as soon as it can be.
+    """Acknowledges each fault after a delay, and resets the stop line as soon as it can be.
 
-    A reported fault and a pulled stop line are acknowledged alike; where the cause still holds the
-    operator tries again after the same while. After PATIENCE_NS they lend a hand: `by_hand` is
-    called in each step until the line can be reset.
+    A reported fault and a pulled stop line are handled alike; while the cause persists the operator
+    tries again after the same delay. After PATIENCE_NS they intervene: `by_hand` is called in each
+    step until the line can be reset.
     """
 
     signals: tuple[str, ...] = ("operator.acknowledge",)
@@ -210,12 +210,12 @@ class ScriptedOperator:
         self._pending: list[Sample] = []
 
     def report(self, fault: str) -> None:
-        """A fault that has to be acknowledged; see `Operator`."""
+        """Report a fault that has to be acknowledged; see `RemoteOperator`."""
         self.faults.append(fault)
         self._reported = True
 
     def step(self, now_ns: int) -> None:
-        """Look after the robot."""
+        """Look after the robot at now_ns."""
         if self._stop_line.reason is None and not self._reported:
             return
         if self._since is None:

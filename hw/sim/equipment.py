@@ -1,4 +1,4 @@
-"""The sensors of a simulated robot, as parts; they look back on where base and person have been."""
+"""The simulated sensors of a robot, as parts that look back on the tracks of base and person."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PERSON_HEIGHT = 1.8
 
 
 class Equipment:
-    """All that a robot file says it senses with; who is not asked for samples costs nothing."""
+    """All sensors of a robot file; a sensor that is not sampled costs nothing."""
 
     def __init__(
         self,
@@ -70,7 +70,7 @@ class Equipment:
             )
 
     def note(self, now_ns: int) -> None:
-        """The world has moved on."""
+        """Record the person's pose at now_ns."""
         if self._person is not None:
             self._walked.note(now_ns, self._person.body)
 

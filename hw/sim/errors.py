@@ -1,4 +1,4 @@
-"""How far simulated sensors are from the truth; figures of the profile (`plant.sensing`).
+"""Error models of simulated sensors; the profile has their figures (`plant.sensing`).
 
 The defaults are those of the shipped profiles, from data sheets and measured logs: a safety laser
 scanner, Mecanum wheels on linoleum, an industrial IMU, SteamVR tracking with two generations of
@@ -38,9 +38,9 @@ _WHERE_IT_WAS = Pose2(0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class LidarErrors:
-    """Of scanners: standard deviation of a range, share of outliers, time from the last beam on.
+    """Scanners: standard deviation of a range, share of outliers, delay after the last beam.
 
-    Half of the outliers are lost, half come back from somewhere before the target.
+    Half of the outliers are lost, half return from somewhere before the target.
     """
 
     noise: Spread = 0.02
@@ -50,12 +50,13 @@ class LidarErrors:
 
 @dataclass(frozen=True, slots=True)
 class Slip:
-    """How the body lags behind the wheels; these are the figures of linoleum.
+    """How the body slips against the wheels; the defaults are for linoleum.
 
-    Lost for good are shares of the way ahead (`along`), sideways (`across`; the rollers of Mecanum
-    wheels) and of turns (`turning`), each with a spread `patchy` from patch to patch of the floor,
-    `patch` m long. A change of velocity dv leaves the body behind by dv times `pulling` s, or
-    carries it on by dv times `braking` s, so that it overshoots where it stops (R146).
+    Shares of the distance ahead (`along`), sideways (`across`; the rollers of Mecanum wheels) and
+    of rotations (`turning`) are lost for good, each with a spread `patchy` from patch to patch of
+    the floor, `patch` m long. A change of velocity dv leaves the body behind by dv times `pulling`
+    s when speeding up, or carries it on by dv times `braking` s, so that it overshoots a stop
+    (R146).
     """
 
     along: Share = 0.01
@@ -69,7 +70,7 @@ class Slip:
 
 @dataclass(frozen=True, slots=True)
 class OdometryErrors:
-    """Of the wheels' encoders: white noise of speeds, and the time until they are heard."""
+    """Wheel encoders: white noise of the velocities, and the delay until they arrive."""
 
     noise: Annotated[Speed, Range(0.0, 1.0)] = 0.005
     turn_noise: Annotated[AngularSpeed, Range(0.0, 1.0)] = 0.005
@@ -78,9 +79,9 @@ class OdometryErrors:
 
 @dataclass(frozen=True, slots=True)
 class ImuErrors:
-    """Of rates of turn and accelerations: white noise of each sample, and a bias of the run.
+    """Angular rates and accelerations: white noise of each sample, and a bias per run.
 
-    That of the rates walks on by `rate_walk` in the first second, and with the root of time.
+    The bias of the rates is a random walk of `rate_walk` in one second, growing with sqrt(time).
     """
 
     rate_noise: Rate = 0.002
@@ -93,19 +94,19 @@ class ImuErrors:
 
 @dataclass(frozen=True, slots=True)
 class ViveErrors:
-    """Of trackers, those of the person included; `noise` and `turn_noise` are white.
+    """Trackers, the person's included; `noise` and `turn_noise` are white.
 
-    A device is tracked where `stations` of the base stations see it; these hang in the corners of
-    the tracked area; where a scene says so, the person's are seen everywhere. In the outermost
-    `edge` of the area its places are off by up to `edge_bias`. Each device is lost about every
-    `lost_every` for up to `lost_for`. Found again while no other is in view, it is off by a length
-    and an angle between the two of `jump` and of `jump_turn`, until it is lost again.
+    A device is tracked where at least `stations` of the base stations see it; these hang in the
+    corners of the tracked area, or see the person everywhere if the scene says so. In the outermost
+    `edge` of the area positions are off by up to `edge_bias`. Each device is lost about every
+    `lost_every` for up to `lost_for`. If it is found again while no other is in view, it is off by
+    a length and an angle in the ranges `jump` and `jump_turn`, until it is lost again.
 
-    While the person's own tracker is lost and their headset is seen, the VR side tells the body by
-    the headset, off by up to `by_headset`; 0: it tells nothing meanwhile.
+    While the person's own tracker is lost and their headset is visible, the VR side derives the
+    body from the headset, off by up to `by_headset`; 0: it reports no pose meanwhile.
 
-    `restart`: where the frame of tracking is, seen from where the calibration takes it to be, as
-    after a restart of the tracking; what is told of the person in the map goes by the calibration.
+    `restart`: the pose of the tracking frame relative to its calibration, as after a restart of the
+    tracking system; poses of the person in the map use the calibration.
     """
 
     noise: Annotated[Length, Range(0.0, 0.2)] = 0.001
@@ -123,7 +124,7 @@ class ViveErrors:
     delay: Lag = 0.01
 
     def faults(self) -> Iterator[Fault]:
-        """What does not go together, by key."""
+        """Contradictions, by key."""
         if self.lost_for >= self.lost_every:
             yield "lost_for", f"{self.lost_for:g} s is not below lost_every, {self.lost_every:g} s"
         for key in ("jump", "jump_turn"):
@@ -134,7 +135,7 @@ class ViveErrors:
 
 @dataclass(frozen=True, slots=True)
 class SensorErrors:
-    """All of them; `slip` null: a floor on which no wheel slips."""
+    """All error models; `slip` null: a floor without slip."""
 
     lidar: LidarErrors = LidarErrors()
     odometry: OdometryErrors = OdometryErrors()

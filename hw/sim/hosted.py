@@ -1,7 +1,7 @@
-"""The world around fake devices: room, person, base and arm, moved by what the devices report.
+"""The simulated world around fake devices, which move its base and arm.
 
-It reads no clock and knows no sockets: whoever hosts it (`hw.fakes.world_process`) hands on what
-was heard, lets it step, and delivers what it tells. Times are ns since it was made.
+It reads no clock and knows no sockets: its host (`hw.fakes.world_process`) passes received messages
+in, steps it, and delivers its messages. Times are ns since it was made.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from hw.sim.world import World
 from hw.truth import Truth
 
 STEP_NS = 10_000_000
-"""The world steps on a grid of this period."""
+"""Period of the world's steps, ns."""
 LEVEL_NS = 100_000_000
-"""What is a level is told anew this often."""
+"""Period at which levels are repeated, ns."""
 PUSH_NS = 300_000_000
-"""An order of the operator to push the robot off holds so long."""
+"""Time for which an order to push the robot off holds, ns."""
 VR, DRIVES, SCANNERS, EVALUATOR = "vr_client", "drives", "scanners", "evaluator"
 ROUTES = {
     "user.pose": VR,
@@ -36,11 +36,11 @@ ROUTES = {
     "vr.restart": VR,
     "base.scan": SCANNERS,
 }
-"""Who is told of which samples."""
+"""The receiver of each sample."""
 
 
 class PeerMessage(NamedTuple):
-    """Something for one of the peers: a name, the instant it is of, ns, and a value."""
+    """A message to one of the peers: a name, its instant, ns, and a value."""
 
     to: str
     name: str
@@ -49,7 +49,7 @@ class PeerMessage(NamedTuple):
 
 
 class Waiting:
-    """A person who stands where they start, tracked, until a run begins."""
+    """A person who stands at their start, tracked, until the run begins."""
 
     def __init__(self, person: Person) -> None:
         self.body, self.speed = person.body, 0.0
@@ -63,20 +63,20 @@ class Waiting:
 
     @property
     def begun(self) -> bool:
-        """Has the run begun?"""
+        """True once the run has begun."""
         return self._begun is not None
 
     def own(self, now_ns: int) -> int:
-        """What it is in their own time, ns; 0 until that begins."""
+        """The person's own time, ns; 0 before the run begins."""
         return 0 if self._begun is None else now_ns - self._begun
 
     def begin(self, now_ns: int) -> None:
-        """Their own time begins now, if it has not yet."""
+        """Begin their own time now, if it has not begun."""
         if self._begun is None:
             self._begun = now_ns
 
     def step(self, now_ns: int, robot: Pose2, informed: bool) -> None:
-        """Go on to now_ns; see `Person`."""
+        """Advance to now_ns; see `Person`."""
         if self._begun is None:
             self.measured = Sample("user.pose", now_ns, self._standing)
             return
@@ -92,7 +92,7 @@ class Waiting:
 
 
 class HostedWorld:
-    """A tier 2 world whose base and arm are moved by fakes, and whose operator is outside.
+    """A tier 2 world whose base and arm are moved by fakes, with an external operator.
 
     Raises:
         FileError: the user's file is wrong, or the robot starts in a wall.
@@ -131,21 +131,21 @@ class HostedWorld:
 
     @property
     def truth(self) -> Truth:
-        """How everything is now."""
+        """The ground truth now."""
         return self._world.truth
 
     @property
     def finished(self) -> bool | None:
-        """Has the person done what they were going to do? None: they have not begun."""
+        """True once the person has finished; None while they have not begun."""
         if self.person is None:
             return False
         return self.person.finished if self.person.begun else None
 
     def hear(self, source: str, name: str, stamp_ns: int, value: Any) -> None:
-        """A peer has told something.
+        """Take a message of a peer.
 
         Raises:
-            ValueError, TypeError: no such thing can be told.
+            ValueError, TypeError: it is unknown or malformed.
         """
         if (source, name) == (DRIVES, "wheels"):
             self.base.turn(stamp_ns, value)
@@ -158,10 +158,10 @@ class HostedWorld:
         elif source == EVALUATOR:
             self._order(name, value)
         elif name != "subscribe":
-            raise ValueError(f"nobody knows what {name!r} of {source!r} is")
+            raise ValueError(f"unknown message {name!r} of {source!r}")
 
     def _order(self, name: str, value: Any) -> None:
-        """The evaluator has its way with the person and the robot."""
+        """Carry out an order of the evaluator concerning person or robot."""
         live = self._live
         if name == "push_off":
             self._pushed_until = self.now_ns + PUSH_NS
@@ -176,10 +176,10 @@ class HostedWorld:
             else:
                 live.ask(value)
         else:
-            raise ValueError(f"nobody can {name!r}")
+            raise ValueError(f"unknown order {name!r}")
 
     def step(self) -> list[PeerMessage]:
-        """Go on to the next instant of the grid; what there is to tell then."""
+        """Advance to the next instant of the grid; returns the messages of that instant."""
         self.now_ns = now = self.now_ns + STEP_NS
         self._place_live(now)
         self._world.advance(now)
@@ -197,13 +197,13 @@ class HostedWorld:
         return told
 
     def _place_live(self, now: int) -> None:
-        """Tracking goes on seeing a live person where they were placed."""
+        """Keep tracking a live person where they were placed."""
         live, there, person = self._live, self._placed, self.person
         if live is not None and there is not None and person is not None and person.begun:
             live.push(person.own(now), there)
 
     def _levels(self, now: int, told: Iterable[PeerMessage]) -> list[PeerMessage]:
-        """The request, and whether the foam is free, anew."""
+        """Repeat the request, and that the foam is free."""
         for one in told:
             if one.name == "vr.haptic_request":
                 self._request = one.value

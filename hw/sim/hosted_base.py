@@ -1,4 +1,4 @@
-"""A base and an arm that others move: fake devices report what their motors do, bodies follow."""
+"""A base and an arm moved from outside: fakes report their motors, the bodies follow."""
 
 from __future__ import annotations
 
@@ -14,15 +14,19 @@ from hw.samples import ArmState, Joints, Sample, TimedJoints
 from hw.sim.base import SimBase
 
 SILENT_NS = 100_000_000
-"""Motors that report nothing for so long stand."""
+"""Motors that are silent for longer count as standing, ns."""
 MOVING = 1e-3
-"""A joint that is faster than this moves, rad/s."""
+"""Joint speed above which the arm counts as moving, rad/s."""
 WHEELS = 4
-"""Front left, front right, rear left, rear right; each turns forward with positive rates."""
+"""Front left, front right, rear left, rear right; positive rates drive forwards."""
 
 
 def twist_of(rates: Sequence[float], base: BaseModel) -> Twist2:
-    """The velocity of a Mecanum base from its wheel rates, rad/s; base frame."""
+    """The velocity (base frame) of a Mecanum base at these wheel rates, rad/s.
+
+    The least-squares inverse of r w = vx -+ vy -+ (L + W) wz, with the half wheelbase L and the
+    half track W; see `hw.drivers.can.mecanum`, with which this shares no code on purpose.
+    """
     left, right, rear_left, rear_right = rates
     share = 0.25 * base.wheel_radius
     return Twist2(
@@ -33,9 +37,9 @@ def twist_of(rates: Sequence[float], base: BaseModel) -> Twist2:
 
 
 class HostedBase(SimBase):
-    """The body goes where the wheels that were heard of take it, and slips as the floor has it.
+    """A body driven by reported wheel rates, with slip as the floor has it.
 
-    A body that something solid holds stays there for as long as the wheels push against that.
+    A body held by a solid obstacle stays there as long as the wheels push against it.
     """
 
     def __init__(self, robot: RobotModel, limits: MotionLimits, start: Pose2) -> None:
@@ -47,11 +51,11 @@ class HostedBase(SimBase):
 
     @property
     def held(self) -> bool:
-        """Do the wheels push against something solid?"""
+        """True while the wheels push against an obstacle."""
         return self._against is not None
 
     def turn(self, stamp_ns: int, rates: Sequence[float]) -> None:
-        """The wheels turn with these rates, rad/s, from now on.
+        """Set the wheel rates, rad/s, from now on.
 
         Raises:
             ValueError: other than four finite numbers.
@@ -61,12 +65,12 @@ class HostedBase(SimBase):
         self._heard = stamp_ns, twist_of(rates, self._model)
 
     def block(self, pose: Pose2) -> None:
-        """Something solid holds the base, or somebody pushes it: it stands at this pose."""
+        """An obstacle holds the base, or the operator pushes it: it stands at this pose."""
         self._against = self._velocity(self.twist) if self.twist != STILL else None
         super().block(pose)
 
     def advance(self, until_ns: int) -> None:
-        """Move on to until_ns."""
+        """Advance to until_ns."""
         stamp, twist = self._heard
         if until_ns - stamp > SILENT_NS:
             twist = STILL
@@ -92,13 +96,13 @@ class HostedBase(SimBase):
         self.pose, self.twist = self._place(), twist
 
     def _velocity(self, twist: Twist2) -> tuple[float, float, float]:
-        """In the map; the turn as the speed of a corner, m/s."""
+        """The velocity in the map, with the rotation as the speed of a corner, m/s."""
         there = twist.rotated(self.pose.yaw)
         return there.vx, there.vy, twist.wz * self._corner
 
 
 class HostedArm:
-    """An arm that is where a controller says."""
+    """An arm at the joint angles that a controller reports."""
 
     signals: tuple[str, ...] = ("arm.joints",)
 
@@ -108,10 +112,10 @@ class HostedArm:
         self._heard: tuple[int, Joints] = (0, joints)
 
     def take(self, stamp_ns: int, joints: Joints) -> None:
-        """The controller has the joints at these angles, rad.
+        """Take the controller's joint angles, rad.
 
         Raises:
-            ValueError: of another number, or not finite.
+            ValueError: wrong number of joints, or not finite.
         """
         if len(joints) != len(self.state.joints) or not all(map(math.isfinite, joints)):
             raise ValueError(f"joints: {joints} are not {len(self.state.joints)} finite angles")
@@ -127,7 +131,7 @@ class HostedArm:
         """Others move it."""
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """The joints of this instant."""
+        """The joints at this instant."""
         return [Sample("arm.joints", now_ns, self.state)]
 
     def follow(self, points: Sequence[TimedJoints]) -> int:  # noqa: ARG002

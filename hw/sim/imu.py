@@ -1,4 +1,4 @@
-"""An inertial measurement unit in base_link: rates of turn and specific forces of the body."""
+"""An inertial measurement unit in base_link: angular rates and specific forces of the body."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from hw.sim.track import Track
 
 GRAVITY = 9.81
 _SMOOTH_NS = 20_000_000
-"""Half the length of what the unit's own filter takes the mean of, ns."""
+"""Half the window of the unit's own averaging filter, ns."""
 
 
 class SimImu:
-    """Mean rate of turn over the last 20 ms, and acceleration over the last 40 ms.
+    """Mean angular rate over the last 20 ms, and acceleration over the last 40 ms.
 
-    An upright unit: accelerations are specific forces, so that one at rest reads 9.81 m/s2 upwards.
+    An upright unit measures specific force, so at rest it reads 9.81 m/s2 upwards. With poses
+    a, b, c at 2h, h and 0 before the stamp, the acceleration is (a - 2b + c) / h^2.
     """
 
     signals: tuple[str, ...] = ("base.imu",)
@@ -34,7 +35,7 @@ class SimImu:
         self._walked, self._wandered = 0, [0.0, 0.0, 0.0]
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """What has come since the last call."""
+        """Samples that have arrived since the last call."""
         due = self._rhythm.due(now_ns, self._body.known_ns)
         return [Sample("base.imu", stamp, self._reading(n, stamp)) for n, stamp in due]
 
@@ -51,7 +52,7 @@ class SimImu:
         return ImuReading((values[0], values[1], values[2]), (values[3], values[4], values[5]))
 
     def _rate_bias_at(self, number: int) -> list[float]:
-        """The bias of the rates walks by one step a sample, those nobody has asked for included."""
+        """The random walk of the rates' bias takes one step per sample, read or not."""
         step = self._errors.rate_walk * math.sqrt(self._period)
         for n in range(self._walked, number):
             row = self._walk.row(n)

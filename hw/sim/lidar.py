@@ -1,4 +1,4 @@
-"""Laser scanners: exact rays against what is there, from where the base was as each beam left."""
+"""Laser scanners: exact rays from the base's pose at the time of each beam."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from hw.sim.track import Track
 class SimLidar:
     """The scanners of a robot; each turns at its own rate and phase.
 
-    A scan is taken only when samples are asked for: who is not asked costs nothing.
+    A scan is computed only when samples are taken.
     """
 
     signals: tuple[str, ...] = ("base.scan",)
@@ -37,7 +37,7 @@ class SimLidar:
         ]
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """The scans that have come to their end since the last call, by their stamps."""
+        """The scans completed since the last call, by their stamps."""
         found = [sample for one in self._scanners for sample in one.samples(self._track, now_ns)]
         return sorted(found, key=lambda sample: sample.stamp_ns) if len(found) > 1 else found
 

@@ -1,4 +1,4 @@
-"""Robot and somebody: how near they have come, and each touch as one contact."""
+"""Gap and contacts between the robot and one body, and between it and a scene's objects."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hw.truth import BASE, Contact
 
 
 class Meeting:
-    """The outline of the robot and one body, watched from step to step.
+    """The robot's footprint and one body, watched from step to step.
 
     `least` is the least gap so far, m.
     """
@@ -26,13 +26,13 @@ class Meeting:
         self._footprint = footprint
 
     def gap(self, robot: Pose2, body: Pose2) -> float:
-        """Free space between them, m; at most 0: they touch."""
+        """The gap between them, m; at most 0 in contact."""
         return gap(self._footprint, robot, body.x, body.y, self.radius)
 
     def watch(
         self, robot: Sweep, body: Sweep, now_ns: int, span_s: float, granted: bool = False
     ) -> Contact | None:
-        """They have moved in the last span_s; a touch that has begun meanwhile, if one has."""
+        """Both have moved in the last span_s; the contact that began meanwhile, or None."""
         (before, at), (walked_from, there) = robot, body
         travel = before.distance_to(at) + walked_from.distance_to(there)
         least = at.distance_to(there) - self._footprint.half_diagonal - self.radius - travel
@@ -62,7 +62,7 @@ class Meeting:
 
 
 class Bystanders:
-    """The objects of a scene: people whom the robot can touch, and things that it runs into."""
+    """The objects of a scene: people, who can be touched, and things, which hold the robot."""
 
     def __init__(self, things: Sequence[Thing], footprint: Footprint) -> None:
         self.bodies = tuple(thing.body for thing in things)
@@ -75,12 +75,12 @@ class Bystanders:
         )
 
     def people(self, now_ns: int) -> tuple[tuple[str, Pose2], ...]:
-        """Where people are now, in the map, by their names."""
+        """Poses of the people now, in the map, by name."""
         places = [(meeting.who, thing.place(now_ns)) for thing, meeting in self._people]
         return tuple((who, Pose2(*place)) for who, place in places if place is not None)
 
     def touching(self, now_ns: int) -> Pose2 | None:
-        """Where somebody is who touches the robot; None: nobody does."""
+        """The pose of a person who touches the robot; None if nobody does."""
         for thing, meeting in self._people:
             place = thing.place(now_ns)
             if meeting.touching and place is not None:
@@ -88,7 +88,7 @@ class Bystanders:
         return None
 
     def watch(self, robot: Sweep, since_ns: int, now_ns: int) -> list[tuple[Contact, Pose2]]:
-        """Touches that have begun in this step, each with where that person is now."""
+        """Contacts that began in this step, each with that person's pose now."""
         found = []
         for thing, meeting in self._people:
             place = thing.place(now_ns)
@@ -103,7 +103,7 @@ class Bystanders:
         return found
 
     def in_the_way(self, robot: Sweep, now_ns: int) -> bool:
-        """Does the robot come nearer to a thing that it touches? It may always get away from it."""
+        """True if the robot moves further into a thing it touches; moving away is always free."""
         before, after = robot
         for thing in self._chairs:
             place = thing.place(now_ns)

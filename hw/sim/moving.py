@@ -1,4 +1,4 @@
-"""What the world needs of wheels and arms whose motion it computes."""
+"""The interfaces of bases and arms whose motion the world computes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class MovingBase(Base, Protocol):
         ...
 
     def block(self, pose: Pose2) -> None:
-        """Something solid holds the base: it stands at once, at this pose."""
+        """A solid obstacle stops the base at once, at this pose."""
         ...
 
 

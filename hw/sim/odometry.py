@@ -1,4 +1,4 @@
-"""What the wheels say: the way they have turned, whether the body went along or not."""
+"""Wheel odometry: the motion of the wheels, whether the body followed or slipped."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class SimOdometry:
         self._odom_from_map = Pose2(x, y, yaw).inverse()
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """What has come since the last call."""
+        """Samples that have arrived since the last call."""
         due = self._rhythm.due(now_ns, self._wheels.known_ns)
         return [Sample("base.odometry", stamp, self._reading(n, stamp)) for n, stamp in due]
 
@@ -47,7 +47,7 @@ class SimOdometry:
 
 
 def _mean_velocity(before: TrackPose, now: TrackPose, span: float) -> tuple[float, float, float]:
-    """Of an even motion, in the frame of the base in its middle."""
+    """Mean velocity of a uniform motion, in the base frame at half of it."""
     turn = now[2] - before[2]
     yaw = before[2] + 0.5 * turn
     dx, dy = now[0] - before[0], now[1] - before[1]

@@ -1,4 +1,4 @@
-"""How tracking sees the person: like the trackers on the rover, told in the map."""
+"""The tracked poses of the person, with the tracking faults of the trackers on the rover."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ WAIST_M = 1.0
 
 
 class PersonView:
-    """What is told of the person is taken from the frame of tracking to the map as calibrated.
+    """Measured poses of the person and the DEEP, in the map by way of the calibration.
 
-    So after a restart of the tracking their poses and the DEEP are off together. The tailbone's
-    tracker is lost now and then; the headset goes on being seen: it tells the body meanwhile, less
-    exactly, and only somebody who comes back into the tracked area is off by a jump. `everywhere`:
-    the whole room is as good as the tracked area.
+    After a restart of the tracking system they are therefore off together. The tailbone's tracker
+    is lost now and then; meanwhile the body is derived from the headset, less exactly. Only a
+    person who returns to the tracked area is off by a jump. `everywhere`: the whole room counts as
+    tracked area.
     """
 
     def __init__(
@@ -32,9 +32,9 @@ class PersonView:
         self._coverage, self._everywhere = coverage, everywhere
         self._device = Device(errors, seed, "user.pose")
         self._noise = WhiteNoise(seed, "user.pose/vive", errors.noise)
-        self._told_from_map = errors.restart.inverse()
-        self._told_from_map3 = Pose3.from_yaw(
-            self._told_from_map.x, self._told_from_map.y, 0.0, self._told_from_map.yaw
+        self._reported_from_map = errors.restart.inverse()
+        self._reported_from_map3 = Pose3.from_yaw(
+            self._reported_from_map.x, self._reported_from_map.y, 0.0, self._reported_from_map.yaw
         )
         self._left = False
         self._by_headset = errors.by_headset
@@ -42,7 +42,7 @@ class PersonView:
         self._lean: tuple[float, float] | None = None
 
     def seen(self, sample: Sample) -> Sample | None:
-        """A pose as tracking has it; None: it does not. Call in the order of time."""
+        """The measured pose; None while tracking is lost. Call in the order of time."""
         name, stamp, value = sample
         if not isinstance(value, UserPose):
             return sample
@@ -61,7 +61,7 @@ class PersonView:
         return Sample(name, stamp, self._noise.user(self._moved(value, to_border), stamp))
 
     def _leaning(self, pose: UserPose, stamp_ns: int) -> UserPose:
-        """Where the headset takes the body to be: off by as much as they lean while it is so."""
+        """The body derived from the headset, off by a lean that lasts as long as the drop-out."""
         if self._lean is None:
             angle, share = (self._leans.at(stamp_ns).random(2)).tolist()
             lean, turn = share * self._by_headset, 2.0 * math.pi * angle
@@ -70,19 +70,19 @@ class PersonView:
         body = pose.body
         return replace(pose, body=Pose2(body.x + dx, body.y + dy, body.yaw))
 
-    def told(self, deep: Pose3) -> Pose3:
-        """The DEEP as it is told, from where it is in the map."""
-        return self._told_from_map3 @ deep
+    def reported(self, deep: Pose3) -> Pose3:
+        """The DEEP as reported, from its true pose in the map."""
+        return self._reported_from_map3 @ deep
 
     def _moved(self, pose: UserPose, to_border: float) -> UserPose:
-        off, body = self._device.off, self._told_from_map @ pose.body
-        turn = off.yaw + self._told_from_map.yaw
+        off, body = self._device.off, self._reported_from_map @ pose.body
+        turn = off.yaw + self._reported_from_map.yaw
         dx, dy = self._device.bias(to_border)
         return replace(
             pose,
             body=Pose2(body.x + off.x + dx, body.y + off.y + dy, wrap(body.yaw + off.yaw)),
             head_yaw=wrap(pose.head_yaw + turn),
-            head=None if pose.head is None else self.told(pose.head),
-            left_hand=None if pose.left_hand is None else self.told(pose.left_hand),
-            right_hand=None if pose.right_hand is None else self.told(pose.right_hand),
+            head=None if pose.head is None else self.reported(pose.head),
+            left_hand=None if pose.left_hand is None else self.reported(pose.left_hand),
+            right_hand=None if pose.right_hand is None else self.reported(pose.right_hand),
         )

@@ -1,8 +1,8 @@
-"""What the beams of a turning scanner hit: exact rays against segments and discs, float64.
+"""Exact rays of a rotating scanner against segments and discs, float64.
 
-Each beam starts where the sensor is at the beam's own time. A segment or disc is tried only with
-the beams that can meet it: those within its bearings from the middle of the sweep, widened by how
-far the sensor gets off there (asin(way / distance)), and by how far it turns.
+Each beam starts at the sensor's pose at the beam's own time. A segment is tried only with the beams
+that can meet it: those within its bearings as seen from the middle of the sweep, widened by
+asin(distance moved / distance of the segment) and by the sensor's rotation.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 _TURN = 2.0 * math.pi
 _EDGE = 1e-9
-"""By this share segments are longer than they are, so that no ray slips through a corner."""
+"""Share by which segments are extended, so that no ray slips through a corner."""
 
 
 @njit(cache=True)
@@ -58,7 +58,10 @@ def beams(
 
 @njit(cache=True)
 def _to_segment(ray: Floats, segment: Floats) -> float:
-    """Way of a ray to a segment, m; inf: it passes."""
+    """Length of a ray to a segment, m; inf if it misses.
+
+    Solves o + r d = p + s e for r and s by cross products with e and d.
+    """
     ax, ay = segment[0] - ray[0], segment[1] - ray[1]
     ex, ey = segment[2] - segment[0], segment[3] - segment[1]
     across = ray[2] * ey - ray[3] * ex
@@ -73,7 +76,7 @@ def _to_segment(ray: Floats, segment: Floats) -> float:
 
 @njit(cache=True)
 def _to_disc(ray: Floats, x: float, y: float, radius: float) -> float:
-    """Way of a ray to a disc, m; inf: it passes, or starts inside."""
+    """Length of a ray to a disc, m; inf if it misses or starts inside."""
     cx, cy = x - ray[0], y - ray[1]
     along: float = cx * ray[2] + cy * ray[3]
     aside: float = cx * ray[3] - cy * ray[2]
@@ -84,7 +87,7 @@ def _to_disc(ray: Floats, x: float, y: float, radius: float) -> float:
 
 @njit(cache=True)
 def _bearings(px: float, py: float, segment: Floats, spread: float) -> tuple[float, float, float]:
-    """From where on, how far, and by how much more a segment is seen around (px, py), rad."""
+    """First bearing, angular width and padding of a segment around (px, py), rad."""
     ax, ay = segment[0] - px, segment[1] - py
     ex, ey = segment[2] - segment[0], segment[3] - segment[1]
     square = ex * ex + ey * ey
@@ -114,7 +117,7 @@ def _cast_disc(ranges: Floats, rays: Floats, disc: Floats) -> None:
 
 @njit(cache=True)
 def cast(rays: Floats, segments: Floats, discs: Floats, start: float, step: float) -> Floats:
-    """Ways of all beams to what they hit first, m; inf where that is nothing.
+    """Lengths of all beams to the first hit, m; inf without one.
 
     Args:
         rays: (n, 5), of `beams`.
@@ -134,7 +137,7 @@ def cast(rays: Floats, segments: Floats, discs: Floats, start: float, step: floa
         bearing, width, pad = _bearings(px, py, segments[k], spread)
         low, high = bearing - pad - fast - start, bearing + width + pad - slow - start
         shift = math.floor(high / _TURN) * _TURN
-        low, high = low - shift, high - shift  # the end is within the first turn
+        low, high = low - shift, high - shift  # the end lies within the first turn
         while low <= (n - 1) * step:
             first, last = max(0, math.ceil(low / step)), min(n - 1, math.floor(high / step))
             for i in range(first, last + 1):
@@ -149,7 +152,7 @@ def cast(rays: Floats, segments: Floats, discs: Floats, start: float, step: floa
 def measured(
     ranges: Floats, noise: Floats, chance: Floats, limits: Floats, sigma: float, outliers: float
 ) -> Floats:
-    """Exact ranges as a scanner gives them, rounded to 1/1024 m; inf: nothing within its limits.
+    """Exact ranges as a scanner reports them, rounded to 1/1024 m; inf out of its limits.
 
     Args:
         ranges: (n,) m.
@@ -157,15 +160,15 @@ def measured(
         chance: (n,) from 0 to 1.
         limits: least and greatest range, m.
         sigma: standard deviation, m.
-        outliers: share of beams that are lost, or come back from somewhere before the target, half
-            of them each.
+        outliers: share of beams that are lost, or that return from somewhere before the target,
+            half each.
     """
     found = np.empty(ranges.shape[0])
     least, most = limits
     for i in range(ranges.shape[0]):
         r = ranges[i]
         if chance[i] < outliers:
-            # what is left of the same draw says where
+            # the rest of the same random number gives the place
             place = 2.0 * chance[i] / outliers
             r = math.inf if place >= 1.0 else least + place * (min(r, most) - least)
         elif r < math.inf:
@@ -175,7 +178,7 @@ def measured(
 
 
 def warm_up() -> None:
-    """Compile, so that no run has to wait."""
+    """Compile the kernels before a run."""
     rays = beams(np.zeros((2, 4)), np.zeros(3), 0.0, 0.1, 0.01, 4)
     ranges = cast(rays, np.ones((1, 4)), np.ones((1, 5)), 0.0, 0.1)
     measured(ranges, np.zeros(4), np.zeros(4), np.array([0.0, 1.0]), 0.0, 0.0)

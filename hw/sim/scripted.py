@@ -1,4 +1,4 @@
-"""Tier 0: no world at all, only samples that come at given times."""
+"""Tier 0: no world, only samples at given times."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from hw.samples import Sample
 
 
 class ScriptedSignals:
-    """A part that gives prepared samples when their time has come.
+    """A part that gives prepared samples at their stamps.
 
     Raises:
         ValueError: the stamps fall, or one is before the start.
@@ -29,7 +29,7 @@ class ScriptedSignals:
 
     @property
     def finished(self) -> bool:
-        """Have all samples been given?"""
+        """True once all samples were given."""
         return self._next == len(self._samples)
 
     def samples(self, now_ns: int) -> list[Sample]:

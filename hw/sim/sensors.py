@@ -1,7 +1,7 @@
-"""How far simulated measurements are from the truth: delay, and noise from streams of their own.
+"""Delay and white noise of simulated measurements, for tiers without sensor models.
 
-Every draw belongs to seed, source and stamp alone, so that what one source measures, or that
-nobody asks it, changes nothing in another.
+Every random number depends on seed, source and stamp alone, so that the measurements of one source,
+or the lack of a reader, change nothing in another.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from hw.samples import UserPose
 
 @dataclass(frozen=True, slots=True)
 class SensorModel:
-    """The sensors of a simulated robot and its surroundings; all 0: ideal ones.
+    """Errors of the simulated robot and its surroundings; all 0: ideal.
 
     `tracking_delay`: age of a pose of the person on arrival, s. `tracking_noise`, `pose_noise`:
-    standard deviation of each coordinate of the person's and the base's pose, m; of yaws half as
-    much, in rad.
+    standard deviation of each coordinate of the person's and the base's pose, m; of yaws half of
+    that figure, in rad.
     """
 
     tracking_delay: float = 0.0
@@ -51,18 +51,18 @@ IDEAL = SensorModel()
 
 
 class WhiteNoise:
-    """White noise of one source; `sigma` in m, half as much of yaws in rad."""
+    """White noise of one source; `sigma` in m, of yaws half of that figure in rad."""
 
     def __init__(self, seed: int, source: str, sigma: float) -> None:
         self._stream = f"{seed}/{source}/"
         self._sigma = sigma
 
     def error(self, stamp_ns: int) -> Pose2:
-        """What is added to the coordinates of a pose in the plane with this stamp."""
+        """The error of a planar pose with this stamp, to be added."""
         return self._plane(random.Random(f"{self._stream}{stamp_ns}"))
 
     def user(self, pose: UserPose, stamp_ns: int) -> UserPose:
-        """A person's pose with this stamp, as it is measured."""
+        """The measured pose of a person with this stamp."""
         chance = random.Random(f"{self._stream}{stamp_ns}")
         return replace(
             pose,

@@ -1,4 +1,4 @@
-"""What sensors can hit or be hidden by: the walls of the room, and bodies that stand or walk."""
+"""The shapes that sensors see: the walls of the room, and standing or walking bodies."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _GRID_NS = 20_000_000
 
 
 class Shapes:
-    """All of them."""
+    """Walls and bodies as arrays for the kernels."""
 
     def __init__(self, room: Room | None, bodies: Sequence[Body] = ()) -> None:
         walls = () if room is None else room.segments
@@ -23,9 +23,9 @@ class Shapes:
         self._looked, self._cylinders = -1, np.empty((0, 4))
 
     def discs(self, start_ns: int, end_ns: int) -> NDArray[np.float64]:
-        """(n, 5): x, y at the start, x, y at the end, radius, of whatever is there in between.
+        """(n, 5): x, y at the start, x, y at the end, radius, of all bodies in between.
 
-        Taken to go straight: someone who turns at 3 m/s2 is 1.4 mm off in 60 ms.
+        They are assumed to move straight: a person who turns at 3 m/s2 is 1.4 mm off in 60 ms.
         """
         found = []
         for body in self._bodies:
@@ -35,7 +35,7 @@ class Shapes:
         return np.array(found, dtype=float).reshape(-1, 5)
 
     def cylinders(self, time_ns: int) -> NDArray[np.float64]:
-        """(n, 4): x, y, radius, height of what is there, as it was on a grid of 20 ms."""
+        """(n, 4): x, y, radius, height of all bodies, on a time grid of 20 ms."""
         time_ns -= time_ns % _GRID_NS
         if time_ns != self._looked:
             there = ((body, body.at(time_ns)) for body in self._bodies)

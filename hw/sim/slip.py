@@ -1,4 +1,4 @@
-"""A base whose wheels do as they are told and whose body slips (R29, R146)."""
+"""The slip of a body against its wheels, which turn exactly as commanded (R29, R146)."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from hw.sim.errors import Slip
 from hw.sim.streams import Normals
 
 _LEVER = 0.5
-"""A turn wears on the floor as a way of this many m per rad."""
+"""Distance that counts as one rad of rotation, m, in the length of floor covered."""
 Velocity = tuple[float, float, float]
 """vx, vy, wz in the frame of the base."""
 
 
 class SlipperyFloor:
-    """Where the body gets to on a floor, from what the wheels do."""
+    """The pose of the body on a floor, from the motion of its wheels."""
 
     def __init__(self, slip: Slip, start: Pose2, seed: int) -> None:
         self.pose = start
@@ -24,16 +24,19 @@ class SlipperyFloor:
         self._way = 0.0
 
     def move(self, wheels: Velocity, before: Velocity, after: Velocity) -> float:
-        """The wheels turn a little on.
+        """Take a piece of the wheels' motion.
+
+        A share of each component is lost (`Slip`); a change of velocity dv adds -lag dv, so that
+        the body trails while speeding up and overshoots while braking.
 
         Args:
-            wheels: ways ahead and to the left, m, and turn, rad, as the wheels measure them, in the
-                frame of the base in the middle of the turn.
-            before: velocity of the wheels at the begin, in the same frame.
+            wheels: distances ahead and to the left, m, and rotation, rad, by the wheels, in the
+                base frame at half of the rotation.
+            before: velocity of the wheels at the start, in the same frame.
             after: the same at the end.
 
         Returns:
-            The way of the body, m.
+            The path length of the body, m.
         """
         slip, (dx, dy, turn) = self._slip, wheels
         a, b, c = self._patch(math.hypot(dx, dy) + _LEVER * abs(turn))

@@ -1,7 +1,7 @@
-"""Chance and rhythm of simulated sensors: streams of numbers, and instants on grids of their own.
+"""Random streams and sample times of simulated sensors.
 
-Every draw belongs to seed, source and the number of the sample alone (Philox, a counter-based
-generator), so that what one source draws, or that nobody asks it, changes nothing in another.
+Every draw depends on seed, source and sample number alone (Philox, a counter-based generator), so
+that what one source draws, or the lack of a reader, changes nothing in another.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 NoiseRow = tuple[float, ...]
 FORGOTTEN_NS = 1_000_000_000
 _BLOCK = 64
-"""Rows that are drawn at once."""
+"""Rows drawn at once."""
 
 
 class Stream:
@@ -27,7 +27,7 @@ class Stream:
         self._state = self._bits.state
 
     def at(self, number: int) -> np.random.Generator:
-        """The generator at the beginning of what belongs to this sample; the next call moves it."""
+        """The generator set to the start of this sample's numbers; the next call resets it."""
         self._state["state"]["counter"][1] = number
         self._bits.state = self._state
         return self._chance
@@ -41,7 +41,7 @@ class Normals:
         self._block, self._rows = -1, [[0.0]]
 
     def row(self, number: int) -> list[float]:
-        """Those of this sample."""
+        """The numbers of this sample."""
         block, n = divmod(number, _BLOCK)
         if block != self._block:
             drawn = self._stream.at(block).standard_normal((_BLOCK, self._width))
@@ -50,9 +50,9 @@ class Normals:
 
 
 class Rhythm:
-    """Sample n of a source is taken at its phase and n / `rate`, whatever steps the world takes.
+    """Sample n of a source is taken at its phase + n / `rate`, whatever the world's steps.
 
-    The phase is drawn once. A sample arrives `lag_ns` later.
+    The phase is drawn once. A sample arrives `lag_ns` after it is taken.
     """
 
     def __init__(self, rate: float, seed: int, source: str, lag_ns: int = 0) -> None:
@@ -65,10 +65,10 @@ class Rhythm:
         return round(self._phase + number * self._period)
 
     def due(self, now_ns: int, known_ns: int) -> list[tuple[int, int]]:
-        """Numbers and stamps of what has arrived since the last call.
+        """Numbers and stamps of the samples that have arrived since the last call.
 
-        Nothing from before known_ns, and nothing that arrived more than `FORGOTTEN_NS` ago: whoever
-        asks for the first time late in a run has not been heard.
+        Nothing from before known_ns, and nothing that arrived more than `FORGOTTEN_NS` ago, so that
+        a first call late in a run does not compute the whole past.
         """
         known_ns = max(known_ns, now_ns - self._lag - FORGOTTEN_NS)
         first = max(self._next, math.ceil((known_ns - self._phase) / self._period))

@@ -1,4 +1,4 @@
-"""What sits at the flange in the reduced simulation: fingers and a force-torque sensor (R150)."""
+"""Simulated gripper and force-torque sensor at the flange (R150)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ NO_LOAD = WrenchReading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 class MovingGripper(Gripper, Protocol):
-    """Fingers whose motion the world computes; `between` is the width of what they close on, m."""
+    """Fingers whose motion the world computes; `between` is the width of the object held, m."""
 
     between: float | None
     braked: bool
@@ -25,10 +25,10 @@ class MovingGripper(Gripper, Protocol):
 
 
 class PressedWrench(Wrench, Protocol):
-    """A sensor whose load is set from outside."""
+    """A force-torque sensor whose load is set from outside."""
 
     def press(self, load: WrenchReading) -> None:
-        """From now on this force and torque act on the flange, in its frame.
+        """Apply this force and torque to the flange, in its frame, from now on.
 
         Raises:
             ValueError: a value is NaN or infinite.
@@ -38,14 +38,14 @@ class PressedWrench(Wrench, Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Hand:
-    """What is between flange and prop; None where a prop is without."""
+    """Gripper and sensor between flange and prop; None where the prop has none."""
 
     gripper: MovingGripper | None = None
     wrench: PressedWrench | None = None
 
     @classmethod
     def of(cls, prop: Prop) -> Hand:
-        """The simulated fingers and sensor of a prop."""
+        """The simulated gripper and sensor of a prop."""
         fingers, sensor = prop.gripper, prop.wrench
         return cls(
             None if fingers is None else SimGripper(fingers),
@@ -60,7 +60,7 @@ class Hand:
 
 
 def check_load(load: WrenchReading) -> None:
-    """Refuse a load that is none.
+    """Refuse an invalid load.
 
     Raises:
         ValueError: a value is NaN or infinite.
@@ -70,7 +70,7 @@ def check_load(load: WrenchReading) -> None:
 
 
 def check_opening(model: GripperModel, opening: float) -> None:
-    """Refuse an opening that the fingers cannot have.
+    """Refuse an opening out of range.
 
     Raises:
         ValueError: naming the widest one.
@@ -80,10 +80,10 @@ def check_opening(model: GripperModel, opening: float) -> None:
 
 
 class SimGripper:
-    """Fingers that move evenly, and stop by themselves at what is between them.
+    """Fingers that move at constant speed, and stop at an object between them.
 
-    It starts holding the prop. `between` is the width of what the fingers close on, m, None for
-    nothing: whoever takes the prop away or puts it there sets it.
+    They start holding the prop. `between` is the width of the object between the fingers, m, None
+    for none; whoever removes or inserts the prop sets it.
     """
 
     signals: tuple[str, ...] = ("gripper.state",)
@@ -131,13 +131,13 @@ class SimGripper:
             self.state = GripperState(opening, holding)
 
     def _stopped(self, before: float, moved: float) -> float:
-        """Where closing fingers come to a stand."""
+        """The opening at which closing fingers stop."""
         width = self.between
         return width if width is not None and moved < width <= before else moved
 
 
 class SimWrench:
-    """A sensor whose load is set by whoever knows it; it reads no more than its full scale."""
+    """A sensor whose load is set from outside; readings are limited to its full scale."""
 
     signals: tuple[str, ...] = ("wrench.reading",)
 
@@ -148,7 +148,7 @@ class SimWrench:
         self._reported = -1
 
     def press(self, load: WrenchReading) -> None:
-        """Act on the flange with this force and torque, in its frame."""
+        """Apply this force and torque to the flange, in its frame."""
         check_load(load)
         self._load = load
         self._reading = self._present()

@@ -1,7 +1,7 @@
-"""Where something has been in the last seconds: what sensors look back on when they are asked.
+"""Past poses of a body, for sensors that look back when they are sampled.
 
-Between two instants that were noted it is taken to go straight and to turn evenly. The base notes
-each cycle of its loop (10 ms), so that this misses a dt2 / 8, 0.04 mm at 3 m/s2.
+Between two recorded instants it is assumed to move straight and to turn uniformly. The base records
+each cycle of its loop (10 ms), so the error is at most a dt^2 / 8: 0.04 mm at 3 m/s2.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from hw.geometry import Pose2, wrap
 TrackPose = tuple[float, float, float]
 """x, y in the map (m) and the yaw, not wrapped (rad)."""
 KEPT = 512
-"""So many instants at least are known; 5 s of motion."""
+"""Least number of instants kept: 5 s of motion."""
 
 
 class Track:
-    """Poses at rising times; the yaw goes on beyond pi, so that it can be interpolated."""
+    """Poses at rising times; the yaw is not wrapped, so that it can be interpolated."""
 
     def __init__(self, start: Pose2) -> None:
         self._times = [0]
@@ -28,11 +28,11 @@ class Track:
 
     @property
     def known_ns(self) -> int:
-        """Nothing is known before this instant."""
+        """The oldest known instant, ns."""
         return self._times[0]
 
     def note(self, now_ns: int, pose: Pose2) -> None:
-        """It is here now; a second note of an instant takes the place of the first."""
+        """Record the pose at now_ns; a second one of the same instant replaces the first."""
         times, places = self._times, self._places
         yaw = places[-1][2]
         place = (pose.x, pose.y, yaw + wrap(pose.yaw - yaw))
@@ -40,7 +40,7 @@ class Track:
             places[-1] = place
             return
         if len(places) > 1 and place == places[-1] == places[-2]:
-            times[-1] = now_ns  # it still stands
+            times[-1] = now_ns  # still standing
             return
         times.append(now_ns)
         places.append(place)
@@ -48,7 +48,7 @@ class Track:
             del times[:KEPT], places[:KEPT]
 
     def at(self, time_ns: int) -> TrackPose:
-        """Where it was; before and after what is known: at its end."""
+        """The pose at an instant, held constant beyond the known range."""
         times, places = self._times, self._places
         n = bisect_right(times, time_ns)
         if n == len(times):
@@ -60,7 +60,7 @@ class Track:
         return x + share * (x2 - x), y + share * (y2 - y), yaw + share * (yaw2 - yaw)
 
     def knots(self, start_ns: int, end_ns: int) -> NDArray[np.float64]:
-        """(n, 4): s after start_ns, x, y, yaw, from start to end; straight in between, n >= 2."""
+        """(n, 4): s after start_ns, x, y, yaw, from start to end; linear in between, n >= 2."""
         times = self._times
         low, high = bisect_right(times, start_ns), bisect_right(times, end_ns - 1)
         rows = [(0.0, *self.at(start_ns))]

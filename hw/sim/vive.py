@@ -1,7 +1,7 @@
-"""Trackers of the VR system: exact to a millimetre while seen, and off after they were lost.
+"""Trackers of the VR system: exact to a millimetre while visible, offset after a loss.
 
-From a device that is found again tracking takes another way to its place: it is off by a constant
-until it is lost again, unless another device was in view all the time.
+A device that is found again is localized anew by the tracking system: it is off by a constant until
+it is lost again, unless another device was in view all the time.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from hw.sim.track import Track
 from hw.tracking import Tracking
 
 ARM_RADIUS, ARM_HEIGHT = 0.2, 0.6
-"""The folded arm, as a cylinder on its mount about base_link, m; it may hide a tracker."""
+"""The folded arm as a cylinder on its mount about base_link, m; it may hide a tracker."""
 EXACT = Pose2(0.0, 0.0)
 
 
 class Device:
-    """One tracked device: when it is lost by itself, and how far it is off since it was found."""
+    """One tracked device: its random losses, and its offset since it was last found."""
 
     def __init__(self, errors: ViveErrors, seed: int, source: str) -> None:
         self.tracked = True
@@ -39,9 +39,9 @@ class Device:
         self._side = math.cos(angle), math.sin(angle)
 
     def seen(self, time_ns: int, *, covered: bool, alone: bool) -> bool:
-        """Is it tracked at this instant? Call in the order of time.
+        """True if it is tracked at this instant; call in the order of time.
 
-        `covered`: do stations see it? `alone`: is no other device in view?
+        `covered`: stations see it. `alone`: no other device is in view.
         """
         tracked = covered and not self._is_lost(time_ns * 1e-9)
         if tracked and not self.tracked:
@@ -52,7 +52,7 @@ class Device:
         return tracked
 
     def bias(self, to_border: float) -> tuple[float, float]:
-        """How far places are off, this far from the border of the tracked area, m."""
+        """Position error at this distance from the border of the tracked area, m."""
         errors = self._errors
         size = errors.edge_bias * max(0.0, 1.0 - to_border / errors.edge)
         return size * self._side[0], size * self._side[1]
@@ -72,7 +72,7 @@ class Device:
         return start, start + how_long * self._errors.lost_for
 
     def _jump(self) -> Pose2:
-        """An offset of another length, direction and turn for each time that it was found."""
+        """A new random offset for each time it was found."""
         length, turn, direction, sense = self._jumps.at(self._found).random(4).tolist()
         (near, far), (least, most) = self._errors.jump, self._errors.jump_turn
         size, angle = near + length * (far - near), 2.0 * math.pi * direction
@@ -81,7 +81,7 @@ class Device:
 
 
 class SimulatedTrackers:
-    """The trackers on the rover, each by itself: nothing while it is not seen (R8, R31)."""
+    """The trackers on the rover, each by itself; none while it is not visible (R8, R31)."""
 
     signals: tuple[str, ...] = ("rover.tracker",)
 
@@ -110,7 +110,7 @@ class SimulatedTrackers:
             self._noise[name] = Normals(seed, source, 6)
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """What has come since the last call, by stamps."""
+        """Samples that have arrived since the last call, by stamps."""
         known = self._track.known_ns
         due = sorted(
             (stamp, name, number)
@@ -125,7 +125,7 @@ class SimulatedTrackers:
         return found
 
     def _look(self, name: str, number: int, stamp_ns: int) -> Pose3 | None:
-        """vive_from_tracker at an instant; None: it is not tracked."""
+        """vive_from_tracker at an instant; None while it is not tracked."""
         mount, device = self._mounts[name], self._devices[name]
         base = Pose2(*self._track.at(stamp_ns))
         x, y = base.transform(mount.x, mount.y)

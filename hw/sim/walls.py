@@ -1,4 +1,4 @@
-"""Does the robot's outline touch a wall?"""
+"""Contact of the robot's footprint with the walls of a room."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hw.sim.contact import rectangle_segment_distance
 
 
 class Walls:
-    """The walls of a room; looks again only when the robot could have got there."""
+    """The walls of a room; distances are recomputed only when a wall may be in reach."""
 
     def __init__(self, room: Room, robot: RobotModel) -> None:
         self._room, self._footprint = room, robot.footprint
@@ -19,7 +19,7 @@ class Walls:
         self._at = Pose2(math.inf, math.inf)
 
     def hit_by(self, pose: Pose2) -> bool:
-        """Does the outline at this pose touch one, or is it out of the room?"""
+        """True if the footprint at this pose touches a wall, or is outside the room."""
         reach = self._footprint.half_diagonal
         at = self._at
         if math.hypot(pose.x - at.x, pose.y - at.y) + reach * abs(pose.yaw - at.yaw) < self._clear:

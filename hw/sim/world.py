@@ -1,6 +1,6 @@
-"""The reduced simulation (tier 1): robot, person and room, moved on from tick to tick.
+"""The simulated world of tiers 1 and 2: robot, person and room, advanced from tick to tick.
 
-Person, room and arm may be missing. All of it is plain Python and deterministic.
+Person, room and arm are optional. Tier 1 is plain Python; all of it is deterministic.
 """
 
 from __future__ import annotations
@@ -35,38 +35,38 @@ if TYPE_CHECKING:
     from hw.sim.equipment import Equipment
 
 LONGEST_STEP_NS = 33_333_334
-"""A longer step is cut into pieces of this length, ns, so that people and parts can react."""
+"""Longer steps are cut into pieces of this length, ns, so that people and parts can react."""
 
 
 class World:
-    """A robot, and where there are some, the room and the person around it: a plant of a loop.
+    """A robot, with a room and a person if given: a plant of the loop.
 
-    `parts` is what a run is wired to, by name. The other attributes are how things are, and `truth`
-    is a snapshot of them: `contacts` are the touches of the robot's outline and anybody (swept
-    between steps), `wall_hits` counts those of robot and room, `object_hits` those of chairs and
-    the like, `min_gap` is the least distance between outline and the user so far, m, infinite
-    without one. Without a scene the robot starts at the map's origin and meets no walls.
+    `parts` is what a run is wired to, by name. The other attributes are the state, and `truth` a
+    snapshot of it: `contacts` are the touches of the robot's footprint and people (swept between
+    steps), `wall_hits` and `object_hits` count those of the room and of chairs and the like,
+    `min_gap` is the least gap between footprint and user so far, m, infinite without a user.
+    Without a scene the robot starts at the map's origin and meets no walls.
 
-    `guard` is the part `base`: it stands in front of the wheels, which are `base`. A stop that it
-    latches pulls the stop line. `safety`: the limits of its chain; None: those of the robot.
-    `operator`: a scripted one looks after faults; if not, somebody else has to.
+    `guard` is the part `base`, in front of the wheels `base`. A stop that it latches pulls the stop
+    line. `safety`: the limits of its chain; None: those of the robot. `operator`: a scripted one
+    handles faults; otherwise that is up to the caller.
 
-    With `sensing` nobody is told where the base is: it slips, and there are sensors instead, those
-    of the robot's file with these errors.
+    With `sensing` the base does not measure its pose: it slips, and the sensors of the robot file
+    are there with these errors.
 
     Raises:
-        FileError: the robot's outline touches a wall or the person at the start.
+        FileError: the robot's footprint touches a wall or the person at the start.
     """
 
     paced = False
-    """Time stands here between two calls of `advance`."""
+    """Time advances only by calls of `advance`."""
     now_ns = 0
     _vr: SimVr | None = None
     _trackers: SimTrackers | None = None
     _equipment: Equipment | None = None
     _own: tuple[Any, ...] = ()
     _tracked: tuple[int | None, float] = (None, 0.0)
-    """Stamp of the newest pose of the person, and the turn of the head then."""
+    """Stamp of the newest measured pose of the person, and the head's turn in it, rad."""
 
     def __init__(  # noqa: PLR0913 - most are optional
         self,
@@ -132,14 +132,14 @@ class World:
             room = self.scene.room
         if self._equipment is not None:
             delay, view = delay + self._equipment.tracking_delay, self._equipment.view
-            room = None  # the view knows where there is tracking
+            room = None  # the view knows where tracking works
         noise = sensors.of_tracking
         self._vr = SimVr(self.person, view)
         self._trackers = SimTrackers(self.person, room, round(delay * 1e9), noise, view)
         return {"vr": self._vr, "trackers": self._trackers}
 
     def _equip(self, sensing: SensorErrors, seed: int) -> Equipment:
-        """Sensors; what computes rays is loaded only where there are some."""
+        """The sensor models; their kernels are imported only if there are some."""
         from hw.sim.equipment import Equipment
 
         if not isinstance(self.base, SimBase):
@@ -164,27 +164,27 @@ class World:
 
     @property
     def min_gap(self) -> float:
-        """The least distance of outline and person so far, m."""
+        """The least gap of footprint and user so far, m."""
         return self._collisions.user.least
 
     @property
     def touching(self) -> bool:
-        """Do outline and person touch?"""
+        """True while footprint and user touch."""
         return self._collisions.user.touching
 
     @property
     def pressed(self) -> bool:
-        """Does anybody touch the foam?"""
+        """True while anybody touches the foam."""
         return self._collisions.pressed
 
     @property
     def finished(self) -> bool:
-        """Has the person done what they were going to do?"""
+        """True once the person has finished."""
         return self.person is not None and self.person.finished
 
     @property
     def truth(self) -> Truth:
-        """Where everything truly is now."""
+        """A snapshot of the ground truth."""
         base, arm, person = self.base, self.arm, self.person
         state = None if arm is None else arm.state
         return Truth(
@@ -212,9 +212,9 @@ class World:
         return self.guard.chain.cycles
 
     def add(self, parts: Mapping[str, RobotPart]) -> None:
-        """Parts of one's own, in place of those of the same names; `advance` moves them on.
+        """Add parts, in place of those of the same names; `advance` advances them too.
 
-        A base of one's own gets a guard too, which lets it go from cycle to cycle.
+        A base among them gets its own guard, which commands it from cycle to cycle.
         """
         self._own += tuple(part for part in parts.values() if hasattr(part, "advance"))
         own: dict[str, Any] = dict(parts)
@@ -230,7 +230,7 @@ class World:
         return []
 
     def quiet_until(self) -> int:
-        """Something is measured at every instant."""
+        """Something is measured at every instant, so that no tick can be left out."""
         return self.now_ns
 
     def close(self) -> None:
@@ -238,11 +238,11 @@ class World:
 
     @property
     def informed(self) -> bool:
-        """Is the robot shown to the person?"""
+        """True while the robot is shown to the person."""
         return self._vr is not None and self._vr.shown
 
     def advance(self, to_ns: int) -> None:
-        """Let everything happen up to to_ns; call before the parts' samples are taken.
+        """Advance everything to to_ns; call it before taking the parts' samples.
 
         Raises:
             ValueError: to_ns is in the past.
@@ -274,7 +274,7 @@ class World:
         self._advance_own(since_ns, now_ns)
 
     def _advance_own(self, since_ns: int, now_ns: int) -> None:
-        """Parts of one's own; a base among them from cycle to cycle."""
+        """Advance added parts; a base among them from cycle to cycle."""
         wheels: Any = self.guard.base
         if wheels is not self.base:
             for now in range(since_ns, now_ns, CYCLE_NS):
@@ -298,7 +298,7 @@ class World:
             self._see(seen)
 
     def _see(self, sample: Sample) -> None:
-        """Tracking had a pose; one with an angle that is no number is none."""
+        """Note a measured pose, unless its head's turn is not finite."""
         pose = sample.value
         turn = pose.head_yaw - pose.body.yaw if isinstance(pose, UserPose) else math.nan
         if math.isfinite(turn):

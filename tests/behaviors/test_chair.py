@@ -129,8 +129,16 @@ def touched(
 
 
 @pytest.mark.requirement(37, 51)
-@pytest.mark.parametrize("local_planner", ["profile", "teb"])
-@pytest.mark.parametrize("planner", ["exact", "theta_star"])
+@pytest.mark.parametrize(
+    ("planner", "local_planner"),
+    [
+        ("exact", "profile"),
+        *(
+            pytest.param(*names, marks=pytest.mark.slow)
+            for names in (("exact", "teb"), ("theta_star", "profile"), ("theta_star", "teb"))
+        ),
+    ],
+)
 def test_a_chair_before_a_fast_robot_is_not_touched(planner: str, local_planner: str) -> None:
     environment = environment_of(planner, local_planner)
     ends, touches = touched(environment, "haptic", range(4, 6))

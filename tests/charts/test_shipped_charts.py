@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import pytest
 
 from cobodeck.wiring import open_setup
@@ -13,6 +15,7 @@ from engine.scripted import LeafScript
 
 CHARTS = ("cobodeck", "chase", "haptic", "escape", "inform")
 TICK_NS = 10**8
+setup_of = cache(open_setup)
 
 
 class Still:
@@ -24,7 +27,7 @@ class Still:
 
 def machine_of(name: str) -> Machine:
     """A shipped chart whose timeouts only fire when they are told to."""
-    machine = open_setup(name).machine()
+    machine = setup_of(name).machine()
     for vertex in machine.vertices.values():
         if vertex.timeout_ns is not None:
             vertex.timeout_ns = 10**15
@@ -34,7 +37,7 @@ def machine_of(name: str) -> Machine:
 def walk(name: str, script) -> None:
     """Play the steps of a script; runner and exploration agree after each of them."""
     machine = machine_of(name)
-    setup = open_setup(name)
+    setup = setup_of(name)
     parts = {part: Still() for leaf in machine.leaves for part in leaf.interface.commands}
     told = LeafScript(machine)
     run = ChartRun(machine, Board(setup.signals), parts)

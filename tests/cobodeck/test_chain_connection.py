@@ -154,7 +154,7 @@ def test_nobody_cycles_in_the_engine_and_records_come_from_the_process(rig: Rig)
     assert rig.plant.guard is not None
     assert not rig.plant.person_watched
     assert rig.plant.guard.reckons
-    with pytest.raises(AttributeError, match="a process of their own"):
+    with pytest.raises(AttributeError, match="a process of its own"):
         rig.plant.guard.keeper
 
 

@@ -289,11 +289,11 @@ def test_a_dot_program_serves_where_pygraphviz_is_missing(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     program = tmp_path / "dot"
-    program.write_text('#!/bin/sh\necho "made with $1"\n')
+    program.write_text('#!/bin/sh\necho "made with $*"\n')
     program.chmod(program.stat().st_mode | stat.S_IXUSR)
     monkeypatch.setitem(sys.modules, "pygraphviz", None)
     monkeypatch.setenv("PATH", f"{tmp_path}:/bin:/usr/bin")
-    assert render("digraph {}", "pdf") == b"made with -Tpdf\n"
+    assert render("digraph {}", "pdf") == b"made with -Kdot -Tpdf\n"
 
 
 def test_what_a_dot_program_complains_of_is_passed_on(

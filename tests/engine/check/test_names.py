@@ -43,7 +43,7 @@ def codes(*texts: str) -> list[str]:
             "{do: Work, next: {done: .doen, failed: .done}}",
             [
                 "0.yaml:4:30: error[N07] 'doen' leads out of the chart and is not among its "
-                "outcomes; did you mean 'done'?"
+                "outcomes; did you mean '.done'?"
             ],
         ),
         (
