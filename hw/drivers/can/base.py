@@ -20,9 +20,10 @@ from canopen import Network
 
 from hw.drivers.can.bumper import CanBumper
 from hw.drivers.can.bus import CanBus
-from hw.drivers.can.ds402 import VELOCITY_NS, Ds402Drive, Setting
+from hw.drivers.can.ds402 import Ds402Drive, Setting
 from hw.drivers.can.mecanum import Mecanum, Reckoning, filled
 from hw.drivers.can.wheel_setting import DriveNodes
+from hw.drivers.gates import VELOCITY_NS
 from hw.geometry import STILL, Twist2
 from hw.robot import BaseModel
 from hw.samples import BumperHit, Odometry

@@ -15,13 +15,12 @@ from typing import Any
 
 import cantools
 
+from hw.drivers.gates import BUMPER_SILENT_NS
 from hw.geometry import wrap
 from hw.samples import BumperHit
 
 DBC = Path(__file__).with_name("bumper.dbc")
 STATUS, RESET = "BumperStatus", "BumperReset"
-SILENCE_NS = 60_000_000
-"""Three frames that stayed away, ns."""
 MISSED = 3
 """A counter that is so many frames ahead is one that jumps."""
 DISAGREEING = 3
@@ -76,7 +75,7 @@ class CanBumper:
         """Look whether frames stay away, and whether the board has forgotten."""
         if self._heard_ns is None:
             self._heard_ns = now_ns
-        if now_ns - self._heard_ns > SILENCE_NS:
+        if now_ns - self._heard_ns > BUMPER_SILENT_NS:
             self._trip("no frames")
         elif self.forgetting and not self._latched:
             self.fault, self.forgetting = None, False

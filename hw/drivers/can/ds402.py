@@ -14,11 +14,8 @@ from dataclasses import dataclass
 from canopen.emcy import EMCY_STRUCT, EmcyError
 
 from hw.drivers.can.sdo import SdoWrite, Writer
+from hw.drivers.gates import HEARTBEAT_NS, VELOCITY_NS
 
-HEARTBEAT_NS = 150_000_000
-"""A drive whose heartbeat is older is dead, ns; it sends one every 50 ms."""
-VELOCITY_NS = 50_000_000
-"""A drive whose status and velocity are older is frozen, ns."""
 QUICK_STOP, OFF, RESET = 0x02, 0x00, 0x80
 ENABLED = "operation enabled"
 START, PRE_OPERATIONAL = 0x01, 0x80

@@ -30,6 +30,7 @@ from hw.connection import RunInfo
 from hw.drivers.chain.keeper import ChainKeeper
 from hw.drivers.chain.settings import OBSERVER_S, ChainSettings, ObserverSettings
 from hw.drivers.feed import DatagramFeed, up_to
+from hw.drivers.gates import CHAIN_SILENT_NS
 from hw.geometry import STILL, Twist2
 from hw.interfaces import DriveMode
 from hw.links.datagrams import LOOPBACK, Address, Datagram, Outlet
@@ -37,7 +38,7 @@ from hw.links.processes import Child
 from hw.samples import Odometry, Sample
 
 MODULE = "hw.drivers.chain.process"
-SILENT_NS, LOOK_S = 100_000_000, 0.02
+LOOK_S = 0.02
 SILENT, ENDED = "the safety chain is silent", "the safety chain has ended"
 RESET_S = 0.5
 CLOSING_S = 4.0
@@ -83,7 +84,6 @@ class ChainLink:
         self.why: str | None = None
         self.wake: Callable[[], None] = _nobody
         self.modes = opening.body.base.modes
-        self.real_time = False
         self._wheels = _hardware(hardware)
         self._observer = None if observer is None else _observer(observer, self.address)
         self._outlet = Outlet("engine", [self.address])
@@ -123,7 +123,7 @@ class ChainLink:
         Raises:
             OSError: the wheels cannot be opened, or another engine has them.
         """
-        self.real_time = bool(self._child.wait().get("real_time"))
+        self._child.wait()
         self._heard_ns = time.monotonic_ns()
         self._feed.start()
 
@@ -197,7 +197,7 @@ class ChainLink:
         """A chain that had said nothing for too long does not guard the wheels any more."""
         if self._closing or self._dead is not None or self._heard_ns is None:
             return
-        if looked_ns - self._heard_ns > SILENT_NS:
+        if looked_ns - self._heard_ns > CHAIN_SILENT_NS:
             self._dead = SILENT if self._child.alive else ENDED
             self._stop(self._dead)
 

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hw.drivers.gates import LINK_SILENT_NS, MS
-
-ARM_NS = 50 * MS
-"""The arm's link may be silent for so long: two steps of 24 ms of its own time stamps."""
+from hw.drivers.gates import ARM_SILENT_NS, LINK_SILENT_NS
 
 
 @dataclass(slots=True)
@@ -52,7 +49,7 @@ class Links:
     """
 
     def __init__(self, arm: bool, observer_s: float | None) -> None:
-        self.arm = Heartbeat("the link to the arm", ARM_NS)
+        self.arm = Heartbeat("the link to the arm", ARM_SILENT_NS)
         self.observer = Heartbeat("the observer", round((observer_s or 0.0) * 1e9))
         self.vr = Heartbeat("the link to the virtual world", LINK_SILENT_NS)
         self.request = Heartbeat("the request", LINK_SILENT_NS)

@@ -143,7 +143,8 @@ def main(settings: ChainSettings, ready: Ready, parent: Parent) -> None:
         gc.collect()
         gc.freeze()
         gc.disable()
-        ready({"address": intakes[0].address, "real_time": _hurry()})
+        _hurry()
+        ready({"address": intakes[0].address})
         process.run(parent)
 
 
@@ -169,12 +170,10 @@ def _hardware(settings: ChainSettings) -> Hardware:
     return opened
 
 
-def _hurry() -> bool:
-    """Ask to go before all that has no real-time priority; False: it is not permitted."""
+def _hurry() -> None:
+    """Ask for real-time priority; without the right to it the load of the machine decides."""
     with suppress(AttributeError, OSError):
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
-        return True
-    return False
 
 
 def _end(*_: object) -> NoReturn:

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from hw.drivers.clocks import Envelope
+from hw.drivers.gates import ODOMETRY_OLD_NS
 from hw.drivers.ros.rosbridge import (
     CONNECTING_S,
     FIRST_S,
@@ -21,8 +22,6 @@ from hw.drivers.ros.rosbridge import (
 )
 from hw.geometry import Pose2, Twist2
 
-OLD_S = 0.15
-"""Odometry that is so old, s, is a fault; the robot sends it 100 times a second."""
 AGAIN_S = 0.5
 """A lost connection is opened again so often, s."""
 TYPES: Mapping[str, str] = {
@@ -73,7 +72,7 @@ class KairosLink:
         if self.newest is None:
             return self._nothing_on("odom")
         age_ns = now_ns - self.newest[0]
-        if age_ns > OLD_S * 1e9:
+        if age_ns > ODOMETRY_OLD_NS:
             return f"odometry is {1e-6 * age_ns:.0f} ms old{self._odd}"
         if self.stopped is None:
             return f"{self._nothing_on('emergency_stop')}, which counts as stopped"
@@ -101,7 +100,7 @@ class KairosLink:
     def usable(self, now_ns: int) -> bool:
         """Does odometry come?"""
         newest = self.newest
-        return self._bridge.up and newest is not None and now_ns - newest[0] <= OLD_S * 1e9
+        return self._bridge.up and newest is not None and now_ns - newest[0] <= ODOMETRY_OLD_NS
 
     def send(self, velocity: Twist2) -> None:
         """Command a velocity in the base frame; dropped while the connection is not open."""

@@ -38,8 +38,6 @@ JOINTS = (
     "shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint",
     "wrist_1_joint", "wrist_2_joint", "wrist_3_joint",
 )  # fmt: skip
-OLD_NS = 200 * gates.MS
-"""A pose of the robot that is older is shown where it was, not moved on."""
 
 
 class Unity:
@@ -244,7 +242,7 @@ class UnityVr:
 
     def _moved_on(self, pose: Pose2, twist: object, stamp_ns: int) -> Pose2:
         age_ns = stamp_ns - self._heard["base.pose"].stamp_ns
-        if not isinstance(twist, Twist2) or not 0 < age_ns <= OLD_NS:
+        if not isinstance(twist, Twist2) or not 0 < age_ns <= gates.SHOWN_OLD_NS:
             return pose
         age = age_ns * 1e-9
         half = Pose2(0.0, 0.0, 0.5 * twist.wz * age)  # along the chord of the arc

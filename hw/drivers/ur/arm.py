@@ -12,14 +12,13 @@ from typing import Protocol
 
 from hw.connection import RunInfo
 from hw.drivers.feed import DatagramFeed, up_to
+from hw.drivers.gates import JOINTS_LATE_NS, WORKER_SILENT_NS
 from hw.drivers.ur.worker import WorkerSettings
 from hw.links.datagrams import Datagram, Hearer, Outlet
 from hw.links.processes import Child
 from hw.samples import Sample, TimedJoints
 
 HERE_S = 0.01
-LATE_NS, SILENT_NS = 24_000_000, 80_000_000
-"""Joints that are so late are counted; so late, the worker is about to be killed."""
 LOOKS = 3
 """It is silent if it was so at so many looks: if it was us who stood, what waits is read first."""
 PIECE = 200
@@ -168,7 +167,7 @@ class UrArm:
         looks = 0
         while not self._over.wait(HERE_S):
             self._tell_here()
-            looks = looks + 1 if time.monotonic_ns() - self._heard > SILENT_NS else 0
+            looks = looks + 1 if time.monotonic_ns() - self._heard > WORKER_SILENT_NS else 0
             silent = looks >= LOOKS
             if self._fault is None and not self._child.alive:
                 self._lose("its process has ended")
@@ -193,7 +192,7 @@ class UrArm:
         if told.source != "arm" or told.stamp_ns < self._begun:
             return
         if told.name == "arm.joints":
-            self.late += self._fault is None and told.stamp_ns - self._heard > LATE_NS
+            self.late += self._fault is None and told.stamp_ns - self._heard > JOINTS_LATE_NS
             self._heard = told.stamp_ns
             self._samples.append(Sample("arm.joints", stamp_ns, told.value))
             self.wake()

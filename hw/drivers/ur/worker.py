@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from hw.drivers.gates import CONTROLLER_STALE_NS, ENGINE_GONE_NS, TICK_FRESH_NS
 from hw.drivers.ur.course import CourseRun, mode_of
 from hw.drivers.ur.probe import DashboardClient, probe, require_running
 from hw.links.datagrams import Address, Datagram, Intake, Outlet
@@ -26,12 +27,6 @@ from hw.robot import ArmModel
 from hw.samples import ARM_MOVES, ArmState, Joints, TimedJoints
 
 LOOK_S = 0.002
-FRESH_NS = 80_000_000
-"""A word of the engine counts for so long."""
-GONE_NS = 500_000_000
-"""An engine that is late for so long is gone."""
-STALE_NS = 50_000_000
-"""A controller whose time stands still for so long is lost."""
 LINK_NS = 20_000_000
 """How often is told whether the link is well."""
 WATCHDOG_HZ = 10.0
@@ -151,7 +146,7 @@ class Worker:
 
     def gone(self, now_ns: int) -> bool:
         """Has the engine not been heard for too long?"""
-        return self._heard > 0 and now_ns - self._heard > GONE_NS
+        return self._heard > 0 and now_ns - self._heard > ENGINE_GONE_NS
 
     def break_off(self, reason: str | None) -> None:
         """Brake on the way; what is refused says why, None: it was ordered."""
@@ -166,7 +161,7 @@ class Worker:
         if told.number <= self._newest:
             return
         self._newest, self._heard = told.number, now_ns
-        late = now_ns - told.stamp_ns > FRESH_NS
+        late = now_ns - told.stamp_ns > TICK_FRESH_NS
         if told.name == "here":
             self._ticked, self._held = told.stamp_ns, told.value
             if self._held is not None:
@@ -213,7 +208,7 @@ class Worker:
         if stamp > self._stamp:
             span, self._stamp, self._advanced = stamp - self._stamp, stamp, now_ns
             self._package(min(span, LONGEST_S), now_ns)
-        elif now_ns - self._advanced > STALE_NS:
+        elif now_ns - self._advanced > CONTROLLER_STALE_NS:
             self._fail("the controller's time stands still")
         if now_ns - self._linked >= LINK_NS:
             self._tell_link(now_ns)
@@ -239,9 +234,9 @@ class Worker:
         if run is None:
             self._controller.kick()
             return
-        if silent > GONE_NS:
+        if silent > ENGINE_GONE_NS:
             self.break_off("the engine has been silent")
-        joints = run.step(span, scaling if silent <= FRESH_NS else 0.0)
+        joints = run.step(span, scaling if silent <= TICK_FRESH_NS else 0.0)
         if not self._controller.servo(joints):
             self._fail("a set-point was not taken")
         if run.over:
@@ -270,7 +265,7 @@ def main(settings: WorkerSettings, ready: Ready, parent: Parent) -> None:
     worker = Worker(controller, settings, outlet)
     ready({"orders": orders.address, "version": controller.version})
     left = 0
-    while not (left and (worker.stands or time.monotonic_ns() - left > GONE_NS)):
+    while not (left and (worker.stands or time.monotonic_ns() - left > ENGINE_GONE_NS)):
         waited: list[Any] = [orders, *([] if left else [parent])]
         found, _, _ = select.select(waited, [], [], LOOK_S)
         now = time.monotonic_ns()

@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import pytest
 
+from hw.drivers.gates import MS, ODOMETRY_OLD_NS
 from hw.drivers.kairos.base import KairosBase, fastest
-from hw.drivers.kairos.link import OLD_S
 from hw.drivers.ros.rosbridge import RosbridgeClient, yaw_of
 from hw.fakes.kairos import Kairos
 from hw.geometry import STILL, Pose2, Twist2
@@ -218,7 +218,7 @@ def test_silence_is_seen_two_cycles_after_its_gate():
             rig.cycle(AHEAD)  # 10 ms or more
             cycles = cycles + 1 if rig.base.odometry == newest else 0
             newest = rig.base.odometry
-        assert cycles <= round(OLD_S / 0.01) + 2
+        assert cycles <= round(ODOMETRY_OLD_NS / (10 * MS)) + 2
 
 
 @pytest.fixture
