@@ -14,7 +14,7 @@ from hw.links.processes import Parent, Ready, serve
 
 
 def main(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None:
-    """The process; faults come by name to `control`."""
+    """Run the process; faults come by name to `control`."""
     given = dict(settings)
     control, play = Intake(), HostedPerson(given.pop("tells"))
     application = Application(play=play, **given)

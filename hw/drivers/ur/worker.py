@@ -1,12 +1,12 @@
-"""The process that moves a UR arm: it alone holds ur_rtde, whose calls may block, or crash.
+"""The process that moves a UR arm; only it uses ur_rtde, whose calls may block or crash.
 
-It streams `servoJ` along the course it was given, one set-point per package of the controller, and
-tells joints and faults by datagrams. From the engine come `here` (stamped with the last tick, its
-value why nothing may move), `follow` (a course in pieces) and `stop`; what is late or out of order
-is dropped. Set-points go out while the newest `here` is fresh and says nothing against it; the
-watchdog of the controller ends its program when they cease.
+It streams `servoJ` along the trajectory, one set-point per package of the controller, and reports
+joints and faults by datagrams. The engine sends `here` (stamped by the last tick, its value why
+nothing may move), `follow` (a trajectory in pieces) and `stop`; late or reordered datagrams are
+dropped. Set-points are sent while the newest `here` is fresh and permits motion; the controller's
+watchdog ends its program when they stop.
 
-A fault is for ever: this process sends no set-point after it, and another one has to be started.
+A fault is final: this process sends no set-point after it, and a new one has to be started.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from hw.samples import ARM_MOVES, ArmState, Joints, TimedJoints
 
 LOOK_S = 0.002
 LINK_NS = 20_000_000
-"""How often is told whether the link is well."""
+"""Period of reports on the link, ns."""
 WATCHDOG_HZ = 10.0
 LONGEST_S = 0.04
-"""No set-point is further ahead of the one before it."""
+"""Longest step between two set-points, s."""
 STANDS = 0.005
-"""A joint slower than this, rad/s, stands."""
+"""Joint speed below which a joint counts as standing, rad/s."""
 BEGINS = 0.01
-"""How far from the arm a course may begin, rad."""
+"""Greatest distance of the arm from the first point of a trajectory, rad."""
 PLAYING = 2
 PERIOD_S, LOOKAHEAD_S, GAIN = 0.008, 0.03, 500.0
 VARIABLES = (
@@ -46,10 +46,10 @@ VARIABLES = (
 
 @dataclass(frozen=True)
 class WorkerSettings:
-    """What the worker is started with; `course` is the newest one that was ordered before.
+    """The worker's settings; `course` is the number of the newest trajectory before it.
 
-    `tells` are the addresses of engine and chain; `acknowledged`: the operator has said that the
-    arm may move again. `mass` (kg) and `center` (m, flange frame) are what it carries.
+    `tells` are the addresses of engine and chain; `acknowledged`: the operator has allowed the arm
+    to move again. `mass` (kg) and `center` (m, flange frame) are its payload.
     """
 
     host: str
@@ -62,10 +62,10 @@ class WorkerSettings:
 
 
 class UrController:
-    """The robot through ur_rtde; one thread only.
+    """The robot through ur_rtde; single-threaded.
 
     Raises:
-        OSError: it cannot be reached, or does not let itself be moved.
+        OSError: it cannot be reached, or may not move.
     """
 
     def __init__(self, settings: WorkerSettings) -> None:
@@ -87,11 +87,11 @@ class UrController:
 
     @property
     def stamp(self) -> float:
-        """The controller's own time, s; it stands still when the link is lost."""
+        """The controller's own time, s; it stands still if the link is lost."""
         return float(self._receive.getTimestamp())
 
     def measured(self) -> tuple[Joints, Joints]:
-        """Angles and velocities, rad and rad/s."""
+        """Joint angles and velocities, rad and rad/s."""
         return tuple(self._receive.getActualQ()), tuple(self._receive.getActualQd())
 
     def safety(self) -> int:
@@ -99,30 +99,30 @@ class UrController:
         return int(self._receive.getSafetyStatusBits())
 
     def scaling(self) -> float:
-        """The share of its commanded speed at which it runs."""
+        """Share of its commanded speed at which it runs."""
         share = self._receive.getSpeedScaling() * self._receive.getTargetSpeedFraction()
         return min(1.0, max(0.0, float(share)))
 
     def playing(self) -> bool:
-        """Does our script run?"""
+        """True while our script runs."""
         return int(self._receive.getRuntimeState()) == PLAYING
 
     def servo(self, joints: Sequence[float]) -> bool:
-        """One set-point; the arm goes there and stays. False: it was not taken."""
+        """Send a set-point; False if it was not accepted."""
         taken = self._control.servoJ(list(joints), 0.0, 0.0, PERIOD_S, LOOKAHEAD_S, GAIN)
         return bool(taken)
 
     def kick(self) -> None:
-        """Say that we are there, and nothing else."""
+        """Reset the watchdog without a set-point."""
         self._control.kickWatchdog()
 
     def end(self) -> None:
-        """End whatever program runs, without waiting for it: nothing goes on by itself."""
+        """End the running program without waiting, so that nothing resumes by itself."""
         self._dashboard.order("stop")
 
 
 class Worker:
-    """What is done from package to package."""
+    """The work from package to package."""
 
     def __init__(self, controller: UrController, settings: WorkerSettings, outlet: Outlet) -> None:
         self.fault: str | None = None
@@ -141,15 +141,15 @@ class Worker:
 
     @property
     def stands(self) -> bool:
-        """Is nothing commanded, and no joint moving?"""
+        """True if nothing is commanded and no joint moves."""
         return self._run is None and not any(abs(v) > STANDS for v in self._measured[1])
 
     def gone(self, now_ns: int) -> bool:
-        """Has the engine not been heard for too long?"""
+        """True if the engine has been silent for too long."""
         return self._heard > 0 and now_ns - self._heard > ENGINE_GONE_NS
 
     def break_off(self, reason: str | None) -> None:
-        """Brake on the way; what is refused says why, None: it was ordered."""
+        """Brake along the path; `reason` is reported as the refusal, None: it was commanded."""
         if self._run is not None:
             self._run.stop()
             self._refused = self._refused or reason
@@ -157,7 +157,7 @@ class Worker:
     # ---- orders
 
     def take(self, told: Datagram, now_ns: int) -> None:
-        """One datagram of the engine; none that was overtaken by another."""
+        """Take a datagram of the engine; overtaken ones are dropped."""
         if told.number <= self._newest:
             return
         self._newest, self._heard = told.number, now_ns
@@ -203,7 +203,7 @@ class Worker:
     # ---- packages
 
     def look(self, now_ns: int) -> None:
-        """Take a package if there is one, and answer it with a set-point; tell faults."""
+        """Take a new package, if any, and answer it with a set-point; detect faults."""
         stamp = self._controller.stamp
         if stamp > self._stamp:
             span, self._stamp, self._advanced = stamp - self._stamp, stamp, now_ns
@@ -243,7 +243,7 @@ class Worker:
             self._run = None
 
     def _fail(self, reason: str) -> None:
-        """No set-point goes out any more, and the controller ends its program."""
+        """Send no more set-points, and end the controller's program."""
         if self.fault is not None:
             return
         self.fault = reason
@@ -258,7 +258,7 @@ class Worker:
 
 
 def main(settings: WorkerSettings, ready: Ready, parent: Parent) -> None:
-    """Move the arm until the parent goes; then stop it, and end its program."""
+    """Move the arm until the parent has gone; then stop it, and end its program."""
     go_first()
     controller = UrController(settings)
     outlet, orders = Outlet("arm", settings.tells), Intake()
@@ -277,7 +277,7 @@ def main(settings: WorkerSettings, ready: Ready, parent: Parent) -> None:
             worker.break_off("the engine has gone")
         worker.look(now)
     controller.end()
-    os._exit(0)  # the library's own way out takes half a second, or fails
+    os._exit(0)  # the library's shutdown takes half a second, or fails
 
 
 if __name__ == "__main__":
