@@ -65,8 +65,8 @@ class DatagramFeed:
 
     def _take_all(self) -> None:
         while found := self._intake.poll():
-            for told in found:
-                self._take(told, self._now() - (time.monotonic_ns() - told.stamp_ns))
+            for datagram in found:
+                self._take(datagram, self._now() - (time.monotonic_ns() - datagram.stamp_ns))
 
 
 def up_to(waiting: deque[Sample], now_ns: int) -> list[Sample]:

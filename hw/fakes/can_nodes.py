@@ -71,11 +71,11 @@ def _live(
     while parent.lives():
         wait([intake, parent, *wire.files()], STEP_S)
         now_ns = time.monotonic_ns()
-        for told in intake.poll():
-            if told.source == "world":
-                _feel(nodes, told.name, told.value)
+        for datagram in intake.poll():
+            if datagram.source == "world":
+                _feel(nodes, datagram.name, datagram.value)
             else:
-                nodes.fault(told.name, told.value)
+                nodes.fault(datagram.name, datagram.value)
         nodes.take(wire.poll(), now_ns)
         nodes.step(now_ns)
         if teller is not None:

@@ -236,8 +236,8 @@ def main(settings: Any, ready: Ready, parent: Parent) -> None:
         found, _, _ = select.select(waited, [], [], left)
         if parent in found:
             break
-        for told in control.poll():
-            server.misbehave(told.name, told.value)
+        for datagram in control.poll():
+            server.misbehave(datagram.name, datagram.value)
         for source in found:
             if isinstance(source, socket.socket):
                 server.serve(source)

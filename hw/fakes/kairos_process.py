@@ -77,11 +77,11 @@ class FakeKairos:
 
     def take(self) -> None:
         """Take the datagrams received."""
-        for told in self.intake.poll():
-            if told.source == "fault" and told.name in FAULTS:
-                self._have(told.name, told.value)
-            elif told.name == "base.scan" and isinstance(told.value, Scan):
-                scan = told.value
+        for datagram in self.intake.poll():
+            if datagram.source == "fault" and datagram.name in FAULTS:
+                self._have(datagram.name, datagram.value)
+            elif datagram.name == "base.scan" and isinstance(datagram.value, Scan):
+                scan = datagram.value
                 self._send_scan(scan.sensor, scan.start, scan.step, scan.ranges, scan.beam_time)
 
     def close(self) -> None:

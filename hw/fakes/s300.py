@@ -124,11 +124,11 @@ class FakeS300:
         readable = select.select(watched, [], [], self._until_due())[0]
         self._subscription.renew(time.monotonic_ns())
         self._accept(readable)
-        for told in self.intake.poll():
-            if told.source == "fault" and told.name in FAULTS:
-                self._fault = told.name
-            elif told.name == "base.scan" and isinstance(told.value, Scan):
-                self._measure(told.value, told.stamp_ns)
+        for datagram in self.intake.poll():
+            if datagram.source == "fault" and datagram.name in FAULTS:
+                self._fault = datagram.name
+            elif datagram.name == "base.scan" and isinstance(datagram.value, Scan):
+                self._measure(datagram.value, datagram.stamp_ns)
         self._send_due()
 
     def close(self) -> None:

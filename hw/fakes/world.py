@@ -76,7 +76,7 @@ class WorldPeer:
         while self.truth is None:
             left = until - time.monotonic()
             if left <= 0.0:
-                raise OSError("the world of the fakes tells nothing")
+                raise OSError("the world of the fakes is silent")
             select.select([self._intake], [], [], left)
             self._poll()
 
@@ -122,19 +122,19 @@ class WorldPeer:
 
     def _poll(self) -> None:
         while heard := self._intake.poll():
-            for told in heard:
-                self._take(told)
+            for datagram in heard:
+                self._take(datagram)
 
-    def _take(self, told: Datagram) -> None:
+    def _take(self, datagram: Datagram) -> None:
         self._heard = time.monotonic_ns()
-        if told.name == "truth":
+        if datagram.name == "truth":
             shift = self._shift or 0
-            self.truth_ns = told.stamp_ns + shift
-            self.truth = _kept(later(told.value, shift), self.truth)
-        elif told.name == "finished":
-            self._begun, self.finished = told.value is not None, told.value is True
-        elif told.name == "world.late":
-            self.late = told.value
+            self.truth_ns = datagram.stamp_ns + shift
+            self.truth = _kept(later(datagram.value, shift), self.truth)
+        elif datagram.name == "finished":
+            self._begun, self.finished = datagram.value is not None, datagram.value is True
+        elif datagram.name == "world.late":
+            self.late = datagram.value
 
 
 def _kept(truth: Truth, before: Truth | None) -> Truth:

@@ -133,11 +133,11 @@ class Intake:
                 if self.fileno() < 0:
                     break
                 continue
-            told = _parsed(data)
-            if told is None:
+            one = _parsed(data)
+            if one is None:
                 self.strange += 1
             else:
-                found.append(told)
+                found.append(one)
         return found
 
     def close(self) -> None:
@@ -157,23 +157,23 @@ def plain(value: Any) -> Any:
         return [plain(item) for item in value]
     name = type(value).__name__
     if KINDS.get(name) is not type(value):
-        raise TypeError(f"a {name} cannot be told in a datagram; see hw.links.datagrams.KINDS")
+        raise TypeError(f"a {name} cannot be sent in a datagram; see hw.links.datagrams.KINDS")
     if isinstance(value, tuple):
         return {name: [plain(item) for item in value]}
     return {name: [plain(getattr(value, field.name)) for field in dataclasses.fields(value)]}
 
 
-def told(found: Any) -> Any:
+def parsed(found: Any) -> Any:
     """The value of parsed JSON; the inverse of `plain`.
 
     Raises:
         ValueError, TypeError, KeyError: it is invalid.
     """
     if isinstance(found, list):
-        return tuple([told(item) for item in found])
+        return tuple([parsed(item) for item in found])
     if isinstance(found, dict):
         [(name, content)] = found.items()
-        return KINDS[name](*[told(item) for item in content])
+        return KINDS[name](*[parsed(item) for item in content])
     return found
 
 
@@ -184,6 +184,6 @@ def _parsed(data: bytes) -> Datagram | None:
             return None
         if type(number) is not int or type(stamp) is not int:
             return None
-        return Datagram(source, number, name, stamp, told(value))
+        return Datagram(source, number, name, stamp, parsed(value))
     except (ValueError, TypeError, KeyError, RecursionError):
         return None

@@ -162,6 +162,6 @@ def _read(pipe: IO[bytes], size: int) -> bytes:
     while len(data) < size:
         piece = pipe.read(size - len(data))
         if not piece:
-            raise EOFError("the parent has gone before it told what to do")
+            raise EOFError("the parent has ended before it sent the settings")
         data += piece
     return data

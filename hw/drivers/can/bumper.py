@@ -80,7 +80,7 @@ class CanBumper:
         elif self.forgetting and not self._latched:
             self.fault, self.forgetting = None, False
         elif self._latched and self.fault is None:
-            self.fault = "bumper: the board remembers a touch"
+            self.fault = "bumper: the board has latched a touch"
 
     def acknowledge(self) -> bool:
         """End the fault once the board has cleared its latch; False while a cause persists."""
@@ -116,7 +116,7 @@ class CanBumper:
             return f"line and message disagree: {told(zones)}, and the line is {line}"
         if zones:
             return told(zones)
-        return "its line is open; a hand at the relay closes it" if opened else None
+        return "its line is open; close it by hand at the relay" if opened else None
 
     def _touch(self, zones: int) -> None:
         new = zones & ~self._zones

@@ -131,7 +131,7 @@ class Ds402Drive:
         elif now_ns - self._beat_ns > HEARTBEAT_NS:
             self._fail("has no heartbeat")
         elif now_ns - self._told_ns > VELOCITY_NS:
-            self._fail("tells no velocity")
+            self._fail("reports no velocity")
 
     def control(self) -> int:
         """The control word due: towards `operation enabled`, or quick stop."""
@@ -162,7 +162,7 @@ class Ds402Drive:
         self._beat_ns, before = now_ns, self._nmt
         self._nmt = data[0] & 0x7F
         if self._nmt == 0 and before is not None:
-            self._fail("has started anew")
+            self._fail("has restarted")
             self._begin_to_configure()  # its settings are lost
         elif self._watched and self._nmt != OPERATIONAL:
             self._fail(f"is {NMT.get(self._nmt, self._nmt)}")

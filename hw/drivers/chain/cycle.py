@@ -85,11 +85,11 @@ class ChainCycle:
         """What nothing may move without so far, though nothing is stopped; None if nothing."""
         return self.links.awaited() or (None if self.hardware.ready else NOT_READY)
 
-    def take(self, told: Datagram, now_ns: int) -> None:
+    def take(self, datagram: Datagram, now_ns: int) -> None:
         """Take a datagram that has arrived; unknown ones are ignored."""
-        take = self._takes.get((told.source, told.name))
+        take = self._takes.get((datagram.source, datagram.name))
         if take is not None:
-            take(now_ns, told)
+            take(now_ns, datagram)
 
     def pull(self, reason: str) -> None:
         """Stop the wheels until the reset; the first reason is kept."""
@@ -198,53 +198,57 @@ class ChainCycle:
 
     # datagrams received
 
-    def _hear_command(self, now_ns: int, told: Datagram) -> None:  # noqa: ARG002
-        if told.value is None:
+    def _hear_command(self, now_ns: int, datagram: Datagram) -> None:  # noqa: ARG002
+        if datagram.value is None:
             self.keeper.command(STILL, None)
-        elif isinstance(told.value, Twist2) and is_finite(told.value):
-            self.keeper.command(told.value, told.stamp_ns)
+        elif isinstance(datagram.value, Twist2) and is_finite(datagram.value):
+            self.keeper.command(datagram.value, datagram.stamp_ns)
 
-    def _hear_mode(self, now_ns: int, told: Datagram) -> None:  # noqa: ARG002
-        if told.value in self._modes:
-            self._mode_wanted = told.value
+    def _hear_mode(self, now_ns: int, datagram: Datagram) -> None:  # noqa: ARG002
+        if datagram.value in self._modes:
+            self._mode_wanted = datagram.value
 
-    def _hear_grant(self, now_ns: int, told: Datagram) -> None:  # noqa: ARG002
-        if told.value is None or isinstance(told.value, Pose2):
-            self.keeper.grant(told.value)
+    def _hear_grant(self, now_ns: int, datagram: Datagram) -> None:  # noqa: ARG002
+        if datagram.value is None or isinstance(datagram.value, Pose2):
+            self.keeper.grant(datagram.value)
 
-    def _hear_estimate(self, now_ns: int, told: Datagram) -> None:  # noqa: ARG002
-        pose, sigma = _pair(told.value)
-        known = isinstance(pose, Pose2) and isinstance(sigma, PoseSigma) and is_finite(told.value)
-        self.keeper.locate(told.stamp_ns, pose if known else None, sigma if known else None)
+    def _hear_estimate(self, now_ns: int, datagram: Datagram) -> None:  # noqa: ARG002
+        pose, sigma = _pair(datagram.value)
+        known = (
+            isinstance(pose, Pose2) and isinstance(sigma, PoseSigma) and is_finite(datagram.value)
+        )
+        self.keeper.locate(datagram.stamp_ns, pose if known else None, sigma if known else None)
 
-    def _hear_pull(self, now_ns: int, told: Datagram) -> None:
-        self.pull(str(told.value or told.source))
+    def _hear_pull(self, now_ns: int, datagram: Datagram) -> None:
+        self.pull(str(datagram.value or datagram.source))
         if self._resetting is not None:  # a new stop cancels a reset in progress
-            self._refuse(now_ns, self._resetting[0], str(told.value))
+            self._refuse(now_ns, self._resetting[0], str(datagram.value))
 
-    def _hear_reset(self, now_ns: int, told: Datagram) -> None:
+    def _hear_reset(self, now_ns: int, datagram: Datagram) -> None:
         if self.stopped is None:
-            self._outlet.send("chain.reset", now_ns, (told.value, None))
+            self._outlet.send("chain.reset", now_ns, (datagram.value, None))
         elif self._resetting is None:
-            self._resetting = told.value, now_ns + RESET_NS, False
+            self._resetting = datagram.value, now_ns + RESET_NS, False
 
-    def _hear_arm(self, now_ns: int, told: Datagram) -> None:
-        fault = None if told.value is None else f"arm: {told.value}"
-        self.links.arm.beat(told.stamp_ns, now_ns, fault)
+    def _hear_arm(self, now_ns: int, datagram: Datagram) -> None:
+        fault = None if datagram.value is None else f"arm: {datagram.value}"
+        self.links.arm.beat(datagram.stamp_ns, now_ns, fault)
 
-    def _hear_vr(self, now_ns: int, told: Datagram) -> None:
-        self.links.vr.beat(told.stamp_ns, now_ns, None if told.value == "up" else str(told.value))
+    def _hear_vr(self, now_ns: int, datagram: Datagram) -> None:
+        self.links.vr.beat(
+            datagram.stamp_ns, now_ns, None if datagram.value == "up" else str(datagram.value)
+        )
 
-    def _hear_request(self, now_ns: int, told: Datagram) -> None:
+    def _hear_request(self, now_ns: int, datagram: Datagram) -> None:
         """An invalid DEEP counts as no request."""
-        asked = isinstance(told.value, Pose3) and is_finite(told.value)
-        self.links.request.beat(told.stamp_ns, now_ns)
-        deep = told.value if asked and self.links.may_ask(now_ns) else None
+        asked = isinstance(datagram.value, Pose3) and is_finite(datagram.value)
+        self.links.request.beat(datagram.stamp_ns, now_ns)
+        deep = datagram.value if asked and self.links.may_ask(now_ns) else None
         self.keeper.hear(Sample("vr.haptic_request", now_ns, deep), now_ns)
 
-    def _hear_signal(self, now_ns: int, told: Datagram) -> None:
-        if isinstance(told.value, OWN_SIGNALS[told.name]) and is_finite(told.value):
-            self.keeper.hear(Sample(told.name, told.stamp_ns, told.value), now_ns)
+    def _hear_signal(self, now_ns: int, datagram: Datagram) -> None:
+        if isinstance(datagram.value, OWN_SIGNALS[datagram.name]) and is_finite(datagram.value):
+            self.keeper.hear(Sample(datagram.name, datagram.stamp_ns, datagram.value), now_ns)
 
 
 def _pair(value: Any) -> tuple[Any, Any]:

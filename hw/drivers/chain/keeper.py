@@ -107,18 +107,18 @@ class ChainKeeper:
         """Stop the wheels until a reset."""
         self._pull(reason)
 
-    def take(self, told: Datagram, stamp_ns: int) -> None:
+    def take(self, datagram: Datagram, stamp_ns: int) -> None:
         """Take records or a status of the chain; `stamp_ns` is the datagram's in the run's time.
 
         Records sent before the first datagram arrived here do not count as lost.
         """
-        if isinstance(told.value, ChainStatus):
-            self.lost = told.value.records - self.cycles.written
-            self.longest_ms = max(self.longest_ms, told.value.longest_ms)
-            self.status = told.value
-        elif told.name == "chain.cycles":
-            for record in _records(told.value):
-                ago = told.stamp_ns - record.stamp_ns
+        if isinstance(datagram.value, ChainStatus):
+            self.lost = datagram.value.records - self.cycles.written
+            self.longest_ms = max(self.longest_ms, datagram.value.longest_ms)
+            self.status = datagram.value
+        elif datagram.name == "chain.cycles":
+            for record in _records(datagram.value):
+                ago = datagram.stamp_ns - record.stamp_ns
                 self.cycles.append(record._replace(stamp_ns=stamp_ns - ago))
 
     def _monotonic(self, stamp_ns: int) -> int:

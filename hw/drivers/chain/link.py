@@ -163,28 +163,28 @@ class ChainLink:
         self._feed.close()
         self._outlet.close()
         if self.keeper.lost > 0:
-            told = self.keeper.status.records
-            raise OSError(f"{self.keeper.lost} of {told} records of the safety chain are lost")
+            sent = self.keeper.status.records
+            raise OSError(f"{self.keeper.lost} of {sent} records of the safety chain are lost")
 
     # in the thread of the feed
 
-    def _take(self, told: Datagram, stamp_ns: int) -> None:
-        if told.source != "chain":
+    def _take(self, datagram: Datagram, stamp_ns: int) -> None:
+        if datagram.source != "chain":
             return
-        self._heard_ns = max(self._heard_ns or 0, told.stamp_ns)
-        match told.name, told.value:
+        self._heard_ns = max(self._heard_ns or 0, datagram.stamp_ns)
+        match datagram.name, datagram.value:
             case "base.odometry", Odometry() as odometry:
-                self.base.append(Sample(told.name, stamp_ns, odometry))
+                self.base.append(Sample(datagram.name, stamp_ns, odometry))
                 self.base.append(Sample("base.twist", stamp_ns, odometry.twist))
             case "bumper.hit", hit:
-                self.hits.append(Sample(told.name, stamp_ns, hit))
+                self.hits.append(Sample(datagram.name, stamp_ns, hit))
                 self.wake()
             case "stop.engaged", str(reason):
                 self._stop(reason)
             case "chain.reset", (int(token), why):
                 self._answer_with(token, why)
             case _:
-                self.keeper.take(told, stamp_ns)
+                self.keeper.take(datagram, stamp_ns)
 
     def _answer_with(self, token: int, why: str | None) -> None:
         with self._answer:

@@ -97,9 +97,9 @@ class RosLidar:
         self._child.close()
         self._feed.close()
 
-    def _take(self, told: Datagram, stamp_ns: int) -> None:
-        if told.name == "base.scan" and isinstance(told.value, Scan):
-            self._arrived.append(Sample("base.scan", stamp_ns, told.value))
+    def _take(self, datagram: Datagram, stamp_ns: int) -> None:
+        if datagram.name == "base.scan" and isinstance(datagram.value, Scan):
+            self._arrived.append(Sample("base.scan", stamp_ns, datagram.value))
             self.wake()
 
 

@@ -109,7 +109,7 @@ class UnityBridge:
         if found.is_command:
             act = self._commands.get(found.destination)
             if act is None:
-                session.warn("warn", f"{found.destination} is not known here; it is left out")
+                session.warn("warn", f"{found.destination} is not known here; it is ignored")
             else:
                 act(session, found.fields())
         elif found.destination and session.awaited is not None:
@@ -165,7 +165,7 @@ class UnityBridge:
         topic = self._settings.topics.inputs.get(plain_name(name))
         if topic is None:
             known = ", ".join(self._settings.topics.inputs)
-            session.warn("warn", f"nobody reads {name}; what is read: {known}")
+            session.warn("warn", f"{name} is not read here; topics read: {known}")
             return
         if kind != topic.type:
             session.warn("error", f"{name} is a {topic.type} here, no {kind}; it is refused")
@@ -188,7 +188,7 @@ class UnityBridge:
         name, kind = _text(fields, "topic"), plain_type(_text(fields, "message_name"))
         topic = self._settings.topics.outputs.get(plain_name(name))
         if topic is None:
-            session.warn("warn", f"nobody sends {name}; what is sent: {self._sent()}")
+            session.warn("warn", f"{name} is not sent here; topics sent: {self._sent()}")
         elif kind != topic.type:
             session.warn("error", f"{name} is a {topic.type} here, no {kind}; it is refused")
         else:
@@ -229,7 +229,7 @@ class UnityBridge:
         assert session.awaited is not None
         (kind, number), session.awaited = session.awaited, None
         if kind == "response":
-            session.warn("warn", f"{found.destination}: nobody has asked for answer {number}")
+            session.warn("warn", f"{found.destination}: answer {number} was not requested")
         elif found.destination not in session.services:
             session.warn("error", f"no service {found.destination} was registered")
         else:
@@ -253,7 +253,7 @@ class UnityBridge:
         owner = self._owners.get(name)
         if topic is None or owner is not session:
             reason = "no source of it" if owner is None else f"a second source beside {owner.name}"
-            reason = f"this client is {reason}; it is left out"
+            reason = f"this client is {reason}; it is ignored"
         else:
             reason = self._read(session, topic, found.body, now_ns)
         if reason is not None:

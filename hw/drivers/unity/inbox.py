@@ -194,7 +194,7 @@ class Inbox:
         if stamp is None:
             if self.checks.by_receipt:
                 return received_ns - self.checks.one_way_ns
-            return "it has no stamp, so that nobody knows how old it is"
+            return "it has no stamp, so that its age is unknown"
         at = clock.instant(stamp, received_ns)
         if at is None and not clock.known:
             return ""
@@ -212,15 +212,15 @@ class Inbox:
         head = self._beside("head", body)
         if not self._upright:
             if head is None:
-                return "no pose of the head that belongs to it"
+                return "no matching pose of the head"
             if not is_upright(head, body.pose):
                 return (
-                    "nobody stands like that: send metres in ROS axes (`To<FLU>()`), z upwards "
-                    "from the floor, and stand upright at the start"
+                    "not the pose of a standing person: send metres in ROS axes (`To<FLU>()`), z "
+                    "upwards from the floor, and stand upright at the start"
                 )
             self._upright = True
         if self._jumped(body.pose, body.at_ns):
-            return "it has jumped: nobody gets there so fast"
+            return "it has jumped, faster than a person can move"
         there = body.pose.flat()
         view = there.yaw if head is None else head.yaw
         hands = self._beside("left_hand", body), self._beside("right_hand", body)
@@ -249,7 +249,7 @@ class Inbox:
         tracker = role.removeprefix(TRACKER)
         assert source.pose is not None
         if not self._seated and self._contradicted(tracker, source):
-            return "the trackers do not sit on the rover like that: look at axes, units and mounts"
+            return "the trackers contradict their mounts on the rover: check axes, units and mounts"
         self.tell("rover.tracker", source.at_ns, TrackerPose(tracker, source.pose))
         return None
 

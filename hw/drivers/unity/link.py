@@ -142,15 +142,15 @@ class Unity:
         self._feed.close()
         self._outlet.close()
 
-    def _take(self, told: Datagram, stamp_ns: int) -> None:
-        if told.name == "vr.link":
+    def _take(self, datagram: Datagram, stamp_ns: int) -> None:
+        if datagram.name == "vr.link":
             self.heard_ns = stamp_ns
-        waiting = self._queues.get(told.name)
+        waiting = self._queues.get(datagram.name)
         if waiting is None:
             return
-        waiting.append(Sample(told.name, stamp_ns, told.value))
-        if told.name in self._wakes:
-            self._wakes[told.name]()
+        waiting.append(Sample(datagram.name, stamp_ns, datagram.value))
+        if datagram.name in self._wakes:
+            self._wakes[datagram.name]()
 
 
 class UnityTrackers:

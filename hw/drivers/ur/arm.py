@@ -172,7 +172,7 @@ class UrArm:
             if self._fault is None and not self._child.alive:
                 self._lose("its process has ended")
             elif self._fault is None and silent:
-                self._lose("nothing is heard from it")
+                self._lose("it is silent")
             if self._fault is not None and silent:
                 self._end_worker()
 
@@ -187,17 +187,17 @@ class UrArm:
             self.line.pull(self._fault)
         self.wake()
 
-    def _take(self, told: Datagram, stamp_ns: int) -> None:
+    def _take(self, datagram: Datagram, stamp_ns: int) -> None:
         """Take a datagram of the worker, in the thread of the feed."""
-        if told.source != "arm" or told.stamp_ns < self._begun:
+        if datagram.source != "arm" or datagram.stamp_ns < self._begun:
             return
-        if told.name == "arm.joints":
-            self.late += self._fault is None and told.stamp_ns - self._heard > JOINTS_LATE_NS
-            self._heard = told.stamp_ns
-            self._samples.append(Sample("arm.joints", stamp_ns, told.value))
+        if datagram.name == "arm.joints":
+            self.late += self._fault is None and datagram.stamp_ns - self._heard > JOINTS_LATE_NS
+            self._heard = datagram.stamp_ns
+            self._samples.append(Sample("arm.joints", stamp_ns, datagram.value))
             self.wake()
-        elif told.name == "arm.link" and told.value is not None and self._fault is None:
-            self._lose(str(told.value))
+        elif datagram.name == "arm.link" and datagram.value is not None and self._fault is None:
+            self._lose(str(datagram.value))
 
     def _tell_here(self) -> None:
         stopped = self.line is not None and self.line.reason is not None

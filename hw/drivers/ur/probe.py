@@ -58,7 +58,7 @@ class DashboardClient:
     def _line(self) -> str:
         line = self._answers.readline()
         if not line:
-            raise ConnectionError("the dashboard has hung up")
+            raise ConnectionError("the dashboard closed the connection")
         return line.decode(errors="replace").strip()
 
 
@@ -106,7 +106,7 @@ def _version(link: socket.socket) -> str:
     link.sendall(struct.pack(">HB", 3, ord("v")))
     size, kind, *numbers = struct.unpack(">HB4I", _exactly(link, 19))
     if (size, kind) != (19, ord("v")):
-        raise OSError("it does not tell its version")
+        raise OSError("it does not report its version")
     return ".".join(map(str, numbers))
 
 
@@ -115,6 +115,6 @@ def _exactly(link: socket.socket, size: int) -> bytes:
     while len(data) < size:
         piece = link.recv(size - len(data))
         if not piece:
-            raise ConnectionError("it has hung up")
+            raise ConnectionError("it closed the connection")
         data += piece
     return data

@@ -79,7 +79,7 @@ class UrController:
             self._receive = RTDEReceiveInterface(settings.host, 125.0, list(VARIABLES))
             self._control = RTDEControlInterface(settings.host, 125.0)
             if not self._control.setWatchdog(WATCHDOG_HZ):
-                raise OSError("the controller takes no watchdog")
+                raise OSError("the controller refuses the watchdog")
             if not self._control.setPayload(settings.mass, list(settings.center)):
                 raise OSError("the controller does not take the payload")
         except RuntimeError as error:
@@ -132,7 +132,7 @@ class Worker:
         self._pieces: list[TimedJoints] = []
         self._course = settings.course
         self._refused: str | None = "the arm was lost" if settings.acknowledged else None
-        self._held: str | None = "the engine has said nothing yet"
+        self._held: str | None = "nothing received from the engine yet"
         self._ticked = self._heard = 0
         self._newest = 0
         self._stamp, self._advanced = controller.stamp, time.monotonic_ns()
@@ -156,31 +156,31 @@ class Worker:
 
     # ---- orders
 
-    def take(self, told: Datagram, now_ns: int) -> None:
+    def take(self, datagram: Datagram, now_ns: int) -> None:
         """Take a datagram of the engine; overtaken ones are dropped."""
-        if told.number <= self._newest:
+        if datagram.number <= self._newest:
             return
-        self._newest, self._heard = told.number, now_ns
-        late = now_ns - told.stamp_ns > TICK_FRESH_NS
-        if told.name == "here":
-            self._ticked, self._held = told.stamp_ns, told.value
+        self._newest, self._heard = datagram.number, now_ns
+        late = now_ns - datagram.stamp_ns > TICK_FRESH_NS
+        if datagram.name == "here":
+            self._ticked, self._held = datagram.stamp_ns, datagram.value
             if self._held is not None:
                 self.break_off(self._held)
-        elif told.name == "stop":
+        elif datagram.name == "stop":
             self._pieces = []
             self.break_off(None)
-        elif told.name == "follow":
-            number, first, count, points = told.value
+        elif datagram.name == "follow":
+            number, first, count, points = datagram.value
             whole = first == len(self._pieces) or first == 0
             self._pieces = [*(self._pieces if first else ()), *points] if whole else []
             if first + len(points) == count:
-                self._follow(number, "the course came late" if late else None, count)
+                self._follow(number, "the trajectory arrived late" if late else None, count)
 
     def _follow(self, number: int, late: str | None, count: int) -> None:
         points, self._pieces = self._pieces, []
         refused = late or self._refusal(points)
         if len(points) < count:
-            refused = "the course was stopped before it was whole"
+            refused = "the trajectory was stopped before it was complete"
         self.break_off(None)
         self._course, self._refused = number, refused
         if refused is None and len(points) > 1:
@@ -271,8 +271,8 @@ def main(settings: WorkerSettings, ready: Ready, parent: Parent) -> None:
         now = time.monotonic_ns()
         if not left and (parent in found or worker.gone(now)):
             left = now
-        for told in orders.poll():
-            worker.take(told, now)
+        for datagram in orders.poll():
+            worker.take(datagram, now)
         if left:
             worker.break_off("the engine has gone")
         worker.look(now)

@@ -260,9 +260,9 @@ def test_nobody_there_is_told():
 @pytest.mark.parametrize(
     ("body", "given", "said"),
     [
-        ({"speed": 0.54}, {}, "limits: speed: 0.53 m/s is most for a stop in 0.5 m"),
-        ({"brakes": 3.0}, {}, "limits: brakes: 0.6 m/s2 is most"),
-        ({}, {"stops": {"timeout": 1.0, "ramp": 0.6}}, "limits: speed: 0.379 m/s is most"),
+        ({"speed": 0.54}, {}, "limits: speed: 0.53 m/s at most for a stop in 0.5 m"),
+        ({"brakes": 3.0}, {}, "limits: brakes: 0.6 m/s2 at most"),
+        ({}, {"stops": {"timeout": 1.0, "ramp": 0.6}}, "limits: speed: 0.379 m/s at most"),
         ({}, {"stops": {"timeout": 0.0, "ramp": 0.6}}, "stops: 0.0 s and 0.6 m/s2"),
         ({}, {"topics": {"odometry": "x"}}, "topics: odometry: there are cmd_vel, odom"),
     ],
