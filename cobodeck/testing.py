@@ -124,8 +124,8 @@ class Rehearsal:
         parameters: Mapping[str, Any] | None,
     ) -> None:
         from cobodeck.metrics import Evaluator
+        from cobodeck.setup import open_setup
         from cobodeck.stage import Options, stage
-        from cobodeck.wiring import open_setup
 
         beside = self.folder / chart
         name = str(beside) if beside.is_file() else chart

@@ -82,3 +82,49 @@ def test_no_public_class_has_the_name_of_another_type() -> None:
         if len(where) > 1 and any(is_class for _, is_class in where)
     }
     assert not twice
+
+
+def imports_at_load(body: list[ast.stmt]) -> Iterator[str]:
+    """What a module imports while it is loaded; not in functions, nor for type checkers alone."""
+    for node in body:
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield str(node.module)
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.If):
+            checking = "TYPE_CHECKING" in ast.unparse(node.test)
+            yield from imports_at_load(node.orelse if checking else node.body + node.orelse)
+        elif isinstance(node, ast.Try):
+            yield from imports_at_load(node.body + node.orelse + node.finalbody)
+            for handler in node.handlers:
+                yield from imports_at_load(handler.body)
+
+
+def circles(graph: dict[str, set[str]]) -> list[list[str]]:
+    """Modules that lead back to themselves: what is left when those that lead nowhere are removed,
+    again and again, from both ends."""
+    left = dict(graph)
+    while True:
+        named = {name for targets in left.values() for name in targets}
+        kept = {n: t & left.keys() for n, t in left.items() if n in named and t & left.keys()}
+        if kept == left:
+            return [sorted(left)] if left else []
+        left = kept
+
+
+def test_no_modules_import_each_other_in_a_circle() -> None:
+    texts = {
+        name.removesuffix(".py").removesuffix("/__init__").replace("/", "."): text
+        for name, text in modules()
+    }
+    graph = {
+        name: set(imports_at_load(ast.parse(text).body)) & texts.keys() - {name}
+        for name, text in texts.items()
+    }
+
+    assert sum(map(len, graph.values())) > 1000
+    assert circles(graph) == []
+    first, second = next((a, b) for a, targets in graph.items() for b in targets)
+    graph[second].add(first)
+    assert {first, second} <= set(circles(graph)[0])

@@ -14,8 +14,8 @@ from behaviors.haptic import best_pose, poses, reachable
 from behaviors.settings import Settings
 from behaviors.situation import Situation
 from cobodeck.plants import Plant
+from cobodeck.setup import Setup
 from cobodeck.stage import Options, stage
-from cobodeck.wiring import Setup
 from engine.board import Board
 from engine.machine import RUNNING, Leaf
 from hw.geometry import STILL, Pose2, Pose3, wrap

@@ -26,7 +26,7 @@ from cobodeck.named_files import kind_of
 from cobodeck.record.header import code, label, read_files, sha256
 from cobodeck.record.reader import Record
 from cobodeck.record.start import FOLDER
-from cobodeck.wiring import PROFILE, TICK_HZ, Setup
+from cobodeck.setup import PROFILE, TICK_HZ, Setup
 from engine.files.finding import FileError
 
 BODY = frozenset(("profile", "robot", "prop", "calibration", "arm"))

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from behaviors.profile import load_profile
+from cobodeck.setup import open_setup
 from cobodeck.testing import Rehearsal
-from cobodeck.wiring import open_setup, wire
+from cobodeck.wiring import wire
 from hw.geometry import Pose2, Twist2
 from hw.mock import mock_world
 from hw.people.live import LivePerson

@@ -21,8 +21,8 @@ from cobodeck.loop import Loop
 from cobodeck.measured import Senses
 from cobodeck.metrics import Evaluator, MotionHash
 from cobodeck.requests import RequestWatch
+from cobodeck.setup import open_setup
 from cobodeck.stage import Options, stage
-from cobodeck.wiring import open_setup
 from engine.board import Board
 from engine.signals import declare
 from hw.geometry import Pose2, Pose3

@@ -23,9 +23,10 @@ from cobodeck.clocks import RealTime
 from cobodeck.inlet import Inlet
 from cobodeck.loop import LATE_NS, Loop
 from cobodeck.plants import Nothing
+from cobodeck.setup import open_setup
 from cobodeck.simulate import simulate
 from cobodeck.stage import Options, stage
-from cobodeck.wiring import Wired, open_setup
+from cobodeck.wiring import Wired
 from engine.board import Board
 from engine.clock import TickGrid
 from engine.load import load_text

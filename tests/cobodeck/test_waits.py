@@ -9,9 +9,9 @@ import pytest
 
 from behaviors.escape import SafeOnTheWay
 from cobodeck.catalogue import catalogue
+from cobodeck.setup import open_setup
 from cobodeck.stage import Options, stage
 from cobodeck.testing import Rehearsal
-from cobodeck.wiring import open_setup
 from engine import lifecycle
 from engine.board import Board
 from engine.context import LeafContext
