@@ -11,7 +11,7 @@ from behaviors.escape import SafeOnTheWay
 from cobodeck.catalogue import catalogue
 from cobodeck.setup import open_setup
 from cobodeck.stage import Options, stage
-from cobodeck.testing import Rehearsal
+from cobodeck.testing import ChartTester
 from engine import lifecycle
 from engine.board import Board
 from engine.context import LeafContext
@@ -86,7 +86,7 @@ def shipped() -> dict[str, Any]:
 
 
 def test_shipped_states_wait_for_all_that_they_look_at(
-    watched: type[Watched], sim: Rehearsal
+    watched: type[Watched], sim: ChartTester
 ) -> None:
     for scene, user, requests in (("study", None, 1), ("lab_a", "cornering", 2)):
         loop = stage(open_setup("cobodeck", scene), Options(user=user, requests=requests))
