@@ -20,9 +20,7 @@ from cobodeck.alone import HZ, chart_of_text, loop_alone
 from cobodeck.catalogue import Catalogue, catalogue
 from cobodeck.library import open_chart
 from cobodeck.loop import Loop
-from cobodeck.metrics import Evaluator
-from cobodeck.setup import open_setup
-from cobodeck.stage import Options, stage
+from cobodeck.options import Options
 from cobodeck.stub_parts import Parts
 from engine.files.finding import did_you_mean
 from engine.machine import RUNNING, Leaf
@@ -108,6 +106,10 @@ class ChartTester:
         options: Options,
         parameters: Mapping[str, Any] | None,
     ) -> None:
+        from cobodeck.metrics import Evaluator
+        from cobodeck.setup import open_setup
+        from cobodeck.stage import stage
+
         setup = open_setup(chart, scene, profile, HZ, robot, known=self._catalogue())
         self._loop = stage(setup, options, parameters)
         for observer in self._loop.observers:

@@ -18,8 +18,9 @@ from typing import Any
 from cobodeck.bench.harness import BenchRow
 from cobodeck.bench.states import Delay
 from cobodeck.clocks import RealTime
+from cobodeck.options import Options
 from cobodeck.setup import Setup, open_setup
-from cobodeck.stage import Options, stage
+from cobodeck.stage import stage
 from cobodeck.warmup import warm_up
 from engine.load import load_text
 from engine.signals import Measured

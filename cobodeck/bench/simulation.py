@@ -6,9 +6,9 @@ import statistics
 from collections.abc import Iterator
 
 from cobodeck.bench.harness import ROUNDS, BenchRow
+from cobodeck.options import Options
 from cobodeck.setup import open_setup
 from cobodeck.simulate import simulate
-from cobodeck.stage import Options
 
 NAME = "simulation"
 SCENE = "study"

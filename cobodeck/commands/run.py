@@ -20,8 +20,8 @@ from cobodeck.gate import WORDS
 from cobodeck.setup import PROFILE, TICK_HZ
 
 if TYPE_CHECKING:
+    from cobodeck.options import Options
     from cobodeck.setup import Setup
-    from cobodeck.stage import Options
 
 BLOCKED_S = 0.1
 """Longer ticks, s, are reported with what blocks them: three periods at 30 Hz."""
@@ -76,7 +76,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run on the mock, or on real parts."""
     from cobodeck.clocks import RealTime, Virtual
-    from cobodeck.stage import Options
+    from cobodeck.options import Options
     from hw.connection import connection_names, load_connection
     from hw.robot import robot_names
 

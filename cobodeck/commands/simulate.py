@@ -19,10 +19,10 @@ from engine.errors import Raised
 if TYPE_CHECKING:
     from cobodeck.clocks import Clock
     from cobodeck.loop import Loop
+    from cobodeck.options import Options
     from cobodeck.record.recorder import Recorder
     from cobodeck.setup import Setup
     from cobodeck.simulate import RunResult
-    from cobodeck.stage import Options
     from hw.connection import Connection
 
 BLOCKED_S = 5.0
@@ -84,7 +84,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Simulate, record, report."""
-    from cobodeck.stage import LONGEST_S, Options
+    from cobodeck.options import LONGEST_S, Options
 
     options = Options(
         user=args.user,

@@ -80,9 +80,9 @@ def _spaces(text: str | None) -> tuple[str, ...] | None:
 
 def _simulated(args: argparse.Namespace) -> Moment:
     from cobodeck.catalogue import catalogue
+    from cobodeck.options import Options
     from cobodeck.pictures.moment import after
     from cobodeck.setup import open_setup
-    from cobodeck.stage import Options
 
     setup = open_setup(args.chart or CHART, args.scene, args.profile, known=catalogue(own=args.own))
     progress = ProgressLine("render")

@@ -13,9 +13,10 @@ from behaviors.chase_space import grid
 from behaviors.haptic import best_pose, poses, reachable
 from behaviors.settings import Settings
 from behaviors.situation import Situation
+from cobodeck.options import Options
 from cobodeck.plants import Plant
 from cobodeck.setup import Setup
-from cobodeck.stage import Options, stage
+from cobodeck.stage import stage
 from engine.board import Board
 from engine.machine import RUNNING, Leaf
 from hw.geometry import STILL, Pose2, Pose3, wrap

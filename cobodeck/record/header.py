@@ -15,9 +15,9 @@ from typing import Any
 from cobodeck.library import reached
 from cobodeck.loop import Loop
 from cobodeck.named_files import KINDS
+from cobodeck.options import Options
 from cobodeck.record.sink import behind_record
 from cobodeck.setup import Setup
-from cobodeck.stage import Options
 from engine.files.finding import FileError
 from engine.files.named import own_files
 from engine.files.text import noted, read_bytes

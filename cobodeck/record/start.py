@@ -10,13 +10,13 @@ from pathlib import Path
 
 from cobodeck.console import USAGE, Problem
 from cobodeck.loop import Loop
+from cobodeck.options import Options
 from cobodeck.record.header import attachments, header, header_of_replay, kind_of
 from cobodeck.record.reader import Record
 from cobodeck.record.recorder import Describe, Recorder, RunDescription
 from cobodeck.record.scenery import scene_update
 from cobodeck.record.sink import ENDING, Sink, Taken, open_free
 from cobodeck.setup import Setup
-from cobodeck.stage import Options
 
 TellLine = Callable[[str], None]
 FOLDER = Path("out")

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from cobodeck.figures import Visit, contact_figures, escape_figures, visits
+from cobodeck.options import Options
 from cobodeck.setup import open_setup
 from cobodeck.simulate import simulate
-from cobodeck.stage import Options
 from cobodeck.summary import summary
 from cobodeck.testing import ChartTester
 from hw.truth import Contact

@@ -13,9 +13,10 @@ from behaviors.signals import ESTIMATE
 from cobodeck.console import Problem
 from cobodeck.explain import explain
 from cobodeck.figures import visits
+from cobodeck.options import Options
 from cobodeck.setup import Setup, open_setup
 from cobodeck.simulate import RunResult, simulate
-from cobodeck.stage import Options, stage
+from cobodeck.stage import stage
 from engine.files.finding import FileError
 from hw.sensing import Sensing
 from hw.sim.contact import gap

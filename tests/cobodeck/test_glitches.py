@@ -9,8 +9,9 @@ from typing import Any
 import pytest
 
 from cobodeck.loop import Loop
+from cobodeck.options import Options
 from cobodeck.setup import open_setup
-from cobodeck.stage import Options, stage
+from cobodeck.stage import stage
 from hw.geometry import Pose2
 from hw.people.user import open_user
 from hw.samples import Sample, UserPose

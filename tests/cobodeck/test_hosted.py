@@ -16,8 +16,9 @@ from cobodeck.inlet import Inlet
 from cobodeck.localization import LocalizationWatch
 from cobodeck.metrics import Evaluator
 from cobodeck.operators import ConsoleOperator
+from cobodeck.options import Options
 from cobodeck.setup import open_setup
-from cobodeck.stage import Options, stage
+from cobodeck.stage import stage
 from engine.board import Board
 from engine.signals import Measured, declare
 from hw.connection import Connection, RunInfo, ServedPart

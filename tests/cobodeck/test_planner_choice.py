@@ -8,9 +8,10 @@ from typing import Any
 import pytest
 
 from behaviors.profile import FOLDER, load_profile
+from cobodeck.options import Options
 from cobodeck.setup import open_setup
 from cobodeck.simulate import simulate
-from cobodeck.stage import Options, stage
+from cobodeck.stage import stage
 from cobodeck.warmup import warm_up
 from engine.files.finding import FileError
 

@@ -11,12 +11,13 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK, USAGE
+from cobodeck.options import Options
 from cobodeck.pictures.course import Course
 from cobodeck.pictures.recorded import MEASURED, course_of
 from cobodeck.pictures.watch import CourseWatch, used_charts
 from cobodeck.record.reader import Group, Record
 from cobodeck.setup import open_setup
-from cobodeck.stage import Options, stage
+from cobodeck.stage import stage
 
 RUN = ("--scene", "study", "--requests", "2", "--seed", "3")
 

@@ -9,8 +9,9 @@ import pytest
 
 from behaviors.escape import SafeOnTheWay
 from cobodeck.catalogue import catalogue
+from cobodeck.options import Options
 from cobodeck.setup import open_setup
-from cobodeck.stage import Options, stage
+from cobodeck.stage import stage
 from cobodeck.testing import ChartTester
 from engine import lifecycle
 from engine.board import Board

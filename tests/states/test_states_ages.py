@@ -10,8 +10,9 @@ from typing import Any
 import pytest
 
 from cobodeck.loop import Loop
+from cobodeck.options import Options
 from cobodeck.setup import open_setup
-from cobodeck.stage import Options, stage
+from cobodeck.stage import stage
 from cobodeck.wiring import wire
 from engine.machine import Leaf
 from hw.geometry import Pose2, Twist2

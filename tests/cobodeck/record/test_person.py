@@ -15,12 +15,12 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK, USAGE
+from cobodeck.options import Options
 from cobodeck.record.person import past
 from cobodeck.record.reader import Group, Record, RecordedMessage
 from cobodeck.record.start import recorder
 from cobodeck.setup import open_setup
 from cobodeck.simulate import RunResult, simulate
-from cobodeck.stage import Options
 from hw.geometry import Pose3
 from hw.people.person import Person
 from hw.people.user import open_user

@@ -14,11 +14,11 @@ from typing import Any
 import pytest
 from mcap.reader import make_reader
 
+from cobodeck.options import Options
 from cobodeck.record.start import recorder
 from cobodeck.record.taps import Tapped
 from cobodeck.setup import open_setup
 from cobodeck.simulate import RunResult, simulate
-from cobodeck.stage import Options
 from engine.files.text import noting
 
 AT = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)

@@ -15,13 +15,13 @@ import pytest
 
 import cobodeck.simulate
 from cobodeck.__main__ import main
+from cobodeck.options import Options
 from cobodeck.record.reader import Record
 from cobodeck.record.recover import extent
 from cobodeck.record.sink import PART, Sink, Taken, open_free
 from cobodeck.record.start import recorder
 from cobodeck.setup import Setup, open_setup
 from cobodeck.simulate import RunResult, simulate
-from cobodeck.stage import Options
 from engine.files.text import noting
 
 AT = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
