@@ -27,8 +27,8 @@ from cobodeck.record.replay import Replay, setup_of, stage_replay
 from cobodeck.record.start import recorder
 from cobodeck.setup import Setup, open_setup
 from cobodeck.simulate import RunResult, simulate
-from cobodeck.wiring import Machine
 from engine.files.text import noting
+from engine.machine import Machine
 from engine.operator import Operator
 from engine.run import ChartRun
 from hw.sim.arm import SimArm
