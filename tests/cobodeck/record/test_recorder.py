@@ -129,7 +129,7 @@ def test_another_library_reads_it(kept: tuple[Path, RunResult]) -> None:
 
 
 def test_the_analysis_on_the_page_works_as_it_stands(kept: tuple[Path, RunResult]) -> None:
-    page = (Path(__file__).parents[3] / "cobodeck/record/README.md").read_text()
+    page = (Path(__file__).parents[3] / "cobodeck/record/FORMAT.md").read_text()
     code = page.partition("```python\n")[2].partition("```")[0]
     command = [sys.executable, "-c", code, str(kept[0])]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
