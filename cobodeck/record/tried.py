@@ -76,12 +76,13 @@ def wanted_of(setup: Setup) -> Wanted:
         if path.suffix == URDF or kind_of(path) in BODY
     }
     return Wanted(
-        files=charts | body | {f"profile {setup.profile.name}": setup.profile.sha256},
+        files=charts | body,
         code=code(setup),
         limits=asdict(setup.limits),
         tick_hz=setup.tick_hz,
         connection=(setup.connection.name, setup.connection.sha256),
         person=setup.uses().person,
+        profile=setup.profile.sha256,
     )
 
 
