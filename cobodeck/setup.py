@@ -156,7 +156,7 @@ class Setup:
         """What the reachable states of the chart command and read."""
         leaves = reachable(self.machine(parameters))
         reads = {name for leaf in leaves for name in leaf.interface.reads}
-        commands = {part for leaf in leaves for part in leaf.commands}
+        commands = {part for leaf in leaves for part in leaf.interface.commands}
         known = self.signals
         used = (known[name] for name in closure(known, reads & known.keys()))
         welcome = frozenset(s.name for s in used if isinstance(s, Measured))

@@ -23,7 +23,7 @@ from cobodeck.loop import Loop
 from cobodeck.options import Options
 from cobodeck.stub_parts import Parts
 from engine.files.finding import did_you_mean
-from engine.machine import RUNNING, Leaf
+from engine.machine import Leaf
 from engine.operator import Operator
 from engine.run import ChartRun
 from engine.scripted import LeafScript
@@ -137,10 +137,9 @@ class ChartTester:
         }
         kept = {leaf.path for name in real for leaf in self._leaves(name)}
         self._script = LeafScript(machine)
-        for leaf in machine.leaves:
-            if leaf.path in kept or not (everything or leaf.path in played):
-                leaf.make, leaf.instant = leaf.interface.make, leaf.interface.instant
-                leaf.produces = leaf.interface.outputs
+        for path, stand_in in self._script.stand_ins.items():
+            if path not in kept and (everything or path in played):
+                self.run.put_in(path, stand_in)
         return {path: list(outcomes) for path, outcomes in played.items()}
 
     # -- while it runs ---------------------------------------------------------------------------
@@ -174,7 +173,7 @@ class ChartTester:
     @property
     def active(self) -> list[str]:
         """The paths of the leaves that are going on."""
-        return [v.path for v in self._leaves_of_run() if v.status == RUNNING]
+        return self.run.active
 
     @property
     def operator(self) -> Operator:

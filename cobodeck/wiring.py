@@ -177,7 +177,7 @@ def refuse_what_is_missing(
     lacking: dict[str, None] = {}
     for leaf in leaves:
         who = leaf.interface.name
-        for name in leaf.commands:
+        for name in leaf.interface.commands:
             if name not in parts:
                 lacking[f"this robot lacks part {name!r}, commanded by {who}"] = None
         for name in leaf.interface.reads:
