@@ -4,18 +4,22 @@ import os
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, Phase, settings
+
+from tests.repeats import examples
 
 pytest_plugins = ["cobodeck.pytest_plugin"]
 
 # what depends on how busy the machine is, or on luck, fails no test
 CALM = settings(
     deadline=None,
+    max_examples=examples(100),
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
 )
 settings.register_profile("calm", CALM)
-# a red build must repeat
-settings.register_profile("ci", CALM, derandomize=True)
+# a red build must repeat, and soon: minimal examples are looked for by whoever repeats it
+CI_PHASES = (Phase.explicit, Phase.reuse, Phase.generate, Phase.target)
+settings.register_profile("ci", CALM, derandomize=True, phases=CI_PHASES)
 settings.load_profile("ci" if os.environ.get("CI") else "calm")
 
 

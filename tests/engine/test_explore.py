@@ -9,9 +9,13 @@ from engine.machine import Vertex
 from engine.state import Action, Context, Run
 from tests.engine.conftest import Bench
 from tests.engine.valid_charts import chart_texts
+from tests.repeats import examples
 
 quick = settings(
-    deadline=None, max_examples=150, suppress_health_check=list(HealthCheck), derandomize=True
+    deadline=None,
+    max_examples=examples(150),
+    suppress_health_check=list(HealthCheck),
+    derandomize=True,
 )
 
 

@@ -35,10 +35,14 @@ from engine.state import Until
 from engine.turns import Turns
 from tests.engine.conftest import STATES, Part, interface
 from tests.engine.valid_charts import chart_texts
+from tests.repeats import examples
 
 INTERFACES = {cls.__name__: interface(cls) for cls in STATES}
 many = settings(
-    deadline=None, max_examples=200, suppress_health_check=list(HealthCheck), derandomize=True
+    deadline=None,
+    max_examples=examples(200),
+    suppress_health_check=list(HealthCheck),
+    derandomize=True,
 )
 
 
@@ -302,7 +306,7 @@ class KeepsTheTurnOfTheClosed(ChartRun):
 
 @pytest.mark.parametrize("faulty", [DropsLosers, ClosesOnlyTheFirst, KeepsTheTurnOfTheClosed])
 def test_a_faulty_runner_is_caught(faulty):
-    @settings(many, database=None, phases=(), max_examples=200)
+    @settings(many, database=None, phases=(), max_examples=examples(200))
     @given(text=chart_texts(timeouts=True), seed=st.integers(0, 10**6))
     def search(text, seed):
         check_lives(text, seed, faulty)

@@ -17,6 +17,7 @@ from engine.files.source import read
 from engine.load import Library
 from engine.machine import Machine
 from tests.engine.check.some_charts import INTERFACES, Maker, library
+from tests.repeats import examples
 
 
 class PlainMaker(Maker):
@@ -55,7 +56,7 @@ def below(found: Library, findings: list[Finding], code: str) -> list[str]:
 
 
 @given(st.integers(0, 2**32))
-@settings(deadline=None, max_examples=300, derandomize=True)
+@settings(deadline=None, max_examples=examples(300), derandomize=True)
 def test_unreachable_unproduced_and_dead_are_what_no_walk_finds_a_way_for(seed: int) -> None:
     found = library([plain_chart(random.Random(seed))])
     findings = check(found, INTERFACES)
