@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from behaviors.settings import ChaseSettings, Settings
 from hw.geometry import Pose2
 from states.environment import Environment
+from states.navigation.speed import rest_to_rest
 
 Array = NDArray[np.float64]
 
@@ -81,15 +82,6 @@ def time_to_haptic(environment: Environment, settings: Settings, cells: Array) -
         best = np.minimum(best, np.maximum(drive, rotate))
     room = np.minimum(1.0, np.hypot(*cells.T) / settings.chase.best_radius)
     found: Array = room**2 / (1.0 + best)
-    return found
-
-
-def rest_to_rest(length: Array, speed: float, acceleration: float) -> Array:
-    """Time for a way from standstill to standstill, s."""
-    short = 2.0 * np.sqrt(length / acceleration)
-    found: Array = np.where(
-        length < speed * speed / acceleration, short, length / speed + speed / acceleration
-    )
     return found
 
 

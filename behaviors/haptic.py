@@ -63,15 +63,12 @@ def best_pose(now: Situation, times: dict[Pose2, float], deep: Pose3) -> Pose2 |
 
 def drive_time(now: Situation, length: float, turn: float) -> float:
     """From standstill to standstill, turning on the way, s."""
+    from states.navigation.speed import rest_to_rest
+
     limits, fastest = now.environment.limits, now.environment.navigation.haptic.max_speed
-    drive = _rest_to_rest(length, fastest, limits.base_acceleration)
-    return max(drive, _rest_to_rest(turn, limits.base_yaw_rate, limits.base_yaw_acceleration))
-
-
-def _rest_to_rest(way: float, speed: float, acceleration: float) -> float:
-    if way < speed * speed / acceleration:
-        return 2.0 * math.sqrt(way / acceleration)
-    return way / speed + speed / acceleration
+    drive = rest_to_rest(length, fastest, limits.base_acceleration)
+    turning = rest_to_rest(turn, limits.base_yaw_rate, limits.base_yaw_acceleration)
+    return float(max(drive, turning))
 
 
 class Released(Monitor):

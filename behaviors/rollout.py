@@ -20,7 +20,7 @@ from hw.people.person import RADIUS
 from hw.room import Point
 from states.environment import SubsystemName
 from states.navigation.local_planner import GlobalPlanner
-from states.signals.prediction import PREDICTORS
+from states.signals.prediction import PREDICTORS, chord
 
 Array = NDArray[np.float64]
 
@@ -127,16 +127,15 @@ def towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
     speed = min(environment.navigation.named(name).max_speed, math.sqrt(2.0 * acceleration * left))
     pace = min(speed / left, 1.0 / STEP_S)
     wanted_x, wanted_y = pace * dx, pace * dy
-    c, s = math.cos(pose.yaw), math.sin(pose.yaw)
-    vx, vy = c * twist.vx - s * twist.vy, s * twist.vx + c * twist.vy
-    ax, ay = wanted_x - vx, wanted_y - vy
+    motion = twist.rotated(pose.yaw)
+    ax, ay = wanted_x - motion.vx, wanted_y - motion.vy
     share = min(1.0, 2.0 * acceleration * environment.period / max(1e-9, math.hypot(ax, ay)))
-    vx, vy = vx + share * ax, vy + share * ay
+    vx, vy = motion.vx + share * ax, motion.vy + share * ay
     braking = math.hypot(vx, vy) / (2.0 * acceleration)
     rest = (pose.x + braking * vx, pose.y + braking * vy)
     if not now.planners[name].allows((pose.x, pose.y), rest):
         return STILL
-    return Twist2(c * wanted_x + s * wanted_y, c * wanted_y - s * wanted_x)
+    return Twist2(wanted_x, wanted_y).rotated(-pose.yaw)
 
 
 @njit(cache=True)
@@ -164,6 +163,9 @@ def crowding(
     return found
 
 
+_chord = njit(cache=True)(chord)
+
+
 @njit(cache=True)
 def _tracks(predictors: Array, state: Array, robot: Array) -> Array:
     """`Predictor.at` for each predictor, a row with its numbers, and each step."""
@@ -176,15 +178,13 @@ def _tracks(predictors: Array, state: Array, robot: Array) -> Array:
         rate = keeps * state[5] + turn
         for step in range(STEPS):
             ahead = STEP_S * (step + 1)
-            turned = rate * fades * (1.0 - math.exp(-ahead / fades))
-            shorter = math.sin(0.5 * turned) / (0.5 * turned) if turned != 0.0 else 1.0
-            way = speed * pace * ahead * shorter
-            direction, yaw = heading + fades * (rate - turned / ahead), state[2] + turned
+            length, off, turned = _chord(speed * pace, rate, fades, ahead)
+            direction, yaw = heading + off, state[2] + turned
             if comes:
-                way, direction = min(pace * ahead, math.hypot(dx, dy)), math.atan2(dy, dx)
+                length, direction = min(pace * ahead, math.hypot(dx, dy)), math.atan2(dy, dx)
                 yaw = direction
-            found[i, step, 0] = state[0] + way * math.cos(direction)
-            found[i, step, 1] = state[1] + way * math.sin(direction)
+            found[i, step, 0] = state[0] + length * math.cos(direction)
+            found[i, step, 1] = state[1] + length * math.sin(direction)
             found[i, step, 2] = yaw
     return found
 

@@ -124,7 +124,8 @@ class Rehearsal:
         parameters: Mapping[str, Any] | None,
     ) -> None:
         from cobodeck.metrics import Evaluator
-        from cobodeck.stage import Options, stage
+        from cobodeck.options import Options
+        from cobodeck.stage import stage
         from cobodeck.wiring import open_setup
 
         beside = self.folder / chart

@@ -67,7 +67,7 @@ def _localizing(setup: Setup) -> None:
 
 
 def _reaching(setup: Setup) -> None:
-    from states.arm.model import manipulator_of
+    from states.arm.robot_arm import manipulator_of
 
     setup.environment.workspace.warm_up(manipulator_of(setup.robot))
 

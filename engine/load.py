@@ -10,8 +10,8 @@ from engine.chart import (
     AUTONOMY,
     CONTAINERS,
     Chart,
+    DataKey,
     Form,
-    Key,
     Node,
     Parameter,
     Reference,
@@ -324,15 +324,15 @@ class _Reader:
             found[outcome] = self.words(inside, outcome)
         return found
 
-    def output_keys(self, raw: Map, outputs: Mapping[str, Mapping[str, str]]) -> dict[str, Key]:
+    def output_keys(self, raw: Map, outputs: Mapping[str, Mapping[str, str]]) -> dict[str, DataKey]:
         """An output is a key of the chart, whether its data say so or not."""
-        found: dict[str, Key] = {}
+        found: dict[str, DataKey] = {}
         for outcome, named in outputs.items():
             for name, kind in named.items():
                 at = key_mark_of(raw["outputs"], outcome, name)
                 if not is_name(name):
                     self.report("C06", f"{name!r} is not a name", at, help_with_name(name))
-                found.setdefault(name, Key(name, kind, None, False, at))
+                found.setdefault(name, DataKey(name, kind, None, False, at))
         return found
 
     def parameters(self, raw: Map) -> dict[str, Parameter]:
@@ -343,17 +343,17 @@ class _Reader:
         kind, about = self.text(item, "type") or "any", self.text(item, "about") or ""
         return Parameter(name, kind, item.get("default"), "default" not in item, about, at)
 
-    def keys(self, raw: Map, section: str) -> dict[str, Key]:
+    def keys(self, raw: Map, section: str) -> dict[str, DataKey]:
         is_input = section == "inputs"
 
-        def key(name: str, item: Map, at: Mark) -> Key:
+        def key(name: str, item: Map, at: Mark) -> DataKey:
             given = "initial" in item
             initial = item.get("initial")
             if initial == "none":
                 initial = None
             nothing = given and initial is None
             kind = self.text(item, "type") or "any"
-            return Key(name, kind, initial, given and not nothing, at, is_input, nothing)
+            return DataKey(name, kind, initial, given and not nothing, at, is_input, nothing)
 
         allowed = frozenset(("type", "about") if is_input else ("type", "initial", "about"))
         return self.declared(raw, section, allowed, key)

@@ -52,7 +52,7 @@ def robot(ctx: SignalReader) -> RobotNow | None:
     if oldest <= LATE_S:
         return RobotNow(pose, twist, 1.0)
     if age > LATE_S:
-        pose = _taken_on(pose, twist.rotated(pose.yaw), age)
+        pose = pose.moved(twist.rotated(pose.yaw), age)
     return RobotNow(pose, twist, share_at(oldest))
 
 
@@ -67,7 +67,7 @@ def user(ctx: SignalReader) -> UserNow | None:
     motion = velocity or STILL
     later = replace(
         pose,
-        body=_taken_on(pose.body, motion, age),
+        body=pose.body.moved(motion, age),
         head_yaw=wrap(pose.head_yaw + motion.wz * age),
     )
     return UserNow(later, velocity, share_at(age))
@@ -114,9 +114,3 @@ def slowed(command: Twist2, share: float, speed: float, yaw_rate: float) -> Twis
     if abs(command.wz) * scale > share * yaw_rate:
         scale = share * yaw_rate / abs(command.wz)
     return Twist2(scale * command.vx, scale * command.vy, scale * command.wz)
-
-
-def _taken_on(pose: Pose2, motion: Twist2, age: float) -> Pose2:
-    """Where this velocity, in the map, leads in so many seconds."""
-    x, y = pose.x + age * motion.vx, pose.y + age * motion.vy
-    return Pose2(x, y, wrap(pose.yaw + age * motion.wz))

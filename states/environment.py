@@ -318,8 +318,8 @@ class Environment:
     @cached_property
     def workspace(self) -> Workspace:
         """The exact arm in this room, made when first asked for."""
-        from states.arm.model import manipulator_of
         from states.arm.motion import Workspace
+        from states.arm.robot_arm import manipulator_of
 
         held = manipulator_of(self.robot)
         assert self.robot.arm is not None, "without one there is no manipulator"

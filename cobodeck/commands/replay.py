@@ -85,7 +85,7 @@ def _go(
 
 
 def _options(record: Record) -> Any:
-    from cobodeck.stage import Options
+    from cobodeck.options import Options
 
     return Options(**record.header["options"])
 

@@ -13,8 +13,9 @@ from behaviors.chase_space import grid
 from behaviors.haptic import best_pose, poses, reachable
 from behaviors.settings import Settings
 from behaviors.situation import Situation
+from cobodeck.options import Options
 from cobodeck.plants import Plant
-from cobodeck.stage import Options, stage
+from cobodeck.stage import stage
 from cobodeck.wiring import Setup
 from engine.board import Board
 from engine.machine import RUNNING, Leaf

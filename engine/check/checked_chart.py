@@ -6,7 +6,7 @@ from collections import ChainMap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from engine.chart import CONTAINERS, Chart, Key, Node, Rule, key_mark_of, mark_of
+from engine.chart import CONTAINERS, Chart, DataKey, Node, Rule, key_mark_of, mark_of
 from engine.check.callee import Callee, KnownNames
 from engine.files.finding import Finding, Place, Severity, did_you_mean
 from engine.files.source import Mark
@@ -81,7 +81,7 @@ class Data:
 
     __slots__ = ("bits", "keys", "kinds", "nullable", "read", "start", "written")
 
-    def __init__(self, keys: Mapping[str, Key], types: Mapping[str, Type]) -> None:
+    def __init__(self, keys: Mapping[str, DataKey], types: Mapping[str, Type]) -> None:
         self.keys = list(keys.values())
         self.bits = {name: 1 << index for index, name in enumerate(keys)}
         self.kinds = {name: types.get(key.type, ANY) for name, key in keys.items()}
@@ -92,7 +92,7 @@ class Data:
         self.read = self.written = 0
         self.nullable = 0  # keys into which somebody may write nothing
 
-    def within(self, mask: int) -> Iterator[Key]:
+    def within(self, mask: int) -> Iterator[DataKey]:
         """The keys of these bits."""
         while mask:
             lowest = mask & -mask

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from heapq import heappop, heappush
 
-from engine.chart import Key, key_mark_of, mark_of
+from engine.chart import DataKey, key_mark_of, mark_of
 from engine.check.checked_chart import NodeInPlace, Subject
 
 
@@ -173,7 +173,7 @@ def _check_reads(subject: Subject) -> None:
             subject.error("F02", message, at, hint, (key.at, "declared here"))
 
 
-def _reading(subject: Subject, site: NodeInPlace, mask: int) -> list[tuple[str, Key]]:
+def _reading(subject: Subject, site: NodeInPlace, mask: int) -> list[tuple[str, DataKey]]:
     if not mask:
         return []
     keys = {key.name: key for key in subject.data.within(mask)}
@@ -182,7 +182,7 @@ def _reading(subject: Subject, site: NodeInPlace, mask: int) -> list[tuple[str, 
 
 
 def _report_read(
-    subject: Subject, site: NodeInPlace, name: str, key: Key, before: dict[NodeInPlace, int]
+    subject: Subject, site: NodeInPlace, name: str, key: DataKey, before: dict[NodeInPlace, int]
 ) -> None:
     way = _way(subject, site, subject.data.bits[key.name], before)
     what = "may still be none" if key.optional else "may be read before it is written"

@@ -41,14 +41,6 @@ class Grid:
         """The middle of a cell, m."""
         return self.x + (column + 0.5) * self.resolution, self.y + (row + 0.5) * self.resolution
 
-    def about(self, x: float, y: float) -> Grid:
-        """A grid of this size with the place in its middle, moved by whole cells."""
-        half_x, half_y = 0.5 * self.columns * self.resolution, 0.5 * self.rows * self.resolution
-        by_x = round((x - half_x - self.x) / self.resolution)
-        by_y = round((y - half_y - self.y) / self.resolution)
-        corner = self.x + by_x * self.resolution, self.y + by_y * self.resolution
-        return Grid(self.resolution, self.rows, self.columns, *corner)
-
     def centers(self) -> tuple[Array, Array]:
         """The x of every column and the y of every row, m."""
         xs = self.x + (np.arange(self.columns, dtype=np.float64) + 0.5) * self.resolution

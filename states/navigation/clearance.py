@@ -1,10 +1,9 @@
-"""What is free for the robot's centre among inflated polygons: points, lines, arcs.
+"""Free space for the robot's centre among inflated polygons: tests of points, lines and arcs.
 
-The inflated outline of a polygon is kept as it is: a disc about each corner and a band along each
-side, no matter how the polygons touch or overlap. Nothing is merged or sampled, so there are no
-degenerate cases to get wrong: a place is free when it is at least the radius, less TOLERANCE, away
-from every corner and side, and on the right side of every ring. Passages of exactly twice the
-radius are open.
+An inflated polygon is a disc around each corner and a band along each side, however polygons touch
+or overlap. Nothing is merged or sampled, so there are no degenerate cases: a place is free if it is
+at least the radius, less TOLERANCE, away from every corner and side, inside the outer ring and
+outside all others. Passages of exactly twice the radius are open.
 
 Arrays: `discs` (n, 3) x, y, radius; `sides` (m, 6) x1, y1, x2, y2, radius, ring number; ring 0 is
 the outer one, the others are kept out of; sides of one ring stand together. m, rad.
@@ -23,7 +22,7 @@ from states.maps.cells import is_inside_rings as is_inside_rings
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-6
-"""How far a place may lie inside an inflation and still be free, m."""
+"""Depth inside an inflation up to which a place still counts as free, m."""
 
 TURN = 2.0 * math.pi
 _THIN = 1e-5  # an arc blocked over less than this, rad, is 1e-10 m deep: touched, not entered
@@ -41,14 +40,26 @@ def check_radius(radius: float) -> None:
 
 
 @njit(cache=True)
-def distance_to_side(x: float, y: float, side: Array) -> float:
-    """Distance of a point to a side, m."""
-    dx, dy = side[2] - side[0], side[3] - side[1]
+def turn_between(first: float, second: float) -> float:
+    """Angle from one direction to another, in [-pi, pi), rad."""
+    return (second - first + math.pi) % TURN - math.pi
+
+
+@njit(cache=True)
+def distance_to_segment(x: float, y: float, x1: float, y1: float, x2: float, y2: float) -> float:
+    """Distance of a point to the segment between two others, m."""
+    dx, dy = x2 - x1, y2 - y1
     square = dx * dx + dy * dy
     along = 0.0
     if square > 0.0:
-        along = min(1.0, max(0.0, ((x - side[0]) * dx + (y - side[1]) * dy) / square))
-    return math.hypot(x - side[0] - along * dx, y - side[1] - along * dy)
+        along = min(1.0, max(0.0, ((x - x1) * dx + (y - y1) * dy) / square))
+    return math.hypot(x - x1 - along * dx, y - y1 - along * dy)
+
+
+@njit(cache=True)
+def distance_to_side(x: float, y: float, side: Array) -> float:
+    """Distance of a point to a side, m."""
+    return float(distance_to_segment(x, y, side[0], side[1], side[2], side[3]))
 
 
 @njit(cache=True)
@@ -62,7 +73,7 @@ def distance_to_nearest(x: float, y: float, sides: Array) -> float:
 
 @njit(cache=True)
 def is_clear(x: float, y: float, discs: Array, sides: Array) -> bool:
-    """Far enough from every corner and side; says nothing about which side of them."""
+    """Far enough from every corner and side, on whichever side of them."""
     for i in range(len(discs)):
         dx, dy = x - discs[i, 0], y - discs[i, 1]
         reach = discs[i, 2] - TOLERANCE
@@ -82,7 +93,7 @@ def is_clear(x: float, y: float, discs: Array, sides: Array) -> bool:
 
 @njit(cache=True)
 def is_free(x: float, y: float, discs: Array, sides: Array) -> bool:
-    """On the right side of every ring, and far enough from all?"""
+    """Inside the outer ring, outside all others, and far enough from all sides."""
     return is_inside_rings(x, y, sides) and is_clear(x, y, discs, sides)
 
 
@@ -99,7 +110,7 @@ def are_free(places: Array, discs: Array, sides: Array) -> NDArray[np.bool_]:
 def passes_disc(
     px: float, py: float, qx: float, qy: float, x: float, y: float, reach: float
 ) -> bool:
-    """Does the line p-q stay at least `reach` away from the point (x, y)?"""
+    """Does the segment p-q stay at least `reach` away from the point (x, y)?"""
     if reach <= 0.0:
         return True
     dx, dy = qx - px, qy - py
@@ -119,7 +130,7 @@ def sees(
 ) -> bool:
     """May the robot go straight from p to q, both free themselves?
 
-    With free ends the line can come too near to a side only at the side's corners, or by crossing
+    Between free ends a segment comes too near to a side only at the side's corners, or by crossing
     it. `limit` caps the radii, for leaving an inflation; math.inf otherwise.
     """
     x_low, x_high = min(px, qx), max(px, qx)
@@ -144,7 +155,7 @@ def sees(
 
 @njit(cache=True)
 def comes_no_nearer(px: float, py: float, qx: float, qy: float, sides: Array, slack: float) -> bool:
-    """Does p-q keep every side's radius less slack, or the present distance where that is less?"""
+    """Does p-q keep each side's radius less `slack`, or the distance that p has if that is less?"""
     line = np.array((px, py, qx, qy))
     for i in range(len(sides)):
         side = sides[i]
@@ -173,7 +184,10 @@ def comes_no_nearer(px: float, py: float, qx: float, qy: float, sides: Array, sl
 
 @njit(cache=True)
 def lines_cross(px: float, py: float, qx: float, qy: float, side: Array) -> bool:
-    """Does the line p-q cross a side, its ends being clearly to one hand or the other?"""
+    """Does the segment p-q cross a side?
+
+    The ends of each lie on different sides of the other: the cross products have different signs.
+    """
     dx, dy = qx - px, qy - py
     one = dx * (side[1] - py) - dy * (side[0] - px)
     two = dx * (side[3] - py) - dy * (side[2] - px)
@@ -207,7 +221,12 @@ def near(x: float, y: float, reach: float, discs: Array, sides: Array) -> tuple[
 def circle_crossings(
     x: float, y: float, radius: float, discs: Array, sides: Array, slack: float
 ) -> Array:
-    """Angles at which a circle crosses the inflations, each made smaller by `slack`; sorted."""
+    """Angles at which a circle crosses the inflations, each made smaller by `slack`; sorted.
+
+    With a disc of radius r at distance d the circle of radius R meets its edge at the angles
+    +- acos((R^2 + d^2 - r^2) / (2 R d)) from the direction to it (law of cosines); with the edge of
+    a band at the angles from the side's normal where R cos(angle) is the distance to that edge.
+    """
     angles = np.empty(2 * len(discs) + 4 * len(sides))
     count = 0
     for i in range(len(discs)):

@@ -13,13 +13,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from behaviors import chase, escape
-from behaviors.chase_space import grid, length_around, rest_to_rest, ring
+from behaviors.chase_space import grid, length_around, ring
 from behaviors.profile import Profile
 from behaviors.situation import Situation
 from hw.geometry import Pose2, Pose3, Twist2, wrap
 from hw.room import Room
 from hw.samples import UserPose
 from states.environment import Environment
+from states.navigation.speed import rest_to_rest
 
 USER = UserPose(Pose2(10.0, 10.0, 0.0), 0.0)
 

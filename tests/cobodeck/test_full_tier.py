@@ -13,8 +13,9 @@ from behaviors.signals import ESTIMATE
 from cobodeck.console import Problem
 from cobodeck.explain import explain
 from cobodeck.figures import visits
+from cobodeck.options import Options
 from cobodeck.simulate import RunResult, simulate
-from cobodeck.stage import Options, stage
+from cobodeck.stage import stage
 from cobodeck.wiring import Setup, open_setup
 from engine.files.finding import FileError
 from hw.sensing import Sensing

@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 
 from behaviors.profile import FOLDER, load_profile
+from cobodeck.options import Options
 from cobodeck.simulate import simulate
-from cobodeck.stage import Options, stage
+from cobodeck.stage import stage
 from cobodeck.warmup import warm_up
 from cobodeck.wiring import open_setup
 from engine.files.finding import FileError

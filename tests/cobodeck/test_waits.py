@@ -9,7 +9,8 @@ import pytest
 
 from behaviors.escape import SafeOnTheWay
 from cobodeck.catalogue import catalogue
-from cobodeck.stage import Options, stage
+from cobodeck.options import Options
+from cobodeck.stage import stage
 from cobodeck.testing import Rehearsal
 from cobodeck.wiring import open_setup
 from engine import lifecycle

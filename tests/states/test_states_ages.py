@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from cobodeck.loop import Loop
-from cobodeck.stage import Options, stage
+from cobodeck.options import Options
+from cobodeck.stage import stage
 from cobodeck.wiring import open_setup, wire
 from engine.machine import Leaf
 from hw.geometry import Pose2, Twist2

@@ -15,12 +15,12 @@ import pytest
 
 import cobodeck.simulate
 from cobodeck.__main__ import main
+from cobodeck.options import Options
 from cobodeck.record.reader import Record
 from cobodeck.record.recover import extent
 from cobodeck.record.sink import PART, Sink, Taken, open_free
 from cobodeck.record.start import recorder
 from cobodeck.simulate import RunResult, simulate
-from cobodeck.stage import Options
 from cobodeck.wiring import Setup, open_setup
 from engine.files.text import noting
 

@@ -23,7 +23,7 @@ from states.arm.collision import (
     warm_up,
 )
 from states.arm.kinematics import forward, link_frames
-from states.arm.model import manipulator_of
+from states.arm.robot_arm import manipulator_of
 from tests.repeats import examples
 
 coordinate = st.floats(-2, 2).map(lambda v: round(v, 3))

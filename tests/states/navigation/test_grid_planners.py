@@ -29,8 +29,7 @@ OBSTACLES = (
     ((6.6, 4.9), (6.9, 4.9), (6.9, 5.4), (6.6, 5.4)),
 )
 LAB = {
-    name: make(OUTER, OBSTACLES, (), inflation_radius=0.77)
-    for name, make in GLOBAL_PLANNERS.items()
+    name: make(OUTER, OBSTACLES, inflation_radius=0.77) for name, make in GLOBAL_PLANNERS.items()
 }
 USER = Disc(3.5, 5.0, 1.27)
 names = pytest.mark.parametrize("name", list(GLOBAL_PLANNERS))

@@ -32,7 +32,7 @@ column = ((5, 4), (6, 4), (6, 6), (5, 6))
 warm_up()
 before = versions()
 for make in GLOBAL_PLANNERS.values():
-    planner = make(room, (column,), (), inflation_radius=1)
+    planner = make(room, (column,), inflation_radius=1)
     planner.plan((2, 5), (9, 5), Disc(3, 8, 1), 1)
     planner.nearest_free((0.5, 5))
     planner.allows((2, 5), (3, 5), Disc(3, 8, 1))
