@@ -142,6 +142,15 @@ def test_a_circle_of_instant_states_is_found_through_boxes_and_used_charts() -> 
     assert codes(inner, waiting + "  w: {do: Wait, with: {time: 1 s}, next: {done: a}}\n") == []
 
 
+def test_a_used_chart_that_is_tried_again_is_not_instant() -> None:
+    """A further try is the next tick at the earliest, so no circle through it is endless."""
+    inner = "chart: inner\noutcomes: [p]\nstates:\n  a: {do: Think, next: {yes: .p, no: .p}}\n"
+    outer = "chart: c\nstates:\n  a: {use: inner, next: {p: b}}\n  b: {use: inner, next: {p: a}}\n"
+    assert codes(inner, outer) == ["S03"]
+    again = "retry: {times: 1, on: p, wait: 1 s}"
+    assert codes(inner, outer.replace("a: {use: inner,", f"a: {{use: inner, {again},")) == []
+
+
 def test_parts_are_followed_into_used_charts() -> None:
     inner = "chart: inner\noutcomes: [over]\nstates:\n  a: {do: Drive, next: {done: .over}}\n"
     outer = "chart: c\noutcomes: [over]\nany:\n  a: {use: inner, next: {over: .over}}\n"
