@@ -21,7 +21,7 @@ from cobodeck.pictures.room import OBJECT
 from cobodeck.pictures.scene import levels, next_deep, scene_picture
 from cobodeck.pictures.spaces import PATH, colours
 from cobodeck.wiring import open_setup
-from engine.draw.dot import RED
+from engine.draw.style import RED
 from hw.geometry import Pose2
 from hw.robot import load_robot
 from hw.samples import UserPose

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import random
 from collections import Counter
+from functools import partial
 from typing import Any
 
 import pytest
@@ -17,19 +18,25 @@ from hypothesis import HealthCheck, Phase, example, given, settings
 from hypothesis import strategies as st
 
 from engine.files.source import read
+from engine.life import Life
 from engine.load import Library, load_text
-from engine.machine import (
+from engine.machine import Leaf, Machine
+from engine.node import (
     CHOSEN,
+    IDLE,
     PUT_OFF,
     RETRYING,
     RUNNING,
     WAITING,
-    Leaf,
-    Machine,
+    BoxNode,
+    LeafNode,
+    Node,
+    StandIn,
 )
 from engine.operator import Operator
 from engine.run import ChartRun
 from engine.state import Until
+from engine.turns import Turns
 from tests.engine.conftest import STATES, Part, interface
 from tests.engine.valid_charts import chart_texts
 from tests.repeats import examples
@@ -50,42 +57,27 @@ class Ledger:
         self.starts: list[int] = []
         self.stops: list[int] = []
         self.running: dict[int, str] = {}
-        self.kept: list[Held] = []
-        self.late: list[str] = []
-
-
-class Held:
-    """The generator of a leaf, which notices when it is stepped after it was closed."""
-
-    def __init__(self, generator: Any, path: str, ledger: Ledger) -> None:
-        self.generator, self.path, self.ledger = generator, path, ledger
-        self.closed = False
-
-    def __iter__(self) -> Held:
-        return self
-
-    def __next__(self) -> Any:
-        if self.closed:
-            self.ledger.late.append(self.path)
-        return next(self.generator)
-
-    def close(self) -> None:
-        self.closed = True
-        self.generator.close()
+        self.kept: list[Any] = []
 
 
 class Wild:
     """A leaf that behaves by chance."""
 
-    def __init__(self, leaf: Leaf, ledger: Ledger, chance: random.Random, held: type[Held]) -> None:
-        self.leaf, self.ledger, self.chance, self.held = leaf, ledger, chance, held
+    def __init__(
+        self,
+        leaf: Leaf,
+        ledger: Ledger,
+        chance: random.Random,
+        **_parameters: Any,
+    ) -> None:
+        self.leaf, self.ledger, self.chance = leaf, ledger, chance
         if chance.random() < 0.02:
             raise RuntimeError("cannot be made")
 
     def run(self, ctx: Any, **_inputs: Any) -> Any:
-        held = self.held(self._run(ctx), self.leaf.path, self.ledger)
-        self.ledger.kept.append(held)
-        return held
+        generator = self._run(ctx)
+        self.ledger.kept.append(generator)
+        return generator
 
     def _run(self, ctx: Any) -> Any:
         ledger, chance = self.ledger, self.chance
@@ -178,20 +170,21 @@ def bother(operator: Operator, machine: Machine, chance: random.Random) -> None:
                 operator.refuse(path)
 
 
-def check_lives(
-    text: str, seed: int, runner: type[ChartRun] = ChartRun, held: type[Held] = Held
-) -> None:
+def check_lives(text: str, seed: int, runner: type[ChartRun] = ChartRun) -> None:
     chance = random.Random(seed)
     library = decorate(text, chance)
     ledger = Ledger()
 
     def bind() -> Machine:
-        machine = Machine(library["c"], library, INTERFACES)
-        for leaf in machine.leaves:
-            leaf.make = lambda leaf=leaf, **_: Wild(leaf, ledger, chance, held)
-        return machine
+        return Machine(library["c"], library, INTERFACES)
 
-    run: Any = runner(bind(), parts={"base": Part()}, level=chance.choice((None, None, 2)))
+    machine = bind()
+    stand_ins = {
+        leaf.path: StandIn(partial(Wild, leaf, ledger, chance), leaf.interface.outputs)
+        for leaf in machine.leaves
+    }
+    level = chance.choice((None, None, 2))
+    run: Any = runner(machine, parts={"base": Part()}, level=level, stand_ins=stand_ins)
     operator = Operator(run)
     for tick in range(60):
         run.tick(tick * 10**8)
@@ -213,24 +206,24 @@ def check_lives(
 
 def check_now(run: ChartRun, ledger: Ledger) -> None:
     """What has started and not stopped is just what the runner calls active."""
-    assert ledger.late == [], f"rule 7: stepped after it was closed: {ledger.late}"
     running = sorted(ledger.running.values())
-    active = sorted(path for path in run.active if run.machine.vertices[path].generator is not None)
-    assert running == active, f"rule 7: not closed: {running}, active: {active}"
+    active = [leaf.path for leaf in run.running if leaf.generator is not None]
+    assert running == sorted(active), f"rule 7: never closed: {running}, active: {active}"
+    assert active == run.active
     check_turns(run)
-    assert not any(isinstance(v, Leaf) and v.generator is None for v in run.entered)
 
 
 def check_turns(run: ChartRun) -> None:
     """Nothing has two turns, and just what goes on has one."""
     turns = run.turns
-    named = [*turns.monitors, *turns.actions, *turns.frozen, *turns.put_off]
-    assert len(named) == len(set(named))
-    assert turns.fresh_actions == []
-    for vertex in run.machine.vertices.values():
-        going = vertex.status in (CHOSEN, RUNNING, WAITING, RETRYING, PUT_OFF)
-        if isinstance(vertex, Leaf) or vertex.status in (WAITING, RETRYING, PUT_OFF):
-            assert going == (vertex in named)
+    named = [*turns.nodes, *turns.frozen, *turns.put_off]
+    assert len(named) == len(set(named)), "rule 6: something has two turns"
+    assert turns.nodes == sorted(turns.nodes, key=lambda node: node.turn)
+    assert turns.fresh == []
+    for node in run.nodes.values():
+        going = node.status in (CHOSEN, RUNNING, WAITING, RETRYING, PUT_OFF)
+        if isinstance(node, LeafNode) or node.status in (WAITING, RETRYING, PUT_OFF):
+            assert going == (node in named), f"rule 7: {node.path!r} has a turn and does not go on"
 
 
 def check_trace(run: ChartRun) -> None:
@@ -289,32 +282,62 @@ def test_every_start_is_followed_by_exactly_one_stop(text, seed):
     check_lives(text, seed)
 
 
-class NeverClosed(Held):
-    """Is dropped instead of closed."""
+class LeavesOpen(Life):
+    """Forgets to close the generators of what loses."""
 
-    def close(self) -> None:
-        self.closed = True
+    __slots__ = ()
 
-
-class OnlyTheFirstIsClosed(Held):
-    """Of those that are to be closed one after the other, only the first is."""
-
-    def close(self) -> None:
-        if not any(other.closed for other in self.ledger.kept):
-            super().close()
-        self.closed = True
+    def close_leaf(self, node: LeafNode) -> None:
+        node.generator = node.step = None
 
 
-class StepsTheClosed(ChartRun):
-    """Steps once more what it has closed."""
+class ClosesTheLastOnly(Life):
+    """Closes one of those that have to be closed."""
 
-    def tick(self, now: int, between: bool = False) -> str | None:
-        before = [self.machine.vertices[path].generator for path in self.active]
-        outcome = super().tick(now, between)
-        for held in before:
-            if held is not None and held.closed:
-                next(held, None)
-        return outcome
+    __slots__ = ()
+
+    def close(self, top: Node, first: int) -> tuple[Node, ...]:
+        inside = [n for n in reversed(self.entered) if first <= n.order <= top.last]
+        boxes = [node for node in inside if isinstance(node, BoxNode)]
+        for node in inside[:1] + boxes:
+            if isinstance(node, LeafNode):
+                self.close_leaf(node)
+            self.entered.pop(node, None)
+            node.status = IDLE
+        return tuple(inside)
+
+
+class ForgetfulTurns(Turns):
+    """Drops nothing."""
+
+    __slots__ = ()
+
+    def drop(self, top: Node) -> None:
+        pass
+
+
+class DropsLosers(ChartRun):
+    """Forgets to close what loses."""
+
+    def __init__(self, *given: Any, **named: Any) -> None:
+        super().__init__(*given, **named)
+        self.life.__class__ = LeavesOpen
+
+
+class ClosesOnlyTheFirst(ChartRun):
+    """Closes one of those that have to be closed."""
+
+    def __init__(self, *given: Any, **named: Any) -> None:
+        super().__init__(*given, **named)
+        self.life.__class__ = ClosesTheLastOnly
+
+
+class KeepsTheTurnOfTheClosed(ChartRun):
+    """Goes on stepping what it has closed."""
+
+    def __init__(self, *given: Any, **named: Any) -> None:
+        super().__init__(*given, **named)
+        self.turns.__class__ = ForgetfulTurns
 
 
 class EntersAgain(ChartRun):
@@ -338,22 +361,22 @@ class LeavesContainersFirst(ChartRun):
 
 
 @pytest.mark.parametrize(
-    ("runner", "held", "message"),
+    ("faulty", "message"),
     [
-        (ChartRun, NeverClosed, "rule 7: not closed: "),
-        (ChartRun, OnlyTheFirstIsClosed, "rule 7: not closed: "),
-        (StepsTheClosed, Held, "rule 7: stepped after it was closed: "),
-        (EntersAgain, Held, "rule 7: '.*' is entered twice"),
-        (LeavesContainersFirst, Held, "rule 7: '.*' is left before "),
+        (DropsLosers, "rule 7: never closed: "),
+        (ClosesOnlyTheFirst, "rule 7: never closed: "),
+        (KeepsTheTurnOfTheClosed, "rule 7: '.*' has a turn and does not go on"),
+        (EntersAgain, "rule 7: '.*' is entered twice"),
+        (LeavesContainersFirst, "rule 7: '.*' is left before "),
     ],
 )
-def test_a_faulty_runner_is_caught(runner, held, message):
+def test_a_faulty_runner_is_caught(faulty, message):
     quick = settings(many, database=None, phases=(Phase.generate,), report_multiple_bugs=False)
 
     @settings(quick, max_examples=200)
     @given(text=chart_texts(timeouts=True), seed=st.integers(0, 10**6))
     def search(text, seed):
-        check_lives(text, seed, runner, held)
+        check_lives(text, seed, faulty)
 
     with pytest.raises(AssertionError, match=message):
         search()
