@@ -188,3 +188,28 @@ def test_what_an_encoding_lacks_stands_as_an_escape(
     assert shown in result.stdout + result.stderr
     if result.stdout:
         assert json.loads(result.stdout)
+
+
+def written(*calls: tuple[float, str, float | None]) -> list[str]:
+    """The lines of a progress that is called at these seconds."""
+    now = iter([0.0, *(at for at, _, _ in calls)])
+
+    def show() -> None:
+        progress = console.ProgressLine("work", 0.2, lambda: next(now))
+        for _, text, share in calls:
+            progress.at(text, share)
+
+    return printed(show, Terminal()).replace("\x1b[K", "").split("\r")[1:]
+
+
+def test_progress_tells_the_share_done_and_the_time_left() -> None:
+    assert written((3.0, "a", None), (4.0, "b", 0.25), (100.0, "c", 0.1), (200.0, "d", 1.0)) == [
+        "work: a",
+        "work: b, 25 %, 12 s left",
+        "work: c, 10 %, 15 min left",
+        "work: d, 100 %, 0 s left",
+    ]
+
+
+def test_progress_is_written_seldom() -> None:
+    assert written((0.1, "a", None), (0.3, "b", 0.0), (0.4, "c", None)) == ["work: b, 0 %"]
