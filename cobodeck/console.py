@@ -8,6 +8,7 @@ from __future__ import annotations
 import codecs
 import io
 import json
+import shutil
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -70,6 +71,11 @@ def table(rows: Iterable[Sequence[object]], right: frozenset[int] = frozenset())
         ]
         lines.append("  ".join(padded).rstrip())
     return "\n".join(lines)
+
+
+def terminal_width() -> int | None:
+    """The columns of the terminal that results go to; None where they go elsewhere."""
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
 
 
 class ProgressLine:
