@@ -18,7 +18,7 @@ from hw.samples import ImuReading, Odometry, Scan, TrackerPose
 
 SCANS, SCAN_NS = 12, 80_000_000
 """After so many scans that fit nowhere a localizer searches; time from one to the next, ns."""
-OF_DRIVING, OF_REACHING = 60, 30
+OF_DRIVING, OF_REACHING = 235, 24
 """So many functions, about, are compiled where no compiled code is kept."""
 
 

@@ -170,7 +170,7 @@ def test_json_with_hostile_text_can_be_read(
 @pytest.mark.parametrize(
     ("arguments", "code", "shown"),
     [
-        (("space", "危.yaml"), FAILED, rb"\u5371.yaml: cannot be read"),
+        (("space", "危.yaml"), USAGE, rb"\u5371.yaml: cannot be read"),
         (("simulate", "--tier", "危"), USAGE, rb"\u5371"),
         (("schema",), OK, rb"\u00b0"),
     ],
