@@ -4,25 +4,31 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from operator import attrgetter
 
+from cobodeck.arm_contact import ArmOutline
 from hw.geometry import Pose2, Pose3
 from hw.robot import Footprint
 from hw.room import Room
+from hw.samples import Joints
 from hw.truth import Contact
 
 
 @dataclass(frozen=True, slots=True)
 class Instant:
-    """One tick: poses in the map; `gap` is between the robot's outline and the person, m."""
+    """One tick: poses in the map; `gap` is between the robot's outline and the person, m.
+
+    `joints` are the arm's, rad; None where nobody knows.
+    """
 
     at_s: float
     robot: Pose2
     person: Pose2 | None = None
     gap: float | None = None
+    joints: Joints | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +73,7 @@ class Course:
         spans: in order of entry.
         sequences: paths of the containers that go from one child to the next.
         contacts: None where nobody can know of them.
+        arm: None if the robot has none.
     """
 
     title: str
@@ -81,6 +88,7 @@ class Course:
     sequences: frozenset[str] = frozenset()
     requests: tuple[TouchRequest, ...] = ()
     contacts: tuple[Contact, ...] | None = None
+    arm: ArmOutline | None = field(default=None, compare=False)
 
     def between(self, start_s: float | None, end_s: float | None) -> Course:
         """The part from `start_s` to `end_s`; None: from the start, to the end.

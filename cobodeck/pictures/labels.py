@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from cobodeck.pictures.canvas import Sheet
@@ -32,9 +32,14 @@ class Label:
 
 @dataclass(frozen=True, slots=True)
 class Labels:
-    """Knows what is taken already: x and y from, x and y to, in inches from the map's origin."""
+    """Places words where nothing else is.
+
+    `taken` are areas in inches from the map's origin: least x and y, greatest x and y. A label
+    without room is left out, or with `always` written at its best place all the same.
+    """
 
     on: Sheet
+    always: bool = False
     wanted: list[Label] = field(default_factory=list)
     taken: list[Area] = field(default_factory=list)
 
@@ -46,10 +51,18 @@ class Labels:
         if text:
             self.wanted.append(Label(place, text, colour, size, 0.5 * extent + _APART))
 
+    def keep_off(self, points: Sequence[Point]) -> None:
+        """Let nothing be written over the rectangle about these points, m."""
+        xs, ys = zip(*points, strict=True)
+        s = self.on.scale
+        self.taken.append((s * min(xs), s * min(ys), s * max(xs), s * max(ys)))
+
     def write(self) -> None:
-        """Write what is wanted, in that order; what finds no room is left out."""
+        """Write what is wanted, in that order."""
         for label in self.wanted:
-            area = next(filter(self._is_free, self._areas(label)), None)
+            areas = list(self._areas(label))
+            best = areas[0] if self.always else None
+            area = next(filter(self._is_free, areas), best)
             if area is not None:
                 self.taken.append(area)
                 self._put(label, area)

@@ -42,7 +42,7 @@ def draw_inflations(on: Sheet, room: Room, levels: Sequence[tuple[float, str]]) 
         colour = INFLATIONS[min(number, len(INFLATIONS) - 1)]
         # narrower ones lie over the wider ones
         add_area(on, floor.difference(left), facecolor=colour, linewidth=0, zorder=1.1 + number / 9)
-        on.explain(f"{inflation:g} m from walls: {name}", Patch(facecolor=colour))
+        on.explain(f"within {inflation:g} m of walls: {name}", Patch(facecolor=colour))
 
 
 def draw_tracked_area(on: Sheet, room: Room) -> None:
@@ -69,7 +69,7 @@ def draw_objects(on: Sheet, objects: Sequence[Thing]) -> None:
 
 def add_area(on: Sheet, area: Any, **style: Any) -> None:
     """A shapely Polygon or MultiPolygon with its holes."""
-    parts = [part for part in shapely.get_parts(area) if part.geom_type == "Polygon"]
+    parts = [p for p in shapely.get_parts(area) if p.geom_type == "Polygon" and not p.is_empty]
     if parts:
         on.axes.add_patch(PathPatch(_outline(parts), **style))
 

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, PathPatch
 
 from cobodeck.pictures.actors import FOAM, USER
+from cobodeck.pictures.arm import draw_arm
 from cobodeck.pictures.canvas import Sheet
 from cobodeck.pictures.course import Course, Instant
 from cobodeck.pictures.room import ring_of
@@ -137,6 +138,8 @@ def _draw_ends(on: Sheet, course: Course) -> None:
         if course.footprint is not None:
             filled: dict[str, Any] = {"fc": FOAM, "fill": instant is last}
             draw_outline(on, instant.robot, course.footprint, ls=line, lw=1.0, **filled)
+        if instant is last and course.arm is not None and last.joints is not None:
+            draw_arm(on, last.robot, last.joints, course.arm, zorder=4.1)
         if instant.person is not None:
             filled = {"fc": PERSON_FILL, "fill": instant is last}
             draw_disc(on, instant.person, ls=line, lw=1.0, **filled)

@@ -25,14 +25,15 @@ class CourseWatch:
     def __init__(self, robot: RobotModel) -> None:
         self.truth: Truth = NOBODY
         self._footprint = robot.footprint
+        self._arm = None if robot.arm is None else arm_outline(robot)
         self._instants: list[Instant] = []
         self._requests: list[TouchRequest] = []
         self._deep: Pose3 | None = None
         self._end_s = 0.0
         self._judge = Evaluator(self, True)
-        if robot.arm is not None:
+        if self._arm is not None:
             self._judge.requests = RequestWatch(prop_of(robot))
-            self._judge.arm = ArmWatch(arm_outline(robot))
+            self._judge.arm = ArmWatch(self._arm)
 
     def watch(self, now_ns: int, truth: Truth | None) -> None:
         """Take this instant; None: nobody knows anything of it."""
@@ -46,7 +47,7 @@ class CourseWatch:
         base, body = truth.base, truth.body
         if base is not None:
             apart = None if body is None else gap(self._footprint, base, body.x, body.y)
-            self._instants.append(Instant(at_s, base, body, apart))
+            self._instants.append(Instant(at_s, base, body, apart, truth.joints))
 
     def _watch_request(self, at_s: float, deep: Pose3 | None, served: bool) -> None:
         if self._deep is not None:
@@ -81,6 +82,7 @@ class CourseWatch:
             frozenset(record.subject for record in records if record.kind == "move"),
             tuple(self._requests),
             None if contacts is None else tuple(contacts),
+            self._arm,
         )
 
 

@@ -19,7 +19,7 @@ from cobodeck.pictures.canvas import form_of, save
 from cobodeck.pictures.moment import Moment, after, at_start, with_next_drive
 from cobodeck.pictures.room import OBJECT
 from cobodeck.pictures.scene import levels, next_deep, scene_picture
-from cobodeck.pictures.spaces import PATH, colours
+from cobodeck.pictures.spaces import DROPPED, PATH, colours
 from cobodeck.wiring import open_setup
 from engine.draw.style import RED
 from hw.geometry import Pose2
@@ -137,7 +137,7 @@ def test_two_of_the_seven_haptic_poses_in_an_obstacle_are_crossed_out(lab):
     on = lab.draw(Moment(moment.robot, person, deep))
 
     assert len(haptic.poses(lab.settings, lab.environment.static_planners["haptic"], deep)) == 5
-    assert len(strokes(on, RED)) == 2 * 2
+    assert len(strokes(on, DROPPED)) == 2 * 2
     numbers = [text.get_text() for text in on.axes.texts]
     assert numbers == ["1", "2", "3", "4", "5", "6", "7"]
     assert "where the user reaches (DEEP)" in on.legend
@@ -147,8 +147,9 @@ def test_two_of_the_seven_haptic_poses_in_an_obstacle_are_crossed_out(lab):
 def test_the_way_leads_from_the_robot_to_the_goal(lab):
     moment = with_next_drive(at_start(lab.scene), lab.environment, lab.settings)
     on = lab.draw(moment)
-    (way,) = [line for line in on.axes.lines if line.get_color() == PATH]
+    way, front = [line for line in on.axes.lines if line.get_color() == PATH]
 
+    assert front.get_xydata()[0] == pytest.approx((moment.goal.x, moment.goal.y))
     assert moment.path[0] == (moment.robot.x, moment.robot.y)
     assert lab.environment.static_planners["chase"].is_free(moment.path[-1])
     assert (way.get_xdata()[-1], way.get_ydata()[-1]) == moment.path[-1]
