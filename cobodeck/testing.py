@@ -28,7 +28,7 @@ from engine.chart import Chart
 from engine.clock import TickGrid
 from engine.files.finding import did_you_mean
 from engine.load import load_text
-from engine.machine import RUNNING, Leaf, Machine
+from engine.machine import Leaf, Machine
 from engine.operator import Operator
 from engine.report import text as report_text
 from engine.run import ChartRun
@@ -169,10 +169,9 @@ class Rehearsal:
         }
         kept = {leaf.path for name in real for leaf in self._leaves(name)}
         self._script = LeafScript(machine)
-        for leaf in machine.leaves:
-            if leaf.path in kept or not (everything or leaf.path in played):
-                leaf.make, leaf.instant = leaf.interface.make, leaf.interface.instant
-                leaf.produces = leaf.interface.outputs
+        for path, stand_in in self._script.stand_ins.items():
+            if path not in kept and (everything or path in played):
+                self.run.put_in(path, stand_in)
         return {path: list(outcomes) for path, outcomes in played.items()}
 
     # -- while it runs ---------------------------------------------------------------------------
@@ -206,7 +205,7 @@ class Rehearsal:
     @property
     def active(self) -> list[str]:
         """The paths of the leaves that are going on."""
-        return [v.path for v in self._leaves_of_run() if v.status == RUNNING]
+        return self.run.active
 
     @property
     def operator(self) -> Operator:
