@@ -52,7 +52,7 @@ def draw_user(on: Sheet, user: UserPose, keep_off: float) -> None:
 
 
 def draw_zones(on: Sheet, user: UserPose, escape: EscapeSettings) -> None:
-    """Where a robot makes a walking user raise Escape (R104)."""
+    """The zones in which a robot raises Escape while the user walks (R104)."""
     half = escape.half_view
     view = Pose2(user.body.x, user.body.y, view_yaw(user, escape.view))
     ahead = _arc(view, escape.ahead, -half, half)

@@ -11,7 +11,7 @@ from hw.room import Point
 
 _PT = 1.0 / 72.0
 _WIDTH, _HEIGHT = 0.72, 1.2
-"""Of a letter, in sizes of the font; estimated, so that nothing has to be drawn to know it."""
+"""Width and height of a letter in font sizes; estimates, which need no drawing."""
 _AROUND = tuple(math.radians(angle) for angle in (30, -30, 150, -150, 90, -90, 0, 180))
 _AWAY = (1.0, 2.2)
 _APART = 1.5
@@ -44,7 +44,7 @@ class Labels:
     taken: list[Area] = field(default_factory=list)
 
     def mark(self, place: Point, extent: float, text: str, colour: str, size: float) -> None:
-        """Let nothing be written over a mark of this extent, points, and want words beside it."""
+        """Reserve the area of a mark of this extent, points, and request words beside it."""
         x, y = (self.on.scale * value for value in place)
         half = 0.5 * extent * _PT
         self.taken.append((x - half, y - half, x + half, y + half))
@@ -52,13 +52,13 @@ class Labels:
             self.wanted.append(Label(place, text, colour, size, 0.5 * extent + _APART))
 
     def keep_off(self, points: Sequence[Point]) -> None:
-        """Let nothing be written over the rectangle about these points, m."""
+        """Reserve the rectangle around these points, m."""
         xs, ys = zip(*points, strict=True)
         s = self.on.scale
         self.taken.append((s * min(xs), s * min(ys), s * max(xs), s * max(ys)))
 
     def write(self) -> None:
-        """Write what is wanted, in that order."""
+        """Write the requested labels, the first with the first choice of place."""
         for label in self.wanted:
             areas = list(self._areas(label))
             best = areas[0] if self.always else None

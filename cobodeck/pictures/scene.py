@@ -77,7 +77,7 @@ def levels(navigation: Navigation) -> list[tuple[float, str]]:
 
 
 def next_deep(settings: Settings, moment: Moment) -> Pose3:
-    """Where the user would reach if they asked for a touch now (R132)."""
+    """Where the user would reach if they requested a touch now (R132)."""
     assert moment.user is not None, "nobody reaches"
     x, y = moment.user.body.transform(settings.haptic.deep_ahead, 0.0)
     return Pose3.from_yaw(x, y, settings.haptic.deep_height, moment.user.body.yaw)

@@ -1,4 +1,4 @@
-"""Makes the course of a run from what is known of each tick, and from the trace."""
+"""Builds the course of a run from the truth of each tick and from the trace."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class CourseWatch:
             self._judge.arm = ArmWatch(self._arm)
 
     def watch(self, now_ns: int, truth: Truth | None) -> None:
-        """Take this instant; None: nobody knows anything of it."""
+        """Take this instant; None if nothing is known of it."""
         self._end_s = at_s = now_ns / 1e9
         if truth is None:
             return
@@ -87,7 +87,7 @@ class CourseWatch:
 
 
 def used_charts(chart: Chart, library: Mapping[str, Chart]) -> dict[str, str]:
-    """The charts that a chart uses, by the paths of the nodes that use them, in document order."""
+    """Names of the used charts by the paths of the nodes that use them, in document order."""
     return dict(_used(chart.root, "", library))
 
 
@@ -102,7 +102,7 @@ def _used(node: Node, path: str, library: Mapping[str, Chart]) -> Iterator[tuple
 
 
 def spans_of(records: Iterable[TraceRecord], end_s: float) -> tuple[NodeSpan, ...]:
-    """When each node was entered and left; what is still running ends at `end_s`."""
+    """The span of each node from entry to exit; a running one ends at `end_s`."""
     found: list[NodeSpan] = []
     running: dict[str, int] = {}
     outcomes: dict[str, str] = {}
