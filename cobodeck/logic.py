@@ -11,7 +11,8 @@ from functools import partial
 from typing import Any
 
 from cobodeck.inlet import Inlet
-from cobodeck.wiring import Setup, Wired
+from cobodeck.setup import Setup
+from cobodeck.wiring import Wired
 from engine.board import Board
 from engine.machine import Leaf
 from engine.node import StandIn

@@ -15,8 +15,8 @@ from behaviors.settings import Settings
 from behaviors.situation import Situation
 from cobodeck.options import Options
 from cobodeck.plants import Plant
+from cobodeck.setup import Setup
 from cobodeck.stage import stage
-from cobodeck.wiring import Setup
 from engine.board import Board
 from engine.machine import Leaf
 from engine.run import ChartRun

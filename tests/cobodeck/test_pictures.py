@@ -22,7 +22,7 @@ from cobodeck.pictures.moment import Moment, after, at_start, situation_at, with
 from cobodeck.pictures.room import OBJECT
 from cobodeck.pictures.scene import levels, next_deep, scene_picture
 from cobodeck.pictures.spaces import DROPPED, PATH, colours
-from cobodeck.wiring import open_setup
+from cobodeck.setup import open_setup
 from engine.draw.style import RED
 from hw.geometry import Pose2
 from hw.robot import load_robot
