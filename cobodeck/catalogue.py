@@ -27,6 +27,7 @@ MODULES = (
     "states.arm.states",
     "states.signals.states",
     "behaviors.chase",
+    "behaviors.make_room",
     "behaviors.haptic",
     "behaviors.escape",
     "behaviors.inform",

@@ -33,7 +33,7 @@ def room_checks(scene_name: str, profile_name: str | None = None) -> Iterator[Do
     from behaviors.profile import load_profile
     from cobodeck.floor_report import floor_report
     from cobodeck.places import open_place
-    from cobodeck.wiring import PROFILE
+    from cobodeck.setup import PROFILE
     from hw.robot import load_robot
 
     scene, profile = open_place(scene_name).scene, load_profile(profile_name or PROFILE)

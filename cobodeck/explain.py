@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from behaviors.signals import ESTIMATE
 from cobodeck.console import table
+from cobodeck.setup import reachable
 from cobodeck.simulate import RunResult
-from cobodeck.wiring import reachable
 from states.localization.estimates import LocalizationEstimator
 
 

@@ -18,9 +18,10 @@ from cobodeck.options import Options
 from cobodeck.refusals import refusals
 from cobodeck.run_checks import refuse_small_floor
 from cobodeck.separation import SeparationWatch
+from cobodeck.setup import Setup
 from cobodeck.stage import localizing, stage
 from cobodeck.warmup import warm_up
-from cobodeck.wiring import Setup, Wired
+from cobodeck.wiring import Wired
 from engine.board import Usage
 from engine.errors import Raised
 

@@ -9,7 +9,7 @@ import gc
 import importlib
 import pkgutil
 
-from cobodeck.wiring import Setup, reachable
+from cobodeck.setup import Setup, reachable
 from engine.machine import Machine
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.samples import ImuReading, Odometry, Scan, TrackerPose

@@ -19,9 +19,9 @@ from cobodeck.bench.harness import BenchRow
 from cobodeck.bench.states import Delay
 from cobodeck.clocks import RealTime
 from cobodeck.options import Options
+from cobodeck.setup import Setup, open_setup
 from cobodeck.stage import stage
 from cobodeck.warmup import warm_up
-from cobodeck.wiring import Setup, open_setup
 from engine.load import load_text
 from engine.signals import Measured
 from engine.state import interface

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 from cobodeck.bench.harness import ROUNDS, BenchRow
 from cobodeck.options import Options
+from cobodeck.setup import open_setup
 from cobodeck.simulate import simulate
-from cobodeck.wiring import open_setup
 
 NAME = "simulation"
 SCENE = "study"

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 from cobodeck.console import FAILED, OK, show, show_json, table
 
 if TYPE_CHECKING:
-    from cobodeck.record.compare import Comparison, Figure, HeaderDifference
+    from cobodeck.record.compare import Comparison, Figure
+    from cobodeck.record.header_differences import HeaderDifference
     from cobodeck.record.reader import Record
     from hw.geometry import Pose2
 

@@ -59,7 +59,7 @@ def _states(own: bool) -> list[dict[str, Any]]:
 
 def _signals(own: bool) -> list[dict[str, Any]]:
     from cobodeck.catalogue import catalogue
-    from cobodeck.wiring import open_setup
+    from cobodeck.setup import open_setup
 
     declared = open_setup(known=catalogue(own=own)).signals
     return [

@@ -17,11 +17,11 @@ from cobodeck.arguments import new_record, positive, profile, seconds, word
 from cobodeck.commands import simulate
 from cobodeck.console import REFUSED, Problem, complain
 from cobodeck.gate import WORDS
-from cobodeck.wiring import PROFILE, TICK_HZ
+from cobodeck.setup import PROFILE, TICK_HZ
 
 if TYPE_CHECKING:
     from cobodeck.options import Options
-    from cobodeck.wiring import Setup
+    from cobodeck.setup import Setup
 
 BLOCKED_S = 0.1
 """Longer ticks, s, are reported with what blocks them: three periods at 30 Hz."""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from cobodeck.arguments import kept_file, length, positive, profile, seconds, word
 from cobodeck.console import FAILED, OK, Problem, ProgressLine, complain, show, show_json
-from cobodeck.wiring import CHART, PROFILE, SCENE, TICK_HZ
+from cobodeck.setup import CHART, PROFILE, SCENE, TICK_HZ
 from engine.errors import Raised
 
 if TYPE_CHECKING:
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from cobodeck.loop import Loop
     from cobodeck.options import Options
     from cobodeck.record.recorder import Recorder
+    from cobodeck.setup import Setup
     from cobodeck.simulate import RunResult
-    from cobodeck.wiring import Setup
     from hw.connection import Connection
 
 BLOCKED_S = 5.0
@@ -197,7 +197,7 @@ def _recorder(
 
 def _setup(args: argparse.Namespace) -> Setup:
     from cobodeck.catalogue import catalogue
-    from cobodeck.wiring import open_setup
+    from cobodeck.setup import open_setup
 
     known, body = catalogue(own=args.own), _robot_of(args)
     setup = open_setup(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from cobodeck.arguments import instant, positive, word
 from cobodeck.console import OK, Problem, ProgressLine, show
-from cobodeck.wiring import CHART, PROFILE
+from cobodeck.setup import CHART, PROFILE
 from engine.files.finding import did_you_mean
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def _simulated(args: argparse.Namespace) -> Moment:
     from cobodeck.catalogue import catalogue
     from cobodeck.options import Options
     from cobodeck.pictures.moment import after
-    from cobodeck.wiring import open_setup
+    from cobodeck.setup import open_setup
 
     setup = open_setup(args.chart or CHART, args.scene, args.profile, known=catalogue(own=args.own))
     progress = ProgressLine("render")

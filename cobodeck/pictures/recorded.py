@@ -17,7 +17,7 @@ from cobodeck.record.reader import Group, Record
 from cobodeck.record.replay import written_setup
 from cobodeck.record.samples import TOPIC, SampleReader
 from cobodeck.record.sink import ENDING
-from cobodeck.wiring import Setup
+from cobodeck.setup import Setup
 from engine.board import Board
 from engine.files.visible import visible
 from engine.trace import TraceRecord as Traced

@@ -17,7 +17,7 @@ from cobodeck.loop import Loop
 from cobodeck.named_files import KINDS
 from cobodeck.options import Options
 from cobodeck.record.sink import behind_record
-from cobodeck.wiring import Setup
+from cobodeck.setup import Setup
 from engine.files.finding import FileError
 from engine.files.named import own_files
 from engine.files.text import noted, read_bytes

@@ -32,7 +32,8 @@ from cobodeck.record.messages import (
 from cobodeck.record.plant import RECORD, Recorded, RecordedClock, RecordedPart, call_of
 from cobodeck.record.reader import Record
 from cobodeck.record.values import value
-from cobodeck.wiring import Setup, ValueTap, open_setup, wire
+from cobodeck.setup import Setup, open_setup
+from cobodeck.wiring import ValueTap, wire
 from engine.clock import TickGrid
 from engine.files.finding import FileError, mistake
 from engine.files.named import with_own_files

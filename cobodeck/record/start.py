@@ -16,7 +16,7 @@ from cobodeck.record.reader import Record
 from cobodeck.record.recorder import Describe, Recorder, RunDescription
 from cobodeck.record.scenery import scene_update
 from cobodeck.record.sink import ENDING, Sink, Taken, open_free
-from cobodeck.wiring import Setup
+from cobodeck.setup import Setup
 
 TellLine = Callable[[str], None]
 FOLDER = Path("out")

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from cobodeck.record.sink import Sink
+from cobodeck.setup import Setup
 from cobodeck.simulate import RunResult
-from cobodeck.wiring import Setup
 
 FORMAT = "cobodeck trace 1"
 ENDING = ".trace.jsonl"

@@ -26,7 +26,7 @@ from cobodeck.named_files import kind_of
 from cobodeck.record.header import code, label, read_files, sha256
 from cobodeck.record.reader import Record
 from cobodeck.record.start import FOLDER
-from cobodeck.wiring import PROFILE, TICK_HZ, Setup
+from cobodeck.setup import PROFILE, TICK_HZ, Setup
 from engine.files.finding import FileError
 
 BODY = frozenset(("profile", "robot", "prop", "calibration", "arm"))
@@ -76,12 +76,13 @@ def wanted_of(setup: Setup) -> Wanted:
         if path.suffix == URDF or kind_of(path) in BODY
     }
     return Wanted(
-        files=charts | body | {f"profile {setup.profile.name}": setup.profile.sha256},
+        files=charts | body,
         code=code(setup),
         limits=asdict(setup.limits),
         tick_hz=setup.tick_hz,
         connection=(setup.connection.name, setup.connection.sha256),
         person=setup.uses().person,
+        profile=setup.profile.sha256,
     )
 
 

@@ -1,37 +1,28 @@
 """What local planners have in common: goal, side of the user, limits, and the last check.
 
-A local planner turns goal, pose and velocity into the velocity to send, once per control cycle.
-Each has its own way to choose it; that it is within the limits, and that braking from it ends
-before anything is hit, is checked here for all.
+A local planner turns goal, pose and velocity into the velocity to send, in each control cycle. How
+it chooses is its own; that braking from it ends before anything is hit is checked here for all.
 """
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Literal, Protocol
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import replace
 
 from hw.geometry import Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
 from hw.room import Disc, Point
 from hw.zones import NO_ZONES
 from states.ages import slowed
-from states.navigation.clearance import Array
 from states.navigation.cornering import time_from
+from states.navigation.interfaces import DriveStatus, GlobalPlanner, Limits, Tolerance
 from states.navigation.path import Path
 from states.navigation.reckoning import ReckonedPlace, ReckonedPose
 from states.navigation.speed import SpeedLimits, as_line
 
-DriveStatus = Literal["driving", "arrived", "blocked"]
-
 USER_MARGIN = 0.01
-"""Extra clearance of planned paths from the user, m, for the ripple of the control loop; SIGMAS
-standard deviations of the pose are added."""
+"""Extra clearance of planned paths from the user, m; SIGMAS standard deviations are added."""
 SIGMAS = 3.0
 SPREAD = 9.0
 """Growth of a walking user's predicted disc, in standard deviations of the pose per second."""
@@ -52,65 +43,7 @@ EDGE = {"omni": 0.001, "differential": 0.01}
 CRAWL = 0.05
 """Below this speed a differential base may turn as if on the spot, m/s."""
 LOST_TRACK = 0.3
-"""If measured and sent velocity differ by more, m/s, something else has slowed the base, and
-planning continues from the measured one."""
-
-
-class GlobalPlanner(Protocol):
-    """Finds ways for the robot's centre; see `visibility.ExactPlanner`."""
-
-    boxes: tuple[Sequence[Point], ...]
-    """Obstacles among those it knows that no map shows, as polygons, m."""
-
-    def plan(
-        self, start: Point, goal: Point, user: Disc | None = None, side: int = 0
-    ) -> Path | None:
-        """The way, on one side of the user if side is +1 (ccw) or -1; None: there is none."""
-        ...
-
-    def is_free(self, place: Point, user: Disc | None = None) -> bool:
-        """May the centre be here?"""
-        ...
-
-    def are_free(self, places: Array) -> NDArray[np.bool_]:
-        """The same for many places (n, 2) at once, without the user."""
-        ...
-
-    def clearance(self, place: Point) -> float:
-        """Distance to the nearest wall, not inflated, m."""
-        ...
-
-    def nearest_free(self, place: Point, user: Disc | None = None) -> Point | None:
-        """The nearest free place that can be reached straight and without harm."""
-        ...
-
-    def allows(
-        self, start: Point, end: Point, user: Disc | None = None, slack: float = 0.0
-    ) -> bool:
-        """Does going straight bring the robot too near to nothing, or no nearer than it is?
-
-        Walls may come nearer by `slack`, m, than demanded.
-        """
-        ...
-
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """Norms: m/s, m/s2; rad/s, rad/s2 (R50). Speeding up and braking alike."""
-
-    speed: float = 1.5
-    acceleration: float = 1.0
-    turn_rate: float = 1.0
-    turn_acceleration: float = 1.0
-
-
-@dataclass(frozen=True, slots=True)
-class Tolerance:
-    """Arrived is: within `position` (m) and `yaw` (rad) of the goal, and slower than `speed`."""
-
-    position: float = 0.05
-    yaw: float = 0.1
-    speed: float = 0.1
+"""If measured and sent velocity differ by more, m/s, planning starts from the measured one."""
 
 
 class LocalPlanner(ABC):
@@ -274,9 +207,7 @@ class LocalPlanner(ABC):
             return True
         return False
 
-    def _path_around(
-        self, start: Point, goal: Point, user: Disc | None, now: Twist2
-    ) -> Path | None:
+    def _best_path(self, start: Point, goal: Point, user: Disc | None, now: Twist2) -> Path | None:
         """The path on the faster side of the user; the last side if it is nearly as fast."""
         shortest = self.planner.plan(start, goal, user)
         if user is None or shortest is None or len(shortest.points) == 2:
@@ -304,8 +235,7 @@ class LocalPlanner(ABC):
         if user is None or math.dist(start, (user.x, user.y)) >= user.radius - SLACK:
             return None
         for margin in (LEAVING_MARGIN, 0.0):
-            wider = Disc(user.x, user.y, user.radius + margin)
-            place = self.planner.nearest_free(start, wider)
+            place = self.planner.nearest_free(start, Disc(user.x, user.y, user.radius + margin))
             if place is not None:
                 return Path.of_points((start, place))
         return None

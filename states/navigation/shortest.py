@@ -14,14 +14,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from states.navigation.clearance import (
-    TOLERANCE,
-    TURN,
-    Array,
-    arc_is_free,
-    blocked_arcs,
-    sees,
-)
+from states.navigation.circles import arc_is_free, blocked_arcs
+from states.navigation.clearance import TOLERANCE, TURN, Array, sees
 from states.navigation.tangents import (
     InflatedRoom,
     Integers,

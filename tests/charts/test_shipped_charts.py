@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 
-from cobodeck.wiring import open_setup
+from cobodeck.setup import open_setup
 from engine.board import Board
 from engine.explore import Ended, active, after, explore, initial
 from engine.machine import Machine
@@ -40,14 +40,13 @@ def walk(name: str, script) -> None:
     setup = setup_of(name)
     parts = {part: Still() for leaf in machine.leaves for part in leaf.interface.commands}
     told = LeafScript(machine)
-    run = ChartRun(machine, Board(setup.signals), parts)
+    run = ChartRun(machine, Board(setup.signals), parts, stand_ins=told.stand_ins)
     run.tick(0)
     here = initial(machine.root)
     for number, step in enumerate(script, start=1):
         for path, outcome in step:
             if outcome == "timeout":
-                machine.vertices[path].deadline = number * TICK_NS
-                run.watch_deadline(machine.vertices[path])
+                run.life.set_deadline(run.nodes[path], number * TICK_NS)
             else:
                 told.end(path, outcome)
         here = after(machine.root, here, step, [])

@@ -8,10 +8,10 @@ import pytest
 
 from cobodeck.figures import Visit, contact_figures, escape_figures, visits
 from cobodeck.options import Options
+from cobodeck.setup import open_setup
 from cobodeck.simulate import simulate
 from cobodeck.summary import summary
-from cobodeck.testing import Rehearsal
-from cobodeck.wiring import open_setup
+from cobodeck.testing import ChartTester
 from hw.truth import Contact
 
 FLEES = """
@@ -23,7 +23,7 @@ states:
 """
 
 
-def test_the_time_of_an_escape_is_from_entering_it_to_being_safe(sim: Rehearsal) -> None:
+def test_the_time_of_an_escape_is_from_entering_it_to_being_safe(sim: ChartTester) -> None:
     sim.start(FLEES)
     for name, seconds, outcome in [
         ("first/flee", 0.5, "safe"),
@@ -44,7 +44,7 @@ def test_the_time_of_an_escape_is_from_entering_it_to_being_safe(sim: Rehearsal)
     assert visits(sim.run, "escape")[-1] == Visit(visits(sim.run, "escape")[-1].entered_ns)
 
 
-def test_without_an_escape_there_is_no_time_of_one(sim: Rehearsal) -> None:
+def test_without_an_escape_there_is_no_time_of_one(sim: ChartTester) -> None:
     sim.start(FLEES)
 
     found = escape_figures(sim.run)

@@ -12,8 +12,8 @@ from cobodeck.figures import spread
 from cobodeck.metrics import Evaluator
 from cobodeck.options import Options
 from cobodeck.requests import RequestWatch
+from cobodeck.setup import open_setup
 from cobodeck.simulate import simulate
-from cobodeck.wiring import open_setup
 from hw.geometry import Pose2, Pose3
 from hw.robot import load_robot
 from hw.truth import Contact, Truth

@@ -20,8 +20,8 @@ from cobodeck.pictures.moment import Moment, after, at_start, with_next_drive
 from cobodeck.pictures.room import OBJECT
 from cobodeck.pictures.scene import levels, next_deep, scene_picture
 from cobodeck.pictures.spaces import PATH, colours
-from cobodeck.wiring import open_setup
-from engine.draw.dot import RED
+from cobodeck.setup import open_setup
+from engine.draw.style import RED
 from hw.geometry import Pose2
 from hw.robot import load_robot
 from hw.samples import UserPose

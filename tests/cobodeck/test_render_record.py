@@ -16,8 +16,8 @@ from cobodeck.pictures.course import Course
 from cobodeck.pictures.recorded import MEASURED, course_of
 from cobodeck.pictures.watch import CourseWatch, used_charts
 from cobodeck.record.reader import Group, Record
+from cobodeck.setup import open_setup
 from cobodeck.stage import stage
-from cobodeck.wiring import open_setup
 
 RUN = ("--scene", "study", "--requests", "2", "--seed", "3")
 

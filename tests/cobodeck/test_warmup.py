@@ -10,7 +10,7 @@ import sys
 from numba.core.dispatcher import Dispatcher
 from cobodeck import simulate
 from cobodeck.warmup import warm_up
-from cobodeck.wiring import open_setup
+from cobodeck.setup import open_setup
 
 setup = open_setup()
 loop = simulate.stage(setup, simulate.Options())

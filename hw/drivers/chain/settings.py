@@ -1,4 +1,4 @@
-"""What the engine tells the process of the safety chain when it starts it."""
+"""The settings with which the engine starts the process of the safety chain."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ OBSERVER_S = 0.5
 
 @dataclass(frozen=True, slots=True)
 class ObserverSettings:
-    """Where the observer's program is heard, and how long its silence may last, s (R55)."""
+    """Address for the observer's program, and its longest silence, s (R55)."""
 
     address: Address
     timeout: float = OBSERVER_S
@@ -27,9 +27,9 @@ class ObserverSettings:
 class ChainSettings:
     """See the module.
 
-    `address` is the chain's own, `engine` where it tells what it does. `hardware` is module, class
-    and values of the wheels. `arm`: an arm has to report that its link is there; `observer`: None
-    if nobody has to.
+    `address` is the chain's own, `engine` that of its reports. `hardware` is module, class and
+    arguments of the wheels. `arm`: an arm must report its link; `observer`: None if none is
+    required.
     """
 
     address: Address

@@ -25,9 +25,10 @@ from cobodeck.record.header import changes
 from cobodeck.record.reader import Record
 from cobodeck.record.replay import Replay, setup_of, stage_replay
 from cobodeck.record.start import recorder
+from cobodeck.setup import Setup, open_setup
 from cobodeck.simulate import RunResult, simulate
-from cobodeck.wiring import Machine, Setup, open_setup
 from engine.files.text import noting
+from engine.machine import Machine
 from engine.operator import Operator
 from engine.run import ChartRun
 from hw.sim.arm import SimArm

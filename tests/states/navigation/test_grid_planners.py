@@ -15,7 +15,7 @@ from hw.room import Disc
 from states.maps.cells import Grid
 from states.navigation.grid_planners import NavfnPlanner, ThetaStarPlanner
 from states.navigation.inflation import LETHAL, NO_INFORMATION
-from states.navigation.local_planner import Limits, Tolerance
+from states.navigation.interfaces import Limits, Tolerance
 from states.navigation.planners import GLOBAL_PLANNERS, LOCAL_PLANNERS
 from states.navigation.potential import crossing_costs, potential_from
 from states.navigation.theta_star import line_is_free

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.room import Disc
-from states.navigation.local_planner import Limits, Tolerance
+from states.navigation.interfaces import Limits, Tolerance
 from states.navigation.predicted_gap import (
     HORIZON,
     least_gap_braking,
