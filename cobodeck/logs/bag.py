@@ -49,19 +49,19 @@ def read_bag(path: Path) -> SensorLog:
         FileError: it cannot be read, or holds nothing usable.
     """
     gathered = Gathered(path, "ROS bag")
-    told = _Told()
+    messages = _Messages()
     opened = nullcontext((path, None)) if path.is_dir() else plain_file(path, ".bag")
     with opened as (plain, broken):
         if broken is not None:
             gathered.remark(broken)
         try:
-            _read(plain, told)
+            _read(plain, messages)
         except Exception as error:  # noqa: BLE001  the library raises anything over a damaged file
-            if not any((told.scans, told.odometry, told.imu)):
+            if not any((messages.scans, messages.odometry, messages.imu)):
                 hint = "`rosbag reindex` repairs bags that were cut off"
                 raise mistake(path, f"cannot be read as a bag: {error}", hint=hint) from None
             gathered.remark(f"it is cut off: {error}")
-    _Frames(told, gathered).put_all()
+    _Frames(messages, gathered).put_all()
     return gathered.finished()
 
 
@@ -75,7 +75,7 @@ class _Wheels(NamedTuple):
 
 
 @dataclass(slots=True)
-class _Told:
+class _Messages:
     """The messages of a bag, by topic, with stamps and frames."""
 
     scans: list[tuple[int, str, str, Any]] = field(default_factory=list)
@@ -112,15 +112,15 @@ class _Told:
 
 
 _TAKING: Mapping[str, Any] = {
-    "sensor_msgs/msg/LaserScan": _Told.scan,
-    "nav_msgs/msg/Odometry": _Told.wheels,
-    "sensor_msgs/msg/Imu": _Told.inertial,
-    "tf2_msgs/msg/TFMessage": _Told.edges,
-    "tf/msg/tfMessage": _Told.edges,
+    "sensor_msgs/msg/LaserScan": _Messages.scan,
+    "nav_msgs/msg/Odometry": _Messages.wheels,
+    "sensor_msgs/msg/Imu": _Messages.inertial,
+    "tf2_msgs/msg/TFMessage": _Messages.edges,
+    "tf/msg/tfMessage": _Messages.edges,
 }
 
 
-def _read(path: Path, told: _Told) -> None:
+def _read(path: Path, messages: _Messages) -> None:
     """Take all usable messages."""
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
@@ -129,26 +129,26 @@ def _read(path: Path, told: _Told) -> None:
         worth = [found for found in reader.connections if found.msgtype in _TAKING]
         for connection, at_ns, data in reader.messages(connections=worth):
             message = reader.deserialize(data, connection.msgtype)
-            _TAKING[connection.msgtype](told, connection.topic, at_ns, message)
+            _TAKING[connection.msgtype](messages, connection.topic, at_ns, message)
 
 
 class _Frames:
     """Transforms what the bag has into the frame of the base."""
 
-    def __init__(self, told: _Told, gathered: Gathered) -> None:
-        self._told = told
+    def __init__(self, messages: _Messages, gathered: Gathered) -> None:
+        self._messages = messages
         self._gathered = gathered
         self._wheels = self._best_odometry()
         child = self._wheels[0].child if self._wheels else ""
-        found = (name for name in _BASES if name in told.known)
+        found = (name for name in _BASES if name in messages.known)
         self._base = child or next(found, _BASES[1])
         self._mounts: dict[str, Pose3] = {}
 
     def put_all(self) -> None:
         """Put everything into the log."""
-        for stamp, topic, frame, message in self._told.scans:
+        for stamp, topic, frame, message in self._messages.scans:
             self._scan(stamp, topic, self._mount(frame, stamp), message)
-        for stamp, frame, message in self._told.imu:
+        for stamp, frame, message in self._messages.imu:
             self._gathered.put(IMU, stamp, _reading(message, self._mount(frame, stamp)))
         for stamp, odometry in self._odometry():
             self._gathered.put(ODOMETRY, stamp, odometry)
@@ -157,15 +157,15 @@ class _Frames:
     def _best_odometry(self) -> Sequence[_Wheels]:
         def merit(topic: str) -> tuple[bool, int]:
             estimated = any(word in topic.lower() for word in _ESTIMATED)
-            return not estimated, len(self._told.odometry[topic])
+            return not estimated, len(self._messages.odometry[topic])
 
-        measured = [t for t in self._told.odometry if not any(w in t.lower() for w in _TRUE)]
+        measured = [t for t in self._messages.odometry if not any(w in t.lower() for w in _TRUE)]
         if not measured:
             return ()
         best = max(measured, key=merit)
         for other in sorted(set(measured) - {best}):
             self._gathered.remark(f"odometry {other} was left out: {best} is taken")
-        return self._told.odometry[best]
+        return self._messages.odometry[best]
 
     def _odometry(self) -> list[tuple[int, Odometry]]:
         """Odometry of the chosen topic, else the base in the frame `odom`."""
@@ -175,22 +175,22 @@ class _Frames:
             if all(one.twist == Twist2(0.0, 0.0, 0.0) for one in wheels):
                 return reckoned
             return [(one.stamp_ns, Odometry(one.pose, one.twist)) for one in wheels]
-        odom = next((name for name in _ODOMS if name in self._told.known), None)
+        odom = next((name for name in _ODOMS if name in self._messages.known), None)
         return [] if odom is None else odometry_of(self._ways(odom))
 
     def _ways(self, fixed: str) -> list[tuple[int, Pose2]]:
         """Poses of the base at each scan (or inertial reading), where the frames have them."""
-        stamps = sorted({found[0] for found in self._told.scans or self._told.imu})
-        looked_up = ((at, self._told.frames.lookup(fixed, self._base, at)) for at in stamps)
+        stamps = sorted({found[0] for found in self._messages.scans or self._messages.imu})
+        looked_up = ((at, self._messages.frames.lookup(fixed, self._base, at)) for at in stamps)
         return [(at, pose.flat()) for at, pose in looked_up if isinstance(pose, Pose3)]
 
     def _reference(self) -> None:
-        for topic, found in self._told.odometry.items():
+        for topic, found in self._messages.odometry.items():
             if any(word in topic.lower() for word in _TRUE):
                 for one in found:
                     self._gathered.refer(one.stamp_ns, one.pose)
                 return
-        fixed = next((name for name in _MAPS if name in self._told.known), None)
+        fixed = next((name for name in _MAPS if name in self._messages.known), None)
         for stamp, pose in [] if fixed is None else self._ways(fixed):
             self._gathered.refer(stamp, pose)
 
@@ -200,12 +200,12 @@ class _Frames:
             return self._mounts[frame]
         found: Pose3 | NoTransform = Pose3(0.0, 0.0, 0.0)
         if frame != self._base:
-            found = self._told.frames.lookup(self._base, frame, stamp)
+            found = self._messages.frames.lookup(self._base, frame, stamp)
             if isinstance(found, NoTransform):
-                found = self._told.frames.lookup(self._base, frame)
+                found = self._messages.frames.lookup(self._base, frame)
         if isinstance(found, NoTransform):
-            told = f"the pose of {frame} is not in the bag: it is assumed to be at {self._base}"
-            self._gathered.remark(told)
+            remark = f"the pose of {frame} is not in the bag: it is assumed to be at {self._base}"
+            self._gathered.remark(remark)
             found = Pose3(0.0, 0.0, 0.0)
         self._mounts[frame] = found
         return found

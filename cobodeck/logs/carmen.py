@@ -70,7 +70,7 @@ def read_carmen(path: Path) -> SensorLog:
 
 
 @dataclass(frozen=True, slots=True)
-class _Told:
+class _Message:
     """A message: first pose (scanner's or corrected), the robot's by odometry, and its scan."""
 
     stamp: float | None
@@ -83,7 +83,7 @@ class _Told:
 @dataclass(slots=True)
 class _Lines:
     gathered: Gathered
-    told: list[_Told] = field(default_factory=list)
+    messages: list[_Message] = field(default_factory=list)
     given: dict[str, str] = field(default_factory=dict)
     wrong: list[tuple[int, str]] = field(default_factory=list)
 
@@ -97,15 +97,15 @@ class _Lines:
         if name == "PARAM":
             self.given[words[1].lower()] = words[2]
         elif name in OLD:
-            self.told.append(self._old(words))
+            self.messages.append(self._old(words))
         elif name in ROBOT or name in RAW:
-            self.told.append(_new(words, poses=name in ROBOT))
+            self.messages.append(_new(words, poses=name in ROBOT))
         elif name == "ODOM":
-            self.told.append(_Told(_stamp(words, 7), name, None, _pose(words, 1)))
+            self.messages.append(_Message(_stamp(words, 7), name, None, _pose(words, 1)))
         else:
-            self.told.append(_Told(_stamp(words, 7), name, _pose(words, 1), _pose(words, 4)))
+            self.messages.append(_Message(_stamp(words, 7), name, _pose(words, 1), _pose(words, 4)))
 
-    def _old(self, words: Sequence[str]) -> _Told:
+    def _old(self, words: Sequence[str]) -> _Message:
         count = int(words[1])
         ranges = [float(word) for word in words[2 : 2 + count]]
         if count < 2 or len(ranges) < count:
@@ -115,17 +115,18 @@ class _Lines:
         start, step = _spread(count)
         at = 2 + count
         scan = RawScan(words[0].lower(), _MIDDLE, start, step, ranges, most)
-        return _Told(_stamp(words, at + 6), words[0], _pose(words, at), _pose(words, at + 3), scan)
+        stamp, first = _stamp(words, at + 6), _pose(words, at)
+        return _Message(stamp, words[0], first, _pose(words, at + 3), scan)
 
     def close(self) -> None:
         """Put everything in."""
         for number, name in self.wrong[:1]:
             more = f", and {len(self.wrong) - 1} more lines" if len(self.wrong) > 1 else ""
             self.gathered.remark(f"line {number} is a malformed {name} and was left out{more}")
-        clocks = (one.stamp for one in self.told)
+        clocks = (one.stamp for one in self.messages)
         stamps = numbered_stamps([None if at is None else round(at * 1e9) for at in clocks])
-        mounts = {name: self._mount(name) for name in {one.name for one in self.told}}
-        pairs = list(zip(stamps, self.told, strict=True))
+        mounts = {name: self._mount(name) for name in {one.name for one in self.messages}}
+        pairs = list(zip(stamps, self.messages, strict=True))
         wheels = {at: one.robot for at, one in pairs if one.name == "ODOM" and one.robot}
         others = {at: one.robot for at, one in pairs if one.name != "ODOM" and one.robot}
         if wheels and _stray(others, wheels):
@@ -147,7 +148,7 @@ class _Lines:
         """robot_from_scanner by its messages; None if their first pose is a corrected one."""
         if name == "TRUEPOS":
             return None
-        found = [one for one in self.told if one.name == name and one.first is not None]
+        found = [one for one in self.messages if one.name == name and one.first is not None]
         if not found:
             return self._offset(name)
         seen = [one.robot.inverse() @ one.first for one in found if one.robot and one.first]
@@ -162,7 +163,7 @@ class _Lines:
         return Pose2(ahead, 0.0, 0.0 if side == "front" else math.pi)
 
 
-def _new(words: Sequence[str], poses: bool) -> _Told:
+def _new(words: Sequence[str], poses: bool) -> _Message:
     start, view, step, most = (float(word) for word in words[2:6])
     count = int(words[8])
     ranges = [float(word) for word in words[9 : 9 + count]]
@@ -176,8 +177,8 @@ def _new(words: Sequence[str], poses: bool) -> _Told:
     most = most if most > 0.0 else _FARTHEST
     scan = RawScan(words[0].lower(), _MIDDLE, start, step, ranges, most)
     if not poses:
-        return _Told(_stamp(rest, 0), words[0], None, None, scan)
-    return _Told(_stamp(rest, 11), words[0], _pose(rest, 0), _pose(rest, 3), scan)
+        return _Message(_stamp(rest, 0), words[0], None, None, scan)
+    return _Message(_stamp(rest, 11), words[0], _pose(rest, 0), _pose(rest, 3), scan)
 
 
 def _spread(count: int) -> tuple[float, float]:

@@ -138,8 +138,8 @@ def _between(before: Sample, after: Sample) -> Iterator[Sample]:
     parts = math.ceil(gap_ns / _STEADY_NS)
     if parts < 2:
         return
-    way = before.value.pose.inverse() @ after.value.pose
-    velocity = velocity_of(way, gap_ns * 1e-9)
+    moved = before.value.pose.inverse() @ after.value.pose
+    velocity = velocity_of(moved, gap_ns * 1e-9)
     for part in range(1, parts):
         since_ns = gap_ns * part // parts
         pose = before.value.pose @ displacement_of(velocity, since_ns * 1e-9)

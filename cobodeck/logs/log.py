@@ -162,9 +162,9 @@ class Gathered:
         Raises:
             FileError: it holds nothing usable.
         """
-        told = tuple(t if n == 1 else f"{t} ({n} times)" for t, n in self.remarks.items())
+        remarks = tuple(t if n == 1 else f"{t} ({n} times)" for t, n in self.remarks.items())
         if not self.samples:
-            why = told[0] if told else "no scans, no odometry, no inertial readings"
+            why = remarks[0] if remarks else "no scans, no odometry, no inertial readings"
             raise mistake(self.path, f"is a {self.form} without usable data: {why}")
         rank = {name: number for number, name in enumerate(_ORDER)}
         ordered = sorted(self.samples, key=lambda s: (s.stamp_ns, rank[s.name]))
@@ -173,7 +173,7 @@ class Gathered:
         poses = {ref.stamp_ns - start: ref.pose for ref in self.reference}
         sensing = self.sensing or self._sensing(samples)
         reference = tuple(ReferencePose(at, poses[at]) for at in sorted(poses))
-        return SensorLog(self.path, self.form, samples, sensing, reference, told, self.room)
+        return SensorLog(self.path, self.form, samples, sensing, reference, remarks, self.room)
 
     def _sensing(self, samples: Sequence[Sample]) -> Sensing:
         stamps: dict[str, list[int]] = defaultdict(list)

@@ -121,17 +121,17 @@ class _Row:
     def close(self) -> None:
         """Put everything in, with stamps."""
         stamps = numbered_stamps([one.scan.stamp_ns for one in self.seen])
-        ways: dict[int, tuple[int, Pose2]] = {}
+        poses: dict[int, tuple[int, Pose2]] = {}
         for stamp, one in zip(stamps, self.seen, strict=True):
             self._scan(stamp, one.scan)
             if one.corrected is not None:
                 self.gathered.refer(stamp, one.corrected)
-            way = one.corrected if self.moves is None else one.reckoned
-            if way is not None:
-                ways.setdefault(one.frame, (stamp, way))
-        if self.moves is None and ways and not self.wheels:
+            pose = one.corrected if self.moves is None else one.reckoned
+            if pose is not None:
+                poses.setdefault(one.frame, (stamp, pose))
+        if self.moves is None and poses and not self.wheels:
             self.gathered.remark(STOOD_IN)
-        for stamp, odometry in odometry_of(self.wheels or ways.values()):
+        for stamp, odometry in odometry_of(self.wheels or poses.values()):
             self.gathered.put(ODOMETRY, stamp, odometry)
 
     def _scan(self, stamp: int, scan: RangeScan) -> None:

@@ -64,14 +64,14 @@ def figures(log: SensorLog, found: SpatialFilter) -> dict[str, Any]:
     """The figures for programs; m, rad, s."""
     pose: Pose3 = found.pose
     names = (name for name in (ODOMETRY, IMU) if log.count(name))
-    ways = [sample.value.pose for sample in log.samples if isinstance(sample.value, Odometry)]
+    poses = [sample.value.pose for sample in log.samples if isinstance(sample.value, Odometry)]
     return {
         "log": str(log.path),
         "form": log.form,
         "duration_s": log.duration,
         "remarks": list(log.remarks),
         "samples": {name: log.count(name) for name in names},
-        "way_m": sum(before.distance_to(after) for before, after in pairwise(ways)),
+        "way_m": sum(before.distance_to(after) for before, after in pairwise(poses)),
         "final_position_m": [pose.x, pose.y, pose.z],
         "final_yaw_rad": pose.yaw,
     }

@@ -57,13 +57,13 @@ class WheelPath:
 
 def scans_of(log: SensorLog) -> list[SeenScan]:
     """All scans of a log, with all their beams, in order."""
-    way, found = WheelPath(log), []
+    wheels, found = WheelPath(log), []
     for sample in log.samples:
         scan = sample.value
         if isinstance(scan, Scan):
-            motion = way.velocity(sample.stamp_ns, sample.stamp_ns + span_ns(scan))
+            motion = wheels.velocity(sample.stamp_ns, sample.stamp_ns + span_ns(scan))
             cloud = cloud_of(scan, sample.stamp_ns, log.sensing, ALL_BEAMS, motion)
             found.append(
-                SeenScan(scan.sensor, cloud.stamp_ns, cloud.points, way.at(cloud.stamp_ns))
+                SeenScan(scan.sensor, cloud.stamp_ns, cloud.points, wheels.at(cloud.stamp_ns))
             )
     return found

@@ -81,9 +81,9 @@ class Growing:
     def _move(self, step: Pose2, points: Array) -> None:
         """Predict by the wheels, correct by the walls."""
         values = self._values
-        way, turn = math.hypot(step.x, step.y), abs(step.yaw)
-        off = 0.01 + values.slip * way
-        about = 0.01 + values.twist * way + values.spin * turn
+        distance, turn = math.hypot(step.x, step.y), abs(step.yaw)
+        off = 0.01 + values.slip * distance
+        about = 0.01 + values.twist * distance + values.spin * turn
         self._pose = self._pose @ step
         if len(points) == 0:
             return
