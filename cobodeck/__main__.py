@@ -13,6 +13,7 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
+from cobodeck.compiled_code import keep_compiled_code
 from cobodeck.console import (
     FAILED,
     OK,
@@ -23,7 +24,8 @@ from cobodeck.console import (
     show_what_can_be_shown,
 )
 from cobodeck.named_files import own_files_around
-from engine.files.finding import FileError, did_you_mean
+from cobodeck.shadows import explained, shadows
+from engine.files.finding import FileError, NotFound, did_you_mean
 from engine.files.named import no_files, with_own_files
 from engine.files.text import noting
 from engine.files.visible import visible
@@ -64,12 +66,18 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return OK
+    except ImportError:
+        hidden = shadows()
+        if not hidden:
+            raise
+        complain(explained(hidden))
+        return USAGE
     except OSError as error:
         complain(f"{error.filename or 'file'}: {error.strerror or error}")
-        return FAILED
+        return USAGE if isinstance(error, FileNotFoundError) else FAILED
     except FileError as error:
         complain(str(error))
-        return FAILED
+        return USAGE if isinstance(error, NotFound) else FAILED
 
 
 def _dispatch(given: list[str]) -> int:
@@ -95,8 +103,11 @@ def _dispatch(given: list[str]) -> int:
     except SystemExit as end:  # argparse has said what is wrong
         return int(end.code or OK)
     own = own_files_around() if args.own else no_files
+    not_kept = keep_compiled_code()
     with noting(), with_own_files(own):
         code = module.run(args)
+    if not_kept and "numba" in sys.modules:
+        complain(not_kept)
     return FAILED if code is None else int(code)
 
 

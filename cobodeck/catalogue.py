@@ -17,6 +17,7 @@ from typing import Any
 
 from cobodeck.console import Problem
 from cobodeck.project import Project, projects
+from cobodeck.shadows import explained, shadows
 from engine.state import Action, Interface, Monitor, State, StateError, interface
 from engine.types import Type, from_annotation
 from hw.interfaces import PARTS
@@ -26,6 +27,7 @@ MODULES = (
     "states.arm.states",
     "states.signals.states",
     "behaviors.chase",
+    "behaviors.make_room",
     "behaviors.haptic",
     "behaviors.escape",
     "behaviors.inform",
@@ -148,6 +150,8 @@ def _imported(name: str) -> ModuleType:
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError as error:
+        if hidden := shadows():
+            raise Problem(explained(hidden)) from None
         if error.name is not None and name.startswith(error.name):
             raise Problem(f"no module {name!r}, named under {_POINTS}") from None
         raise Problem(_where(error, f"importing {name}")) from None

@@ -61,7 +61,7 @@ class FileChecker:
 
         robot = load_robot(file)
         if robot.arm is not None and robot.arm.urdf is not None:
-            from states.arm.model import manipulator_of
+            from states.arm.robot_arm import manipulator_of
 
             manipulator_of(robot)
 

@@ -53,7 +53,7 @@ def _by_samples(inlet: Inlet, robot: RobotModel) -> Evaluator:
 def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:
     """A function that gives map_from_prop for a pose of the base and joint angles."""
     from states.arm.kinematics import KinematicChain, forward
-    from states.arm.model import manipulator_of
+    from states.arm.robot_arm import manipulator_of
 
     chain = KinematicChain.of(manipulator_of(robot))
 
@@ -68,7 +68,7 @@ def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:
 def arm_outline(robot: RobotModel) -> ArmOutline:
     """The arm as capsules, with the names of its parts."""
     from states.arm.collision import CollisionModel, outline
-    from states.arm.model import manipulator_of
+    from states.arm.robot_arm import manipulator_of
 
     arm = manipulator_of(robot)
     model = CollisionModel.of(arm)

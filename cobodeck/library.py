@@ -26,23 +26,27 @@ SKIPPED = frozenset((".git", ".venv", "venv", "node_modules", "build", "dist", "
 
 
 def files_in(paths: Iterable[Path]) -> list[tuple[Path, str]]:
-    """Files with what they are; of folders only YAML files that are something.
+    """Files with their kinds; of folders only the YAML files of a known kind.
 
-    A file that is nothing known counts as a chart, so that it is told what it lacks.
+    A file of no known kind counts as a chart, so that its findings say what is missing.
 
     Raises:
-        Problem: a path does not exist, or is no file that can be read to its end.
+        Problem: a path does not exist, is no regular file, or is a folder without such files.
     """
     found: dict[Path, str] = {}
     for path in paths:
         if path.is_dir():
             kinds = {file: kind_of(file) for file in yaml_files(path)}
-            found |= {file: kind for file, kind in kinds.items() if kind is not None}
+            inside = {file: kind for file, kind in kinds.items() if kind is not None}
+            if not inside:
+                raise Problem(f"{path}: no charts, scenes, robots … in this folder")
+            found |= inside
         elif path.is_file():
             found[path] = kind_of(path) or "chart"
         else:
-            lack = "is no regular file" if path.exists() else "no such file or folder"
-            raise Problem(f"{path}: {lack}", FAILED)
+            if path.exists():
+                raise Problem(f"{path}: is no regular file", FAILED)
+            raise Problem(f"{path}: no such file or folder")
     return list(found.items())
 
 

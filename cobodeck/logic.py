@@ -14,6 +14,7 @@ from cobodeck.inlet import Inlet
 from cobodeck.wiring import Setup, Wired
 from engine.board import Board
 from engine.machine import Leaf
+from engine.node import StandIn
 from engine.run import ChartRun
 from engine.scripted import perhaps
 from engine.state import NEVER_NS, Context, State, Until
@@ -51,11 +52,11 @@ class _Idle:
 def wander(setup: Setup, seed: int) -> Wired:
     """A run of the setup's chart in which every leaf wanders."""
     machine = setup.machine()
+    stand_ins = {}
     for leaf in machine.leaves:
         chance = random.Random(f"{seed}/{leaf.path}")
-        leaf.make = partial(Wandering, leaf, chance)
-        leaf.instant = False
-        leaf.produces = perhaps(leaf.interface.outputs)
+        make = partial(Wandering, leaf, chance)
+        stand_ins[leaf.path] = StandIn(make, perhaps(leaf.interface.outputs))
     parts = {name: _Idle() for leaf in machine.leaves for name in leaf.interface.commands}
     board = Board(setup.signals, ())
-    return Wired(ChartRun(machine, board, parts), board, Inlet(board))
+    return Wired(ChartRun(machine, board, parts, stand_ins=stand_ins), board, Inlet(board))

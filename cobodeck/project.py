@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from cobodeck.console import Problem, complain
+from cobodeck.shadows import PACKAGES
 from engine.files.finding import FileError
 from engine.files.text import read_bytes, read_text
 
@@ -95,6 +96,11 @@ def projects(start: Path | None = None, tell: Callable[[str], None] = complain) 
     here = _around(start)
     found = []
     if here is not None:
+        for name, module in _hiding(here):
+            tell(
+                f"{module}: cobodeck has a package {name!r} of its own, and Python may import one "
+                "for the other; rename yours"
+            )
         why_not = _outside(here, start) or _foreign(here)
         if not why_not:
             found.append(here)
@@ -181,6 +187,15 @@ def _foreign(project: Project) -> str:
     return ""
 
 
+def _hiding(project: Project) -> Iterator[tuple[str, Path]]:
+    """What in a project's folder has the name of a package of cobodeck, and could be imported."""
+    assert project.folder is not None
+    for name in PACKAGES:
+        for module in (project.folder / f"{name}.py", project.folder / name / "__init__.py"):
+            if module.is_file():
+                yield name, module
+
+
 def _read(file: Path) -> Project | None:
     import tomllib
 
@@ -195,6 +210,11 @@ def _read(file: Path) -> Project | None:
         if not isinstance(found, dict):
             raise Problem(f"{file}: {key!r} is not a table")
     for name, module in found.items():
+        if isinstance(module, str) and module.partition(".")[0] in PACKAGES:
+            raise Problem(
+                f"{file}: {GROUP}.{name} names {module!r}, which is in a package of cobodeck; "
+                "give your own another name"
+            )
         if not isinstance(module, str) or not all(map(str.isidentifier, module.split("."))):
             raise Problem(f"{file}: {GROUP}.{name} is not the name of a module")
     return Project(next(iter(found)), tuple(found.values()), file.parent) if found else None

@@ -48,6 +48,10 @@ def parts() -> Iterator[Parts]:
 @pytest.fixture
 def sim(request: pytest.FixtureRequest, parts: Parts) -> Iterator[Rehearsal]:
     """Charts in virtual time; see `cobodeck.testing`."""
+    from cobodeck.shadows import explained, shadows
+
+    if hidden := shadows():
+        pytest.fail(explained(hidden), pytrace=False)
     from cobodeck.named_files import own_files_around
     from cobodeck.testing import Rehearsal
     from engine.files.named import with_own_files

@@ -14,10 +14,11 @@ from cobodeck.figures import NOTHING, escape_figures
 from cobodeck.localization import LocalizationWatch
 from cobodeck.loop import Loop
 from cobodeck.metrics import Evaluator
+from cobodeck.options import Options
 from cobodeck.refusals import refusals
 from cobodeck.run_checks import refuse_small_floor
 from cobodeck.separation import SeparationWatch
-from cobodeck.stage import Options, localizing, stage
+from cobodeck.stage import localizing, stage
 from cobodeck.warmup import warm_up
 from cobodeck.wiring import Setup, Wired
 from engine.board import Usage

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from typing import Any, TextIO
+from dataclasses import replace
+from typing import Any
 
 from cobodeck.clocks import Clock, RealTime, Virtual
 from cobodeck.connected import Connected, connect
@@ -15,6 +15,7 @@ from cobodeck.logic import wander
 from cobodeck.loop import Loop
 from cobodeck.opening import finds_itself, is_needed, refuse_strange_drivers
 from cobodeck.operators import ConsoleOperator
+from cobodeck.options import FULL, Options
 from cobodeck.plants import Nothing
 from cobodeck.record.sink import behind_record
 from cobodeck.run_checks import latency_ns, refuse_blind_robot
@@ -29,40 +30,6 @@ from hw.reckoner import Reckoner
 from hw.sim.base import SimBase
 from hw.sim.devices import ScriptedOperator
 from hw.sim.world import World
-
-FULL = 2
-"""The tier with all sensors: the base localizes itself."""
-LONGEST_S = 3600.0
-"""A run ends after this time if its user never finishes, s."""
-
-
-@dataclass(frozen=True, slots=True)
-class Options:
-    """How to run.
-
-    `duration_s` ends a run early, `stretch_m` enlarges a recorded walk to this size, `eager`
-    computes every signal in every tick and leaves no tick out, `mock` takes the mocked robot,
-    `connection` the real parts that it names. `console` is where the operator types, None without
-    one; `unwatched` accepts that no part tracks people, because nobody is near.
-    """
-
-    user: str | None = None
-    requests: int | None = None
-    stretch_m: float | None = None
-    tier: int = 1
-    seed: int = 0
-    duration_s: float = LONGEST_S
-    eager: bool = False
-    frozen_base: bool = False
-    mock: bool = False
-    connection: Connection | None = None
-    console: TextIO | None = None
-    unwatched: bool = False
-
-    @property
-    def plays_dummy(self) -> bool:
-        """True if the person is replayed out of a record."""
-        return self.user is not None and behind_record(self.user) is not None
 
 
 class FrozenBase(SimBase):

@@ -28,7 +28,7 @@ from engine.chart import Chart
 from engine.clock import TickGrid
 from engine.files.finding import did_you_mean
 from engine.load import load_text
-from engine.machine import IDLE, RUNNING, Leaf, Machine
+from engine.machine import Leaf, Machine
 from engine.operator import Operator
 from engine.report import text as report_text
 from engine.run import ChartRun
@@ -124,7 +124,8 @@ class Rehearsal:
         parameters: Mapping[str, Any] | None,
     ) -> None:
         from cobodeck.metrics import Evaluator
-        from cobodeck.stage import Options, stage
+        from cobodeck.options import Options
+        from cobodeck.stage import stage
         from cobodeck.wiring import open_setup
 
         beside = self.folder / chart
@@ -168,10 +169,9 @@ class Rehearsal:
         }
         kept = {leaf.path for name in real for leaf in self._leaves(name)}
         self._script = LeafScript(machine)
-        for leaf in machine.leaves:
-            if leaf.path in kept or not (everything or leaf.path in played):
-                leaf.make, leaf.instant = leaf.interface.make, leaf.interface.instant
-                leaf.produces = leaf.interface.outputs
+        for path, stand_in in self._script.stand_ins.items():
+            if path not in kept and (everything or path in played):
+                self.run.put_in(path, stand_in)
         return {path: list(outcomes) for path, outcomes in played.items()}
 
     # -- while it runs ---------------------------------------------------------------------------
@@ -205,7 +205,7 @@ class Rehearsal:
     @property
     def active(self) -> list[str]:
         """The paths of the leaves that are going on."""
-        return [v.path for v in self._leaves_of_run() if v.status == RUNNING]
+        return self.run.active
 
     @property
     def operator(self) -> Operator:
@@ -222,10 +222,14 @@ class Rehearsal:
         self.tick(round(seconds * HZ))
 
     def until(self, where: str | Callable[[], object], timeout: float = 10.0) -> None:
-        """Let time pass until a node is entered, the chart ends so, or a condition holds.
+        """Let time pass until a node is active, the chart has ended so, or a condition holds.
 
-        `where` is a node's path, its name, or an outcome of the chart, or a function. Each call
-        looks at what happens from now on, the present tick included.
+        `where` is a node's path, its name, an outcome of the chart, or a function. A node that is
+        active already, or is entered and left within one tick from now on, is reached; one that was
+        left before is not, until it is entered again.
+
+        Raises:
+            AssertionError: that did not happen within `timeout`, s.
         """
         end = self.loop.ticks + max(1, round(timeout * HZ))
         reached = where if callable(where) else self._reaching(where)
@@ -296,20 +300,24 @@ class Rehearsal:
         outcomes = {*self.run.machine.chart.outcomes, "error"}
         if where not in outcomes or any(_is_named(p, where) for p in self.run.machine.vertices):
             self._require(where, outcomes)
-        seen = len(self.run.trace.raw)
+        before = sum(1 for _ in self.run.trace)
 
         def reached() -> bool:
             if self.run.outcome == where:
                 return True
-            records = list(self.run.trace)[seen:]
-            entered = (r.subject for r in records if r.kind == "enter")
-            return self._is_active(where) or any(_is_named(path, where) for path in entered)
+            active: set[str] = set()
+            for n, record in enumerate(self.run.trace):
+                if not _is_named(record.subject, where):
+                    continue
+                if record.kind == "enter":
+                    active.add(record.subject)
+                    if n >= before:
+                        return True
+                elif record.kind == "exit":
+                    active.discard(record.subject)
+            return bool(active)
 
         return reached
-
-    def _is_active(self, where: str) -> bool:
-        vertices = self.run.machine.vertices.values()
-        return any(v.status not in (IDLE,) and _is_named(v.path, where) for v in vertices)
 
     def _require(self, name: str, also: Iterable[str] = ()) -> None:
         vertices = self.run.machine.vertices

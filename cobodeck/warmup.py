@@ -5,15 +5,9 @@ Only what the chart can come to: a chart that never drives loads no planner.
 
 from __future__ import annotations
 
-import atexit
 import gc
 import importlib
-import os
 import pkgutil
-import shutil
-import tempfile
-from collections.abc import Mapping, MutableMapping, Sequence
-from pathlib import Path
 
 from cobodeck.wiring import Setup, reachable
 from engine.machine import Machine
@@ -22,38 +16,6 @@ from hw.samples import ImuReading, Odometry, Scan, TrackerPose
 
 SCANS, SCAN_NS = 12, 80_000_000
 """After so many scans that fit nowhere a localizer searches; time from one to the next, ns."""
-ROOT = Path(__file__).parent.parent
-
-
-def keep_compiled_code(
-    environment: MutableMapping[str, str] = os.environ,
-    folders: Sequence[Path] | None = None,
-) -> str | None:
-    """See to it that numba finds a place for its compiled code; what to tell if there is none.
-
-    To be called before numba is imported: without any place it would refuse to work. Places are
-    by default this project and the user's cache, if there is a home to have one.
-    """
-    folders = _places(environment) if folders is None else folders
-    if "NUMBA_CACHE_DIR" in environment or any(map(_is_writable, folders)):
-        return None
-    environment["NUMBA_CACHE_DIR"] = folder = tempfile.mkdtemp(prefix="cobodeck-")
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    shown = " and ".join(map(str, folders))
-    return f"compiled code is not kept, each start takes longer: cannot write to {shown}"
-
-
-def _places(environment: Mapping[str, str]) -> list[Path]:
-    try:
-        homes = [Path(environment["HOME"]) if "HOME" in environment else Path.home()]
-    except RuntimeError:  # neither HOME nor an entry in the list of users
-        homes = []
-    return [ROOT / "states", *(home / ".cache" for home in homes)]
-
-
-def _is_writable(folder: Path) -> bool:
-    there = next(place for place in (folder, *folder.parents) if place.exists())
-    return os.access(there, os.W_OK)
 
 
 def warm_up(setup: Setup, machine: Machine) -> None:
@@ -105,7 +67,7 @@ def _localizing(setup: Setup) -> None:
 
 
 def _reaching(setup: Setup) -> None:
-    from states.arm.model import manipulator_of
+    from states.arm.robot_arm import manipulator_of
 
     setup.environment.workspace.warm_up(manipulator_of(setup.robot))
 

@@ -14,7 +14,7 @@ from types import FrameType
 from typing import Any
 
 from cobodeck.loop import Loop
-from engine.machine import Leaf
+from engine.node import LeafNode
 
 ROOT = Path(__file__).parent.parent
 ENGINE = str(ROOT / "engine")
@@ -80,10 +80,10 @@ def blocker(frame: FrameType) -> str:
     inner: FrameType | None = None
     outer: FrameType | None = frame
     while outer is not None:
-        leaf: Any = outer.f_locals.get("leaf")
-        if outer.f_code.co_filename.startswith(ENGINE) and isinstance(leaf, Leaf):
+        node: Any = outer.f_locals.get("node")
+        if outer.f_code.co_filename.startswith(ENGINE) and isinstance(node, LeafNode):
             place = _place(inner) if inner is not None else "engine"
-            return f"{leaf.path} ({leaf.interface.name}) at {place}"
+            return f"{node.path} ({node.leaf.interface.name}) at {place}"
         if not outer.f_code.co_filename.startswith(ENGINE):
             inner = outer
         outer = outer.f_back

@@ -169,7 +169,7 @@ class Setup:
         """What the reachable states of the chart command and read."""
         leaves = reachable(self.machine(parameters))
         reads = {name for leaf in leaves for name in leaf.interface.reads}
-        commands = {part for leaf in leaves for part in leaf.commands}
+        commands = {part for leaf in leaves for part in leaf.interface.commands}
         known = self.signals
         used = (known[name] for name in closure(known, reads & known.keys()))
         welcome = frozenset(s.name for s in used if isinstance(s, Measured))
@@ -425,7 +425,7 @@ def refuse_what_is_missing(
     lacking: dict[str, None] = {}
     for leaf in leaves:
         who = leaf.interface.name
-        for name in leaf.commands:
+        for name in leaf.interface.commands:
             if name not in parts:
                 lacking[f"this robot lacks part {name!r}, commanded by {who}"] = None
         for name in leaf.interface.reads:

@@ -96,7 +96,7 @@ class Parameter:
 
 
 @dataclass(frozen=True, slots=True)
-class Key:
+class DataKey:
     """A key of a chart's data, one of its inputs, or one of its outputs.
 
     `optional`: `initial: none`, there may be nothing in it until somebody writes it.
@@ -122,7 +122,7 @@ class Chart:
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
     outcomes: tuple[str, ...] = ()
     outputs: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    keys: Mapping[str, Key] = field(default_factory=dict)
+    keys: Mapping[str, DataKey] = field(default_factory=dict)
 
     @property
     def file(self) -> str:
@@ -130,7 +130,7 @@ class Chart:
         return self.source.file
 
     @property
-    def inputs(self) -> dict[str, Key]:
+    def inputs(self) -> dict[str, DataKey]:
         """The keys that whoever uses the chart fills."""
         return {name: key for name, key in self.keys.items() if key.is_input}
 

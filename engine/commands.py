@@ -8,13 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from engine.decide import GRANTED, REFUSED, Writes
+from engine.decide import GRANTED, REFUSED
 from engine.files.finding import did_you_mean
-from engine.lifecycle import end_with
-from engine.machine import CHOSEN, ENDED, IDLE, WAITING, Box, Leaf, Machine, Vertex
+from engine.machine import Box, Leaf, Machine, Vertex
+from engine.node import CHOSEN, ENDED, IDLE, WAITING, Writes
 from engine.outputs import checked
 from engine.replace import obstacles, take_over
 from engine.types import ANY, Type
@@ -41,7 +40,7 @@ class End(Command):
 
     def carry_out(self, run: ChartRun) -> None:
         """Close everything."""
-        run.abort(run.machine.root, self.outcome, self.outcome)
+        run.life.abort(run.life.root, self.outcome, self.outcome)
         run.finish(self.outcome)
 
 
@@ -51,10 +50,7 @@ class Pause(Command):
 
     def carry_out(self, run: ChartRun) -> None:
         """Begin the pause."""
-        if not run.paused:
-            run.paused = True
-            run.pauses.append((run.board.now, run.board.now))
-            run.hold()
+        run.pause()
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,9 +59,7 @@ class Resume(Command):
 
     def carry_out(self, run: ChartRun) -> None:
         """End the pause."""
-        if run.paused:
-            run.paused = False
-            run.turns.notice(run.turns.monitors + run.turns.actions)
+        run.resume()
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,34 +72,36 @@ class ForceOutcome(Command):
 
     def carry_out(self, run: ChartRun) -> None:
         """Close the node and follow its outcome."""
-        vertex = run.machine.vertices.get(self.path)
-        if vertex is None or self.refusal(run) is not None:
+        node = run.nodes.get(self.path)
+        if node is None or self.refusal(run) is not None:
             return
-        ended = run.abort(vertex, "forced", self.outcome)
+        vertex = node.vertex
+        ended = run.life.abort(node, "forced", self.outcome)
         writes: Writes = ()
         if ended == self.outcome:
-            types = output_types(run, vertex, self.outcome)
+            types = output_types(run.machine, vertex, self.outcome)
             frozen = checked(self.outputs, types, run.judge.freezers)
             writes = tuple(
                 (cell, frozen[name.key if isinstance(vertex, Box) else name])
                 for name, cell in vertex.outputs.get(self.outcome, ())
             )
-        run.force(vertex, ended, writes)
+        run.follow(node, ended, writes)
 
     def refusal(self, run: ChartRun) -> str | None:
         """Why it cannot be done; None if it can."""
-        vertex = run.machine.vertices.get(self.path)
-        if vertex is None:
-            return f"no node {self.path!r}; {did_you_mean(self.path, run.machine.vertices)}"
+        node = run.nodes.get(self.path)
+        if node is None:
+            return f"no node {self.path!r}; {did_you_mean(self.path, run.nodes)}"
+        vertex = node.vertex
         if vertex.parent is None:
             return "the whole chart is not forced; stop or preempt it"
-        if vertex.status in (IDLE, ENDED, CHOSEN):
+        if node.status in (IDLE, ENDED, CHOSEN):
             return f"{self.path!r} is not active"
         possible = outcomes_of(vertex)
         if self.outcome not in possible:
             hint = did_you_mean(self.outcome, possible)
             return f"{self.path!r} has no outcome {self.outcome!r}; {hint}"
-        types = output_types(run, vertex, self.outcome)
+        types = output_types(run.machine, vertex, self.outcome)
         if set(self.outputs) != set(types):
             given = sorted(self.outputs)
             return f"{self.outcome!r} comes with {sorted(types)}, given: {given}"
@@ -155,9 +151,9 @@ class Answer(Command):
 
     def carry_out(self, run: ChartRun) -> None:
         """The node acts on it at its next turn."""
-        vertex = run.machine.vertices.get(self.path)
-        if vertex is not None and vertex.status == WAITING:
-            vertex.step = partial(end_with, GRANTED if self.granted else REFUSED)
+        node = run.nodes.get(self.path)
+        if node is not None and node.status == WAITING:
+            node.answer = GRANTED if self.granted else REFUSED
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,15 +167,15 @@ class Replace(Command):
         found = obstacles(run, self.machine)
         if found:
             for reason in found:
-                run.note(run.machine.root, f"not replaced: {reason}")
+                run.note(run.life.root, f"not replaced: {reason}")
             return
         take_over(run, self.machine)
 
 
 def _release_waiting(run: ChartRun) -> None:
-    for vertex in run.machine.vertices.values():
-        if vertex.status == WAITING and not run.judge.must_ask(vertex, vertex.waiting[0]):
-            vertex.step = partial(end_with, GRANTED)
+    for node in run.nodes.values():
+        if node.status == WAITING and not run.judge.must_ask(node, node.waiting[0]):
+            node.answer = GRANTED
 
 
 def outcomes_of(vertex: Vertex) -> set[str]:
@@ -195,11 +191,11 @@ def outcomes_of(vertex: Vertex) -> set[str]:
     return found - {"error"}
 
 
-def output_types(run: ChartRun, vertex: Vertex, outcome: str) -> Mapping[str, Type]:
+def output_types(machine: Machine, vertex: Vertex, outcome: str) -> Mapping[str, Type]:
     """The outputs that come with an outcome of a node, and their types."""
     if isinstance(vertex, Leaf):
         return vertex.interface.outputs.get(outcome, {})
     assert isinstance(vertex, Box)
-    names, machine = [inner.key for inner, _ in vertex.outputs.get(outcome, ())], run.machine
+    names = [inner.key for inner, _ in vertex.outputs.get(outcome, ())]
     declared = machine.library[vertex.chart].outputs[outcome] if names else {}
     return {name: machine.types.get(declared[name], ANY) for name in names}

@@ -7,50 +7,50 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from operator import attrgetter
 
-from engine.decide import KEEP, Decision, Judge
-from engine.machine import Box, Vertex
+from engine.decide import KEEP, Judge, Route
+from engine.node import BoxNode, Node
 
 
 @dataclass(slots=True)
 class _Rivals:
     """What is to happen in one container: its guards end it, or outcomes of children are kept."""
 
-    ending: list[Decision] = field(default_factory=list)
-    keeping: dict[Vertex, Decision] = field(default_factory=dict)  # by the child that ends
+    ending: list[Route] = field(default_factory=list)
+    keeping: dict[Node, Route] = field(default_factory=dict)  # by the child that ends
 
 
 @dataclass(slots=True)
 class Contest:
-    """Sorts the decisions of one round into winners, in the order they are taken, and losers.
+    """Sorts the routes of one round into winners, in the order they are taken, and losers.
 
     `due` are the nodes whose timeout has come. A guard that ends a due node wins over the timeout;
     one that only hands over inside it loses (rule 5).
     """
 
     judge: Judge
-    due: list[Vertex]
-    winners: list[Decision] = field(default_factory=list)
-    losers: list[Decision] = field(default_factory=list)
-    _left: list[Decision] = field(default_factory=list)  # for the last step, (d)
-    _rivals: defaultdict[Box, _Rivals] = field(default_factory=lambda: defaultdict(_Rivals))
+    due: list[Node]
+    winners: list[Route] = field(default_factory=list)
+    losers: list[Route] = field(default_factory=list)
+    _left: list[Route] = field(default_factory=list)  # for the last step, (d)
+    _rivals: defaultdict[BoxNode, _Rivals] = field(default_factory=lambda: defaultdict(_Rivals))
 
-    def hold(self, decisions: Iterable[Decision]) -> None:
-        """Let the decisions compete, innermost containers first."""
-        for decision in decisions:
-            container = decision.cause.parent
-            if decision.cause.guard and decision.top is not decision.cause and container:
-                self._rivals[container].ending.append(decision)
+    def hold(self, routes: Iterable[Route]) -> None:
+        """Let the routes compete, innermost containers first."""
+        for route in routes:
+            container = route.cause.parent
+            if route.cause.guard and route.top is not route.cause and container:
+                self._rivals[container].ending.append(route)
             else:
-                self._pass_on(decision)
+                self._pass_on(route)
         while self._rivals:
             box = max(self._rivals, key=attrgetter("depth"))
             self._settle(box, self._rivals.pop(box))
-        for decision in sorted(self._left, key=Decision.rank):
-            closed = any(winner.top.holds(decision.cause) for winner in self.winners)
-            lost = closed or self._is_inside_due(decision)
-            (self.losers if lost else self.winners).append(decision)
+        for route in sorted(self._left, key=Route.rank):
+            closed = any(winner.top.holds(route.cause) for winner in self.winners)
+            lost = closed or self._is_inside_due(route)
+            (self.losers if lost else self.winners).append(route)
 
-    def _settle(self, box: Box, here: _Rivals) -> None:
+    def _settle(self, box: BoxNode, here: _Rivals) -> None:
         """Rule 4 (b) and (c) in one container."""
         keeping = list(here.keeping.values())
         matched = self.judge.match(box, keeping) if keeping else None
@@ -65,16 +65,16 @@ class Contest:
             self._pass_on(here.ending[0])
             self.losers += here.ending[1:]
 
-    def _pass_on(self, decision: Decision) -> None:
-        """Let a decision compete where it leads to."""
-        if decision.kind != KEEP or decision.box is None:
-            self._left.append(decision)
+    def _pass_on(self, route: Route) -> None:
+        """Let a route compete where it leads to."""
+        if route.kind != KEEP or route.box is None:
+            self._left.append(route)
             return
-        keeping = self._rivals[decision.box].keeping
-        other = keeping.setdefault(decision.top, decision)
-        if other is not decision:
-            keeping[decision.top] = min(other, decision, key=Decision.rank)
-            self.losers.append(max(other, decision, key=Decision.rank))
+        keeping = self._rivals[route.box].keeping
+        other = keeping.setdefault(route.top, route)
+        if other is not route:
+            keeping[route.top] = min(other, route, key=Route.rank)
+            self.losers.append(max(other, route, key=Route.rank))
 
-    def _is_inside_due(self, decision: Decision) -> bool:
-        return decision.box is not None and any(node.holds(decision.box) for node in self.due)
+    def _is_inside_due(self, route: Route) -> bool:
+        return route.box is not None and any(node.holds(route.box) for node in self.due)

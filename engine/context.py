@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from engine.board import Board
 from engine.events import EventReader
-from engine.machine import RUNNING
+from engine.node import RUNNING, LeafNode
 from engine.slots import MeasuredSlot
 from engine.state import ALWAYS_NS, NEVER_NS, Stamped
-
-if TYPE_CHECKING:
-    from engine.machine import Leaf
 
 
 class Part(Protocol):
@@ -25,18 +22,19 @@ class Part(Protocol):
 
 
 class LeafContext:
-    """The `Context` of one leaf, bound when the machine is; a change of the chart moves it on."""
+    """The `Context` of one leaf of a run."""
 
-    __slots__ = ("_ages", "_bits", "_board", "_parts", "_path", "_readers", "leaf")
+    __slots__ = ("_ages", "_bits", "_board", "_parts", "_path", "_readers", "node")
 
-    def __init__(self, leaf: Leaf, board: Board, parts: Mapping[str, Part]) -> None:
-        self.leaf = leaf
-        self._path = leaf.path
+    def __init__(self, node: LeafNode, board: Board, parts: Mapping[str, Part]) -> None:
+        interface = node.interface
+        self.node = node
+        self._path = node.path
         self._board = board
-        self._parts = {name: parts[name] for name in leaf.interface.commands if name in parts}
+        self._parts = {name: parts[name] for name in interface.commands if name in parts}
         self._ages = {
             name: NEVER_NS if age is None else round(age * 1e9)
-            for name, age in leaf.interface.reads.items()
+            for name, age in interface.reads.items()
         }
         self._bits: dict[tuple[str, ...], int] = {}
         self._readers: dict[str, EventReader] = {}
@@ -53,7 +51,7 @@ class LeafContext:
             reader.begin(self._board.ticks)
 
     def _is_running(self) -> bool:
-        return self.leaf.status == RUNNING
+        return self.node.status == RUNNING
 
     @property
     def now(self) -> int:

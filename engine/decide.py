@@ -1,21 +1,22 @@
-"""Where the end of a state leads (rules 4, 8, 11 and 12); nothing is carried out here."""
+"""Where the end of a node leads (rules 4, 8, 11 and 12); nothing is carried out here."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from engine.machine import Box, Cell, Leaf, Vertex
+from engine.node import BoxNode, LeafNode, Node, Writes
 from engine.outputs import checked
-
-Writes = tuple[tuple[Cell, Any], ...]
 
 
 class Token:
-    """What a step that is no generator's can end with."""
+    """Sentinel that an engine-internal step ends with instead of an outcome."""
 
     def __init__(self, name: str) -> None:
         self.name = name
+
+    def __repr__(self) -> str:
+        return self.name
 
 
 RAISED = Token("raised")
@@ -27,24 +28,35 @@ AGAIN = Token("again")
 GO, KEEP, HOLD, RETRY, REOPEN, FINISH = range(6)
 
 
-class Decision:
-    """Where the end of `cause` leads: `ends` are the vertices that end with it, inside out."""
+class Route:
+    """Where the end of `cause` with the outcome `came` leads.
 
-    __slots__ = ("box", "cause", "ends", "kind", "outcome", "target", "top", "writes")
+    Attributes:
+        kind: `GO` to `target`, `KEEP` the outcome in its box, `HOLD` until somebody consents,
+            `RETRY`, `REOPEN` a box for its further try, or `FINISH` the run.
+        top: the outermost node that ends, or tries again, or waits.
+        outcome: what `top` ends with.
+        box: the container in which the transition is; None for the end of the run.
+        ends: the nodes that end with it and their outcomes, inside out.
+        writes: outputs that come with it.
+    """
 
-    def __init__(self, kind: int, cause: Vertex, top: Vertex, outcome: str) -> None:
+    __slots__ = ("box", "came", "cause", "ends", "kind", "outcome", "target", "top", "writes")
+
+    def __init__(self, kind: int, cause: Node, came: str, top: Node, outcome: str) -> None:
         self.kind = kind
         self.cause = cause
+        self.came = came
         self.top = top
         self.outcome = outcome
         self.box = top.parent
-        self.target: Vertex | None = None
-        self.ends: list[tuple[Vertex, str]] = []
+        self.target: Node | None = None
+        self.ends: list[tuple[Node, str]] = []
         self.writes: Writes = ()
 
     def precedence(self) -> tuple[int, int, int]:
         """Rule 4 (c), between the guards of one container: smaller goes first."""
-        return -self.cause.priority, self._depth(), self.cause.order
+        return -self.cause.vertex.priority, self._depth(), self.cause.order
 
     def rank(self) -> tuple[int, int, int]:
         """Rule 4 (d), between all that is left: the outer transition, then the outer monitor."""
@@ -64,146 +76,146 @@ class Judge:
     Attributes:
         level: the operator's autonomy level; `None` means that nobody is asked.
         locks: paths in which every outcome waits for consent.
+
+    Routes are cached at the nodes. They depend on level and locks: whoever changes these clears
+    the caches.
     """
 
     def __init__(
         self,
         level: int | None,
         freezers: Mapping[type, Callable[[Any], Any]],
-        report: Callable[[Vertex, BaseException], Token],
+        report: Callable[[Node, BaseException], None],
     ) -> None:
         self.level = level
         self.locks: set[str] = set()
         self.freezers = freezers
         self._report = report
 
-    def conclude(self, vertex: Vertex, value: Any) -> Decision:
-        """What follows from the end of one step."""
-        if type(value) is str and value in vertex.routes:
-            route: Decision = vertex.routes[value]
-            return route
+    def conclude(self, node: Node, value: Any) -> Route:
+        """What follows from the value, or the token, with which a step has ended."""
+        if type(value) is str and value in node.routes:
+            return node.routes[value]
         if type(value) is Token:
-            return self._conclude_token(vertex, value)
-        assert isinstance(vertex, Leaf)
+            return self._follow(node, value)
+        assert isinstance(node, LeafNode)
         try:
-            outcome, writes = self._result(vertex, value)
+            outcome, writes = self._result(node, value)
         except BaseException as error:  # noqa: BLE001  rule 8: whatever it returned
-            self._report(vertex, error)
+            self._report(node, error)
             outcome, writes = "error", ()
-        decision = self.resolve(vertex, outcome)
-        decision.writes = writes
-        if outcome == value and not self._asking() and not any(v.retry for v, _ in decision.ends):
-            vertex.routes[outcome] = decision
-        return decision
+        route = self.resolve(node, outcome)
+        route.writes = writes
+        if outcome == value and not any(end.vertex.retry for end, _ in route.ends):
+            node.routes[outcome] = route  # not of a node with `retry`: it depends on its tries
+        return route
 
-    def _asking(self) -> bool:
-        """Whether an outcome may have to wait for somebody."""
-        return self.level is not None or bool(self.locks)
-
-    def _conclude_token(self, vertex: Vertex, token: Token) -> Decision:
+    def _follow(self, node: Node, token: Token) -> Route:
         if token is RAISED:
-            return self.resolve(vertex, "error")
+            return self.resolve(node, "error")
         if token is MATCHED:
-            assert isinstance(vertex, Box)
-            outcome = vertex.match(vertex.kept)
+            assert isinstance(node, BoxNode)
+            outcome = node.box.match(node.kept)
             assert outcome is not None
-            return self.resolve(vertex, outcome)
+            return self.resolve(node, outcome)
         if token is GRANTED:
-            outcome, writes = vertex.waiting
-            decision = self.resolve(vertex, outcome, ended=True)
-            decision.writes = writes
-            return decision
-        if token is REFUSED:
-            return Decision(RETRY, vertex, vertex, "")
-        return Decision(REOPEN, vertex, vertex, "")
+            outcome, writes = node.waiting
+            route = self.resolve(node, outcome, ended=True, free=True)
+            route.writes = writes
+            return route
+        return Route(RETRY if token is REFUSED else REOPEN, node, "", node, "")
 
-    def _result(self, leaf: Leaf, value: Any) -> tuple[str, Writes]:
+    def _result(self, node: LeafNode, value: Any) -> tuple[str, Writes]:
         given: Mapping[str, Any] = {}
         if type(value) is tuple and len(value) == 2:
             value, given = value
         if isinstance(value, str):
             value = str.__str__(value)  # a member of a StrEnum counts as its text
-        if value not in leaf.interface.outcomes:
-            declared = ", ".join(leaf.interface.outcomes)
-            raise UndeclaredOutcome(f"{leaf.path} returned {value!r}; declared: {declared}")
-        produced = leaf.produces.get(value, {})
+        declared = node.interface.outcomes
+        if value not in declared:
+            text = f"{node.path} returned {value!r}; declared: {', '.join(declared)}"
+            raise UndeclaredOutcome(text)
+        produced = node.produces.get(value, {})
         if not isinstance(given, Mapping) or set(given) != set(produced):
             came = list(given) if isinstance(given, Mapping) else f"a {type(given).__name__}"
             raise UndeclaredOutcome(f"{value!r} came with {came}, declared: {list(produced)}")
         if not produced:
             return value, ()
         frozen = checked(given, produced, self.freezers)
-        return value, tuple((cell, frozen[name]) for name, cell in leaf.outputs[value])
+        return value, tuple((cell, frozen[name]) for name, cell in node.leaf.outputs[value])
 
     def resolve(
-        self, vertex: Vertex, outcome: str, *, ended: bool = False, guarded: bool = False
-    ) -> Decision:
+        self, node: Node, outcome: str, *, ended: bool = False, free: bool = False
+    ) -> Route:
         """Follow `outcome` outwards to the one thing that it leads to.
 
-        `ended`: the vertex itself has already been recorded and may neither wait nor try again.
-        `guarded`: a guard has led to this, so that no lock holds it up; see `must_ask`.
+        `ended`: the end of the node itself is recorded already; it neither waits nor tries again.
+        `free`: no lock holds it on its way out; see `must_ask`.
         """
-        cause, asking = vertex, self._asking()
-        free = guarded or vertex.guard or outcome in ("error", "timeout")
-        ends: list[tuple[Vertex, str]] = []
+        cause, came = node, outcome
+        free = free or node.guard or outcome in ("error", "timeout")
+        ends: list[tuple[Node, str]] = []
         while True:
-            kind = FINISH
-            target = None
+            kind, target = FINISH, None
             if not ended:
-                ends.append((vertex, outcome))
-                if vertex.retry and outcome in vertex.retry[1] and vertex.tries < vertex.retry[0]:
+                ends.append((node, outcome))
+                retry = node.vertex.retry
+                if retry and outcome in retry[1] and node.tries < retry[0]:
                     kind = RETRY
-                elif asking and self.must_ask(vertex, outcome, free=free):
+                elif (self.locks or self.level is not None) and self.must_ask(node, outcome, free):
                     kind = HOLD
             ended = False
-            parent = vertex.parent
+            parent = node.parent
             if kind == FINISH and parent is not None:
-                target = vertex.go.get(outcome)
+                vertex = node.vertex
                 up = vertex.leave.get(outcome)
-                if target is not None:
-                    kind = GO
-                elif up is None and parent.keeps:
+                if outcome in vertex.go:
+                    kind, target = GO, parent.children[vertex.go[outcome].name]
+                elif up is None and parent.box.keeps:
                     kind = KEEP
                 else:
-                    vertex, outcome = parent, up or outcome
+                    node, outcome = parent, up or outcome
                     continue
-            decision = Decision(kind, cause, vertex, outcome)
-            decision.ends = ends
-            decision.target = target
-            return decision
+            route = Route(kind, cause, came, node, outcome)
+            route.ends, route.target = ends, target
+            return route
 
-    def must_ask(self, vertex: Vertex, outcome: str, *, free: bool = False) -> bool:
+    def must_ask(self, node: Node, outcome: str, free: bool = False) -> bool:
         """Rule 12, and locks: whether somebody has to consent first.
 
-        `free`: it began with an error, a timeout or a guard, and locks hold none of these on their
-        way out, whatever they are called there.
+        `free`: it began with an error, a timeout or a guard, which locks do not hold on their way
+        out, whatever they are called there; or somebody has consented to it further inside.
         """
-        if vertex.guard or outcome in ("error", "timeout"):
+        if node.guard or outcome in ("error", "timeout"):
             return False
-        if self.level is not None and vertex.autonomy.get(outcome, -1) >= self.level:
+        if self.level is not None and node.vertex.autonomy.get(outcome, -1) >= self.level:
             return True
-        return not free and any(_inside(vertex.path, lock) for lock in self.locks)
+        return not free and any(_inside(node.path, lock) for lock in self.locks)
 
-    def match(self, box: Box, keeping: list[Decision]) -> Decision | None:
+    def match(self, box: BoxNode, keeping: list[Route]) -> Route | None:
         """How `box` ends if these outcomes of its children are kept, too; None: it goes on.
 
         It competes as the best of its causes: the outermost, by priority where these are its own
         guards.
         """
-        outcome = box.match(box.kept | {k.top: k.outcome for k in keeping})
+        keeping = sorted(keeping, key=lambda route: route.top.order)
+        kept = box.kept | {route.top.vertex.name: route.outcome for route in keeping}
+        outcome = box.box.match(kept)
         if outcome is None:
             return None
-        keeping = sorted(keeping, key=lambda k: k.top.order)
-        causes = [k.cause for k in keeping]
-        ending = self.resolve(box, outcome, guarded=any(cause.guard for cause in causes))
-        ending.cause = min(
-            causes, key=lambda c: (c.depth, -c.priority if c.parent is box else 0, c.order)
-        )
-        for k in keeping:
-            k.top.pending = k.writes
-            box.kept[k.top] = k.outcome
-        ending.ends = [end for k in keeping for end in k.ends] + ending.ends
+        ending = self.resolve(box, outcome, free=any(route.cause.guard for route in keeping))
+        best = min(keeping, key=lambda route: _as_cause(route.cause, box))
+        ending.cause, ending.came = best.cause, best.came
+        for route in keeping:
+            route.top.pending = route.writes
+        box.kept = kept
+        ending.ends = [end for route in keeping for end in route.ends] + ending.ends
         return ending
+
+
+def _as_cause(cause: Node, box: BoxNode) -> tuple[int, int, int]:
+    priority = cause.vertex.priority if cause.parent is box else 0
+    return cause.depth, -priority, cause.order
 
 
 def _inside(path: str, lock: str) -> bool:

@@ -205,7 +205,7 @@ def after(
         here = ended
     if vertex.keeps:
         outcomes = zip(vertex.children, here, strict=True)
-        matched = vertex.match({child: kept for child, kept in outcomes if isinstance(kept, str)})
+        matched = vertex.match({c.name: kept for c, kept in outcomes if isinstance(kept, str)})
         if matched is not None:
             return Ended(matched)
     return here

@@ -10,8 +10,8 @@ from engine.chart import (
     AUTONOMY,
     CONTAINERS,
     Chart,
+    DataKey,
     Form,
-    Key,
     Node,
     Parameter,
     Reference,
@@ -22,7 +22,9 @@ from engine.chart import (
 )
 from engine.files.finding import Finding, did_you_mean
 from engine.files.source import Map, Mark, Seq, SourceFile, read, read_file
-from engine.files.values import is_name
+from engine.files.values import is_name, shown
+from engine.files.words import help_with_name
+from engine.state import RESERVED_OUTCOMES
 
 FORMS: tuple[Form, ...] = ("do", "watch", "use", "states", "any", "all")
 EVERY_NODE = ("next", "in", "out", "timeout", "about")
@@ -99,7 +101,9 @@ class _Reader:
             at = raw.keys_at.get("chart", raw.at)
             self.report("C02", "'chart' is missing", at, "`chart: NAME`")
         if name and not is_name(name):
-            self.report("C06", f"{name!r} is not a name", mark_of(raw, "chart"), _A_NAME)
+            self.report(
+                "C06", f"{name!r} is not a name", mark_of(raw, "chart"), help_with_name(name)
+            )
         root = self.root(raw)
         if root is None or not name:
             return None
@@ -132,13 +136,14 @@ class _Reader:
     def children(self, raw: Map, form: str) -> tuple[Node, ...]:
         inside = raw[form]
         if not isinstance(inside, Map) or not inside:
-            self.report("C03", f"{form!r} holds named nodes", mark_of(raw, form), "`name: {do: X}`")
+            hint = "`name: {do: X}`" + (", without the `- `" if isinstance(inside, Seq) else "")
+            self.report("C03", f"{form!r} holds named nodes", mark_of(raw, form), hint)
             return ()
         nodes = []
         for name, value in inside.items():
             at = inside.keys_at[name]
             if not is_name(name):
-                self.report("C06", f"{name!r} is not a name", at, _A_NAME)
+                self.report("C06", f"{name!r} is not a name", at, help_with_name(name))
             if not isinstance(value, Map):
                 self.report("C03", f"node {name!r} is a mapping", at, "`name: {do: X}`")
                 continue
@@ -219,9 +224,20 @@ class _Reader:
         inside = self.mapping(raw, key, f"`{key}: {{a: b}}`")
         for entry, value in inside.items():
             if type(value) is not str:
-                self.report("C03", f"{key}.{entry} is a name", inside.values_at.get(entry, raw.at))
+                self.not_a_word(key, entry, value, inside)
                 return {k: v for k, v in inside.items() if type(v) is str}
         return inside
+
+    def not_a_word(self, section: str, entry: str, value: Any, inside: Map) -> None:
+        first, colon, last = entry.partition(":" if ":" in entry else " ")
+        if value is None and colon and last:  # {a b} or {a:b}, which YAML takes for one long key
+            what = "no space after the `:`" if colon == ":" else "no `:`"
+            hint = f"put a space after the `:`, `{first}: {last}`"
+            hint = hint if colon == ":" else f"write `{first}: {last.strip()}`, with a `:`"
+            self.report("C03", f"{what} in {entry!r}", inside.keys_at[entry], hint)
+            return
+        at = inside.values_at.get(entry, inside.at)
+        self.report("C03", f"{section}.{entry} is a name, not {shown(value)}", at)
 
     def value(self, value: Any) -> Any:
         if type(value) is str and value.startswith("$"):
@@ -290,8 +306,11 @@ class _Reader:
         value = raw.get("outcomes", Seq(raw.at))
         if isinstance(value, Seq) and all(isinstance(item, str) for item in value):
             for item, at in zip(value, value.values_at, strict=True):
-                if not is_name(item) or item in ("error", "timeout", "stopped", "preempted"):
-                    self.report("C06", f"{item!r} is reserved or not a name", at, _A_NAME)
+                if not is_name(item):
+                    self.report("C06", f"{item!r} is not a name", at, help_with_name(item))
+                elif item in RESERVED_OUTCOMES:
+                    message = f"{item!r} is a reserved outcome"
+                    self.report("C06", message, at, "use a name of your own, such as `failed`")
             return tuple(dict.fromkeys(value))
         self.report(
             "C03", "'outcomes' is a list of names", mark_of(raw, "outcomes"), "`[done, failed]`"
@@ -305,15 +324,15 @@ class _Reader:
             found[outcome] = self.words(inside, outcome)
         return found
 
-    def output_keys(self, raw: Map, outputs: Mapping[str, Mapping[str, str]]) -> dict[str, Key]:
+    def output_keys(self, raw: Map, outputs: Mapping[str, Mapping[str, str]]) -> dict[str, DataKey]:
         """An output is a key of the chart, whether its data say so or not."""
-        found: dict[str, Key] = {}
+        found: dict[str, DataKey] = {}
         for outcome, named in outputs.items():
             for name, kind in named.items():
                 at = key_mark_of(raw["outputs"], outcome, name)
                 if not is_name(name):
-                    self.report("C06", f"{name!r} is not a name", at, _A_NAME)
-                found.setdefault(name, Key(name, kind, None, False, at))
+                    self.report("C06", f"{name!r} is not a name", at, help_with_name(name))
+                found.setdefault(name, DataKey(name, kind, None, False, at))
         return found
 
     def parameters(self, raw: Map) -> dict[str, Parameter]:
@@ -324,17 +343,17 @@ class _Reader:
         kind, about = self.text(item, "type") or "any", self.text(item, "about") or ""
         return Parameter(name, kind, item.get("default"), "default" not in item, about, at)
 
-    def keys(self, raw: Map, section: str) -> dict[str, Key]:
+    def keys(self, raw: Map, section: str) -> dict[str, DataKey]:
         is_input = section == "inputs"
 
-        def key(name: str, item: Map, at: Mark) -> Key:
+        def key(name: str, item: Map, at: Mark) -> DataKey:
             given = "initial" in item
             initial = item.get("initial")
             if initial == "none":
                 initial = None
             nothing = given and initial is None
             kind = self.text(item, "type") or "any"
-            return Key(name, kind, initial, given and not nothing, at, is_input, nothing)
+            return DataKey(name, kind, initial, given and not nothing, at, is_input, nothing)
 
         allowed = frozenset(("type", "about") if is_input else ("type", "initial", "about"))
         return self.declared(raw, section, allowed, key)
@@ -357,13 +376,12 @@ class _Reader:
                 )
                 continue
             if not is_name(name):
-                self.report("C06", f"{name!r} is not a name", at, _A_NAME)
+                self.report("C06", f"{name!r} is not a name", at, help_with_name(name))
             self.unknown_keys(item, allowed, f"{section}.{name}")
             found[name] = make(name, item, at)
         return found
 
 
 _NOTHING: Mapping[str, Any] = {}
-_A_NAME = "letters, digits and _, not starting with a digit, not a reserved outcome"
 _A_RULE = "`when: [{outcome: x, if: {child: outcome}}]`"
 _A_RETRY = "`retry: {times: 2, on: failed, wait: 1 s}`"

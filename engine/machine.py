@@ -1,48 +1,45 @@
 """A checked chart, bound for running: every name looked up, every value converted.
 
-A machine is a tree of vertices. `use` is expanded: the used chart's nodes stand below the node
-that uses it, with data of their own. The vertices also hold what a run writes down about them, so
-a machine belongs to one run.
+A machine is a tree of vertices. `use` is expanded: the nodes of the used chart stand below the node
+that uses it, with data of their own. A machine is never changed, so any number of runs can share
+it; what a run knows of a vertex stands in its `engine.node.Node`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Mapping
-from operator import attrgetter
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Mapping
+from itertools import chain
+from typing import Any
 
 from engine.chart import AUTONOMY, Chart, Node, Reference
-from engine.state import NEVER_NS, Interface, On, State
+from engine.state import Interface
 from engine.types import Type, convert, known_types
-
-IDLE, CHOSEN, RUNNING, ENDED, WAITING, RETRYING, PUT_OFF = range(7)
 
 
 class Cell:
-    """The place of one data key."""
+    """One data key of one chart in the machine; each run holds a value for it."""
 
-    __slots__ = ("initial", "key", "value")
+    __slots__ = ("initial", "key")
 
     def __init__(self, key: str, initial: Any = None) -> None:
         self.key = key
         self.initial = initial
-        self.value = initial
 
 
 class Vertex:
     """What leaves and boxes share.
 
-    `order` is the place in the document and `last` that of the last vertex below; `place` is the
-    same with each box behind all that is in it, as actions are stepped; `rank` is the place in the
-    order in which monitors are stepped. An outcome either goes to a sibling (`go`) or
-    ends the parent (`leave`); in a box that keeps outcomes it may do neither.
+    `order` is the place in the document, `last` that of the last vertex below. `turn` is the place
+    in the order of stepping: all monitors (rule 3), then actions and boxes in document order, each
+    box behind its content. `depth` counts the boxes around it.
+
+    An outcome either leads to a sibling (`go`) or ends the parent (`leave`); in a box that keeps
+    outcomes it may do neither.
     """
 
     __slots__ = (
-        "asked", "autonomy", "deadline", "depth", "entered", "generator", "go", "guard", "last",
-        "leave", "mask", "monitor", "name", "opening", "order", "outputs", "parent", "path",
-        "pending", "place", "plain", "priority", "put_off", "rank", "retry", "routes", "signature",
-        "silence", "status", "step", "timeout_ns", "tries", "waiting", "wake",
+        "autonomy", "depth", "go", "guard", "last", "leave", "monitor", "name", "order", "outputs",
+        "parent", "path", "priority", "retry", "signature", "timeout_ns", "turn",
     )  # fmt: skip
 
     def __init__(self, name: str, path: str, parent: Box | None) -> None:
@@ -50,104 +47,66 @@ class Vertex:
         self.path = path
         self.parent = parent
         self.depth: int = 0 if parent is None else parent.depth + 1
-        self.order = self.last = self.place = self.rank = 0
+        self.order = self.last = self.turn = 0
         self.go: dict[str, Vertex] = {}
         self.leave: dict[str, str] = {}
-        self.plain: dict[str, Leaf] = {}
-        self.opening: Opening | None = None
-        self.routes: dict[str, Any] = {}  # where outcomes lead, once found out
         self.guard = False
         self.monitor = False
         self.priority = 0
         self.timeout_ns: int | None = None
-        self.retry: tuple[int, frozenset[str], int] | None = None
+        self.retry: tuple[int, frozenset[str], int] | None = None  # times, outcomes, wait in ns
         self.autonomy: dict[str, int] = {}
         self.outputs: dict[str, tuple[tuple[Any, Cell], ...]] = {}
-        self.signature: tuple[Any, ...] = ()
-        # of the run:
-        self.status = IDLE
-        self.step: Callable[[], Any] = _nothing
-        self.wake = 0
-        self.mask = 0
-        self.asked = -1  # the tick in which it began to wait for what `mask` says
-        self.silence: tuple[On, int] | None = None  # waited for, since this instant of the run
-        self.entered = -1
-        self.deadline = NEVER_NS
-        self.tries = 0
-        self.put_off = (-1, 0)
-        self.pending: tuple[tuple[Cell, Any], ...] = ()
-        self.waiting: Any = None
-        self.generator: Generator[Any, None, Any] | None = None
-
-    def holds(self, other: Vertex) -> bool:
-        """Whether `other` is this vertex or stands below it."""
-        return self.order <= other.order <= self.last
+        self.signature: tuple[Any, ...] = ()  # what a replacement of the chart may not change
 
     def __repr__(self) -> str:
         return f"<{self.path or '(top)'}>"
 
 
-def _nothing() -> None:
-    return None
-
-
 class Leaf(Vertex):
-    """A state class with its arguments; `make` and `produces` may be a stand-in's."""
+    """A state class with its arguments."""
 
-    __slots__ = (
-        "commands", "context", "inputs", "instant", "interface", "make", "parameters", "produces",
-        "reads", "starter",
-    )  # fmt: skip
+    __slots__ = ("inputs", "interface", "parameters")
 
     def __init__(self, name: str, path: str, parent: Box, interface: Interface) -> None:
         super().__init__(name, path, parent)
         self.interface = interface
         self.monitor = interface.monitor
-        self.instant = interface.instant
-        self.reads = bool(interface.reads)
-        self.commands = interface.commands
-        self.make: Callable[..., State] = interface.make
-        self.produces = interface.outputs
         self.parameters: dict[str, Any] = {}
         self.inputs: tuple[tuple[str, Cell], ...] = ()
-        self.context: Any = None
-        self.starter: Callable[[], Any] = _nothing
 
 
 class Box(Vertex):
     """A container. `cells` are the data of the chart that begins here, if one does."""
 
-    __slots__ = (
-        "cells", "chart", "children", "form", "inputs", "keeps", "kept", "kinds", "news", "rules",
-    )  # fmt: skip
+    __slots__ = ("cells", "chart", "children", "form", "inputs", "keeps", "kinds", "rules")
 
     def __init__(self, name: str, path: str, parent: Box | None, node: Node) -> None:
         super().__init__(name, path, parent)
         self.form = node.form
         self.keeps = node.keeps
         self.children: tuple[Vertex, ...] = ()
-        self.rules: tuple[tuple[str, tuple[tuple[Vertex, str], ...]], ...] = ()
+        self.rules = tuple((rule.outcome, dict(rule.conditions)) for rule in node.rules)
         self.chart = ""
         self.cells: dict[str, Cell] = {}
         self.kinds: dict[str, str] = {}  # types of `cells`, as the chart says
-        self.inputs: tuple[tuple[Cell, Cell], ...] = ()
-        self.kept: dict[Vertex, str] = {}
-        self.news = False
+        self.inputs: tuple[tuple[Cell, Cell], ...] = ()  # inner, outer
 
-    def reset_data(self) -> None:
-        """Give the data of the chart that begins here their initial values, and its inputs."""
-        for cell in self.cells.values():
-            cell.value = cell.initial
-        for inner, outer in self.inputs:
-            inner.value = outer.value
+    @property
+    def first(self) -> tuple[Vertex, ...]:
+        """The children that begin with it: the first of a sequence, else all of them."""
+        return self.children[:1] if self.form == "states" else self.children
 
-    def match(self, ended: Mapping[Vertex, str]) -> str | None:
-        """The outcome that the first fulfilled rule gives; an error comes first."""
+    def match(self, ended: Mapping[str, str]) -> str | None:
+        """The outcome that the first fulfilled rule gives; an error comes first.
+
+        `ended` has the outcomes of the children that have ended, by name.
+        """
         if "error" in ended.values():
             return "error"
         for outcome, conditions in self.rules:
             if conditions:
-                if all(ended.get(child) == wanted for child, wanted in conditions):
+                if all(ended.get(child) == wanted for child, wanted in conditions.items()):
                     return outcome
             elif len(ended) == len(self.children):
                 return outcome
@@ -178,15 +137,10 @@ class Machine:
         self.interfaces = interfaces
         self.types = known_types(types or {})
         self.vertices: dict[str, Vertex] = {}
-        self.bound = False  # to a run
         self.given = dict(parameters or {})
         given = chart_parameters(chart, self.given, self.types)
         self.root = self._box(chart.root, None, "", {}, given, chart)
-        self._number(self.root)
-        for vertex in self.vertices.values():
-            vertex.plain = plain_edges(vertex)
-        for rank, leaf in enumerate(monitor_order(self.root)):
-            leaf.rank = rank
+        _number(self.root)
 
     @property
     def leaves(self) -> list[Leaf]:
@@ -304,73 +258,20 @@ class Machine:
                     vertex.leave[outcome] = target[1:]
                 else:
                     vertex.go[outcome] = named[target]
-        box.rules = tuple(
-            (rule.outcome, tuple((named[name], wanted) for name, wanted in rule.conditions.items()))
-            for rule in node.rules
-        )
-
-    def _number(self, vertex: Vertex) -> None:
-        vertices = list(walk(vertex))
-        for order, found in enumerate(vertices):
-            found.order = found.last = order
-        for found in reversed(vertices):
-            if isinstance(found, Box) and found.children:
-                found.last = found.children[-1].last
-        for place, found in enumerate(sorted(vertices, key=lambda v: (v.last, -v.order))):
-            found.place = place
 
 
-def plain_edges(leaf: Vertex) -> dict[str, Leaf]:
-    """Edges from an action to the action next to it which nothing can hold up, by outcome."""
-    if (
-        not isinstance(leaf, Leaf)
-        or leaf.monitor
-        or leaf.timeout_ns is not None
-        or leaf.retry
-        or leaf.autonomy
-    ):
-        return {}
-    return {
-        outcome: target
-        for outcome, target in leaf.go.items()
-        if isinstance(target, Leaf)
-        and not target.monitor
-        and target.timeout_ns is None
-        and not target.retry
-        and not leaf.interface.outputs.get(outcome)
-    }
-
-
-class Opening(NamedTuple):
-    """What starts together when a vertex is chosen; `vertices` are all that take part."""
-
-    leaves: tuple[Leaf, ...]
-    monitors: tuple[Vertex, ...]  # by rank
-    actions: tuple[Vertex, ...]  # by place
-    keeping: tuple[Box, ...]
-    trying: tuple[Vertex, ...]  # boxes with `retry`
-    vertices: tuple[Vertex, ...]
-
-
-def open_up(vertex: Vertex) -> Opening:
-    """The opening of a vertex, found once."""
-    vertices = tuple(_starting(vertex))
-    leaves = tuple(v for v in vertices if isinstance(v, Leaf))
-    keeping = tuple(v for v in vertices if isinstance(v, Box) and v.keeps)
-    monitors = sorted((leaf for leaf in leaves if leaf.monitor), key=attrgetter("rank"))
-    actions = [leaf for leaf in leaves if not leaf.monitor]
-    turns = sorted((*actions, *keeping), key=attrgetter("place"))
-    trying = tuple(v for v in vertices if isinstance(v, Box) and v.retry)
-    vertex.opening = Opening(leaves, tuple(monitors), tuple(turns), keeping, trying, vertices)
-    return vertex.opening
-
-
-def _starting(vertex: Vertex) -> Iterator[Vertex]:
-    yield vertex
-    if isinstance(vertex, Box):
-        below = vertex.children[:1] if vertex.form == "states" else vertex.children
-        for child in below:
-            yield from _starting(child)
+def _number(root: Box) -> None:
+    """Set `order`, `last` and `turn` of all vertices."""
+    vertices = list(walk(root))
+    for order, vertex in enumerate(vertices):
+        vertex.order = vertex.last = order
+    for vertex in reversed(vertices):
+        if isinstance(vertex, Box) and vertex.children:
+            vertex.last = vertex.children[-1].last
+    others = (vertex for vertex in vertices if not vertex.monitor)
+    actions = sorted(others, key=lambda vertex: (vertex.last, -vertex.order))
+    for turn, vertex in enumerate(chain(monitor_order(root), actions)):
+        vertex.turn = turn
 
 
 def walk(vertex: Vertex) -> Iterator[Vertex]:

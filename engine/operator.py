@@ -12,7 +12,8 @@ from typing import Any
 from engine.chart import AUTONOMY
 from engine.commands import Answer, End, ForceOutcome, Pause, Replace, Resume, SetLevel, SetLock
 from engine.files.finding import did_you_mean
-from engine.machine import WAITING, Machine
+from engine.machine import Machine
+from engine.node import WAITING
 from engine.replace import obstacles
 from engine.run import ChartRun
 
@@ -51,8 +52,8 @@ class Operator:
 
     def lock(self, path: str) -> str | None:
         """Let every outcome inside `path` wait for consent."""
-        if path not in self._run.machine.vertices:
-            return f"no node {path!r}; {did_you_mean(path, self._run.machine.vertices)}"
+        if path not in self._run.nodes:
+            return f"no node {path!r}; {did_you_mean(path, self._run.nodes)}"
         self._run.command(SetLock(path))
         return None
 
@@ -72,8 +73,8 @@ class Operator:
 
     def waiting(self) -> dict[str, str]:
         """The nodes that wait for consent, and the outcome each wants to end with."""
-        vertices = self._run.machine.vertices.values()
-        return {v.path: v.waiting[0] for v in vertices if v.status == WAITING}
+        nodes = self._run.nodes.values()
+        return {node.path: node.waiting[0] for node in nodes if node.status == WAITING}
 
     def consent(self, path: str) -> str | None:
         """Let the node at `path` end as it wants to."""
@@ -91,8 +92,8 @@ class Operator:
         return found
 
     def _answer(self, path: str, *, granted: bool) -> str | None:
-        vertex = self._run.machine.vertices.get(path)
-        if vertex is None or vertex.status != WAITING:
+        node = self._run.nodes.get(path)
+        if node is None or node.status != WAITING:
             return f"{path!r} waits for nothing; {did_you_mean(path, self.waiting())}"
         self._run.command(Answer(path, granted))
         return None

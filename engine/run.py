@@ -1,40 +1,76 @@
 """Runs a machine, tick by tick. The rules are those of engine/README.md, by the same numbers.
 
 A tick is: operator commands, monitors, timeouts, actions. Monitors all have their turn before
-anything is decided; actions decide in place. A change of what is active makes a new list of turns,
-so that a pass can go on over the old one. How nodes start and end: `lifecycle.py`.
+anything is decided; actions decide in place. How nodes start and end: `life.py`.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import dropwhile, takewhile
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from engine.board import Board
 from engine.contest import Contest
 from engine.context import Part
-from engine.decide import KEEP
-from engine.lifecycle import Lifecycle
-from engine.machine import CHOSEN, IDLE, RUNNING, WAITING, Box, Leaf, Machine, Vertex
-from engine.state import NEVER_NS, On, Until
-from engine.turns import rank
+from engine.decide import (
+    AGAIN,
+    HOLD,
+    KEEP,
+    MATCHED,
+    RAISED,
+    REOPEN,
+    RETRY,
+    Judge,
+    Route,
+    Token,
+)
+from engine.life import BEGUN, Life
+from engine.machine import Machine
+from engine.node import (
+    CHOSEN,
+    ENDED,
+    IDLE,
+    RETRYING,
+    WAITING,
+    BoxNode,
+    LeafNode,
+    Node,
+    StandIn,
+    Writes,
+    nodes_of,
+)
+from engine.state import NEVER_NS
+from engine.turns import Turns
+from engine.waiting import still_heard, wait
 
 if TYPE_CHECKING:
     from engine.commands import Command
 
+NOTHING = Token("nothing")
+BUSY_TICKS = 3  # a node may be put off in so many ticks running before it is called a busy loop
+Ended = tuple[Node, Any]  # and the value, or token, with which its step has ended
+is_monitor = attrgetter("monitor")
 
-class ChartRun(Lifecycle):
+
+class ChartRun:
     """One run of a machine.
 
     Args:
-        machine: a machine of this run's own; ValueError if another run has it.
+        machine: the chart; other runs may share it.
         board: the signals; by default none.
         parts: the robot's parts by name, to be commanded by the states that declare them.
         level: the operator's autonomy level; `None` means that nobody is asked.
         freezers: makes values of a class immutable, by class.
+        stand_ins: what runs in place of leaves' states, by path.
 
-    `carried_out` holds the operator's commands with the instants at which they took effect, ns.
+    Attributes:
+        nodes: the run state of all nodes, by path.
+        outcome: of the chart, once there is one; `results` are its outputs.
+        ended_by: the path of the node that led to it, and that node's own outcome.
+        carried_out: the operator's commands, with the instants at which they took effect, ns.
     """
 
     def __init__(
@@ -44,17 +80,32 @@ class ChartRun(Lifecycle):
         parts: Mapping[str, Part] | None = None,
         level: int | None = None,
         freezers: Mapping[type, Callable[[Any], Any]] | None = None,
+        stand_ins: Mapping[str, StandIn] | None = None,
     ) -> None:
-        super().__init__(machine, board, parts, level, freezers)
+        self.machine = machine
+        self.board = board if board is not None else Board()
+        self.life = Life(self.board, parts or {})
+        self.trace, self.errors, self.notes = self.life.trace, self.life.errors, self.life.notes
+        self.parts, self.entered = self.life.parts, self.life.entered
+        self.judge = Judge(level, dict(freezers or {}), self.life.report)
+        self.turns = Turns(self.life)
+        self.outcome: str | None = None
+        self.ended_by: tuple[str, str] | None = None
+        self.results: dict[str, Any] = {}
         self.paused = False
-        self.pauses: list[tuple[int, int]] = []
+        self._paused_until = 0
         self.carried_out: list[tuple[int, Command]] = []
         self._commands: deque[Command] = deque()
-        self._ended: list[tuple[Vertex, Any]] = []
-        self._settling = False
+        self._acting = False  # the actions have their turn
         self._rests = (-1, 0)  # tick, and until when nothing is due after it
+        self.stand_ins = dict(stand_ins or {})
+        self.nodes: dict[str, Node] = {}
+        self.adopt(machine, nodes_of(machine, {}))
+        self.turns.put_off.append(self.nodes[""])
 
-    def tick(self, now: int, between: bool = False) -> str | None:  # noqa: C901, PLR0915  the hot loop, in one piece
+    # -- ticks ---------------------------------------------------------------------------------
+
+    def tick(self, now: int, between: bool = False) -> str | None:
         """Run one tick at `now`, in ns since the start; the outcome once there is one.
 
         `between`: it is none of the grid. Only leaves that wait with `On` for news that came are
@@ -62,57 +113,34 @@ class ChartRun(Lifecycle):
         """
         if between:
             return self._tick_between(now)
-        board = self.board
+        board, life = self.board, self.life
         board.now = now
         board.ticks += 1
         if board.inbox or board.fresh:
             board.refresh()
-        if self._early and self._begin():
+        if life.early and self._begin():
             return self.outcome
-        now -= board.paused_ns
-        fresh = board.fresh
-        turns = self.turns
-        for leaf in turns.monitors:
-            if leaf.wake:
-                if not leaf.mask & fresh and (leaf.wake > now or self._still_heard(leaf)):
-                    continue
-                leaf.wake = 0
-            try:
-                yielded = leaf.step()
-                if yielded is not None:
-                    self._wait(leaf, yielded)
-            except StopIteration as stop:
-                self._ended.append((leaf, stop.value))
-            except BaseException as error:  # noqa: BLE001  rule 8: whatever a state raises is an outcome
-                self._ended.append((leaf, self._raised(leaf, error)))
-        if self._ended:
-            self._decide()
-        if now >= self._deadline:
+        nodes = iter(self.turns.nodes)
+        ended = []
+        if now - board.paused_ns < life.due:  # monitors and actions in one pass
+            first = self._step(nodes)
+            if first is None:
+                return None
+            if not first[0].monitor:
+                self._act(nodes, first)
+                return self.outcome
+            ended.append(first)
+        ended += self._step_all(takewhile(is_monitor, nodes))
+        self._decide(ended)
+        self._rounds()
+        if now - board.paused_ns >= life.due:
             self._time_out()
-        actions = turns.actions
-        for leaf in actions:
-            if leaf.wake:
-                if not leaf.mask & fresh and (leaf.wake > now or self._still_heard(leaf)):
-                    continue
-                leaf.wake = 0
-            try:
-                yielded = leaf.step()
-                if yielded is not None:
-                    self._wait(leaf, yielded)
-            except StopIteration as stop:
-                ended = self._hand_over(leaf, stop.value)
-                if ended is not None:
-                    self._act_on(*ended, actions[actions.index(leaf) + 1 :])
-                    break
-            except BaseException as error:  # noqa: BLE001
-                token = self._raised(leaf, error)
-                self._act_on(leaf, token, actions[actions.index(leaf) + 1 :])
-                break
+        self._act(dropwhile(is_monitor, self.turns.nodes))
         return self.outcome
 
     def recorded_tick(self, now: int) -> str | None:
         """Like `tick`, and leaves a record of it."""
-        self.trace.add(("tick", now, self.machine.root))
+        self.trace.add(("tick", now, self.life.root))
         return self.tick(now)
 
     def _tick_between(self, now: int) -> str | None:
@@ -121,37 +149,36 @@ class ChartRun(Lifecycle):
         if self.outcome is not None or self.paused:
             return self.outcome
         fresh = board.fresh
-        for leaf in turns.monitors:
-            if leaf.wake and leaf.mask & fresh:
-                leaf.wake = 0
-                self._step_monitor(leaf)
-        before = [vertex for vertex in turns.actions if vertex.status == CHOSEN]
-        if self._ended:
-            self._decide()
-        if board.chart_now >= self._deadline:
+        chosen = {node for node in turns.nodes if node.status == CHOSEN}
+
+        def waited(node: Node) -> bool:
+            return bool(node.wake and node.mask & fresh)
+
+        def has_to_act(node: Node) -> bool:
+            is_new = node.status == CHOSEN and node not in chosen
+            looks = isinstance(node, BoxNode) and node.news
+            return is_new or looks or waited(node)
+
+        monitors = takewhile(is_monitor, turns.nodes)
+        self._decide(self._step_all(filter(waited, monitors)))
+        self._rounds()
+        if board.chart_now >= self.life.due:
             self._time_out()
-        self._acting = True
-        for vertex in turns.actions:
-            is_new = vertex.status == CHOSEN and vertex not in before
-            looks = isinstance(vertex, Box) and vertex.news
-            waited = vertex.wake and vertex.mask & fresh
-            if (is_new or looks or waited) and turns.still_has(vertex):
-                self._step_action(vertex)
-        self._acting = False
+        self._act(filter(has_to_act, dropwhile(is_monitor, turns.nodes)))
         return self.outcome
 
     def wants_news(self) -> bool:
         """Whether something has arrived that a state waits for: it deserves a tick between."""
         if self.paused or self.outcome is not None:
             return False
-        arrived, turns = self.board.arrived(), self.turns
-        return any(v.wake and v.mask & arrived for v in (*turns.monitors, *turns.actions))
+        arrived = self.board.arrived()
+        return any(node.wake and node.mask & arrived for node in self.turns.nodes)
 
     def next_deadline(self) -> int:
         """The instant of the first timeout, ns; `NEVER_NS` if there is none."""
         if self.paused or self.outcome is not None:
             return NEVER_NS
-        return min(self._deadline + self.board.paused_ns, NEVER_NS)
+        return min(self.life.first_deadline() + self.board.paused_ns, NEVER_NS)
 
     def leave_out(self, now: int) -> bool:
         """Let an instant of the grid pass without a tick, if nothing is due and nothing is new.
@@ -159,7 +186,7 @@ class ChartRun(Lifecycle):
         What has arrived is taken all the same. False: this instant needs its tick.
         """
         board = self.board
-        if self._commands or self._interrupt is not None:
+        if self._commands or self.life.interrupt is not None:
             return False
         if self._rests[0] != board.ticks or now >= self._rests[1]:
             self._rests = board.ticks, self._due_inside()
@@ -181,18 +208,14 @@ class ChartRun(Lifecycle):
             return NEVER_NS
         if turns.put_off:
             return board.now
-        due = self._deadline
-        for vertex in (*turns.monitors, *turns.actions):
-            if vertex.wake:
-                self._still_heard(vertex)
-                due = min(due, vertex.wake)
-            elif vertex.status != WAITING and (not isinstance(vertex, Box) or vertex.news):
+        due = self.life.first_deadline()
+        for node in turns.nodes:
+            if node.wake:
+                still_heard(node, board)
+                due = min(due, node.wake)
+            elif node.status != WAITING and (not isinstance(node, BoxNode) or node.news):
                 return board.now
         return min(due + board.paused_ns, NEVER_NS)
-
-    def chart_time(self, at: int) -> int:
-        """The chart time of an instant that is over, ns."""
-        return at - sum(min(until, at) - since for since, until in self.pauses if since < at)
 
     def command(self, command: Command) -> None:
         """Have it carried out at the start of the next tick, before anything is stepped.
@@ -200,18 +223,20 @@ class ChartRun(Lifecycle):
         Safe to call from other threads.
         """
         self._commands.append(command)
-        self._early = True
+        self.life.early = True
 
     def _begin(self) -> bool:
         """Commands, and what was put off; whether the tick ends here."""
-        if self._interrupt is not None:
-            interrupt, self._interrupt = self._interrupt, None
+        life = self.life
+        if life.interrupt is not None:
+            interrupt, life.interrupt = life.interrupt, None
             raise interrupt
         if self.outcome is not None:
             return True
-        if self.paused:
-            self._stand_still()
-        self._early = False  # before the commands are looked at: others may come meanwhile
+        if self.paused:  # rule 11: chart time stands still
+            self.board.paused_ns += self.board.now - self._paused_until
+            self._paused_until = self.board.now
+        life.early = False  # before the commands are looked at: others may come meanwhile
         while self._commands:
             command = self._commands.popleft()
             self.carried_out.append((self.board.now, command))
@@ -219,194 +244,239 @@ class ChartRun(Lifecycle):
             if self.outcome is not None:
                 break
         if self.outcome is not None or self.paused:
-            self._early = True
+            life.early = True
             return True
         turns = self.turns
         put_off, turns.put_off = turns.put_off, []
-        for vertex in put_off:
-            vertex.status = IDLE
-            self._choose(vertex)
-        turns.fresh_monitors.clear()
+        for node in put_off:
+            node.status = IDLE
+            turns.choose(node)
+        turns.fresh.clear()
         return False
 
-    def _stand_still(self) -> None:
-        """Rule 11: in a pause, chart time does not go on."""
-        since, until = self.pauses[-1]
-        self.pauses[-1] = (since, self.board.now)
-        self.board.paused_ns += self.board.now - until
+    # -- passes --------------------------------------------------------------------------------
 
-    def _hand_over(self, leaf: Vertex, value: Any) -> tuple[Vertex, Any] | None:
-        """One plain action follows another in a sequence, as most edges are.
-
-        Does at once what the rules above would do; what has ended otherwise, if anything has.
-        """
-        target = leaf.plain.get(value) if type(value) is str else None
+    def _step(self, nodes: Iterator[Node]) -> Ended | None:
+        """Step nodes until one ends; going on with the same iterator goes on behind that one."""
         board = self.board
-        tick = board.ticks
-        if target is None or target.entered == tick:
-            return leaf, value
-        self.trace.add(("hand_over", board.now, leaf, value, target))
-        leaf.status = IDLE
-        target.status = RUNNING
-        target.entered = tick
-        del self.entered[leaf]
-        self.entered[target] = None
-        self.turns.replace(leaf, target)
-        try:
-            yielded = self._first_step(target)
-            if yielded is not None:
-                self._wait(target, yielded)
-        except StopIteration as stop:
-            return target, stop.value
-        except BaseException as error:  # noqa: BLE001
-            return target, self._raised(target, error)
+        now, fresh = board.now - board.paused_ns, board.fresh
+        for node in nodes:
+            if node.wake:
+                if not node.mask & fresh and (node.wake > now or still_heard(node, board)):
+                    continue
+                node.wake = 0
+            try:
+                step = node.step
+                if step is None:
+                    value = self._take_turn(node)
+                    if value is NOTHING:
+                        continue
+                    if value is not BEGUN:
+                        return node, value
+                    step = node.step
+                    assert step is not None
+                yielded = step()
+                if yielded is not None:
+                    wait(node, yielded, self.life)
+            except StopIteration as stop:
+                return node, stop.value
+            except BaseException as error:  # noqa: BLE001  rule 8: whatever a state raises is an outcome
+                self.life.report(node, error)
+                return node, RAISED
         return None
 
-    def _act_on(self, vertex: Vertex, value: Any, rest: list[Vertex]) -> None:
-        """An action has ended: decide in place, then go on with the `rest` of the pass."""
-        self._acting = True
-        self._act_ended(vertex, value)
-        for other in rest:
-            if self.turns.still_has(other):
-                self._step_action(other)
-        self._acting = False
+    def _take_turn(self, node: Node) -> Any:
+        """The turn of a node without a generator: `BEGUN`, `NOTHING`, or what it ends with."""
+        if node.status == WAITING:
+            answer, node.answer = node.answer, None
+            return answer or NOTHING
+        if isinstance(node, LeafNode):
+            return self.life.begin(node)
+        assert isinstance(node, BoxNode)
+        if node.status == RETRYING:
+            return AGAIN
+        if node.news:
+            node.news = False
+            if node.box.match(node.kept) is not None:
+                return MATCHED
+        return NOTHING
 
-    def _step_action(self, leaf: Vertex) -> None:
-        if leaf.wake:
-            asleep = leaf.wake > self.board.chart_now or self._still_heard(leaf)
-            if asleep and not leaf.mask & self.board.fresh:
-                return
-            leaf.wake = 0
-        try:
-            yielded = leaf.step()
-            if yielded is not None:
-                self._wait(leaf, yielded)
-        except StopIteration as stop:
-            self._act_ended(leaf, stop.value)
-        except BaseException as error:  # noqa: BLE001
-            self._act_ended(leaf, self._raised(leaf, error))
+    def _step_all(self, nodes: Iterator[Node]) -> list[Ended]:
+        """Step nodes; those that ended."""
+        found = []
+        while (ended := self._step(nodes)) is not None:
+            found.append(ended)
+        return found
 
-    def _act_ended(self, vertex: Vertex, value: Any) -> None:
-        self._take(self.judge.conclude(vertex, value))
-        self._settle()
+    def _act(self, nodes: Iterable[Node], ended: Ended | None = None) -> None:
+        """Step actions; each that ends is decided in place, and what it chooses starts in place.
+
+        `ended` has ended already, before the first of `nodes`.
+        """
+        self.turns.acting = True
+        going = filter(self.turns.still_has, nodes)
+        if ended is None:
+            ended = self._step(going)
+        while ended is not None:
+            self._take(self.judge.conclude(*ended))
+            self._settle()
+            ended = self._step(going)
+        self.turns.acting = False
 
     def _settle(self) -> None:
         """Rule 6: what the action pass has chosen starts in place, monitors first."""
-        if self._settling:
-            return
-        self._settling = True
         turns = self.turns
-        while turns.fresh_monitors or turns.fresh_actions:
-            if turns.fresh_monitors:
-                self._rounds()
-                continue
-            vertex = turns.next_fresh_action()
-            if vertex.status == CHOSEN or isinstance(vertex, Box):
-                self._step_action(vertex)
-        self._settling = False
-
-    def _decide(self) -> None:
-        """Rule 4, and further rounds for the monitors that are entered by it."""
-        self._decide_round()
-        self._rounds()
+        while turns.fresh:
+            self._rounds()
+            if not turns.fresh:
+                return
+            ended = self._step(iter((turns.take_next(),)))
+            if ended is not None:
+                self._take(self.judge.conclude(*ended))
 
     def _rounds(self) -> None:
         """Step monitors that have just been chosen, decide, and again until none is left."""
-        turns = self.turns
-        while turns.fresh_monitors:
-            fresh, turns.fresh_monitors = turns.fresh_monitors, []
-            if len(fresh) > 1:
-                fresh.sort(key=rank)
-            for leaf in fresh:
-                self._step_monitor(leaf)
-            if self._ended:
-                self._decide_round()
+        while self.turns.fresh and (monitors := self.turns.take_monitors()):
+            self._decide(self._step_all(iter(monitors)))
 
-    def _step_monitor(self, leaf: Vertex) -> None:
-        try:
-            yielded = leaf.step()
-            if yielded is not None:
-                self._wait(leaf, yielded)
-        except StopIteration as stop:
-            self._ended.append((leaf, stop.value))
-        except BaseException as error:  # noqa: BLE001
-            self._ended.append((leaf, self._raised(leaf, error)))
-
-    def _decide_round(self) -> None:
-        ended, self._ended = self._ended, []
-        due = self._due() if self._timed and not self._acting else []
-        if len(ended) == 1 and not due:
-            vertex, value = ended[0]
-            decision = self.judge.conclude(vertex, value)
-            if decision.kind != KEEP:
-                self._take(decision)
-                return
-            decisions = [decision]
-        else:
-            decisions = [self.judge.conclude(vertex, value) for vertex, value in ended]
+    def _decide(self, ended: list[Ended]) -> None:
+        """Rule 4: what the monitors that ended in one round lead to."""
+        if not ended:
+            return
+        due = [] if self.turns.acting else self.life.due_nodes()
+        routes = [self.judge.conclude(*one) for one in ended]
+        if len(routes) == 1 and not due and routes[0].kind != KEEP:
+            self._take(routes[0])
+            return
         contest = Contest(self.judge, due)
-        contest.hold(decisions)
-        self._lose(contest.losers)
+        contest.hold(routes)
+        ends = {node: outcome for route in contest.losers for node, outcome in route.ends}
+        for node in self.life.lose(ends):
+            self.turns.drop(node)
         for winner in contest.winners:
             self._take(winner)
 
     def _time_out(self) -> None:
         """Rule 5: what is due ends, the outer one first."""
-        for vertex in self._due():
-            if vertex not in self._timed or self.outcome is not None:
+        for node in self.life.due_nodes():
+            if node.deadline == NEVER_NS or self.outcome is not None:
                 continue
-            outcome = self.abort(vertex, "timeout", "timeout")
-            self._take(self.judge.resolve(vertex, outcome, ended=True))
+            self.follow(node, self.life.abort(node, "timeout", "timeout"))
         self._rounds()
 
-    def _due(self) -> list[Vertex]:
-        now = self.board.chart_now
-        if now < self._deadline:
-            return []
-        return sorted((v for v in self._timed if v.deadline <= now), key=_depth)
+    # -- carrying out --------------------------------------------------------------------------
 
-    def _wait(self, leaf: Vertex, yielded: Any) -> None:
-        """A state said when it wants to be stepped next.
-
-        Raises:
-            TypeError, LookupError: it said something without meaning.
-        """
-        kind = type(yielded)
-        if kind is Until:
-            leaf.wake, leaf.mask = (yielded.ns, 0) if yielded.ns > self.board.chart_now else (0, 0)
-            leaf.silence = None
-        elif kind is On:
-            assert isinstance(leaf, Leaf)
-            leaf.wake, leaf.mask = max(yielded.until, 1), leaf.context.bits(yielded.signals)
-            leaf.asked = self.board.ticks
-            leaf.silence = None
-            if yielded.older != NEVER_NS:
-                self._await_silence(leaf, yielded)
-        elif kind is str:
-            self.notes[leaf.path] = yielded
+    def _take(self, route: Route) -> None:
+        """Carry out a route: end what ends, and choose, keep, ask, try again or finish."""
+        life, turns = self.life, self.turns
+        top, kind, writes = route.top, route.kind, route.writes
+        for node, outcome in route.ends:
+            writes = life.end(node, outcome, writes)
+        turns.drop(top)
+        if top.timed:
+            life.clear_deadlines(top, inclusive=kind not in (HOLD, RETRY, REOPEN))
+        box, target = route.box, route.target
+        if target is not None and box is not None:
+            name = top.vertex.name
+            self.trace.add(("move", self.board.now, box, name, route.outcome, target.vertex.name))
+            if writes:
+                life.write(writes, box)
+            turns.choose(target)
+        elif kind == KEEP and box is not None:
+            top.status = ENDED
+            top.pending = writes
+            box.kept[top.vertex.name] = route.outcome
+            box.news = True
+        elif kind == HOLD:
+            turns.ask(top, route.outcome, writes)
+        elif kind == RETRY:
+            turns.try_again(top, counted=bool(route.ends))
+        elif kind == REOPEN:
+            turns.choose(top, again=True)
         else:
-            message = f"yielded a {kind.__name__}; only None, Until, On and text mean something"
-            raise TypeError(message)
+            life.write(writes, life.root)
+            self.ended_by = (route.cause.path, route.came)
+            self.finish(route.outcome)
 
-    def _await_silence(self, leaf: Leaf, on: On) -> None:
-        for name in on.signals:
-            self.board.accept(name, on.older)
-        leaf.silence = on, self.board.now
-        self._still_heard(leaf)
+    # -- what commands do ------------------------------------------------------------------------
 
-    def _still_heard(self, leaf: Vertex) -> bool:
-        """Whether a leaf that waits for silence, or for an instant, has to go on waiting.
+    def follow(self, node: Node, outcome: str, writes: Writes = ()) -> None:
+        """Carry out what the outcome of a node leads to whose end is recorded already."""
+        route = self.judge.resolve(node, outcome, ended=True)
+        route.writes = writes
+        self._take(route)
 
-        It wakes when the signals would have been silent for too long if nothing came; when
-        something did, it is put off.
-        """
-        if leaf.silence is None:
-            return False
-        board, (on, since) = self.board, leaf.silence
-        silent_at = board.silent_at(leaf.mask, on.older, since) - board.paused_ns
-        leaf.wake = max(1, min(on.until, silent_at))
-        return leaf.wake > board.chart_now
+    def pause(self) -> None:
+        """Hold the parts and step nothing until `resume`."""
+        if not self.paused:
+            self.paused = True
+            self._paused_until = self.board.now
+            self.life.hold()
 
+    def resume(self) -> None:
+        """Go on after a pause."""
+        if self.paused:
+            self.paused = False
+            self.turns.notice(self.turns.nodes)
 
-def _depth(vertex: Vertex) -> tuple[int, int]:
-    return vertex.depth, vertex.order
+    def finish(self, outcome: str) -> None:
+        """End the run; the robot is held."""
+        self.outcome = outcome
+        life = self.life
+        life.early = True
+        for key in self.machine.chart.outputs.get(outcome, ()):
+            self.results[key] = life.data[self.machine.root.cells[key]]
+        self.turns.drop(life.root)
+        life.clear_deadlines(life.root)
+        life.hold()
+
+    def forget_routes(self) -> None:
+        """After a change of locks or level: outcomes may lead elsewhere now."""
+        for node in self.nodes.values():
+            node.routes.clear()
+
+    def adopt(self, machine: Machine, nodes: dict[str, Node]) -> None:
+        """Go on with these nodes of a machine; those that run keep what they have."""
+        self.machine, self.nodes = machine, nodes
+        self.life.adopt(nodes)
+        for path, stand_in in self.stand_ins.items():
+            self.put_in(path, stand_in)
+
+    def put_in(self, path: str, stand_in: StandIn) -> None:
+        """Let a stand-in run in place of the state at `path`, from its next entry on."""
+        self.stand_ins[path] = stand_in
+        node = self.nodes.get(path)
+        if isinstance(node, LeafNode):
+            node.make, node.produces = stand_in
+
+    # -- the whole -----------------------------------------------------------------------------
+
+    def close(self) -> None:
+        """Nothing ticks any more: clean up what still runs, and hold the parts."""
+        self.life.close_all()
+        self.life.hold()
+
+    def hold(self) -> None:
+        """Stop every part; one that cannot does not keep the others from it."""
+        self.life.hold()
+
+    def note(self, node: Any, text: str) -> None:
+        """Something worth knowing; it changes nothing and is not in the hash."""
+        self.life.note(node, text)
+
+    def value_of(self, key: str, path: str = "") -> Any:
+        """The value of a data key of the chart that begins at `path`."""
+        node = self.nodes[path]
+        assert isinstance(node, BoxNode), f"{path!r} is a leaf"
+        return self.life.data[node.box.cells[key]]
+
+    @property
+    def running(self) -> list[LeafNode]:
+        """The leaves that run, in document order."""
+        leaves = [node for node in self.entered if isinstance(node, LeafNode)]
+        return sorted(leaves, key=attrgetter("order"))
+
+    @property
+    def active(self) -> list[str]:
+        """The paths of the running leaves, in document order."""
+        return [node.path for node in self.running]

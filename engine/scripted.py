@@ -12,6 +12,7 @@ from functools import partial
 from typing import Any
 
 from engine.machine import Leaf, Machine
+from engine.node import StandIn
 from engine.state import Context, Outcome, Run, State
 from engine.types import Type
 
@@ -22,17 +23,18 @@ class LeafScript:
     Attributes:
         log: what happened: ("start" | "step" | "stop", path).
         inputs: the inputs with which a path was last entered.
+        stand_ins: of all leaves, to be given to the run.
     """
 
     def __init__(self, machine: Machine) -> None:
         self.log: list[tuple[str, str]] = []
         self.inputs: dict[str, dict[str, Any]] = {}
+        self.stand_ins = {
+            leaf.path: StandIn(partial(_Scripted, leaf, self), perhaps(leaf.interface.outputs))
+            for leaf in machine.leaves
+        }
         self._ends: dict[str, list[Any]] = {}
         self._leaves = {leaf.path: leaf for leaf in machine.leaves}
-        for leaf in machine.leaves:
-            leaf.make = partial(_Scripted, leaf, self)
-            leaf.instant = False
-            leaf.produces = perhaps(leaf.interface.outputs)
 
     def end(self, path: str, outcome: str | Exception, **outputs: Any) -> None:
         """Have the leaf at `path` return `outcome`, or raise it; outputs not given are `None`.

@@ -76,13 +76,7 @@ class Trace:
 
 def _expanded(raw: RawRecord) -> Iterator[TraceRecord]:
     kind, time, subject = raw[:3]
-    if kind == "hand_over":
-        outcome, target = raw[3], raw[4]
-        yield TraceRecord(time, "outcome", subject.path, (outcome,))
-        yield TraceRecord(time, "exit", subject.path, ("outcome",))
-        yield TraceRecord(time, "move", subject.parent.path, (subject.name, outcome, target.name))
-        yield TraceRecord(time, "enter", target.path)
-    elif kind == "end":
+    if kind == "end":
         yield TraceRecord(time, "outcome", subject.path, (raw[3],))
         for closed in raw[4]:
             yield TraceRecord(time, "exit", closed.path, ("preempted",))

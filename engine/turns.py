@@ -1,174 +1,233 @@
-"""Who is to be stepped in a run, and in which order.
+"""Which nodes are stepped in a run, in which order, and what is stepped next.
 
-The lists are replaced, never changed, so that a pass can go on over the one it began with.
+The list is replaced, never changed, so that a pass can go on over the one it began with.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
+from operator import attrgetter
 
-from engine.machine import ENDED, IDLE, PUT_OFF, RETRYING, WAITING, Box, Vertex
+from engine.life import Life
+from engine.node import (
+    CHOSEN,
+    ENDED,
+    IDLE,
+    PUT_OFF,
+    RETRYING,
+    WAITING,
+    BoxNode,
+    LeafNode,
+    Node,
+    Opening,
+    Writes,
+    opening_of,
+)
 
-if TYPE_CHECKING:
-    from engine.board import Board
+BUSY_TICKS = 3  # a node may be put off in so many ticks running before it is called a busy loop
+turn_of = attrgetter("turn")
 
 
 class Turns:
-    """The vertices that have a turn.
+    """The nodes that have a turn.
 
     Attributes:
-        monitors: by rank.
-        actions: by place, with the boxes that keep outcomes, to look at their rules.
-        fresh_monitors: chosen since the last round, to be stepped in the next one.
-        fresh_actions: chosen in the action pass, to be stepped in place.
+        acting: the action pass is under way, so what is chosen starts in this very pass.
+        nodes: in the order of stepping: monitors, then actions and the boxes that keep outcomes,
+            whose rules are looked at.
+        fresh: chosen since the last round of monitors, or during the action pass, and to be
+            stepped in place.
         put_off: to be chosen at the start of the next tick (rule 6).
         waiting: children of an `any` that wait for consent.
         frozen: the other actions in those `any`, which have no turn meanwhile (rule 12).
     """
 
-    __slots__ = (
-        "actions", "board", "fresh_actions", "fresh_monitors", "frozen", "monitors", "put_off",
-        "waiting",
-    )  # fmt: skip
+    __slots__ = ("acting", "board", "fresh", "frozen", "life", "nodes", "put_off", "waiting")
 
-    def __init__(self, board: Board) -> None:
-        self.board = board
-        self.monitors: list[Vertex] = []
-        self.actions: list[Vertex] = []
-        self.fresh_monitors: list[Vertex] = []
-        self.fresh_actions: list[Vertex] = []
-        self.put_off: list[Vertex] = []
-        self.waiting: list[Vertex] = []
-        self.frozen: list[Vertex] = []
+    def __init__(self, life: Life) -> None:
+        self.life = life
+        self.board = life.board
+        self.acting = False
+        self.nodes: list[Node] = []
+        self.fresh: list[Node] = []
+        self.put_off: list[Node] = []
+        self.waiting: list[Node] = []
+        self.frozen: list[Node] = []
 
-    def add(
-        self, monitors: tuple[Vertex, ...], actions: tuple[Vertex, ...], *, in_place: bool
-    ) -> None:
-        """Give vertices that were just chosen their turn; both come in order.
+    # -- who has one -----------------------------------------------------------------------------
 
-        `in_place`: the action pass is under way, so its actions start in this very pass.
+    def choose(self, node: Node, *, again: bool = False) -> None:
+        """Make `node` the next to be stepped, with all that starts with it.
+
+        `again`: it is a further try, so its tries and its timeout go on.
         """
-        if monitors:
-            if self.monitors:
-                self.monitors = sorted((*self.monitors, *monitors), key=rank)
-            else:
-                self.monitors = [*monitors]
-            self.fresh_monitors += monitors
-        if actions:
-            if self.actions:
-                self.actions = sorted((*self.actions, *actions), key=place)
-            else:
-                self.actions = [*actions]
-            if in_place:
-                self.fresh_actions += actions
-            if self.waiting:
-                self._freeze()
+        tries, since = node.tries, node.since
+        tick = self.board.ticks
+        opening = node.opening or opening_of(node)
+        for other in opening.nodes:
+            if other.entered == tick:
+                self._choose_some(node, again=again)
+                break
+        else:
+            self._select(opening)
+        if again:
+            node.tries, node.since = tries, since
 
-    def insert(self, vertex: Vertex) -> None:
-        """Give one vertex a turn that is not its first."""
-        if vertex.monitor:
-            self.monitors = sorted([*self.monitors, vertex], key=rank)
-            return
-        self.actions = sorted([*self.actions, vertex], key=place)
+    def _choose_some(self, node: Node, *, again: bool) -> None:
+        """Rule 6: something in `node` has been entered in this tick, and is put off."""
+        if node.entered == self.board.ticks and not again:
+            self._put_off(node)
+        elif isinstance(node, BoxNode):
+            for child in node.box.first:
+                self.choose(node.children[child.name])
+            self._select(Opening((node,), (node,) if node.box.keeps else (), ()))
+
+    def _select(self, opening: Opening) -> None:
+        for node in opening.nodes:
+            node.tries = 0
+            node.since = None
+        for node in opening.turns:
+            node.status = CHOSEN
+            node.step = None
+            node.wake = 0
+            if isinstance(node, BoxNode):
+                node.kept = {}
+                node.news = False
+        if opening.turns:
+            self._add(opening)
+
+    def _put_off(self, node: Node) -> None:
+        node.status = PUT_OFF
+        tick, running = node.put_off
+        running = running + 1 if tick == self.board.ticks - 1 else 1
+        node.put_off = (self.board.ticks, running)
+        if running > BUSY_TICKS:
+            self.life.note(node, "busy-loop")
+        self.put_off.append(node)
+        self.life.early = True
+
+    def try_again(self, node: Node, *, counted: bool) -> None:
+        """Rule 12: a further try, at the earliest in the next tick."""
+        retry = node.vertex.retry
+        wait = retry[2] if counted and retry else 0
+        node.tries += 1 if counted else 0
+        node.status = RETRYING
+        node.wake = self.board.chart_now + max(wait, 1)
+        node.mask, node.silence = 0, None
+        node.step = None
+        self._insert(node)
+
+    def ask(self, node: Node, outcome: str, writes: Writes) -> None:
+        """`node` waits for consent: the other actions of its `any` have no turn meanwhile."""
+        node.status = WAITING
+        node.waiting, node.answer = (outcome, writes), None
+        node.wake = 0
+        node.step = None
+        self._insert(node)
+        parent = node.parent
+        if parent is not None and parent.box.form == "any" and not parent.box.keeps:
+            self.waiting.append(node)
+            self._freeze()
+        self.life.note(node, f"asks to end with {outcome}")
+
+    # -- the list --------------------------------------------------------------------------------
+
+    def _add(self, opening: Opening) -> None:
+        nodes, added = self.nodes, opening.turns
+        if not nodes or nodes[-1].turn < added[0].turn:
+            self.nodes = [*nodes, *added]
+        else:
+            self.nodes = sorted((*nodes, *added), key=turn_of)
+        self.fresh += added if self.acting else opening.monitors
         if self.waiting:
             self._freeze()
 
-    def replace(self, leaf: Vertex, target: Vertex) -> None:
-        """Give the turn of an action to the one that follows it in its sequence."""
-        actions = self.actions
-        self.actions = [target if v is leaf else v for v in actions] if actions[1:] else [target]
+    def _insert(self, node: Node) -> None:
+        self.nodes = sorted((*self.nodes, node), key=turn_of)
+        if self.waiting:
+            self._freeze()
 
-    def drop(self, top: Vertex) -> None:
+    def drop(self, top: Node) -> None:
         """Nothing in `top` has a turn any more."""
-        first, last = top.order, top.last
-        monitors = []
-        for vertex in self.monitors:
-            if first <= vertex.order <= last:
-                vertex.status = IDLE
-            else:
-                monitors.append(vertex)
-        self.monitors = monitors
-        actions = []
-        for vertex in self.actions:
-            if first <= vertex.order <= last:
-                vertex.status = IDLE
-            else:
-                actions.append(vertex)
-        self.actions = actions
-        if self.fresh_monitors or self.fresh_actions:
-            self.fresh_monitors = [v for v in self.fresh_monitors if not top.holds(v)]
-            self.fresh_actions = [v for v in self.fresh_actions if not top.holds(v)]
+        if isinstance(top, LeafNode):
+            top.status = IDLE
+            self.nodes = [node for node in self.nodes if node is not top]
+        else:
+            self.nodes = _without(self.nodes, top)
+        if self.fresh:
+            self.fresh = [node for node in self.fresh if not top.holds(node)]
         if self.put_off:
             self.put_off = _without(self.put_off, top)
         if self.waiting:
             self.frozen = _without(self.frozen, top)
-            self.waiting = [v for v in self.waiting if not top.holds(v)]
+            self.waiting = [node for node in self.waiting if not top.holds(node)]
             self._thaw()
 
-    def next_fresh_action(self) -> Vertex:
-        """The first of the actions that start in place."""
-        vertex = min(self.fresh_actions, key=place)
-        self.fresh_actions.remove(vertex)
-        return vertex
+    def renew(self, entered: Iterable[Node]) -> None:
+        """The chart was replaced: what goes on has its turns at new places."""
+        going = [n for n in entered if not isinstance(n, BoxNode) or n.box.keeps]
+        self.nodes = sorted(going, key=turn_of)
+        self.fresh, self.put_off, self.waiting, self.frozen = [], [], [], []
 
-    def wait(self, vertex: Vertex) -> None:
-        """`vertex` waits for consent: the other actions of its `any` have no turn meanwhile."""
-        self.insert(vertex)
-        parent = vertex.parent
-        if parent is not None and parent.form == "any" and not parent.keeps:
-            self.waiting.append(vertex)
-            self._freeze()
+    def take_monitors(self) -> list[Node]:
+        """The monitors chosen since the last round, in the order of stepping."""
+        monitors = [node for node in self.fresh if node.monitor]
+        if monitors:
+            self.fresh = [node for node in self.fresh if not node.monitor]
+            monitors.sort(key=turn_of)
+        return monitors
+
+    def take_next(self) -> Node:
+        """The first of those that start in place."""
+        node = min(self.fresh, key=turn_of)
+        self.fresh.remove(node)
+        return node
 
     def _freeze(self) -> None:
-        frozen = [vertex for vertex in self.actions if self._blocked(vertex)]
+        frozen = [node for node in self.nodes if self._blocked(node)]
         if frozen:
-            self.frozen = sorted(self.frozen + frozen, key=place)
-            self.actions = [v for v in self.actions if v not in frozen]
-            self.fresh_actions = [v for v in self.fresh_actions if v not in frozen]
+            self.frozen = sorted(self.frozen + frozen, key=turn_of)
+            self.nodes = [node for node in self.nodes if node not in frozen]
+            self.fresh = [node for node in self.fresh if node not in frozen]
 
     def _thaw(self) -> None:
-        thawed = [vertex for vertex in self.frozen if not self._blocked(vertex)]
-        self.frozen = [v for v in self.frozen if v not in thawed]
-        self.actions = sorted(self.actions + thawed, key=place)
+        thawed = [node for node in self.frozen if not self._blocked(node)]
+        self.frozen = [node for node in self.frozen if node not in thawed]
+        self.nodes = sorted(self.nodes + thawed, key=turn_of)
         self.notice(thawed)
 
-    def _blocked(self, vertex: Vertex) -> bool:
-        if vertex.status == WAITING or (isinstance(vertex, Box) and vertex.status != RETRYING):
+    def _blocked(self, node: Node) -> bool:
+        if node.monitor or node.status == WAITING:
+            return False
+        if isinstance(node, BoxNode) and node.status != RETRYING:
             return False  # it steps nothing
         return any(
-            waiting.parent is not None
-            and waiting.parent.holds(vertex)
-            and not waiting.holds(vertex)
+            waiting.parent is not None and waiting.parent.holds(node) and not waiting.holds(node)
             for waiting in self.waiting
         )
 
-    def notice(self, vertices: list[Vertex]) -> None:
-        """Wake those for whom news came while they had no turn; silence is looked for anew."""
-        for vertex in vertices:
-            if vertex.mask and self.board.news(vertex.mask, vertex.asked):
-                vertex.wake = 0
-            elif vertex.wake and vertex.silence is not None:
-                vertex.wake = 1
+    def notice(self, nodes: Iterable[Node]) -> None:
+        """Wake those for which news came while they had no turn; silence is looked for anew."""
+        for node in nodes:
+            if node.mask and self.board.news(node.mask, node.asked):
+                node.wake = 0
+            elif node.wake and node.silence is not None:
+                node.wake = 1
 
-    def still_has(self, vertex: Vertex) -> bool:
-        """Whether a vertex of a pass begun earlier in this tick is still to be stepped."""
-        if vertex.status in (IDLE, ENDED, PUT_OFF) or vertex in self.frozen:
+    def still_has(self, node: Node) -> bool:
+        """Whether a node of a pass begun earlier in this tick is still to be stepped."""
+        if node.status in (IDLE, ENDED, PUT_OFF) or node in self.frozen:
             return False
-        return isinstance(vertex, Box) or vertex.entered != self.board.ticks
+        return isinstance(node, BoxNode) or node.entered != self.board.ticks
 
 
-def _without(vertices: list[Vertex], top: Vertex) -> list[Vertex]:
-    for vertex in vertices:
-        if top.holds(vertex):
-            vertex.status = IDLE
-    return [vertex for vertex in vertices if not top.holds(vertex)]
-
-
-def rank(vertex: Vertex) -> int:
-    """The order of monitors (rule 3)."""
-    return vertex.rank
-
-
-def place(vertex: Vertex) -> int:
-    """The order of actions."""
-    return vertex.place
+def _without(nodes: list[Node], top: Node) -> list[Node]:
+    """The nodes outside of `top`; those inside are idle."""
+    first, last = top.order, top.last
+    kept = []
+    for node in nodes:
+        if first <= node.order <= last:
+            node.status = IDLE
+        else:
+            kept.append(node)
+    return kept

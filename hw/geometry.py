@@ -83,6 +83,11 @@ class Pose2:
         """Direction of the other origin seen from this pose, rad, 0 is straight ahead."""
         return wrap(math.atan2(other.y - self.y, other.x - self.x) - self.yaw)
 
+    def moved(self, velocity: Twist2, time: float) -> Pose2:
+        """The pose after moving at a velocity, given in the same frame, for a time, s."""
+        x, y = self.x + time * velocity.vx, self.y + time * velocity.vy
+        return Pose2(x, y, wrap(self.yaw + time * velocity.wz))
+
     def between(self, other: Pose2, share: float) -> Pose2:
         """Where an even motion to the other pose is after a share of it; the yaw not wrapped."""
         return Pose2(

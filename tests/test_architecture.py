@@ -7,6 +7,8 @@ import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import networkx as nx
+
 ROOT = Path(__file__).resolve().parents[1]
 PRODUCT = ("engine", "states", "behaviors", "hw", "cobodeck")
 
@@ -82,3 +84,34 @@ def test_no_public_class_has_the_name_of_another_type() -> None:
         if len(where) > 1 and any(is_class for _, is_class in where)
     }
     assert not twice
+
+
+def imported_at_run_time(node: ast.AST) -> Iterator[str]:
+    """What a module imports when it is loaded or later; imports for type checkers left out."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test):
+            continue
+        if isinstance(child, ast.Import):
+            yield from (alias.name for alias in child.names)
+        elif isinstance(child, ast.ImportFrom) and child.module:
+            yield child.module
+            yield from (f"{child.module}.{alias.name}" for alias in child.names)
+        yield from imported_at_run_time(child)
+
+
+def test_modules_do_not_import_each_other_in_a_circle() -> None:
+    trees = {
+        file.removesuffix(".py").removesuffix("/__init__").replace("/", "."): ast.parse(text)
+        for file, text in modules()
+    }
+    graph = nx.DiGraph(
+        (name, other)
+        for name, tree in trees.items()
+        for other in imported_at_run_time(tree)
+        if other in trees
+    )
+
+    circles = [sorted(c) for c in nx.strongly_connected_components(graph) if len(c) > 1]
+
+    assert graph.number_of_edges() > 1000
+    assert not circles

@@ -19,7 +19,7 @@ from cobodeck.bench.states import STATES, Once, Trip, Watch, Working
 from engine.board import Board
 from engine.clock import TickGrid
 from engine.load import load_text
-from engine.machine import Leaf, Machine
+from engine.machine import Machine
 from engine.run import ChartRun
 from engine.signals import Measured, declare
 from engine.state import interface
@@ -143,8 +143,7 @@ def started(text: str) -> tuple[ChartRun, list[Callable[[], Any]]]:
     run = ChartRun(machine, Board(signals))
     for now in NOWS[:4]:
         run.tick(now)
-    active = [leaf for leaf in machine.leaves if isinstance(leaf, Leaf) and leaf.generator]
-    return run, [leaf.generator.__next__ for leaf in active if leaf.generator]
+    return run, [node.step for node in run.running if node.step is not None]
 
 
 def ticking(run: ChartRun, *, traced: bool = False) -> Work:

@@ -18,7 +18,8 @@ from typing import Any
 from cobodeck.bench.harness import BenchRow
 from cobodeck.bench.states import Delay
 from cobodeck.clocks import RealTime
-from cobodeck.stage import Options, stage
+from cobodeck.options import Options
+from cobodeck.stage import stage
 from cobodeck.warmup import warm_up
 from cobodeck.wiring import Setup, open_setup
 from engine.load import load_text

@@ -6,8 +6,8 @@ import statistics
 from collections.abc import Iterator
 
 from cobodeck.bench.harness import ROUNDS, BenchRow
+from cobodeck.options import Options
 from cobodeck.simulate import simulate
-from cobodeck.stage import Options
 from cobodeck.wiring import open_setup
 
 NAME = "simulation"

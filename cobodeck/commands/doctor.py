@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import platform
+import re
 import shutil
 import sys
 from collections.abc import Iterator
@@ -18,11 +19,10 @@ from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 
 from cobodeck.arguments import word
+from cobodeck.compiled_code import described
 from cobodeck.console import FAILED, OK, show, show_json, table
 from cobodeck.doctor import BAD, FIT, MISSING, DoctorLine, room_checks, tracking_checks
-
-PACKAGES = ("engine", "states", "behaviors", "hw", "cobodeck", "charts")
-ROOT = Path(__file__).parent.parent.parent
+from cobodeck.shadows import explained, shadows
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -70,18 +70,12 @@ def checks() -> Iterator[tuple[str, str, str]]:
     yield from _shadowed()
     yield from _libraries()
     yield _graphviz()
+    yield "compiled code", FIT, described()
 
 
 def _shadowed() -> Iterator[tuple[str, str, str]]:
-    for name in PACKAGES:
-        spec = importlib.util.find_spec(name)
-        places = [Path(place) for place in (spec.submodule_search_locations or ())] if spec else []
-        if ROOT / name not in [place.resolve() for place in places]:
-            where = ", ".join(map(str, places)) or "nowhere"
-            advice = (
-                f"found at {where}; ours is {ROOT / name}: use a virtual environment of its own"
-            )
-            yield f"package {name}", BAD, advice
+    for name, file in shadows().items():
+        yield f"package {name}", BAD, explained({name: file})
 
 
 def _libraries() -> Iterator[tuple[str, str, str]]:
@@ -93,7 +87,7 @@ def _libraries() -> Iterator[tuple[str, str, str]]:
     yield "cobodeck", FIT, version("cobodeck")
     for line in needed:
         requirement, _, marker = line.partition(";")
-        name = requirement.split(">")[0].split("=")[0].split("<")[0].strip()
+        name = re.split(r"[\[<>=!~ ]", requirement, maxsplit=1)[0]
         try:
             yield name, FIT, version(name)
         except PackageNotFoundError:

@@ -1,6 +1,6 @@
-"""Begin a project of your own: one package with a chart, a state, a schema, and a test.
+"""Begin a project of your own: a package with a chart, a state, a room, a profile, and tests.
 
-With --robot a robot of your own: a body, a base behind UDP with its fake, parts, a chart, a test.
+With --robot a robot of your own: a body, a base behind UDP with its fake, parts, a chart, tests.
 Either passes `cobodeck validate` and `pytest` at once.
 """
 
@@ -8,9 +8,12 @@ from __future__ import annotations
 
 import argparse
 import keyword
+import re
 import shlex
 import shutil
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -18,6 +21,7 @@ from cobodeck.console import FAILED, OK, Problem, show
 
 TEMPLATES = Path(__file__).parent.parent / "template"
 PLACEHOLDER = "PROJECT"
+_NAME = re.compile("[a-z][a-z0-9_]*")
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,27 +37,44 @@ def run(args: argparse.Namespace) -> int:
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise Problem(f"{folder} is there already; choose an empty or new folder", FAILED)
     template = TEMPLATES / ("robot" if args.robot else "project")
-    for source in sorted(template.rglob("*")):
-        if source.is_file() and "__pycache__" not in source.parts:
-            inside = str(source.relative_to(template)).replace(PLACEHOLDER, name)
-            target = folder / inside
-            target.parent.mkdir(parents=True, exist_ok=True)
-            text = source.read_text(encoding="utf-8")
-            target.write_text(text.replace(PLACEHOLDER, name), encoding="utf-8")
-    from cobodeck.commands.schema import schema_of
+    with _all_or_nothing(folder):
+        _copy(template, folder, name)
+        from cobodeck.commands.schema import schema_of
 
-    (folder / name / "chart.schema.json").write_text(
-        schema_of(folder, own=args.own), encoding="utf-8"
-    )
-    what = "a robot, its fake, a chart and its test"
+        schema = schema_of(folder, own=args.own)
+        (folder / name / "chart.schema.json").write_text(schema, encoding="utf-8")
+    what = "a robot, its fake, a chart and their tests"
     if not args.robot:
-        what = "a chart, a state and its test"
+        what = "a chart, a state, a room, a profile and tests"
     show(f"{folder}: {what}. Go on with")
     activate = activation()
     if activate is not None:
         show(f"  . {shlex.quote(str(activate))}")
     show(f"  cd {shlex.quote(str(folder))} && cobodeck validate && pytest")
     return OK
+
+
+def _copy(template: Path, folder: Path, name: str) -> None:
+    """Write the template's files with the package's name in place of the placeholder."""
+    for source in sorted(template.rglob("*")):
+        if source.is_file() and "__pycache__" not in source.parts:
+            target = folder / str(source.relative_to(template)).replace(PLACEHOLDER, name)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            text = source.read_text(encoding="utf-8")
+            target.write_text(text.replace(PLACEHOLDER, name), encoding="utf-8")
+
+
+@contextmanager
+def _all_or_nothing(folder: Path) -> Iterator[None]:
+    """Whatever goes wrong inside, the folder is as it was: not there, or empty."""
+    was_there = folder.exists()
+    try:
+        yield
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        if was_there:
+            folder.mkdir()
+        raise
 
 
 def activation() -> Path | None:
@@ -76,8 +97,11 @@ def package_name(folder: Path) -> str:
         Problem: the folder's name is none, or stands for another module already.
     """
     name = folder.resolve().name.replace("-", "_").replace(" ", "_").lower()
-    if not name.isidentifier() or keyword.iskeyword(name):
-        raise Problem(f"{folder.name!r} cannot name a package; use letters, digits and _")
+    if not _NAME.fullmatch(name) or keyword.iskeyword(name):
+        raise Problem(
+            f"{folder.name!r} cannot name a package; use the letters a to z, digits and _, "
+            "beginning with a letter"
+        )
     if find_spec(name) is not None and not (folder / name).exists():
         raise Problem(f"a module {name!r} is there already; choose another name")
     return name

@@ -147,7 +147,7 @@ def arm_of(robot: str, tool: str | None) -> Manipulator:
         Problem: the length cannot be, or a file is wrong or missing.
     """
     from hw.robot import load_robot
-    from states.arm.model import manipulator_of
+    from states.arm.robot_arm import manipulator_of
 
     length = _number(tool)
     try:

@@ -7,11 +7,12 @@ from pathlib import Path
 
 from cobodeck.arguments import instant
 from cobodeck.catalogue import catalogue
-from cobodeck.console import FAILED, OK, Problem, complain, show
+from cobodeck.console import FAILED, OK, Problem, show
 from cobodeck.library import chart_file, load_beside
 from cobodeck.pictures import command as room
 from cobodeck.record.sink import is_record
-from engine.draw.dot import FILE_FORMS, CannotRender, dot, render
+from engine.draw.dot import dot
+from engine.draw.render import FILE_FORMS, CannotRender, render
 from engine.files.finding import did_you_mean
 from engine.load import Library
 from engine.report import text
@@ -88,11 +89,7 @@ def _draw_run(args: argparse.Namespace) -> int:
     if args.scene is not None:
         raise Problem(f"{args.chart}: a record has its own room; leave out --scene")
     from cobodeck.pictures.recorded import draw_run
-    from cobodeck.warmup import keep_compiled_code
 
-    problem = keep_compiled_code()
-    if problem:
-        complain(problem)
     return draw_run(Path(args.chart), args.output, args.start_s, args.end_s)
 
 

@@ -39,11 +39,8 @@ def run(args: argparse.Namespace) -> int:
     from cobodeck.record.reader import Record
     from cobodeck.record.replay import setup_of, stage_replay
     from cobodeck.record.start import replay_recorder
-    from cobodeck.warmup import keep_compiled_code, warm_up
+    from cobodeck.warmup import warm_up
 
-    problem = keep_compiled_code()
-    if problem:
-        complain(problem)
     record = Record(args.file)
     setup = setup_of(record, catalogue(own=args.own))
     if record.header["options"]["tier"]:
@@ -88,7 +85,7 @@ def _go(
 
 
 def _options(record: Record) -> Any:
-    from cobodeck.stage import Options
+    from cobodeck.options import Options
 
     return Options(**record.header["options"])
 

@@ -20,7 +20,7 @@ from cobodeck.gate import WORDS
 from cobodeck.wiring import PROFILE, TICK_HZ
 
 if TYPE_CHECKING:
-    from cobodeck.stage import Options
+    from cobodeck.options import Options
     from cobodeck.wiring import Setup
 
 BLOCKED_S = 0.1
@@ -76,7 +76,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run on the mock, or on real parts."""
     from cobodeck.clocks import RealTime, Virtual
-    from cobodeck.stage import Options
+    from cobodeck.options import Options
     from hw.connection import connection_names, load_connection
     from hw.robot import robot_names
 

@@ -19,9 +19,9 @@ from engine.errors import Raised
 if TYPE_CHECKING:
     from cobodeck.clocks import Clock
     from cobodeck.loop import Loop
+    from cobodeck.options import Options
     from cobodeck.record.recorder import Recorder
     from cobodeck.simulate import RunResult
-    from cobodeck.stage import Options
     from cobodeck.wiring import Setup
     from hw.connection import Connection
 
@@ -84,7 +84,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Simulate, record, report."""
-    from cobodeck.stage import LONGEST_S, Options
+    from cobodeck.options import LONGEST_S, Options
 
     options = Options(
         user=args.user,
@@ -107,11 +107,6 @@ def report_on(
     before: Callable[[Setup], None] | None = None,
 ) -> int:
     """Run, write the trace file, print the figures; `before` is called once all is read."""
-    from cobodeck.warmup import keep_compiled_code
-
-    problem = keep_compiled_code()
-    if problem:
-        complain(problem)
     from cobodeck.explain import explain
     from cobodeck.summary import summary
 

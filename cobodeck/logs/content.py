@@ -9,6 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from engine.files.finding import mistake
+from engine.files.text import unreadable
 
 LARGEST = 2 << 30
 """Larger logs are not taken into memory, bytes."""
@@ -79,7 +80,7 @@ def head_of_file(path: Path, count: int = 2) -> bytes:
         with path.open("rb") as stream:
             return stream.read(count)
     except (OSError, ValueError) as error:
-        raise mistake(path, f"cannot be read: {getattr(error, 'strerror', error)}") from None
+        raise unreadable(path, error) from None
 
 
 def _pieces(path: Path, broken: list[str]) -> Iterator[bytes]:

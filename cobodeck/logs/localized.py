@@ -22,7 +22,7 @@ from hw.geometry import Pose2, wrap
 from hw.samples import Odometry, PoseSigma, Sample
 from hw.tracking import Tracking
 from states.localization.localizer import Localizer
-from states.localization.trail import velocity_of, way_of
+from states.localization.trail import displacement_of, velocity_of
 
 _STEADY_NS = 100_000_000
 """Wheels are told at least so often."""
@@ -142,7 +142,7 @@ def _between(before: Sample, after: Sample) -> Iterator[Sample]:
     velocity = velocity_of(way, gap_ns * 1e-9)
     for part in range(1, parts):
         since_ns = gap_ns * part // parts
-        pose = before.value.pose @ way_of(velocity, since_ns * 1e-9)
+        pose = before.value.pose @ displacement_of(velocity, since_ns * 1e-9)
         yield Sample(ODOMETRY, before.stamp_ns + since_ns, Odometry(pose, velocity))
 
 

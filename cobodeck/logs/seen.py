@@ -9,7 +9,7 @@ from cobodeck.logs.log import SensorLog
 from hw.geometry import STILL, Pose2, Twist2
 from hw.samples import Odometry, Scan
 from states.localization.scans import cloud_of, span_ns
-from states.localization.trail import velocity_of, way_of
+from states.localization.trail import displacement_of, velocity_of
 
 ALL_BEAMS = 100_000
 
@@ -26,7 +26,7 @@ class SeenScan(NamedTuple):
     odom_from_base: Pose2 | None
 
 
-class Way:
+class WheelPath:
     """The wheels of a log as a whole: between two words the base moves on an arc."""
 
     def __init__(self, log: SensorLog) -> None:
@@ -43,7 +43,9 @@ class Way:
             return self._poses[min(after, len(self._poses) - 1)]
         before, since = self._poses[after - 1], stamp_ns - self._stamps[after - 1]
         share = since / (self._stamps[after] - self._stamps[after - 1])
-        return before @ way_of(velocity_of(before.inverse() @ self._poses[after], 1.0), share)
+        return before @ displacement_of(
+            velocity_of(before.inverse() @ self._poses[after], 1.0), share
+        )
 
     def velocity(self, first_ns: int, last_ns: int) -> Twist2:
         """The mean velocity in the base frame between two instants."""
@@ -55,7 +57,7 @@ class Way:
 
 def scans_of(log: SensorLog) -> list[SeenScan]:
     """All scans of a log, with all their beams, in order."""
-    way, found = Way(log), []
+    way, found = WheelPath(log), []
     for sample in log.samples:
         scan = sample.value
         if isinstance(scan, Scan):

@@ -13,7 +13,7 @@ from behaviors.settings import EscapeSettings
 from cobodeck.pictures.canvas import Sheet
 from cobodeck.pictures.moment import TRAIL_S
 from cobodeck.pictures.room import ring_of
-from engine.draw.dot import INK, RED
+from engine.draw.style import INK, RED
 from hw.geometry import Pose2
 from hw.people.person import RADIUS
 from hw.robot import Footprint

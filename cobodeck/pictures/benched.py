@@ -12,7 +12,7 @@ from matplotlib.ticker import NullFormatter
 
 from cobodeck.console import Problem
 from cobodeck.pictures.canvas import save_figure
-from engine.draw.dot import GREY, INK
+from engine.draw.style import GREY, INK
 
 SIZE_IN = (9.0, 6.0)
 TableRows = Sequence[Mapping[str, Any]]

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from cobodeck.console import Problem
-from engine.draw.dot import GREY, INK
+from engine.draw.style import GREY, INK
 
 FORMS = ("svg", "png", "pdf")
 METRE_IN = 0.62

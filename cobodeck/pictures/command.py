@@ -80,8 +80,8 @@ def _spaces(text: str | None) -> tuple[str, ...] | None:
 
 def _simulated(args: argparse.Namespace) -> Moment:
     from cobodeck.catalogue import catalogue
+    from cobodeck.options import Options
     from cobodeck.pictures.moment import after
-    from cobodeck.stage import Options
     from cobodeck.wiring import open_setup
 
     setup = open_setup(args.chart or CHART, args.scene, args.profile, known=catalogue(own=args.own))

@@ -18,7 +18,7 @@ from cobodeck.metrics import FAR_M, NEAR_M
 from cobodeck.pictures.canvas import Sheet
 from cobodeck.pictures.course import Course, NodeSpan
 from cobodeck.pictures.signs import BEHAVIOURS, CONTACT, UNSERVED, WAITED, lane_colours, time_step
-from engine.draw.dot import GREY, INK
+from engine.draw.style import GREY, INK
 from hw.truth import Contact
 
 Array = NDArray[np.float64]

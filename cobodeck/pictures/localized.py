@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from cobodeck.logs.localized import NEAR
 from cobodeck.logs.seen import scans_of
 from cobodeck.pictures.canvas import Sheet, sheet
-from engine.draw.dot import GREY, INK
+from engine.draw.style import GREY, INK
 from states.localization.growing import points_in
 from states.maps.occupancy import FREE, UNKNOWN
 

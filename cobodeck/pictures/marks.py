@@ -14,7 +14,7 @@ from cobodeck.pictures.course import Course, TouchRequest
 from cobodeck.pictures.labels import Labels
 from cobodeck.pictures.signs import BEHAVIOURS, CONTACT, UNSERVED, time_step
 from cobodeck.pictures.tracks import draw_disc, draw_outline, person_of, robot_of
-from engine.draw.dot import INK
+from engine.draw.style import INK
 from hw.room import Point
 
 PLACE_M = 0.3

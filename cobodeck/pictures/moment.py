@@ -13,18 +13,21 @@ from behaviors.chase_space import grid
 from behaviors.haptic import best_pose, poses, reachable
 from behaviors.settings import Settings
 from behaviors.situation import Situation
+from cobodeck.options import Options
 from cobodeck.plants import Plant
-from cobodeck.stage import Options, stage
+from cobodeck.stage import stage
 from cobodeck.wiring import Setup
 from engine.board import Board
-from engine.machine import RUNNING, Leaf
+from engine.machine import Leaf
+from engine.run import ChartRun
 from hw.geometry import STILL, Pose2, Pose3, wrap
 from hw.room import Point
 from hw.samples import UserPose
 from hw.scene import Scene
-from states.environment import Environment, SubsystemName
-from states.navigation.local_planner import GlobalPlanner
+from states.environment import Environment
+from states.navigation.interfaces import GlobalPlanner
 from states.navigation.states import user_disc
+from states.subsystems import SubsystemName
 
 TRAIL_S = 3.0
 """For so long the ways that robot and user have come are drawn, s."""
@@ -101,7 +104,8 @@ def after(
     trail = _Trail(loop.plant)
     loop.observers = (*loop.observers, trail)
     loop.go(loop.grid.instant(loop.grid.last(round(seconds * 1e9))), progress)
-    running = [leaf for leaf in loop.wired.run.machine.leaves if leaf.status == RUNNING]
+    run = loop.wired.run
+    running = [node.leaf for node in run.running]
     truth = loop.plant.truth
     assert truth is not None
     assert truth.base is not None
@@ -115,7 +119,7 @@ def after(
         user_trail=trail.user,
         caption=f"{loop.now_ns * 1e-9:.1f} s, {_doing(running, loop.wired.run.outcome)}",
     )
-    for subsystem, goal in islice(_drives(running), 1):
+    for subsystem, goal in islice(_drives(run), 1):
         planner = _planner(setup.environment, subsystem, loop.wired.board)
         moment = replace(moment, path=_path(setup.environment, subsystem, planner, moment, goal))
     return moment
@@ -128,11 +132,11 @@ def _planner(environment: Environment, subsystem: SubsystemName, board: Board) -
     return environment.static_planners[subsystem] if newest is None else newest.value
 
 
-def _drives(leaves: Iterable[Leaf]) -> Iterable[tuple[SubsystemName, Pose2]]:
+def _drives(run: ChartRun) -> Iterable[tuple[SubsystemName, Pose2]]:
     """Goals under way, and which subsystem drives there."""
-    for leaf in leaves:
-        inputs = {name: cell.value for name, cell in leaf.inputs}
-        subsystem = leaf.parameters.get("subsystem")
+    for node in run.running:
+        inputs = run.life.inputs_of(node.leaf)
+        subsystem = node.leaf.parameters.get("subsystem")
         if isinstance(inputs.get("goal"), Pose2) and subsystem in get_args(SubsystemName):
             yield cast("SubsystemName", subsystem), inputs["goal"]
 

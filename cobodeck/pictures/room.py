@@ -12,7 +12,7 @@ from matplotlib.patches import Circle, Patch, PathPatch
 from matplotlib.path import Path
 
 from cobodeck.pictures.canvas import Sheet
-from engine.draw.dot import INK
+from engine.draw.style import INK
 from hw.room import Point, Room
 from hw.things import Thing
 

@@ -8,7 +8,7 @@ from cobodeck.pictures.lanes import draw_lanes, height_in
 from cobodeck.pictures.marks import draw_marks
 from cobodeck.pictures.room import draw_room, draw_tracked_area
 from cobodeck.pictures.tracks import bounds_of, draw_tracks
-from engine.draw.dot import GREY
+from engine.draw.style import GREY
 
 NOWHERE = "it is not known where anything was"
 _NO_PLACE, _MIDDLE = (0.0, 0.0, 8.0, 2.0), (4.0, 1.0)

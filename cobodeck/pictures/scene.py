@@ -19,7 +19,8 @@ from cobodeck.pictures.room import draw_inflations, draw_objects, draw_room, dra
 from cobodeck.pictures.spaces import draw_chase, draw_escape, draw_haptic, draw_path
 from hw.geometry import Pose3
 from hw.scene import Scene
-from states.environment import Environment, Navigation
+from states.environment import Environment
+from states.subsystems import Navigation
 
 
 def scene_picture(

@@ -6,7 +6,7 @@ from itertools import cycle
 from typing import Any
 
 from cobodeck.pictures.course import Course
-from engine.draw.dot import INK
+from engine.draw.style import INK
 
 BEHAVIOURS = {"chase": "#0072b2", "haptic": "#009e73", "escape": "#d55e00", "inform": "#cc79a7"}
 OTHERS = ("#e69f00", "#56b4e9", "#882255", "#999933", "#332288", "#44aa99")

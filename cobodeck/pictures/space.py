@@ -15,7 +15,7 @@ from scipy import ndimage
 
 from cobodeck.pictures.canvas import Sheet, sheet
 from cobodeck.pictures.room import INFLATIONS, add_area, draw_room
-from engine.draw.dot import INK, RED
+from engine.draw.style import INK, RED
 from hw.room import Point
 from states.floors.floor_cells import MapFloor
 from states.floors.floor_plan import RoomFloor

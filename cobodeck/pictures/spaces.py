@@ -20,7 +20,7 @@ from behaviors.chase_space import grid
 from behaviors.settings import Settings
 from cobodeck.pictures.actors import view_yaw
 from cobodeck.pictures.canvas import Sheet
-from engine.draw.dot import INK, RED
+from engine.draw.style import INK, RED
 from hw.geometry import Pose2, Pose3
 from hw.room import Point, contains
 from hw.samples import UserPose

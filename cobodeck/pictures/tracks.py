@@ -16,7 +16,7 @@ from cobodeck.pictures.canvas import Sheet
 from cobodeck.pictures.course import Course, Instant
 from cobodeck.pictures.room import ring_of
 from cobodeck.pictures.signs import lane_colours
-from engine.draw.dot import INK
+from engine.draw.style import INK
 from hw.geometry import Pose2
 from hw.people.person import RADIUS
 from hw.robot import Footprint

@@ -15,8 +15,8 @@ from typing import Any
 from cobodeck.library import reached
 from cobodeck.loop import Loop
 from cobodeck.named_files import KINDS
+from cobodeck.options import Options
 from cobodeck.record.sink import behind_record
-from cobodeck.stage import Options
 from cobodeck.wiring import Setup
 from engine.files.finding import FileError
 from engine.files.named import own_files

@@ -25,6 +25,7 @@ from cobodeck.record.header import FORMAT
 from cobodeck.record.schemas import MessageSchema
 from cobodeck.record.shape import misfit
 from engine.files.finding import mistake
+from engine.files.text import unreadable
 
 LARGEST = 1 << 28
 """No attachment of ours is as large, bytes."""
@@ -168,7 +169,7 @@ class Record:
         try:
             stream = self.path.open("rb")
         except OSError as error:
-            raise mistake(self.path, f"cannot be read: {error.strerror}") from None
+            raise unreadable(self.path, error) from None
         self.broken, whole = "it was not read to its end", 0
         messages = _Messages(self.schemas)
         with stream:

@@ -10,12 +10,12 @@ from pathlib import Path
 
 from cobodeck.console import USAGE, Problem
 from cobodeck.loop import Loop
+from cobodeck.options import Options
 from cobodeck.record.header import attachments, header, header_of_replay, kind_of
 from cobodeck.record.reader import Record
 from cobodeck.record.recorder import Describe, Recorder, RunDescription
 from cobodeck.record.scenery import scene_update
 from cobodeck.record.sink import ENDING, Sink, Taken, open_free
-from cobodeck.stage import Options
 from cobodeck.wiring import Setup
 
 TellLine = Callable[[str], None]

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
+from engine.files.words import advice
+
 Severity = Literal["error", "warning"]
 
 CODE = "D01"
-"""Names the rule that a file other than a chart has broken: its keys and values are as wanted."""
-LONGEST_GUESS = 60  # letters of a word that is compared with others; it takes their square
+"""The code of mistakes in keys and values of files other than charts."""
 
 
 class Place(NamedTuple):
-    """A stretch of one file; lines and columns count from 1, the end column is exclusive.
+    """A range in one line of a file; lines and columns count from 1, the end column is exclusive.
 
-    An empty stretch stands for the whole file.
+    An empty range stands for the whole file.
     """
 
     file: str
@@ -44,7 +44,7 @@ class Finding:
 
 
 class FileError(ValueError):
-    """Files that cannot be used. `findings` holds every mistake, the text has a line for each."""
+    """Files that cannot be used. `findings` has all mistakes; the text has a line for each."""
 
     def __init__(self, findings: Iterable[Finding]) -> None:
         self.findings = tuple(in_order(findings))
@@ -55,6 +55,15 @@ class FileError(ValueError):
             f"{finding.place}: {finding.message}{_hint(finding)}{_notes(finding)}"
             for finding in self.findings
         )
+
+
+class NotFound(FileError):
+    """A file, or a name of one, that does not exist."""
+
+
+def not_found(name: object, message: str, hint: str = "", code: str = CODE) -> NotFound:
+    """The error for a file or name that does not exist."""
+    return NotFound([Finding(code, message, Place(str(name), 1, 1, 1), hint)])
 
 
 def mistake(
@@ -73,23 +82,9 @@ def _notes(finding: Finding) -> str:
     return "".join(f" ({note}: {place})" for place, note in finding.related)
 
 
-def nearest(word: object, known: Iterable[str]) -> str | None:
-    """The known word that a misspelt one most likely stands for."""
-    short = sorted(name for name in set(known) if len(name) <= LONGEST_GUESS)
-    near = difflib.get_close_matches(str(word)[:LONGEST_GUESS], short, n=1, cutoff=0.6)
-    return near[0] if near else None
-
-
 def did_you_mean(word: object, known: Iterable[str]) -> str:
-    """A suggestion for a misspelt `word`, or the allowed values when nothing is near."""
-    names = sorted(set(known))
-    near = nearest(word, names)
-    if near is not None:
-        return f"did you mean {near!r}?"
-    if not names:
-        return "nothing is allowed here"
-    shown = ", ".join(names[:12]) + (", …" if len(names) > 12 else "")
-    return f"allowed: {shown}"
+    """A suggestion for an unknown `word`, or the allowed values when nothing is near."""
+    return advice(str(word), known)
 
 
 def in_order(findings: Iterable[Finding]) -> list[Finding]:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from engine.files import source as yaml
-from engine.files.finding import CODE, FileError, Finding, Place, did_you_mean, mistake
+from engine.files.finding import CODE, FileError, Finding, Place, did_you_mean, not_found
 from engine.files.named import known_files
 from engine.files.source import Map, Mark, Seq, SourceFile
 from engine.files.text import is_file
@@ -138,14 +138,18 @@ def find_file(name: str, folder: Path, kind: str) -> Path:
     """A file by its path, or by its name: a project's own, or one in the shipped folder.
 
     Raises:
-        FileError: there is no such name.
+        NotFound: there is no such name.
     """
-    if is_path(name):
-        return Path(name)
     known = known_files(folder, kind)
+    if is_path(name):
+        path = Path(name)
+        if path.stem in known and path.suffix != ".yaml" and not is_file(path):
+            hint = f"did you mean {path.stem!r}, without the file ending?"
+            raise not_found(name, f"no such {kind}", hint)
+        return path
     if name in known:
         return known[name]
-    raise mistake(name, f"no such {kind}", hint=did_you_mean(name, known))
+    raise not_found(name, f"no such {kind}", did_you_mean(name, known))
 
 
 def load_yaml(path: Path, read: Callable[[Item], T]) -> T:

@@ -26,7 +26,7 @@ from functools import cache, partial
 from types import FunctionType, UnionType
 from typing import Annotated, Any, Literal, TypeVar, Union
 
-from engine.files.finding import CODE, FileError, Finding, did_you_mean, nearest
+from engine.files.finding import CODE, FileError, Finding, did_you_mean
 from engine.files.item import Item, gather, noted
 from engine.files.units import Dimension
 from engine.files.values import (
@@ -41,6 +41,7 @@ from engine.files.values import (
     text,
     whole,
 )
+from engine.files.words import nearest
 
 T = TypeVar("T")
 Read = Callable[[Item], Any]
@@ -79,10 +80,19 @@ def _unknown_keys(
             CODE,
             f"{content[key].key}: unknown key",
             item.key_place(key),
-            did_you_mean(key, known) if n < GUESSES else "",
+            _meant(item, key, known) if n < GUESSES else "",
         )
         for n, key in enumerate(unknown)
     ]
+
+
+def _meant(item: Item, key: str, known: Mapping[str, _Field]) -> str:
+    """Help with an unknown key; `x: 8,5` in braces is the keys `x` and `5`."""
+    keys = list(item.value)
+    before = keys[keys.index(key) - 1] if key.isdigit() and keys[0] != key else ""
+    if before and item.value[key] is None and type(item.value[before]) is int:
+        return f"a decimal point, no comma: `{before}: {item.value[before]}.{key}`"
+    return did_you_mean(key, known)
 
 
 def _missing_keys(

@@ -17,6 +17,8 @@ from typing import Any
 import yaml
 
 from engine.files.finding import FileError, Finding, Place
+from engine.files.indentation import Malformed
+from engine.files.malformed import diagnose
 from engine.files.text import read_bytes
 
 MAX_DEPTH = 64
@@ -130,16 +132,18 @@ def _compose(source: SourceFile) -> None:
 
 
 def _report_form(source: SourceFile, error: yaml.MarkedYAMLError) -> None:
-    """What libyaml says, with the place where what it could not end has begun."""
+    """Why the text is no YAML, with a note of where libyaml gave up if that is another line."""
     lines = source.text.split("\n")
     at = _within(lines, error.problem_mark or error.context_mark)
-    line = lines[at[0] - 1]
-    is_tab = "\t" in line[: len(line) - len(line.lstrip())]
-    hint = "indent with spaces, not with tabs" if is_tab else ""
-    begun = _within(lines, error.context_mark)
-    notes = ((source.place(begun), error.context),) if error.context and begun != at else ()
-    message = f"not YAML: {error.problem or error.context}"
-    source.findings.append(Finding("Y01", message, source.place(at), hint, related=notes))
+    begun = _within(lines, error.context_mark) if error.context_mark else None
+    problem = error.problem or error.context or "unreadable"
+    if any(finding.place.line == at[0] for finding in source.findings):
+        return  # an alias such as `*word` has been reported already
+    found = diagnose(Malformed(lines, problem, at[:2], begun[:2] if begun else None))
+    place = source.place((*found.at, found.at[1] + 1))
+    notes = ((source.place(at), "noticed here"),) if found.at[0] != at[0] else ()
+    message = f"not YAML: {found.message}"
+    source.findings.append(Finding("Y01", message, place, found.hint, related=notes))
 
 
 def _within(lines: list[str], mark: Any) -> Mark:
@@ -149,6 +153,9 @@ def _within(lines: list[str], mark: Any) -> Mark:
     if mark.line < len(lines):
         return (mark.line + 1, mark.column + 1, mark.column + 2)
     return (len(lines), len(lines[-1]) + 1, len(lines[-1]) + 2)
+
+
+_QUOTE_IT = "put text in quotes that begins with"
 
 
 class _Builder:
@@ -265,7 +272,9 @@ class _Builder:
         if event.anchor is not None or event.tag is not None:
             self._no_anchor(event, at)
         if type(self.into) is Map and self.key is None:
-            self.source.report("Y04", "a key must be a word", at)
+            braces = self.source.text.split("\n")[at[0] - 1][at[1] - 2 : at[1]]
+            hint = "put `{{…}}` in quotes, or write one pair of braces" if braces == "{{" else ""
+            self.source.report("Y04", "a key must be a word", at, hint)
             raise _GiveUp
         if len(self.stack) >= MAX_DEPTH:
             self.source.report("Y06", f"nested deeper than {MAX_DEPTH} levels", at)
@@ -279,16 +288,19 @@ class _Builder:
 
     def _alias(self, event: Any) -> None:
         at = _mark(event)
-        self.source.report("Y03", f"alias *{event.anchor}", at, "write the value out")
+        self.source.report(
+            "Y03", f"alias *{event.anchor}", at, f"write the value out; {_QUOTE_IT} `*`"
+        )
         if type(self.into) is Map and self.key is None:
             raise _GiveUp
         self._put(None, at)
 
     def _no_anchor(self, event: Any, at: Mark) -> None:
         if event.anchor is not None:
-            self.source.report("Y03", f"anchor &{event.anchor}", at, "write the value out")
+            hint = f"write the value out; {_QUOTE_IT} `&`"
+            self.source.report("Y03", f"anchor &{event.anchor}", at, hint)
         else:
-            self.source.report("Y03", f"tag {event.tag}", at, "leave it out")
+            self.source.report("Y03", f"tag {event.tag}", at, f"leave it out; {_QUOTE_IT} `!`")
 
 
 def _mark(event: Any) -> Mark:

@@ -28,7 +28,23 @@ UNITS: dict[str, tuple[str, float, float]] = {
     "kg": ("mass", 1, 1), "g": ("mass", 1, 1e3), "N": ("force", 1, 1), "Nm": ("torque", 1, 1),
     "Hz": ("frequency", 1, 1), "%": ("ratio", 1, 100),
 }  # fmt: skip
+_SPELLINGS = {
+    "sec": "s", "secs": "s", "second": "s", "seconds": "s", "msec": "ms", "millisecond": "ms",
+    "milliseconds": "ms", "minute": "min", "minutes": "min", "mins": "min", "hour": "h",
+    "hours": "h", "hr": "h", "hrs": "h", "µs": "us", "μs": "us",
+    "meter": "m", "meters": "m", "metre": "m", "metres": "m", "centimeter": "cm",
+    "centimeters": "cm", "centimetre": "cm", "centimetres": "cm", "millimeter": "mm",
+    "millimeters": "mm", "millimetre": "mm", "millimetres": "mm",
+    "degree": "deg", "degrees": "deg", "degs": "deg", "radian": "rad", "radians": "rad",
+    "rads": "rad", "mps": "m/s", "m/sec": "m/s", "kph": "km/h", "kmh": "km/h", "dps": "deg/s",
+    "°/s": "deg/s", "m/s^2": "m/s2", "m/s**2": "m/s2", "m/s/s": "m/s2", "rad/s^2": "rad/s2",
+    "rad/s^3": "rad/s3", "deg/s^2": "deg/s2", "kilogram": "kg", "kilograms": "kg", "kgs": "kg",
+    "gram": "g", "grams": "g", "newton": "N", "newtons": "N", "hertz": "Hz",
+    "percent": "%", "pct": "%", "per cent": "%",
+}  # fmt: skip
+"""Other spellings of units, lower case, with the one that is read."""
 _QUANTITY = re.compile(r"([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\s\d].*)\Z")
+_COMMA = re.compile(r"(\d),(\d)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,3 +83,17 @@ def quantity(text: str) -> tuple[float, str] | None:
     dimension, numerator, denominator = UNITS[match[2].strip()]
     value = float(match[1]) * numerator / denominator
     return (value, dimension) if abs(value) != float("inf") else None
+
+
+def respelt(text: str) -> str:
+    """`"15 sec"` as `"15 s"`, `"1,5 s"` as `"1.5 s"`; empty if it is not clear what is meant."""
+    pointed = _COMMA.sub(r"\1.\2", text.strip().rstrip(",;").replace("\u00a0", " "))
+    match = _QUANTITY.match(pointed)
+    if match is None:
+        return ""
+    written = match[2].strip()
+    folded = {unit.lower(): unit for unit in UNITS}
+    unit = written if written in UNITS else _SPELLINGS.get(written.lower())
+    unit = unit or folded.get(written.lower())
+    found = f"{match[1]} {unit}" if unit else ""
+    return found if found != text else ""

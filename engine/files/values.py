@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from engine.files.finding import did_you_mean
-from engine.files.units import UNITS, quantity, si_unit
+from engine.files.units import UNITS, quantity, respelt, si_unit
+from engine.files.words import plain_word
 
 PLAIN, ANY = "", "number"
 """Stand for a dimension: of numbers without a unit, and of those that may have any."""
@@ -46,7 +48,9 @@ class Range:
         unit = si_unit(dimension)
         begin = f"above {self.low:.4g} up" if self.above else f"{self.low:.4g}"
         allowed = f"{begin} to {self.high:.4g} {unit}".rstrip()
-        raise Mismatch(f"{value:g} is out of range, {allowed} is allowed")
+        degrees = math.radians(value) if dimension == "angle" else math.inf
+        hint = f"; write `{value:g} deg` for degrees" if self.admits(degrees) else ""
+        raise Mismatch(f"{value:g} is out of range, {allowed} is allowed{hint}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +143,9 @@ def boolean(value: Any) -> bool:
     """
     if isinstance(value, bool):
         return value
-    raise Mismatch(f"{shown(value)} is not true or false")
+    meant = plain_word(value)
+    hint = f"; write `{meant}`" if meant else ""
+    raise Mismatch(f"{shown(value)} is not true or false{hint}")
 
 
 def choice(value: Any, choices: Iterable[Any]) -> Any:
@@ -170,7 +176,11 @@ def shown(value: Any) -> str:
 def _with_unit(written: str, dimension: str) -> float:
     found = quantity(written)
     if found is None:
-        raise Mismatch(f"{written!r} is not {_a(dimension or ANY)}; wanted: {_example(dimension)}")
+        meant = respelt(written)
+        meant = f"did you mean {meant!r}?" if meant else f"wanted: {_example(dimension)}"
+        if written.strip().endswith(","):
+            meant = f"leave out the comma; {meant}"
+        raise Mismatch(f"{written!r} is not {_a(dimension or ANY)}; {meant}")
     value, given = found
     if dimension not in (given, ANY):
         raise Mismatch(f"{written!r} is {_a(given)}; wanted: {_example(dimension)}")

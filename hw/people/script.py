@@ -33,6 +33,7 @@ from engine.files.named import known_files
 from engine.files.record import Name, reader_of, record
 from engine.files.units import Angle, AngularSpeed, Duration, Length, Speed
 from engine.files.values import Count, Range
+from engine.files.words import plain_word
 from hw.geometry import Pose2, wrap
 from hw.places import AnyAngle, Coordinate, Pose
 
@@ -134,7 +135,9 @@ def _rounds(item: Item) -> int | None:
         return None if item.value else 1
     if isinstance(item.value, int) and item.value >= 1:
         return item.value
-    raise item.error("needs true, false or a whole number of rounds")
+    meant = plain_word(item.value)
+    hint = f"write `{meant}`" if meant else ""
+    raise item.error("needs true, false or a whole number of rounds", hint)
 
 
 @dataclass(frozen=True, slots=True)

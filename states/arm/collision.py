@@ -28,7 +28,7 @@ from states.arm.kinematics import KinematicChain
 from states.arm.model import LINKS, Manipulator
 
 MARGIN = 0.005
-"""Gap kept to everything, m; half of it is kept between the looks, too."""
+"""Gap kept to everything, m; half of it is kept between the checks, too."""
 
 UPPER_ARM = LINKS.index("upper_arm")
 _ROOM_HEIGHT = 3.0
@@ -148,7 +148,7 @@ class CollisionChecker:
             return float(gap[0]), first, second
         return float(gap[0]), self.model.links[where[0] - len(pairs)], "surroundings"
 
-    def way(self, piece: Array, length: float, budget: int = 1_000_000) -> tuple[float, int]:
+    def sweep(self, piece: Array, length: float, budget: int = 1_000_000) -> tuple[float, int]:
         """How far along q(x) = piece[0] + piece[1] x + piece[2] x^2 the arm is free, x <= length.
 
         Exact between samples, too: nowhere is less than half the margin left. Returns the x at
@@ -159,7 +159,7 @@ class CollisionChecker:
     def line_free(self, start: Array, goal: Array) -> bool:
         """Is the straight joint line free."""
         piece = np.array([start, goal - start, np.zeros(6)])
-        return self.way(piece, 1.0)[0] >= 1.0
+        return self.sweep(piece, 1.0)[0] >= 1.0
 
     def _gaps(self, joints: ArrayLike) -> tuple[Array, Integers]:
         q = np.ascontiguousarray(joints, dtype=np.float64).reshape(-1, 6)

@@ -182,12 +182,12 @@ def sweep(
     rates = gap_rates(links, pairs, reach, piece, length)
     due = np.zeros(count + capsules)
     due[count : count + first] = np.inf
-    x, looks, q = 0.0, 0, np.empty(6)
-    while looks < budget:
+    x, checks, q = 0.0, 0, np.empty(6)
+    while checks < budget:
         for i in range(6):
             q[i] = piece[0, i] + x * (piece[1, i] + x * piece[2, i])
         place_capsules(base, origins, links, local, q, frames, ends)
-        looks += 1
+        checks += 1
         soonest = np.inf
         for k in range(count + capsules):
             if due[k] <= x:
@@ -196,13 +196,13 @@ def sweep(
                 else:
                     gap = outer_gap(radii, boxes, floor, walls, cylinders, ends, k - count)
                 if gap < margin:
-                    return x, looks
+                    return x, checks
                 due[k] = x + (gap - 0.5 * margin) / rates[k] if rates[k] > 0.0 else np.inf
             soonest = min(soonest, due[k])
         if x >= length:
-            return length, looks
+            return length, checks
         x = min(soonest, length)
-    return min(x, length * (1.0 - 1e-12)), looks
+    return min(x, length * (1.0 - 1e-12)), checks
 
 
 @njit(cache=True)

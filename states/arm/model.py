@@ -25,7 +25,7 @@ from engine.files.units import Length
 from engine.files.values import Count, Range
 from hw.places import AnyAngle
 from hw.prop import JOINTS, Capsule, Placement, Point3, Prop, Radius, Six, load_prop
-from hw.robot import JointSpeed, RobotModel
+from hw.robot import JointSpeed
 
 FOLDER = Path(__file__).parent
 LinkName = Literal["base", "shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3"]
@@ -109,28 +109,6 @@ class Manipulator:
             for box in self.body
         )
         return replace(self, mount=Placement((x, y, height), self.mount.rpy), body=body)
-
-
-def manipulator_of(robot: RobotModel) -> Manipulator:
-    """The arm of a robot: its mount, its calibration, and what it holds; or that of its URDF.
-
-    Raises:
-        FileError: the URDF is wrong, or its arm is none that this is made for.
-        ValueError: the robot has no arm.
-    """
-    model, held = robot.arm, robot.prop
-    if model is None or held is None:
-        raise ValueError(f"robot {robot.name} has no arm")
-    arm = load_manipulator().with_tool(held)
-    height, described = model.mount_height, model.urdf
-    if height != arm.mount.xyz[2]:
-        arm = arm.mounted(height)
-    if described is not None:
-        from states.arm.urdf_arm import described_arm
-
-        arm = described_arm(described, arm)
-    chain = model.calibration
-    return arm if chain is None else arm.calibrated(chain)
 
 
 def load_manipulator(path: Path | None = None) -> Manipulator:

@@ -178,7 +178,7 @@ class Workspace:
         self.best([look.base], [0.0], deep, look.user, (0.1, 0.1))
 
 
-def course(plan: Plan) -> tuple[TimedJoints, ...]:
+def waypoints(plan: Plan) -> tuple[TimedJoints, ...]:
     """The points of a plan for `Arm.follow`; the last is the goal to the last bit."""
     trajectory = plan.trajectory
     count = math.ceil(trajectory.duration / PERIOD)

@@ -38,13 +38,13 @@ def connect(
     counter = _Counter(checker)
     problem, planner = _problem(base, counter, drawing_box(chain, start, goals), start, goals)
     while not problem.hasExactSolution():
-        if counter.looks >= budget:
-            return None, counter.looks
-        counter.due = min(budget, counter.looks + portion)
+        if counter.checks >= budget:
+            return None, counter.checks
+        counter.due = min(budget, counter.checks + portion)
         planner.solve(base.PlannerTerminationCondition(counter.is_due))
         yield
     states = problem.getSolutionPath().getStates()
-    return np.array([_joints(state) for state in states]), counter.looks
+    return np.array([_joints(state) for state in states]), counter.checks
 
 
 class _Counter:
@@ -52,19 +52,19 @@ class _Counter:
 
     def __init__(self, checker: CollisionChecker) -> None:
         self.checker = checker
-        self.looks = self.due = 0
+        self.checks = self.due = 0
 
     def is_due(self) -> bool:
-        return self.looks >= self.due
+        return self.checks >= self.due
 
     def is_free(self, state: Any) -> bool:
-        self.looks += 1
+        self.checks += 1
         return bool(self.checker.free(_joints(state))[0])
 
     def is_line_free(self, begin: Any, end: Any) -> bool:
         a, b = _joints(begin), _joints(end)
-        share, used = self.checker.way(np.array([a, b - a, np.zeros(6)]), 1.0)
-        self.looks += used
+        share, used = self.checker.sweep(np.array([a, b - a, np.zeros(6)]), 1.0)
+        self.checks += used
         return share >= 1.0
 
 

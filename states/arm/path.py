@@ -104,7 +104,7 @@ def first_contact(checker: CollisionChecker, path: JointPath, since: float = 0.0
             ]
         )
         if begin < length:
-            free, _ = checker.way(rest, length - begin)
+            free, _ = checker.sweep(rest, length - begin)
             if free < length - begin:
                 return float(knot + begin + free)
         knot += length
@@ -121,18 +121,18 @@ def rounded(
     """
     corners = _distinct(points)
     lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
-    cuts, looks = [], 0
+    cuts, checks = [], 0
     for i in range(1, len(corners) - 1):
         cut = min(largest, 0.5 * lengths[i - 1], 0.5 * lengths[i])
         for _ in range(tries):
             bend = JointPath.through(corners[i - 1 : i + 2], [cut])
             free, used = _bend_free(checker, bend)
-            looks += used
+            checks += used
             if free:
                 break
             cut *= 0.5
         cuts.append(cut if free else 0.0)
-    return JointPath.through(corners, cuts), looks
+    return JointPath.through(corners, cuts), checks
 
 
 def _bend_free(checker: CollisionChecker, path: JointPath) -> tuple[bool, int]:
@@ -140,8 +140,8 @@ def _bend_free(checker: CollisionChecker, path: JointPath) -> tuple[bool, int]:
     if not path.pieces[k, 2].any():  # straight on: nothing to round
         return True, 0
     length = float(path.lengths[k])
-    free, looks = checker.way(path.pieces[k], length)
-    return free >= length, looks
+    free, checks = checker.sweep(path.pieces[k], length)
+    return free >= length, checks
 
 
 def _distinct(points: Array) -> Array:

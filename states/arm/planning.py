@@ -55,11 +55,11 @@ class Query:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """A free trajectory to goals[goal]; `looks` joint sets were examined."""
+    """A free trajectory to goals[goal]; `checks` joint sets were examined."""
 
     trajectory: Trajectory
     goal: int
-    looks: int
+    checks: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ class NoPlan:
     """There is no way, or none was found; `reason` is for people."""
 
     reason: str
-    looks: int = 0
+    checks: int = 0
 
 
 Planning = Generator[None, None, Plan | NoPlan]
@@ -83,19 +83,19 @@ def lines_first(query: Query) -> Planning:
     checked = _checked(query)
     if isinstance(checked, NoPlan):
         return checked
-    query, order, looks = checked
+    query, order, checks = checked
     for goal in order:
         yield
         step = query.goals[goal] - query.start
         piece = np.array([query.start, step, np.zeros(6)])
-        free, used = query.checker.way(piece, 1.0, query.budget - looks)
-        looks += used
+        free, used = query.checker.sweep(piece, 1.0, query.budget - checks)
+        checks += used
         if free >= 1.0:
             path = JointPath.through([query.start, query.goals[goal]])
-            return Plan(time_path(query.chain, path, query.limits), int(goal), looks)
-        if looks >= query.budget:
-            return _given_up(query, looks)
-    return (yield from _grown(query, order, looks))
+            return Plan(time_path(query.chain, path, query.limits), int(goal), checks)
+        if checks >= query.budget:
+            return _given_up(query, checks)
+    return (yield from _grown(query, order, checks))
 
 
 def rrt_connect(query: Query) -> Planning:
@@ -103,8 +103,8 @@ def rrt_connect(query: Query) -> Planning:
     checked = _checked(query)
     if isinstance(checked, NoPlan):
         return checked
-    query, order, looks = checked
-    return (yield from _grown(query, order, looks))
+    query, order, checks = checked
+    return (yield from _grown(query, order, checks))
 
 
 def ompl(query: Query) -> Planning:
@@ -114,8 +114,8 @@ def ompl(query: Query) -> Planning:
     checked = _checked(query)
     if isinstance(checked, NoPlan):
         return checked
-    query, order, looks = checked
-    return (yield from _grown(query, order, looks, ompl_connect))
+    query, order, checks = checked
+    return (yield from _grown(query, order, checks, ompl_connect))
 
 
 PLANNERS: Mapping[str, Planner] = {
@@ -166,7 +166,7 @@ def goals_at(
 
 
 def _checked(query: Query) -> tuple[Query, Integers, int] | NoPlan:
-    """The query with its free goals only in mind: margin, their order by time, looks so far."""
+    """The query with its free goals only in mind: margin, their order by time, checks so far."""
     goals = query.goals.reshape(-1, 6)
     if not len(goals):
         return NoPlan("out of reach: no joint angles lead there")
@@ -187,25 +187,27 @@ def _contact(query: Query, goals: Array) -> str:
     return f"{first} with {second}"
 
 
-def _grown(query: Query, order: Integers, looks: int, connecting: Connecting = connect) -> Planning:
+def _grown(
+    query: Query, order: Integers, checks: int, connecting: Connecting = connect
+) -> Planning:
     rng = np.random.default_rng(query.seed)
     found, used = yield from connecting(
-        query.checker, query.chain, query.start, query.goals[order], rng, query.budget - looks,
+        query.checker, query.chain, query.start, query.goals[order], rng, query.budget - checks,
         query.slice,
     )  # fmt: skip
-    looks += used
+    checks += used
     if found is None:
-        return _given_up(query, looks)
+        return _given_up(query, checks)
     corners, used = yield from shortened(query.checker, found, rng, query.slice)
-    looks += used
+    checks += used
     path, used = rounded(query.checker, corners)
     goal = np.abs(query.goals - corners[-1]).max(axis=1).argmin()
     trajectory = time_path(query.chain, path, query.limits)
-    return Plan(trajectory, int(goal), looks + used)
+    return Plan(trajectory, int(goal), checks + used)
 
 
-def _given_up(query: Query, looks: int) -> NoPlan:
-    return NoPlan(f"no free way found in {query.budget} looks", looks)
+def _given_up(query: Query, checks: int) -> NoPlan:
+    return NoPlan(f"no free path found in {query.budget} checks", checks)
 
 
 def warm_up(model: Manipulator) -> None:

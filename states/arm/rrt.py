@@ -48,7 +48,7 @@ class JointTree:
         gaps = self._nodes[: len(self._parents)] - joints
         return int(np.argmin(np.einsum("ij,ij->i", gaps, gaps)))
 
-    def way(self, node: int) -> Array:
+    def path_to_root(self, node: int) -> Array:
         """From a node to its root: (k, 6)."""
         chain = []
         while node >= 0:
@@ -72,23 +72,23 @@ def connect(
     """
     trees = JointTree(start[None]), JointTree(goals)
     low, high = drawing_box(chain, start, goals)
-    looks, due, forward = 0, portion, True
-    while looks < budget:
+    checks, due, forward = 0, portion, True
+    while checks < budget:
         one, other = trees if forward else trees[::-1]
         drawn = rng.uniform(low, high)
         grown, used = _extend(checker, one, drawn, STEP)
-        looks += used
+        checks += used
         if grown is not None:
             met, used = _extend(checker, other, one.at(grown), np.inf)
-            looks += used
+            checks += used
             if met is not None and np.array_equal(other.at(met), one.at(grown)):
                 here, there = (grown, met) if forward else (met, grown)
-                return _joined(trees[0].way(here), trees[1].way(there)), looks
+                return _joined(trees[0].path_to_root(here), trees[1].path_to_root(there)), checks
         forward = not forward
-        if looks >= due:
-            due = looks + portion
+        if checks >= due:
+            due = checks + portion
             yield
-    return None, looks
+    return None, checks
 
 
 def drawing_box(chain: KinematicChain, start: Array, goals: Array) -> tuple[Array, Array]:
@@ -101,8 +101,8 @@ def drawing_box(chain: KinematicChain, start: Array, goals: Array) -> tuple[Arra
 def shortened(
     checker: CollisionChecker, corners: Array, rng: np.random.Generator, portion: int
 ) -> Generator[None, None, tuple[Array, int]]:
-    """The same way with free straight lines across its corners; looks examined come second."""
-    looks, due = 0, portion
+    """The same way with free straight lines across its corners; checks examined come second."""
+    checks, due = 0, portion
     for _ in range(SHORTCUTS):
         if len(corners) < 3:
             break
@@ -111,14 +111,14 @@ def shortened(
             continue
         begin, end, shorter = candidate
         piece = np.array([begin, end - begin, np.zeros(6)])
-        free, used = checker.way(piece, 1.0)
-        looks += used
+        free, used = checker.sweep(piece, 1.0)
+        checks += used
         if free >= 1.0:
             corners = shorter
-        if looks >= due:
-            due = looks + portion
+        if checks >= due:
+            due = checks + portion
             yield
-    return corners, looks
+    return corners, checks
 
 
 def _extend(
@@ -132,14 +132,14 @@ def _extend(
     if length == 0.0:
         return parent, 0
     share = min(1.0, step / length)
-    free, looks = checker.way(np.array([begin, share * way, np.zeros(6)]), 1.0)
+    free, checks = checker.sweep(np.array([begin, share * way, np.zeros(6)]), 1.0)
     if free >= 1.0:
         end = towards if share == 1.0 else begin + share * way
-        return tree.add(end, parent), looks
+        return tree.add(end, parent), checks
     short = begin + 0.8 * free * share * way
     if 0.8 * free * share * length < _NEVER_SHORTER or not checker.free(short)[0]:
-        return None, looks + 1
-    return tree.add(short, parent), looks + 1
+        return None, checks + 1
+    return tree.add(short, parent), checks + 1
 
 
 def _joined(from_start: Array, to_goal: Array) -> Array:

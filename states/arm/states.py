@@ -227,10 +227,10 @@ def _follow(
     ctx: Context, plan: Plan, planned: ArmSituation, deep: Pose3 | None, tolerance: float
 ) -> Generator[Yielded, None, bool | None]:
     """Follow a plan; whether the arm got there, None: something has come into the way."""
-    from states.arm.motion import course
+    from states.arm.motion import waypoints
 
     arm: Arm = ctx.part("arm")
-    points, checked, begun = course(plan), planned, ctx.now
+    points, checked, begun = waypoints(plan), planned, ctx.now
     late, slowest = ctx.after(points[-1][0] + LATE_S), 1.0
     number = arm.follow(points) if len(points) > 1 else None
     try:

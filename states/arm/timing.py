@@ -19,12 +19,12 @@ from numba import njit
 from states.arm.kernels import Array, Integers
 from states.arm.kinematics import KinematicChain, jacobian
 from states.arm.path import JointPath
-from states.arm.trajectory import ArmLimits, Trajectory, course
+from states.arm.trajectory import ArmLimits, Trajectory, with_rates
 
 GRID_STEP, TURN_STEP = 0.02, 0.02
 """Longest step between looks along a path, and largest change of its unit slope; rad and 1."""
 
-LINE_LOOKS = 33
+LINE_SAMPLES = 33
 """Looks along a line whose time is only compared with others."""
 
 _FEWEST, _MOST = 8, 200
@@ -37,7 +37,7 @@ _UNBOUNDED = 1e12
 def time_path(chain: KinematicChain, path: JointPath, limits: ArmLimits) -> Trajectory:
     """The fastest trajectory along a path, at rest at both ends and at corners left sharp."""
     if not len(path.pieces):
-        return course(path, np.zeros(1), np.zeros(1), np.zeros(1))
+        return with_rates(path, np.zeros(1), np.zeros(1), np.zeros(1))
     straight = len(path.pieces) == 1 and not path.pieces[0, 2].any()
     if straight and math.isinf(limits.tool_speed):
         found = _trapezoid(path, limits)
@@ -59,8 +59,8 @@ def line_durations(chain: KinematicChain, start: Array, goals: Array, limits: Ar
         peak = np.minimum(rate, np.sqrt(gain))
         found = 1.0 / peak + peak / gain
     else:
-        most = np.repeat(rate[:, None], LINE_LOOKS, axis=1)
-        shares = np.linspace(0.0, 1.0, LINE_LOOKS)[:, None]
+        most = np.repeat(rate[:, None], LINE_SAMPLES, axis=1)
+        shares = np.linspace(0.0, 1.0, LINE_SAMPLES)[:, None]
         q = start + shares * steps[:, None]
         moved = jacobian(chain, q.reshape(-1, 6))[:, :3].reshape(*q.shape[:2], 3, 6)
         tool = np.linalg.norm((moved @ steps[:, None, :, None])[..., 0], axis=2)
@@ -82,7 +82,7 @@ def _trapezoid(path: JointPath, limits: ArmLimits) -> Trajectory:
         took, rates = [ramp, ramp], [0.0, peak, 0.0]
     moved = 0.5 * np.array(took) * (np.array(rates[1:]) + rates[:-1])
     places = np.concatenate([[0.0], np.cumsum(moved)])
-    return course(path, np.cumsum([0.0, *took]), places, np.array(rates))
+    return with_rates(path, np.cumsum([0.0, *took]), places, np.array(rates))
 
 
 def _fastest(chain: KinematicChain, path: JointPath, limits: ArmLimits) -> Trajectory:
@@ -102,7 +102,7 @@ def _fastest(chain: KinematicChain, path: JointPath, limits: ArmLimits) -> Traje
     _passes(np.diff(s), slope, bend, np.array(limits.acceleration), most, squares)
     rates = np.sqrt(squares)
     took = 2.0 * np.diff(s) / (rates[1:] + rates[:-1])
-    found = course(path, np.concatenate([[0.0], np.cumsum(took)]), s, rates)
+    found = with_rates(path, np.concatenate([[0.0], np.cumsum(took)]), s, rates)
     if not path.pieces[:, 2].any():
         return found
     # the grid keeps the limits at its places; in a tight bend they may be passed between two
@@ -171,7 +171,7 @@ def _with_waits(sharp: Trajectory, wait: float) -> Trajectory:
     stop[0] = stop[-1] = False
     k = np.repeat(np.arange(len(stop)), 1 + stop)
     again = np.concatenate([[False], k[1:] == k[:-1]])
-    return course(
+    return with_rates(
         sharp.path, sharp.times[k] + wait * np.cumsum(again), sharp.places[k], sharp.rates[k]
     )
 

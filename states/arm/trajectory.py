@@ -78,7 +78,7 @@ class Trajectory:
         return q, slope * v[:, None], slope * a[:, None] + bend * (v * v)[:, None]
 
 
-def course(path: JointPath, times: Array, places: Array, rates: Array) -> Trajectory:
+def with_rates(path: JointPath, times: Array, places: Array, rates: Array) -> Trajectory:
     """A trajectory with constant acceleration along the path between knots."""
     gains = np.diff(rates) / np.diff(times)
     accelerations = np.concatenate([gains, [0.0]])

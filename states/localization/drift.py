@@ -15,7 +15,15 @@ from statistics import median
 from typing import Literal
 
 from hw.geometry import Pose2, wrap
+from hw.samples import TrackerPose
+from hw.tracking import Tracking
+from states.localization.tracker_feed import TrackerFeed
 
+MOVED = (0.05, math.radians(0.8))
+"""Differences above these are reported while driving, m and rad; smaller ones may be a tracker's
+bias at the border of its coverage."""
+COMPARED = 0.2
+"""Period at which trackers are compared with the estimate, s."""
 LEAST = 8
 """Comparisons in each half of the window before anything is said."""
 
@@ -95,6 +103,34 @@ class DriftWatch:
         offset, turn = self._limits
         x, y, yaw = difference
         return max(math.hypot(x, y) / offset, abs(yaw) / turn)
+
+
+class TrackerComparison:
+    """Compares trackers with the estimate of a localizer; `drift` is what it has found."""
+
+    def __init__(self, tracking: Tracking) -> None:
+        self._feed = TrackerFeed(tracking)
+        self._watch = DriftWatch(*MOVED)
+        self.drift: Drift | None = None
+
+    def is_due(self, stamp_ns: int, seen: TrackerPose) -> bool:
+        """Take a tracker pose; True if a comparison is due and two trackers are in view."""
+        pose = self._feed.put(stamp_ns, seen, COMPARED)
+        return pose is not None and len(self._feed.each) >= 2
+
+    def update(self, stamp_ns: int, known: Pose2) -> None:
+        """Compare the trackers in view with map_from_base at this stamp.
+
+        Only the best tracker counts: one that was lost and came back is off alone, while a tracking
+        frame that has moved is off for all of them.
+        """
+        best = min(self._feed.each, key=lambda pose: _apart(known, pose))
+        self.drift = self._watch.update(stamp_ns, best, known)
+
+
+def _apart(one: Pose2, other: Pose2) -> float:
+    """Difference of two poses in units of `MOVED`."""
+    return max(one.distance_to(other) / MOVED[0], abs(wrap(one.yaw - other.yaw)) / MOVED[1])
 
 
 def _medians(differences: list[_Difference]) -> list[float]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from hw.geometry import Pose2, Twist2
@@ -22,17 +24,22 @@ TURNING = 5e-3
 """What a gyroscope tells wrongly, rad/s."""
 NOWHERE = 1e-2
 """Information that stands for none, 1/m2 and 1/rad2."""
+MATCHES_ALIKE = 0.3
+"""Correlation time of match errors on a scanned map, s: its walls are half a cell off."""
 TRACKERS_ALIKE = 5.0
 """For so long the errors of trackers stay alike, s: each acquisition has an offset of its own."""
+UNKNOWN = PoseSigma(math.inf, math.inf)
+"""Standard deviations while the pose is unknown."""
 POSE = ("x", "y", "yaw")
 SCANS = ("scan", "leaping scan")
 """Matches; those that leap away from the prediction are refused at first."""
 
 
 class Fusion:
-    """`gyro`: is there one? `alike`: for how long errors of matches stay alike, s."""
+    """The filter of one base; `rough_map`: walls are known to half a cell only."""
 
-    def __init__(self, gyro: bool, alike: float) -> None:
+    def __init__(self, *, gyro: bool, rough_map: bool) -> None:
+        alike = MATCHES_ALIKE if rough_map else 0.0
         self._filter = PlanarFilter(
             planar_config(
                 MeasurementSource("start", POSE, gate=None),
@@ -106,6 +113,16 @@ def covariance_of(sigma: PoseSigma) -> Array:
     """Of x, y and yaw (3, 3), with no direction preferred."""
     place, yaw = sigma.position**2, sigma.yaw**2
     return np.array([[place, 0.0, 0.0], [0.0, place, 0.0], [0.0, 0.0, yaw]])
+
+
+def sigma_of(covariance: Array) -> PoseSigma:
+    """Standard deviations of a pose (3, 3): in the worst direction of the plane, and of the yaw.
+
+    The worst variance is the larger eigenvalue of the 2x2 block of x and y.
+    """
+    (xx, xy, _), (_, yy, _), (_, _, yaw) = covariance.tolist()
+    worst = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)
+    return PoseSigma(math.sqrt(worst), math.sqrt(yaw))
 
 
 def inverse(matrix: Array) -> Array:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from engine.files.units import Duration
 from engine.files.values import Range
+from hw.geometry import Twist2
 from hw.samples import PoseSigma
 from states.localization.amcl import AmclValues
 from states.localization.scan_tracker import TrackerValues
@@ -46,3 +47,8 @@ class LocalizerValues:
     turning: float = 0.1
     vive_sigma: PoseSigma = _VIVE
     floor_sigma: PoseSigma = _FLOOR
+
+    def tracker_period(self, velocity: Twist2) -> float:
+        """Period at which trackers correct a base of this velocity, s (R30)."""
+        turns = abs(velocity.wz) > self.turning
+        return self.vive_period_turning if turns else self.vive_period

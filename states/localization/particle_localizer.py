@@ -7,7 +7,6 @@ measured better is `Localizer`, the default: there scans are matched, and partic
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Mapping
 from typing import Literal
@@ -19,18 +18,16 @@ from hw.samples import Odometry, PoseSigma, Scan, TrackerPose, is_finite
 from hw.sensing import Sensing
 from hw.tracking import Tracking
 from states.localization.amcl import Amcl, AmclValues
-from states.localization.fusion import covariance_of
+from states.localization.fusion import UNKNOWN, covariance_of, sigma_of
 from states.localization.localizer_values import LocalizerValues
 from states.localization.scans import cloud_of, span_ns
 from states.localization.tracker_feed import TrackerFeed
 from states.localization.trail import Trail
+from states.localization.wheel_motion import MISSING_NS
 from states.maps.distance import Array
 from states.maps.field import Field
 
 ParticleStatus = Literal["starting", "tracking", "odometry missing"]
-
-MISSING_NS = 300_000_000
-"""Wheels that are silent for longer than scans are missing."""
 
 
 class ParticleLocalizer:
@@ -54,7 +51,7 @@ class ParticleLocalizer:
         self._spread(start, covariance_of(self._values.start_sigma))
         self._from_odom: Pose2 | None = None
         self._pose: Pose2 | None = None
-        self._sigma = PoseSigma(math.inf, math.inf)
+        self._sigma = UNKNOWN
         self._scan_ns = 0
         self._counts: Counter[str] = Counter()
 
@@ -120,8 +117,7 @@ class ParticleLocalizer:
 
     def _take_tracker(self, stamp_ns: int, seen: TrackerPose) -> None:
         values = self._values
-        turns = abs(self._trail.last_velocity().wz) > values.turning
-        period = values.vive_period_turning if turns else values.vive_period
+        period = values.tracker_period(self._trail.last_velocity())
         pose, odom_from_base = self._feed.put(stamp_ns, seen, period), self._trail.at(stamp_ns)
         if pose is None or odom_from_base is None:
             return
@@ -139,7 +135,5 @@ class ParticleLocalizer:
     def _believe(self, odom_from_base: Pose2) -> None:
         found = self._amcl.estimate()
         self._from_odom = found.map_from_base @ odom_from_base.inverse()
-        (xx, xy, _), (_, yy, _), (_, _, yaw) = found.covariance.tolist()
-        worst = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)
-        self._sigma = PoseSigma(math.sqrt(worst), math.sqrt(yaw))
+        self._sigma = sigma_of(found.covariance)
         self._move_on()

@@ -80,7 +80,7 @@ class Trail:
             return None
         if stamp_ns >= stamps[-1]:
             ahead = (stamp_ns - stamps[-1]) * 1e-9
-            return self._poses[-1] @ way_of(self.last_velocity(), ahead)
+            return self._poses[-1] @ displacement_of(self.last_velocity(), ahead)
         after = bisect_left(stamps, stamp_ns)
         if stamps[after] == stamp_ns:
             return self._poses[after]
@@ -106,7 +106,7 @@ class Trail:
         return velocity_of(way, (stamp_ns - self._stamps[-1]) * 1e-9)
 
 
-def way_of(velocity: Twist2, time: float) -> Pose2:
+def displacement_of(velocity: Twist2, time: float) -> Pose2:
     """Where a steady velocity in the moving frame leads to: an arc."""
     turn = velocity.wz * time
     if abs(turn) < 1e-9:
@@ -117,12 +117,12 @@ def way_of(velocity: Twist2, time: float) -> Pose2:
     return Pose2(along * x - across * y, across * x + along * y, wrap(turn))
 
 
-def velocity_of(way: Pose2, time: float) -> Twist2:
-    """The steady velocity in the moving frame that leads this way: the inverse of `way_of`."""
-    half = 0.5 * way.yaw
+def velocity_of(moved: Pose2, time: float) -> Twist2:
+    """The steady velocity in the moving frame that gives this displacement in `time` s."""
+    half = 0.5 * moved.yaw
     along = 1.0 - half * half / 3.0 if abs(half) < 1e-4 else half / math.tan(half)
-    x, y = along * way.x + half * way.y, along * way.y - half * way.x
-    return Twist2(x / time, y / time, way.yaw / time)
+    x, y = along * moved.x + half * moved.y, along * moved.y - half * moved.x
+    return Twist2(x / time, y / time, moved.yaw / time)
 
 
 def _is_near(one: Pose2, other: Pose2) -> bool:

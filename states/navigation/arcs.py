@@ -1,4 +1,4 @@
-"""The shortest way, found as tangents, drawn as points."""
+"""The shortest path as points: its arcs are drawn as circumscribed polylines."""
 
 from __future__ import annotations
 
@@ -8,22 +8,26 @@ import numpy as np
 from numba import njit
 
 from states.navigation.clearance import TOLERANCE, Array, is_clear
-from states.navigation.shortest import PathQuery, make_scene, shortest
+from states.navigation.shortest import PathQuery, make_query, shortest
 from states.navigation.tangents import InflatedRoom, Integers, UserDisc, sweep_between
 
 DRAWING_ERROR = 5e-4
-"""How far a drawn arc of usual size may lie outside the true one, m."""
+"""How far the polyline of an arc of usual size may lie outside the arc, m."""
 
 
 @njit(cache=True)
-def parts_of_arc(disc: Array, start: float, sweep: float, scene: PathQuery) -> int:
-    """Into how many parts an arc is cut for drawing: finer where another inflation is close."""
+def parts_of_arc(disc: Array, start: float, sweep: float, query: PathQuery) -> int:
+    """Number of tangents that an arc is drawn with; more where another inflation is close.
+
+    Neighbouring tangents of a circle at an angle a apart meet at radius / cos(a / 2), which is
+    `DRAWING_ERROR` outside of it for a = 2 acos(radius / (radius + DRAWING_ERROR)).
+    """
     radius = disc[2]
     if abs(radius * sweep) < TOLERANCE:
         return 0
     step = 2.0 * math.acos(radius / (radius + DRAWING_ERROR))
     parts = math.ceil(abs(sweep) / max(0.05, min(0.5, step)))
-    user = scene.user
+    user = query.user
     for _ in range(6):
         clear = True
         part = sweep / parts
@@ -32,7 +36,7 @@ def parts_of_arc(disc: Array, start: float, sweep: float, scene: PathQuery) -> i
             angle = start + (k + 0.5) * part
             x, y = disc[0] + far * math.cos(angle), disc[1] + far * math.sin(angle)
             off_user = math.hypot(x - user.x, y - user.y) >= user.radius - TOLERANCE
-            clear &= off_user and is_clear(x, y, scene.world.discs, scene.world.sides)
+            clear &= off_user and is_clear(x, y, query.world.discs, query.world.sides)
         if clear:
             break
         parts *= 2
@@ -40,23 +44,23 @@ def parts_of_arc(disc: Array, start: float, sweep: float, scene: PathQuery) -> i
 
 
 @njit(cache=True)
-def draw(lines: Array, states: Integers, scene: PathQuery) -> Array:
-    """The way as points and the radius of the bend from each to the next, (k, 3).
+def draw(lines: Array, states: Integers, query: PathQuery) -> Array:
+    """The path as points and the radius of the bend from each to the next, (k, 3).
 
-    Arcs are drawn by tangents from outside, so that the line never cuts them.
+    Arcs are drawn by their tangents, from outside, so that the polyline never cuts a corner.
     """
     bends = len(lines) - 1
     sweeps, parts = np.empty(bends), np.empty(bends, np.int64)
     for i in range(bends):
         turn = 2.0 * (states[i] % 2) - 1.0
         sweeps[i] = turn * sweep_between(lines[i, 5], lines[i + 1, 4], turn)
-        parts[i] = parts_of_arc(scene.discs[states[i] // 2], lines[i, 5], sweeps[i], scene)
+        parts[i] = parts_of_arc(query.discs[states[i] // 2], lines[i, 5], sweeps[i], query)
     points = np.empty((2 + 2 * bends + parts.sum(), 3))
     points[:, 2] = math.inf
     points[0, 0], points[0, 1] = lines[0, 0], lines[0, 1]
     count = 1
     for i in range(bends):
-        x, y, radius = scene.discs[states[i] // 2]
+        x, y, radius = query.discs[states[i] // 2]
         points[count, 0], points[count, 1] = lines[i, 2], lines[i, 3]
         count += 1
         if parts[i] == 0:
@@ -77,12 +81,12 @@ def draw(lines: Array, states: Integers, scene: PathQuery) -> Array:
 
 
 @njit(cache=True)
-def shortest_way(
+def shortest_path(
     world: InflatedRoom, user: UserDisc, start: tuple[float, float], goal: tuple[float, float]
 ) -> tuple[float, Array]:
-    """Length of the shortest way (math.inf: there is none), and the way as `draw` gives it."""
-    scene = make_scene(world, user, start, goal)
-    length, lines, states = shortest(scene)
+    """Length of the shortest path (infinite if there is none) and its points, see `draw`."""
+    query = make_query(world, user, start, goal)
+    length, lines, states = shortest(query)
     if not math.isfinite(length):
         return length, np.empty((0, 3))
-    return length, draw(lines, states, scene)
+    return length, draw(lines, states, query)

@@ -1,10 +1,9 @@
-"""What is free for the robot's centre among inflated polygons: points, lines, arcs.
+"""Free space for the robot's centre among inflated polygons: tests of points, lines and arcs.
 
-The inflated outline of a polygon is kept as it is: a disc about each corner and a band along each
-side, no matter how the polygons touch or overlap. Nothing is merged or sampled, so there are no
-degenerate cases to get wrong: a place is free when it is at least the radius, less TOLERANCE, away
-from every corner and side, and on the right side of every ring. Passages of exactly twice the
-radius are open.
+An inflated polygon is a disc around each corner and a band along each side, however polygons touch
+or overlap. Nothing is merged or sampled, so there are no degenerate cases: a place is free if it is
+at least the radius, less TOLERANCE, away from every corner and side, inside the outer ring and
+outside all others. Passages of exactly twice the radius are open.
 
 Arrays: `discs` (n, 3) x, y, radius; `sides` (m, 6) x1, y1, x2, y2, radius, ring number; ring 0 is
 the outer one, the others are kept out of; sides of one ring stand together. m, rad.
@@ -23,11 +22,9 @@ from states.maps.cells import is_inside_rings as is_inside_rings
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-6
-"""How far a place may lie inside an inflation and still be free, m."""
+"""Depth inside an inflation up to which a place still counts as free, m."""
 
 TURN = 2.0 * math.pi
-_THIN = 1e-5  # an arc blocked over less than this, rad, is 1e-10 m deep: touched, not entered
-_ANGLE_TOLERANCE = 1e-9
 
 
 def check_radius(radius: float) -> None:
@@ -41,14 +38,26 @@ def check_radius(radius: float) -> None:
 
 
 @njit(cache=True)
-def distance_to_side(x: float, y: float, side: Array) -> float:
-    """Distance of a point to a side, m."""
-    dx, dy = side[2] - side[0], side[3] - side[1]
+def turn_between(first: float, second: float) -> float:
+    """Angle from one direction to another, in [-pi, pi), rad."""
+    return (second - first + math.pi) % TURN - math.pi
+
+
+@njit(cache=True)
+def distance_to_segment(x: float, y: float, x1: float, y1: float, x2: float, y2: float) -> float:
+    """Distance of a point to the segment between two others, m."""
+    dx, dy = x2 - x1, y2 - y1
     square = dx * dx + dy * dy
     along = 0.0
     if square > 0.0:
-        along = min(1.0, max(0.0, ((x - side[0]) * dx + (y - side[1]) * dy) / square))
-    return math.hypot(x - side[0] - along * dx, y - side[1] - along * dy)
+        along = min(1.0, max(0.0, ((x - x1) * dx + (y - y1) * dy) / square))
+    return math.hypot(x - x1 - along * dx, y - y1 - along * dy)
+
+
+@njit(cache=True)
+def distance_to_side(x: float, y: float, side: Array) -> float:
+    """Distance of a point to a side, m."""
+    return float(distance_to_segment(x, y, side[0], side[1], side[2], side[3]))
 
 
 @njit(cache=True)
@@ -62,7 +71,7 @@ def distance_to_nearest(x: float, y: float, sides: Array) -> float:
 
 @njit(cache=True)
 def is_clear(x: float, y: float, discs: Array, sides: Array) -> bool:
-    """Far enough from every corner and side; says nothing about which side of them."""
+    """Far enough from every corner and side, on whichever side of them."""
     for i in range(len(discs)):
         dx, dy = x - discs[i, 0], y - discs[i, 1]
         reach = discs[i, 2] - TOLERANCE
@@ -82,7 +91,7 @@ def is_clear(x: float, y: float, discs: Array, sides: Array) -> bool:
 
 @njit(cache=True)
 def is_free(x: float, y: float, discs: Array, sides: Array) -> bool:
-    """On the right side of every ring, and far enough from all?"""
+    """Inside the outer ring, outside all others, and far enough from all sides."""
     return is_inside_rings(x, y, sides) and is_clear(x, y, discs, sides)
 
 
@@ -99,7 +108,7 @@ def are_free(places: Array, discs: Array, sides: Array) -> NDArray[np.bool_]:
 def passes_disc(
     px: float, py: float, qx: float, qy: float, x: float, y: float, reach: float
 ) -> bool:
-    """Does the line p-q stay at least `reach` away from the point (x, y)?"""
+    """Does the segment p-q stay at least `reach` away from the point (x, y)?"""
     if reach <= 0.0:
         return True
     dx, dy = qx - px, qy - py
@@ -119,7 +128,7 @@ def sees(
 ) -> bool:
     """May the robot go straight from p to q, both free themselves?
 
-    With free ends the line can come too near to a side only at the side's corners, or by crossing
+    Between free ends a segment comes too near to a side only at the side's corners, or by crossing
     it. `limit` caps the radii, for leaving an inflation; math.inf otherwise.
     """
     x_low, x_high = min(px, qx), max(px, qx)
@@ -144,7 +153,7 @@ def sees(
 
 @njit(cache=True)
 def comes_no_nearer(px: float, py: float, qx: float, qy: float, sides: Array, slack: float) -> bool:
-    """Does p-q keep every side's radius less slack, or the present distance where that is less?"""
+    """Does p-q keep each side's radius less `slack`, or the distance that p has if that is less?"""
     line = np.array((px, py, qx, qy))
     for i in range(len(sides)):
         side = sides[i]
@@ -173,7 +182,10 @@ def comes_no_nearer(px: float, py: float, qx: float, qy: float, sides: Array, sl
 
 @njit(cache=True)
 def lines_cross(px: float, py: float, qx: float, qy: float, side: Array) -> bool:
-    """Does the line p-q cross a side, its ends being clearly to one hand or the other?"""
+    """Does the segment p-q cross a side?
+
+    The ends of each lie on different sides of the other: the cross products have different signs.
+    """
     dx, dy = qx - px, qy - py
     one = dx * (side[1] - py) - dy * (side[0] - px)
     two = dx * (side[3] - py) - dy * (side[2] - px)
@@ -183,101 +195,3 @@ def lines_cross(px: float, py: float, qx: float, qy: float, side: Array) -> bool
     start = ex * (py - side[1]) - ey * (px - side[0])
     end = ex * (qy - side[1]) - ey * (qx - side[0])
     return bool((start > 0.0) != (end > 0.0))
-
-
-@njit(cache=True)
-def near(x: float, y: float, reach: float, discs: Array, sides: Array) -> tuple[Array, Array]:
-    """The corners and sides whose inflation comes within `reach` of a point."""
-    near_discs = np.empty((len(discs), 3))
-    count = 0
-    for i in range(len(discs)):
-        if math.hypot(x - discs[i, 0], y - discs[i, 1]) < reach + discs[i, 2]:
-            near_discs[count] = discs[i]
-            count += 1
-    near_sides = np.empty((len(sides), 6))
-    side_count = 0
-    for i in range(len(sides)):
-        if distance_to_side(x, y, sides[i]) < reach + sides[i, 4]:
-            near_sides[side_count] = sides[i]
-            side_count += 1
-    return near_discs[:count], near_sides[:side_count]
-
-
-@njit(cache=True)
-def circle_crossings(
-    x: float, y: float, radius: float, discs: Array, sides: Array, slack: float
-) -> Array:
-    """Angles at which a circle crosses the inflations, each made smaller by `slack`; sorted."""
-    angles = np.empty(2 * len(discs) + 4 * len(sides))
-    count = 0
-    for i in range(len(discs)):
-        dx, dy, reach = discs[i, 0] - x, discs[i, 1] - y, discs[i, 2] - slack
-        apart = math.hypot(dx, dy)
-        if apart == 0.0:
-            continue
-        cosine = (radius * radius + apart * apart - reach * reach) / (2.0 * radius * apart)
-        if abs(cosine) < 1.0:
-            middle, half = math.atan2(dy, dx), math.acos(cosine)
-            angles[count], angles[count + 1] = middle - half, middle + half
-            count += 2
-    for i in range(len(sides)):
-        ex, ey = sides[i, 2] - sides[i, 0], sides[i, 3] - sides[i, 1]
-        normal = math.atan2(ex, -ey)
-        apart = (x - sides[i, 0]) * math.cos(normal) + (y - sides[i, 1]) * math.sin(normal)
-        for sign in (-1.0, 1.0):
-            cosine = (sign * (sides[i, 4] - slack) - apart) / radius
-            if abs(cosine) < 1.0:
-                half = math.acos(cosine)
-                angles[count], angles[count + 1] = normal - half, normal + half
-                count += 2
-    for i in range(count):
-        angles[i] %= TURN
-    return np.sort(angles[:count])
-
-
-@njit(cache=True)
-def blocked_arcs(
-    x: float, y: float, radius: float, discs: Array, sides: Array
-) -> tuple[Array, bool]:
-    """The parts of a circle that are not free, (k, 2) first angle and width.
-
-    Returns:
-        The arcs, and whether any part of the circle is free.
-    """
-    near_discs, near_sides = near(x, y, radius, discs, sides)
-    angles = circle_crossings(x, y, radius, near_discs, near_sides, TOLERANCE)
-    if len(angles) == 0:
-        angles = np.zeros(1)
-    arcs = np.empty((len(angles), 2))
-    count = 0
-    some_free = False
-    for i in range(len(angles)):
-        following = angles[i + 1] if i + 1 < len(angles) else angles[0] + TURN
-        width = following - angles[i]
-        middle = angles[i] + 0.5 * width
-        mx, my = x + radius * math.cos(middle), y + radius * math.sin(middle)
-        if width < _THIN:
-            continue
-        if is_clear(mx, my, near_discs, near_sides) and is_inside_rings(mx, my, sides):
-            some_free = True
-            continue
-        if count > 0 and abs(arcs[count - 1, 0] + arcs[count - 1, 1] - angles[i]) < _THIN:
-            arcs[count - 1, 1] = following - arcs[count - 1, 0]
-            continue
-        arcs[count, 0], arcs[count, 1] = angles[i], width
-        count += 1
-    return arcs[:count], some_free
-
-
-@njit(cache=True)
-def arc_is_free(start: float, sweep: float, arcs: Array) -> bool:
-    """Is the arc from the angle `start` counter-clockwise over `sweep` free of blocked arcs?"""
-    for i in range(len(arcs)):
-        ahead = (arcs[i, 0] - start) % TURN
-        if TURN - ahead < _ANGLE_TOLERANCE:
-            ahead = 0.0
-        if ahead < sweep - _ANGLE_TOLERANCE:
-            return False
-        if ahead + arcs[i, 1] > TURN + _ANGLE_TOLERANCE:
-            return False
-    return True

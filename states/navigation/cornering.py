@@ -1,9 +1,10 @@
-"""Wider bends: the next bend of a line taken on a larger circle that still holds the obstacle.
+"""Cornering: the next bend of a line taken on a larger circle that contains the obstacle's disc.
 
-The shortest way bends as tightly as the obstacle; a faster one swings wide, touches it once and
-keeps its speed. The larger circle (radius rho) touches the obstacle's disc from outside at the
-apex, so it holds the disc and is as clear of it as the disc's own edge. Which circle is best
-depends on the speed the robot has now: many are tried, the least time to the goal wins.
+The shortest path bends as tightly as the obstacle's disc; a faster one swings wide, touches the
+disc once, at the apex, and keeps its speed. A circle of radius rho that is tangent to the disc at
+the apex and contains it has its centre rho - radius from the disc's centre, opposite to the apex;
+it keeps at least the clearance of the disc's edge. The best circle depends on the robot's present
+velocity: many are tried, the least time to the goal wins.
 """
 
 from __future__ import annotations
@@ -19,14 +20,19 @@ from states.navigation.speed import SpeedLimits, travel_time
 from states.navigation.tangents import sweep_between, tangent
 
 ARC_PARTS = 8
+"""Tangents by which an arc is drawn."""
 ROUNDS = 5
+"""Rounds of the search around the best circle."""
 WIDEST_SWEEP = 4.5
+"""Bends that turn by more than this are not considered, rad."""
 SMALLEST_CIRCLE = 0.01
+"""Least radius of a circle, m."""
 TRIES = 18 + 6 + 1 + 4 * ROUNDS
+"""Circles tried: a grid, those ahead of the robot, the last one, and the search."""
 
 
 class Bend(NamedTuple):
-    """The first bend of a line: its disc, sense (+1 ccw), angles of entry and exit.
+    """The first bend of a line: its disc, sense (+1 ccw), angle of entry and angle swept.
 
     `rest` is the index of the first point after the bend.
     """
@@ -42,7 +48,7 @@ class Bend(NamedTuple):
 
 @njit(cache=True)
 def first_bend(line: Array) -> Bend | None:
-    """The first bend of a line that begins straight, or on the bend itself; None if straight."""
+    """The first bend of a line that begins straight or on the bend; None if there is no bend."""
     if len(line) < 3:
         return None
     ax, ay = line[1, 0] - line[0, 0], line[1, 1] - line[0, 1]
@@ -68,7 +74,7 @@ def first_bend(line: Array) -> Bend | None:
 
 @njit(cache=True)
 def widened(line: Array, rest: int, turn: float, circle: Array) -> Array | None:
-    """The line led round a circle (x, y, radius) to its point `rest`; None: no such way."""
+    """The line around a circle (x, y, radius) to its point `rest`; None if there is no tangent."""
     start, end = np.zeros(3), np.zeros(3)
     start[:2], end[:2] = line[0, :2], line[rest, :2]
     first, second = np.empty(7), np.empty(7)
@@ -95,7 +101,11 @@ def widened(line: Array, rest: int, turn: float, circle: Array) -> Array | None:
 
 @njit(cache=True)
 def time_from(line: Array, vx: float, vy: float, pace: SpeedLimits) -> float:
-    """Time to the end from the velocity the robot has, s; what points elsewhere is lost."""
+    """Time to the end from the robot's present velocity, s.
+
+    Only the component along the line counts; braking the one across it costs |across| / a more,
+    and one that points backwards counts twice: it is braked, and its distance driven again.
+    """
     dx, dy = line[1, 0] - line[0, 0], line[1, 1] - line[0, 1]
     length = math.hypot(dx, dy)
     if length < 1e-9 and len(line) > 2:
@@ -112,7 +122,7 @@ def time_from(line: Array, vx: float, vy: float, pace: SpeedLimits) -> float:
 
 @njit(cache=True)
 def touching(bend: Bend, rho: float, apex: float) -> Array:
-    """The circle (x, y, radius) that holds the disc of the bend and touches it at the apex."""
+    """The circle (x, y, radius) that contains the disc of the bend and touches it at the apex."""
     circle = np.empty(3)
     circle[0] = bend.x - (rho - bend.radius) * math.cos(apex)
     circle[1] = bend.y - (rho - bend.radius) * math.sin(apex)
@@ -124,7 +134,7 @@ def touching(bend: Bend, rho: float, apex: float) -> Array:
 def circle_time(
     circle: Array, line: Array, bend: Bend, motion: tuple[float, float], pace: SpeedLimits
 ) -> float:
-    """Time to the end with the first bend on this circle, s; infinite where there is no way."""
+    """Time to the end with the first bend on this circle, s; infinite if it cannot be driven."""
     if circle[2] < SMALLEST_CIRCLE:
         return math.inf
     new = widened(line, bend.rest, bend.turn, circle)
@@ -137,8 +147,11 @@ def circle_time(
 def circles_ahead(line: Array, bend: Bend, motion: tuple[float, float]) -> Array:
     """Circles, (k, 2) radius and apex, that the present velocity leads onto without a kink.
 
-    They touch the line of motion on the way to its point nearest to the obstacle, and the
-    obstacle's disc from outside.
+    Such a circle is tangent to the line of motion at a point p (relative to the disc's centre) and
+    contains the disc of radius r, touching it. Its centre is p + rho n, with n the normal on the
+    inner side of the bend; |p + rho n| = rho - r gives rho = (|p|^2 - r^2) / (2 (-p.n - r)), where
+    -p.n is how far the line of motion passes the disc's centre. Points p up to the nearest one are
+    tried.
     """
     speed = math.hypot(motion[0], motion[1])
     found = np.empty((6, 2))
@@ -168,8 +181,9 @@ def fastest_circles(
 ) -> Array:
     """Circles for the first bend, (k, 4): time, x, y, radius; the fastest first.
 
-    `motion` is the velocity in the map, `before` the circle taken in the last cycle (radius 0:
-    none). Spread over the possible, ahead of the robot, as before; then a search about the best.
+    `motion` is the velocity in the map, `before` the circle of the last cycle (radius 0: none).
+    Candidates are a grid of radii and apices, the circles ahead of the robot and the last one; the
+    best is refined by a pattern search.
     """
     tried = np.empty((TRIES, 4))
     shape = np.empty((TRIES, 2))
@@ -209,9 +223,11 @@ def fastest_circles(
 
 @njit(cache=True)
 def fastest_turns(line: Array, motion: tuple[float, float], pace: SpeedLimits) -> Array:
-    """Circles on which a robot that moves elsewhere turns onto a straight line; as above.
+    """Circles on which a robot with another heading turns onto a straight line; as above.
 
-    The sense of turning is that from the velocity to the line.
+    They are tangent to the present velocity and turn towards the line. Radii are spaced evenly in
+    their logarithm from the tightest that the speed allows to the widest that the tangent to the
+    end leaves: half the length over the sine of the angle between both.
     """
     speed = math.hypot(motion[0], motion[1])
     tried = np.empty((5, 4))

@@ -1,8 +1,8 @@
 """Costmaps in layers, with costmap_2d's values and names.
 
-The ground is what a map shows, on cells, and is the same for all subsystems; each inflates it by
-its own values, and over it what scanners have shown (`unmapped`). The user needs no cells (see
-`visibility`). Poses of non-zero cost are dropped (R77, R100).
+The static layer is the map on cells and is shared by all subsystems; each inflates it by its own
+values, and adds what scanners have shown (`unmapped`). The user needs no cells (see `visibility`).
+Poses of non-zero cost are dropped (R77, R100).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from hw.geometry import Pose2
-from hw.room import Disc, Point
+from hw.room import Point
 from states.maps.cells import Grid, Mask, fill_rings
 from states.maps.distance import Array, distances
 from states.maps.field import Field
@@ -37,7 +37,7 @@ class StaticValues:
 
     def costs(self, map_: OccupancyMap) -> Costs:
         """Cost of every cell of a map, (rows, columns)."""
-        # a map's unknown is 255 as a byte, above every threshold unless it is named as unknown
+        # -1 (unknown) is 255 as a byte, above every threshold unless it is the unknown value
         values = map_.values.astype(np.int64) % 256
         costs = np.zeros(values.shape)
         if not self.trinary_costmap:
@@ -50,9 +50,10 @@ class StaticValues:
 
 @dataclass(frozen=True)
 class StaticLayer:
-    """What a map shows, before any inflation: costs of the cells of a grid, (rows, columns).
+    """A map before any inflation: costs of the cells of a grid, (rows, columns).
 
-    `walls` of a drawn room tell distances below a cell; `keepouts` are cells that are no walls.
+    `walls`, of a drawn room, give distances finer than a cell; `keepouts` marks cells of keepout
+    zones.
     """
 
     grid: Grid
@@ -68,7 +69,7 @@ class StaticLayer:
         keepouts: Sequence[Ring] = (),
         walls: Field | None = None,
     ) -> StaticLayer:
-        """A map on the cells of a grid; keepouts are kept off like walls."""
+        """A map on the cells of a grid; keepout zones are lethal like walls."""
         drawn = StaticValues().costs(static)
         costs = sample(drawn, static.resolution, static.map_from_corner, grid)
         kept = np.zeros(costs.shape, np.bool_)
@@ -79,9 +80,9 @@ class StaticLayer:
 
     @cached_property
     def distances(self) -> Array:
-        """From the centre of every cell to that of the nearest lethal one, m, (rows, columns).
+        """Distance of each cell to the nearest lethal one, centre to centre, m, (rows, columns).
 
-        A wall that is drawn counts as if lethal cells began at its side.
+        A drawn wall counts as if a lethal cell began at its side: half a cell is added.
         """
         size, lethal = self.grid.resolution, self.costs == LETHAL
         found = distances(lethal, size)
@@ -96,7 +97,7 @@ class StaticLayer:
         return np.where(lethal, 0.0, found)
 
     def among(self, obstacles: Obstacles) -> Array:
-        """The distances with obstacles; exact up to what these cost anybody."""
+        """`distances` with obstacles added; exact up to the obstacles' `reach`."""
         area, near = obstacles.distances_on(self.grid)
         field = self.distances.copy()
         np.minimum(field[area], near, out=field[area])
@@ -112,24 +113,15 @@ class Costmap:
         inflate(self.costs, ground.distances, *inflation.values(self.grid.resolution))
 
     def with_obstacles(self, obstacles: Obstacles) -> Costs:
-        """The costs where there are obstacles too: the higher one counts (R38)."""
+        """The costs with obstacles added: the higher cost counts (R38)."""
         area, near = obstacles.distances_on(self.grid)
         costs = self.costs.copy()
         inflate(costs[area], near, *self.inflation.values(self.grid.resolution))
         return costs
 
-    def cost(self, x: float, y: float, user: Disc | None = None) -> int:
-        """Cost of a place, with the user's inflated body; unknown outside the map."""
-        cell = self.grid.cell(x, y)
-        cost = NO_INFORMATION if cell is None else int(self.costs[cell])
-        if user is None:
-            return cost
-        distance = math.hypot(x - user.x, y - user.y) - user.radius
-        return max(cost, self.inflation.cost(distance))
-
 
 def sample(costs: Costs, resolution: float, map_from_corner: Pose2, grid: Grid) -> Costs:
-    """The costs of another grid at the cell centres of this one; unknown outside of it."""
+    """Costs of a map at the cell centres of a grid; unknown outside the map."""
     xs, ys = grid.centers()
     corner_from_map = map_from_corner.inverse()
     c, s = math.cos(corner_from_map.yaw), math.sin(corner_from_map.yaw)

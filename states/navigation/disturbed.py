@@ -1,6 +1,6 @@
-"""The drives of `trials` under estimated poses: noise, jumps, delay, lag, slip, and walkers.
+"""The drives of `trials` with disturbed poses and wheels, and beside walking users.
 
-Each source of noise draws from its own stream of (seed, source), the same whatever else is on.
+Each source of noise draws from its own stream of (seed, source), whatever else is switched on.
 """
 
 from __future__ import annotations
@@ -17,29 +17,28 @@ from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.room import Disc, Point
 from hw.samples import UserPose
 from states.navigation.local_planner import LocalPlanner
-from states.navigation.reckoning import moved
 from states.navigation.trials import Trial
 from states.signals.motion import VelocityEstimator
 
 PARTS = 10
-"""So many steps of integration a cycle."""
+"""Integration steps per cycle."""
 CORRELATION = 0.5
 """Correlation time of drifting noise, s."""
 SEEN_BEFORE = 1.0
-"""The user is seen so long before the drive begins, s."""
+"""How long the user is tracked before the drive begins, s."""
 LONGEST = 30.0
-"""A drive that takes longer has failed, s."""
+"""Time limit of a drive, s."""
 
 
 @dataclass(frozen=True, slots=True)
 class Disturbance:
-    """What is wrong with poses and wheels; m, s.
+    """Errors of poses and wheels; m, s.
 
-    `white` and `drift` are standard deviations of each coordinate's noise, new in each cycle or
-    first-order with `CORRELATION`, of robot and user alike, and half as much of the robot's yaw
-    in rad. The robot's pose is wrong by `jump` until it jumps there. Commands act after `delay`,
-    and wheels follow them with the time constant `lag`, or else evenly within a period. The body
-    goes less far than the wheels by the share `slip`.
+    `white` and `drift` are standard deviations of the noise of each coordinate of robot and user
+    (white, or first-order with `CORRELATION`), and half as much of the robot's yaw in rad. The
+    robot's pose is off by `jump` until it jumps to the true one. Commands act after `delay`, and
+    wheels follow with the time constant `lag`, or linearly within a period. The body moves less
+    than the wheels by the share `slip`.
     """
 
     white: float = 0.0
@@ -51,18 +50,17 @@ class Disturbance:
 
     @property
     def sigma(self) -> float:
-        """Standard deviation of each coordinate, m, as an estimate would tell it."""
+        """Standard deviation of each coordinate, m, as an estimator would report it."""
         return math.hypot(self.white, self.drift)
 
 
 @dataclass(slots=True)
 class DisturbedResult:
-    """What came of a drive: its time, s; the worst of the rest.
+    """Result of a drive: its time, s, and worst values.
 
-    `intrusion` is how deep the robot's centre was in the user's disc, m, negative outside of it;
-    `beyond` by how much that was more than the pose's error at that moment, m; `away` how far from
-    the goal the robot was when it took itself to have arrived, m; `acceleration` the largest
-    change of the velocity sent per time, m/s2.
+    `intrusion` is the depth of the robot's centre in the user's disc, m, negative outside;
+    `beyond` the intrusion less the error of the poses at that moment, m; `away` the true distance
+    to the goal on arrival, m; `acceleration` the largest one of the velocities sent, m/s2.
     """
 
     time: float = 0.0
@@ -75,9 +73,10 @@ class DisturbedResult:
 
 @dataclass(frozen=True, slots=True)
 class DisturbedCase:
-    """What the drives have to hold under: `over` is the mean of their times over the least, %.
+    """A disturbance and what is required under it.
 
-    Nobody's disc is entered; with `within_error` no deeper than the pose is wrong at that moment.
+    `over` limits the mean excess of the times over the least possible, %. The user's disc must not
+    be entered; with `within_error` not deeper than the error of the poses at that moment.
     """
 
     name: str
@@ -86,11 +85,11 @@ class DisturbedCase:
     within_error: bool = False
 
     def depth(self, result: DisturbedResult) -> float:
-        """How deep a drive came into the disc, m, as far as that counts here."""
+        """The intrusion that counts here, m."""
         return result.beyond if self.within_error else result.intrusion
 
     def held(self, result: DisturbedResult) -> bool:
-        """Did this drive arrive and keep out of the disc?"""
+        """True if the drive arrived and kept out of the disc."""
         return result.arrived and self.depth(result) <= 0.0
 
 
@@ -108,7 +107,7 @@ CASES = (
 
 @dataclass(frozen=True, slots=True)
 class WalkBy:
-    """A drive beside somebody who walks on with this velocity in the map, m/s."""
+    """A drive beside a user who walks with this constant velocity in the map, m/s."""
 
     name: str
     trial: Trial
@@ -143,7 +142,7 @@ class _Seen(NamedTuple):
 
 
 class _Errors:
-    """Errors of measured poses, cycle by cycle."""
+    """Generates the errors of measured poses, cycle by cycle."""
 
     def __init__(self, disturbance: Disturbance, trial: Trial, seed: int, dt: float) -> None:
         self._of = disturbance
@@ -157,7 +156,7 @@ class _Errors:
         self._wrong = disturbance.jump * math.cos(angle), disturbance.jump * math.sin(angle)
 
     def next(self, time: float) -> tuple[Pose2, Point]:
-        """Those of robot and user."""
+        """The errors of robot and user at the next cycle."""
         found = []
         for i in range(2):
             step = self._drift[i].normal(size=3)
@@ -172,7 +171,7 @@ class _Errors:
 
 
 class _Body:
-    """The base as it truly moves; `pose`, and `wheels` as velocity in the map."""
+    """True motion of the base: `pose`, and `wheels`, the velocity in the map."""
 
     def __init__(self, start: Pose2, disturbance: Disturbance, dt: float, look: float) -> None:
         self.pose, self.wheels = start, STILL
@@ -181,11 +180,11 @@ class _Body:
         self._since, self._from, self._target = 0.0, STILL, STILL
 
     def send(self, time: float, command: Twist2) -> None:
-        """A command leaves now."""
+        """Send a command; it acts after the delay."""
         self._sent.append((time + self._of.delay, command))
 
     def move(self, time: float, h: float) -> None:
-        """One step of integration that begins now."""
+        """Integrate over h seconds."""
         while self._sent and self._sent[0][0] <= time + 1e-9:
             self._since, command = self._sent.popleft()
             self._from = self.wheels
@@ -197,7 +196,8 @@ class _Body:
         else:
             part = min(1.0, (time + h - self._since) / self._dt)
             self.wheels = _blend(self._from, self._target, part)
-        self.pose = moved(self.pose, _blend(before, self.wheels, 0.5), (1.0 - self._of.slip) * h)
+        mean = _blend(before, self.wheels, 0.5)
+        self.pose = self.pose.moved(mean, (1.0 - self._of.slip) * h)
 
 
 def _blend(a: Twist2, b: Twist2, share: float) -> Twist2:
@@ -217,16 +217,16 @@ def drive_disturbed(
     walking: Point = (0.0, 0.0),
     window: float | None = None,
 ) -> DisturbedResult:
-    """Drive a trial by measured poses.
+    """Drive a trial with disturbed poses.
 
     Args:
         driver: a new one.
-        trial: the drive; its user is where they are at the start.
-        disturbance: what is wrong.
+        trial: the drive; its user's position is that at the start.
+        disturbance: errors of poses and wheels.
         seed: of all noise.
-        hz: cycles per s.
+        hz: cycles per second.
         walking: velocity of the user in the map, m/s.
-        window: over which the user's velocity is estimated, s; None: it is told.
+        window: over which the user's velocity is estimated, s; None: it is known exactly.
     """
     dt = 1.0 / hz
     errors, result, user = _Errors(disturbance, trial, seed, dt), DisturbedResult(), trial.user
@@ -271,7 +271,7 @@ def _velocity(estimator: VelocityEstimator, time: float, seen: Disc) -> Point:
 def _go(
     body: _Body, command: Twist2, time: float, dt: float, disc: Callable[[float], Disc | None]
 ) -> float:
-    """One cycle of the body; how deep it comes into the user's disc, m."""
+    """One cycle of the body; returns its largest intrusion into the user's disc, m."""
     body.send(time, command)
     deepest, h = -math.inf, dt / PARTS
     for part in range(PARTS):

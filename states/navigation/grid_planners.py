@@ -1,6 +1,6 @@
-"""Global planners on costmaps, for what is known as cells only: `theta_star` and `navfn`.
+"""Global planners on costmaps, for places known only as cells: `theta_star` and `navfn`.
 
-Both are asked like `visibility.ExactPlanner` and can take its place.
+Both have the interface of `visibility.ExactPlanner` and can take its place.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ from states.navigation.inflation import INSCRIBED, LETHAL, NO_INFORMATION, Costs
 from states.navigation.path import Path
 from states.navigation.potential import crossing_costs, descend, potential_from
 from states.navigation.tangents import UserDisc
-from states.navigation.theta_star import line_is_free, pulled, theta_star
+from states.navigation.theta_star import line_is_free, shortcut, theta_star
 from states.navigation.visibility import as_disc, as_floats, separating_ray
 
 Ring = Sequence[Point]
 
 RESOLUTION = 0.05
-"""Cells of rooms that are given as polygons, m."""
+"""Side of the cells of a room given as polygons, m."""
 
 
 class GridPlanner(ABC):
-    """Ways for the robot's centre through the cells of a costmap.
+    """Paths for the robot's centre through the cells of a costmap.
 
-    Cells from `lethal_cost` on are blocked; unknown ones only if `allow_unknown` is false. `boxes`
-    are obstacles among them that scanners have shown, for those who know walls as polygons. `field`
-    gives `distances` where somebody has them already.
+    Cells with a cost of `lethal_cost` or more are blocked; unknown ones only if `allow_unknown` is
+    false. `boxes` are scanned obstacles as polygons, for local planners that take walls so. `field`
+    returns `distances` where they are known already.
     """
 
     boxes: tuple[Ring, ...] = ()
@@ -65,7 +65,6 @@ class GridPlanner(ABC):
         cls,
         outer: Ring,
         obstacles: Iterable[Ring] = (),
-        keepouts: Iterable[Ring] = (),
         *,
         inflation_radius: float,
         resolution: float = RESOLUTION,
@@ -76,13 +75,13 @@ class GridPlanner(ABC):
         rows, columns = map_.values.shape
         grid = Grid(resolution, rows, columns, corner.x, corner.y)
         inflation = Inflation(inflation_radius, inflation_radius - TOLERANCE)
-        costmap = Costmap(StaticLayer.of(map_, grid, tuple(keepouts)), inflation)
+        costmap = Costmap(StaticLayer.of(map_, grid), inflation)
         return cls(grid, costmap.costs, allow_unknown=False)
 
     def plan(
         self, start: Point, goal: Point, user: Disc | None = None, side: int = 0
     ) -> Path | None:
-        """A way from start to goal, or None; like `ExactPlanner.plan`."""
+        """A path from start to goal, or None; like `ExactPlanner.plan`."""
         start, goal, disc = as_floats(start), as_floats(goal), as_disc(user)
         begin = start if self.is_free(start, user) else self.nearest_free(start, user)
         if begin is None or not self.is_free(goal, user):
@@ -90,10 +89,10 @@ class GridPlanner(ABC):
         ray = separating_ray(begin, goal, disc, side)
         x, y = self._in_cells((disc.x, disc.y))
         around = UserDisc(x, y, disc.radius / self.grid.resolution, *ray)
-        way = self._search(np.array([self._in_cells(begin), self._in_cells(goal)]), around)
-        if len(way) == 0:
+        found = self._search(np.array([self._in_cells(begin), self._in_cells(goal)]), around)
+        if len(found) == 0:
             return None
-        points = [self._in_map(place) for place in way[1:-1].tolist()]
+        points = [self._in_map(place) for place in found[1:-1].tolist()]
         leaving = [] if begin == start else [start]
         return Path.of_points((*leaving, begin, *points, goal))
 
@@ -105,14 +104,14 @@ class GridPlanner(ABC):
         return user is None or math.dist(place, (user.x, user.y)) >= user.radius - TOLERANCE
 
     def are_free(self, places: Array) -> NDArray[np.bool_]:
-        """Which of the places (n, 2), m, may the robot's centre be at, (n,)? Not for NaN."""
+        """`is_free` of places (n, 2), m, without the user, (n,)."""
         grid = self.grid
         return _are_free(self._free, (grid.x, grid.y), grid.resolution, places)
 
     def clearance(self, place: Point) -> float:
-        """Distance to the nearest lethal cell, m, between the centres of cells by interpolation.
+        """Distance to the nearest lethal cell, m, interpolated between the centres of cells.
 
-        Half a cell is taken off: what is lethal begins at the side of a cell. 0 outside the map.
+        Half a cell is subtracted: a lethal cell begins at its side. 0 outside the map.
         """
         if self.grid.cell(*place) is None:
             return 0.0
@@ -122,9 +121,9 @@ class GridPlanner(ABC):
     def allows(
         self, start: Point, end: Point, user: Disc | None = None, slack: float = 0.0
     ) -> bool:
-        """Does going straight lead through free cells, or no nearer to anything than it is now?
+        """True if a straight leads through free cells, or no nearer to lethal ones than its start.
 
-        Nearer by `slack`, m, is allowed to a robot that is too near already; cells are free or not.
+        `slack`, m, is granted only to a robot that is too near already: cells are free or not.
         """
         start, end, disc = as_floats(start), as_floats(end), as_disc(user)
         cell = self.grid.cell(*start)
@@ -139,12 +138,12 @@ class GridPlanner(ABC):
         return bool(comes_no_nearer(self.distances, *ends, float(slack) + TOLERANCE))
 
     def nearest_free(self, place: Point, user: Disc | None = None) -> Point | None:
-        """The middle of the nearest free cell that is reached straight without a lethal cell."""
+        """Centre of the nearest free cell that can be reached in a straight line, or None."""
         place, disc = as_floats(place), as_disc(user)
         at = self.grid.cell(*place)
         if at is None:
             return None
-        # within a cell's diagonal nobody can say whether the way comes nearer
+        # differences below a cell's diagonal are within the resolution
         nearest = self.distances[at] - math.sqrt(2.0) * self.grid.resolution
         passable = self._free | (self.distances >= nearest)
         x, y = self._in_cells((disc.x, disc.y))
@@ -154,7 +153,7 @@ class GridPlanner(ABC):
 
     @cached_property
     def distances(self) -> Array:
-        """From every cell's centre to that of the nearest lethal one, m, (rows, columns)."""
+        """Distance of each cell to the nearest lethal one, centre to centre, m, (rows, columns)."""
         if self._field is not None:
             return self._field()
         return distances(self.costs == LETHAL, self.grid.resolution)
@@ -173,19 +172,19 @@ class GridPlanner(ABC):
 
     @abstractmethod
     def _search(self, ends: Array, user: UserDisc) -> Array:
-        """The way between two places, (k, 2) in cells; empty if there is none."""
+        """The path between two places, (k, 2) in cells; empty if there is none."""
 
 
 class ThetaStarPlanner(GridPlanner):
-    """Any-angle ways, nearly the shortest; costs below the blocked ones do not matter."""
+    """Any-angle paths, nearly the shortest; costs of free cells are ignored."""
 
     def _search(self, ends: Array, user: UserDisc) -> Array:
-        way = theta_star(self._free, ends, user)
-        return way if len(way) == 0 else pulled(self._free, way, user)
+        path = theta_star(self._free, ends, user)
+        return path if len(path) == 0 else shortcut(self._free, path, user)
 
 
 class NavfnPlanner(GridPlanner):
-    """Potential and gradient as in ROS's global_planner: keeps away from what costs."""
+    """Potential and gradient as in ROS's global_planner: prefers cells of low cost."""
 
     @cached_property
     def _crossing(self) -> Array:
@@ -204,7 +203,7 @@ class NavfnPlanner(GridPlanner):
         rows, columns = self._free.shape
         xs, ys = np.arange(columns) + 0.5 - user.x, np.arange(rows)[:, None] + 0.5 - user.y
         inside: NDArray[np.bool_] = np.hypot(xs, ys) < user.radius
-        # a wall of cells along the ray keeps the way on its side of the user
+        # blocked cells along the ray keep the path on its side of the user
         along, across = xs * user.ray_x + ys * user.ray_y, ys * user.ray_x - xs * user.ray_y
         return (
             inside | ((along > 0.0) & (np.abs(across) < 0.75))
@@ -230,9 +229,9 @@ def _are_free(
 def _nearest_free(
     free: NDArray[np.bool_], passable: NDArray[np.bool_], px: float, py: float, user: Array
 ) -> tuple[float, float]:
-    """The nearest free middle of a cell in sight, in cells; (-1, -1): there is none.
+    """Centre of the nearest visible free cell, in cells; (-1, -1) if there is none.
 
-    Rings of cells about the place, until the next ring cannot be nearer.
+    Searches square rings of cells around the place until the next ring cannot be nearer.
     """
     rows, columns = free.shape
     row, column = math.floor(py), math.floor(px)
@@ -260,7 +259,7 @@ def _nearest_free(
 
 @njit(cache=True)
 def interpolated(field: Array, x: float, y: float) -> float:
-    """The value between the centres of four cells, in cells; those at the border go on outside."""
+    """Bilinear interpolation between the centres of cells; border values extend outwards."""
     rows, columns = field.shape
     x, y = min(max(x - 0.5, 0.0), columns - 1.0), min(max(y - 0.5, 0.0), rows - 1.0)
     column, row = min(int(x), columns - 2), min(int(y), rows - 2)
@@ -272,7 +271,7 @@ def interpolated(field: Array, x: float, y: float) -> float:
 
 @njit(cache=True)
 def comes_no_nearer(field: Array, px: float, py: float, qx: float, qy: float, slack: float) -> bool:
-    """Does the line p-q, in cells, come no nearer to what is lethal than p, but for `slack`, m?"""
+    """Does the segment p-q, in cells, keep p's distance to lethal cells, less `slack`, m?"""
     rows, columns = field.shape
     if not (0.0 <= qx < columns and 0.0 <= qy < rows):
         return False

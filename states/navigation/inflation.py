@@ -1,6 +1,6 @@
-"""What a distance to an obstacle costs (costmap_2d's inflation).
+"""Costs by the distance to obstacles (costmap_2d's inflation).
 
-Distances are known once for all subsystems; each inflates by its own values.
+The distances are shared by all subsystems; each inflates with its own values.
 """
 
 from __future__ import annotations
@@ -26,10 +26,12 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Inflation:
-    """How near to an obstacle costs how much, with costmap_2d's names; m, 1/m.
+    """Parameters of the costs around obstacles, with costmap_2d's names; m, 1/m.
 
-    With a `cost_scaling_factor` above ln(252) / (inflation_radius - inscribed_radius) the cost
-    falls below 1, that is to nothing, before the radius: 10.15 for 1.0 m and 0.455 m.
+    The cost is 253 up to `inscribed_radius`, then 252 exp(-factor * (distance - inscribed_radius)),
+    truncated, up to `inflation_radius`. With a `cost_scaling_factor` above ln(252) /
+    (inflation_radius - inscribed_radius) it falls below 1, that is to 0, before the radius: 10.15
+    for 1.0 m and 0.455 m.
 
     Raises:
         ValueError: a radius is negative or not finite.
@@ -44,18 +46,8 @@ class Inflation:
         check_radius(self.inflation_radius)
         check_radius(self.inscribed_radius)
 
-    def cost(self, distance: float) -> int:
-        """Cost at a true distance from an obstacle, not rounded to cells."""
-        if distance <= 0.0:
-            return LETHAL
-        if distance <= self.inscribed_radius:
-            return INSCRIBED
-        if distance > self.inflation_radius:
-            return FREE
-        return int(252.0 * math.exp(self.cost_scaling_factor * (self.inscribed_radius - distance)))
-
     def values(self, resolution: float) -> tuple[float, float, float, bool]:
-        """What `inflate` takes; the radius is rounded up to whole cells, as costmap_2d does."""
+        """Arguments of `inflate`; the radius is rounded up to whole cells, as in costmap_2d."""
         reach = math.ceil(self.inflation_radius / resolution - ROUNDING) * resolution
         kept, factor = float(self.inscribed_radius), float(self.cost_scaling_factor)
         return reach, kept, factor, self.inflate_unknown
@@ -70,9 +62,9 @@ def inflate(
     factor: float,
     inflate_unknown: bool,
 ) -> None:
-    """Raise costs, in place, to what the distance of each cell costs.
+    """Raise costs, in place, to the cost at each cell's distance, centre to centre, m.
 
-    Unknown cells are raised only where that is certain. Distances are from centre to centre, m.
+    Unknown cells are raised only to lethal or inscribed costs, unless `inflate_unknown`.
     """
     least_over_unknown = 1 if inflate_unknown else INSCRIBED
     for row in range(costs.shape[0]):

@@ -1,7 +1,7 @@
 """The costmaps of one navigation subsystem, and its planners on them (R34-R38).
 
-A costmap from the map, inflated once by the subsystem's own values; over it what scanners have
-shown. Nothing here is shared between subsystems but the ground and the obstacles.
+The map's costmap is inflated once with the subsystem's own values; scanned obstacles are added to
+it. Subsystems share only the static layer and the obstacles.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from states.navigation.unmapped import Obstacles
 from states.navigation.visibility import ExactPlanner
 
 if TYPE_CHECKING:
-    from states.environment import CostmapValues
+    from states.subsystems import CostmapValues
 
 PLANNERS: Mapping[str, type[GridPlanner]] = {
     "theta_star": ThetaStarPlanner,
     "navfn": NavfnPlanner,
 }
-"""The global planners on costmaps by the names that profiles use."""
+"""Global planners on costmaps, by the names that profiles use."""
 
 
 @dataclass(frozen=True, eq=False)
 class Costmaps:
-    """The costmaps of a subsystem at one instant: `whole` is the map's; None: nothing else seen."""
+    """Costmaps of a subsystem at one instant: the map's (`whole`) with scanned `obstacles`."""
 
     whole: Costmap
     obstacles: Obstacles | None = None
@@ -54,7 +54,7 @@ class Costmaps:
         return ground.among(self.obstacles) if self.obstacles else ground.distances
 
     def planner(self, name: str) -> GridPlanner:
-        """One of `PLANNERS` on these costs; what the map does not know is blocked."""
+        """One of `PLANNERS` on these costs; unknown cells are blocked."""
         if name not in self._planners:
             grid, field = self.whole.grid, self._distances
             planner = PLANNERS[name](grid, self.costs, allow_unknown=False, field=field)
@@ -67,10 +67,10 @@ def costmaps_of(ground: StaticLayer, kept: float, values: CostmapValues) -> Cost
     """The costmaps before any scan.
 
     Args:
-        ground: of a map, scanned or drawn; what it does not know is blocked.
-        kept: from walls to the robot's centre, m; costmap_2d's inscribed radius. What is as far as
-            that is free: a passage of exactly twice is open.
-        values: the profile's.
+        ground: static layer of a scanned or drawn map.
+        kept: clearance of the robot's centre, m; costmap_2d's inscribed radius. Exactly that far
+            is free: a passage of exactly twice is open.
+        values: those of the profile.
     """
     reach = max(kept, values.inflation_radius)
     inflation = Inflation(reach, kept - TOLERANCE, values.cost_scaling_factor)
@@ -78,7 +78,7 @@ def costmaps_of(ground: StaticLayer, kept: float, values: CostmapValues) -> Cost
 
 
 def exact_among(planner: ExactPlanner, obstacles: Obstacles) -> ExactPlanner:
-    """The planner of a room with obstacles; one for all subsystems of the same inflation."""
+    """The planner of a room with obstacles, shared by all subsystems of the same inflation."""
     if not obstacles:
         return planner
     radius = planner.inflation_radius
@@ -93,12 +93,12 @@ def ground_of(
     keepouts: Sequence[Ring] = (),
     walls: Field | None = None,
 ) -> StaticLayer:
-    """A map on cells of this size, along the axes of the map; with `walls` that of a drawn room."""
+    """A map on cells of this size along the map's axes; `walls` if it is that of a drawn room."""
     return StaticLayer.of(static, _grid_over(static, resolution), keepouts, walls)
 
 
 def map_of(room: Room, resolution: float) -> OccupancyMap:
-    """The map of a known room."""
+    """The occupancy map of a known room."""
     return room_map(room.outer, tuple(room.obstacles), resolution)
 
 

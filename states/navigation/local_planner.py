@@ -1,131 +1,62 @@
 """What local planners have in common: goal, side of the user, limits, and the last check.
 
-A local planner turns goal, pose and velocity into the velocity to send, once per control cycle.
-How it chooses is its own; that the choice is within the limits, and that braking from it ends
-before anything is hit, is the same for all and decided here.
+A local planner turns goal, pose and velocity into the velocity to send, in each control cycle. How
+it chooses is its own; that braking from it ends before anything is hit is checked here for all.
 """
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Literal, Protocol
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import replace
 
 from hw.geometry import Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
 from hw.room import Disc, Point
 from hw.zones import NO_ZONES
 from states.ages import slowed
-from states.navigation.clearance import Array
 from states.navigation.cornering import time_from
+from states.navigation.interfaces import DriveStatus, GlobalPlanner, Limits, Tolerance
 from states.navigation.path import Path
 from states.navigation.reckoning import ReckonedPlace, ReckonedPose
 from states.navigation.speed import SpeedLimits, as_line
 
-DriveStatus = Literal["driving", "arrived", "blocked"]
-
 USER_MARGIN = 0.01
-"""Ways are planned this much further from the user than demanded, so that no ripple of the control
-loop comes inside, m; and by SIGMAS times as much as the pose is uncertain."""
+"""Extra clearance of planned paths from the user, m; SIGMAS standard deviations are added."""
 SIGMAS = 3.0
 SPREAD = 9.0
-"""What is foreseen of a walking user is less certain by so many sigma each second, 1/s."""
+"""Growth of a walking user's predicted disc, in standard deviations of the pose per second."""
 BEND_SHARE = 0.9
-"""Bends are planned with this share of the acceleration; the rest is for corrections."""
+"""Share of the acceleration that bends are planned with; the rest is for corrections."""
 CORNER_ERROR = 0.03
-"""Corners of ways found on grids are rounded within this, m."""
+"""Deviation within which corners of paths found on grids are rounded, m."""
 SWITCH_GAIN = 0.10
-"""The other way round the user is taken when it is faster by this share."""
+"""Share of the time by which the other side of the user has to be faster to be taken."""
 ZONE_SHARE = 0.8
-"""Robots brake for zones of low speed with this share of the acceleration."""
+"""Share of the acceleration with which the robot brakes for speed zones."""
 SLACK = 0.02
-"""A robot no deeper than this inside an inflation goes on along its way, m."""
+"""Depth inside an inflation up to which the robot keeps to its path, m."""
 LEAVING_MARGIN = 0.5
-"""A robot that the user came too near to goes so much further than it must, m: in time to have some
-speed where the disc ends."""
+"""How far beyond the user's disc a robot inside it drives, m, so that it leaves it with speed."""
 EDGE = {"omni": 0.001, "differential": 0.01}
-"""More exactly than this, m, a base cannot follow an inflation's edge, and need not; by mode."""
+"""Accuracy with which a base can follow the edge of an inflation, m, by drive mode."""
 CRAWL = 0.05
-"""Slower than this a steering base may turn without leaving its place, m/s."""
+"""Below this speed a differential base may turn as if on the spot, m/s."""
 LOST_TRACK = 0.3
-"""Measured and commanded velocity differ by more: somebody else slowed the base, and what
-it has is gone on from, m/s."""
-
-
-class GlobalPlanner(Protocol):
-    """Finds ways for the robot's centre; see `visibility.ExactPlanner`."""
-
-    boxes: tuple[Sequence[Point], ...]
-    """Obstacles among those it knows that no map shows, as polygons, m."""
-
-    def plan(
-        self, start: Point, goal: Point, user: Disc | None = None, side: int = 0
-    ) -> Path | None:
-        """The way, on one side of the user if side is +1 (ccw) or -1; None: there is none."""
-        ...
-
-    def is_free(self, place: Point, user: Disc | None = None) -> bool:
-        """May the centre be here?"""
-        ...
-
-    def are_free(self, places: Array) -> NDArray[np.bool_]:
-        """The same for many places (n, 2) at once, without the user."""
-        ...
-
-    def clearance(self, place: Point) -> float:
-        """Distance to the nearest wall, not inflated, m."""
-        ...
-
-    def nearest_free(self, place: Point, user: Disc | None = None) -> Point | None:
-        """The nearest free place that can be reached straight and without harm."""
-        ...
-
-    def allows(
-        self, start: Point, end: Point, user: Disc | None = None, slack: float = 0.0
-    ) -> bool:
-        """Does going straight bring the robot too near to nothing, or no nearer than it is?
-
-        Walls may come nearer by `slack`, m, than demanded.
-        """
-        ...
-
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """Norms: m/s, m/s2; rad/s, rad/s2 (R50). Speeding up and braking alike."""
-
-    speed: float = 1.5
-    acceleration: float = 1.0
-    turn_rate: float = 1.0
-    turn_acceleration: float = 1.0
-
-
-@dataclass(frozen=True, slots=True)
-class Tolerance:
-    """Arrived is: within `position` (m) and `yaw` (rad) of the goal, and slower than `speed`."""
-
-    position: float = 0.05
-    yaw: float = 0.1
-    speed: float = 0.1
+"""If measured and sent velocity differ by more, m/s, planning starts from the measured one."""
 
 
 class LocalPlanner(ABC):
-    """Drives to one goal after another; `command` once per control cycle.
+    """Drives to one goal after another; `command` is called once per control cycle.
 
-    `status` says what the last command was for: `driving`, `arrived` (the goal latched: the robot
-    stays where it stopped, unless it is pushed out of twice the tolerance) or `blocked` (there is
-    no way; the robot brakes, or leaves the user's disc if it is inside). `path` is the way that
-    the global planner found, None if there is none. `mode` (R2) and the global `planner` may be
-    changed at any time.
+    `status` is that of the last command: `driving`, `arrived` (latched: the robot stays where it
+    stopped until it is pushed out of twice the tolerance) or `blocked` (no path: the robot brakes,
+    or leaves the user's disc if it is inside). `path` is the global planner's, None if there is
+    none. `mode` (R2) and the global `planner` may be changed at any time.
 
-    Plans begin where robot and user are reckoned to be, so that the noise of measured poses does
-    not reach the velocity; see `reckoning`. `latency` is a first guess of how long the base takes
-    to have a velocity that was sent, s; how long it does is found while driving.
+    Plans start from the reckoned positions of robot and user, so that noise of measured poses does
+    not reach the velocity; see `reckoning`. `latency` is a first guess of the time until the base
+    has a velocity that was sent, s; it is estimated while driving.
     """
 
     def __init__(
@@ -156,7 +87,7 @@ class LocalPlanner(ABC):
         self._margin, self._spread = USER_MARGIN, 0.0
 
     def go_to(self, goal: Pose2) -> None:
-        """Take a goal, map_from_base; a goal under way is replaced without stopping.
+        """Set the goal, map_from_base; the present one is replaced without stopping.
 
         Raises:
             ValueError: the goal is not finite.
@@ -168,7 +99,7 @@ class LocalPlanner(ABC):
         self._begin()
 
     def release(self) -> None:
-        """Forget goal, velocity and places: somebody else drives from now on."""
+        """Forget goal, velocity and positions: something else drives the base from now on."""
         self.goal, self._sent, self.path, self.status = None, None, None, "driving"
         self._reckoned = ReckonedPose(self._reckoned.delay)
         self._reckoned_user = ReckonedPlace()
@@ -192,12 +123,11 @@ class LocalPlanner(ABC):
             twist: measured velocity in the base frame.
             user: disc in the map to keep out of, or None.
             dt: period of the control loop, s.
-            user_velocity: of the disc in the map, m/s; a planner that looks ahead waits for or
-                avoids who would come too near.
-            sigma: standard deviation of the robot's place beside the user, m.
-            admitted: what was left of the last command, in the base frame, if something in
-                between took part of it away; None: nothing did.
-            share: of the speed limits, what is left, 0 to 1.
+            user_velocity: of the disc in the map, m/s; planners that predict use it.
+            sigma: standard deviation of the robot's position relative to the user, m.
+            admitted: what the safety chain left of the last command, in the base frame; None if
+                it left all.
+            share: factor on the speed limits, 0 to 1.
 
         Raises:
             ValueError: there is no goal, or pose, twist or sigma is not finite.
@@ -227,7 +157,7 @@ class LocalPlanner(ABC):
             before = math.copysign(now.speed, now.rotated(-pose.yaw).vx)
             step = self._limits.acceleration * dt
             command = Twist2(max(before - step, min(before + step, speed)), 0.0, safe.wz)
-            self._sent = command.rotated(pose.yaw + turn)  # it goes along its heading, whatever
+            self._sent = command.rotated(pose.yaw + turn)  # along the heading in any case
             return command
         return safe.rotated(-(pose.yaw + 0.5 * turn))
 
@@ -239,7 +169,7 @@ class LocalPlanner(ABC):
         return Disc(*place, user.radius)
 
     def _heed_zones(self, pose: Pose2, now: Twist2, dt: float) -> None:
-        """Go no faster than the zones where the robot will be allow, braking in time for them."""
+        """Limit the speed to that of the zones ahead, braking in time for them."""
         if not self.zones.speed:
             return
         own, x, y = self._own_limits, pose.x + now.vx * dt, pose.y + now.vy * dt
@@ -251,14 +181,14 @@ class LocalPlanner(ABC):
 
     @abstractmethod
     def _begin(self) -> None:
-        """A new goal was set: forget what belonged to the last one."""
+        """Forget what belonged to the last goal."""
 
     @abstractmethod
     def _wanted(self, pose: Pose2, now: Twist2, user: Disc | None, dt: float) -> Twist2:
-        """The velocity in the map that would be best, within the limits."""
+        """The best velocity in the map, within the limits."""
 
     def _braked(self, now: Twist2, dt: float) -> Twist2:
-        """The velocity in the map after braking for one period."""
+        """The velocity in the map after one period of braking."""
         scale = max(0.0, 1.0 - self._limits.acceleration * dt / now.speed) if now.speed else 0.0
         slower = self._limits.turn_acceleration * dt
         return Twist2(scale * now.vx, scale * now.vy, now.wz - max(-slower, min(slower, now.wz)))
@@ -277,15 +207,16 @@ class LocalPlanner(ABC):
             return True
         return False
 
-    def _way(self, start: Point, goal: Point, user: Disc | None, now: Twist2) -> Path | None:
+    def _best_path(self, start: Point, goal: Point, user: Disc | None, now: Twist2) -> Path | None:
+        """The path on the faster side of the user; the last side if it is nearly as fast."""
         shortest = self.planner.plan(start, goal, user)
         if user is None or shortest is None or len(shortest.points) == 2:
             return shortest
-        ways = {side: self.planner.plan(start, goal, user, side) for side in (1, -1)}
+        paths = {side: self.planner.plan(start, goal, user, side) for side in (1, -1)}
         times = {
-            side: time_from(as_line(way), now.vx, now.vy, self._pace)
-            for side, way in ways.items()
-            if way is not None
+            side: time_from(as_line(path), now.vx, now.vy, self._pace)
+            for side, path in paths.items()
+            if path is not None
         }
         if not times:
             return shortest
@@ -293,25 +224,28 @@ class LocalPlanner(ABC):
         if self._side in times and times[self._side] * (1.0 - SWITCH_GAIN) <= times[best]:
             best = self._side
         self._side = best
-        return ways[best]
+        return paths[best]
 
     def _with_margin(self, user: Disc | None, start: Point, goal: Point) -> Disc | None:
-        """The user's disc for planning: larger, but not so that start or goal come to lie in it."""
+        """The user's disc for planning: larger, but not over start or goal."""
         return None if user is None else user.grown(self._margin, start, goal)
 
-    def _way_out(self, start: Point, user: Disc | None) -> Path | None:
-        """Straight away from a user who came too near, and a little further; None: nobody did."""
+    def _path_out(self, start: Point, user: Disc | None) -> Path | None:
+        """The path straight out of the user's disc, to beyond its edge; None outside of it."""
         if user is None or math.dist(start, (user.x, user.y)) >= user.radius - SLACK:
             return None
         for margin in (LEAVING_MARGIN, 0.0):
-            wider = Disc(user.x, user.y, user.radius + margin)
-            place = self.planner.nearest_free(start, wider)
+            place = self.planner.nearest_free(start, Disc(user.x, user.y, user.radius + margin))
             if place is not None:
                 return Path.of_points((start, place))
         return None
 
     def _turn(self, pose: Pose2, now: Twist2, dt: float, yaw: float | None = None) -> float:
-        """The rate of turn that ends at the goal's yaw, or at another one, rad/s."""
+        """The turn rate for the end of this period that ends at `yaw` (None: the goal's), rad/s.
+
+        The largest rate w that can still be braked: w^2 / (2 a) is covered while braking and half
+        of w dt in this period, so w = sqrt((a dt / 2)^2 + 2 a rest) - a dt / 2.
+        """
         assert self.goal is not None
         limits = self._limits
         error = wrap((self.goal.yaw if yaw is None else yaw) - pose.yaw)
@@ -326,9 +260,10 @@ class LocalPlanner(ABC):
     def _clear(
         self, pose: Pose2, now: Twist2, wanted: Twist2, user: Disc | None, dt: float
     ) -> Twist2:
-        """The wanted velocity, or as much of it as braking from it hits nothing.
+        """The largest share of the wanted change of velocity from which braking hits nothing.
 
-        Where even braking comes too near to something, the robot does not turn a corner to it.
+        If even braking comes too near to something, the robot does not turn either: a corner of it
+        could hit.
         """
         stopped = braked = self._braked(now, dt)
         if self.mode == "omni" or now.speed <= CRAWL:
@@ -361,5 +296,5 @@ def _apart(a: Twist2, b: Twist2) -> float:
 
 def _margin(sigma: float) -> float:
     if not 0.0 <= sigma < math.inf:
-        raise ValueError(f"sigma is {sigma}; needs a number from 0 on, m")
+        raise ValueError(f"sigma is {sigma}; it must be 0 m or more")
     return USER_MARGIN + SIGMAS * sigma

@@ -1,4 +1,4 @@
-"""The nearest free place: how the robot leaves an inflation that it stands in."""
+"""The nearest free place, to which a robot leaves an inflation that it stands in."""
 
 from __future__ import annotations
 
@@ -7,14 +7,13 @@ import math
 import numpy as np
 from numba import njit
 
+from states.navigation.circles import circle_crossings, near
 from states.navigation.clearance import (
     TOLERANCE,
     Array,
-    circle_crossings,
     distance_to_nearest,
     is_clear,
     is_inside_rings,
-    near,
     passes_disc,
     sees,
 )
@@ -22,7 +21,10 @@ from states.navigation.clearance import (
 
 @njit(cache=True)
 def notches(discs: Array, sides: Array) -> Array:
-    """The free places where two inflations meet, (k, 2): a nearest place is there or on one."""
+    """Free points where the edges of two inflations meet, (k, 2).
+
+    The nearest free place lies on the edge of one inflation or at such a point.
+    """
     found = np.empty((64, 2))
     count = 0
     for i in range(len(discs) + len(sides)):
@@ -108,7 +110,7 @@ def candidates(x: float, y: float, discs: Array, sides: Array) -> Array:
 
 @njit(cache=True)
 def on_right_side(x: float, y: float, sides: Array) -> Array:
-    """The sides of those rings that (x, y) is on the right side of."""
+    """The sides of the rings that (x, y) is on the free side of."""
     kept = np.empty_like(sides)
     count, first = 0, 0
     for i in range(len(sides)):
@@ -128,10 +130,10 @@ def on_right_side(x: float, y: float, sides: Array) -> Array:
 def nearest_free(
     x: float, y: float, discs: Array, sides: Array, meetings: Array, user: Array
 ) -> Array:
-    """The nearest free place to go to in a straight line, x, y; empty if there is none.
+    """The nearest free place that is reached in a straight line, x, y; empty if there is none.
 
     The line comes no nearer to a wall or to the user than the robot is already, and crosses no
-    side of a ring whose right side the robot is on. `user` is x, y, radius; radius 0: nobody.
+    side of a ring that the robot is on the free side of. `user` is x, y, radius; radius 0: none.
     """
     around = np.concatenate((discs, user.reshape(1, 3))) if user[2] > 0.0 else discs
     places = np.concatenate((meetings, candidates(x, y, around, sides)))

@@ -1,41 +1,36 @@
-"""The obstacle layer: cells in which scans have shown something that no map shows.
+"""The obstacle layer: cells in which scans have shown obstacles that are not on the map.
 
-Beams that end at the map's walls, at the tracked user or at the robot itself are no news; a scan
-without news costs next to nothing. What is news is marked at once where several neighbouring beams
-meet it, else when it is met again: one beam alone may be an outlier. A mark goes when beams pass
-through its cell (those without return too, else people who left stay as ghosts), when it has not
-been met for `mark_lifetime`, or when it leaves the rolling window (R37, R51).
-
-Coordinates of kernels are in m from the lower left corner of the grid; cells have one number,
-row * columns + column.
+Beams that end at the map's walls, at the tracked user or at the robot itself are ignored; a scan
+with only such beams costs next to nothing. Other cells are marked at once if several neighbouring
+beams hit them, else when they are hit again: a single beam may be an outlier. A mark is cleared
+when beams pass through its cell (those without return too, or people who left would stay as
+ghosts), when nothing has hit it for `mark_lifetime`, or when it leaves the rolling window (R37,
+R51).
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
 from hw.geometry import Outline, Pose2, wrap
 from hw.room import Disc
 from hw.samples import EXACT, PoseSigma, Scan
 from states.maps.cells import Grid
+from states.navigation.beams import (
+    SURE,
+    Cells,
+    Cut,
+    Ignored,
+    Marks,
+    ScanSweep,
+    mark,
+    news,
+    tend,
+)
 from states.navigation.clearance import Array
-
-Cells = NDArray[np.int64]
-
-SURE = 3
-"""A cell that was met in so many scans, or by so many neighbouring beams at once, is marked."""
-NEIGHBOURS = 3
-"""Beams no further apart than this, in numbers, are neighbours."""
-TOGETHER_M = 0.15
-"""Neighbouring beams that end no further apart have met one thing."""
-UNSURE_NS = 500_000_000
-"""What is not marked within this time is forgotten."""
 
 NOBODY = Disc(0.0, 0.0, -1.0)
 NO_BODY = Outline(-1.0, -1.0, -1.0, -1.0)
@@ -43,12 +38,12 @@ NO_BODY = Outline(-1.0, -1.0, -1.0, -1.0)
 
 @dataclass(frozen=True, slots=True)
 class ObstacleValues:
-    """The rolling window, m, and when something is news and when it is none any more.
+    """The rolling window, m, and the conditions for marking and clearing.
 
-    `wall_margin` is how near to a wall of the map a beam may end and still have met it, m, beside
-    what the pose may be wrong by: noise of a beam and half a cell. A cell through which beams pass
-    is cleared once nothing has met it for `clear_after`, s: longer than a scanner's period, so that
-    a thin leg which only some beams meet stays.
+    A beam that ends within `wall_margin` of a wall of the map, m, plus the uncertainty of the pose,
+    has hit the wall: it covers the noise of a beam and half a cell. A cell that beams pass through
+    is cleared once nothing has hit it for `clear_after`, s: longer than a scanner's period, so that
+    a thin leg that only some beams hit stays.
     """
 
     width: float = 5.0
@@ -58,55 +53,12 @@ class ObstacleValues:
     mark_lifetime: float = 10.0
 
 
-class ScanSweep(NamedTuple):
-    """One scan: where the sensor was at its first beam, and how it moved until the last one."""
-
-    x: float
-    y: float
-    yaw: float
-    dx: float
-    dy: float
-    turn: float
-    start: float
-    step: float
-    ranges: Array
-
-
-class Cut(NamedTuple):
-    """The window about the robot: its middle and half its sides, m; size of a cell, columns."""
-
-    x: float
-    y: float
-    half_width: float
-    half_height: float
-    resolution: float
-    columns: int
-
-
-class Ignored(NamedTuple):
-    """What beams may end at without being news, as kernels take it; see `KnownObstacles`."""
-
-    margin: float
-    margin_per_m: float
-    user: tuple[float, float, float]
-    mount: tuple[float, float, float]
-    outline: Outline
-
-
-class Marks(NamedTuple):
-    """Numbers of the cells that were met; of every cell, in how many scans and when last, ns."""
-
-    active: Cells
-    hits: NDArray[np.uint8]
-    last: Cells
-
-
 @dataclass(frozen=True, slots=True)
 class KnownObstacles:
-    """What a scan meets that is no news.
+    """What beams of a scan may hit without marking anything.
 
-    `mount` is base_from_sensor, `outline` the robot's own in the base frame, `user` a disc about
-    somebody who is known better than by cells, `sigma` how sure poses are: three of it count.
+    `mount` is base_from_sensor, `outline` the robot's own in the base frame, `user` a disc around
+    the tracked user; three times `sigma` of the poses is added to the wall margin.
     """
 
     mount: Pose2
@@ -115,7 +67,7 @@ class KnownObstacles:
     sigma: PoseSigma = EXACT
 
     def ignored(self, grid: Grid, margin: float) -> Ignored:
-        """For the kernels."""
+        """The same for the kernels."""
         mount, user = self.mount, self.user
         return Ignored(
             margin + 3.0 * self.sigma.position,
@@ -127,10 +79,10 @@ class KnownObstacles:
 
 
 class ObstacleLayer:
-    """The marked cells of a map's grid within the window about the robot.
+    """The marked cells of a map's grid within the window around the robot.
 
-    `walls` (rows, columns) is the distance of every cell from the map's walls, m; below 0 where the
-    robot cannot be, so that nothing there is news.
+    `walls` (rows, columns) is the distance of each cell to the map's walls, m; negative where the
+    robot cannot be, so that nothing is marked there.
     """
 
     def __init__(self, grid: Grid, walls: Array, values: ObstacleValues | None = None) -> None:
@@ -146,14 +98,14 @@ class ObstacleLayer:
     def see(
         self, scan: Scan, first: Pose2, last: Pose2, stamp_ns: int, known: KnownObstacles
     ) -> bool:
-        """Take one scan; False if there is nothing marked and nothing to mark.
+        """Process one scan; False if nothing is marked and nothing was to be marked.
 
         Args:
-            scan: ranges in m; inf: nothing there; NaN and what is not above 0 is skipped.
+            scan: ranges in m; inf: no return; NaN and values of 0 or less are skipped.
             first: map_from_base at the first beam.
             last: map_from_base at the last beam.
-            stamp_ns: when.
-            known: what is no news.
+            stamp_ns: time of the scan.
+            known: what to ignore.
         """
         grid, values = self.grid, self._values
         sweep = _sweep(scan, first @ known.mount, last @ known.mount, grid)
@@ -186,144 +138,6 @@ def _sweep(scan: Scan, first: Pose2, last: Pose2, grid: Grid) -> ScanSweep:
         float(scan.step),
         np.array(scan.ranges, dtype=np.float64),
     )
-
-
-@njit(cache=True)
-def sensor_at(sweep: ScanSweep, beam: float) -> tuple[float, float, float]:
-    """Where the sensor was when it took a beam: x, y and the beam's direction."""
-    part = beam / max(1, len(sweep.ranges) - 1)
-    direction = sweep.yaw + part * sweep.turn + sweep.start + beam * sweep.step
-    return sweep.x + part * sweep.dx, sweep.y + part * sweep.dy, direction
-
-
-@njit(cache=True)
-def news(sweep: ScanSweep, walls: Array, cut: Cut, ignored: Ignored) -> tuple[Array, Cells]:
-    """Where beams end at what is not known, (k, 2), and the numbers of these beams, (k,)."""
-    rows, columns = walls.shape
-    ends, beams = np.empty((len(sweep.ranges), 2)), np.empty(len(sweep.ranges), np.int64)
-    count = 0
-    # the sensor is on the robot, and so no further from the window's corners than this
-    reach = math.hypot(cut.half_width, cut.half_height)
-    reach += math.hypot(ignored.mount[0], ignored.mount[1])
-    for i in range(len(sweep.ranges)):
-        far = sweep.ranges[i]
-        if not 0.0 < far < reach:
-            continue
-        x, y, direction = sensor_at(sweep, i)
-        x, y = x + far * math.cos(direction), y + far * math.sin(direction)
-        if not in_window(x, y, cut):
-            continue
-        row, column = math.floor(y / cut.resolution), math.floor(x / cut.resolution)
-        if not (0 <= row < rows and 0 <= column < columns):
-            continue
-        if walls[row, column] <= ignored.margin + ignored.margin_per_m * far:
-            continue
-        if math.hypot(x - ignored.user[0], y - ignored.user[1]) <= ignored.user[2]:
-            continue
-        if is_own(far, sweep.start + i * sweep.step, ignored):
-            continue
-        ends[count, 0], ends[count, 1], beams[count] = x, y, i
-        count += 1
-    return ends[:count], beams[:count]
-
-
-@njit(cache=True)
-def in_window(x: float, y: float, cut: Cut) -> bool:
-    """Is a place in the window?"""
-    return abs(x - cut.x) <= cut.half_width and abs(y - cut.y) <= cut.half_height
-
-
-@njit(cache=True)
-def is_own(far: float, angle: float, ignored: Ignored) -> bool:
-    """Does a beam end within the robot's outline: front, back, left, right of base_link?"""
-    turned = ignored.mount[2] + angle
-    x = ignored.mount[0] + far * math.cos(turned)
-    y = ignored.mount[1] + far * math.sin(turned)
-    front, back, left, right = ignored.outline
-    return -back <= x <= front and -right <= y <= left
-
-
-@njit(cache=True)
-def meet_one_thing(i: int, ends: Array, beams: Cells) -> bool:
-    """Do enough neighbouring beams end beside this one?"""
-    together = 1
-    for step in (-1, 1):
-        j = i + step
-        while 0 <= j < len(beams) and abs(beams[j] - beams[i]) <= NEIGHBOURS:
-            if math.hypot(ends[j, 0] - ends[i, 0], ends[j, 1] - ends[i, 1]) <= TOGETHER_M:
-                together += 1
-            j += step
-    return together >= SURE
-
-
-@njit(cache=True)
-def mark(ends: Array, beams: Cells, cut: Cut, now: int, marks: Marks, count: int) -> int:
-    """Count what a scan has met; the number of active cells."""
-    hits, last = marks.hits, marks.last
-    for i in range(len(ends)):
-        row, column = (
-            math.floor(ends[i, 1] / cut.resolution),
-            math.floor(ends[i, 0] / cut.resolution),
-        )
-        cell = row * cut.columns + column
-        if hits[cell] == 0:
-            marks.active[count] = cell
-            count += 1
-        elif hits[cell] < SURE and now - last[cell] > UNSURE_NS:
-            hits[cell] = 0
-        if hits[cell] == 0 or last[cell] != now:
-            hits[cell] = min(hits[cell] + 1, SURE)
-        if hits[cell] < SURE and meet_one_thing(i, ends, beams):
-            hits[cell] = SURE
-        last[cell] = now
-    return count
-
-
-@njit(cache=True)
-def tend(
-    sweep: ScanSweep, cut: Cut, now: int, ages: tuple[int, int], marks: Marks, count: int
-) -> int:
-    """Drop what has left, is too old or out of the window; the number of active cells.
-
-    `ages`: from when on a cell may be cleared, and its lifetime, ns.
-    """
-    kept, half = 0, 0.5 * cut.resolution
-    for i in range(count):
-        cell = marks.active[i]
-        x = (cell % cut.columns + 0.5) * cut.resolution
-        y = (cell // cut.columns + 0.5) * cut.resolution
-        age = now - marks.last[cell]
-        gone = age > (ages[1] if marks.hits[cell] >= SURE else UNSURE_NS)
-        gone = gone or not in_window(x, y, cut)
-        if gone or (age >= ages[0] and is_seen_through(x, y, half, sweep)):
-            marks.hits[cell] = 0
-        else:
-            marks.active[kept] = cell
-            kept += 1
-    return kept
-
-
-@njit(cache=True)
-def is_seen_through(x: float, y: float, half: float, sweep: ScanSweep) -> bool:
-    """Do all beams that are sent at a cell, at least one, pass through it?"""
-    if sweep.step == 0.0:
-        return False
-    beam = 0.5 * (len(sweep.ranges) - 1)
-    far = 0.0
-    for _ in range(3):  # the sensor moves little while it scans
-        sx, sy, direction = sensor_at(sweep, beam)
-        off = math.atan2(y - sy, x - sx) - direction
-        beam += (off - 2.0 * math.pi * round(off / (2.0 * math.pi))) / sweep.step
-        far = math.hypot(x - sx, y - sy)
-    spread = math.atan2(half, max(half, far)) / abs(sweep.step)
-    first, last, beams = math.ceil(beam - spread), math.floor(beam + spread), len(sweep.ranges)
-    all_round = beams * abs(sweep.step) > 2.0 * math.pi - 1e-6
-    if first > last or not (all_round or (first >= 0 and last < beams)):
-        return False
-    for i in range(first, last + 1):  # noqa: SIM110  compiled generators are slow
-        if not sweep.ranges[i % beams] > far + 2.0 * half:
-            return False
-    return True
 
 
 def warm_up() -> None:

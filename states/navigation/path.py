@@ -1,4 +1,4 @@
-"""What a global planner finds: a line of points in the map that the robot's centre follows."""
+"""What a global planner finds: a polyline in the map for the robot's centre."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from hw.room import Point
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """A way from the first point to the last, m, in the map.
+    """A path from the first point to the last, m, in the map.
 
-    `radii[i]` is the radius of the bend from point i to point i + 1, infinite where the way is
-    straight. Bends are drawn by tangents from outside, so the line never cuts them; `length`
-    counts them as arcs, which is up to 0.03 % shorter than the line drawn.
+    `radii[i]` is the radius of the bend from point i to point i + 1, infinite on straights. Bends
+    are drawn by their tangents, from outside; `length` counts the arcs themselves, which are up to
+    0.03 % shorter than the polyline.
     """
 
     points: tuple[Point, ...]

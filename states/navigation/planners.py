@@ -17,17 +17,17 @@ GLOBAL_PLANNERS: Mapping[str, Callable[..., ExactPlanner | GridPlanner]] = {
     "theta_star": ThetaStarPlanner.in_room,
     "navfn": NavfnPlanner.in_room,
 }
-"""For a known room: all take outer, obstacles, keepouts and, by name, inflation_radius."""
+"""Factories for a known room: they take outer, obstacles and, by name, inflation_radius."""
 
 LOCAL_PLANNERS: Mapping[str, Callable[..., LocalPlanner]] = {
     "profile": ProfilePlanner,
     "teb": TebPlanner,
 }
-"""All take a global planner, limits, tolerance and mode; `teb` needs the `walls` as well."""
+"""They take a global planner, limits, tolerance and mode; `teb` needs the `walls` as well."""
 
 
 def warm_up() -> None:
-    """Compile, or load from the cache, all kernels: before the first tick, never in one."""
+    """Compile all kernels, or load them from the cache, before the first tick."""
     profile.warm_up()
     teb_planner.warm_up()
     grid_planners.warm_up()

@@ -1,9 +1,9 @@
-"""The planner `navfn`: a potential that grows from the start, and its gradient from the goal.
+"""The planner `navfn`: a potential grown from the start, descended along its gradient.
 
-ROS's global_planner in its default form: 4 neighbours, the quadratic approximation of a wave's
-arrival, cell costs 3 * cost + 50 up to 252; the way is walked in steps of half a cell down the
-gradient, next to obstacles to the lowest neighbour. Two of its defects are left out: its buffers
-lose cells in large rooms, and a gradient that dies ends in "no plan" (here: the lowest neighbour).
+ROS's global_planner in its default form: 4 neighbours, a quadratic approximation of the arrival
+time of a wave front, cell costs 3 * cost + 50 up to 252; the path follows the gradient in steps of
+half a cell, next to obstacles the lowest neighbour. Two of its defects are left out: its buffers
+lose cells in large rooms, and a vanishing gradient ends in "no plan" (here: the lowest neighbour).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ STEP = 0.5
 
 @njit(cache=True)
 def crossing_cost(cost: int, lethal_cost: int, allow_unknown: bool) -> float:
-    """What it costs to cross a cell; inf where it is blocked."""
+    """Cost of crossing a cell; infinite if it is blocked."""
     if cost >= lethal_cost - 1 and not (allow_unknown and cost == NO_INFORMATION):
         return math.inf
     return float(min(COST_FACTOR * cost + NEUTRAL_COST, lethal_cost - 1.0))
@@ -33,7 +33,12 @@ def crossing_cost(cost: int, lethal_cost: int, allow_unknown: bool) -> float:
 
 @njit(cache=True)
 def arrival(potential: Array, row: int, column: int, cost: float) -> float:
-    """Potential of a cell from its neighbours: a plane wave, approximated by a parabola."""
+    """Potential of a cell from its neighbours: arrival of a plane wave, by a parabola.
+
+    With the lower neighbours' potentials `low` and low + d, a plane wave through both arrives at
+    low + (d + sqrt(2 cost^2 - d^2)) / 2; the polynomial in d / cost is ROS's approximation of it.
+    If d >= cost the wave comes from one side only.
+    """
     rows, columns = potential.shape
     left = potential[row, column - 1] if column > 0 else math.inf
     right = potential[row, column + 1] if column < columns - 1 else math.inf
@@ -49,7 +54,7 @@ def arrival(potential: Array, row: int, column: int, cost: float) -> float:
 
 @njit(cache=True)
 def potential_from(crossing: Array, start: tuple[int, int], goal: tuple[int, int]) -> Array:
-    """Potential of every cell reached before the goal's neighbours all were; inf elsewhere."""
+    """Potential of every cell until the goal's neighbours are reached; infinite elsewhere."""
     rows, columns = crossing.shape
     potential = np.full((rows, columns), math.inf)
     settled = np.zeros((rows, columns), np.bool_)
@@ -81,7 +86,7 @@ def potential_from(crossing: Array, start: tuple[int, int], goal: tuple[int, int
 
 @njit(cache=True)
 def slope(potential: Array, row: int, column: int) -> tuple[float, float]:
-    """Unit vector down the potential at a cell's middle, x and y; (0, 0) where it has none."""
+    """Unit vector down the potential at a cell's centre, x and y; (0, 0) if it has none."""
     rows, columns = potential.shape
     if not (0 < row < rows - 1 and 0 < column < columns - 1):
         return 0.0, 0.0
@@ -96,9 +101,9 @@ def slope(potential: Array, row: int, column: int) -> tuple[float, float]:
 
 @njit(cache=True)
 def gradient_at(potential: Array, x: float, y: float) -> tuple[float, float]:
-    """Direction down the potential at a place in cells, between the four nearest middles.
+    """Direction down the potential at a place in cells, interpolated between four centres.
 
-    (0, 0) next to an obstacle or to what was not reached.
+    (0, 0) next to an obstacle or to a cell that was not reached.
     """
     column, row = math.floor(x - 0.5), math.floor(y - 0.5)
     rows, columns = potential.shape
@@ -136,14 +141,14 @@ def lowest_neighbour(potential: Array, row: int, column: int) -> tuple[int, int]
 
 @njit(cache=True)
 def descend(potential: Array, ends: Array) -> Array:
-    """The way from start to goal, (k, 2) in cells, walked down from the goal; empty if it fails."""
+    """The path from start to goal, (k, 2) in cells, descended from the goal; empty if it fails."""
     start_x, start_y = ends[0]
     x, y = ends[1]
     if potential[math.floor(y), math.floor(x)] == math.inf:
         return np.empty((0, 2))
     limit = 8 * potential.size
-    way = np.empty((64, 2))
-    way[0] = ends[1]
+    path = np.empty((64, 2))
+    path[0] = ends[1]
     count = 1
     while math.hypot(x - start_x, y - start_y) > 1.5 and count < limit:
         row, column = math.floor(y), math.floor(x)
@@ -156,19 +161,19 @@ def descend(potential: Array, ends: Array) -> Array:
                 return np.empty((0, 2))
             next_x, next_y = lowest_column + 0.5, lowest_row + 0.5
         x, y = next_x, next_y
-        if count == len(way) - 1:
-            way = np.concatenate((way, np.empty_like(way)))
-        way[count, 0], way[count, 1] = x, y
+        if count == len(path) - 1:
+            path = np.concatenate((path, np.empty_like(path)))
+        path[count, 0], path[count, 1] = x, y
         count += 1
     if count >= limit:
         return np.empty((0, 2))
-    way[count] = ends[0]
-    return way[: count + 1][::-1].copy()
+    path[count] = ends[0]
+    return path[: count + 1][::-1].copy()
 
 
 @njit(cache=True)
 def crossing_costs(costs: Costs, lethal_cost: int, allow_unknown: bool) -> Array:
-    """What it costs to cross each cell; the outermost cells are blocked."""
+    """Cost of crossing each cell; the outermost cells are blocked."""
     rows, columns = costs.shape
     crossing = np.full((rows, columns), math.inf)
     for row in range(1, rows - 1):

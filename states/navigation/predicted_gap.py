@@ -1,7 +1,7 @@
-"""How near a way will come to a user who walks on: places of both compared at equal times.
+"""Predicted gap between the robot on a path and a walking user: both positions at equal times.
 
-The user is taken to keep the present velocity for HORIZON s; the robot to drive its line as fast
-as it may, or to brake where it is going. Gaps are from the robot's centre to the user's disc, m.
+The user is assumed to keep their velocity for HORIZON s; the robot drives its line as fast as
+allowed, or brakes in its present direction. Gaps are from the robot's centre to the user's disc, m.
 """
 
 from __future__ import annotations
@@ -11,39 +11,34 @@ import math
 from numba import njit
 
 from hw.room import Disc, Point
-from states.navigation.clearance import Array
+from states.navigation.clearance import Array, distance_to_segment
 from states.navigation.speed import SpeedLimits, braking_speeds, reachable_speed, step_length
 
 HORIZON = 2.5
-"""So far ahead a walking person is foreseen, s."""
+"""How far ahead a walking user is predicted, s."""
 STEP = 0.15
-"""Places on the way that are looked at are this far apart, m."""
+"""Spacing of the positions on the line that are compared, m."""
 
 WalkerState = tuple[float, float, float, float, float, float]
-"""The user's disc x, y, radius, velocity vx, vy in the map, and by how much the radius grows each
-second because the velocity is not known better, m/s."""
+"""The user's disc x, y, radius, its velocity vx, vy in the map, and the rate at which the radius
+grows for the uncertainty of the velocity, m/s."""
 
 
 @njit(cache=True)
 def seen_from_user(x: float, y: float, time: float, walker: WalkerState) -> tuple[float, float]:
-    """A place in the map relative to where the user will be at a time from now."""
+    """Position in the map relative to where the user will be after a time."""
     return x - walker[0] - time * walker[3], y - walker[1] - time * walker[4]
 
 
 @njit(cache=True)
 def nearest_between(first: tuple[float, float], second: tuple[float, float]) -> float:
-    """Least distance to the user while going evenly from one place to another, both relative."""
-    dx, dy = second[0] - first[0], second[1] - first[1]
-    square = dx * dx + dy * dy
-    along = 0.0
-    if square > 0.0:
-        along = min(1.0, max(0.0, -(first[0] * dx + first[1] * dy) / square))
-    return math.hypot(first[0] + along * dx, first[1] + along * dy)
+    """Least distance to the user on a straight between two positions relative to them."""
+    return float(distance_to_segment(0.0, 0.0, first[0], first[1], second[0], second[1]))
 
 
 @njit(cache=True)
 def least_gap_standing(x: float, y: float, since: float, walker: WalkerState) -> float:
-    """Least distance to the user, less what their disc grows, while standing to the horizon."""
+    """Least distance to the user, less the growth of their disc, while standing until HORIZON."""
     least, parts = math.inf, 5
     step = max(0.0, HORIZON - since) / parts
     before = seen_from_user(x, y, since, walker)
@@ -57,7 +52,7 @@ def least_gap_standing(x: float, y: float, since: float, walker: WalkerState) ->
 
 @njit(cache=True)
 def least_gap_on(line: Array, speed: float, walker: WalkerState, pace: SpeedLimits) -> float:
-    """Least gap while driving a line from `speed`, within the horizon."""
+    """Least gap while driving a line, starting at `speed`, until HORIZON."""
     limits = braking_speeds(line, pace, 0.0)
     now, time = min(speed, limits[0]), 0.0
     before = seen_from_user(line[0, 0], line[0, 1], 0.0, walker)
@@ -90,7 +85,7 @@ def least_gap_on(line: Array, speed: float, walker: WalkerState, pace: SpeedLimi
 def least_gap_braking(
     x: float, y: float, vx: float, vy: float, walker: WalkerState, pace: SpeedLimits
 ) -> float:
-    """Least gap while braking to a stand, and standing there to the horizon."""
+    """Least gap while braking to standstill and standing there until HORIZON."""
     stop = math.hypot(vx, vy) / pace.acceleration
     before = seen_from_user(x, y, 0.0, walker)
     least = math.inf
@@ -104,15 +99,15 @@ def least_gap_braking(
     return min(least, stands) - walker[2]
 
 
-def foreseen(user: Disc, velocity: Point, time: float, robot: Point) -> Disc:
-    """The user's disc after a time; smaller where it would come to lie over the robot."""
+def predicted_disc(user: Disc, velocity: Point, time: float, robot: Point) -> Disc:
+    """The user's disc after a time, s, made smaller where it would cover the robot."""
     x, y = user.x + time * velocity[0], user.y + time * velocity[1]
     away = math.dist((x, y), robot)
     return Disc(x, y, min(user.radius, max(0.1, away - 1e-3)) if time > 0.0 else user.radius)
 
 
 def steps_aside(user: Disc, velocity: Point, robot: Point, margin: float) -> list[Point]:
-    """Places left and right of the robot that the user, walking on, will pass by."""
+    """Positions beside the robot, left and right of the user's course, that they will pass."""
     speed = math.hypot(*velocity)
     nx, ny = -velocity[1] / speed, velocity[0] / speed
     offset = (robot[0] - user.x) * nx + (robot[1] - user.y) * ny

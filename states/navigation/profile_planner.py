@@ -1,8 +1,8 @@
-"""The local planner `profile`: the shortest way, driven as fast as the limits allow.
+"""The local planner `profile`: the shortest path, driven as fast as the limits allow.
 
-Each cycle plans anew from where the robot is: the way round walls and user on either side, its
+Each cycle replans from the robot's position: the path around walls and user on either side, its
 next bend widened for speed, the largest velocity from which every later bend and the goal can
-still be met. What is sent has passed one last check: braking from it ends before anything is hit.
+still be met. A last check in `LocalPlanner` makes sure that braking from it ends in time.
 """
 
 from __future__ import annotations
@@ -24,37 +24,29 @@ from states.navigation.cornering import (
     time_from,
     widened,
 )
-from states.navigation.local_planner import (
-    BEND_SHARE,
-    SLACK,
-    GlobalPlanner,
-    Limits,
-    LocalPlanner,
-    Tolerance,
-)
+from states.navigation.interfaces import Limits, Tolerance
+from states.navigation.local_planner import BEND_SHARE, SLACK, LocalPlanner
 from states.navigation.path import Path
 from states.navigation.predicted_gap import (
     HORIZON,
-    foreseen,
     least_gap_braking,
     least_gap_on,
+    predicted_disc,
     steps_aside,
 )
 from states.navigation.speed import SpeedLimits, as_line, heading_after, next_speed
 from states.navigation.visibility import ExactPlanner
 
-__all__ = ["GlobalPlanner", "Limits", "ProfilePlanner", "Tolerance", "warm_up"]
-
 STANDING = 0.1
-"""A user slower than this is taken to stand, m/s."""
+"""A user slower than this counts as standing, m/s."""
 LOOKS_AHEAD = (0.5, 1.0, 1.5, 2.0)
-"""Where the user will be after so many s is tried as the place to go round."""
+"""Times ahead, s: paths around the user's position after each of them are candidates."""
 
 NO_CIRCLE = (0.0, np.zeros(3))
 
 
 class ProfilePlanner(LocalPlanner):
-    """Exact way, widened bends, speed by forward and backward pass; see `LocalPlanner`."""
+    """Shortest path, widened bends, speed by forward and backward pass; see `LocalPlanner`."""
 
     _circle = NO_CIRCLE  # sense of turning and circle of the bend that is being driven
 
@@ -70,27 +62,27 @@ class ProfilePlanner(LocalPlanner):
         return self._drive(pose, now, line, dt)
 
     def _line(self, pose: Pose2, now: Twist2, user: Disc | None) -> Array | None:
-        line = self._line_round(pose, now, user)
+        line = self._line_around(pose, now, user)
         if user is None or not self._comes_near(pose, user):
             return line
         gap = self._least_gap(pose, now, user, line)
-        return line if gap >= 0.0 else self._foreseeing(pose, now, user, _Choice(gap, line, self))
+        return line if gap >= 0.0 else self._evasion(pose, now, user, _Choice(gap, line, self))
 
-    def _line_round(
+    def _line_around(
         self, pose: Pose2, now: Twist2, user: Disc | None, *, either_side: bool = True
     ) -> Array | None:
-        """The way round the disc as a line, the faster of both or the shorter; None: brake."""
+        """The path around the disc as a line, on the faster or the shorter side; None: brake."""
         assert self.goal is not None
         start, goal = (pose.x, pose.y), (self.goal.x, self.goal.y)
         around = self._with_margin(user, start, goal)
         if either_side:
-            self.path = self._way(start, goal, around, now)
+            self.path = self._best_path(start, goal, around, now)
         else:
             self.path = self.planner.plan(start, goal, around)
         self.status = "blocked" if self.path is None else "driving"
-        way_out = self._way_out(start, user)
-        if way_out is not None:
-            return as_line(way_out)
+        path_out = self._path_out(start, user)
+        if path_out is not None:
+            return as_line(path_out)
         if self.path is None:
             return None
         line = as_line(self.path)
@@ -103,7 +95,7 @@ class ProfilePlanner(LocalPlanner):
         return self._widen(line, now, around)
 
     def _comes_near(self, pose: Pose2, user: Disc) -> bool:
-        """Could the user, walking on, come too near within the horizon?"""
+        """Could the walking user come too near within HORIZON?"""
         speed = math.hypot(*self._user_velocity)
         away = math.dist((pose.x, pose.y), (user.x, user.y)) - user.radius
         return speed > STANDING and away < HORIZON * (speed + self._limits.speed)
@@ -113,7 +105,7 @@ class ProfilePlanner(LocalPlanner):
         walker = (user.x, user.y, around.radius, *self._user_velocity, self._spread)
         gap = math.inf
         along = 0.0 if line is None else _along(line, now)
-        if line is None or along < 0.0:  # who has to turn back has to brake first
+        if line is None or along < 0.0:  # before turning back the robot has to brake
             gap = float(least_gap_braking(pose.x, pose.y, now.vx, now.vy, walker, self._pace))
         if line is not None:
             gap = min(
@@ -122,16 +114,17 @@ class ProfilePlanner(LocalPlanner):
             )
         return gap
 
-    def _foreseeing(self, pose: Pose2, now: Twist2, user: Disc, present: _Choice) -> Array | None:
-        """Of ways round where the user will be, steps aside and waiting, the one that keeps off.
+    def _evasion(self, pose: Pose2, now: Twist2, user: Disc, present: _Choice) -> Array | None:
+        """The best of: paths around the user's later positions, sidesteps, and waiting.
 
-        The largest gap counts up to the disc's edge, in whole centimetres, then the time.
+        Ranked by the least gap, in whole centimetres and capped at 0 (the edge of the disc), then
+        by time.
         """
         place, choices = (pose.x, pose.y), [present]
         for time in LOOKS_AHEAD:
-            then = foreseen(user, self._user_velocity, time, place)
+            then = predicted_disc(user, self._user_velocity, time, place)
             self._side, self._circle = present.side, present.circle
-            line = self._line_round(pose, now, then, either_side=False)
+            line = self._line_around(pose, now, then, either_side=False)
             if line is not None and self.path is not None:
                 choices.append(_Choice(self._least_gap(pose, now, user, line), line, self))
         present.restore(self)
@@ -147,7 +140,7 @@ class ProfilePlanner(LocalPlanner):
         return best.line
 
     def _widen(self, line: Array, now: Twist2, user: Disc | None) -> Array:
-        """The line with its next bend, or the turn onto it, on the fastest free circle."""
+        """The line with its next bend, or the turn onto it, along the fastest free circle."""
         before, self._circle = self._circle, NO_CIRCLE
         motion = (now.vx, now.vy)
         bend = first_bend(line)
@@ -185,11 +178,11 @@ class ProfilePlanner(LocalPlanner):
         speed = next_speed(line, max(0.0, along), self._pace, dt)
         forward, sideways = speed - along, -across
         if forward > 0.0:
-            # first on the line, then faster along it with what is left of the acceleration
+            # return to the line first, then speed up with what is left of the acceleration
             sideways = max(-reach, min(reach, sideways))
             forward = min(forward, math.sqrt(reach * reach - sideways * sideways))
         else:
-            # braking must not wait: an uncertain direction would eat it up near the goal
+            # brake first: near the goal corrections of an uncertain direction would use it up
             scale = min(1.0, reach / max(1e-12, math.hypot(forward, sideways)))
             forward, sideways = scale * forward, scale * sideways
         vx = now.vx + forward * ux - sideways * uy
@@ -198,7 +191,7 @@ class ProfilePlanner(LocalPlanner):
         return Twist2(vx * scale, vy * scale, self._turn(pose, now, dt))
 
     def _steer(self, pose: Pose2, now: Twist2, line: Array, dt: float) -> Twist2:
-        """The same for a base that can only drive where it looks (R2)."""
+        """The same for a base that drives only along its heading (R2)."""
         assert self.goal is not None
         ahead = (math.cos(pose.yaw), math.sin(pose.yaw))
         along = ahead[0] * now.vx + ahead[1] * now.vy
@@ -220,14 +213,14 @@ class ProfilePlanner(LocalPlanner):
 
 
 def _along(line: Array, motion: Twist2) -> float:
-    """How fast a motion goes the way a line begins, m/s."""
+    """Component of a velocity along the first direction of a line, m/s."""
     dx, dy = (line[1, :2] - line[0, :2]).tolist()
     length = math.hypot(dx, dy)
     return (dx * motion.vx + dy * motion.vy) / length if length else motion.speed
 
 
 class _Choice:
-    """A line that could be driven, None to brake, and what the planner remembers with it."""
+    """A candidate line (None: brake), its gap, and the planner's state that goes with it."""
 
     def __init__(self, gap: float, line: Array | None, planner: ProfilePlanner) -> None:
         self.gap, self.line = gap, line

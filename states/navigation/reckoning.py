@@ -1,10 +1,10 @@
-"""Where robot and user are, when all that is known of it is measured with noise and too late.
+"""Dead reckoning of robot and user between measured poses that are noisy and late.
 
-A way planned anew from each measured pose follows every error of it. What was sent is known
-exactly, though, and a pose reckoned by it moves as smoothly as the plan does; measured poses only
-pull it along, by a tenth of the difference a cycle at 30 Hz. Planning anew then gives the same plan
-again. What is farther off than noise is, because the robot was pushed or found itself anew, counts
-at once. m, s, rad; all in the map.
+Replanning from each measured pose would follow every error of it. What was sent is known exactly,
+and a pose reckoned from it moves as smoothly as the plan; measured poses only correct it, by a
+tenth of the difference per cycle at 30 Hz, so that replanning gives the same plan again.
+Differences beyond noise (the robot was pushed, or relocalized) are corrected at once. m, s, rad; in
+the map.
 """
 
 from __future__ import annotations
@@ -15,23 +15,23 @@ from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.room import Point
 
 MEMORY = 1.0 / 3.0
-"""Measured poses are averaged over this time, s."""
+"""Time constant with which measured poses are averaged, s."""
 BAND = 0.06
-"""Farther from what is measured than this nothing is reckoned, m and rad."""
+"""Largest difference between reckoned and measured pose, m and rad."""
 LEAK = 1.0
-"""For so long ways and changes of velocity are summed up to be compared, s."""
+"""Time constant of the sums of missing distance and change of velocity, s."""
 FORGOTTEN = 4.0
-"""Comparisons count for so long, s."""
+"""Time constant with which old comparisons of them are forgotten, s."""
 DOUBT = 7e-4
-"""Weight of the delay that was told against those comparisons, m2/s."""
+"""Weight of the given delay against those comparisons, m2/s."""
 LONGEST_DELAY = 0.3
-"""A base that is later than this is no base to drive with, s."""
+"""Upper limit of the estimated delay, s."""
 
 
 def share_of(error: float, count: int, dt: float) -> float:
-    """How much of a difference, m or rad, the count-th measurement corrects, 0 to 1.
+    """Gain with which the count-th measurement corrects a difference, m or rad, 0 to 1.
 
-    The first ones are averaged; what goes beyond the band is corrected in one go.
+    The first measurements are averaged; what exceeds BAND is corrected at once.
     """
     share = min(1.0, max(dt / MEMORY, 1.0 / count))
     if error > BAND:
@@ -40,9 +40,11 @@ def share_of(error: float, count: int, dt: float) -> float:
 
 
 class DelayEstimator:
-    """How much later than they were sent the wheels have velocities, s; delay and lag alike.
+    """Estimates how late the wheels follow what was sent, s, dead time and lag alike.
 
-    What is missing of the way that was sent is the delay times what the velocity has changed.
+    Over any interval the base lacks, of the distance that was sent, the delay times the change of
+    velocity: missing = delay * changed. The delay is the least-squares solution over forgotten
+    sums, sum(missing . changed) / sum(changed . changed), with `told` as a prior.
     """
 
     def __init__(self, told: float) -> None:
@@ -50,13 +52,13 @@ class DelayEstimator:
         self.forget()
 
     def forget(self) -> None:
-        """The base has not gone where it was sent: nothing of that is delay."""
+        """Start again from the given delay: what was missing had another cause."""
         self.delay = self._told
         self._missing = self._changed = (0.0, 0.0)
         self._products = self._squares = 0.0
 
     def update(self, missing: Point, changed: Point, dt: float) -> None:
-        """Take what this cycle's measured way lacks of the sent one, m, and the change, m/s."""
+        """Add this cycle's missing distance, m, and its change of velocity, m/s."""
         kept = math.exp(-dt / LEAK)
         mx, my = self._missing = _sum(self._missing, missing, kept)
         cx, cy = self._changed = _sum(self._changed, changed, kept)
@@ -72,7 +74,7 @@ def _sum(old: Point, new: Point, kept: float) -> Point:
 
 
 class ReckonedPose:
-    """The robot's pose by the velocities sent, once they act; `delay` told, s, is a first guess."""
+    """The robot's pose by the velocities sent, once they act; `delay`, s, is a first guess."""
 
     def __init__(self, delay: float) -> None:
         self._delay = DelayEstimator(delay)
@@ -82,20 +84,20 @@ class ReckonedPose:
 
     @property
     def delay(self) -> float:
-        """How late the wheels are, as far as is known, s."""
+        """The estimated delay of the wheels, s."""
         return self._delay.delay
 
     def update(
         self, measured: Pose2, twist: Twist2, sent: Twist2, dt: float, *, lost: bool = False
     ) -> Pose2:
-        """The pose when what was sent acts.
+        """The pose at the instant from which the velocity sent now acts.
 
         Args:
             measured: map_from_base.
             twist: measured velocity, in the map.
-            sent: velocity that was to be had by now, in the map.
+            sent: velocity that the base should have by now, in the map.
             dt: time since the last cycle, s.
-            lost: the base did not go where it was sent; all begins anew with what it has.
+            lost: the base did not follow; start again from the measured pose.
         """
         if lost:
             self._delay.forget()
@@ -107,9 +109,9 @@ class ReckonedPose:
             gone = measured.x - self._measured.x, measured.y - self._measured.y
             missing = dt * middle.vx - gone[0], dt * middle.vy - gone[1]
             self._delay.update(missing, (sent.vx - before.vx, sent.vy - before.vy), dt)
-            self._pose = moved(self._pose, middle, dt)
+            self._pose = self._pose.moved(middle, dt)
         self._measured = measured
-        seen = moved(measured, twist, self.delay)
+        seen = measured.moved(twist, self.delay)
         pose, count = self._pose, self._count
         ex, ey, turn = seen.x - pose.x, seen.y - pose.y, wrap(seen.yaw - pose.yaw)
         share, turned = share_of(math.hypot(ex, ey), count, dt), share_of(abs(turn), count, dt)
@@ -118,14 +120,14 @@ class ReckonedPose:
 
 
 class ReckonedPlace:
-    """Somebody else's place, by their velocity and measured places."""
+    """The user's position, by their velocity and measured positions."""
 
     def __init__(self) -> None:
         self._count = 0
         self._place = (0.0, 0.0)
 
     def update(self, measured: Point, velocity: Point, dt: float) -> Point:
-        """The place now; `velocity` in m/s, `dt` since the last cycle, s."""
+        """The position now; `velocity` in m/s, `dt` since the last cycle, s."""
         self._count += 1
         x, y = self._place
         if self._count > 1:
@@ -138,9 +140,3 @@ class ReckonedPlace:
 
 def _mean(a: Twist2, b: Twist2) -> Twist2:
     return Twist2(0.5 * (a.vx + b.vx), 0.5 * (a.vy + b.vy), 0.5 * (a.wz + b.wz))
-
-
-def moved(pose: Pose2, motion: Twist2, time: float) -> Pose2:
-    """Where a velocity in the map leads within a time, s."""
-    x, y = pose.x + time * motion.vx, pose.y + time * motion.vy
-    return Pose2(x, y, wrap(pose.yaw + time * motion.wz))

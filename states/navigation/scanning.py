@@ -1,4 +1,4 @@
-"""From scans and poses, as they arrive, to the obstacles that all subsystems plan by (R37, R51)."""
+"""From scans and poses, as they arrive, to the obstacles that subsystems plan with (R37, R51)."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ from states.navigation.unmapped import Obstacles, ShownObstacles
 from states.signals.motion import StampedPlace
 
 SCAN_GAP_NS = 300_000_000
-"""Scans of a scanner come at least this often; costmap_2d's `expected_update_rate`."""
+"""Longest interval between scans of a scanner; costmap_2d's `expected_update_rate`."""
 POSES_KEPT_NS = 1_000_000_000
-"""A scan that comes later than this after its stamp is left out."""
+"""Scans that arrive later than this after their stamp are dropped."""
 SCANS_WAITING = 8
-"""So many scans wait for the pose of the robot at their stamp; then the oldest are left out."""
+"""Most scans that wait for a pose of the robot after their stamp; older ones are dropped."""
 LEAST_STEP_NS = 30_000_000
-"""Poses so far apart tell where the robot goes on to; of nearer ones the noise would count."""
+"""Least interval of the poses used to extrapolate; of closer ones the noise would dominate."""
 USER_DISC_M = RADIUS + 0.2
-"""Beams that end this near to the middle of the tracked user have met the user, m."""
+"""Beams that end within this distance of the tracked user's centre have hit the user, m."""
 
 
 @dataclass(frozen=True, slots=True)
 class Scanner:
-    """What scans are read by: `mount` gives base_from_sensor by the scanner's name.
+    """How scans are read: `mount` gives base_from_sensor by the scanner's name.
 
-    `outline` is the robot's own, in the base frame; `sigma` how sure poses are that come without.
+    `outline` is the robot's own, in the base frame; `sigma` that of poses that come without one.
     """
 
     mount: Callable[[str], Pose2]
@@ -49,21 +49,21 @@ class Scanner:
 
 
 class ObstacleEstimator:
-    """What scanners have shown and the map does not, by the poses of the robot and of the user.
+    """Estimates the obstacles that scanners show and the map does not.
 
     Takes `base.pose`, or the estimate that it is part of, `base.scan` and `user.pose`. Each beam is
-    put into the map by the pose of the robot at its own time, between the two poses about it or on
-    from the last ones; a scan waits until there is a pose after its stamp. Beams that end at the
-    user are no obstacle, unless the user is lost: planners know them better than by cells.
+    placed in the map by the robot's pose at its own time, interpolated between poses or
+    extrapolated from the last ones; a scan waits until there is a pose after its stamp. Beams that
+    end at the tracked user mark nothing: planners have the user as a disc.
 
-    While every scanner heard of goes on scanning, the obstacles are of the newest pose of the
-    robot; once one falls silent they are as old as its last scan. Without any they do not age.
+    While all scanners heard so far keep scanning, the stamp of the obstacles is that of the newest
+    pose of the robot; once one falls silent, that of its last scan. Without scans they do not age.
     """
 
     def __init__(
         self, ground: StaticLayer, reach: float, values: ObstacleValues, scanner: Scanner
     ) -> None:
-        # a cell's centre is nearer to a wall's than to the wall by half a cell
+        # distances are between centres: the wall itself is half a cell nearer
         walls = ground.distances - 0.5 * ground.grid.resolution
         self._layer = ObstacleLayer(
             ground.grid, np.where(ground.costs == FREE, walls, -1.0), values
@@ -78,7 +78,7 @@ class ObstacleEstimator:
         self._oldest_scan: int | None = None  # of the scanners' newest ones
 
     def update(self, _signal: str, sample: StampedPlace) -> None:
-        """Take one sample; of the user's poses the newest."""
+        """Take one sample; of the user only the newest pose counts."""
         value, stamp = sample.value, sample.stamp
         if isinstance(value, PoseEstimate):
             self._sigma = value.sigma
@@ -93,11 +93,11 @@ class ObstacleEstimator:
             self._take_those_with_a_pose()
 
     def value(self) -> Obstacles:
-        """What is known now."""
+        """The present obstacles."""
         return self._shown.obstacles
 
     def stamp(self) -> int | None:
-        """See the class; ns."""
+        """As described in the class, ns."""
         last = self._oldest_scan
         if last is None:
             return None
@@ -105,11 +105,11 @@ class ObstacleEstimator:
         return now if now - last <= SCAN_GAP_NS else last
 
     def _keep(self, stamp: int, pose: Pose2) -> None:
-        """Keep a pose, in the place of one of the same instant."""
+        """Store a pose; it replaces one of the same instant."""
         poses = self._poses
         if not poses or stamp > poses[-1][0]:
             poses.append((stamp, pose))
-            if stamp - poses[0][0] > 2 * POSES_KEPT_NS:  # now and then
+            if stamp - poses[0][0] > 2 * POSES_KEPT_NS:  # trimmed only now and then
                 del poses[: bisect.bisect_left(poses, stamp - POSES_KEPT_NS, key=_stamp)]
         elif stamp == poses[-1][0]:
             poses[-1] = stamp, pose
@@ -117,7 +117,7 @@ class ObstacleEstimator:
             bisect.insort(poses, (stamp, pose), key=_stamp)
 
     def _take_those_with_a_pose(self) -> None:
-        """Take the scans that have waited long enough, in the order in which they came."""
+        """Process the scans that have a pose after their stamp, in the order of arrival."""
         newest, taken = self._poses[-1][0], False
         for _ in range(len(self._waiting)):
             stamp, scan = self._waiting.popleft()
@@ -129,7 +129,7 @@ class ObstacleEstimator:
             self._shown.update(self._layer.marked)
 
     def _take(self, scan: Scan, stamp: int) -> bool:
-        """True if there is something marked, or was."""
+        """True if something is marked, or was."""
         poses = self._poses
         if stamp < max(poses[0][0], poses[-1][0] - POSES_KEPT_NS):
             return False
@@ -141,7 +141,7 @@ class ObstacleEstimator:
         return self._layer.see(scan, self._pose_at(stamp), self._pose_at(end), stamp, known)
 
     def _pose_at(self, stamp: int) -> Pose2:
-        """Of the robot at an instant not before its oldest pose."""
+        """Pose of the robot at an instant not before its oldest known pose."""
         poses = self._poses
         later = bisect.bisect_left(poses, stamp, key=_stamp)
         if later < len(poses) and poses[later][0] == stamp:
@@ -167,11 +167,11 @@ def _stamp(stamped: tuple[int, Pose2]) -> int:
 
 
 def _on_the_way(before: tuple[int, Pose2], after: tuple[int, Pose2], stamp: int) -> Pose2:
-    """Between two poses, or straight on from them."""
+    """Interpolation between two poses, or extrapolation from them."""
     (start, a), (end, b) = before, after
     share = (stamp - start) / (end - start) if end > start else 1.0
-    turned = a.yaw + share * wrap(b.yaw - a.yaw)
-    return Pose2(a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), wrap(turned))
+    pose = a.between(b, share)
+    return Pose2(pose.x, pose.y, wrap(pose.yaw))
 
 
 def warm_up() -> None:

@@ -1,7 +1,7 @@
-"""The shortest way through the tangents of fixed corners, the user's disc, start and goal.
+"""A* over the common tangents of corner discs, the user's disc, start and goal.
 
-Start and goal are discs of radius 0. The tangents between fixed corners were found once, see
-`tangents`; those of start, goal and the moving user are looked for when the search asks for them.
+Start and goal are discs of radius 0. The tangents between fixed corners are known beforehand, see
+`tangents`; those of start, goal and the moving user are found when the search needs them.
 """
 
 from __future__ import annotations
@@ -14,14 +14,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from states.navigation.clearance import (
-    TOLERANCE,
-    TURN,
-    Array,
-    arc_is_free,
-    blocked_arcs,
-    sees,
-)
+from states.navigation.circles import arc_is_free, blocked_arcs
+from states.navigation.clearance import TOLERANCE, TURN, Array, sees
 from states.navigation.tangents import (
     InflatedRoom,
     Integers,
@@ -48,7 +42,7 @@ class PathQuery(NamedTuple):
 
 
 class SearchTree(NamedTuple):
-    """What the search knows of each tangent: may it be used, cost to its far end, from where.
+    """The state of the search, by tangent: may it be used, cost to its far end, predecessor.
 
     `lines` holds those that are no links of the world.
     """
@@ -64,7 +58,7 @@ _UNKNOWN, _OPEN, _BLOCKED = 0, 1, 2
 
 
 @njit(cache=True)
-def make_scene(
+def make_query(
     world: InflatedRoom, user: UserDisc, start: tuple[float, float], goal: tuple[float, float]
 ) -> PathQuery:
     """Add user, start and goal to the fixed corners."""
@@ -92,39 +86,39 @@ def make_scene(
 
 
 @njit(cache=True)
-def turn_is_free(disc: int, first: float, sweep: float, scene: PathQuery) -> bool:
+def turn_is_free(disc: int, first: float, sweep: float, query: PathQuery) -> bool:
     """Is an arc, counter-clockwise from `first`, free of walls and user, on the allowed side?"""
-    count = len(scene.world.corners)
+    count = len(query.world.corners)
     if disc > count:
         return True
     if disc == count:
-        if not arc_is_free(first, sweep, scene.user_arcs):
+        if not arc_is_free(first, sweep, query.user_arcs):
             return False
     else:
-        world = scene.world
+        world = query.world
         if not arc_is_free(first, sweep, world.arcs[world.arc_at[disc] : world.arc_at[disc + 1]]):
             return False
-        blocked = scene.user_on_disc[disc : disc + 1]
+        blocked = query.user_on_disc[disc : disc + 1]
         if blocked[0, 1] > 0.0 and not arc_is_free(first, sweep, blocked):
             return False
-    return sweep == 0.0 or not arc_crosses_ray(scene.discs[disc], first, sweep, scene.user)
+    return sweep == 0.0 or not arc_crosses_ray(query.discs[disc], first, sweep, query.user)
 
 
 @njit(cache=True)
-def passes_walls(line: Array, source: int, target: int, scene: PathQuery) -> bool:
-    """Does a tangent from disc `source` to disc `target` keep off all walls?"""
-    if not turn_is_free(source, line[4], 0.0, scene):
+def passes_walls(line: Array, source: int, target: int, query: PathQuery) -> bool:
+    """Does a tangent from disc `source` to disc `target` keep clear of all walls?"""
+    if not turn_is_free(source, line[4], 0.0, query):
         return False
-    if not turn_is_free(target, line[5], 0.0, scene):
+    if not turn_is_free(target, line[5], 0.0, query):
         return False
-    world = scene.world
+    world = query.world
     return sees(line[0], line[1], line[2], line[3], world.discs, world.sides, math.inf)
 
 
 @njit(cache=True)
-def line_of(slot: int, scene: PathQuery, tree: SearchTree) -> Array:
+def line_of(slot: int, query: PathQuery, tree: SearchTree) -> Array:
     """The tangent of a slot, as `tangents.tangent` gives it."""
-    links = scene.world.links
+    links = query.world.links
     line: Array = links[slot] if slot < len(links) else tree.lines[slot - len(links)]
     return line
 
@@ -135,22 +129,23 @@ def try_slots(
     end: int,
     first_target: int,
     origin: int,
-    scene: PathQuery,
+    query: PathQuery,
     tree: SearchTree,
     heap: list[tuple[float, int]],
 ) -> None:
-    """Go on from the end of the tangent `origin` along each of some slots, where that is better.
+    """Relax the slots from `begin` to `end` from the far end of the tangent `origin`.
 
-    Links of the world lead to states of their own, other slots to `first_target` and so on. Whether
-    a tangent exists and keeps off the user is found out once. Walls are looked at when the search
-    comes to it, see `shortest`: most tangents of start and goal are never come to.
+    Links of the world have their own target states, the other slots lead to `first_target` and so
+    on. Whether a tangent exists and keeps clear of the user is determined once. Walls are checked
+    only when the search reaches a tangent, see `shortest`: most tangents of start and goal are
+    never reached.
     """
-    discs, user, links, link_to = scene.discs, scene.user, scene.world.links, scene.world.link_to
+    discs, user, links, link_to = query.discs, query.user, query.world.links, query.world.link_to
     status, costs, lines = tree.status, tree.cost, tree.lines
     state = tree.state[origin]
     disc, turn = state // 2, 2.0 * (state % 2) - 1.0
     radius, cost_so_far = discs[disc, 2], costs[origin]
-    arrival = line_of(origin, scene, tree)[5]
+    arrival = line_of(origin, query, tree)[5]
     goal_x, goal_y = discs[-1, 0], discs[-1, 1]
     for slot in range(begin, end):
         is_link = slot < len(links)
@@ -174,7 +169,7 @@ def try_slots(
         cost = cost_so_far + radius * sweep + line[6]
         if cost >= costs[slot]:
             continue
-        if radius > 0.0 and not turn_is_free(disc, first, sweep, scene):
+        if radius > 0.0 and not turn_is_free(disc, first, sweep, query):
             continue
         costs[slot], tree.parent[slot], tree.state[slot] = cost, origin, target
         rest = math.hypot(goal_x - line[2], goal_y - line[3])
@@ -182,54 +177,54 @@ def try_slots(
 
 
 @njit(cache=True)
-def expand(origin: int, scene: PathQuery, tree: SearchTree, heap: list[tuple[float, int]]) -> None:
-    """Try everything that can follow the tangent `origin`.
+def expand(origin: int, query: PathQuery, tree: SearchTree, heap: list[tuple[float, int]]) -> None:
+    """Relax everything that can follow the tangent `origin`.
 
     Slots: the links of the world, then for N discs: 2 N to the goal, 2 N from the start and, only
     where there is a user, 4 N from each state to the user's two and 4 N from these to each state.
     """
-    links, discs = len(scene.world.links), len(scene.discs)
+    links, discs = len(query.world.links), len(query.discs)
     user, start, goal = discs - 3, discs - 2, discs - 1
     state = tree.state[origin]
     disc = state // 2
     to_goal = links + state
-    try_slots(to_goal, to_goal + 1, 2 * goal, origin, scene, tree, heap)
+    try_slots(to_goal, to_goal + 1, 2 * goal, origin, query, tree, heap)
     if disc < user:
-        link_at = scene.world.link_at
-        try_slots(link_at[state], link_at[state + 1], 0, origin, scene, tree, heap)
+        link_at = query.world.link_at
+        try_slots(link_at[state], link_at[state + 1], 0, origin, query, tree, heap)
     if disc == start:
         away = links + 2 * discs
-        try_slots(away, away + 2 * user, 0, origin, scene, tree, heap)
+        try_slots(away, away + 2 * user, 0, origin, query, tree, heap)
     if disc == user:
         away = links + 8 * discs + 2 * discs * (state % 2)
-        try_slots(away, away + 2 * user, 0, origin, scene, tree, heap)
-    elif scene.user.radius > 0.0:
+        try_slots(away, away + 2 * user, 0, origin, query, tree, heap)
+    elif query.user.radius > 0.0:
         to_user = links + 4 * discs + 2 * state
-        try_slots(to_user, to_user + 2, 2 * user, origin, scene, tree, heap)
+        try_slots(to_user, to_user + 2, 2 * user, origin, query, tree, heap)
 
 
 @njit(cache=True)
-def trace(slot: int, scene: PathQuery, tree: SearchTree) -> tuple[Array, Integers]:
+def trace(slot: int, query: PathQuery, tree: SearchTree) -> tuple[Array, Integers]:
     """The tangents from the start to a slot, and the states they lead to."""
     count, walker = 0, slot
     while tree.parent[walker] >= 0:
         count, walker = count + 1, tree.parent[walker]
     lines, states = np.empty((count, 7)), np.empty(count, np.int64)
     for i in range(count):
-        lines[count - 1 - i], states[count - 1 - i] = line_of(slot, scene, tree), tree.state[slot]
+        lines[count - 1 - i], states[count - 1 - i] = line_of(slot, query, tree), tree.state[slot]
         slot = tree.parent[slot]
     return lines, states
 
 
 @njit(cache=True)
-def shortest(scene: PathQuery) -> tuple[float, Array, Integers]:
+def shortest(query: PathQuery) -> tuple[float, Array, Integers]:
     """A* over the tangents; those that are not of the world are held against the walls when met.
 
     Returns:
         Length (math.inf: no way), the tangents in order (k, 7), and the state each leads to.
     """
-    links, discs = len(scene.world.links), len(scene.discs)
-    slots = 12 * discs if scene.user.radius > 0.0 else 4 * discs
+    links, discs = len(query.world.links), len(query.discs)
+    slots = 12 * discs if query.user.radius > 0.0 else 4 * discs
     root = links + slots
     size = root + 1
     tree = SearchTree(
@@ -249,9 +244,9 @@ def shortest(scene: PathQuery) -> tuple[float, Array, Integers]:
         closed[slot] = True
         if links <= slot < root:
             source, target = tree.state[tree.parent[slot]] // 2, tree.state[slot] // 2
-            if not passes_walls(line_of(slot, scene, tree), source, target, scene):
+            if not passes_walls(line_of(slot, query, tree), source, target, query):
                 continue
         if tree.state[slot] == 2 * (discs - 1):
-            return tree.cost[slot], *trace(slot, scene, tree)
-        expand(slot, scene, tree, heap)
+            return tree.cost[slot], *trace(slot, query, tree)
+        expand(slot, query, tree, heap)
     return math.inf, np.empty((0, 7)), np.empty(0, np.int64)

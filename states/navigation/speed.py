@@ -1,8 +1,8 @@
-"""How fast a line may be driven: forward and backward pass under norm limits.
+"""Speed profiles along a polyline: forward and backward pass under norm limits.
 
-Speed and acceleration are limited as vectors (never per axis, which would let a holonomic base go
-1.4 times as fast along the diagonal). In a bend of radius r the turning takes v^2 / r of the
-acceleration; what is left, sqrt(a^2 - v^4 / r^2), speeds up or brakes (the friction circle).
+Speed and acceleration are limited as vectors (per axis, a holonomic base would go 1.4 times as fast
+along the diagonal). In a bend of radius r, turning takes v^2 / r of the acceleration a; what is
+left, sqrt(a^2 - v^4 / r^2), speeds up or brakes (the friction circle).
 
 A line is (n, 3): x, y and the radius of the bend to the next point, infinite on a straight. A
 corner between straights is rounded within `corner_error`. m, s, rad.
@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from states.navigation.clearance import Array
+from states.navigation.clearance import Array, turn_between
 from states.navigation.path import Path
 
 
@@ -29,14 +29,14 @@ def as_line(path: Path) -> Array:
 
 
 TOO_FAST = 4.0
-"""What it costs to begin faster than one can brake: time lost per time to slow down."""
+"""Penalty for starting too fast to brake in time, per time that slowing down would take."""
 
 
 class SpeedLimits(NamedTuple):
     """Largest speed (m/s) and acceleration (m/s2), both as norms.
 
-    Bends are planned with the share `bend_share` of the acceleration, so that some is left for
-    corrections; corners may be missed by `corner_error`, m.
+    Bends are planned with the share `bend_share` of the acceleration, which leaves the rest for
+    corrections; corners are rounded within `corner_error`, m.
     """
 
     speed: float
@@ -55,7 +55,11 @@ def bend_speed(radius: float, pace: SpeedLimits) -> float:
 
 @njit(cache=True)
 def corner_speed(before: Array, corner: Array, after: Array, pace: SpeedLimits) -> float:
-    """Largest speed at a corner that is rounded by an arc within the allowed deviation, m/s."""
+    """Largest speed at a corner that is rounded by an arc within the allowed deviation, m/s.
+
+    An arc of radius r that rounds a corner of deflection b passes it at r (1 / cos(b / 2) - 1), so
+    r = error cos(b / 2) / (1 - cos(b / 2)), with cos(b / 2)^2 = (1 + cos(b)) / 2.
+    """
     ax, ay = corner[0] - before[0], corner[1] - before[1]
     bx, by = after[0] - corner[0], after[1] - corner[1]
     lengths = math.hypot(ax, ay) * math.hypot(bx, by)
@@ -69,7 +73,7 @@ def corner_speed(before: Array, corner: Array, after: Array, pace: SpeedLimits) 
 
 @njit(cache=True)
 def reachable_speed(speed: float, step: float, radius: float, pace: SpeedLimits) -> float:
-    """The speed from which `speed` can be braked to (or reached from it) within a stretch, m/s.
+    """The speed from which `speed` can be reached by braking over `step` (or vice versa), m/s.
 
     On a straight v^2 grows by 2 a s. On the friction circle of a bend dv^2/ds =
     2 sqrt(a^2 - v^4 / r^2), so v^2 = a r sin(2 s / r + c).
@@ -89,7 +93,7 @@ def step_length(line: Array, i: int) -> float:
 
 @njit(cache=True)
 def point_speed(line: Array, i: int, pace: SpeedLimits) -> float:
-    """Largest speed at point i for the bends on both its sides, m/s."""
+    """Largest speed at point i, by the bends before and after it, m/s."""
     if i == 0:
         return bend_speed(line[0, 2], pace)
     radius = min(line[i - 1, 2], line[i, 2])
@@ -100,7 +104,7 @@ def point_speed(line: Array, i: int, pace: SpeedLimits) -> float:
 
 @njit(cache=True)
 def braking_speeds(line: Array, pace: SpeedLimits, end_speed: float) -> Array:
-    """The largest speed at each point from which bends and the end can still be met, m/s."""
+    """Backward pass: largest speed at each point that bends and the end ahead allow, m/s."""
     count = len(line)
     speeds = np.empty(count)
     speeds[-1] = end_speed
@@ -114,7 +118,11 @@ def braking_speeds(line: Array, pace: SpeedLimits, end_speed: float) -> Array:
 
 @njit(cache=True)
 def stretch_time(step: float, start: float, end: float, radius: float, pace: SpeedLimits) -> float:
-    """Time for one stretch between two speeds that can follow each other, s."""
+    """Time for one stretch between two speeds that are reachable from each other, s.
+
+    On a straight: speed up to the peak with peak^2 = (start^2 + end^2) / 2 + a step, then brake; if
+    the peak is beyond the limit, cruise at the limit over what is left. In bends: the mean speed.
+    """
     if step == 0.0:
         return 0.0
     if radius < math.inf:
@@ -130,7 +138,7 @@ def stretch_time(step: float, start: float, end: float, radius: float, pace: Spe
 
 @njit(cache=True)
 def travel_time(line: Array, speed: float, pace: SpeedLimits) -> float:
-    """Time from the first point to rest at the last, starting at `speed` along the line, s."""
+    """Time from the first point to a stop at the last, starting at `speed` along the line, s."""
     speeds = braking_speeds(line, pace, 0.0)
     total = TOO_FAST * max(0.0, speed - speeds[0]) / pace.acceleration
     now = min(speed, float(speeds[0]))
@@ -142,9 +150,27 @@ def travel_time(line: Array, speed: float, pace: SpeedLimits) -> float:
     return float(total)
 
 
+def rest_to_rest(length: Array | float, speed: float, acceleration: float) -> Array:
+    """Time to go this far, m or rad, from standstill to standstill under both limits, s.
+
+    Short of speed^2 / acceleration the limit is not reached: half of the length is a t^2 / 2 with
+    half of the time. Beyond, speeding up and braking take speed / acceleration each and cover half
+    of what cruising would.
+    """
+    short = 2.0 * np.sqrt(length / acceleration)
+    found: Array = np.where(
+        length < speed * speed / acceleration, short, length / speed + speed / acceleration
+    )
+    return found
+
+
 @njit(cache=True)
 def speed_before(rest: float, end: float, radius: float, period: float, pace: SpeedLimits) -> float:
-    """The speed from which `end` can be met in the distance `rest`, less half a period's way."""
+    """The speed for the end of this period from which `end` can be met in the distance `rest`.
+
+    During half a period v period / 2 of the rest is covered at that speed: on a straight
+    v^2 = end^2 + 2 a (rest - v period / 2), solved for v; in bends iterated twice.
+    """
     half = 0.5 * pace.acceleration * period
     if radius == math.inf:
         return math.sqrt(half * half + end * end + 2.0 * pace.acceleration * rest) - half
@@ -157,9 +183,9 @@ def speed_before(rest: float, end: float, radius: float, period: float, pace: Sp
 
 @njit(cache=True)
 def next_speed(line: Array, speed: float, pace: SpeedLimits, period: float) -> float:
-    """The speed to have at the end of this period, so that all bends and the end are still met.
+    """The speed to send for the end of this period, so that all bends and the end are still met.
 
-    The base is taken to change its speed evenly within the period.
+    The base is assumed to change its speed evenly within the period.
     """
     speeds = braking_speeds(line, pace, 0.0)
     passed = 0.0
@@ -184,24 +210,18 @@ def stretch_heading(line: Array, i: int) -> float:
 
 @njit(cache=True)
 def bend_heading(line: Array, i: int) -> float:
-    """Direction of the way at point i, on or beside the bend that is drawn there, rad."""
+    """Tangent direction at point i of a bend drawn as a polyline, rad."""
     if i == 0 or step_length(line, i - 1) < 1e-9:
         return stretch_heading(line, i)
     if i == len(line) - 1 or step_length(line, i) < 1e-9:
         return stretch_heading(line, i - 1)
     before, after = stretch_heading(line, i - 1), stretch_heading(line, i)
-    return before + 0.5 * turned(before, after)
-
-
-@njit(cache=True)
-def turned(before: float, after: float) -> float:
-    """Angle from one direction to another, in [-pi, pi), rad."""
-    return (after - before + math.pi) % (2.0 * math.pi) - math.pi
+    return before + 0.5 * turn_between(before, after)
 
 
 @njit(cache=True)
 def heading_after(line: Array, distance: float) -> float:
-    """Direction of the way at a distance from its start, rad."""
+    """Direction of the line at a distance from its start, rad."""
     heading = 0.0
     for i in range(len(line) - 1):
         step = step_length(line, i)
@@ -211,7 +231,7 @@ def heading_after(line: Array, distance: float) -> float:
         if distance <= step:
             if line[i, 2] < math.inf:
                 first, last = bend_heading(line, i), bend_heading(line, i + 1)
-                heading = first + turned(first, last) * distance / step
+                heading = first + turn_between(first, last) * distance / step
             return heading
         distance -= step
     return heading

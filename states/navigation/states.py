@@ -14,7 +14,6 @@ from hw.room import Disc
 from hw.safety.limits import OLD_S
 from hw.samples import UserPose
 from states import ages
-from states.environment import SUBSYSTEMS, Subsystem, SubsystemName
 from states.keys import (
     BASE_ADMITTED,
     BASE_MODE,
@@ -25,31 +24,33 @@ from states.keys import (
     environment_of,
     planner_key,
 )
+from states.subsystems import SUBSYSTEMS, Subsystem, SubsystemName
 
 if TYPE_CHECKING:
-    from states.navigation.local_planner import GlobalPlanner, LocalPlanner
+    from states.navigation.interfaces import GlobalPlanner
+    from states.navigation.local_planner import LocalPlanner
 
 PLANNERS: Mapping[str, float | None] = {planner_key(name): OLD_S for name in SUBSYSTEMS}
-"""What a state must declare to ask for planners; their scans may be so old, s."""
+"""`reads` of a state that asks for planners, with the greatest age of their scans, s."""
 DRIVES: Mapping[str, float | None] = {
     ENVIRONMENT: None, BASE_REFUSAL: None, BASE_ADMITTED: None, BASE_POSE_SIGMA: OLD_S,
     **ages.READS,
 }  # fmt: skip
-"""What a state must declare to let a local planner drive: see `command_of`."""
+"""`reads` of a state that drives by a local planner, see `command_of`."""
 NO_PATH_S = 0.3
-"""There is no way if there has been none for so long, s: an estimated pose jumps, people walk."""
+"""A missing path counts after this time, s: estimated poses jump, people walk."""
 SLOW = 0.1
-"""Slower than this the robot has arrived, m/s."""
+"""Speed below which the robot counts as standing, m/s."""
 
 
 class DriveTo(Action):
-    """Drive to a goal by the fastest way round walls and user, with the values of a subsystem.
+    """Drive to a goal on the fastest path around walls and user, with a subsystem's values.
 
-    The way is planned anew in every tick, by what scans have shown so far, and a walking user
-    foreseen. The safety chain is told the goal of `haptic`: a touch is served from there.
-    `no_path`: for 0.3 s the goal has not been free, or nothing led there; `stuck`: no nearer to it
-    for `patience`; `lost`: base or user are, or a scanner has fallen silent. In the `mode`
-    differential the robot goes along its heading only (R2), until the drive ends.
+    The path is replanned in every tick, with the obstacles scanned so far and a prediction of the
+    walking user. For `haptic` the safety chain gets the goal, from which a touch will be served.
+    `no_path`: for 0.3 s the goal has not been free or reachable; `stuck`: no progress for
+    `patience`; `lost`: the pose of base or user is, or a scanner has fallen silent. With the `mode`
+    differential the robot drives only along its heading (R2), until the drive ends.
     """
 
     outcomes = ("arrived", "no_path", "stuck", "lost")
@@ -110,7 +111,7 @@ class DriveTo(Action):
 def command_of(
     ctx: SignalReader, driver: LocalPlanner, now: ages.RobotAndUser, user: Disc | None
 ) -> Twist2:
-    """What a local planner sends now, by the poses of this instant and how good they are."""
+    """A local planner's command by the present poses and their uncertainty."""
     sigma = ctx.value(BASE_POSE_SIGMA)
     held = ctx.value(BASE_REFUSAL) is not None
     return driver.command(
@@ -126,12 +127,16 @@ def command_of(
 
 
 def planner_of(ctx: SignalReader, name: SubsystemName) -> GlobalPlanner | None:
-    """The planner of a subsystem by what scans have shown; None if they have become too old."""
+    """The planner of a subsystem with scanned obstacles; None if the scans are too old."""
     return ctx.value(planner_key(name))
 
 
 class GoalProgress:
-    """Does the robot come nearer to its goal?"""
+    """Watches whether a drive makes progress.
+
+    Progress is a path shorter by STEP, m, with the turn left in rad added; a path longer by LONGER
+    is a detour around a user who has moved, and starts the watch again.
+    """
 
     STEP = 0.05
     LONGER = 0.3
@@ -142,22 +147,22 @@ class GoalProgress:
         self._until = 0
 
     def made(self, ctx: Context, length: float, turn: float) -> bool:
-        """False once way (m) and turn (rad) have not become less for as long as the patience."""
+        """False once path (m) and turn (rad) have not become less for the whole patience."""
         left = length + turn
         nearer = left < self._least - self.STEP
-        detour = left > self._least + self.LONGER  # the user has moved, and the way with them
+        detour = left > self._least + self.LONGER
         if nearer or detour:
             self._least, self._until = left, ctx.after(self._patience)
         return ctx.now <= self._until
 
 
 def is_there(pose: Pose2, twist: Twist2, goal: Pose2, subsystem: Subsystem) -> bool:
-    """Within the tolerance of the goal's place, and slow?"""
+    """True within the tolerance of the goal's position, and standing."""
     return pose.distance_to(goal) <= subsystem.tolerance and twist.speed < SLOW
 
 
 def user_disc(user: UserPose | None, subsystem: Subsystem) -> Disc | None:
-    """What to keep out of on the way: the user with the robot's radius about them."""
+    """The disc around the user that the robot's centre keeps out of."""
     if user is None:
         return None
     return Disc(user.body.x, user.body.y, subsystem.user_radius)

@@ -1,8 +1,8 @@
-"""Common tangents of discs: the lines that a shortest way among inflated polygons is made of.
+"""Common tangents of discs: the lines that a shortest path among inflated polygons is made of.
 
-Such a way consists of straight lines that touch corner discs and of arcs on those discs (Laumond
-1987; Liu and Arimoto, "Path planning using a tangent graph", 1992). Where one can be is a *state*:
-a disc and a sense of turning about it, 2 * disc + (1 if counter-clockwise else 0).
+Such a path consists of straight lines that touch corner discs and of arcs on those discs (Laumond
+1987; Liu and Arimoto, "Path planning using a tangent graph", 1992). A *state* is a disc and a sense
+of turning around it, 2 * disc + (1 if counter-clockwise else 0).
 """
 
 from __future__ import annotations
@@ -14,22 +14,16 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from states.navigation.clearance import (
-    TOLERANCE,
-    TURN,
-    Array,
-    arc_is_free,
-    passes_disc,
-    sees,
-)
+from states.navigation.circles import arc_is_free
+from states.navigation.clearance import TOLERANCE, TURN, Array, passes_disc, sees
 
 Integers = NDArray[np.int64]
 
 
 class InflatedRoom(NamedTuple):
-    """What does not move; see `clearance` for discs and sides.
+    """The fixed part of a planner; see `clearance` for discs and sides.
 
-    `corners` are those discs that have a free arc, the others need no going round.
+    `corners` are the discs with a free arc: no path can bend around the others.
     `arcs[arc_at[i]:arc_at[i + 1]]` are the blocked arcs of corner i. The tangents that leave
     state s are `link_at[s]:link_at[s + 1]` in `link_to` (state) and `links` (E, 7): from x, y,
     to x, y, angle on the first disc, angle on the second, length.
@@ -46,7 +40,7 @@ class InflatedRoom(NamedTuple):
 
 
 class UserDisc(NamedTuple):
-    """The moving disc of one query; radius 0: there is none. The ray must not be crossed."""
+    """The user's disc in one query (radius 0: none) and a ray from it that no path may cross."""
 
     x: float
     y: float
@@ -57,10 +51,15 @@ class UserDisc(NamedTuple):
 
 @njit(cache=True)
 def tangent(first: Array, turn: float, second: Array, next_turn: float, line: Array) -> bool:
-    """The line on which one goes from round one disc to round another; turns +1 is ccw, -1 cw.
+    """The tangent that leaves a disc turning one way and meets another; turns: +1 ccw, -1 cw.
 
-    Writes x, y of both ends, angles of both on their discs, and the length into `line`; False if
-    one disc holds the other.
+    Writes x, y of both ends, the angles of both on their discs, and the length into `line`; False
+    if one disc contains the other.
+
+    A direction u that passes a disc counter-clockwise has its centre at distance r to the left.
+    So along u the second centre lies next_turn r2 - turn r1 to the left of the first (`across`)
+    and sqrt(d^2 - across^2) ahead (`along`), which is the length: u is the direction between the
+    centres turned by -asin(across / d). The ends are the centres less turn r times u's left normal.
     """
     dx, dy = second[0] - first[0], second[1] - first[1]
     apart = math.hypot(dx, dy)
@@ -82,7 +81,7 @@ def tangent(first: Array, turn: float, second: Array, next_turn: float, line: Ar
 
 @njit(cache=True)
 def sweep_between(start: float, end: float, turn: float) -> float:
-    """Angle travelled from one angle to another in a sense of turning, in [0, 2 pi)."""
+    """Angle swept from one angle to another in a sense of turning, in [0, 2 pi)."""
     sweep = (turn * (end - start)) % TURN
     return 0.0 if TURN - sweep < 1e-9 else sweep
 
@@ -123,7 +122,7 @@ def link_world(
 
 @njit(cache=True)
 def line_crosses_ray(px: float, py: float, qx: float, qy: float, user: UserDisc) -> bool:
-    """Does the line p-q cross the ray that separates the two ways round the user?"""
+    """Does the segment p-q cross the ray that separates the two sides of the user?"""
     one = user.ray_x * (py - user.y) - user.ray_y * (px - user.x)
     two = user.ray_x * (qy - user.y) - user.ray_y * (qx - user.x)
     if (one > 0.0) == (two > 0.0):
@@ -135,7 +134,7 @@ def line_crosses_ray(px: float, py: float, qx: float, qy: float, user: UserDisc)
 
 @njit(cache=True)
 def passes_user(px: float, py: float, qx: float, qy: float, user: UserDisc) -> bool:
-    """Does the line p-q keep off the user, on the allowed side?"""
+    """Does the segment p-q keep clear of the user, on the allowed side?"""
     if not passes_disc(px, py, qx, qy, user.x, user.y, user.radius - TOLERANCE):
         return False
     return not line_crosses_ray(px, py, qx, qy, user)

@@ -1,13 +1,13 @@
 """The objective of the Timed Elastic Band (Roesmann et al. 2012, 2013; teb_local_planner).
 
 A band is (n, 4): poses x, y, yaw and the time dt to the next pose. Its cost is the sum over all
-terms of weight * residual^2; names, terms and defaults are those of the published planner, read
-from its configuration (where configuration and code differ, the configuration). Velocities and
-accelerations are in the robot's frame at the pose. m, s, rad.
+terms of weight * residual^2; names, terms and defaults are those of the published planner's
+configuration (which differs from its code in places). Velocities and accelerations are in the
+robot's frame at the pose. m, s, rad.
 
-Obstacles are (m, 7): a line from x1, y1 to x2, y2 (a point: both the same), a radius to be
-subtracted from distances, and a velocity; what moves is predicted at the time that the band
-reached a pose when its obstacles were last looked up.
+Obstacles are (m, 7): a segment from x1, y1 to x2, y2 (a point: both the same), a radius to be
+subtracted from distances, and a velocity; moving ones are predicted for the time at which the band
+reached the pose when its nearest obstacles were last determined.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from states.navigation.clearance import Array
+from states.navigation.clearance import Array, distance_to_side, turn_between
 
 Integers = NDArray[np.int64]
 
 NEAR = 4
-"""So many nearest obstacles count at each pose."""
+"""Number of nearest obstacles that count at each pose."""
 
 TIME, LENGTH, VELOCITY, NONHOLONOMIC, FORWARD, ROTATION = 0, 1, 2, 5, 6, 7
 ACCELERATION, START_ACCELERATION, VIA, NEAR_VELOCITY, OBSTACLE = 8, 11, 14, 15, 17
@@ -35,9 +35,9 @@ ROWS = OBSTACLE + 2 * NEAR
 class TebValues(NamedTuple):
     """Parameters under their published names; all numbers, so that compiled code can take them.
 
-    One is ours, and off by default: `acc_lim_trans` limits the acceleration as a vector in one
-    frame. As published (0) it is limited per axis, each velocity in the frame of its own pose, so
-    that a holonomic robot gains 1.4 by driving diagonally and takes turning for braking.
+    One is an addition, off by default (0): `acc_lim_trans` limits the acceleration as a vector in
+    one frame. As published it is limited per axis, each velocity in the frame of its own pose, so
+    that a holonomic robot gains a factor 1.4 on diagonals and mistakes turning for braking.
     """
 
     dt_ref: float = 0.3
@@ -84,7 +84,7 @@ class TebValues(NamedTuple):
 
 
 class TebScene(NamedTuple):
-    """What a band is judged against.
+    """What the residuals of a band depend on besides the band.
 
     `ends` (2, 3): velocities at start and goal in the robot's frame. `near` (n, NEAR): obstacles
     of each pose, -1 none. `times` (n,): when each pose is reached. `via` (n, 2): the via point of
@@ -113,14 +113,8 @@ def below(value: float, low: float, epsilon: float) -> float:
 
 
 @njit(cache=True)
-def turn_between(first: float, second: float) -> float:
-    """Angle from one direction to another in [-pi, pi)."""
-    return (second - first + math.pi) % (2.0 * math.pi) - math.pi
-
-
-@njit(cache=True)
 def velocity(band: Array, i: int, holonomic: bool) -> tuple[float, float, float]:
-    """Velocity from pose i to the next, in its frame; signed by a steep sigmoid if it steers."""
+    """Velocity from pose i to the next, in its frame; signed by a steep sigmoid if differential."""
     dx, dy = band[i + 1, 0] - band[i, 0], band[i + 1, 1] - band[i, 1]
     c, s = math.cos(band[i, 2]), math.sin(band[i, 2])
     dt = band[i, 3]
@@ -193,16 +187,10 @@ def acceleration_rows(
 
 @njit(cache=True)
 def distance_to(obstacle: Array, x: float, y: float, time: float) -> float:
-    """Distance to an obstacle where it will be after `time`, less its radius."""
+    """Distance to an obstacle at its position after `time`, less its radius."""
     x -= obstacle[5] * time
     y -= obstacle[6] * time
-    dx, dy = obstacle[2] - obstacle[0], obstacle[3] - obstacle[1]
-    square = dx * dx + dy * dy
-    along = 0.0
-    if square > 0.0:
-        along = min(1.0, max(0.0, ((x - obstacle[0]) * dx + (y - obstacle[1]) * dy) / square))
-    apart = math.hypot(x - obstacle[0] - along * dx, y - obstacle[1] - along * dy)
-    return apart - float(obstacle[4])
+    return float(distance_to_side(x, y, obstacle) - obstacle[4])
 
 
 @njit(cache=True)
@@ -238,7 +226,7 @@ def obstacle_rows(band: Array, i: int, v: TebValues, scene: TebScene, row: Array
 
 @njit(cache=True)
 def residuals(band: Array, v: TebValues, scene: TebScene) -> Array:
-    """All residuals times the roots of their weights, (n, ROWS); the cost is their square sum."""
+    """Residuals times the roots of their weights, (n, ROWS); their squares add up to the cost."""
     count = len(band)
     rows = np.zeros((count, ROWS))
     for i in range(count - 1):

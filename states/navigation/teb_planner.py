@@ -1,9 +1,9 @@
 """The local planner `teb`: a timed elastic band, optimised a little further in every cycle.
 
-For comparison and for scanned clutter; `profile` is faster, shorter in time and never soft. The
-band alone would come up to 3 cm into the user's disc; the last check of `LocalPlanner` keeps it
-out. A user who walks near is met as `profile` meets them: a band stays on the side of them on which
-it began, and its penalties let it come up to 0.9 m into the disc of who walks across.
+For comparison and for scanned clutter; `profile` computes faster, arrives sooner and has no soft
+constraints. The band alone would intrude up to 3 cm into the user's disc; the last check of
+`LocalPlanner` keeps it out. Beside a walking user this planner is a `ProfilePlanner`: a band stays
+on the side of the user on which it began, and would intrude up to 0.9 m.
 """
 
 from __future__ import annotations
@@ -17,12 +17,8 @@ from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
 from hw.room import Disc, Point
 from states.navigation.clearance import Array
-from states.navigation.local_planner import (
-    USER_MARGIN,
-    GlobalPlanner,
-    Limits,
-    Tolerance,
-)
+from states.navigation.interfaces import GlobalPlanner, Limits, Tolerance
+from states.navigation.local_planner import USER_MARGIN
 from states.navigation.path import Path
 from states.navigation.profile_planner import ProfilePlanner
 from states.navigation.teb import TebValues
@@ -32,9 +28,9 @@ from states.navigation.visibility import ExactPlanner
 Ring = Sequence[Point]
 
 PRUNED = 10
-"""So many first poses of the band may lie behind the robot."""
+"""Number of first poses of the band that may lie behind the robot."""
 NEW_GOAL = 1.0
-"""A goal that moves further begins a new band, m."""
+"""A goal that moves further than this starts a new band, m."""
 
 
 def values_for(limits: Limits, mode: DriveMode) -> TebValues:
@@ -58,9 +54,8 @@ def values_for(limits: Limits, mode: DriveMode) -> TebValues:
 class TebPlanner(ProfilePlanner):
     """Follows a timed elastic band, and is a `ProfilePlanner` while a user walks near.
 
-    `walls` are rings that the band keeps `wall_distance` away from, m; what it is not told of it
-    runs against, and the last check stops it. Without `values` they are the published ones with
-    these limits.
+    `walls` are rings that the band keeps `wall_distance` away from, m; only the last check knows
+    any others. Without `values` they are the published ones with these limits.
     """
 
     def __init__(  # noqa: PLR0913 - most are optional
@@ -102,7 +97,7 @@ class TebPlanner(ProfilePlanner):
             self._band = None
             return super()._wanted(pose, now, user, dt)
         start, goal = (pose.x, pose.y), (self.goal.x, self.goal.y)
-        self.path = self._way(start, goal, self._with_margin(user, start, goal), now)
+        self.path = self._best_path(start, goal, self._with_margin(user, start, goal), now)
         self.status = "blocked" if self.path is None else "driving"
         if self.path is None:
             self._band = None
@@ -137,7 +132,7 @@ class TebPlanner(ProfilePlanner):
         return band
 
     def _carried_band(self, pose: Pose2) -> Array:
-        """The last band, begun anew at the robot and ended at the goal."""
+        """The last band, from the robot's present pose to the goal."""
         assert self._band is not None
         assert self.goal is not None
         first = self._band[: min(PRUNED, len(self._band) - 2)]
@@ -152,7 +147,7 @@ class TebPlanner(ProfilePlanner):
         return band
 
     def _obstacles(self, user: Disc | None, values: TebValues) -> Array:
-        """All obstacles so that min_obstacle_dist from them is the distance demanded."""
+        """All obstacles, with radii for which min_obstacle_dist is the clearance required."""
         if self.planner.boxes is not self._boxes[0]:
             boxes = self.planner.boxes
             self._boxes = boxes, _wall_rows(boxes, self._wall_distance)
@@ -160,17 +155,17 @@ class TebPlanner(ProfilePlanner):
         walls[:, 4] -= values.min_obstacle_dist
         if user is None:
             return walls
-        # the penalty begins penalty_epsilon further out; half of that is distance enough
+        # the penalty starts penalty_epsilon further out; half of it is clearance enough
         radius = user.radius - values.min_obstacle_dist - 0.5 * values.penalty_epsilon
         radius += self._margin - USER_MARGIN
         row = (user.x, user.y, user.x, user.y, radius, 0.0, 0.0)
         return np.concatenate((walls, [row]))
 
     def _first_velocity(self, band: Array, pose: Pose2, now: Twist2, dt: float) -> Twist2:
-        """The velocity after this period on the way to the band's first one.
+        """The velocity for the end of this period, on the way to the band's first one.
 
-        A velocity between two poses is had in the middle between them; sent at once, as the
-        published planner does, it brakes too early and costs 3 % more time.
+        The velocity between two poses is that halfway between them, dt / 2 ahead; sent at once, as
+        in the published planner, it brakes too early and costs 3 % more time.
         """
         time = float(band[0, 3])
         part = min(1.0, 2.0 * dt / time)
@@ -184,7 +179,7 @@ class TebPlanner(ProfilePlanner):
         return self._limited(Twist2(vx, vy, turning), now, dt)
 
     def _limited(self, wanted: Twist2, now: Twist2, dt: float) -> Twist2:
-        """What is wanted as far as speed and acceleration allow, both as norms."""
+        """The wanted velocity within the limits on speed and acceleration, both as norms."""
         limits = self._limits
         scale = min(1.0, limits.speed / wanted.speed) if wanted.speed else 1.0
         dx, dy = scale * wanted.vx - now.vx, scale * wanted.vy - now.vy

@@ -1,9 +1,10 @@
-"""Optimises a timed elastic band: Levenberg-Marquardt on a banded system, band resized between.
+"""Optimises a timed elastic band: Levenberg-Marquardt on a banded system, resizing in between.
 
 As published: a few inner iterations per outer one, the obstacles' weight multiplied by
 `weight_adapt_factor` after each outer iteration, poses inserted and removed so that every dt stays
-within dt_ref +- dt_hysteresis. Each residual touches at most three poses that follow each other,
-so twelve evaluations give all derivatives and the normal equations have eleven lower diagonals.
+within dt_ref +- dt_hysteresis. Each residual depends on at most three consecutive poses of four
+variables, so twelve evaluations give all derivatives, and the normal equations have eleven lower
+diagonals.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import math
 import numpy as np
 from numba import njit
 
-from states.navigation.clearance import Array
+from states.navigation.clearance import Array, turn_between
 from states.navigation.teb import (
     NEAR,
     ROWS,
@@ -22,7 +23,6 @@ from states.navigation.teb import (
     TebValues,
     distance_to,
     residuals,
-    turn_between,
 )
 
 WIDTH = 12
@@ -87,7 +87,8 @@ def nearest_obstacles(band: Array, obstacles: Array) -> tuple[Integers, Array]:
 def derivatives(band: Array, rows: Array, v: TebValues, scene: TebScene) -> Array:
     """D row / d variable, (n, ROWS, 12): variables of the row's pose and the two after it.
 
-    The first and the last pose are fixed.
+    Forward differences. Poses three apart share no residual, so one evaluation moves the same
+    variable of every third pose (a colouring of the Jacobian). First and last pose are fixed.
     """
     count = len(band)
     slopes = np.zeros((count, ROWS, WIDTH))

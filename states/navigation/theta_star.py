@@ -1,8 +1,8 @@
-"""Lazy Theta*: any-angle shortest ways on a grid (Nash, Koenig, Tovey 2010).
+"""Lazy Theta*: any-angle shortest paths on a grid (Nash, Koenig, Tovey 2010).
 
-Like A* on 8 neighbours, but every cell takes over its neighbour's parent, as if it saw it, and
-asks whether it does only when its turn comes. Start and goal are places, not cells; all other
-corners of the way are cell centres. Coordinates here are in cells, x along columns.
+Like A* on 8 neighbours, but each cell takes its neighbour's parent as its own, assuming a line of
+sight, which is checked only when the cell is expanded. Start and goal are places, not cells; all
+other corners of the path are cell centres. Coordinates are in cells, x along columns.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Integers = NDArray[np.int64]
 
 @njit(cache=True)
 def line_is_free(free: Mask, px: float, py: float, qx: float, qy: float) -> bool:
-    """Are all cells free that the line p-q passes through? Touching a corner is allowed."""
+    """Are all cells free that the segment p-q passes through? Touching a corner is allowed."""
     column, row = math.floor(px), math.floor(py)
     last_column, last_row = math.floor(qx), math.floor(qy)
     rows, columns = free.shape
@@ -60,7 +60,7 @@ def may_go(free: Mask, px: float, py: float, qx: float, qy: float, user: UserDis
 
 @njit(cache=True)
 def place_of(node: int, columns: int, ends: Array) -> tuple[float, float]:
-    """Where a node is: the middle of its cell, but the goal in its own; -1 is the start."""
+    """Position of a node: its cell's centre, or the goal in the goal's cell; -1 is the start."""
     if node < 0:
         return ends[0, 0], ends[0, 1]
     if node == math.floor(ends[1, 1]) * columns + math.floor(ends[1, 0]):
@@ -72,7 +72,7 @@ def place_of(node: int, columns: int, ends: Array) -> tuple[float, float]:
 def settle(
     node: int, free: Mask, cost: Array, parent: Integers, closed: Mask, ends: Array, user: UserDisc
 ) -> bool:
-    """Make sure that a node sees its parent, or give it the best neighbour that was settled."""
+    """Make sure that a node sees its parent, else take its best closed neighbour as the parent."""
     columns = free.shape[1]
     x, y = place_of(node, columns, ends)
     px, py = place_of(parent[node], columns, ends)
@@ -108,7 +108,7 @@ def neighbour(node: int, step: int, free: Mask) -> int:
 
 @njit(cache=True)
 def theta_star(free: Mask, ends: Array, user: UserDisc) -> Array:
-    """The way from start to goal, (k, 2); empty if there is none.
+    """The path from start to goal, (k, 2); empty if there is none.
 
     Args:
         free: cells the robot's centre may be in.
@@ -154,27 +154,27 @@ def walk_back(node: int, columns: int, parent: Integers, ends: Array) -> Array:
     count, walker = 0, parent[node]
     while walker >= 0:
         count, walker = count + 1, parent[walker]
-    way = np.empty((count + 2, 2))
-    way[0], way[-1] = ends[0], ends[1]
+    path = np.empty((count + 2, 2))
+    path[0], path[-1] = ends[0], ends[1]
     walker = parent[node]
     for i in range(count, 0, -1):
-        way[i, 0], way[i, 1] = place_of(walker, columns, ends)
+        path[i, 0], path[i, 1] = place_of(walker, columns, ends)
         walker = parent[walker]
-    return way
+    return path
 
 
 @njit(cache=True)
-def pulled(free: Mask, way: Array, user: UserDisc) -> Array:
-    """The way without corners that can be left out because those around them see each other."""
-    kept = way.copy()
+def shortcut(free: Mask, path: Array, user: UserDisc) -> Array:
+    """The path without corners whose neighbours see each other."""
+    kept = path.copy()
     count = 1
     at = 0
-    while at < len(way) - 1:
+    while at < len(path) - 1:
         next_at = at + 1
-        for to in range(len(way) - 1, at + 1, -1):
-            if may_go(free, way[at, 0], way[at, 1], way[to, 0], way[to, 1], user):
+        for to in range(len(path) - 1, at + 1, -1):
+            if may_go(free, path[at, 0], path[at, 1], path[to, 0], path[to, 1], user):
                 next_at = to
                 break
-        kept[count] = way[next_at]
+        kept[count] = path[next_at]
         count, at = count + 1, next_at
     return kept[:count]

@@ -1,10 +1,10 @@
-"""Four drives on which local planners are compared, with the least time each could take.
+"""Four drives on which local planners are compared, with the least possible time of each.
 
-A user stands at the origin; the robot comes from the Chase space to the first Haptic pose, or
-drives freely. An ideal base changes its velocity evenly within each period and knows where it is.
-The least times were found with casadi and ipopt: direct transcription, 120 intervals, v <= 1.5
-m/s, a <= 1.0 m/s2, both as norms, never nearer than 1.27 m to the user, until within 5 cm of the
-goal and slower than 0.1 m/s.
+A user stands at the origin; the robot drives from the Chase space to the first Haptic pose, or in
+free space. The base is ideal: it changes its velocity linearly within each period and knows its
+pose. The least times are from an optimal control problem solved with casadi and ipopt (direct
+transcription, 120 intervals, v <= 1.5 m/s and a <= 1.0 m/s2 as norms, at least 1.27 m from the
+user), until within 5 cm of the goal and slower than 0.1 m/s.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from states.navigation.local_planner import LocalPlanner
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """A drive from rest; `least_time` in s; the user's disc is None where nobody is."""
+    """A drive from rest; `least_time` in s; `user` is the disc to keep out of, if any."""
 
     name: str
     start: Pose2
@@ -31,10 +31,10 @@ class Trial:
 
 @dataclass(slots=True)
 class DriveOutcome:
-    """What came of a drive: the time it took, s, and the worst of the rest.
+    """Result of a drive: the time it took, s, and worst values.
 
-    `intrusion` is how deep the robot's centre was in the user's disc, m, negative outside of it;
-    `cycles_ns` how long each cycle took, if a clock was given.
+    `intrusion` is the depth of the robot's centre in the user's disc, m, negative outside;
+    `cycles_ns` the computing time of each cycle, if a clock was given.
     """
 
     time: float = 0.0
@@ -54,7 +54,7 @@ def _polar(radius: float, degrees: float) -> Pose2:
 
 
 OPEN_ROOM: Ring = ((-10.0, -10.0), (10.0, -10.0), (10.0, 10.0), (-10.0, 10.0))
-"""A room in which no wall is in the way."""
+"""A room whose walls are far away."""
 
 _USER, _HAPTIC = Disc(0.0, 0.0, 1.27), Pose2(1.85, 0.0)
 
@@ -74,7 +74,7 @@ def drive(
     longest: float = 40.0,
     clock: Callable[[], int] | None = None,
 ) -> DriveOutcome:
-    """Drive a trial, commands every dt s; `clock` gives nanoseconds, to time each cycle."""
+    """Drive a trial with a command every dt s; `clock` returns ns, to time each cycle."""
     driver.go_to(trial.goal)
     pose, velocity, outcome = trial.start, STILL, DriveOutcome()
     while outcome.time < longest:
@@ -85,7 +85,7 @@ def drive(
         outcome.arrived = driver.status == "arrived"
         if outcome.arrived:
             break
-        # an omni base is told its velocity in the middle of the period, a steering one at its end
+        # an omni base gets its velocity for mid-period, a differential one for its end
         turn = 0.5 * (velocity.wz + command.wz) * dt
         look = pose.yaw + (0.5 if driver.mode == "omni" else 1.0) * turn
         following = command.rotated(look)

@@ -1,7 +1,7 @@
-"""What scanners have shown and no map does, as planners take it: cells, boxes, distances.
+"""Scanned obstacles that are not on the map, as planners need them: cells, boxes, distances.
 
-Every subsystem plans by the same obstacles. Cells are taken a cell larger than they were seen, so
-that noise within a cell changes nothing, and planners are made anew only where something has.
+All subsystems plan with the same obstacles. Marks are dilated by one cell, so that noise within a
+cell changes nothing and planners are rebuilt only when something has changed.
 """
 
 from __future__ import annotations
@@ -29,25 +29,25 @@ Cells = NDArray[np.int64]
 CellWindow = tuple[slice, slice]
 
 LARGEST_BOX_M = 0.5
-"""Things longer than this are put into several boxes, or one would hold much that is free."""
+"""Longest side of a box; longer obstacles are split, or their box would cover free floor."""
 FULL = 0.75
-"""A box so full of cells is not cut."""
+"""Share of marked cells from which on a box is not split."""
 MOST_BOXES = 24
-"""If there were more, larger ones are made: a planner among polygons is made anew in a tick."""
+"""Most boxes, so that a planner among polygons is rebuilt within a tick; else they get larger."""
 
 
 @dataclass(frozen=True, eq=False)
 class Obstacles:
-    """Cells (numbers row * columns + column, sorted) of a grid where something stands.
+    """Occupied cells of a grid, as sorted numbers row * columns + column.
 
-    `reach` is how far any subsystem keeps from obstacles or lets them cost, m.
+    `reach` is the largest distance at which any subsystem takes account of obstacles, m.
     """
 
     grid: Grid
     cells: Cells
     reach: float
     exact: dict[float, ExactPlanner] = field(default_factory=dict, repr=False)
-    """Planners among polygons that know them, by inflation; made when first asked for."""
+    """Planners among polygons that include them, by inflation; made when first needed."""
 
     def __bool__(self) -> bool:
         return len(self.cells) > 0
@@ -57,7 +57,7 @@ class Obstacles:
         return {}
 
     def distances_on(self, grid: Grid) -> tuple[CellWindow, Array]:
-        """Distances to the nearest obstacle's centre, m, and where on a grid they stand."""
+        """A window of a grid, and in it the distances to the nearest obstacle cell's centre, m."""
         if grid not in self._fields:
             self._fields[grid] = self._field(grid)
         return self._fields[grid]
@@ -75,7 +75,7 @@ class Obstacles:
         return (slice(low, high), slice(left, right)), distances(mask, grid.resolution)
 
     def _on(self, grid: Grid) -> tuple[Cells, Cells]:
-        """Rows and columns of the cells on a grid over the same ground."""
+        """Rows and columns of the cells on another grid."""
         rows, columns = np.divmod(self.cells, self.grid.columns)
         if grid == self.grid:
             return rows, columns
@@ -88,7 +88,7 @@ class Obstacles:
 
     @cached_property
     def boxes(self) -> tuple[Ring, ...]:
-        """Boxes along the axes of the map that hold all cells, and little else."""
+        """Axis-aligned boxes that cover all cells, and little else."""
         if not self:
             return ()
         rows, columns = np.divmod(self.cells, self.grid.columns)
@@ -110,7 +110,7 @@ class Obstacles:
 
 
 def _boxes(mask: Mask, largest: float, full: float) -> Iterator[tuple[int, int, int, int]]:
-    """Rows from, to, columns from, to: of each thing, cut until it is small or its box is full."""
+    """Boxes (rows from, to, columns from, to) of each component, split until small or full."""
     labels, _ = ndimage.label(mask, np.ones((3, 3)))
     for number, area in enumerate(ndimage.find_objects(labels), 1):
         corner = area[0].start, area[1].start
@@ -139,7 +139,7 @@ def _cut(
 
 
 class ShownObstacles:
-    """The obstacles that were made known last, and whether what is marked by now is still them."""
+    """The obstacles published last, kept as long as the marked cells still agree with them."""
 
     def __init__(self, grid: Grid, reach: float) -> None:
         self.obstacles = Obstacles(grid, np.empty(0, np.int64), reach)
@@ -148,10 +148,10 @@ class ShownObstacles:
         self._marked = self.obstacles.cells
 
     def update(self, marked: Cells) -> None:
-        """Make known what is marked, if it is no longer what it was.
+        """Publish the marked cells if the obstacles no longer agree with them.
 
-        It is while every marked cell was made known, and beside every one that was marked then
-        something is marked still.
+        They agree while each marked cell is among the obstacles, and each cell marked at the last
+        publication still has a marked one among itself and its neighbours.
         """
         grid = self.obstacles.grid
         if len(marked) == len(self._marked) == 0:
@@ -169,7 +169,7 @@ class ShownObstacles:
 
 @njit(cache=True)
 def holds(marked: Cells, before: Cells, known: Mask, columns: int) -> bool:
-    """Is all that is marked known, and something marked within a cell of all that was before?"""
+    """Is each marked cell known, and one marked within a cell of each that was before?"""
     for cell in marked:
         if not known[cell]:
             return False
@@ -185,7 +185,7 @@ def holds(marked: Cells, before: Cells, known: Mask, columns: int) -> bool:
 
 
 def grown(marked: Cells, rows: int, columns: int) -> Cells:
-    """The cells and their eight neighbours on the grid, sorted, each once."""
+    """The cells and their eight neighbours on the grid, sorted, without duplicates."""
     row, column = np.divmod(marked, columns)
     steps = np.array((-1, 0, 1))
     row = np.clip(row[:, None, None] + steps[None, :, None], 0, rows - 1)

@@ -1,8 +1,8 @@
-"""The global planner `exact`: the shortest way among polygons and round the user.
+"""The global planner `exact`: the shortest path among polygons and around the user.
 
-Walls and columns are inflated with round corners, as costmap_2d inflates, but as geometry instead
-of cells; the user is a disc that may be elsewhere in every query (R34, R51, R120). The answer is
-the shortest way there is, not an approximation on a grid.
+Walls and columns are inflated with round corners, as costmap_2d does, but as geometry instead of
+cells; the user is a disc that may be elsewhere in every query (R34, R51, R120). The path is the
+shortest one, not an approximation on a grid.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hw.room import Disc, Point
-from states.navigation.arcs import shortest_way
+from states.navigation.arcs import shortest_path
+from states.navigation.circles import blocked_arcs
 from states.navigation.clearance import (
     TOLERANCE,
     TURN,
     Array,
     are_free,
-    blocked_arcs,
     check_radius,
     comes_no_nearer,
     distance_to_nearest,
@@ -36,18 +36,16 @@ from states.navigation.tangents import InflatedRoom, UserDisc, goes_straight, li
 Ring = Sequence[Point]
 
 LEAST_RADIUS = 1e-3
-"""Inflations are at least this, m: a way keeps off whatever it passes, and touching polygons have
-no gap between them."""
+"""Least inflation, m: paths do not touch what they pass, nor lead between touching polygons."""
 
 NOBODY = Disc(0.0, 0.0, 0.0)
 
 
 class ExactPlanner:
-    """Shortest ways for the robot's centre in a known room.
+    """Shortest paths for the robot's centre in a known room.
 
-    `outer` is the ring to stay in, `obstacles` (walls, columns) are kept away from by
-    `inflation_radius` as the outer ring is, `keepouts` by `keepout_margin`; m, in the map. Rings
-    may touch and overlap.
+    The centre stays inside the ring `outer`, `inflation_radius` away from it and from all
+    `obstacles` (walls, columns); m, in the map. Rings may touch and overlap.
 
     Raises:
         ValueError: a coordinate or radius is not finite, or a ring has fewer than three corners.
@@ -57,22 +55,18 @@ class ExactPlanner:
         self,
         outer: Ring,
         obstacles: Iterable[Ring] = (),
-        keepouts: Iterable[Ring] = (),
         *,
         inflation_radius: float,
-        keepout_margin: float = 0.05,
     ) -> None:
-        rings = [(ring, inflation_radius) for ring in (outer, *obstacles)]
-        rings += [(ring, keepout_margin) for ring in keepouts]
         self.inflation_radius = inflation_radius
-        self._sides = _sides(rings)
+        self._sides = _sides([(ring, inflation_radius) for ring in (outer, *obstacles)])
         check_radius(inflation_radius)
         self._discs = _discs(self._sides)
         self.boxes: tuple[Ring, ...] = ()
         _ = self._world, self._notches
 
     def among(self, boxes: Iterable[Ring]) -> ExactPlanner:
-        """A planner that knows these obstacles too; ways round them are prepared when asked for."""
+        """A planner with these obstacles too; tangents around them are found when first needed."""
         found = copy(self)
         found.boxes = tuple(boxes)
         more = _sides([(ring, self.inflation_radius) for ring in found.boxes])
@@ -94,11 +88,11 @@ class ExactPlanner:
     def plan(
         self, start: Point, goal: Point, user: Disc | None = None, side: int = 0
     ) -> Path | None:
-        """The shortest way from start to goal, or None if there is none.
+        """The shortest path from start to goal, or None if there is none.
 
-        A start inside an inflation is left first, straight to the nearest free place. `side` +1
-        asks for the shortest way that goes counter-clockwise round the user (who is then on the
-        left), -1 for clockwise, 0 for the shorter one.
+        A start inside an inflation is left first, straight to the nearest free place. With `side`
+        +1 the path passes the user counter-clockwise (who is then on its left), with -1 clockwise,
+        with 0 on the shorter side.
         """
         start, goal = as_floats(start), as_floats(goal)
         disc = as_disc(user)
@@ -125,22 +119,16 @@ class ExactPlanner:
         return bool(is_free(x, y, self._discs, self._sides))
 
     def are_free(self, places: Array) -> NDArray[np.bool_]:
-        """Which of the places (n, 2), m, may the robot's centre be at, (n,)? Not for NaN."""
+        """`is_free` of places (n, 2), m, without the user, (n,)."""
         return are_free(places, self._discs, self._sides)
-
-    def sees(self, start: Point, end: Point, user: Disc | None = None) -> bool:
-        """May the robot go straight from one free place to another?"""
-        start, end, disc = as_floats(start), as_floats(end), as_disc(user)
-        anywhere = UserDisc(disc.x, disc.y, disc.radius, 0.0, 0.0)
-        return bool(goes_straight(*start, *end, anywhere, self._discs, self._sides))
 
     def allows(
         self, start: Point, end: Point, user: Disc | None = None, slack: float = 0.0
     ) -> bool:
-        """Does going straight from start to end harm nothing, wherever the start is?
+        """True if going straight from start to end keeps all distances.
 
-        What the robot is already too near to, it may go along or away from, but not nearer to.
-        Walls may come nearer than demanded by `slack`, m.
+        The robot may start too near to something: it may then move along or away from that, but
+        not nearer to it. `slack` is subtracted from the distances to walls, m.
         """
         start, end, disc = as_floats(start), as_floats(end), as_disc(user)
         if disc.radius > 0.0:
@@ -150,7 +138,7 @@ class ExactPlanner:
         return bool(comes_no_nearer(*start, *end, self._sides, float(slack)))
 
     def nearest_free(self, place: Point, user: Disc | None = None) -> Point | None:
-        """The nearest free place that can be reached in a straight line without harm, or None."""
+        """The nearest free place that `allows` lets the robot go straight to, or None."""
         place, disc = as_floats(place), as_disc(user)
         if not (math.isfinite(place[0]) and math.isfinite(place[1])):
             return None
@@ -168,7 +156,7 @@ class ExactPlanner:
         return Path.of_points((start, goal))
 
     def _around(self, start: Point, goal: Point, user: UserDisc) -> Path | None:
-        length, points = shortest_way(self._world, user, start, goal)
+        length, points = shortest_path(self._world, user, start, goal)
         if not math.isfinite(length):
             return None
         x, y, radii = points.T.tolist()
@@ -176,12 +164,12 @@ class ExactPlanner:
 
 
 def as_floats(place: Point) -> Point:
-    """A place in floats: integers would make numba compile another version during a run."""
+    """A place as floats: integers would make numba compile another version during a run."""
     return float(place[0]), float(place[1])
 
 
 def as_disc(user: Disc | None) -> Disc:
-    """The user's disc in floats, of radius 0 if there is nobody."""
+    """The user's disc as floats, of radius 0 if there is no user."""
     if user is None:
         return NOBODY
     return Disc(float(user.x), float(user.y), float(user.radius))
@@ -220,7 +208,10 @@ def _world(discs: Array, sides: Array) -> InflatedRoom:
 
 
 def separating_ray(start: Point, goal: Point, user: Disc, side: int) -> Point:
-    """Where from the user a way on the other side would pass; (0, 0): both sides are allowed."""
+    """Unit vector of a ray from the user that paths on `side` must not cross; (0, 0): any side.
+
+    It points to the middle of the arc around the user, from start to goal, on the other side.
+    """
     if side == 0 or user.radius == 0.0:
         return 0.0, 0.0
     first = math.atan2(start[1] - user.y, start[0] - user.x)
@@ -237,7 +228,6 @@ def warm_up() -> None:
     user = Disc(6.0, 6.0, 1.0)
     planner.plan((0.1, 0.1), (7.2, 7.4), user, side=1)
     planner.plan((1.0, 1.0), (2.0, 2.0))
-    planner.sees((1.0, 1.0), (2.0, 2.0))
     planner.allows((1.0, 1.0), (2.0, 2.0))
     planner.clearance((1.0, 1.0))
     planner.are_free(np.ones((2, 2)))

@@ -1,4 +1,4 @@
-"""Where a person will be: predictors by name, to be chosen by the profile."""
+"""Predictors of where a person will be, by the names that profiles use."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from dataclasses import dataclass
 from hw.geometry import Pose2, Twist2, wrap
 
 SLOWEST = 1e-6
-"""What is slower than this, m/s, never comes."""
+"""Anything slower than this never arrives, m/s."""
 
 
 @dataclass(frozen=True, slots=True)
 class Predictor:
-    """The person goes on at a share of their speed, along a bend whose turn dies away.
+    """A person who keeps a share of their speed along a bend that straightens out.
 
-    The bend begins with `keeps` times the present rate of turn plus `turn` (rad/s, left is
-    positive), which dies away with the time constant `fades` in s. One who `comes` walks straight
-    to the robot instead, at no less than `least` m/s.
+    The turn rate begins with `keeps` times the present one plus `turn` (rad/s, positive to the
+    left) and decays with the time constant `fades`, s. With `comes` they walk straight to the
+    robot instead, at `least` m/s or faster.
     """
 
     about: str
@@ -30,32 +30,42 @@ class Predictor:
     least: float = 0.0
 
     def reach(self, speed: float, ahead: float) -> float:
-        """How far a person of this speed comes at most, m."""
+        """Upper bound of how far a person of this speed gets, m."""
         return self.speed * max(self.least, speed) * ahead
 
     def at(self, body: Pose2, velocity: Twist2, ahead: float, robot: Pose2) -> Pose2:
-        """Their pose so many seconds ahead; velocity in the map frame, turn as wz."""
+        """Their pose `ahead` seconds from now; velocity in the map, turn rate of the body as wz."""
         pace = max(self.least, velocity.speed)
         if self.comes:
             direction = math.atan2(robot.y - body.y, robot.x - body.x)
-            way = min(pace * ahead, body.distance_to(robot))
-            x, y = body.x + way * math.cos(direction), body.y + way * math.sin(direction)
+            length = min(pace * ahead, body.distance_to(robot))
+            x, y = body.x + length * math.cos(direction), body.y + length * math.sin(direction)
             return Pose2(x, y, direction)
         rate = self.keeps * velocity.wz + self.turn
         if rate == 0.0 and pace == velocity.speed:
-            way = self.speed * ahead
-            return Pose2(body.x + way * velocity.vx, body.y + way * velocity.vy, body.yaw)
-        turned = rate * self.fades * (1.0 - math.exp(-ahead / self.fades))
-        # the chord of a bend points along the mean of its directions
-        mean = self.fades * (rate - turned / ahead) if ahead > 0.0 else 0.0
-        shorter = math.sin(0.5 * turned) / (0.5 * turned) if turned else 1.0
-        chord = self.speed * pace * ahead * shorter
-        direction = math.atan2(velocity.vy, velocity.vx) + mean
+            time = self.speed * ahead
+            return Pose2(body.x + time * velocity.vx, body.y + time * velocity.vy, body.yaw)
+        length, off, turned = chord(self.speed * pace, rate, self.fades, ahead)
+        direction = math.atan2(velocity.vy, velocity.vx) + off
         return Pose2(
-            body.x + chord * math.cos(direction),
-            body.y + chord * math.sin(direction),
+            body.x + length * math.cos(direction),
+            body.y + length * math.sin(direction),
             wrap(body.yaw + turned),
         )
+
+
+def chord(speed: float, rate: float, fades: float, ahead: float) -> tuple[float, float, float]:
+    """Chord of a bend whose turn rate decays: length, direction off the first one, angle turned.
+
+    With rate(t) = rate e^(-t / fades) the heading at t is rate fades (1 - e^(-t / fades)). The
+    chord is taken as that of a circle with the same angle turned, so that it is shorter than the
+    arc by sin(a / 2) / (a / 2), and points along the mean heading over the time.
+    `behaviors.rollout` compiles this function as it stands.
+    """
+    turned = rate * fades * (1.0 - math.exp(-ahead / fades))
+    mean = fades * (rate - turned / ahead) if ahead > 0.0 else 0.0
+    shorter = math.sin(0.5 * turned) / (0.5 * turned) if turned != 0.0 else 1.0
+    return speed * ahead * shorter, mean, turned
 
 
 PREDICTORS: Mapping[str, Predictor] = {
@@ -71,9 +81,12 @@ PREDICTORS: Mapping[str, Predictor] = {
 def time_to_contact(
     relative: tuple[float, float], velocity: tuple[float, float], reach: float
 ) -> float:
-    """When something at `relative` (m) that moves at `velocity` (m/s) comes within `reach`, s.
+    """When something at `relative` (m) that moves at `velocity` (m/s) comes within `reach` m, s.
 
-    0 if it is there already and comes nearer, infinite if it never will.
+    0 if it is within reach and closing in, infinite if it never will be. It is the smaller root t
+    of |relative + t velocity|^2 = reach^2, in the form that does not cancel: with closing =
+    -relative . velocity and gap = |relative|^2 - reach^2, t = gap / (closing + sqrt(closing^2 -
+    |velocity|^2 gap)).
     """
     x, y = relative
     vx, vy = velocity

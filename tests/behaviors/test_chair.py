@@ -35,8 +35,9 @@ from hw.sim.errors import LidarErrors
 from hw.sim.lidar import SimLidar
 from hw.sim.shapes import Body, Shapes
 from hw.sim.track import Track
-from states.environment import SUBSYSTEMS, Environment, SubsystemName
+from states.environment import Environment
 from states.navigation.states import DriveTo
+from states.subsystems import SUBSYSTEMS, SubsystemName
 from tests.repeats import fewer, long_form
 
 HZ = 30
@@ -129,8 +130,16 @@ def touched(
 
 
 @pytest.mark.requirement(37, 51)
-@pytest.mark.parametrize("local_planner", ["profile", "teb"])
-@pytest.mark.parametrize("planner", ["exact", "theta_star"])
+@pytest.mark.parametrize(
+    ("planner", "local_planner"),
+    [
+        ("exact", "profile"),
+        *(
+            pytest.param(*names, marks=pytest.mark.slow)
+            for names in (("exact", "teb"), ("theta_star", "profile"), ("theta_star", "teb"))
+        ),
+    ],
+)
 def test_a_chair_before_a_fast_robot_is_not_touched(planner: str, local_planner: str) -> None:
     environment = environment_of(planner, local_planner)
     ends, touches = touched(environment, "haptic", range(4, 6))

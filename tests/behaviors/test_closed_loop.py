@@ -11,9 +11,10 @@ from typing import Any
 import pytest
 
 from cobodeck.loop import Loop
-from cobodeck.stage import Options, stage
+from cobodeck.options import Options
+from cobodeck.stage import stage
 from cobodeck.wiring import open_setup
-from engine.machine import IDLE
+from engine.node import IDLE
 from hw.geometry import Pose2, wrap
 
 BEHAVIOURS = ("chase", "haptic", "escape", "inform")
@@ -29,8 +30,8 @@ class Watched:
 
     @property
     def behaviour(self) -> str:
-        vertices = self.run.machine.vertices
-        return next(name for name in BEHAVIOURS if vertices[name].status != IDLE)
+        nodes = self.run.nodes
+        return next(name for name in BEHAVIOURS if nodes[name].status != IDLE)
 
     @property
     def distance(self) -> float:

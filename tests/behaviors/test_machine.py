@@ -242,7 +242,7 @@ def test_a_request_that_could_not_be_served_is_handed_to_chase_to_ignore(sim: Re
 
     sim.wait(0.2)
 
-    assert sim.run.machine.root.cells["refused"].value == 7
+    assert sim.run.value_of("refused") == 7
 
 
 @pytest.mark.requirement(57)

@@ -91,7 +91,7 @@ def test_a_request_leaves_every_phase_of_chase_in_its_tick(sim: Rehearsal, phase
     sim.tick()
 
     assert behaviour(sim) == "haptic"
-    assert sim.run.machine.root.cells["deep"].value == DEEP
+    assert sim.run.value_of("deep") == DEEP
 
 
 @pytest.mark.requirement(71, 86)
@@ -221,7 +221,7 @@ def test_the_restart_counts_from_the_tick_it_comes_and_only_in_inform(sim: Rehea
 def test_every_state_of_the_charts_says_what_it_reads_and_commands(sim: Rehearsal) -> None:
     """States read signals, process, and send commands; what they do not declare is refused."""
     sim.start("cobodeck", real=["chase/danger"], signals={"escape.required": False})
-    (danger,) = (leaf for leaf in sim.run.machine.leaves if leaf.path == "chase/danger")
+    danger: Any = sim.run.nodes["chase/danger"]
 
     assert set(danger.interface.reads) == {"escape.required"}
     assert danger.interface.commands == ()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import pytest
 
 from cobodeck.wiring import open_setup
@@ -13,6 +15,7 @@ from engine.scripted import LeafScript
 
 CHARTS = ("cobodeck", "chase", "haptic", "escape", "inform")
 TICK_NS = 10**8
+setup_of = cache(open_setup)
 
 
 class Still:
@@ -24,7 +27,7 @@ class Still:
 
 def machine_of(name: str) -> Machine:
     """A shipped chart whose timeouts only fire when they are told to."""
-    machine = open_setup(name).machine()
+    machine = setup_of(name).machine()
     for vertex in machine.vertices.values():
         if vertex.timeout_ns is not None:
             vertex.timeout_ns = 10**15
@@ -34,17 +37,16 @@ def machine_of(name: str) -> Machine:
 def walk(name: str, script) -> None:
     """Play the steps of a script; runner and exploration agree after each of them."""
     machine = machine_of(name)
-    setup = open_setup(name)
+    setup = setup_of(name)
     parts = {part: Still() for leaf in machine.leaves for part in leaf.interface.commands}
     told = LeafScript(machine)
-    run = ChartRun(machine, Board(setup.signals), parts)
+    run = ChartRun(machine, Board(setup.signals), parts, stand_ins=told.stand_ins)
     run.tick(0)
     here = initial(machine.root)
     for number, step in enumerate(script, start=1):
         for path, outcome in step:
             if outcome == "timeout":
-                machine.vertices[path].deadline = number * TICK_NS
-                run.watch_deadline(machine.vertices[path])
+                run.life.set_deadline(run.nodes[path], number * TICK_NS)
             else:
                 told.end(path, outcome)
         here = after(machine.root, here, step, [])

@@ -62,7 +62,7 @@ def test_our_charts_take_as_many_transitions_per_tick_as_they_should(
 def test_the_limit_steps_the_very_generators_of_the_chart() -> None:
     run, steps = engine.started(engine.HUNDRED)
 
-    generators = [leaf.generator for leaf in run.machine.leaves]
+    generators = [leaf.generator for leaf in run.running]
 
     assert [step.__self__ for step in steps] == generators  # type: ignore[attr-defined]
 

@@ -12,8 +12,9 @@ from cobodeck.__main__ import main
 from cobodeck.catalogue import catalogue
 from cobodeck.console import FAILED, OK, USAGE, Problem
 from cobodeck.opening import refuse_strange_drivers
+from cobodeck.options import Options
 from cobodeck.record.reader import Record
-from cobodeck.stage import Options, stage
+from cobodeck.stage import stage
 from cobodeck.wiring import open_setup
 from hw.connection import connection_names, load_connection
 

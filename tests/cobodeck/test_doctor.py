@@ -10,6 +10,7 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.commands import doctor
+from cobodeck.commands.doctor import checks
 from cobodeck.console import FAILED, OK
 
 
@@ -24,11 +25,14 @@ def test_here_everything_that_is_needed_is_found(capsys: pytest.CaptureFixture[s
 def test_a_package_that_hides_ours_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(doctor, "ROOT", tmp_path)
+    (tmp_path / "states.py").write_text("")
+    monkeypatch.syspath_prepend(str(tmp_path))
 
     assert main(["doctor"]) == FAILED
 
-    assert "package engine" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert re.search(rf"package states +bad +{tmp_path}/states.py: it hides", told)
+    assert "package engine" not in told
 
 
 def test_a_library_for_some_machines_only_is_no_failure() -> None:
@@ -118,3 +122,7 @@ def test_space_and_doctor_report_the_same_of_a_room(
     assert f"{space['wall_ahead_m']['60']:.2f} m for" in found["wall ahead"][1]
     usable = f"{space['usable_m2']:.1f} of {space['free_m2']:.1f} m2"
     assert usable in found["floor"][1]
+
+
+def test_a_library_with_extras_is_found_by_its_name() -> None:
+    assert ("python-can", "ok") in [(what, state) for what, state, _ in checks()]

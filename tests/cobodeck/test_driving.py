@@ -9,6 +9,7 @@ import pytest
 from behaviors.profile import load_profile
 from cobodeck.testing import Rehearsal
 from engine.machine import Leaf
+from engine.node import StandIn
 from hw.geometry import Pose2, Twist2
 from hw.robot import load_robot
 from hw.safety.guarded import GuardedBase
@@ -33,7 +34,7 @@ def never_lets_go(sim: Rehearsal) -> None:
                 yield None
             return "arrived"
 
-    leaf.make = Hanging
+    sim.run.put_in(DRIVE, StandIn(Hanging, leaf.interface.outputs))
 
 
 @pytest.fixture
@@ -98,7 +99,7 @@ def test_a_drive_that_is_over_has_released_the_base(driving: Rehearsal) -> None:
 
 @pytest.mark.requirement(42, 149)
 def test_a_drive_that_says_nothing_any_more_is_stopped(driving: Rehearsal) -> None:
-    leaf = driving.run.machine.vertices[DRIVE]
+    leaf = driving.run.nodes[DRIVE]
     leaf.step = lambda: None
     driving.tick(15)
     assert base_of(driving).selected.source == "chase"

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from cobodeck.figures import Visit, contact_figures, escape_figures, visits
+from cobodeck.options import Options
 from cobodeck.simulate import simulate
-from cobodeck.stage import Options
 from cobodeck.summary import summary
 from cobodeck.testing import Rehearsal
 from cobodeck.wiring import open_setup

@@ -13,8 +13,9 @@ from behaviors.signals import ESTIMATE
 from cobodeck.console import Problem
 from cobodeck.explain import explain
 from cobodeck.figures import visits
+from cobodeck.options import Options
 from cobodeck.simulate import RunResult, simulate
-from cobodeck.stage import Options, stage
+from cobodeck.stage import stage
 from cobodeck.wiring import Setup, open_setup
 from engine.files.finding import FileError
 from hw.sensing import Sensing
@@ -87,17 +88,25 @@ def test_the_chain_knows_the_gap_though_nobody_tells_it_where_the_base_is() -> N
     assert worst <= 0.15  # of a person who walks 5 cm from pose to pose
 
 
+LENGTHS = pytest.mark.parametrize(
+    "duration_s", [12.0, pytest.param(180.0, marks=pytest.mark.slow)], ids=["short", "served"]
+)
+
+
+@LENGTHS
 @pytest.mark.requirement(67)
-def test_the_same_seed_gives_the_same_run_and_another_another() -> None:
-    first, again, other = (run("study", 1, seed) for seed in (5, 5, 6))
+def test_the_same_seed_gives_the_same_run_and_another_another(duration_s: float) -> None:
+    first, again, other = (run("study", 1, s, duration_s=duration_s) for s in (5, 5, 6))
 
     names = ("trace_sha256", "motion_sha256", "localization")
     assert [first.figures[name] for name in names] == [again.figures[name] for name in names]
     assert first.figures["motion_sha256"] != other.figures["motion_sha256"]
 
 
-def test_skipping_changes_no_trace() -> None:
-    asked, all_of_it = run("study", 1), run("study", 1, eager=True)
+@LENGTHS
+def test_skipping_changes_no_trace(duration_s: float) -> None:
+    asked = run("study", 1, duration_s=duration_s)
+    all_of_it = run("study", 1, duration_s=duration_s, eager=True)
 
     for name in ("trace_sha256", "motion_sha256", "served"):
         assert asked.figures[name] == all_of_it.figures[name]
@@ -165,6 +174,7 @@ def test_after_a_restart_of_the_tracking_the_robot_goes_by_the_tracking() -> Non
     assert result.figures["localization"]["drift"]
 
 
+@pytest.mark.slow
 @pytest.mark.requirement(26, 27, 30)
 def test_amcl_alone_can_be_chosen_by_name() -> None:
     setup = open_setup(scene="study")
@@ -187,19 +197,27 @@ residual: {position: 2 mm, yaw: 0.05 deg}
 """
 
 
+def scene_beside(folder: Path, calibration: str) -> str:
+    """`study` with its tracking calibrated by a file beside it."""
+    text = (Path(__file__).parents[2] / "hw" / "scenes" / "study.yaml").read_text()
+    scene = folder / "here.yaml"
+    scene.write_text(text.replace("scene: study", f"scene: here\ncalibration: {calibration}"))
+    return str(scene)
+
+
+def test_a_calibration_that_there_is_not_is_named_with_its_place(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match=r"here\.yaml:2:\d+: calibration"):
+        open_setup(scene=scene_beside(tmp_path, "nowhere"))
+
+
+@pytest.mark.slow
 @pytest.mark.requirement(12, 20)
 def test_a_scene_names_its_calibrated_tracking(tmp_path: Path) -> None:
     (tmp_path / "turned.yaml").write_text(TURNED)
-    text = (Path(__file__).parents[2] / "hw" / "scenes" / "study.yaml").read_text()
-    scene = tmp_path / "here.yaml"
-    scene.write_text(text.replace("scene: study", "scene: here\ncalibration: turned.yaml"))
-    result = run(str(scene), 1)
+    result = run(scene_beside(tmp_path, "turned.yaml"), 1)
 
     assert result.figures["served"] == 1
     assert result.figures["localization"]["rmse_m"] <= 0.01
     assert result.figures["localization"]["drift"] is None
     counts = result.wired.board.slots[ESTIMATE].estimator.localizer.counts
     assert counts["trackers"] >= 2
-    scene.write_text(text.replace("scene: study", "scene: here\ncalibration: nowhere"))
-    with pytest.raises(FileError, match=r"here\.yaml:2:\d+: calibration"):
-        open_setup(scene=str(scene))

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from cobodeck.loop import Loop
-from cobodeck.stage import Options, stage
+from cobodeck.options import Options
+from cobodeck.stage import stage
 from cobodeck.wiring import open_setup
 from hw.geometry import Pose2
 from hw.people.user import open_user

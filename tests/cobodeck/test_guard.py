@@ -9,7 +9,8 @@ import pytest
 
 from behaviors.profile import load_profile
 from cobodeck.loop import Loop
-from cobodeck.stage import Options, stage
+from cobodeck.options import Options
+from cobodeck.stage import stage
 from cobodeck.wiring import guarded, open_setup, wire
 from hw.geometry import STILL
 from hw.safety.guarded import GuardedBase

@@ -16,7 +16,8 @@ from cobodeck.inlet import Inlet
 from cobodeck.localization import LocalizationWatch
 from cobodeck.metrics import Evaluator
 from cobodeck.operators import ConsoleOperator
-from cobodeck.stage import Options, stage
+from cobodeck.options import Options
+from cobodeck.stage import stage
 from cobodeck.wiring import open_setup
 from engine.board import Board
 from engine.signals import Measured, declare

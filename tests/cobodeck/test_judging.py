@@ -20,8 +20,9 @@ from cobodeck.judges import arm_outline, prop_of
 from cobodeck.loop import Loop
 from cobodeck.measured import Senses
 from cobodeck.metrics import Evaluator, MotionHash
+from cobodeck.options import Options
 from cobodeck.requests import RequestWatch
-from cobodeck.stage import Options, stage
+from cobodeck.stage import stage
 from cobodeck.wiring import open_setup
 from engine.board import Board
 from engine.signals import declare

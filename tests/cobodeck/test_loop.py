@@ -22,9 +22,10 @@ import pytest
 from cobodeck.clocks import RealTime
 from cobodeck.inlet import Inlet
 from cobodeck.loop import LATE_NS, Loop
+from cobodeck.options import Options
 from cobodeck.plants import Nothing
 from cobodeck.simulate import simulate
-from cobodeck.stage import Options, stage
+from cobodeck.stage import stage
 from cobodeck.wiring import Wired, open_setup
 from engine.board import Board
 from engine.clock import TickGrid

@@ -10,9 +10,9 @@ import pytest
 from cobodeck.arm_contact import ArmOutline, ArmWatch
 from cobodeck.figures import spread
 from cobodeck.metrics import Evaluator
+from cobodeck.options import Options
 from cobodeck.requests import RequestWatch
 from cobodeck.simulate import simulate
-from cobodeck.stage import Options
 from cobodeck.wiring import open_setup
 from hw.geometry import Pose2, Pose3
 from hw.robot import load_robot

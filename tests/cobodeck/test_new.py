@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from cobodeck.__main__ import main
-from cobodeck.console import FAILED, OK, REFUSED
+from cobodeck.console import FAILED, OK, REFUSED, USAGE
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -39,7 +39,7 @@ def test_it_is_valid_even_strictly(project: Path) -> None:
 
     assert result.returncode == OK, result.stdout + result.stderr
     said, explored = result.stdout.splitlines()
-    assert said == "no errors in 1 file"
+    assert said == "no errors in 3 files"
     assert explored.startswith("greet: ")
     assert explored.endswith(", complete")
 
@@ -48,7 +48,7 @@ def test_its_tests_pass(project: Path) -> None:
     result = python(project, "-m", "pytest", "-q", "-p", "cobodeck.pytest_plugin")
 
     assert result.returncode == 0, result.stdout + result.stderr
-    assert "2 passed" in result.stdout
+    assert "3 passed" in result.stdout
 
 
 def test_its_chart_runs_by_name(project: Path) -> None:
@@ -72,7 +72,7 @@ def test_the_commands_of_its_readme_work_as_they_are_typed(project: Path, tmp_pa
         "PYTEST_PLUGINS": "cobodeck.pytest_plugin",
     }
 
-    assert len(typed) == 5
+    assert len(typed) == 8
     for command in typed:
         result = subprocess.run(
             ["sh", "-c", command],
@@ -102,7 +102,7 @@ def test_how_to_go_on_can_be_typed_in_the_shell_one_is_in(
 
     activation = f"  . '{programs}/activate'\n"
     assert capsys.readouterr().out == (
-        f"{folder}: a chart, a state and its test. Go on with\n"
+        f"{folder}: a chart, a state, a room, a profile and tests. Go on with\n"
         f"{'' if is_found else activation}"
         f"  cd '{folder}' && cobodeck validate && pytest\n"
     )
@@ -119,6 +119,36 @@ def test_a_folder_in_use_is_left_alone(project: Path, capsys: pytest.CaptureFixt
 
     assert "is there already" in capsys.readouterr().err
     assert sorted(path for path in project.rglob("*") if path.is_file()) == before
+
+
+NO_NAMES = ["ü", "naïve", "2nd", "class", "a.b", "_own", "名", "-", "é-lab"]
+
+
+@pytest.mark.parametrize("name", NO_NAMES)
+def test_a_name_that_is_none_for_a_package_leaves_nothing_behind(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["new", str(tmp_path / name)]) == USAGE
+
+    assert f"{name!r} cannot name a package; use the letters a to z" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("was_there", [False, True])
+def test_a_project_that_cannot_be_completed_is_not_begun(
+    tmp_path: Path, was_there: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(_text: str, **_given: str) -> str:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("cobodeck.commands.schema.schema_of", full)
+    monkeypatch.setattr(sys, "path", sys.path.copy())
+    if was_there:
+        (tmp_path / "half_done").mkdir()
+
+    assert main(["new", str(tmp_path / "half_done")]) == FAILED
+
+    assert [path.name for path in tmp_path.rglob("*")] == (["half_done"] if was_there else [])
 
 
 def test_its_state_is_ten_lines(project: Path) -> None:

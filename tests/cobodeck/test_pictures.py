@@ -14,14 +14,14 @@ from behaviors.chase_space import grid
 from behaviors.profile import load_profile
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK, USAGE, Problem
+from cobodeck.options import Options
 from cobodeck.pictures.canvas import form_of, save
 from cobodeck.pictures.moment import Moment, after, at_start, with_next_drive
 from cobodeck.pictures.room import OBJECT
 from cobodeck.pictures.scene import levels, next_deep, scene_picture
 from cobodeck.pictures.spaces import PATH, colours
-from cobodeck.stage import Options
 from cobodeck.wiring import open_setup
-from engine.draw.dot import RED
+from engine.draw.style import RED
 from hw.geometry import Pose2
 from hw.robot import load_robot
 from hw.samples import UserPose

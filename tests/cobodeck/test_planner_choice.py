@@ -8,15 +8,21 @@ from typing import Any
 import pytest
 
 from behaviors.profile import FOLDER, load_profile
+from cobodeck.options import Options
 from cobodeck.simulate import simulate
-from cobodeck.stage import Options, stage
+from cobodeck.stage import stage
 from cobodeck.warmup import warm_up
 from cobodeck.wiring import open_setup
 from engine.files.finding import FileError
 
 CHOICES = [
-    ("exact", "profile"), ("theta_star", "profile"), ("navfn", "profile"),
-    ("exact", "teb"), ("theta_star", "teb"),
+    ("theta_star", "teb"),
+    *(
+        pytest.param(*names, marks=pytest.mark.slow)
+        for names in (
+            ("exact", "profile"), ("theta_star", "profile"), ("navfn", "profile"), ("exact", "teb"),
+        )
+    ),
 ]  # fmt: skip
 
 

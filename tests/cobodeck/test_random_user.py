@@ -39,10 +39,11 @@ def check(figures: dict[str, Any], requests: int) -> None:
 
 @pytest.mark.requirement(56, 64, 65, 116)
 @pytest.mark.parametrize("scene", ["lab_a", "lab_b"])
-def test_ten_requests_of_a_random_person_are_answered_without_a_contact(
-    wandered: Any, scene: str
+@pytest.mark.parametrize("requests", [5, pytest.param(10, marks=pytest.mark.slow)])
+def test_requests_of_a_random_person_are_answered_without_a_contact(
+    wandered: Any, scene: str, requests: int
 ) -> None:
-    check(wandered(scene, 10, seed=2), 10)
+    check(wandered(scene, requests, seed=2), requests)
 
 
 @pytest.mark.requirement(49, 116)

@@ -11,11 +11,12 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK, USAGE
+from cobodeck.options import Options
 from cobodeck.pictures.course import Course
 from cobodeck.pictures.recorded import MEASURED, course_of
 from cobodeck.pictures.watch import CourseWatch, used_charts
 from cobodeck.record.reader import Group, Record
-from cobodeck.stage import Options, stage
+from cobodeck.stage import stage
 from cobodeck.wiring import open_setup
 
 RUN = ("--scene", "study", "--requests", "2", "--seed", "3")

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from cobodeck.loop import Loop
-from cobodeck.stage import Options, stage
+from cobodeck.options import Options
+from cobodeck.stage import stage
 from cobodeck.wiring import open_setup, wire
 from engine.clock import TickGrid
 from hw.drivers.unity.link import UnityVr

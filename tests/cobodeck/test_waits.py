@@ -9,10 +9,11 @@ import pytest
 
 from behaviors.escape import SafeOnTheWay
 from cobodeck.catalogue import catalogue
-from cobodeck.stage import Options, stage
+from cobodeck.options import Options
+from cobodeck.stage import stage
 from cobodeck.testing import Rehearsal
 from cobodeck.wiring import open_setup
-from engine import lifecycle
+from engine import life
 from engine.board import Board
 from engine.context import LeafContext
 from engine.signals import Derived, Measured, declare
@@ -28,8 +29,8 @@ class Watched(LeafContext):
     waited: set[str]
     forgotten: dict[str, set[str]]
 
-    def __init__(self, leaf: Any, board: Any, parts: Any) -> None:
-        super().__init__(leaf, board, parts)
+    def __init__(self, node: Any, board: Any, parts: Any) -> None:
+        super().__init__(node, board, parts)
         self.board, self.read, self.tick = board, set[str](), -1
 
     def _note(self, signal: str) -> None:
@@ -57,7 +58,7 @@ class Watched(LeafContext):
     def bits(self, names: tuple[str, ...]) -> int:
         """Called when a state waits."""
         covered = super().bits(names)
-        name = self.leaf.interface.name
+        name = self.node.interface.name
         self.waited.add(name)
         if self.tick == self.board.ticks:
             constant = self.board.bits(
@@ -74,7 +75,7 @@ class Watched(LeafContext):
 def watched(monkeypatch: pytest.MonkeyPatch) -> type[Watched]:
     monkeypatch.setattr(Watched, "waited", set(), raising=False)
     monkeypatch.setattr(Watched, "forgotten", {}, raising=False)
-    monkeypatch.setattr(lifecycle, "LeafContext", Watched)
+    monkeypatch.setattr(life, "LeafContext", Watched)
     return Watched
 
 
@@ -122,7 +123,7 @@ def test_who_waits_to_be_safe_on_the_way_waits_for_what_stops_the_robot(
         board.put("user.pose", UserPose(user, 0.0), bench.now)
         board.put("base.pose", Pose2(7.0, 7.0), bench.now)
         bench.tick()
-    leaf = bench.machine.vertices["a"]
+    leaf: Any = bench.run.nodes["a"]
     assert {"escape.safe", "base.twist"} <= leaf.context.read
     assert watched.forgotten == {}
 

@@ -60,6 +60,7 @@ def test_a_wheel_simulates_validates_and_begins_projects_elsewhere(tmp_path: Pat
         PYTHONPATH=str(environment),
     )
     assert json.loads(shown)["ticks"] == 601
+    assert not list(environment.rglob("*.nb[ic]"))  # `pip uninstall` would leave them
     assert "no errors" in run([*cobodeck, "validate"], elsewhere, PYTHONPATH=str(environment))
     listed = run(
         [*cobodeck, "list", "connections", "--json"], elsewhere, PYTHONPATH=str(environment)

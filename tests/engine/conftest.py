@@ -115,6 +115,8 @@ class Bench:
         self.script = LeafScript(self.machine) if scripted else None
         self.base = Part()
         given.setdefault("parts", {"base": self.base})
+        if self.script is not None:
+            given["stand_ins"] = self.script.stand_ins
         self.run = ChartRun(self.machine, **given)
         self.operator = Operator(self.run)
         self.ticks = 0

@@ -79,9 +79,7 @@ def without_clocks(text):
 
 def let_time_out(bench, path):
     """Make one node due, and no other."""
-    vertex = bench.machine.vertices[path]
-    vertex.deadline = bench.now
-    bench.run.watch_deadline(vertex)
+    bench.run.life.set_deadline(bench.run.nodes[path], bench.now)
 
 
 def run_script(bench, script):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import random
 from collections import Counter
+from functools import partial
 from typing import Any
 
 import pytest
@@ -17,17 +18,20 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from engine.files.source import read
+from engine.life import Life
 from engine.load import Library, load_text
-from engine.machine import (
+from engine.machine import Leaf, Machine
+from engine.node import (
     CHOSEN,
+    IDLE,
     PUT_OFF,
     RETRYING,
     RUNNING,
     WAITING,
-    Box,
-    Leaf,
-    Machine,
-    Vertex,
+    BoxNode,
+    LeafNode,
+    Node,
+    StandIn,
 )
 from engine.operator import Operator
 from engine.run import ChartRun
@@ -55,7 +59,9 @@ class Ledger:
 class Wild:
     """A leaf that behaves by chance."""
 
-    def __init__(self, leaf: Leaf, ledger: Ledger, chance: random.Random) -> None:
+    def __init__(
+        self, leaf: Leaf, ledger: Ledger, chance: random.Random, **_parameters: Any
+    ) -> None:
         self.leaf, self.ledger, self.chance = leaf, ledger, chance
         if chance.random() < 0.02:
             raise RuntimeError("cannot be made")
@@ -162,12 +168,15 @@ def check_lives(text: str, seed: int, runner: type[ChartRun]) -> None:
     ledger = Ledger()
 
     def bind() -> Machine:
-        machine = Machine(library["c"], library, INTERFACES)
-        for leaf in machine.leaves:
-            leaf.make = lambda leaf=leaf, **_: Wild(leaf, ledger, chance)
-        return machine
+        return Machine(library["c"], library, INTERFACES)
 
-    run = runner(bind(), parts={"base": Part()}, level=chance.choice((None, None, 2)))
+    machine = bind()
+    stand_ins = {
+        leaf.path: StandIn(partial(Wild, leaf, ledger, chance), leaf.interface.outputs)
+        for leaf in machine.leaves
+    }
+    level = chance.choice((None, None, 2))
+    run = runner(machine, parts={"base": Part()}, level=level, stand_ins=stand_ins)
     operator = Operator(run)
     for tick in range(60):
         run.tick(tick * 10**8)
@@ -191,21 +200,22 @@ def check_now(run: ChartRun, ledger: Ledger) -> None:
     """What has started and not stopped is just what the runner calls active."""
     check_turns(run)
     running = sorted(ledger.running.values())
-    active = sorted(path for path in run.active if run.machine.vertices[path].generator is not None)
-    assert running == active
-    assert not any(isinstance(v, Leaf) and v.generator is None for v in run.entered)
+    active = [leaf.path for leaf in run.running if leaf.generator is not None]
+    assert running == sorted(active)
+    assert active == run.active
 
 
 def check_turns(run: ChartRun) -> None:
     """Nothing has two turns, and just what goes on has one."""
     turns = run.turns
-    named = [*turns.monitors, *turns.actions, *turns.frozen, *turns.put_off]
+    named = [*turns.nodes, *turns.frozen, *turns.put_off]
     assert len(named) == len(set(named))
-    assert turns.fresh_actions == []
-    for vertex in run.machine.vertices.values():
-        going = vertex.status in (CHOSEN, RUNNING, WAITING, RETRYING, PUT_OFF)
-        if isinstance(vertex, Leaf) or vertex.status in (WAITING, RETRYING, PUT_OFF):
-            assert going == (vertex in named)
+    assert turns.nodes == sorted(turns.nodes, key=lambda node: node.turn)
+    assert turns.fresh == []
+    for node in run.nodes.values():
+        going = node.status in (CHOSEN, RUNNING, WAITING, RETRYING, PUT_OFF)
+        if isinstance(node, LeafNode) or node.status in (WAITING, RETRYING, PUT_OFF):
+            assert going == (node in named)
 
 
 def check_trace(run: ChartRun) -> None:
@@ -263,32 +273,54 @@ def test_every_start_is_followed_by_exactly_one_stop(text, seed):
     check_lives(text, seed, ChartRun)
 
 
-class DropsLosers(ChartRun):
-    """Forgets to close what loses."""
+class LeavesOpen(Life):
+    """Forgets to close the generators of what loses."""
 
-    def _close_leaf(self, leaf: Vertex) -> None:
-        leaf.generator = None
+    __slots__ = ()
+
+    def close_leaf(self, node: LeafNode) -> None:
+        node.generator = node.step = None
 
 
-class ClosesOnlyTheFirst(ChartRun):
+class ClosesTheLastOnly(Life):
     """Closes one of those that have to be closed."""
 
-    def _close(self, top: Vertex, first: int) -> tuple[Vertex, ...]:
-        inside = [v for v in reversed(self.entered) if first <= v.order <= top.last]
-        boxes = [v for v in inside if isinstance(v, Box)]
-        for vertex in inside[:1] + boxes:
-            if vertex.generator is not None:
-                self._close_leaf(vertex)
-            self.entered.pop(vertex, None)
-            vertex.status = 0
+    __slots__ = ()
+
+    def close(self, top: Node, first: int) -> tuple[Node, ...]:
+        inside = [n for n in reversed(self.entered) if first <= n.order <= top.last]
+        boxes = [node for node in inside if isinstance(node, BoxNode)]
+        for node in inside[:1] + boxes:
+            if isinstance(node, LeafNode):
+                self.close_leaf(node)
+            self.entered.pop(node, None)
+            node.status = IDLE
         return tuple(inside)
 
 
 class ForgetfulTurns(Turns):
     """Drops nothing."""
 
-    def drop(self, top: Vertex) -> None:
+    __slots__ = ()
+
+    def drop(self, top: Node) -> None:
         pass
+
+
+class DropsLosers(ChartRun):
+    """Forgets to close what loses."""
+
+    def __init__(self, *given: Any, **named: Any) -> None:
+        super().__init__(*given, **named)
+        self.life.__class__ = LeavesOpen
+
+
+class ClosesOnlyTheFirst(ChartRun):
+    """Closes one of those that have to be closed."""
+
+    def __init__(self, *given: Any, **named: Any) -> None:
+        super().__init__(*given, **named)
+        self.life.__class__ = ClosesTheLastOnly
 
 
 class KeepsTheTurnOfTheClosed(ChartRun):
@@ -296,8 +328,7 @@ class KeepsTheTurnOfTheClosed(ChartRun):
 
     def __init__(self, *given: Any, **named: Any) -> None:
         super().__init__(*given, **named)
-        self.turns = ForgetfulTurns(self.board)
-        self.turns.put_off.append(self.machine.root)
+        self.turns.__class__ = ForgetfulTurns
 
 
 @pytest.mark.parametrize("faulty", [DropsLosers, ClosesOnlyTheFirst, KeepsTheTurnOfTheClosed])

@@ -74,7 +74,8 @@ class Play:
     ) -> None:
         self.machine = machine
         self.script = LeafScript(machine) if scripted else None
-        self.run = ChartRun(machine, level=level)
+        stand_ins = self.script.stand_ins if self.script is not None else {}
+        self.run = ChartRun(machine, level=level, stand_ins=stand_ins)
         self.operator = Operator(self.run)
         self.ticks = 0
 

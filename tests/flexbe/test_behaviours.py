@@ -96,7 +96,7 @@ def test_conditions_keep_their_order(behaviours, machine, name):
         ]
         wanted = [(o, conditions) for o, conditions in wanted if not impossible & set(conditions)]
         box = vertices[path]
-        found = [(o, [(child.path, end) for child, end in ends]) for o, ends in box.rules]
+        found = [(o, [(f"{path}/{c}", end) for c, end in ends.items()]) for o, ends in box.rules]
         assert found == wanted
 
 

@@ -38,7 +38,7 @@ def shape(machine):
             children = [child.path for child in vertex.children]
             said["form"] = vertex.form
             said["children"] = children if vertex.form == "any" else (children[0], set(children))
-            said["rules"] = [(o, [(c.path, e) for c, e in ends]) for o, ends in vertex.rules]
+            said["rules"] = [(o, list(ends.items())) for o, ends in vertex.rules]
         found[path] = said
     return found
 

@@ -10,9 +10,10 @@ from typing import Any
 import pytest
 
 from cobodeck.loop import Loop
-from cobodeck.stage import Options, stage
+from cobodeck.options import Options
+from cobodeck.stage import stage
 from cobodeck.wiring import open_setup, wire
-from engine.machine import Leaf
+from engine.node import LeafNode
 from hw.geometry import Pose2, Twist2
 from hw.safety.guarded import GuardedBase
 from hw.safety.limits import SafetyLimits
@@ -204,8 +205,8 @@ def test_with_poses_of_the_user_that_are_too_late_nothing_drives() -> None:
 @pytest.mark.requirement(149)
 def test_what_decisions_go_by_is_where_the_user_is_now() -> None:
     loop = delayed_loop(3, "tuned")
-    monitor = loop.wired.run.machine.vertices["follow/wait/far"]
-    assert isinstance(monitor, Leaf)
+    monitor = loop.wired.run.nodes["follow/wait/far"]
+    assert isinstance(monitor, LeafNode)
     taken, raw = [], []
 
     def compare() -> None:

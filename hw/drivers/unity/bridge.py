@@ -16,7 +16,7 @@ from hw.drivers.unity.inbox import MAP, VIVE, Checks, Inbox, TellUser
 from hw.drivers.unity.messages import SECOND, Messages, time_of
 from hw.drivers.unity.session import Session
 from hw.drivers.unity.topics import Topics, UnityTopic, plain_name, plain_type
-from hw.drivers.unity.wire import Malformed, UnityFrame, command, frame, handshake
+from hw.drivers.unity.wire import MalformedFrame, UnityFrame, command, frame, handshake
 from hw.geometry import Pose3
 from hw.samples import ClockState, RobotView
 
@@ -222,7 +222,7 @@ class UnityBridge:
         """Note that the next frame is a request or a response."""
         number = fields.get("srv_id")
         if type(number) is not int:
-            raise Malformed(f"__{kind} without srv_id")
+            raise MalformedFrame(f"__{kind} without srv_id")
         session.awaited = (kind, number)
 
     def _answer(self, session: Session, found: UnityFrame) -> None:
@@ -321,5 +321,5 @@ def _nothing(session: Session, fields: Mapping[str, Any]) -> None:
 def _text(fields: Mapping[str, Any], key: str) -> str:
     found = fields.get(key)
     if not isinstance(found, str):
-        raise Malformed(f"a command without {key!r}")
+        raise MalformedFrame(f"a command without {key!r}")
     return found.rstrip("\0")

@@ -17,7 +17,7 @@ from hw.drivers import gates
 from hw.drivers.clocks import PeerClock
 from hw.drivers.unity.bridge import Bridged, UnityBridge
 from hw.drivers.unity.session import Session
-from hw.drivers.unity.wire import KEEPALIVE, Malformed
+from hw.drivers.unity.wire import KEEPALIVE, MalformedFrame
 from hw.links.datagrams import Address, Intake, Outlet
 from hw.links.processes import Parent, Ready, serve
 from hw.samples import RobotView
@@ -103,7 +103,7 @@ class UnityServer:
         try:
             for frame in session.read(now):
                 self._bridge.take(session, frame, now)
-        except Malformed as error:
+        except MalformedFrame as error:
             self._bridge.blame(f"{session.name}: {error}")
             session.broken = str(error)
 

@@ -21,7 +21,7 @@ VERSION = "v0.7.0"
 _SIZE = struct.Struct("<I")
 
 
-class Malformed(ValueError):
+class MalformedFrame(ValueError):
     """The bytes are no frame; the start of the next one is unknown."""
 
 
@@ -46,9 +46,9 @@ class UnityFrame(NamedTuple):
         try:
             found = json.loads(text) if text.strip() else {}
         except (ValueError, RecursionError) as error:
-            raise Malformed(f"{self.destination}: no JSON: {error}") from None
+            raise MalformedFrame(f"{self.destination}: no JSON: {error}") from None
         if not isinstance(found, dict):
-            raise Malformed(f"{self.destination}: no JSON object")
+            raise MalformedFrame(f"{self.destination}: no JSON object")
         return found
 
 
@@ -87,11 +87,11 @@ class Parser:
             return None
         body, at = content
         if not destination and body:
-            raise Malformed(f"a body of {len(body)} bytes without a destination")
+            raise MalformedFrame(f"a body of {len(body)} bytes without a destination")
         try:
             return UnityFrame(destination.rstrip(b"\0").decode(), body), at
         except UnicodeDecodeError:
-            raise Malformed("the destination is no text") from None
+            raise MalformedFrame("the destination is no text") from None
 
     def _part(self, at: int, longest: int, what: str) -> tuple[bytes, int] | None:
         data, begin = self._data, at + _SIZE.size
@@ -99,7 +99,7 @@ class Parser:
             return None
         [size] = _SIZE.unpack_from(data, at)
         if size > longest:
-            raise Malformed(f"a {what} of {size} bytes; {longest} is most")
+            raise MalformedFrame(f"a {what} of {size} bytes; {longest} is most")
         end = begin + size
         return None if len(data) < end else (bytes(data[begin:end]), end)
 

@@ -18,7 +18,7 @@ from cobodeck.logs.localized import (
 from cobodeck.logs.log import ReferencePose
 from cobodeck.logs.mapped import built_ground, given_ground, reference_at, room_ground
 from cobodeck.logs.opening import open_log
-from cobodeck.logs.seen import Way, scans_of
+from cobodeck.logs.seen import WheelPath, scans_of
 from engine.files.finding import FileError
 from hw.geometry import Pose2
 from states.maps.occupancy import save_map
@@ -149,7 +149,7 @@ def test_wheels_that_speak_seldom_are_told_in_between_on_arcs(drive):
 
 
 def test_the_way_of_the_wheels_is_told_between_their_words(log):
-    way = Way(log)
+    way = WheelPath(log)
     wheels = [s for s in log.samples if s.name == "base.odometry"]
     first, second = wheels[100], wheels[101]
     middle = way.at((first.stamp_ns + second.stamp_ns) // 2)

@@ -15,11 +15,11 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK, USAGE
+from cobodeck.options import Options
 from cobodeck.record.person import past
 from cobodeck.record.reader import Group, Record, RecordedMessage
 from cobodeck.record.start import recorder
 from cobodeck.simulate import RunResult, simulate
-from cobodeck.stage import Options
 from cobodeck.wiring import open_setup
 from hw.geometry import Pose3
 from hw.people.person import Person

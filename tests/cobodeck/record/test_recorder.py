@@ -14,10 +14,10 @@ from typing import Any
 import pytest
 from mcap.reader import make_reader
 
+from cobodeck.options import Options
 from cobodeck.record.start import recorder
 from cobodeck.record.taps import Tapped
 from cobodeck.simulate import RunResult, simulate
-from cobodeck.stage import Options
 from cobodeck.wiring import open_setup
 from engine.files.text import noting
 

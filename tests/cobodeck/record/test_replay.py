@@ -19,13 +19,13 @@ from mcap.reader import make_reader
 from cobodeck.clocks import Clock
 from cobodeck.console import Problem
 from cobodeck.loop import Loop
+from cobodeck.options import Options
 from cobodeck.record.feed import ALTERED
 from cobodeck.record.header import changes
 from cobodeck.record.reader import Record
 from cobodeck.record.replay import Replay, setup_of, stage_replay
 from cobodeck.record.start import recorder
 from cobodeck.simulate import RunResult, simulate
-from cobodeck.stage import Options
 from cobodeck.wiring import Machine, Setup, open_setup
 from engine.files.text import noting
 from engine.operator import Operator

@@ -55,7 +55,8 @@ def outcomes_of(vertex: Vertex) -> list[str]:
 
 def play(machine: Machine, chance: random.Random, ticks: int = 40) -> ChartRun:
     """Run with leaves that end by chance; what they read has been written."""
-    script, run = LeafScript(machine), ChartRun(machine)
+    script = LeafScript(machine)
+    run = ChartRun(machine, stand_ins=script.stand_ins)
     leaves = {leaf.path: leaf for leaf in machine.leaves}
     for tick in range(ticks):
         for path in run.active:

@@ -50,7 +50,7 @@ def test_only_true_and_false_are_booleans():
         ("a: &x 1\nb: 2\n", 1, "anchor &x"),
         ("a: 1\nb: *x\n", 2, "alias *x"),
         ("a: !!python/object:os.system 1\n", 1, "tag"),
-        ("a: [1,\nb: 2\n", 3, "not YAML"),
+        ("a: [1,\nb: 2\n", 1, "not YAML"),
         ("a:\n\tb: 1\n", 2, "not YAML"),
         ("[1]: 2\n", 1, "a key must be a word"),
         ("", 1, "is empty"),
@@ -67,7 +67,7 @@ def test_wrong_form_is_named_with_its_line(text, line, message):
 
 def test_a_tab_in_the_indentation_is_called_by_its_name():
     assert findings("a:\n\tb: 1\n")[0].hint == "indent with spaces, not with tabs"
-    assert findings("a: [1,\nb: 2\n")[0].hint == ""
+    assert findings("a: [1,\nb: 2\n")[0].hint == "close it with `]`"
 
 
 def test_twenty_thousand_levels_are_refused_without_a_crash():

@@ -14,7 +14,7 @@ from hw.drivers.unity.bridge import DESCRIBE, NOBODY, Bridged, UnityBridge
 from hw.drivers.unity.inbox import Checks
 from hw.drivers.unity.session import Session
 from hw.drivers.unity.topics import FLAG, POSE, TIME, Topics
-from hw.drivers.unity.wire import KEEPALIVE, Malformed
+from hw.drivers.unity.wire import KEEPALIVE, MalformedFrame
 from hw.geometry import Pose2, Twist2
 from hw.samples import ClockState, RobotView
 from hw.tracking import Tracking
@@ -180,7 +180,7 @@ def test_a_client_s_developer_is_told_what_is_wrong(rig, command, level, told) -
     "command", [pack("__publish", b"{"), order("publish", message_name=POSE), order("request")]
 )
 def test_a_command_that_is_none_ends_the_link_of_its_client(rig, command) -> None:
-    with pytest.raises(Malformed):
+    with pytest.raises(MalformedFrame):
         rig.say(rig.client(), command)
 
 

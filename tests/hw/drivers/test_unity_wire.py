@@ -12,7 +12,7 @@ from hw.drivers.unity.wire import (
     KEEPALIVE,
     LONGEST_BODY,
     LONGEST_NAME,
-    Malformed,
+    MalformedFrame,
     Parser,
     UnityFrame,
     command,
@@ -73,13 +73,13 @@ def test_frames_come_out_as_they_went_in_however_the_bytes_are_cut(frames, cuts)
     ],
 )
 def test_what_is_no_frame_is_refused_as_soon_as_it_can_be_known(data) -> None:
-    with pytest.raises(Malformed):
+    with pytest.raises(MalformedFrame):
         Parser().feed(data)
 
 
 @pytest.mark.parametrize("body", [b"{", b"[1]", b"\xff", b"[" * 5000, b"NaN"])
 def test_a_command_without_an_object_is_refused(body) -> None:
-    with pytest.raises(Malformed):
+    with pytest.raises(MalformedFrame):
         UnityFrame("__publish", body).fields()
 
 
@@ -90,7 +90,7 @@ def test_any_bytes_are_frames_or_refused(data) -> None:
         for frames in (parser.feed(data[:7]), parser.feed(data[7:])):
             for found in frames:
                 assert isinstance(found.destination, str)
-    except Malformed:
+    except MalformedFrame:
         return
     assert parser.held <= len(data)
 
@@ -110,7 +110,7 @@ def feed_noise(seed: int, size: int) -> int:
         fed += len(data)
         try:
             parser.feed(bytes(data))
-        except Malformed:
+        except MalformedFrame:
             broken += 1
             parser = Parser()
         assert parser.held <= LONGEST_NAME + LONGEST_BODY + 8

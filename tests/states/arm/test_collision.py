@@ -23,7 +23,7 @@ from states.arm.collision import (
     warm_up,
 )
 from states.arm.kinematics import forward, link_frames
-from states.arm.model import manipulator_of
+from states.arm.robot_arm import manipulator_of
 
 coordinate = st.floats(-2, 2).map(lambda v: round(v, 3))
 point3 = st.tuples(coordinate, coordinate, coordinate)
@@ -188,14 +188,14 @@ def test_a_free_line_keeps_half_the_margin_everywhere_and_a_blocked_one_is_block
     starts = starts[checker.free(starts)]
     free = 0
     for start, goal in pairwise(starts):
-        x, looks = checker.way(np.array([start, goal - start, np.zeros(6)]), 1.0)
+        x, checks = checker.sweep(np.array([start, goal - start, np.zeros(6)]), 1.0)
         clearance = checker.clearance(sampled(start, goal))
         if x >= 1.0:
             free += 1
             assert clearance.min() >= 0.005
         else:
             assert checker.clearance(start + x * (goal - start))[0] < 0.01
-        assert looks >= 1
+        assert checks >= 1
     assert 20 < free < len(starts) - 20
 
 
@@ -205,7 +205,7 @@ def test_a_curved_piece_is_checked_as_exactly(alone, sets):
     starts = sets.anywhere(600)
     for start in starts[alone.free(starts)]:
         piece = np.array([start, rng.normal(size=6), rng.normal(size=6)])
-        x, _ = alone.way(piece, 1.0)
+        x, _ = alone.sweep(piece, 1.0)
         t = np.linspace(0, x, 400)[:, None]
         clearance = alone.clearance(piece[0] + piece[1] * t + piece[2] * t * t)
         if x >= 1.0:
@@ -237,11 +237,11 @@ def test_an_arm_that_reaches_through_a_thin_wall_touches_it(model, alone):
 def test_a_sweep_stops_when_its_budget_is_used_up(alone, arm):
     parked = np.array(arm.tool.parked)
     piece = np.array([parked, np.array([1.0, 0, 0, 0, 0, 0]), np.zeros(6)])
-    whole, looks = alone.way(piece, 1.0)
+    whole, checks = alone.sweep(piece, 1.0)
     assert whole == 1.0
-    part, used = alone.way(piece, 1.0, budget=2)
+    part, used = alone.sweep(piece, 1.0, budget=2)
     assert 0.0 < part < 1.0
-    assert used == 2 < looks
+    assert used == 2 < checks
 
 
 @settings(deadline=None, max_examples=100)

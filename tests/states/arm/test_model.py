@@ -10,7 +10,8 @@ from hw.calibration import load_calibration
 from hw.prop import load_prop
 from hw.robot import FOLDER as ROBOTS
 from hw.robot import load_robot
-from states.arm.model import FOLDER, load_manipulator, manipulator_from, manipulator_of
+from states.arm.model import FOLDER, load_manipulator, manipulator_from
+from states.arm.robot_arm import manipulator_of
 
 TEXT = (FOLDER / "ur10.yaml").read_text()
 

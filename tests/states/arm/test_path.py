@@ -99,8 +99,8 @@ def test_rounded_corners_are_free_of_contact_or_left_sharp(alone, sets):
     for a, b, c in zip(free, free[1:], free[2:], strict=False):
         if not (alone.line_free(a, b) and alone.line_free(b, c)):
             continue
-        path, looks = rounded(alone, np.array([a, b, c]))
+        path, checks = rounded(alone, np.array([a, b, c]))
         assert first_contact(alone, path) is None
-        assert looks > 0
+        assert checks > 0
         rounded_some += not path.sharp().any()
     assert rounded_some > 20

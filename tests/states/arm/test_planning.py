@@ -122,10 +122,10 @@ def test_tuned_moves_are_quick(tuned_answers):
 
 @pytest.mark.requirement(43)
 @pytest.mark.parametrize("profile", ["tuned_answers", "paper_answers"])
-def test_most_plans_need_few_looks(profile, request):
-    looks = [answer.looks for _, answer in solved(request.getfixturevalue(profile))]
-    assert np.median(looks) <= 1_000
-    assert np.percentile(looks, 99) <= 30_000
+def test_most_plans_need_few_checks(profile, request):
+    checks = [answer.checks for _, answer in solved(request.getfixturevalue(profile))]
+    assert np.median(checks) <= 1_000
+    assert np.percentile(checks, 99) <= 30_000
 
 
 @pytest.mark.requirement(67)
@@ -137,7 +137,7 @@ def test_the_same_query_gives_the_same_bits(paper_answers):
             continue
         assert np.array_equal(again.trajectory.path.pieces, answer.trajectory.path.pieces)
         assert np.array_equal(again.trajectory.times, answer.trajectory.times)
-        assert again.looks == answer.looks
+        assert again.checks == answer.checks
 
 
 def curved(answers):
@@ -191,10 +191,10 @@ def test_from_every_deep_the_arm_gets_back_to_its_parked_pose(tuned_answers, arm
 
 
 def test_work_is_handed_out_in_slices(paper_answers):
-    query, answer = max(curved(paper_answers), key=lambda pair: pair[1].looks)
+    query, answer = max(curved(paper_answers), key=lambda pair: pair[1].checks)
     yields = sum(1 for _ in lines_first(query))
-    assert answer.looks > 2 * SLICE
-    assert yields >= answer.looks // (2 * SLICE)
+    assert answer.checks > 2 * SLICE
+    assert yields >= answer.checks // (2 * SLICE)
 
 
 def test_a_planner_that_is_dropped_between_two_slices_leaves_nothing_behind(paper_answers):
@@ -207,12 +207,12 @@ def test_a_planner_that_is_dropped_between_two_slices_leaves_nothing_behind(pape
 
 
 def test_when_the_budget_is_used_up_there_is_no_plan_and_it_says_so(paper_answers):
-    query, answer = max(curved(paper_answers), key=lambda pair: pair[1].looks)
-    assert answer.looks > 1_000
+    query, answer = max(curved(paper_answers), key=lambda pair: pair[1].checks)
+    assert answer.checks > 1_000
     short = plan(replace(query, budget=500))
     assert isinstance(short, NoPlan)
-    assert short.reason == "no free way found in 500 looks"
-    assert 500 <= short.looks <= 1_500
+    assert short.reason == "no free path found in 500 checks"
+    assert 500 <= short.checks <= 1_500
 
 
 @pytest.mark.requirement(82)
@@ -274,18 +274,18 @@ def test_ompl_finds_free_ways_too_and_the_same_ones_again(paper_answers):
         if isinstance(found, Plan):
             assert first_contact(query.checker, found.trajectory.path) is None
             assert np.array_equal(found.trajectory.path.pieces, again.trajectory.path.pieces)
-            assert found.looks == again.looks
+            assert found.checks == again.checks
 
 
 @pytest.mark.requirement(43)
 @pytest.mark.skipif(find_spec("ompl") is None, reason="needs the extra 'ompl'")
 def test_ompl_works_in_slices_and_gives_up_when_the_budget_is_used_up(paper_answers):
-    query, _ = max(curved(paper_answers), key=lambda pair: pair[1].looks)
+    query, _ = max(curved(paper_answers), key=lambda pair: pair[1].checks)
     assert sum(1 for _ in planner("ompl")(replace(query, slice=100))) > 3
     queries = [replace(query, budget=100) for query, _ in curved(paper_answers)[:20]]
     answers = [plan(query, planner("ompl")) for query in queries]
     short = [answer for answer in answers if isinstance(answer, NoPlan)]
-    assert {answer.reason for answer in short} == {"no free way found in 100 looks"}
+    assert {answer.reason for answer in short} == {"no free path found in 100 checks"}
 
 
 AFTER_WARM_UP = """

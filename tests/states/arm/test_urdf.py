@@ -13,7 +13,7 @@ from hw.robot import FOLDER as ROBOTS
 from hw.robot import load_robot
 from states.arm.inverse import inverse
 from states.arm.kinematics import KinematicChain, forward, matrix
-from states.arm.model import manipulator_of
+from states.arm.robot_arm import manipulator_of
 from states.arm.urdf import parse_urdf, read_urdf
 from states.arm.urdf_arm import manipulator_from_urdf, placement
 from tests.states.arm.urdf_writing import urdf_of

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hw.geometry import STILL, Pose2, Twist2
 from states.localization.gyro import Gyro
 from states.localization.odometry_watch import OdometryWatch
-from states.localization.trail import Trail, velocity_of, way_of
+from states.localization.trail import Trail, displacement_of, velocity_of
 from tests.states.localization.world import arc
 
 S = 1_000_000_000
@@ -19,7 +19,7 @@ RATES = st.floats(-2.0, 2.0)
 
 @given(RATES, RATES, st.floats(-3.0, 3.0), st.floats(1e-6, 1.0))
 def test_a_steady_velocity_leads_along_an_arc_and_back_to_itself(vx, vy, wz, time):
-    way = way_of(Twist2(vx, vy, wz), time)
+    way = displacement_of(Twist2(vx, vy, wz), time)
     exact = arc(np.array([vx, vy, wz]) * time)
     assert (way.x, way.y, way.yaw) == pytest.approx((exact.x, exact.y, exact.yaw), abs=1e-9)
     back = velocity_of(way, time)

@@ -8,7 +8,6 @@ from hypothesis.extra import numpy as hnp
 from scipy.ndimage import distance_transform_edt
 
 from hw.geometry import Pose2
-from hw.room import Disc
 from states.maps.cells import Grid, fill_rings, grid_over, room_map
 from states.maps.distance import distances
 from states.maps.occupancy import OccupancyMap
@@ -99,16 +98,9 @@ def test_inflation_gives_costmap_2ds_values(costs, inflation, resolution):
 
 @pytest.mark.parametrize(("factor", "at_the_edge"), [(3.0, 49), (10.0, 1), (10.3, 0)])
 def test_a_steep_factor_ends_the_inflation_before_its_radius(factor, at_the_edge):
-    inflation = Inflation(1.0, 0.455, factor)
-    assert inflation.cost(1.0) == at_the_edge
-    assert inflation.cost(1.0 + 1e-9) == FREE
-
-
-def test_the_analytic_cost_is_that_of_cells_at_the_same_distance():
-    inflation, near = Inflation(1.0, 0.455, 3.0), np.arange(21)[None, :] * 0.05
-    costs = np.zeros((1, 21), np.uint8)
-    inflate(costs, near, *inflation.values(0.05))
-    assert costs[0].tolist() == [inflation.cost(metres) for metres in near[0].tolist()]
+    costs = np.zeros((1, 2), np.uint8)
+    inflate(costs, np.array([[1.0, 1.01]]), *Inflation(1.0, 0.455, factor).values(0.1))
+    assert costs[0].tolist() == [at_the_edge, FREE]
 
 
 # cells
@@ -195,7 +187,7 @@ def test_obstacles_are_inflated_and_the_higher_cost_counts():
     assert np.array_equal(
         costmap.with_obstacles(seen), Costmap(StaticLayer(grid, both), costmap.inflation).costs
     )
-    assert costmap.cost(*grid.center(50, 60)) == FREE
+    assert costmap.costs[50, 60] == FREE
     nothing = Obstacles(grid, np.empty(0, np.int64), 1.0)
     assert np.array_equal(costmap.with_obstacles(nothing), costmap.costs)
 
@@ -222,28 +214,10 @@ def test_obstacles_of_fine_cells_count_on_coarse_ones():
     assert np.argwhere(costs == LETHAL).tolist() == [[10, 12]]
 
 
-def test_the_user_costs_what_the_distance_says_without_any_cells():
-    costmap = Costmap(empty(Grid(1.0, 10, 10)), Inflation(1.0, 0.455, 3.0))
-    user = Disc(5.0, 5.0, 0.5)
-    assert costmap.cost(5.2, 5.0, user) == LETHAL
-    assert costmap.cost(5.9, 5.0, user) == INSCRIBED
-    assert costmap.cost(6.49, 5.0, user) > FREE
-    assert costmap.cost(6.51, 5.0, user) == FREE
-    assert costmap.cost(5.2, 5.0) == FREE
-
-
-def test_places_outside_the_map_are_unknown():
-    costmap = Costmap(empty(Grid(1.0, 10, 10)), Inflation())
-    assert costmap.cost(-1.0, 5.0) == NO_INFORMATION
-    assert costmap.cost(math.nan, 5.0) == NO_INFORMATION
-
-
 def test_keepouts_are_kept_off_like_walls():
     nothing = map_of(np.zeros((8, 8)), 0.5)
     costmap = Costmap(StaticLayer.of(nothing, Grid(0.5, 8, 8), (SQUARE,)), Inflation(0.6, 0.5))
-    assert costmap.cost(1.25, 1.25) == LETHAL
-    assert costmap.cost(2.25, 1.25) == INSCRIBED
-    assert costmap.cost(3.25, 1.25) == FREE
+    assert [costmap.costs[2, column] for column in (2, 4, 6)] == [LETHAL, INSCRIBED, FREE]
 
 
 def test_a_turned_map_is_put_into_the_costmaps_cells():

@@ -15,7 +15,7 @@ from hw.room import Disc
 from states.maps.cells import Grid
 from states.navigation.grid_planners import NavfnPlanner, ThetaStarPlanner
 from states.navigation.inflation import LETHAL, NO_INFORMATION
-from states.navigation.local_planner import Limits, Tolerance
+from states.navigation.interfaces import Limits, Tolerance
 from states.navigation.planners import GLOBAL_PLANNERS, LOCAL_PLANNERS
 from states.navigation.potential import crossing_costs, potential_from
 from states.navigation.theta_star import line_is_free
@@ -28,8 +28,7 @@ OBSTACLES = (
     ((6.6, 4.9), (6.9, 4.9), (6.9, 5.4), (6.6, 5.4)),
 )
 LAB = {
-    name: make(OUTER, OBSTACLES, (), inflation_radius=0.77)
-    for name, make in GLOBAL_PLANNERS.items()
+    name: make(OUTER, OBSTACLES, inflation_radius=0.77) for name, make in GLOBAL_PLANNERS.items()
 }
 USER = Disc(3.5, 5.0, 1.27)
 names = pytest.mark.parametrize("name", list(GLOBAL_PLANNERS))

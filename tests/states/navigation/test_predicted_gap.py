@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.room import Disc
-from states.navigation.local_planner import Limits, Tolerance
+from states.navigation.interfaces import Limits, Tolerance
 from states.navigation.predicted_gap import (
     HORIZON,
-    foreseen,
     least_gap_braking,
     least_gap_on,
+    predicted_disc,
     steps_aside,
 )
 from states.navigation.profile_planner import ProfilePlanner, _Choice
@@ -67,10 +67,10 @@ def test_braking_ends_where_the_stopping_distance_says():
 
 def test_a_disc_is_foreseen_where_the_user_will_be_and_never_over_the_robot():
     user = Disc(0.0, 0.0, 1.27)
-    assert foreseen(user, (1.0, 0.0), 2.0, (5.0, 0.0)) == Disc(2.0, 0.0, 1.27)
-    over = foreseen(user, (1.0, 0.0), 2.0, (2.5, 0.0))
+    assert predicted_disc(user, (1.0, 0.0), 2.0, (5.0, 0.0)) == Disc(2.0, 0.0, 1.27)
+    over = predicted_disc(user, (1.0, 0.0), 2.0, (2.5, 0.0))
     assert math.dist((over.x, over.y), (2.5, 0.0)) > over.radius
-    assert foreseen(user, (1.0, 0.0), 0.0, (0.5, 0.0)) == user
+    assert predicted_disc(user, (1.0, 0.0), 0.0, (0.5, 0.0)) == user
 
 
 @given(st.floats(-1.5, 1.5), st.floats(0.1, 1.5), PLACE, PLACE)

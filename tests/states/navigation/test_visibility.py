@@ -141,12 +141,6 @@ def test_a_pocket_that_no_straight_line_leaves_has_no_way():
     assert planner.plan((1.0, 0.7), (5.0, 5.0)) is None
 
 
-def test_keepouts_are_kept_off_by_their_own_margin():
-    planner = ExactPlanner(ROOM, keepouts=(BOX,), inflation_radius=1.0, keepout_margin=0.1)
-    path = planner.plan((2.0, 3.2), (8.0, 3.2))
-    assert min(y for _, y in path.points) == pytest.approx(2.9, abs=2e-3)
-
-
 def test_integers_are_as_good_as_floats():
     planner = ExactPlanner(((0, 0), (10, 0), (10, 8), (0, 8)), inflation_radius=1)
     path = planner.plan((2, 4), (8, 4), Disc(5, 4, 1))

@@ -15,10 +15,10 @@ from hw.geometry import Pose2
 from hw.room import Disc
 from hw.robot import load_robot
 from hw.scene import load_scene
-from states.navigation.local_planner import Limits, Tolerance
+from states.navigation.interfaces import Limits, Tolerance
 from states.navigation.planners import GLOBAL_PLANNERS, LOCAL_PLANNERS, warm_up
 from states.navigation.trials import TRIALS, Trial, drive
-from states.environment import SUBSYSTEMS
+from states.subsystems import SUBSYSTEMS
 from tests.scans import scan_of
 
 def kernels():
@@ -32,7 +32,7 @@ column = ((5, 4), (6, 4), (6, 6), (5, 6))
 warm_up()
 before = versions()
 for make in GLOBAL_PLANNERS.values():
-    planner = make(room, (column,), (), inflation_radius=1)
+    planner = make(room, (column,), inflation_radius=1)
     planner.plan((2, 5), (9, 5), Disc(3, 8, 1), 1)
     planner.nearest_free((0.5, 5))
     planner.allows((2, 5), (3, 5), Disc(3, 8, 1))

@@ -13,3 +13,8 @@ def test_it_waits_until_somebody_comes_near(sim):
 def test_an_arm_that_cannot_be_parked_is_a_failure(sim):
     sim.start("greet", script={"park": "failed"})
     sim.until("failed", timeout=1)
+
+
+def test_it_greets_somebody_in_the_room(sim):
+    sim.start("greet", scene="room", profile="calm")
+    sim.until("met", timeout=60)

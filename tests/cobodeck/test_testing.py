@@ -119,6 +119,62 @@ def test_until_takes_a_condition(sim: Rehearsal) -> None:
     assert 2.0 < sim.now < 2.1
 
 
+CHAIN = """
+chart: chain
+about: Three short steps and a long one.
+outcomes: [over]
+any:
+  fault: {watch: FaultRaised, next: {raised: .over}}
+  steps:
+    states:
+      a: {do: ParkArm, next: {parked: b, failed: .over}}
+      b: {do: ParkArm, next: {parked: c, failed: .over}}
+      c: {do: ParkArm, next: {parked: rest, failed: .over}}
+      rest: {do: HoldProp}
+"""
+JOINED = """
+chart: joined
+about: Two things at once; it is over when both have ended.
+outcomes: [done]
+all:
+  short: {do: ParkArm}
+  long: {watch: FaultRaised}
+"""
+
+
+def test_until_a_node_that_was_left_before_is_not_reached(sim: Rehearsal) -> None:
+    sim.start(CHAIN, script=dict.fromkeys(("a", "b", "c"), "parked"))
+    sim.until("rest", timeout=1)
+    sim.tick(8)
+
+    for over in ("a", "b", "c"):
+        with pytest.raises(AssertionError, match=f"'{over}' was not reached within 0.2 s"):
+            sim.until(over, timeout=0.2)
+    sim.until("rest", timeout=0.1)
+    sim.until("steps", timeout=0.1)
+
+
+def test_until_a_node_that_has_ended_beside_others_is_not_reached(sim: Rehearsal) -> None:
+    sim.start(JOINED, script={"short": "parked"})
+    sim.tick(3)
+
+    with pytest.raises(AssertionError, match="'short' was not reached"):
+        sim.until("short", timeout=0.2)
+    sim.until("long", timeout=0.1)
+
+
+def test_until_a_node_is_entered_once_more(sim: Rehearsal) -> None:
+    again = CHAIN.replace(
+        "c: {do: ParkArm, next: {parked: rest", "c: {do: ParkArm, next: {parked: a"
+    )
+    sim.start(again, script={"a": ["parked"], "b": "parked", "c": "parked"})
+    sim.until("c", timeout=1)
+
+    sim.until("a", timeout=1)
+
+    sim.assert_path("a", "b", "c", "a")
+
+
 def test_a_chart_runs_on_the_simulated_robot_too(sim: Rehearsal) -> None:
     sim.start("cobodeck", scene="lab_a", user="cornering")
 

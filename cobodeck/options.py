@@ -1,0 +1,43 @@
+"""What a run was requested with, as values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TextIO
+
+from cobodeck.record.sink import behind_record
+from hw.connection import Connection
+
+FULL = 2
+"""The tier with all sensors: the base localizes itself."""
+LONGEST_S = 3600.0
+"""A run ends after this time if its user never finishes, s."""
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """How to run.
+
+    `duration_s` ends a run early, `stretch_m` enlarges a recorded walk to this size, `eager`
+    computes every signal in every tick and leaves no tick out, `mock` takes the mocked robot,
+    `connection` the real parts that it names. `console` is where the operator types, None without
+    one; `unwatched` accepts that no part tracks people, because nobody is near.
+    """
+
+    user: str | None = None
+    requests: int | None = None
+    stretch_m: float | None = None
+    tier: int = 1
+    seed: int = 0
+    duration_s: float = LONGEST_S
+    eager: bool = False
+    frozen_base: bool = False
+    mock: bool = False
+    connection: Connection | None = None
+    console: TextIO | None = None
+    unwatched: bool = False
+
+    @property
+    def plays_dummy(self) -> bool:
+        """True if the person is replayed out of a record."""
+        return self.user is not None and behind_record(self.user) is not None

@@ -1,0 +1,252 @@
+"""How nodes start and end: what runs, since when and until when, with its data and its trace.
+
+The rules are those of engine/README.md. Which node is stepped when, and what its end leads to,
+is not decided here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import GeneratorType
+from typing import Any
+
+from engine.board import Board
+from engine.context import LeafContext, Part
+from engine.decide import Token
+from engine.errors import Raised, raised
+from engine.machine import Cell, Leaf
+from engine.node import IDLE, RUNNING, BoxNode, LeafNode, Node, Writes
+from engine.state import NEVER_NS
+from engine.trace import Trace
+
+BEGUN = Token("begun")
+
+
+class Life:
+    """The nodes of one run that have begun and not ended.
+
+    Attributes:
+        entered: these nodes, in the order of their start.
+        data: the values of all data keys.
+        due: no timeout comes before this chart time, ns. It is lowered when a node with a timeout
+            is entered, and found anew only once it is reached.
+        early: the next tick has something to do before anything is stepped.
+        interrupt: a Ctrl-C that came while a state was stepped; raised again by the next tick, so
+            that no tick is left half done.
+        errors: all that states and parts have raised.
+        notes: what states say they are doing, by path.
+    """
+
+    def __init__(self, board: Board, parts: Mapping[str, Part]) -> None:
+        self.board = board
+        self.parts = dict(parts)
+        self.trace = Trace()
+        self.entered: dict[Node, None] = {}
+        self.data: dict[Cell, Any] = {}
+        self.due = NEVER_NS
+        self.early = True
+        self.interrupt: KeyboardInterrupt | None = None
+        self.errors: list[Raised] = []
+        self.notes: dict[str, str] = {}
+        self.root: Node
+
+    def adopt(self, nodes: Mapping[str, Node]) -> None:
+        """Take in the nodes of a machine; those that run already go on."""
+        self.root, self.data = nodes[""], {}
+        for node in nodes.values():
+            if isinstance(node, BoxNode):
+                self.data |= {cell: cell.initial for cell in node.box.cells.values()}
+            elif isinstance(node, LeafNode) and not hasattr(node, "context"):
+                node.context = LeafContext(node, self.board, self.parts)
+
+    # -- starting ------------------------------------------------------------------------------
+
+    def begin(self, node: LeafNode) -> Any:
+        """Enter a leaf, and what encloses it; `BEGUN`, or what it gives back without a `yield`."""
+        parent = node.parent
+        assert parent is not None
+        if parent.status != RUNNING:
+            self._enter_boxes(parent)
+        self._enter(node)
+        leaf = node.leaf
+        for name in node.interface.commands:
+            if name in self.parts:
+                self.parts[name].stop()  # rule 7: it stands still before anything new starts
+        if node.listens:
+            node.context.begin()
+        try:
+            state = node.make(**leaf.parameters)
+            if leaf.inputs:
+                found = state.run(node.context, **self.inputs_of(leaf))
+            else:
+                found = state.run(node.context)
+        except StopIteration as stop:
+            raise RuntimeError("raised StopIteration") from stop  # it is no outcome
+        if not isinstance(found, GeneratorType):
+            return found
+        node.generator = found
+        node.step = found.__next__
+        return BEGUN
+
+    def inputs_of(self, leaf: Leaf) -> dict[str, Any]:
+        """The present values of a leaf's inputs, by name."""
+        return {name: self.data[cell] for name, cell in leaf.inputs}
+
+    def _enter_boxes(self, box: BoxNode) -> None:
+        above: list[BoxNode] = []
+        inner: BoxNode | None = box
+        while inner is not None and inner.status != RUNNING:
+            above.append(inner)
+            inner = inner.parent
+        for entered in reversed(above):
+            for cell in entered.box.cells.values():
+                self.data[cell] = cell.initial
+            for cell, outer in entered.box.inputs:
+                self.data[cell] = self.data[outer]
+            self._enter(entered)
+
+    def _enter(self, node: Node) -> None:
+        """The timeout of a node spans all its tries, so it counts from the first of them."""
+        board = self.board
+        node.status = RUNNING
+        node.entered = board.ticks
+        self.entered[node] = None
+        self.trace.add(("enter", board.now, node))
+        if node.since is None:
+            node.since = board.now - board.paused_ns
+            timeout = node.vertex.timeout_ns
+            if timeout is not None:
+                self.set_deadline(node, node.since + timeout)
+
+    # -- deadlines -----------------------------------------------------------------------------
+
+    def set_deadline(self, node: Node, at: int) -> None:
+        """Have `node` end at this chart time, ns, if it has not ended before."""
+        node.deadline = at
+        self.due = min(self.due, at)
+
+    def clear_deadlines(self, top: Node, *, inclusive: bool = True) -> None:
+        """Nothing in `top` can be due any more, with `inclusive` nor `top` itself."""
+        for node in top.timed:
+            if inclusive or node is not top:
+                node.deadline = NEVER_NS
+
+    def first_deadline(self) -> int:
+        """The chart time of the first timeout, ns; `due` is that, too, from now on."""
+        self.due = min((node.deadline for node in self.root.timed), default=NEVER_NS)
+        return self.due
+
+    def due_nodes(self) -> list[Node]:
+        """The nodes whose timeout has come, outer ones first."""
+        now = self.board.chart_now
+        if now < self.due or now < self.first_deadline():
+            return []
+        return [node for node in self.root.timed if node.deadline <= now]
+
+    # -- ending --------------------------------------------------------------------------------
+
+    def end(self, node: Node, outcome: str, writes: Writes) -> Writes:
+        """End one node with an outcome; what is to be written outside of it."""
+        closed: tuple[Node, ...] = ()
+        if isinstance(node, BoxNode):
+            if node.kept:
+                children = [c for name, c in node.children.items() if name in node.kept]
+                writes = tuple(write for child in children for write in child.pending) + writes
+            closed = self.close(node, node.order + 1)
+            if node.box.cells and node.parent is not None:
+                self.write(writes, node)
+                named = node.box.outputs.get(outcome, ())
+                writes = tuple((outer, self.data[inner]) for inner, outer in named)
+        else:
+            assert isinstance(node, LeafNode)
+            node.generator = None
+        self.trace.add(("end", self.board.now, node, outcome, closed))
+        self.entered.pop(node, None)
+        node.status = IDLE
+        node.step = None
+        if writes and outcome in ("error", "timeout"):
+            return ()
+        return writes
+
+    def lose(self, ends: Mapping[Node, str]) -> list[Node]:
+        """Record the leaves whose outcomes are lost, in document order; these leaves."""
+        lost: list[Node] = [n for n in ends if isinstance(n, LeafNode) and n in self.entered]
+        lost.sort(key=lambda node: node.order)
+        for node in lost:
+            self.trace.add(("lost", self.board.now, node, ends[node]))
+            del self.entered[node]
+        return lost
+
+    def abort(self, top: Node, reason: str, outcome: str) -> str:
+        """Close all of `top` for `reason`; its outcome, `error` if its own clean-up raised."""
+        before = len(self.errors)
+        for node in self.close(top, top.order):
+            self.trace.add(("exit", self.board.now, node, reason))
+        top.status = IDLE
+        own = isinstance(top, LeafNode) and any(e.path == top.path for e in self.errors[before:])
+        ended = "error" if own else outcome
+        self.trace.add(("outcome", self.board.now, top, ended))
+        return ended
+
+    def close(self, top: Node, first: int) -> tuple[Node, ...]:
+        """Rule 7: close what runs in `top` from `first` on, last started first."""
+        last = top.last
+        closed = tuple([node for node in reversed(self.entered) if first <= node.order <= last])
+        for node in closed:
+            if isinstance(node, LeafNode):
+                self.close_leaf(node)
+            del self.entered[node]
+            node.status = IDLE
+            node.wake = 0
+        return closed
+
+    def close_leaf(self, node: LeafNode) -> None:
+        """Let the generator of a leaf clean up, if it has one."""
+        generator, node.generator, node.step = node.generator, None, None
+        if generator is None:
+            return
+        try:
+            generator.close()
+        except BaseException as error:  # noqa: BLE001  rule 7: the others still get their clean-up
+            self.report(node, error)
+
+    def close_all(self) -> None:
+        """Nothing ticks any more: clean up what still runs, last started first.
+
+        It ends nothing and leaves no records, but for what a clean-up raises.
+        """
+        for node in reversed(list(self.entered)):
+            if isinstance(node, LeafNode):
+                self.close_leaf(node)
+
+    def hold(self) -> None:
+        """Stop every part; one that cannot does not keep the others from it."""
+        for part in self.parts.values():
+            try:
+                part.stop()
+            except BaseException as error:  # noqa: BLE001
+                self.report(self.root, error)
+
+    # -- recording -----------------------------------------------------------------------------
+
+    def write(self, writes: Writes, box: Node) -> None:
+        """Give data keys their values."""
+        for cell, value in writes:
+            self.data[cell] = value
+            self.trace.add(("data", self.board.now, box, cell.key, value))
+
+    def note(self, node: Any, text: str) -> None:
+        """Something worth knowing; it changes nothing and is not in the hash."""
+        self.trace.add(("note", self.board.now, node, text))
+
+    def report(self, node: Node, error: BaseException) -> None:
+        """Rule 8: record what a state or a part has raised, SystemExit included."""
+        self.trace.add(("error", self.board.now, node, type(error).__name__))
+        cls = node.interface.make if isinstance(node, LeafNode) else None
+        found = raised(self.board.now, node.path, error, cls if isinstance(cls, type) else None)
+        self.errors.append(found)
+        self.notes[node.path] = f"{found.kind}: {found.text}" if found.text else found.kind
+        if isinstance(error, KeyboardInterrupt):
+            self.interrupt, self.early = error, True
+        if isinstance(node, LeafNode):
+            self.close_leaf(node)

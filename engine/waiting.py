@@ -1,0 +1,52 @@
+"""When a state that has yielded is stepped next: at an instant, on news, or on silence (rule 2)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from engine.board import Board
+from engine.life import Life
+from engine.node import LeafNode, Node
+from engine.state import NEVER_NS, On, Until
+
+
+def wait(node: Node, yielded: Any, life: Life) -> None:
+    """A state has yielded `Until`, `On` or a note.
+
+    Raises:
+        TypeError, LookupError: it yielded something without meaning.
+    """
+    kind, board = type(yielded), life.board
+    if kind is str:
+        life.notes[node.path] = yielded
+        return
+    node.silence = None
+    if kind is Until:
+        later = yielded.ns > board.chart_now
+        node.wake, node.mask = (yielded.ns, 0) if later else (0, 0)
+        return
+    if kind is not On:
+        message = f"yielded a {kind.__name__}; only None, Until, On and text mean something"
+        raise TypeError(message)
+    assert isinstance(node, LeafNode)
+    node.wake, node.mask = max(yielded.until, 1), node.context.bits(yielded.signals)
+    node.asked = board.ticks
+    if yielded.older != NEVER_NS:
+        for name in yielded.signals:
+            board.accept(name, yielded.older)
+        node.silence = yielded, board.now
+        still_heard(node, board)
+
+
+def still_heard(node: Node, board: Board) -> bool:
+    """Whether a leaf that waits for silence, or for an instant, has to go on waiting.
+
+    It wakes when the signals would have been silent for too long if nothing came; when something
+    did, it is put off.
+    """
+    if node.silence is None:
+        return False
+    on, since = node.silence
+    silent_at = board.silent_at(node.mask, on.older, since) - board.paused_ns
+    node.wake = max(1, min(on.until, silent_at))
+    return node.wake > board.chart_now

@@ -1,0 +1,94 @@
+"""How well recent scans fit the map, and which mode that puts the localizer in.
+
+`starting` -> `tracking` once the base has been found. `tracking` -> `doubtful` while few beams end
+on walls; matching goes on, and particles search the map beside it. `doubtful` -> `tracking` when
+matches recover or the search confirms or replaces the pose; -> `lost` after too long without a
+fair match. `lost` -> `doubtful` or `tracking` when a tracker or the search gives a pose.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from states.localization.localizer_values import LocalizerValues
+from states.localization.scan_tracker import Match
+
+LocalizerMode = Literal["starting", "tracking", "doubtful", "lost"]
+
+BLIND_NS = 1_000_000_000
+"""Without a fair match for this long, a search's earlier confirmation no longer counts."""
+UNSEEN_NS = 1_000_000_000
+"""Without scans for this long, trackers alone suffice to leave `starting`."""
+SMOOTHING = 0.05
+"""Weight of each scan in the running mean of the share of beams on walls."""
+MUCH_BETTER = 0.25
+"""After `patience` bad matches a wider search must beat the near match by this share of beams."""
+BETTER = 0.1
+"""A place found elsewhere must beat the running mean by this share of beams."""
+
+
+class MatchHealth:
+    """The mode of a localizer, from the matches that it reports."""
+
+    def __init__(self, values: LocalizerValues) -> None:
+        self._values = values
+        self.mode: LocalizerMode = "starting"
+        self.fair_ns = 0
+        self._share = 1.0
+        self._bad = self._elsewhere = 0
+        self._sure_ns = -1
+
+    def least_share_of_wider(self, near: Match) -> float:
+        """Share of beams on walls above which a match from a wider search replaces `near`."""
+        lasts = self._bad >= self._values.patience
+        return near.share + MUCH_BETTER if lasts else self._values.plain
+
+    def take(self, stamp_ns: int, found: Match) -> bool:
+        """Take a match; True where doubt begins, so that a search is to be started."""
+        matching = self._values.matching
+        self._share += SMOOTHING * (found.share - self._share)
+        if found.is_fair(matching):
+            self.fair_ns = stamp_ns
+        self._bad = 0 if found.is_healthy(matching) else self._bad + 1
+        return self._change_mode(stamp_ns)
+
+    def _change_mode(self, stamp_ns: int) -> bool:
+        values = self._values
+        good = self._share >= values.plain and self._bad == 0
+        odd = self._share < values.plain or self._bad >= values.patience
+        blind = stamp_ns - self.fair_ns > BLIND_NS
+        if self.mode == "tracking" and (blind or (odd and stamp_ns > self._sure_ns)):
+            self.mode = "doubtful"
+            self._elsewhere = 0
+            return True
+        if self.mode == "doubtful" and good:
+            self.mode = "tracking"
+        elif self.mode == "doubtful" and stamp_ns - self.fair_ns > values.lost_after * 1e9:
+            self.mode = "lost"
+        return False
+
+    def confirmed(self, stamp_ns: int) -> None:
+        """A search says that the base is where it was thought to be; holds for `sure_for` s."""
+        self._sure_ns = stamp_ns + round(self._values.sure_for * 1e9)
+        self.mode, self._bad = "tracking", 0
+
+    def relocated(self, stamp_ns: int, found: Match) -> None:
+        """A search has found the base elsewhere, and the pose is now that one."""
+        self.confirmed(stamp_ns)
+        self.fair_ns, self._share = stamp_ns, found.share
+
+    def placed(self, stamp_ns: int) -> None:
+        """A tracker has given a pose where there was none."""
+        self.mode = "doubtful" if self.mode == "lost" else self.mode
+        self.fair_ns = stamp_ns
+
+    def blind(self, unseen_ns: int) -> None:
+        """A tracker has corrected the pose, and the newest scan is this old."""
+        if self.mode == "starting" and unseen_ns > UNSEEN_NS:
+            self.mode = "tracking"
+
+    def is_elsewhere(self, found: Match) -> bool:
+        """Count a place that fits better; True once `elsewhere` scans in a row have found one."""
+        better = found.share >= self._share + BETTER
+        self._elsewhere = self._elsewhere + 1 if better else 0
+        return self._elsewhere >= self._values.elsewhere

@@ -1,0 +1,84 @@
+"""Motion by wheels and gyroscope, with whether it is to be believed."""
+
+from __future__ import annotations
+
+from hw.geometry import Pose2, Twist2
+from states.localization.gyro import Gyro
+from states.localization.odometry_watch import OdometryWatch
+from states.localization.trail import Trail
+
+MISSING_NS = 300_000_000
+"""Wheels whose newest sample is this much older than the newest scan count as missing."""
+CARRIED_NS = 1_000_000_000
+"""Longest time over which a pose is moved on by the wheels alone."""
+MOMENT_NS = 50_000_000
+"""Time over which the velocity at an instant is measured."""
+TURNING = 0.05
+"""A base whose gyroscope reads more than this is not at rest, whatever its wheels say, rad/s."""
+STOOD = 0.3
+"""Wheels that have not moved for this long count as standing, s."""
+
+
+class WheelMotion:
+    """Odometry of the last seconds, beside what scans say of it."""
+
+    def __init__(self) -> None:
+        self.trail, self.gyro, self.watch = Trail(), Gyro(), OdometryWatch()
+        self.scan_ns = 0
+        self.rate: float | None = None
+
+    def put(self, stamp_ns: int, odom_from_base: Pose2) -> bool:
+        """Take a wheel sample; False if it is not newer than the last.
+
+        `rate` is then the mean rate of turn by the gyroscope since the sample before, rad/s.
+        """
+        if not self.trail.put(stamp_ns, odom_from_base):
+            return False
+        self.rate = self.gyro.take(stamp_ns)
+        return True
+
+    @property
+    def missing(self) -> bool:
+        """True if scans keep coming and the wheels have gone silent."""
+        heard = self.trail.stamp_ns
+        return heard is None or self.scan_ns - heard > MISSING_NS
+
+    @property
+    def believed(self) -> bool:
+        """True unless the wheels are missing or contradict the scans."""
+        return not (self.watch.wrong or self.missing)
+
+    @property
+    def standing(self) -> bool:
+        """True if the wheels have not moved for a while."""
+        return self.trail.standing > STOOD
+
+    @property
+    def still(self) -> bool:
+        """True if the newest wheel sample has not moved and the gyroscope feels no turn."""
+        return self.trail.standing > 0.0 and abs(self.rate or 0.0) < TURNING
+
+    def saw_scan(self, stamp_ns: int) -> None:
+        """Note the stamp of a scan, by which silence of the wheels is measured."""
+        self.scan_ns = max(self.scan_ns, stamp_ns)
+
+    def velocity(self, first_ns: int, last_ns: int) -> Twist2 | None:
+        """Mean velocity between two stamps, in the base frame; None unless believed."""
+        return self.trail.velocity(first_ns, last_ns) if self.believed else None
+
+    def velocity_at(self, stamp_ns: int) -> Twist2 | None:
+        """Velocity at a stamp, in the base frame; None unless believed."""
+        return self.velocity(stamp_ns - MOMENT_NS, stamp_ns)
+
+    def motion(self, first_ns: int, last_ns: int) -> Pose2 | None:
+        """first_from_last of the base; None unless believed, known and short."""
+        if not self.believed or last_ns - first_ns > CARRIED_NS:
+            return None
+        first, last = self.trail.at(first_ns), self.trail.at(last_ns)
+        return None if first is None or last is None else first.inverse() @ last
+
+    def compare(self, stamp_ns: int, map_from_base: Pose2) -> None:
+        """Compare the wheels with a healthy match at this stamp."""
+        odom_from_base = self.trail.at(stamp_ns)
+        if odom_from_base is not None:
+            self.watch.see(stamp_ns, map_from_base, odom_from_base)
