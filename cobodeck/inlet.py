@@ -7,8 +7,9 @@ from typing import Any
 
 from engine.board import Board
 from engine.signals import Measured
+from hw.finite import is_finite
 from hw.interfaces import RobotPart
-from hw.samples import Sample, is_finite
+from hw.samples import Sample
 
 Hears = tuple[str, Callable[[Sample, int], None]]
 """A signal, and who is given its samples with the instant of their arrival, ns."""

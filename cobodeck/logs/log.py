@@ -12,9 +12,10 @@ from statistics import median
 from typing import NamedTuple
 
 from engine.files.finding import mistake
+from hw.finite import is_finite
 from hw.geometry import STILL, Pose2, Pose3, wrap
 from hw.room import Room
-from hw.samples import Odometry, Sample, Scan, is_finite
+from hw.samples import Odometry, Sample, Scan
 from hw.sensing import ImuModel, LidarModel, Mount, OdometryModel, Sensing
 from states.localization.trail import velocity_of
 

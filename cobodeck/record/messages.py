@@ -18,9 +18,9 @@ from engine.commands import Command, Replace
 from engine.errors import Raised
 from engine.load import load_text
 from engine.machine import Machine
+from hw.finite import is_finite
 from hw.geometry import Twist2
 from hw.safety.record import SafetyRecord
-from hw.samples import is_finite
 from hw.truth import Truth
 
 Replaced = Callable[[Mapping[str, Any]], Machine]
