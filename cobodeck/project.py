@@ -6,8 +6,8 @@ A project is a folder with a `pyproject.toml` that declares modules of state cla
     mine = "mine.states"
 
 It is found from its folder, or from below it in the same repository, if all of it belongs to the
-user; once it is installed it is found from everywhere, by the same lines. The charts, scenes, users,
-robots, profiles and connections of a project are the YAML files in the packages of these modules.
+user; once it is installed it is found from everywhere, by the same lines. The charts, scenes,
+users, robots, profiles and connections of a project are the YAML files in these packages.
 """
 
 from __future__ import annotations
