@@ -146,7 +146,7 @@ class Record:
             FileError: no tick is whole.
         """
         if next(self.groups(), None) is None:
-            raise mistake(self.path, f"no tick of it is whole: {self.broken or 'it has none'}")
+            raise mistake(self.path, f"no complete tick: {self.broken or 'it has none'}")
 
     @contextmanager
     def understood(self, group: Group) -> Iterator[None]:
