@@ -28,8 +28,9 @@ SIMULATION = "simulation"
 class Wanted:
     """The run to come.
 
-    """What differs between a record and the run to come, in words."""
-    known = set(header["files"].values())
+    `files` are the hashes of charts, profile and robot by label, `code` those of the program's
+    packages and of modules with states; `connection` is its name and hash; `person`: the chart
+    deals with people. `profile` is the hash of all its values.
     """
 
     files: Mapping[str, str]
