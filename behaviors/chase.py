@@ -1,4 +1,4 @@
-"""Chase: where to wait near the user, and keeping out of their way (paper 4.4.2)."""
+"""Chase: choosing where to wait near the user, and following them (paper 4.4.2)."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 from behaviors.keys import CHASE_SPACE
 from behaviors.settings import Settings
 from behaviors.situation import AGE_S, CHANGES, READS, WAYS, Situation, situation
-from engine.files.units import Duration, Length, Speed
-from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
+from engine.files.units import Duration, Length
+from engine.state import Action, Context, Monitor, On, Run
 from hw.geometry import Pose2, Pose3, wrap
 from hw.room import Point
 from hw.samples import UserPose
@@ -26,24 +26,19 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from behaviors.chase_space import Array
-    from states.navigation.local_planner import GlobalPlanner
+    from states.navigation.interfaces import GlobalPlanner
 
 TRIES = 30
-"""So many of the best free cells are asked for a way before there is none."""
+"""How many of the best free cells are tried for a path before giving up."""
 AT_A_TIME = 256
-"""So many cells are looked at in one go."""
-THINK_S = 0.2
-"""How often a place is chosen anew while making room, s."""
-SLACK = 0.2
-"""Room is made until the user is farther than asked for by this, m."""
-
+"""Cells tested for being free at a time."""
 ChaseCell = tuple[float, float, float]
 CellSource = Callable[[], "Array"]
 
 
 @dataclass(frozen=True)
 class ChaseSpace:
-    """The cells about the user at one instant; `centre` is the body with the direction chosen."""
+    """The Chase space at one instant; `centre` is the user's position with the yaw of `view`."""
 
     centre: Pose2
     cells: CellSource = field(repr=False)
@@ -62,23 +57,23 @@ class ChaseSpace:
 def space(
     settings: Settings, cells: CellSource, planner: GlobalPlanner, user: UserPose
 ) -> ChaseSpace:
-    """The Chase space moves and turns with the user (R93); free is what is for the planner."""
+    """The Chase space of the present user pose, with which it moves and turns (R93)."""
     yaw = user.head_yaw if settings.chase.view == "head" else user.body.yaw
     centre = Pose2(user.body.x, user.body.y, yaw)
     return ChaseSpace(centre, cells, planner.are_free)
 
 
 def tangent_yaw(centre: Pose2, place: Point, now: float) -> float:
-    """The yaw with a long side to the user that is the smaller turn from `now` (R99)."""
+    """The yaw that turns a long side to the user with the smaller turn from `now` (R99)."""
     radial = math.atan2(place[1] - centre.y, place[0] - centre.x)
     options = (wrap(radial + 0.5 * math.pi), wrap(radial - 0.5 * math.pi))
     return min(options, key=lambda yaw: abs(wrap(yaw - now)))
 
 
 def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
-    """The free cell with the largest weight that can be reached (R96); None if there is none.
+    """The reachable free cell with the largest weight (R96); None if there is none.
 
-    Weights within the profile's `tie` count as equal, and the shortest way decides.
+    Weights within the profile's `tie` of the largest count as equal; the shortest path decides.
     """
     planner, chase = now.planners["chase"], now.settings.chase
     here = (now.pose.x, now.pose.y)
@@ -101,13 +96,17 @@ def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
 
 
 def _sampled(cells: Sequence[ChaseCell], seed: int, user: UserPose) -> list[ChaseCell]:
-    """Cells in random order, heavier ones sooner (R96); the same for the same user pose."""
+    """Cells in a random order weighted by their weights (R96), the same for the same user pose.
+
+    Sorting by u^(1 / weight), u uniform, is weighted sampling without replacement (Efraimidis and
+    Spirakis 2006).
+    """
     chance = random.Random(repr((seed, user.body)))
     return sorted(cells, key=lambda cell: -(chance.random() ** (1.0 / max(cell[2], 1e-9))))
 
 
 def place_at(path: Sequence[Point], user: Point, near: float) -> Point:
-    """The first place on a path that is no farther than `near` from the user, or its end."""
+    """The first point of a path within `near` of the user, or its end."""
     for start, end in itertools.pairwise(path):
         if math.dist(end, user) > near:
             continue
@@ -161,18 +160,18 @@ class ChooseChasePose(Action):
 
 
 def user_soon(now: Situation, ahead: float) -> Pose2:
-    """Where the likeliest predictor sees the user after `ahead` seconds."""
+    """The user's pose `ahead` seconds from now, by the first of the likely predictors."""
     predictor = PREDICTORS[now.settings.user.likely[0]]
     return predictor.at(now.user.body, now.velocity, ahead, now.pose)
 
 
 def distance_soon(now: Situation, ahead: float) -> float:
-    """The distance of the user, now or `ahead` seconds later, whichever is greater, m."""
+    """The greater of the user's distances now and in `ahead` seconds, m."""
     return max(now.distance, now.pose.distance_to(user_soon(now, ahead)))
 
 
 class UserFar(Monitor):
-    """`far` once the user is farther than `beyond`, or will be in `ahead` seconds.
+    """`far` once the user is farther away than `beyond`, or will be in `ahead` seconds.
 
     Paper 4.4.2, second criterion (R90).
     """
@@ -192,9 +191,9 @@ class UserFar(Monitor):
 
 
 class Approach(Action):
-    """Follow a user who has gone far, until the robot is `near` metres away (R90, R91).
+    """Follow a user who has walked away until they are within `near` (R90, R91).
 
-    Where they will be in `ahead` seconds counts, so that a walker is followed in step.
+    Their predicted position in `ahead` seconds counts too, so that a walking user is kept up with.
     """
 
     outcomes = ("near", "no_path", "lost")
@@ -219,7 +218,7 @@ class Approach(Action):
                 disc = user_disc(now.user, now.environment.navigation.chase)
                 command = command_of(ctx, driver, now.around, disc)
                 if driver.status == "arrived":
-                    return "near"  # within the drive's tolerance of it
+                    return "near"  # within the tolerance of the drive
                 base.drive(command, "chase")
                 yield ctx.value(BASE_REFUSAL)
         finally:
@@ -227,7 +226,7 @@ class Approach(Action):
         return "lost"
 
     def _goal(self, now: Situation) -> Pose2 | None:
-        """The place on the way to the user that is near enough."""
+        """The first place within `near` on the path to the user."""
         planner, soon = now.planners["chase"], user_soon(now, self.ahead)
         user = (soon.x, soon.y)
         end = user if planner.is_free(user) else planner.nearest_free(user)
@@ -235,85 +234,3 @@ class Approach(Action):
         if path is None:
             return None
         return Pose2(*place_at(path.points, user, self.near), now.pose.yaw)
-
-
-def is_crowded(now: Situation, room: float, ahead: float, walking: float) -> bool:
-    """Does the user walk and, now or `ahead` seconds later, come nearer than `room`?
-
-    The robot counts as where it would come to rest.
-    """
-    speed = now.velocity.speed
-    if speed <= walking:
-        return False
-    rest, body = now.rest, now.user.body
-    spare = rest.distance_to(body) - room
-    if spare < 0.0:
-        return True
-    likely = [PREDICTORS[name] for name in now.settings.user.likely]
-    return any(
-        rest.distance_to(predictor.at(body, now.velocity, ahead, rest)) < room
-        for predictor in likely
-        if predictor.reach(speed, ahead) > spare
-    )
-
-
-class UserCrowds(Monitor):
-    """`crowded` when the user walks and is, or will be in a moment, nearer than `room`; 0 m: never.
-
-    While the user walks the robot stays 3 to 4 m away (R91).
-    """
-
-    outcomes = ("crowded",)
-    reads = READS
-
-    def __init__(self, room: Length = 0.0, ahead: Duration = 1.0, walking: Speed = 0.3) -> None:
-        self.room, self.ahead, self.walking = room, ahead, walking
-
-    def run(self, ctx: Context) -> Run:
-        if self.room <= 0.0:
-            yield Until(NEVER_NS)
-        while True:
-            now = situation(ctx)
-            if now is not None and is_crowded(now, self.room, self.ahead, self.walking):
-                return "crowded"
-            yield On(*CHANGES)
-
-
-class MakeRoom(Action):
-    """Keep out of a walking user's way, until they have stopped or are far enough.
-
-    Of places all around the robot it goes for the one from which the predicted walk stays between
-    `room` and `far` best (R91).
-    """
-
-    outcomes = ("clear", "lost")
-    reads = {**WAYS, BASE_REFUSAL: None}
-    commands = ("base",)
-
-    def __init__(
-        self,
-        room: Length = 3.0,
-        far: Length = 4.0,
-        ahead: Duration = 1.0,
-        walking: Speed = 0.2,
-    ) -> None:
-        self.room, self.far, self.ahead, self.walking = room, far, ahead, walking
-
-    def run(self, ctx: Context) -> Run:
-        from behaviors.dodge import place_with_room
-        from behaviors.rollout import towards
-
-        base, band = ctx.part("base"), (self.room, self.far)
-        again, goal = 0, None
-        try:
-            while (now := situation(ctx, "chase", "escape")) is not None:
-                if not is_crowded(now, self.room + SLACK, self.ahead, self.walking):
-                    return "clear"
-                if goal is None or ctx.now >= again:
-                    again = ctx.after(THINK_S)
-                    goal = place_with_room(now, band, goal)
-                base.drive(now.slowed(towards(now, goal, "chase"), "chase"), "chase")
-                yield ctx.value(BASE_REFUSAL)
-        finally:
-            base.release("chase")
-        return "lost"

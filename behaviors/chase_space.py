@@ -1,4 +1,4 @@
-"""The Chase space: cells about the user where the robot may wait, and what each is worth (R93-R98).
+"""The Chase space: cells around the user where the robot may wait, with weights (R93-R98).
 
 Arrays are in the user's frame: x ahead, y left, m.
 """
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 def grid(environment: Environment, settings: Settings) -> Array:
-    """All cells, (n, 3) x, y, weight, best first; centres lie at (i + 1/2) times the cell."""
+    """All cells, (n, 3) x, y, weight, best first; centres are at (i + 1/2) times the cell size."""
     chase = settings.chase
     cells = ring(chase)
     if chase.margin is not None and chase.margin_angle is not None:
@@ -35,14 +35,14 @@ def grid(environment: Environment, settings: Settings) -> Array:
 
 
 def placed(cells: Array, centre: Pose2) -> Array:
-    """The cells in the map, about this pose."""
+    """The cells in the map, around this pose."""
     c, s = math.cos(centre.yaw), math.sin(centre.yaw)
     x, y, weight = cells.T
     return np.column_stack((centre.x + c * x - s * y, centre.y + s * x + c * y, weight))
 
 
 def ring(chase: ChaseSettings) -> Array:
-    """The two arcs: between the radii, without what is cut out in front and behind, (n, 2)."""
+    """Cells of the two arcs: between the radii, without the sectors in front and behind, (n, 2)."""
     reach = math.ceil(chase.outer / chase.cell)
     centres = (np.arange(-reach, reach) + 0.5) * chase.cell
     x, y = (axis.ravel() for axis in np.meshgrid(centres, centres, indexing="ij"))
@@ -53,7 +53,7 @@ def ring(chase: ChaseSettings) -> Array:
 
 
 def angle_radius(_environment: Environment, settings: Settings, cells: Array) -> Array:
-    """An angle term times a radius term, each 1 at its best value and falling off linearly."""
+    """An angle term times a radius term, each 1 at its best value and decreasing linearly."""
     chase = settings.chase
     radius, bearing = np.hypot(*cells.T), np.abs(np.arctan2(cells[:, 1], cells[:, 0]))
     by_angle = 1.0 - np.abs(bearing - chase.best_angle) / math.pi
@@ -63,9 +63,10 @@ def angle_radius(_environment: Environment, settings: Settings, cells: Array) ->
 
 
 def time_to_haptic(environment: Environment, settings: Settings, cells: Array) -> Array:
-    """One over one plus the time, s, to the nearest Haptic pose if the user reached out now.
+    """room^2 / (1 + t), t the time to the nearest Haptic pose for a request made now, s.
 
-    Less for cells nearer to the user than `best_radius`: the robot has less time to get away.
+    `room` is radius / best_radius, at most 1: nearer to the user there is less time to escape. The
+    drive and the turn take place together, so t is the longer of both, from rest to rest.
     """
     subsystem, limits = environment.navigation.haptic, environment.limits
     haptic = settings.haptic
@@ -75,7 +76,7 @@ def time_to_haptic(environment: Environment, settings: Settings, cells: Array) -
         y = haptic.radius * math.sin(angle)
         length = length_around(cells, (x, y), subsystem.user_radius)
         drive = rest_to_rest(length, subsystem.max_speed, limits.base_acceleration)
-        # the long side faces the user, either way round: the nearer one counts
+        # either long side may face the user: the yaw counts modulo pi
         tangent = np.arctan2(cells[:, 1], cells[:, 0]) + 0.5 * math.pi
         turn = np.abs((angle + math.pi - tangent + 0.5 * math.pi) % math.pi - 0.5 * math.pi)
         rotate = rest_to_rest(turn, limits.base_yaw_rate, limits.base_yaw_acceleration)
@@ -86,7 +87,12 @@ def time_to_haptic(environment: Environment, settings: Settings, cells: Array) -
 
 
 def length_around(starts: Array, goal: tuple[float, float], radius: float) -> Array:
-    """Length of the shortest ways from `starts` to `goal` round a disc about the origin, m."""
+    """Lengths of the shortest paths from `starts` to `goal` around a disc at the origin, m.
+
+    From radius r the tangent to the disc of radius R has the length sqrt(r^2 - R^2) and touches it
+    acos(R / r) further around. What the two tangents leave of the angle between start and goal is
+    an arc; if nothing is left, the straight line misses the disc.
+    """
     start_radius = np.maximum(np.hypot(*starts.T), radius)
     goal_radius = max(math.hypot(*goal), radius)
     apart = np.abs(np.arctan2(starts[:, 1], starts[:, 0]) - math.atan2(goal[1], goal[0]))

@@ -1,4 +1,4 @@
-"""Escape: when the robot is in the user's way, where it could go, and going there (paper 4.4.3)."""
+"""Escape: its trigger, the Escape poses, and the drive to one of them (paper 4.4.3)."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from behaviors.settings import EscapeSettings, Settings
 from behaviors.situation import AGE_S, CHANGES, WAYS, Situation, situation
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from hw.geometry import Pose2, Twist2, wrap
-from hw.samples import ArmState, UserPose
+from hw.samples import Joints, UserPose
 from states.environment import Environment
 from states.keys import ARM_JOINTS, planner_key
 from states.navigation.states import is_there, user_disc
 from states.signals.prediction import time_to_contact
 
 if TYPE_CHECKING:
-    from states.navigation.local_planner import GlobalPlanner
+    from states.navigation.interfaces import GlobalPlanner
 
 LOOKAHEAD_S = 3.0
-"""Contacts later than this are nobody's business yet, s."""
+"""Predicted contacts later than this are ignored, s."""
 
 
 def in_zone(escape: EscapeSettings, user: UserPose, base: Pose2, margin: float = 0.0) -> bool:
-    """Is the robot's centre in one of the two zones about the user (R104), grown by `margin`?"""
+    """Is the robot's centre in one of the two zones around the user (R104), grown by `margin`?"""
     dx, dy = base.x - user.body.x, base.y - user.body.y
     distance = math.hypot(dx, dy)
     if distance >= max(escape.ahead, escape.around) + margin:
@@ -39,7 +39,7 @@ def in_zone(escape: EscapeSettings, user: UserPose, base: Pose2, margin: float =
 def is_required(
     environment: Environment, settings: Settings, user: UserPose, base: Pose2, velocity: Twist2
 ) -> bool:
-    """Escape Required: in a zone while the user moves, or about to be walked into."""
+    """Escape Required: the user moves, and the robot is in a zone or about to be walked into."""
     escape = settings.escape
     if velocity.speed < escape.moving:
         return False
@@ -51,7 +51,7 @@ def is_required(
 def is_safe(
     environment: Environment, settings: Settings, user: UserPose, base: Pose2, velocity: Twist2
 ) -> bool:
-    """Both zones clear, with hysteresis, and nothing predicted (R112)."""
+    """The robot is outside both zones, with hysteresis, and no contact is predicted (R112)."""
     escape = settings.escape
     if in_zone(escape, user, base, escape.hysteresis):
         return False
@@ -61,7 +61,11 @@ def is_safe(
 def will_be_reached(
     environment: Environment, escape: EscapeSettings, user: Pose2, base: Pose2, velocity: Twist2
 ) -> bool:
-    """Would the user walk into the robot before it could have moved aside?"""
+    """Would the user, walking straight on, reach the robot before it could have moved aside?
+
+    The user passes the robot's centre at `offset`; `contact` less that has to be driven sideways
+    from standstill, which takes sqrt(2 aside / a), plus `reaction`.
+    """
     relative = (user.x - base.x, user.y - base.y)
     until = time_to_contact(relative, (velocity.vx, velocity.vy), escape.contact)
     if not until < LOOKAHEAD_S or velocity.speed < escape.moving:
@@ -72,7 +76,7 @@ def will_be_reached(
 
 
 def all_poses(escape: EscapeSettings, user: UserPose, base: Pose2) -> Iterator[Pose2]:
-    """The Escape poses in order, free or not: away from the user, yaw kept (R106, R107, R110)."""
+    """All Escape poses in order: away from the user, yaw kept (R106, R107, R110)."""
     away = math.atan2(base.y - user.body.y, base.x - user.body.x)
     for distance in escape.distances:
         for angle in escape.angles:
@@ -84,13 +88,13 @@ def all_poses(escape: EscapeSettings, user: UserPose, base: Pose2) -> Iterator[P
 def poses(
     settings: Settings, planner: GlobalPlanner, user: UserPose, base: Pose2
 ) -> tuple[Pose2, ...]:
-    """The Escape poses that are free for Escape's own planner (R105, R108)."""
+    """The Escape poses that are free by Escape's own planner, in order (R105, R108)."""
     found = all_poses(settings.escape, user, base)
     return tuple(pose for pose in found if planner.is_free((pose.x, pose.y)))
 
 
 class EscapeRequired(Monitor):
-    """`required` when the user could walk into the robot: it has to go (R62, R104)."""
+    """`required` when the user could walk into the robot, which then has to escape (R62, R104)."""
 
     outcomes = ("required",)
     reads = {ESCAPE_REQUIRED: AGE_S}
@@ -102,10 +106,10 @@ class EscapeRequired(Monitor):
 
 
 class SafeOnTheWay(Monitor):
-    """`safe` once both zones are clear, before an Escape pose is reached.
+    """`safe` once both zones are clear, even before an Escape pose is reached.
 
-    Only in profiles that allow it, and only if there was danger at the start: an Escape because
-    Chase has failed has to reach its pose (R112).
+    Only in profiles that allow it, and only if there was danger at the start: an Escape after a
+    failure of Chase has to reach its pose (R112).
     """
 
     outcomes = ("safe",)
@@ -119,17 +123,17 @@ class SafeOnTheWay(Monitor):
         return "safe"
 
     def _can_stop(self, ctx: Context) -> bool:
-        """Would the robot, braking from now on, keep off the walls?"""
+        """Is the place where the robot would come to rest free?"""
         now = situation(ctx, "escape")
         return now is not None and now.planners["escape"].is_free((now.rest.x, now.rest.y))
 
 
 class Flee(Action):
-    """Drive to an Escape pose, as fast as can be and without turning (R109-R111).
+    """Drive to an Escape pose, as fast as possible and without turning (R109-R111).
 
-    The arm stays as it stands, and counts with its outline. `safe`: there, and both zones
-    are clear. `no_pose`: no Escape pose is free. `no_way`: none can
-    be reached, or none without touching the user.
+    The arm stays as it is, and its outline is taken into account. `safe`: arrived, and both zones
+    are clear. `no_pose`: no Escape pose is free. `no_way`: none can be reached, or none without
+    touching the user.
     """
 
     outcomes = ("safe", "no_pose", "no_way")
@@ -137,7 +141,7 @@ class Flee(Action):
     commands = ("base",)
 
     def run(self, ctx: Context) -> Run:
-        from behaviors.rollout import towards
+        from behaviors.rollout import command_towards
 
         base, goal, planner = ctx.part("base"), None, None
         try:
@@ -151,30 +155,35 @@ class Flee(Action):
                         return "safe"
                     goal = None
                 free = ctx.value(ESCAPE_POSES) or ()
-                goal = self._choose(now, free, goal, ctx.value(ARM_JOINTS))
+                arm = ctx.value(ARM_JOINTS)
+                goal = choose(now, free, goal, None if arm is None else arm.joints)
                 if goal is None:
                     return "no_way" if free else "no_pose"
-                command = towards(now, (goal.x, goal.y), "escape")
+                command = command_towards(now, (goal.x, goal.y), "escape")
                 base.drive(now.slowed(command, "escape"), "escape")
                 yield None
         finally:
             base.release("escape")
         return "no_way"
 
-    def _choose(
-        self, now: Situation, free: Sequence[Pose2], goal: Pose2 | None, arm: ArmState | None
-    ) -> Pose2 | None:
-        """The goal to go for, in the order of the profile; None if nothing leads out."""
-        if now.settings.escape.order == "given":
-            return goal or _first_in_reach(now, free)
-        from behaviors.dodge import way_out
 
-        outline = now.environment.outline(None if arm is None else arm.joints)
-        return way_out(now, (*(() if goal is None else (goal,)), *free), goal, outline)
+def choose(
+    now: Situation, free: Sequence[Pose2], goal: Pose2 | None, joints: Joints | None
+) -> Pose2 | None:
+    """The pose of `free` to drive to, by the profile's `order`; None if none can be reached.
+
+    `goal` is the pose driven to so far, `joints` are the arm's, rad, if known.
+    """
+    if now.settings.escape.order == "given":
+        return goal or _first_in_reach(now, free)
+    from behaviors.dodge import safest_goal
+
+    outline = now.environment.outline(joints)
+    return safest_goal(now, (*(() if goal is None else (goal,)), *free), goal, outline)
 
 
 def _still_in_reach(now: Situation, goal: Pose2 | None) -> Pose2 | None:
-    """The goal, unless a scan has shown something on the way."""
+    """The goal, unless a scanned obstacle now blocks the way to it."""
     here, planner = (now.pose.x, now.pose.y), now.planners["escape"]
     return goal if goal is not None and planner.allows(here, (goal.x, goal.y)) else None
 

@@ -14,13 +14,13 @@ from hw.geometry import Pose2, Pose3, wrap
 from states.keys import HAPTIC_REQUEST, RELEASE, planner_key
 
 if TYPE_CHECKING:
-    from states.navigation.local_planner import GlobalPlanner
+    from states.navigation.interfaces import GlobalPlanner
 
 
 def all_poses(haptic: HapticSettings, deep: Pose3) -> Iterator[Pose2]:
-    """The Haptic rover poses in order, free or not: a half circle in front of the DEEP (R75).
+    """All Haptic rover poses in order: a half circle in front of the DEEP (R75).
 
-    0 is on the line from the user through the DEEP; the robot faces the DEEP (R76, R85).
+    Angle 0 is on the line from the user through the DEEP; the robot faces the DEEP (R76, R85).
     """
     for angle in haptic.angles:
         direction = deep.yaw + angle
@@ -30,12 +30,12 @@ def all_poses(haptic: HapticSettings, deep: Pose3) -> Iterator[Pose2]:
 
 
 def poses(settings: Settings, planner: GlobalPlanner, deep: Pose3) -> tuple[Pose2, ...]:
-    """The Haptic rover poses that are free for Haptic's planner, in order (R77)."""
+    """The Haptic rover poses that are free by Haptic's planner, in order (R77)."""
     return tuple(p for p in all_poses(settings.haptic, deep) if planner.is_free((p.x, p.y)))
 
 
 def reachable(now: Situation, free: tuple[Pose2, ...]) -> dict[Pose2, float]:
-    """The poses that the robot can drive to, in order, with the time that the drive takes, s."""
+    """The poses that the robot can drive to, in order, with the times of the drives, s."""
     planner, here = now.planners["haptic"], (now.pose.x, now.pose.y)
     found = {}
     for goal in free:
@@ -47,9 +47,9 @@ def reachable(now: Situation, free: tuple[Pose2, ...]) -> dict[Pose2, float]:
 
 
 def best_pose(now: Situation, times: dict[Pose2, float], deep: Pose3) -> Pose2 | None:
-    """Of poses with their drive times the first, or the one with the prop soonest at the DEEP.
+    """The first pose, or with `order` "time" the one with the prop at the DEEP soonest.
 
-    None: by the profile's order "time", the DEEP is out of the arm's reach from all of them.
+    None: with `order` "time", the DEEP is out of the arm's reach from all of them.
     """
     goals = tuple(times)
     if now.settings.haptic.order == "given":
@@ -62,7 +62,7 @@ def best_pose(now: Situation, times: dict[Pose2, float], deep: Pose3) -> Pose2 |
 
 
 def drive_time(now: Situation, length: float, turn: float) -> float:
-    """From standstill to standstill, turning on the way, s."""
+    """Time of a drive from standstill to standstill, turning meanwhile, s."""
     from states.navigation.speed import rest_to_rest
 
     limits, fastest = now.environment.limits, now.environment.navigation.haptic.max_speed
@@ -88,11 +88,11 @@ class Released(Monitor):
 
 
 class ChooseHapticPose(Action):
-    """The Haptic rover pose to go to, of those that are free and can be reached.
+    """Choose a Haptic rover pose among those that are free and can be reached.
 
-    In the order of the profile: as given, or by the time until the prop is at the DEEP, by the true
-    reach of the arm. `none`: the user stands too near to a wall, or in the only way.
-    `out_of_reach`: the DEEP is too high, too low or behind something for the arm.
+    By the profile's `order`: the first one given, or the one with the prop at the DEEP soonest,
+    by the exact reach of the arm. `none`: the user stands too near to a wall, or blocks the only
+    path. `out_of_reach`: the arm cannot reach the DEEP from any of them.
     """
 
     outcomes = ("chosen", "none", "out_of_reach")

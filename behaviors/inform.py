@@ -1,4 +1,4 @@
-"""Inform: show the robot to the user until both can go on (paper 4.4.4)."""
+"""Inform: show the robot to the user until both can continue (paper 4.4.4)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from states.keys import RESTART
 
 
 class WarnUser(Action):
-    """Show the user the robot and the stop sign, for as long as this lasts (R18, R114)."""
+    """Show the robot and the stop sign to the user while this state runs (R18, R114)."""
 
     outcomes = ()
     commands = ("vr",)
@@ -23,7 +23,7 @@ class WarnUser(Action):
 
 
 class Restarted(Monitor):
-    """`restarted` on the restart signal of the user, who has stopped and is ready (R65, R115)."""
+    """`restarted` when the user, having stopped, gives the restart signal (R65, R115)."""
 
     outcomes = ("restarted",)
     reads = {RESTART: None}

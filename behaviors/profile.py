@@ -44,7 +44,8 @@ from hw.connection import Narrowed
 from hw.people.person import RADIUS
 from hw.robot import RobotModel
 from hw.room import Room
-from states.environment import Environment, Localization, Navigation, SubsystemName
+from states.environment import Environment
+from states.subsystems import Localization, Navigation, SubsystemName
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
-"""What would come of driving to one place or another while the user goes on walking.
+"""Rollouts of straight drives to candidate places beside a user who keeps walking.
 
-The robot drives straight, its yaw kept, at the limits of its speed and acceleration and with the
-momentum it has; the user goes along each predicted track. m, s, rad, in the map.
+The robot drives straight without turning, at the limits of its speed and acceleration, starting
+with its present velocity; the user follows each predicted trajectory. m, s, rad, in the map.
 """
 
 from __future__ import annotations
@@ -18,55 +18,57 @@ from behaviors.situation import Situation
 from hw.geometry import STILL, Outline, Twist2
 from hw.people.person import RADIUS
 from hw.room import Point
-from states.environment import SubsystemName
-from states.navigation.local_planner import GlobalPlanner
+from states.navigation.interfaces import GlobalPlanner
 from states.signals.prediction import PREDICTORS, chord
+from states.subsystems import SubsystemName
 
 Array = NDArray[np.float64]
 
-HORIZON_S = 3.0
-STEP_S = 0.1
+HORIZON_S, STEP_S = 3.0, 0.1
+"""Length and step of a rollout, s."""
 STEPS = round(HORIZON_S / STEP_S)
 CLOSEST = 0.12
-"""A way that is predicted to come nearer to the user than this, m, is none."""
+"""A predicted gap to the user below this, m, counts as a touch."""
 WITH_USER = RADIUS + 0.2
-"""An arm nearer than this to the middle of the user is with them, m."""
+"""Within this distance of the user's centre, m, the arm is at their hand."""
 SLACK = 0.01
+"""Decrease of the clearance that a robot which starts too near to a wall may have, m."""
 BREAK_OFF = (0, 2, 4)
-"""Steps after which a drive may be broken off."""
+"""Steps after which the drive may be aborted, so that the robot brakes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Drives:
-    """Straight drives to `places` (n, 2); `ways` (n, steps, 2) is where the robot is meanwhile."""
+class Rollouts:
+    """Simulated drives: positions of the robot after each step, (n, steps, 2)."""
 
-    places: Array
-    ways: Array
+    trajectories: Array
     acceleration: float
 
     def keeps_off(self, index: int, planner: GlobalPlanner) -> bool:
-        """Does the robot keep off the walls on its way to a place, momentum included?
+        """Does a trajectory keep clear of walls, also if it is aborted soon and the robot brakes?
 
-        Nor if the drive is broken off soon, and it brakes. A robot that begins too near to a wall
-        may take a while to get away, but come no nearer.
+        A robot that starts too near to a wall may take some steps to leave it, but not come nearer.
         """
-        way = self.ways[index, ::2].copy()
-        free = planner.are_free(way)
+        trajectory = self.trajectories[index, ::2].copy()
+        free = planner.are_free(trajectory)
         if free.all():
-            return bool(planner.are_free(_rests(self.ways[index], self.acceleration)).all())
+            return bool(
+                planner.are_free(_rest_places(self.trajectories[index], self.acceleration)).all()
+            )
         if not free[-1] or (free[:-1] > free[1:]).any():
             return False
-        least = planner.clearance(way[0]) - SLACK
-        return all(planner.clearance(place) >= least for place in way[1 : free.argmax()])
+        least = planner.clearance(trajectory[0]) - SLACK
+        return all(planner.clearance(place) >= least for place in trajectory[1 : free.argmax()])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Forecasts:
-    """What comes of each of n drives; the worst of all tracks counts.
+class RolloutEvaluation:
+    """Evaluation of n drives against all trajectories of the user.
 
-    `safe_after` (n,): when both Escape zones are clear for good, s (infinite: never). `gap` (n,):
-    the least room between robot and user, m, below 0 in contact. `touch_after` (n,): when they
-    come nearer than CLOSEST even on the best of all tracks, s (infinite: never).
+    `safe_after` (n,): time until both Escape zones stay clear, s, on the worst of the user's
+    trajectories (infinite: never). `gap` (n,): least gap between robot and user on any of them, m,
+    negative in contact. `touch_after` (n,): time until the gap is below CLOSEST, s, on the best of
+    them (infinite: never).
     """
 
     safe_after: Array
@@ -74,17 +76,17 @@ class Forecasts:
     touch_after: Array
 
 
-def drives(now: Situation, places: Sequence[Point] | Array, max_speed: float) -> Drives:
-    """The drives from here to each place."""
+def roll_out(now: Situation, places: Sequence[Point] | Array, max_speed: float) -> Rollouts:
+    """Simulate the drives from here to each place (n, 2)."""
     pose, motion = now.pose, now.twist.rotated(now.pose.yaw)
     acceleration = now.environment.limits.base_acceleration
     goals = np.array(places, dtype=np.float64).reshape(-1, 2)
     state = (pose.x, pose.y, motion.vx, motion.vy)
-    return Drives(goals, _drives(state, max_speed, acceleration, goals), acceleration)
+    return Rollouts(_roll_out(state, max_speed, acceleration, goals), acceleration)
 
 
-def tracks(now: Situation, predictors: Sequence[str]) -> Array:
-    """Where each predictor sees the user, (predictors, steps, 3): x, y, direction of view."""
+def predict_user(now: Situation, predictors: Sequence[str]) -> Array:
+    """The user's trajectory by each predictor, (predictors, steps, 3): x, y, direction of view."""
     body, velocity = now.user.body, now.velocity
     looking = now.user.head_yaw if now.settings.escape.view == "head" else body.yaw
     chosen = (PREDICTORS[name] for name in predictors)
@@ -92,31 +94,32 @@ def tracks(now: Situation, predictors: Sequence[str]) -> Array:
         [(p.speed, p.keeps, p.turn, p.fades, p.comes, p.least) for p in chosen], dtype=np.float64
     )
     state = np.array((body.x, body.y, body.yaw, velocity.vx, velocity.vy, velocity.wz))
-    found = _tracks(numbers, state, np.array((now.pose.x, now.pose.y)))
+    found = _predictions(numbers, state, np.array((now.pose.x, now.pose.y)))
     found[:, :, 2] += looking - body.yaw
     return found
 
 
-def forecasts(
-    now: Situation, found: Drives, user_tracks: Array, outline: Outline | None = None
-) -> Forecasts:
-    """What comes of the drives while the user goes along the tracks.
+def evaluate(
+    now: Situation, rollouts: Rollouts, predictions: Array, outline: Outline | None = None
+) -> RolloutEvaluation:
+    """Evaluate drives against the user's predicted trajectories.
 
-    `outline` is that of rover and arm; None: of the rover alone. An arm that is with the user, as
-    after a touch, does not count: it has to get away from there.
+    `outline` is that of rover and arm; None: of the rover alone. An arm at the user's hand, as
+    after a touch, is ignored: any drive has to take it away from there.
     """
     pose, escape, user = now.pose, now.settings.escape, now.user.body
     zones = (escape.ahead + escape.hysteresis, escape.around + escape.hysteresis, escape.half_view)
     if outline is None or outline.distance(*pose.inverse().transform(user.x, user.y)) < WITH_USER:
         outline = now.environment.outline()
-    return Forecasts(*_judge(found.ways, user_tracks, pose.yaw, zones, outline))
+    found = _evaluate(rollouts.trajectories, predictions, pose.yaw, zones, outline)
+    return RolloutEvaluation(*found)
 
 
-def towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
-    """The command (base frame) with which a forecast drives, with the speed of a subsystem.
+def command_towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
+    """The command (base frame) that drives like a rollout, at the speed of a subsystem.
 
-    Standstill instead, if the robot, braking straight on in the next tick, came too near to a wall:
-    whatever ends a drive stops it so.
+    Standstill instead, if braking straight on from the next tick would come too near to a wall:
+    the drive may be aborted then.
     """
     environment, pose, twist = now.environment, now.pose, now.twist
     acceleration = environment.limits.base_acceleration
@@ -140,18 +143,24 @@ def towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
 
 @njit(cache=True)
 def crowding(
-    ways: Array, user_tracks: Array, room: float, far: float, touch: float, dread: float
+    trajectories: Array,
+    predictions: Array,
+    room: float,
+    far: float,
+    touch: float,
+    dread: float,
 ) -> Array:
-    """How badly robots on their ways keep between `room` and `far` of the user, (n,).
+    """Cost of distances to the user outside of `room` to `far` along trajectories, (n,), m2.
 
-    Squares of what is missing, m2, in the mean of all tracks; below `touch` times `dread`.
+    Sum over the steps of the squared deficit or excess, averaged over the user's trajectories; the
+    squared deficit below `touch` is added `dread` times.
     """
-    found = np.zeros(len(ways))
-    for i in range(len(ways)):
-        for j in range(len(user_tracks)):
-            for step in range(ways.shape[1]):
-                dx = ways[i, step, 0] - user_tracks[j, step, 0]
-                dy = ways[i, step, 1] - user_tracks[j, step, 1]
+    found = np.zeros(len(trajectories))
+    for i in range(len(trajectories)):
+        for j in range(len(predictions)):
+            for step in range(trajectories.shape[1]):
+                dx = trajectories[i, step, 0] - predictions[j, step, 0]
+                dy = trajectories[i, step, 1] - predictions[j, step, 1]
                 square = dx * dx + dy * dy
                 if room * room <= square <= far * far:
                     continue
@@ -159,7 +168,7 @@ def crowding(
                 near, beyond, close = room - distance, distance - far, touch - distance
                 found[i] += max(0.0, near) ** 2 + max(0.0, beyond) ** 2
                 found[i] += dread * max(0.0, close) ** 2
-        found[i] /= len(user_tracks)
+        found[i] /= len(predictions)
     return found
 
 
@@ -167,8 +176,8 @@ _chord = njit(cache=True)(chord)
 
 
 @njit(cache=True)
-def _tracks(predictors: Array, state: Array, robot: Array) -> Array:
-    """`Predictor.at` for each predictor, a row with its numbers, and each step."""
+def _predictions(predictors: Array, state: Array, robot: Array) -> Array:
+    """`Predictor.at` for each predictor (a row with its parameters) and each step."""
     found = np.empty((len(predictors), STEPS, 3))
     heading = math.atan2(state[4], state[3])
     dx, dy = robot[0] - state[0], robot[1] - state[1]
@@ -190,21 +199,23 @@ def _tracks(predictors: Array, state: Array, robot: Array) -> Array:
 
 
 @njit(cache=True)
-def _judge(
-    ways: Array,
-    user_tracks: Array,
+def _evaluate(
+    trajectories: Array,
+    predictions: Array,
     yaw: float,
     zones: tuple[float, float, float],
     outline: Outline,
 ) -> tuple[Array, Array, Array]:
-    count = len(ways)
+    """See `RolloutEvaluation`; `zones` are radius ahead, radius around, and half the view angle."""
+    count = len(trajectories)
     safe_after, gap, touch_after = np.zeros(count), np.full(count, math.inf), np.zeros(count)
     c, s, cos_view = math.cos(yaw), math.sin(yaw), math.cos(zones[2])
     for i in range(count):
-        for j in range(len(user_tracks)):
-            track, safe, touch = user_tracks[j], 0.0, math.inf
-            for step in range(ways.shape[1]):
-                dx, dy = ways[i, step, 0] - track[step, 0], ways[i, step, 1] - track[step, 1]
+        for j in range(len(predictions)):
+            user, safe, touch = predictions[j], 0.0, math.inf
+            for step in range(trajectories.shape[1]):
+                dx = trajectories[i, step, 0] - user[step, 0]
+                dy = trajectories[i, step, 1] - user[step, 1]
                 distance = math.hypot(dx, dy)
                 x, y = -c * dx - s * dy, s * dx - c * dy
                 along = max(0.0, x - outline.front, -outline.back - x)
@@ -215,7 +226,7 @@ def _judge(
                     touch = min(touch, STEP_S * (step + 1))
                 inside = distance < zones[1]
                 if not inside and distance < zones[0]:
-                    bearing = math.atan2(dy, dx) - track[step, 2]
+                    bearing = math.atan2(dy, dx) - user[step, 2]
                     inside = math.cos(bearing) >= cos_view
                 if inside:
                     safe = math.inf
@@ -227,9 +238,15 @@ def _judge(
 
 
 @njit(cache=True, error_model="numpy")
-def _drives(
+def _roll_out(
     state: tuple[float, float, float, float], max_speed: float, acceleration: float, goals: Array
 ) -> Array:
+    """Positions after each step, (n, STEPS, 2), from x, y, vx, vy.
+
+    In each step the wanted velocity points to the goal with the speed that can still be braked,
+    sqrt(2 a left), within the limit and not past the goal; the change towards it is limited to
+    a STEP_S.
+    """
     count = len(goals)
     x, y, vx, vy = np.empty(count), np.empty(count), np.empty(count), np.empty(count)
     x[:], y[:], vx[:], vy[:] = state
@@ -254,30 +271,30 @@ def _drives(
             vx[i] += ax
             vy[i] += ay
             xs[step, i], ys[step, i] = x[i], y[i]
-    ways = np.empty((count, STEPS, 2))
+    trajectories = np.empty((count, STEPS, 2))
     for i in range(count):
         for step in range(STEPS):
-            ways[i, step, 0], ways[i, step, 1] = xs[step, i], ys[step, i]
-    return ways
+            trajectories[i, step, 0], trajectories[i, step, 1] = xs[step, i], ys[step, i]
+    return trajectories
 
 
 @njit(cache=True)
-def _rests(way: Array, acceleration: float) -> Array:
-    """Where the robot would come to rest if it braked after some of the first steps."""
+def _rest_places(trajectory: Array, acceleration: float) -> Array:
+    """Where the robot would come to rest if it braked after the steps BREAK_OFF."""
     places = np.empty((len(BREAK_OFF), 2))
     for i, step in enumerate(BREAK_OFF):
-        vx = (way[step + 1, 0] - way[step, 0]) / STEP_S
-        vy = (way[step + 1, 1] - way[step, 1]) / STEP_S
+        vx = (trajectory[step + 1, 0] - trajectory[step, 0]) / STEP_S
+        vy = (trajectory[step + 1, 1] - trajectory[step, 1]) / STEP_S
         stretch = math.hypot(vx, vy) / (2.0 * acceleration)
-        places[i, 0] = way[step, 0] + stretch * vx
-        places[i, 1] = way[step, 1] + stretch * vy
+        places[i, 0] = trajectory[step, 0] + stretch * vx
+        places[i, 1] = trajectory[step, 1] + stretch * vy
     return places
 
 
 def warm_up() -> None:
-    """Compile, or load from the cache."""
-    user_tracks = _tracks(np.ones((2, 6)), np.zeros(6), np.ones(2))
-    ways = _drives((0.0, 0.0, 0.0, 0.0), 1.0, 1.0, np.ones((1, 2)))
-    _judge(ways, user_tracks, 0.0, (1.0, 1.0, 1.0), Outline(0.5, 0.5, 0.4, 0.4))
-    _rests(ways[0], 1.0)
-    crowding(ways, user_tracks, 3.0, 4.0, 1.0, 1.0)
+    """Compile the kernels, or load them from the cache."""
+    predictions = _predictions(np.ones((2, 6)), np.zeros(6), np.ones(2))
+    trajectories = _roll_out((0.0, 0.0, 0.0, 0.0), 1.0, 1.0, np.ones((1, 2)))
+    _evaluate(trajectories, predictions, 0.0, (1.0, 1.0, 1.0), Outline(0.5, 0.5, 0.4, 0.4))
+    _rest_places(trajectories[0], 1.0)
+    crowding(trajectories, predictions, 3.0, 4.0, 1.0, 1.0)

@@ -1,8 +1,8 @@
-"""Every number and choice of the four behaviours, by name; the values stand in a profile.
+"""All parameters of the four behaviours, by name; a profile gives their values.
 
-Nothing here has a default: a profile is complete, so that no value hides in the code. Ranges are
-wide: they keep out what cannot be meant (36 rad for 36 deg, a negative inflation), not what is
-unwise. The wiring puts one `Settings` as the signal `settings` at time 0.
+Nothing here has a default, so that no value hides in the code. Ranges are wide: they exclude
+mistakes (36 rad for 36 deg, a negative inflation), not unwise values. The wiring provides one
+`Settings` as the constant signal `settings`.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from states.signals.prediction import PREDICTORS
 
 _QUARTER = 0.5 * math.pi + 1e-9
 Behind = Annotated[Angle, Range(-_QUARTER, _QUARTER)]
-"""From the direction away from the user; beyond a right angle a pose is nearer to the user."""
+"""Angle off the direction away from the user; beyond a right angle a pose would be nearer."""
 
 
 def _predictor(item: Item) -> str:
@@ -50,9 +50,9 @@ PredictorName = Annotated[str, _predictor]
 
 @dataclass(frozen=True, slots=True)
 class RobotSettings:
-    """What the robot may do; the lower of these and its own limits counts.
+    """Limits of the robot; the lower of these and its own counts.
 
-    `arm_jerk`: of each joint, rad/s3, None: any. `arm_parked`: the joints of the folded arm, None:
+    `arm_jerk`: of each joint, rad/s3; None: no limit. `arm_parked`: joints of the folded arm; None:
     those of the robot's prop.
     """
 
@@ -81,11 +81,10 @@ class RobotSettings:
 
 @dataclass(frozen=True, slots=True)
 class SafetySettings:
-    """The chain in front of the wheels.
+    """The safety chain in front of the wheels.
 
-    `governor` switches the separation step; the rest of the chain is always there. `overlap`: with
-    no more than this to go the rover may drive to a touch while the arm is not folded (R46); 0:
-    never.
+    `governor` switches the separation step; the rest of the chain is always on. `overlap`: within
+    this distance of a touch's pose, m, the rover may drive with the arm unfolded (R46); 0: never.
     """
 
     governor: bool
@@ -99,13 +98,13 @@ class SafetySettings:
 
 @dataclass(frozen=True, slots=True)
 class PlantSettings:
-    """How far a simulated robot and its surroundings are from ideal ones; real parts ignore it.
+    """Imperfections of the simulated robot and its surroundings; real parts ignore them.
 
-    `latency`: from a tick to the instant at which the robot hears what it decided, s.
-    `tracking_delay`: age of a pose of the person on arrival, s. `tracking_noise` and `pose_noise`:
+    `latency`: from a tick to the instant at which the robot receives its commands, s.
+    `tracking_delay`: age of the person's pose on arrival, s. `tracking_noise`, `pose_noise`:
     standard deviation of each coordinate of the person's and the base's pose, m, and half as much
-    of the yaws, in rad. `sensing`: of the full simulation, which has sensors in place of the base's
-    pose.
+    of the yaws, in rad. `sensing`: errors of the sensors that replace the base's pose in the full
+    simulation.
     """
 
     latency: Annotated[Duration, Range(0.0, 1.0)]
@@ -121,10 +120,11 @@ class PlantSettings:
 
 @dataclass(frozen=True, slots=True)
 class UserSettings:
-    """How the user's motion is estimated; still: slower than both for so long (R89).
+    """Estimation and prediction of the user's motion.
 
-    `likely` and `possible` name predictors (`states.signals.prediction`): Escape counts on every
-    likely one, making room on the possible ones too.
+    `window`: over which the velocity is estimated, s. Slower than `still_speed` and `still_turn`
+    counts as still (R89). `likely` and `possible` name predictors (`states.signals.prediction`):
+    Escape considers the likely ones, making room the possible ones too.
     """
 
     window: Annotated[Duration, above_0(5.0)]
@@ -138,10 +138,10 @@ class UserSettings:
 class EscapeSettings:
     """The trigger (R104), the Escape poses (R105-R108) and when the user is safe (R112).
 
-    `moving`: a user slower than this raises nothing; 0 is the literal rule of the paper.
-    `reaction` is added to the time that the robot needs to get out of a predicted way.
-    `warning`: so long before a touch that cannot be avoided any more the user is warned.
-    Poses: every distance with every angle from the direction away from the user.
+    `moving`: a user slower than this triggers nothing; 0 is the literal rule of the paper.
+    `reaction` is added to the time that the robot needs to move aside. `warning`: the user is
+    warned of an unavoidable touch once it is less than this ahead, s. Poses: all distances, each
+    with all angles off the direction away from the user.
     """
 
     view: Literal["head", "body"]
@@ -164,10 +164,10 @@ class EscapeSettings:
 class ChaseSettings:
     """The Chase space (R93-R101) with its margins against the Escape zones (R103).
 
-    `front` and `rear` are the whole angles that are cut out. `margin` widens the Escape zones by a
-    length, `margin_angle` by an angle to either side; cells inside are dropped. `weight` names how
-    cells are valued (`angle_radius`: highest at `best_angle` and `best_radius`), `pick` how one is
-    chosen: the largest weight, those within `tie` by the shortest way, or by chance from `seed`.
+    `front` and `rear` are the full angles of the sectors cut out. Cells in an Escape zone that is
+    widened by the length `margin`, and by `margin_angle` to either side, are dropped. `weight`
+    names the weighting (`angle_radius`: highest at `best_angle` and `best_radius`), `pick` the
+    choice: the largest weight (those within `tie` by the shortest path), or at random from `seed`.
     """
 
     view: Literal["head", "body"]
@@ -186,7 +186,7 @@ class ChaseSettings:
     seed: Annotated[int, Range(0, 2**63)]
 
     def faults(self) -> Iterator[Fault]:
-        """What does not go together, by key."""
+        """Combinations that are not allowed, by key."""
         if self.inner >= self.outer:
             yield "inner", f"{self.inner:g} is not below outer, {self.outer:g}"
         if self.front + self.rear >= 2.0 * math.pi:
@@ -199,8 +199,8 @@ class ChaseSettings:
 class HapticSettings:
     """The Haptic rover poses (R75-R77): a half circle in front of the DEEP.
 
-    `order`: as given, or ranked by the time until the prop is there. `deep_ahead` and
-    `deep_height` say where Chase expects the next request (R132).
+    `order`: as given, or by the time until the prop is at the DEEP. `deep_ahead` and `deep_height`
+    are where Chase expects the next request (R132).
     """
 
     radius: Annotated[Length, above_0(3.0)]
@@ -212,7 +212,7 @@ class HapticSettings:
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """All of it."""
+    """All parameters of the behaviours."""
 
     user: UserSettings
     escape: EscapeSettings

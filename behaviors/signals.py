@@ -21,7 +21,7 @@ from hw.samples import (
     TrackerPose,
     UserPose,
 )
-from states.environment import SUBSYSTEMS, Environment, SubsystemName
+from states.environment import Environment
 from states.localization.estimates import (
     SENSED,
     LocalizationEstimator,
@@ -32,19 +32,20 @@ from states.localization.estimates import (
 )
 from states.localization.frames import FramesEstimator
 from states.signals.motion import StillnessEstimator, VelocityEstimator
+from states.subsystems import SUBSYSTEMS, SubsystemName
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from states.navigation.interfaces import GlobalPlanner
     from states.navigation.layers import Costmaps
-    from states.navigation.local_planner import GlobalPlanner
 
 OBSTACLES = "floor.obstacles"
 TYPES = {kind.__name__: Type(kind.__name__, python=kind) for kind in (Pose2, Pose3, UserPose)}
 
 ESTIMATE = "base.localization"
-"""The signal that `base.pose` and `base.pose_sigma` are parts of where they are estimates."""
+"""The estimate that `base.pose` and `base.pose_sigma` are taken from, if they are estimated."""
 
 MEASURED = (
     Measured("environment", Environment, constant=True, about="room, robot and limits"),
@@ -76,13 +77,12 @@ def signals(
     *,
     scanning: bool = True,
 ) -> tuple[Signal, ...]:
-    """Everything that can be asked for; what nobody asks for is never computed.
+    """All signals; only those that are read are computed.
 
-    With a maker of localizers `base.pose` is estimated by what the base senses. `scanning`: does
-    anything give `base.scan`?
+    With `localizer`, which makes a new one, `base.pose` is estimated from the base's sensors.
+    `scanning`: is there a source of `base.scan`?
     """
     user = settings.user
-    cells = cache(partial(_cells, environment, settings))
     return (
         *(measured() if localizer is None else localized(localizer)),
         *planning(environment, scanning, "base.pose" if localizer is None else ESTIMATE),
@@ -100,6 +100,14 @@ def signals(
             partial(StillnessEstimator, user.still_speed, user.still_turn), int,
             about="since when the user has stood still, ns; none while they move",
         ),
+        *_decisions(environment, settings),
+    )  # fmt: skip
+
+
+def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ...]:
+    """What CoboDeck's own decisions rest on: zones, poses and spaces."""
+    cells = cache(partial(_cells, environment, settings))
+    return (
         Derived("user.distance", ("user.pose", "base.pose"), _distance, float,
                 about="from the user's body to the robot's centre, m"),
         Derived(
@@ -131,13 +139,13 @@ def signals(
 
 
 def measured() -> tuple[Signal, ...]:
-    """All that parts measure; the base knows where it is."""
+    """All signals that parts measure; the base measures its own pose."""
     about = "how sure base.pose is"
     return (*MEASURED, Derived("base.pose_sigma", ("environment",), _sigma, PoseSigma, about=about))
 
 
 def localized(localizer: Callable[[], Localizes]) -> tuple[Signal, ...]:
-    """All that parts measure, and where the base is by that."""
+    """All signals that parts measure, and the base's pose estimated from them."""
     others = (signal for signal in MEASURED if signal.name != "base.pose")
     return (
         *others,
@@ -155,9 +163,9 @@ def localized(localizer: Callable[[], Localizes]) -> tuple[Signal, ...]:
 def planning(
     environment: Environment, scanning: bool = True, located: str = "base.pose"
 ) -> tuple[Signal, ...]:
-    """What scanners show and no map does, and by it costmaps and planner of each subsystem.
+    """Scanned obstacles, and the costmaps and planner of each subsystem with them.
 
-    Where nothing scans, planners go by map or room alone. `located` tells poses of the base.
+    Without scanners, planners use map or room alone. `located` is the signal with the base's pose.
     """
     sensed = (located, "user.pose", "base.scan")
     obstacles = Estimated(
@@ -169,7 +177,7 @@ def planning(
 
 
 def _planning(environment: Environment, name: SubsystemName, scanning: bool) -> Iterator[Signal]:
-    kind, about = environment.navigation.named(name).planner, "finds ways for the robot's centre"
+    kind, about = environment.navigation.named(name).planner, "finds paths for the robot's centre"
     if not scanning:
         yield Derived(f"{name}.planner", ("environment",), partial(_static, name), about=about)
     elif kind == "exact":

@@ -1,4 +1,4 @@
-"""Robot and user at one instant: what nearly every decision looks at."""
+"""Robot and user at one instant: the input of nearly every decision."""
 
 from __future__ import annotations
 
@@ -14,35 +14,36 @@ from hw.room import Disc, Point
 from hw.safety.limits import OLD_S
 from hw.samples import UserPose
 from states import ages
-from states.environment import Environment, SubsystemName
+from states.environment import Environment
 from states.keys import ENVIRONMENT, environment_of
 from states.navigation.states import PLANNERS, planner_of
+from states.subsystems import SubsystemName
 
 if TYPE_CHECKING:
-    from states.navigation.local_planner import GlobalPlanner
+    from states.navigation.interfaces import GlobalPlanner
 
 AGE_S = OLD_S
-"""Poses and velocities are used up to this age, s; see `states.ages`."""
+"""Greatest age of poses and velocities, s; see `states.ages`."""
 
 SPARE = 0.02
-"""A way is chosen this much farther from the user, m, than its drive keeps: it may hesitate."""
+"""Extra clearance from the user with which paths are chosen, m, so that the drive is possible."""
 
 READS: Mapping[str, float | None] = {ENVIRONMENT: None, SETTINGS: None, **ages.READS}
-"""What a state must declare to ask for a situation."""
+"""`reads` of a state that asks for a situation."""
 WAYS: Mapping[str, float | None] = {**READS, **PLANNERS}
-"""The same for one with planners."""
+"""`reads` of a state that asks for a situation with planners."""
 
 CHANGES = tuple(ages.READS)
-"""What a situation changes with: a state that goes by it waits for these."""
+"""The signals that a situation changes with: a state that watches it waits for these."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Situation:
-    """`pose` and `twist` are the robot's, map_from_base and its velocity in the base frame.
+    """Robot and user now, with environment, settings and planners.
 
-    `user` is the user's pose and `velocity` their velocity in the map, turn of the body as wz. All
-    of it is of now: where the poses are late, `share` says how much of the speed is left.
-    `planners` are those asked for, by subsystem.
+    `pose` is map_from_base, `twist` the robot's velocity in the base frame, `user` the user's pose,
+    `velocity` theirs in the map with the turn rate of the body as wz. `share` is the admissible
+    share of the speed by the age of the poses. `planners` are those requested, by subsystem.
     """
 
     environment: Environment
@@ -66,25 +67,25 @@ class Situation:
 
     @property
     def around(self) -> ages.RobotAndUser:
-        """The same for whoever drives by it."""
+        """The same in the form that local planners take."""
         walking = (self.velocity.vx, self.velocity.vy)
         return ages.RobotAndUser(self.pose, self.twist, self.user, walking, self.share)
 
     def user_disc(self, name: SubsystemName, goal: Point) -> Disc:
-        """What a way of a subsystem to this goal keeps out of: the user, and SPARE.
+        """The disc that a path of a subsystem to this goal keeps out of.
 
-        The disc does not grow over the robot or the goal.
+        SPARE is added, but not so that the disc would cover the robot or the goal.
         """
         body, radius = self.user.body, self.environment.navigation.named(name).user_radius
         return Disc(body.x, body.y, radius).grown(SPARE, (self.pose.x, self.pose.y), goal)
 
     def slowed(self, command: Twist2, name: SubsystemName) -> Twist2:
-        """A subsystem's command, no faster than the age of the poses allows."""
+        """A subsystem's command, scaled to the admissible share of its speed."""
         return self.environment.slowed(command, self.share, name)
 
 
 def situation(ctx: Context, *subsystems: SubsystemName) -> Situation | None:
-    """The present situation with these planners; None while something is unknown or too old."""
+    """The present situation with these planners; None while any of it is unknown or too old."""
     robot, user = ages.robot(ctx), ages.user(ctx)
     if robot is None or user is None or user.velocity is None:
         return None

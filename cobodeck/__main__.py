@@ -25,7 +25,7 @@ from cobodeck.console import (
 )
 from cobodeck.named_files import own_files_around
 from cobodeck.shadows import explained, shadows
-from engine.files.finding import FileError, did_you_mean
+from engine.files.finding import FileError, NotFound, did_you_mean
 from engine.files.named import no_files, with_own_files
 from engine.files.text import noting
 from engine.files.visible import visible
@@ -74,10 +74,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         return USAGE
     except OSError as error:
         complain(f"{error.filename or 'file'}: {error.strerror or error}")
-        return FAILED
+        return USAGE if isinstance(error, FileNotFoundError) else FAILED
     except FileError as error:
         complain(str(error))
-        return FAILED
+        return USAGE if isinstance(error, NotFound) else FAILED
 
 
 def _dispatch(given: list[str]) -> int:

@@ -1,7 +1,7 @@
-"""The measured chain of one robot's arm, as its maker's calibration tells it.
+"""The measured kinematic chain of one robot's arm, as its maker's calibration gives it.
 
-A file has `calibration`, its name, `about`, whose it is, and `chain`: for six joints, shoulder
-first, the joint's frame in the link before it, `{xyz: [0, 0, 0.1279], rpy: [0, 0, 0]}`.
+A file has `calibration`, its name, `about`, which robot it is, and `chain`: for each of six joints,
+shoulder first, the joint's frame in the link before it, `{xyz: [0, 0, 0.1279], rpy: [0, 0, 0]}`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def load_calibration(name_or_path: str | Path = "robotnik_ur10") -> tuple[Placem
     """The calibrated chain of one robot, by name or by file.
 
     Raises:
-        FileError: every mistake in it, with file, line, column and what would be right.
+        FileError: every mistake in it, with file, line, column and a suggestion.
     """
     path = find_file(str(name_or_path), FOLDER, "calibration")
     return load_yaml(path, lambda item: record(item, _Calibration)).chain

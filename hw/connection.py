@@ -1,29 +1,29 @@
-"""Connections: which driver serves which part of a robot, and where; one file each.
+"""Connections: which driver serves which part of a robot, and at which address; one file each.
 
 connection: rover_udp
 about: what it is
 model: ./rover.yaml         # the body: a robot by name or by file
-real: true                  # a robot that can hurt somebody: `run` asks for what was tried before
+real: true                  # a robot that can hurt people: `run` checks what was tried before
 proven: 2027-01-12, hall 3, A. Writer   # when it was first run on the devices, where, by whom
-told: [its own time-out is 0.5 s]       # what whoever runs it has to know, said at each run
-scene: lab_a                # the room where none is asked for; without it there is none
-limits: {speed: 0.8 m/s}    # lower than the body's, never higher
-links:                      # what several parts share: a bus, a server, a process
+told: [its own time-out is 0.5 s]       # notes for the operator, printed at each run
+scene: lab_a                # the default room; without it there is none
+limits: {speed: 0.8 m/s}    # below the body's, never above
+links:                      # shared by several parts: a bus, a server, a process
   bus: {driver: "rover.bus:Bus", channel: can0}
 parts:
   base: {driver: "rover.can_base:CanBase", link: bus}
-peers:                      # fakes that start with it, and end with it
+peers:                      # fakes that start and end with it
   drives: {driver: "rover.fake:FakeDrives", channel: can0}
 
-A driver is a class, named as `module:Class`. It is called with the other values of its entry; one
-that has a parameter `now` gets a function that gives the time of the run in ns, for the stamps of
-its samples, and one that has a parameter `opening` an `RunInfo`. `link: NAME` and `tells: NAME`
-become the link or the peer of that name. Peers are opened first, then links, in the order of the
-file, then parts; only what is needed is opened, and all is closed the other way round. What has a
+A driver is a class, written `module:Class`. It is called with the other values of its entry. If it
+has a parameter `now` it gets a function that returns the time of the run, ns, for the stamps of its
+samples; if it has a parameter `opening`, a `RunInfo`. `link: NAME` and `tells: NAME` are replaced
+by the link or peer of that name. Peers are opened first, then links, both in file order, then
+parts; only what is needed is opened, and everything is closed in reverse order. A driver with a
 method `wait` starts in the background; it is waited for before the next group is opened. The text
-`loopback` becomes an address of this machine that no other run uses.
+`loopback` is replaced by an address of this machine that no other run uses.
 
-`plant: mock` needs no parts: all of the scene's robot is mocked, in the simulated world.
+`plant: mock` needs no parts: the whole robot of the scene is mocked, in the simulated world.
 """
 
 from __future__ import annotations
@@ -51,14 +51,14 @@ from hw.tracking import Tracking
 
 FOLDER = Path(__file__).parent / "connections"
 REFERS = ("link", "tells")
-"""The arguments that name a link."""
+"""The arguments that refer to a link or peer."""
 PlantKind = Literal["parts", "mock"]
 _DRIVER = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*\Z")
 
 
 @dataclass(frozen=True, slots=True)
 class ServedPart:
-    """One part, link or peer: the module and class of its driver, and what that is called with."""
+    """One part, link or peer: the module and class of its driver, and its arguments."""
 
     module: str
     driver: str
@@ -68,7 +68,7 @@ class ServedPart:
 
 @dataclass(frozen=True, slots=True)
 class Narrowed:
-    """Limits of this connection: m/s, m/s2, rad/s, rad/s2; None: those of the body count."""
+    """Limits of this connection: m/s, m/s2, rad/s, rad/s2; None: the body's own limit."""
 
     speed: Annotated[Speed, Range(0.01, 10.0)] | None = None
     yaw_rate: Annotated[AngularSpeed, Range(0.01, 20.0)] | None = None
@@ -77,7 +77,7 @@ class Narrowed:
     brakes: Annotated[Acceleration, Range(0.05, 10.0)] | None = None
 
     def faults_of(self, body: RobotModel) -> Iterator[Fault]:
-        """What is wider than the body is, by key."""
+        """Limits that exceed the body's, by key."""
         base = body.base
         own = {
             "speed": base.max_speed,
@@ -90,7 +90,7 @@ class Narrowed:
                 yield key, f"{value:g} is more than the {most:g} of {body.name}; it may only narrow"
 
     def body(self, body: RobotModel) -> RobotModel:
-        """The body, as slow and with brakes as weak as this says."""
+        """The body with these limits on its speed and brakes."""
         base = body.base
         slower = replace(
             base,
@@ -101,7 +101,7 @@ class Narrowed:
         return replace(body, base=slower)
 
     def motion(self, motion: MotionLimits) -> MotionLimits:
-        """A profile's limits, no faster than this says, and no harder than it brakes."""
+        """A profile's limits within these; no acceleration exceeds the brakes."""
         return replace(
             motion,
             base_speed=_least(motion.base_speed, self.speed),
@@ -117,8 +117,8 @@ class Narrowed:
 class Connection:
     """The body of a robot, and what serves its parts, by name.
 
-    `model` is None where the body is that of any scene. `proven` says when and where it was run on
-    the devices; None: never yet. `sha256` is of the text of its `file`.
+    `model` is None if the body is that of the scene. `proven` says when and where it was first run
+    on the devices; None: never yet. `sha256` is that of the text of its `file`.
     """
 
     name: str
@@ -138,19 +138,19 @@ class Connection:
 
     @property
     def known_as(self) -> str:
-        """By what `load_connection` finds it again."""
+        """The name or path by which `load_connection` finds it."""
         return self.name if Path(self.file).parent == FOLDER else self.file
 
     @property
     def entries(self) -> Iterator[tuple[str, ServedPart]]:
-        """All that it opens, by the kind of entry and its name (`links.bus`)."""
+        """All entries, by kind and name (`links.bus`)."""
         groups = {"peers": self.peers, "links": self.links, "parts": self.parts}
         for group, served in groups.items():
             yield from ((f"{group}.{name}", one) for name, one in served.items())
 
     @property
     def drivers(self) -> Iterator[tuple[str, str, str]]:
-        """All drivers that it names: the entry, the place of it, and `module:Class`."""
+        """All drivers it names: the entry, its place in the file, and `module:Class`."""
         for entry, served in self.entries:
             yield entry, served.place, f"{served.module}:{served.driver}"
             yield from ((entry, served.place, inner) for inner in _inner(served.arguments))
@@ -158,11 +158,10 @@ class Connection:
 
 @dataclass(frozen=True, slots=True)
 class HostedScene:
-    """What goes on around fakes: the room and who is in it, for the world that hosts them.
+    """The scene around fakes: the room and its people, for the world that hosts them.
 
-    `user` is as `hw.people.user.open_user` takes it, None: nobody; so are `requests` and
-    `stretch_m`.
-    `seed` is that of all chance, `sensors` and `sensing` how far measurements are from the truth.
+    `user`, `requests` and `stretch_m` are as in `hw.people.user.open_user`; `user` None: nobody.
+    `seed` is that of all random numbers; `sensors` and `sensing` are the errors of measurements.
     """
 
     scene: Scene
@@ -176,11 +175,11 @@ class HostedScene:
 
 @dataclass(frozen=True, slots=True)
 class RunInfo:
-    """What a driver may want to know of the run that it is opened for.
+    """What a driver may need to know of the run that it is opened for.
 
-    `safety.watched` says whether a part tracks people; `tracking` is where the tracking system lies
-    in the map, and where its trackers sit on the robot. `now`: the time of the run, ns. `play` is
-    for fakes, where there is a room.
+    `safety.watched` says whether a part tracks people; `tracking` is the pose of the tracking
+    system in the map, and the mounts of its trackers on the robot. `now`: the time of the run, ns.
+    `play` is for fakes, None without a room.
     """
 
     now: Callable[[], int]
@@ -207,9 +206,9 @@ class _File:
     told: tuple[str, ...] = ()
 
     def faults(self) -> Iterator[Fault]:
-        """What does not go together, or is missing, by key."""
+        """Contradictions and missing keys, by key."""
         if self.real and self.peers:
-            yield "peers", "a real robot has no fakes beside it; or it is not `real`"
+            yield "peers", "a real robot has no fakes beside it; leave out `peers` or `real`"
         if self.plant == "mock":
             for key in ("parts", "links", "peers", "real", "model"):
                 if getattr(self, key):
@@ -229,8 +228,8 @@ def load_connection(name_or_path: str | Path) -> Connection:
     """A connection by name or by file.
 
     Raises:
-        FileError: every mistake in it and in the robot's file, with file, line, column and what
-            would be right; a limit that is wider than the body's.
+        FileError: every mistake in it and in the robot's file, with file, line, column and a
+            suggestion; also a limit beyond the body's.
     """
     return load_yaml(find_file(str(name_or_path), FOLDER, "connection"), connection_from)
 
@@ -269,7 +268,7 @@ def connection_from(item: Item) -> Connection:
 
 
 def _check_limits(item: Item, model: str, limits: Narrowed) -> None:
-    """Look at the body, and whether nothing is wider than it."""
+    """Check the body's file, and that no limit exceeds the body's."""
     body = item.inner("model").refer(lambda: load_robot(model))
     item.inner("limits").require(limits.faults_of(body))
 
@@ -291,7 +290,7 @@ def _served(item: Item, links: tuple[str, ...]) -> ServedPart:
 
 
 def _inner(value: Any) -> Iterator[str]:
-    """The drivers that stand inside the values of an entry."""
+    """The drivers nested in the values of an entry."""
     if not isinstance(value, Mapping):
         return
     for key, inner in value.items():

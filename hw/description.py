@@ -1,7 +1,7 @@
-"""A URDF in the place of our own arm file, named in a robot file.
+"""A URDF in place of an arm file, named in a robot file.
 
-`urdf: {file: own.urdf, base: base_link, flange: tool0, mount: {xyz: [0, 0, 0.5]}}`; the file's
-place is told from the robot file's folder.
+`urdf: {file: own.urdf, base: base_link, flange: tool0, mount: {xyz: [0, 0, 0.5]}}`; the file's path
+is relative to the robot file's folder.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from hw.prop import Placement
 
 @dataclass(frozen=True, slots=True)
 class UrdfDescription:
-    """A URDF that the arm is taken from: its chain from link `base` to link `flange` (R17).
+    """A URDF that describes the arm: the chain from link `base` to link `flange` (R17).
 
-    The prop is screwed to `flange`, which looks along its z; `mount` is rover_from_base.
+    The prop is mounted on `flange`, whose z axis points outwards; `mount` is rover_from_base.
     """
 
     file: Path
@@ -30,7 +30,7 @@ class UrdfDescription:
 
 
 def _file(item: Item) -> Path:
-    """A file by its path from this file's folder."""
+    """A file by its path relative to this file's folder."""
     file = item.folder / str(reader_of(str)(item))
     if not is_file(file):
         raise item.error(f"there is no file {file}")
@@ -39,7 +39,7 @@ def _file(item: Item) -> Path:
 
 @dataclass(frozen=True, slots=True)
 class Described:
-    """A description as a robot file has it; without a mount the base stands upright."""
+    """The entry of a robot file; without a mount the base stands upright."""
 
     file: Annotated[Path, _file]
     base: str
@@ -47,6 +47,6 @@ class Described:
     mount: Placement | None = None
 
     def at(self, height: float) -> UrdfDescription:
-        """The description of an arm mounted at a height, m, unless it says otherwise itself."""
+        """The description with a default mount at this height, m."""
         mount = self.mount or Placement((0.0, 0.0, height))
         return UrdfDescription(self.file, self.base, self.flange, mount)

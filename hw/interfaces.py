@@ -1,10 +1,10 @@
 """The parts of a robot and of its surroundings, as small interfaces.
 
-Parts take commands through methods and report through samples only (`hw.samples` has the list), so
-that simulation, mock and real drivers look alike. Every command returns at once; none waits for
-the device, and none raises because the device failed: a lost device shows as samples that stop
-coming, and a driver that cannot move any more stops its part and pulls the stop line. A command
-that no device could follow (NaN, wrong number of joints) is a bug of the caller: ValueError.
+Parts take commands by methods and report by samples only (`hw.samples` has the list), so that
+simulation, mock and real drivers look alike. Every command returns at once: none waits for the
+device, and none raises because the device failed. A lost device shows as samples that stop coming,
+and a driver that cannot move any more stops its part and pulls the stop line. A command that no
+device could follow (NaN, wrong number of joints) is a bug of the caller: ValueError.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ class RobotPart(Protocol):
 
 
 class Base(RobotPart, Protocol):
-    """Wheels. Gives `base.twist`; `base.pose` where the part knows it.
+    """Wheels. Gives `base.twist`, and `base.pose` if the part measures it.
 
-    Only their `GuardedBase` (`hw.safety.guarded`), which is the part `base` of a run, commands
-    them.
+    Only the `GuardedBase` around it (`hw.safety.guarded`), which is the part `base` of a run,
+    commands it.
     """
 
     @property
@@ -44,15 +44,15 @@ class Base(RobotPart, Protocol):
         ...
 
     def use(self, mode: DriveMode) -> None:
-        """Change the way of driving, as soon as the base stands; until then it slows down."""
+        """Change the drive mode once the base stands; until then it slows down."""
         ...
 
     def drive(self, command: Twist2) -> None:
-        """Go at this velocity (base frame, m/s and rad/s) as far as the limits allow.
+        """Drive at this velocity (base frame, m/s and rad/s) as far as the limits allow.
 
         Holds until the next command, at most for the part's own command time-out: repeat it. In
         `differential` mode vy is ignored. While the stop line is pulled nothing moves, and the
-        command is forgotten.
+        command is dropped.
 
         Raises:
             ValueError: a value is NaN or infinite.
@@ -68,23 +68,22 @@ class Arm(RobotPart, Protocol):
     """A jointed arm. Gives `arm.joints`."""
 
     def follow(self, points: Sequence[TimedJoints]) -> int:
-        """Be at these angles (rad) at these times, s from now, in straight joint lines between.
+        """Follow a trajectory: these angles (rad) at these times, s from now, linear in between.
 
-        The first point is at time 0, where the arm stands. Gives the number of the course, which
-        counts from 1; the samples say by `ArmState.course` and `refused` whether it was taken. An
-        arm that moves, that stands more than 0.01 rad from the first point, or that is stopped does
-        not follow; if it moves, it brakes. A course that something else than `stop` ends before its
-        last point is refused from then on. Whether it arrived is read from `arm.joints`. A driver
-        streams the points as they are, so they are to lie close together.
+        The first point is at time 0, at the arm's present angles. Returns the number of the
+        trajectory, counted from 1; samples tell by `ArmState.course` and `refused` whether it was
+        accepted. An arm that moves, that is more than 0.01 rad from the first point, or that is
+        stopped refuses it; if it moves, it brakes. A trajectory that anything but `stop` ends early
+        counts as refused from then on. Arrival is read from `arm.joints`. A driver streams the
+        points as they are, so they should be closely spaced.
 
-        Raises:
             ValueError: no points; times that do not start at 0 and rise; wrong number of joints,
                 not finite, outside the joints' limits, or faster than their speed.
         """
         ...
 
     def stop(self) -> None:
-        """Brake to standstill within 0.2 s (R45), on the way that was commanded."""
+        """Brake to standstill within 0.2 s (R45), along the commanded path."""
         ...
 
 
@@ -92,11 +91,11 @@ class Gripper(RobotPart, Protocol):
     """Holds the prop. Gives `gripper.state`."""
 
     def open_to(self, opening: float) -> None:
-        """Move the fingers to this opening, m; stops by itself where something is held."""
+        """Move the fingers to this opening, m; they stop by themselves at an object."""
         ...
 
     def stop(self) -> None:
-        """Keep the fingers where they are."""
+        """Hold the fingers at their present opening."""
         ...
 
 
@@ -113,15 +112,15 @@ class Lidar(RobotPart, Protocol):
 
 
 class Imu(RobotPart, Protocol):
-    """Rates and accelerations. Gives `base.imu`."""
+    """Inertial sensor: angular rates and accelerations. Gives `base.imu`."""
 
 
 class WheelOdometry(RobotPart, Protocol):
-    """What the wheels have turned, where it is not the base that tells. Gives `base.odometry`."""
+    """Wheel odometry, if it does not come from the base. Gives `base.odometry`."""
 
 
 class RoverTrackers(RobotPart, Protocol):
-    """Trackers of the VR system on the rover (R8). Gives `rover.tracker` of each that is seen."""
+    """Trackers of the VR system on the rover (R8). Gives `rover.tracker` for each one visible."""
 
 
 class Trackers(RobotPart, Protocol):
@@ -131,9 +130,9 @@ class Trackers(RobotPart, Protocol):
 class Vr(RobotPart, Protocol):
     """The virtual world. Gives `vr.haptic_request`, `vr.release`, `vr.restart`.
 
-    When its link is lost a driver ends the request under way: `vr.haptic_request` is None. One that
-    has a method `show(stamp_ns)` is called in each tick, after the states: it sends the robot's
-    pose, joints and sign as they are at that instant (R114), of which it hears by `hears`.
+    When its link is lost a driver ends the current request: `vr.haptic_request` is None. If it has
+    a method `show(stamp_ns)`, that is called in each tick after the states, to send the robot's
+    pose, joints and sign at that instant (R114), which it receives by `hears`.
     """
 
     def inform(self, show: bool) -> None:
@@ -148,15 +147,15 @@ class Bumper(RobotPart, Protocol):
 class StopLine(RobotPart, Protocol):
     """The latched software stop in front of all motion (R48, R49). Gives `stop.engaged`.
 
-    It is no safety device: the hardware's own emergency stop is another line (R54).
+    It is no safety device: the hardware's own emergency stop is a separate line (R54).
     """
 
     def pull(self, reason: str) -> None:
-        """Stop base and arm at once and stay so; the first reason is kept."""
+        """Stop base and arm at once, until the reset; the first reason is kept."""
         ...
 
     def reset(self) -> bool:
-        """Let the robot move again; False while the cause holds. Only an operator calls it."""
+        """Let the robot move again; False while the cause persists. Only an operator calls it."""
         ...
 
 
@@ -164,7 +163,7 @@ class RemoteOperator(RobotPart, Protocol):
     """The person with the remote stop (R48). Gives `operator.acknowledge`."""
 
     def report(self, fault: str) -> None:
-        """Tell the operator of a fault that has to be acknowledged."""
+        """Report a fault that has to be acknowledged."""
         ...
 
 
@@ -173,14 +172,14 @@ PARTS: Mapping[str, type] = {
     "odometry": WheelOdometry, "rover_trackers": RoverTrackers, "trackers": Trackers, "vr": Vr,
     "bumper": Bumper, "stop_line": StopLine, "operator": RemoteOperator,
 }  # fmt: skip
-"""The parts a robot and its surroundings may have, by name; each may be missing.
+"""The parts of a robot and its surroundings, by name; each is optional.
 
-Projects add parts of their own. Any part may have `stop()`, called whenever something new starts on
-it, and `wake`, set by a loop in real time: a driver calls it when a sample has come. A part that
-needs other parts' samples lists them in `hears` and receives them through `hear(sample, now_ns)`.
-`pull`, `reset`, `acknowledge`, and `drive` and `stop` of what moves may be called from other
-threads than the rest. A part with an attribute `line` is given the run's stop line there: it pulls
-it when it cannot move any more, and does not move while `line.reason` is a text. Where a lost
-device can be had again, `acknowledge()` does so by the operator's order, before the line is reset;
-it says whether the part can move now, so that the operator asks again where it takes a while.
+Projects add parts of their own. Any part may have `stop()`, called whenever a new state starts to
+use it, and `wake`, set by a loop in real time: a driver calls it when a sample has arrived. A part
+that needs other parts' samples lists them in `hears` and receives them by `hear(sample, now_ns)`.
+`pull`, `reset`, `acknowledge`, and `drive` and `stop` of moving parts may be called from other
+threads than the rest. A part with an attribute `line` gets the run's stop line there: it pulls it
+when it cannot move any more, and does not move while `line.reason` is a text. If a lost device can
+be recovered, `acknowledge()` does so by the operator's order, before the line is reset; it returns
+whether the part can move now, so that the operator asks again if recovery takes a while.
 """

@@ -1,7 +1,7 @@
 """A bounded log that one thread writes and any number of readers follow, each at its own pace.
 
-Nobody empties it and nothing blocks: the writer overwrites the oldest entry, and a reader who is
-too slow is told how many it has missed.
+Nothing blocks: the writer overwrites the oldest entry, and a reader that is too slow learns how
+many entries it has missed.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ class Log(Generic[T]):
         self.written = number + 1
 
     def reader(self) -> LogReader[T]:
-        """A new reader, to whom all that the log still holds is new."""
+        """A new reader, which starts with the oldest entry still held."""
         return LogReader(self)
 
     def entry(self, number: int) -> tuple[T] | None:
-        """The entry of this number, from 0; None: it is overwritten, or not written yet."""
-        # number and entry are one object, so that an entry overwritten meanwhile is noticed
+        """The entry of this number, from 0; None if overwritten or not written yet."""
+        # number and entry are one tuple, so that a concurrent overwrite is noticed
         found = self._ring[number % self.size]
         return None if found is None or found[0] != number else found[1:]
 

@@ -1,4 +1,4 @@
-"""Mock parts: they do exactly as told, at the next tick, and remember what they were told."""
+"""Mock parts: they follow commands exactly, at the next tick, and keep a list of them."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from hw.sim.world import World
 
 
 class MockBase:
-    """Has the commanded velocity from the next instant on; the pose goes along exact arcs.
+    """Has the commanded velocity from the next instant on; the pose follows exact arcs.
 
-    `gate` is asked what may go to the wheels; None: all of it.
+    `gate` limits what reaches the wheels; None: no limit.
     """
 
     signals: tuple[str, ...] = ("base.pose", "base.twist")
@@ -45,13 +45,13 @@ class MockBase:
         self._reported = -1
 
     def use(self, mode: DriveMode) -> None:
-        """Change the way of driving; see `Base`."""
+        """Change the drive mode; see `Base`."""
         if mode not in self._model.modes:
             raise ValueError(f"base: mode '{mode}' is not one of {', '.join(self._model.modes)}")
         self.mode = mode
 
     def drive(self, command: Twist2) -> None:
-        """Go at this velocity; see `Base`."""
+        """Command a velocity; see `Base`."""
         Twist2.checked(command.vx, command.vy, command.wz)
         self.commands.append(command)
         sideways = command.vy if self.mode == "omni" else 0.0
@@ -65,14 +65,14 @@ class MockBase:
         self._target = STILL
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """Pose and twist of this instant."""
+        """Pose and twist at this instant."""
         if self._reported == now_ns:
             return []
         self._reported = now_ns
         return [Sample("base.pose", now_ns, self.pose), Sample("base.twist", now_ns, self.twist)]
 
     def block(self, pose: Pose2) -> None:
-        """Something solid holds the base: it stands at once, at this pose."""
+        """A solid obstacle stops the base at once, at this pose."""
         self.pose, self.twist, self._target = pose, STILL, STILL
 
     def advance(self, until_ns: int) -> None:
@@ -89,7 +89,10 @@ class MockBase:
         self._now = until_ns
 
     def _go(self, end_ns: int) -> None:
-        """Follow the command to end_ns, as far as the gate lets it, from cycle to cycle."""
+        """Follow the command to end_ns, as far as the gate admits it, from cycle to cycle.
+
+        Arcs are computed from the last change of velocity, so that rounding does not accumulate.
+        """
         begun, start, twist = self._now, self.pose, None
         for now in range(self._now, end_ns, CYCLE_NS):
             admitted = self._admitted(now)
@@ -106,16 +109,16 @@ class MockBase:
 
 
 def _along(start: Pose2, twist: Twist2, span: float) -> Pose2:
-    """Where an even velocity leads in span s: along an arc."""
+    """The pose after span s at constant velocity: on an arc of angle wz span."""
     turn = twist.wz * span
-    # chord of the arc: the straight way, shortened and turned by half the turn
+    # chord of the arc: the arc length times sin(a / 2) / (a / 2), rotated by half the angle a
     chord = span if turn == 0.0 else span * math.sin(0.5 * turn) / (0.5 * turn)
     way = twist.rotated(start.yaw + 0.5 * turn)
     return Pose2(start.x + way.vx * chord, start.y + way.vy * chord, wrap(start.yaw + turn))
 
 
 class MockArm:
-    """Is exactly where its course says, and stands at once when it is stopped."""
+    """Is exactly where its trajectory says, and stands at once when stopped."""
 
     signals: tuple[str, ...] = ("arm.joints",)
 
@@ -130,7 +133,7 @@ class MockArm:
         self._reported = -1
 
     def follow(self, points: Sequence[TimedJoints]) -> int:
-        """Be at these angles at these times; see `Arm`."""
+        """Follow a trajectory; see `Arm`."""
         self._model.check_course(points)
         refused = refusal(self.state, points, self.braked)
         self.stop()
@@ -142,11 +145,11 @@ class MockArm:
         return number
 
     def stop(self) -> None:
-        """Stay where it is; see `Arm`."""
+        """Stand at once; see `Arm`."""
         self._course = None
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """The joints of this instant."""
+        """The joints at this instant."""
         if self._reported == now_ns:
             return []
         self._reported = now_ns
@@ -168,14 +171,14 @@ class MockArm:
 
 
 class MockGripper(SimGripper):
-    """Has the commanded opening at the next instant; holds what is wider than that."""
+    """Has the commanded opening at the next instant, or that of a wider object."""
 
     def __init__(self, model: GripperModel) -> None:
         super().__init__(model)
         self.commands: list[float] = []
 
     def open_to(self, opening: float) -> None:
-        """Have the fingers at this opening; see `Gripper`."""
+        """Command an opening; see `Gripper`."""
         super().open_to(opening)
         if not self.braked:
             self.commands.append(opening)
@@ -191,14 +194,14 @@ class MockGripper(SimGripper):
 
 
 class MockWrench(SimWrench):
-    """Reads what it is pressed with, less what it was zeroed at, whatever the sensor's scale."""
+    """Reads the applied load less the one at zeroing, without a full scale."""
 
     def __init__(self) -> None:
         super().__init__(WrenchModel(math.inf, math.inf))
 
 
 def mock_hand(prop: Prop) -> Hand:
-    """The mocked fingers and sensor of a prop."""
+    """The mocked gripper and sensor of a prop."""
     gripper = None if prop.gripper is None else MockGripper(prop.gripper)
     return Hand(gripper, None if prop.wrench is None else MockWrench())
 
@@ -210,7 +213,7 @@ def mock_world(
     safety: SafetyLimits | None = None,
     operator: bool = True,
 ) -> World:
-    """A world whose robot is the mock; nothing but the safety chain slows it down."""
+    """A world whose robot is the mock; only the safety chain limits its motion."""
     return World(
         scene,
         robot,

@@ -1,6 +1,6 @@
-"""How a person moves, from tracked poses that are noisy, late and sometimes missing.
+"""Velocity of a person from tracked poses that are noisy, late and sometimes missing.
 
-States and the safety chain ask the same class; they differ in the time over which they average.
+States and the safety chain use the same class, with different averaging windows.
 """
 
 from __future__ import annotations
@@ -11,23 +11,23 @@ from collections import deque
 from hw.geometry import STILL, Twist2, wrap
 
 LEAST_NS = 50_000_000
-"""Poses must span so much time before there is a velocity."""
+"""Least time span of poses for a velocity, ns."""
 GONE_NS = 150_000_000
-"""After a longer silence nobody knows what happened in between."""
+"""After a longer silence the estimate begins anew, ns."""
 JUMP = 0.3
 FASTEST = 4.0
-"""A step of more than JUMP m and FASTEST m/s is the tracking's, not the person's."""
+"""A step beyond JUMP (m) + FASTEST (m/s) times its duration is a jump of the tracking."""
 
 Seen = tuple[int, float, float, float]
-"""A stamp, ns, and x, y, m, and yaw, rad, without leaps of a turn."""
+"""A stamp, ns, x, y, m, and the yaw, rad, not wrapped."""
 
 
 class Motion:
-    """Velocity of a body in the map over the last `window` seconds, m/s, its turn as wz, rad/s.
+    """Velocity of a body in the map over the last `window` seconds, m/s, with its yaw rate as wz.
 
-    A straight line is laid through the poses by least squares: of all averages with the same delay,
-    half a window, it lets the least noise through. After a silence or a jump it begins anew, and
-    `velocity` is None until 50 ms are seen; it is exactly `STILL` while all poses are the same.
+    The slope of a least-squares line through the poses: of all averages with the same delay, half a
+    window, it passes the least noise. After a silence or a jump it begins anew, and `velocity` is
+    None until 50 ms are covered; it is exactly `STILL` while all poses are equal.
     """
 
     def __init__(self, window: float) -> None:
@@ -37,7 +37,7 @@ class Motion:
         self._same_since = 0
 
     def see(self, stamp_ns: int, x: float, y: float, yaw: float = 0.0) -> None:
-        """Take a pose, map; one that is not newer than the last is left out."""
+        """Take a pose (map); one not newer than the last is ignored."""
         seen = self._seen
         if seen:
             last = seen[-1]

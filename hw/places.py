@@ -1,4 +1,4 @@
-"""Places and poses as files write them: `[x, y]` in m, `{x: 1.0, y: 2.0, yaw: 30 deg}`."""
+"""Points and poses as files write them: `[x, y]` in m, `{x: 1.0, y: 2.0, yaw: 30 deg}`."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from engine.files.values import Range
 from hw.geometry import Pose2
 
 FAR = 1e4
-"""Places farther than this from the origin of the map, m, are taken for a mistake."""
+"""Coordinates beyond this are taken for a mistake, m."""
 TURNS = 4.0 * math.pi
-"""So are angles beyond this, rad: they are meant in degrees."""
+"""Angles beyond this as well, rad: they are probably meant in degrees."""
 
 Coordinate = Annotated[Length, Range(-FAR, FAR)]
 AnyAngle = Annotated[Angle, Range(-TURNS, TURNS)]

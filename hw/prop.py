@@ -1,4 +1,4 @@
-"""What the arm holds: end effectors that can be exchanged, one file each (R150).
+"""Exchangeable end effectors, one file each (R150): what the arm holds.
 
 prop: panel
 about: a board to be touched
@@ -30,7 +30,7 @@ from hw.places import AnyAngle
 FOLDER = Path(__file__).parent / "props"
 JOINTS = 6
 FLANGE = 6
-"""The link that the prop turns with: the last of six."""
+"""The link that carries the prop: the last of six."""
 
 Coordinate = Annotated[Length, Range(-10.0, 10.0)]
 Point3 = tuple[Coordinate, Coordinate, Coordinate]
@@ -42,7 +42,7 @@ Radius = Annotated[Length, Range(0.001, 1.0)]
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """Where a frame sits in its parent: xyz in m, rpy (fixed axes x, y, z, as in URDF) in rad."""
+    """A frame in its parent: xyz in m, rpy (fixed axes x, y, z, as in URDF) in rad."""
 
     xyz: Point3 = (0.0, 0.0, 0.0)
     rpy: Angles = (0.0, 0.0, 0.0)
@@ -50,9 +50,9 @@ class Placement:
 
 @dataclass(frozen=True, slots=True)
 class Capsule:
-    """All points within `radius` of the line from `start` to `end`, in the frame of a link, m.
+    """All points within `radius` of the segment from `start` to `end`, in a link's frame, m.
 
-    `part` names it: the link, or a piece of it that needs a name of its own.
+    `part` is its name: that of the link, or of a piece of it.
     """
 
     link: int
@@ -64,14 +64,14 @@ class Capsule:
 
 @dataclass(frozen=True, slots=True)
 class GripperModel:
-    """Fingers that open to `opening` m at `speed` m/s and hold something `held` m wide."""
+    """Fingers that open to `opening` m at `speed` m/s and hold an object `held` m wide."""
 
     opening: Annotated[Length, above_0(0.5)]
     speed: Annotated[Speed, above_0(1.0)]
     held: Annotated[Length, above_0(0.5)]
 
     def faults(self) -> Iterator[Fault]:
-        """What does not go together, by key."""
+        """Contradictions, by key."""
         if self.held > self.opening:
             yield "held", f"{self.held:g} is wider than the opening, {self.opening:g}"
 
@@ -86,11 +86,11 @@ class WrenchModel:
 
 @dataclass(frozen=True, slots=True)
 class Prop:
-    """Gripper, sensor and prop as one (R150): `tcp` is flange_from_tcp, the capsules turn with it.
+    """Gripper, sensor and prop as one body (R150); `tcp` is flange_from_tcp.
 
     `parked` are the joint angles in which the arm with this prop stays inside the bumper frame
     while the rover drives (R46, R87); `parked_paper` are others that reproduce the paper's times.
-    `center_of_mass` is that of all of it, in the flange frame, m: a real arm has to be told.
+    `center_of_mass` is that of all of it, in the flange frame, m, as a real arm has to know it.
     """
 
     name: str
@@ -106,7 +106,7 @@ class Prop:
 
     @property
     def length(self) -> float:
-        """How far the prop's point is ahead of the flange, m."""
+        """Distance of the tcp ahead of the flange, m."""
         return self.tcp.xyz[2]
 
 
@@ -119,7 +119,7 @@ def load_prop(name_or_path: str | Path = "prop") -> Prop:
     """An end effector by name or by file.
 
     Raises:
-        FileError: every mistake in it, with file, line, column and what would be right.
+        FileError: every mistake in it, with file, line, column and a suggestion.
     """
     return load_yaml(find_file(str(name_or_path), FOLDER, "prop"), _prop)
 

@@ -1,9 +1,9 @@
-"""Where the base is right now, for its own loop: the newest fix, moved on by the wheels.
+"""The present pose of the base for its own loop: the newest fix, advanced by the wheels.
 
-Localization speaks once per tick and of the past; the wheels speak in every cycle and drift. The
-tracking system sees the rover in the very frame in which it sees the person, so that while a
-tracker on the rover is seen its pose goes before the estimate: what counts is how far the two are
-from each other.
+Localization gives an estimate per tick and of the past; wheels give odometry in every cycle, which
+drifts. The tracking system sees the rover in the same frame as the person, and what counts is their
+distance from each other. So while a tracker on the rover is visible, its pose takes precedence over
+the estimate.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from hw.samples import Odometry, PoseSigma, TrackerPose
 from hw.tracking import Tracking
 
 FRESH_NS = 150_000_000
-"""Wheels or a tracker that have been silent for longer tell nothing any more."""
+"""Wheels or a tracker silent for longer are not used, ns."""
 KEPT_NS = 1_000_000_000
-"""A tracker's pose that comes later than this after its stamp is left out."""
+"""Odometry kept, ns: a fix that arrives later than this after its stamp is ignored."""
 TRACKER_SIGMA = 0.01
-"""Of a pose by a tracker, with calibration and a re-acquisition, m."""
+"""Standard deviation of a tracker's pose, with calibration and re-acquisition, m."""
 SLIP = 0.05
-"""Of the way since a fix, so much may be the wheels' alone."""
+"""Share of the distance since a fix that counts as uncertain, for slip."""
 
 
 class Located(NamedTuple):
-    """map_from_base and its standard deviation along the worst axis, m."""
+    """map_from_base, and its standard deviation along the worst axis, m."""
 
     pose: Pose2
     sigma: float
@@ -56,7 +56,7 @@ class Reckoner:
         self._estimated: _Fix | None = None
 
     def move(self, stamp_ns: int, wheels_say: Odometry) -> None:
-        """The wheels have got here, in the frame in which they count; late stamps are left out."""
+        """Take odometry (odom_from_base and twist); late stamps are ignored."""
         wheels, way, odom_from_base = self._wheels, 0.0, wheels_say.pose
         if wheels:
             if stamp_ns <= wheels[-1][0]:
@@ -68,23 +68,23 @@ class Reckoner:
             wheels.popleft()
 
     def track(self, stamp_ns: int, seen: TrackerPose) -> None:
-        """A tracker on the rover was seen; the newest that is known counts, whichever it is."""
+        """Take a tracker's pose; the newest of a known tracker counts."""
         newest = self._seen
         if seen.tracker in self._tracking.mounts and (newest is None or stamp_ns >= newest[0]):
             self._seen = stamp_ns, seen
 
     def estimate(self, stamp_ns: int, pose: Pose2 | None, sigma: PoseSigma | None) -> None:
-        """Where localization takes the base to have been; None: it does not know."""
+        """Take the localization's estimate at an instant; None: it has none."""
         if pose is None or sigma is None:
             self._estimated = None
         elif self._estimated is None or stamp_ns != self._estimated.stamp_ns:
             self._estimated = self._fix(stamp_ns, pose, sigma.position)
 
     def at(self, now_ns: int) -> Located | None:
-        """Where the base is; None: neither a tracker nor localization says so, or no wheel speaks.
+        """The pose now; None without odometry, or with neither a tracker nor an estimate.
 
-        Since their last word the wheels are taken to turn on. Where trackers and localization both
-        speak, by how much they contradict each other is part of sigma.
+        Since the last odometry the velocity is assumed constant. If both a tracker and an estimate
+        are known, sigma is at least their distance from each other.
         """
         if not self._wheels or now_ns - self._wheels[-1][0] > FRESH_NS:
             return None
@@ -101,7 +101,7 @@ class Reckoner:
         return Located(seen.pose, max(seen.sigma, seen.pose.distance_to(found.pose)))
 
     def _newest_tracked(self, now_ns: int) -> _Fix | None:
-        """The fix by the newest tracker; None: none has been seen lately."""
+        """The fix by the newest tracker; None if none was seen lately."""
         if self._seen is None or now_ns - self._seen[0] > FRESH_NS:
             return None
         stamp, seen = self._seen
@@ -112,10 +112,10 @@ class Reckoner:
         return self._tracked
 
     def _fix(self, stamp_ns: int, pose: Pose2, sigma: float) -> _Fix | None:
-        """A fix by where the wheels were then; None: nobody knows any more."""
+        """A fix, from the odometry interpolated at its stamp; None if that is not known."""
         wheels = self._wheels
         later = bisect_left(wheels, stamp_ns, key=lambda entry: entry[0])
-        if later == len(wheels):  # the wheels have not spoken since: they are where they were
+        if later == len(wheels):  # no odometry since: it still holds
             if not wheels or stamp_ns - wheels[-1][0] > FRESH_NS:
                 return None
             _, odom, way = wheels[-1]
@@ -133,6 +133,6 @@ class Reckoner:
 
 
 def _way(twist: Twist2, time: float) -> Pose2:
-    """Where a velocity in the base frame leads within a moment, s: along the mean heading."""
+    """The displacement in a short time, s, at this velocity: along the mean heading."""
     gone = twist.rotated(0.5 * twist.wz * time)
     return Pose2(gone.vx * time, gone.vy * time, wrap(twist.wz * time))

@@ -1,6 +1,6 @@
-"""What a robot is: sizes, masses and the limits its maker built in.
+"""The model of a robot: sizes, masses and the limits of its hardware.
 
-Limits that are a matter of choice (accelerations, the speed caps of each behaviour) are no part of
+Limits that are a matter of choice (accelerations, the speed caps of each behaviour) are not part of
 this file; they come from the profile, as `MotionLimits`.
 """
 
@@ -37,9 +37,9 @@ FOLDER = Path(__file__).parent / "robots"
 
 
 _SPEED_SLACK = 1.0 + 1e-6
-"""Speeds between two points are differences of rounded numbers."""
+"""Tolerance of joint speeds, which are differences of rounded numbers."""
 _ROUNDED = 1.0 + 1e-3
-"""Wheel rates in robot files are rounded."""
+"""Tolerance of wheel rates, which robot files round."""
 
 JointSpeed = Annotated[AngularSpeed, Range(0.01, 20.0)]
 
@@ -57,7 +57,7 @@ class Footprint:
     enclosing_radius: Annotated[Length, Range(0.1, 5.0)]
 
     def faults(self) -> Iterator[Fault]:
-        """What does not go together, by key."""
+        """Contradictions, by key."""
         if 2.0 * self.foam >= min(self.length, self.width):
             yield "foam", "no robot is left inside the foam; it counts on every side"
         if self.enclosing_radius < self.half_diagonal:
@@ -86,8 +86,8 @@ class Footprint:
 class BaseModel:
     """The wheels; m, s, rad.
 
-    The safety chain counts on `brake_deceleration` and on `reaction_time`, from a new pose of the
-    user to braking wheels: figures to measure on the robot, not to wish for.
+    The safety chain relies on `brake_deceleration` and on `reaction_time`, from a new pose of the
+    user to braking wheels: figures to be measured on the robot, not wished for.
     """
 
     modes: Annotated[tuple[DriveMode, ...], Count(1, 2)]
@@ -103,10 +103,10 @@ class BaseModel:
     reaction_time: Annotated[Duration, Range(0.02, 1.0)] = 0.1
 
     def faults(self) -> Iterator[Fault]:
-        """Speeds that the wheels cannot turn to, by key.
+        """Speeds beyond the wheels' rates, by key.
 
-        A Mecanum wheel turns at (|v| + lever yaw_rate) / radius at most, the lever being half the
-        wheelbase and half the track; that of a differential base is half the track.
+        The rim of a Mecanum wheel moves at up to |v| + lever |wz|, with half the wheelbase plus
+        half the track as the lever; the lever of a differential base is half the track.
         """
         rim = self.max_wheel_rate * self.wheel_radius
         if self.max_speed > _ROUNDED * rim:
@@ -124,8 +124,8 @@ class BaseModel:
 class ArmModel:
     """The arm, one value per joint from the shoulder on; rad, rad/s.
 
-    `parked` comes with what the arm holds. `calibration` is the measured chain of this one robot,
-    each joint's frame in the link before it; None: the nominal one, or that of `urdf`.
+    `parked` comes with the prop. `calibration` is the measured chain of this one robot, each
+    joint's frame in the link before it; None: the nominal one, or that of `urdf`.
     """
 
     mount_height: float
@@ -138,7 +138,7 @@ class ArmModel:
     urdf: UrdfDescription | None = None
 
     def check(self, joints: Joints) -> None:
-        """Refuse joint angles no arm of this kind can have.
+        """Refuse joint angles beyond the limits.
 
         Raises:
             ValueError: naming the joint and its limits.
@@ -150,7 +150,7 @@ class ArmModel:
                 raise ValueError(f"arm: joint {i} at {angle} rad; {low:.4g} to {high:.4g} is free")
 
     def check_course(self, points: Sequence[TimedJoints]) -> None:
-        """Refuse timed joint angles that no arm of this kind can follow.
+        """Refuse a trajectory beyond the limits.
 
         Raises:
             ValueError: naming the point.
@@ -192,7 +192,7 @@ class RobotModel:
         return None if self.arm is None else self.arm.parked
 
     def faults(self) -> Iterator[Fault]:
-        """What the arm cannot carry or hold, by key."""
+        """Faults of the prop on this arm, by key."""
         held = self.prop
         if held is None or self.arm is None:
             return
@@ -209,9 +209,9 @@ class RobotModel:
 class MotionLimits:
     """Limits chosen by the profile.
 
-    Base: speed m/s and acceleration m/s2 as lengths of the vector (R50), yaw rate and acceleration
-    in rad/s and rad/s2. Arm: rad/s2 and rad/s3 per joint, and m/s of the prop. The lower of these
-    and the robot's own ones counts.
+    Base: speed, m/s, and acceleration, m/s2, as the norm of the vector (R50), yaw rate and
+    acceleration in rad/s and rad/s2. Arm: rad/s2 and rad/s3 per joint, and m/s of the prop. The
+    lower of these and the robot's own limits counts.
     """
 
     base_acceleration: float = 0.5
@@ -235,10 +235,10 @@ def robot_names() -> tuple[str, ...]:
 
 
 def load_robot(name_or_path: str | Path, prop: str | Path | None = None) -> RobotModel:
-    """A robot by name or by file, with another prop (by name or by file) than its own if asked for.
+    """A robot by name or by file, with another prop (by name or file) than its own if given.
 
     Raises:
-        FileError: every mistake in it, with file, line, column and what would be right.
+        FileError: every mistake in it, with file, line, column and a suggestion.
     """
     path = find_file(str(name_or_path), FOLDER, "robot")
     held = None if prop is None else load_prop(prop)
@@ -269,7 +269,7 @@ class _Arm:
                 yield f"upper.{n}", f"{high:g} is not above the lower limit {low:g}"
 
     def model(self, held: Prop) -> ArmModel:
-        """The arm with what it holds."""
+        """The arm with its prop."""
         return ArmModel(
             mount_height=self.mount_height,
             lower=self.lower,

@@ -1,6 +1,6 @@
 """A room as polygons: an outer ring, walls and columns in it, and the tracked area.
 
-Checks and distances are plain Python; shapely is loaded only for areas and for the largest disc.
+Checks and distances are plain Python; shapely is imported only for areas and the largest disc.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Disc:
     radius: float
 
     def grown(self, margin: float, *places: Point) -> Disc:
-        """Larger by up to `margin`, m, but not so that one of the places comes to lie in it."""
+        """Grown by up to `margin`, m, but not over one of the places."""
         nearest = min(math.dist(place, (self.x, self.y)) for place in places)
         return Disc(self.x, self.y, max(self.radius, min(self.radius + margin, nearest)))
 
@@ -44,14 +44,14 @@ _corners = reader_of(tuple[PlanePoint, ...])
 
 
 def ring(item: Item) -> Ring:
-    """A polygon written as the list of its corners.
+    """A polygon written as a list of corners.
 
     Raises:
-        FileError: a corner is none, or the ring has no area or crosses itself.
+        FileError: an invalid corner, or the ring has no area or crosses itself.
     """
     corners: Ring = _corners(item)
     if len(corners) > 1 and corners[0] == corners[-1]:
-        corners = corners[:-1]  # the closed form of GeoJSON is meant well
+        corners = corners[:-1]  # the closed form of GeoJSON is accepted
     fault = ring_fault(corners)
     if fault is not None:
         raise item.error(fault)
@@ -63,7 +63,7 @@ Polygon = Annotated[Ring, ring]
 
 @dataclass(frozen=True)
 class Room:
-    """Rings are closed, counted without repeating the first corner, m; either sense of turn.
+    """Rings are closed without repeating the first corner, m, in either direction.
 
     `tracked_area` is where the person's tracking works (R6); None: everywhere.
     """
@@ -74,7 +74,7 @@ class Room:
     tracked_area: Polygon | None = None
 
     def faults(self) -> Iterator[Fault]:
-        """Walls and columns that are not in the room."""
+        """Walls and columns outside the room, by key."""
         for key, rings in (("walls", self.walls), ("columns", self.columns)):
             for n, ring in enumerate(rings):
                 if not self._reaches(ring):
@@ -92,7 +92,7 @@ class Room:
 
     @cached_property
     def segments(self) -> tuple[Segment, ...]:
-        """Every edge of every ring: x1, y1, x2, y2."""
+        """Every edge of every ring: x1, y1, x2, y2, m."""
         return tuple(edge for ring in (self.outer, *self.obstacles) for edge in edges(ring))
 
     @cached_property
@@ -103,7 +103,7 @@ class Room:
 
     @cached_property
     def free_space(self) -> BaseGeometry:
-        """The floor that nothing stands on, as a shapely geometry (Polygon or MultiPolygon)."""
+        """The free floor as a shapely geometry (Polygon or MultiPolygon)."""
         from shapely.geometry import Polygon
         from shapely.ops import unary_union
 
@@ -111,7 +111,7 @@ class Room:
 
     @cached_property
     def largest_free_disc(self) -> Disc:
-        """The largest circle without a wall in it, to 1 mm; recordings are put into its centre."""
+        """The largest free circle, to 1 mm; recordings are placed at its centre."""
         import shapely
 
         radius_line = shapely.maximum_inscribed_circle(self.free_space, tolerance=1e-3)
@@ -119,17 +119,17 @@ class Room:
         return Disc(x, y, radius_line.length)
 
     def is_free(self, x: float, y: float) -> bool:
-        """Is this point on the floor, and neither in a wall nor in a column?"""
+        """True if this point is on the floor, outside walls and columns."""
         if not contains(self.outer, x, y):
             return False
         return not any(contains(ring, x, y) for ring in self.obstacles)
 
     def is_tracked(self, x: float, y: float) -> bool:
-        """Does the person's tracking work here?"""
+        """True if the person's tracking works here."""
         return self.tracked_area is None or contains(self.tracked_area, x, y)
 
     def sees(self, x1: float, y1: float, x2: float, y2: float) -> bool:
-        """Is the straight way between two points free of walls?"""
+        """True if the segment between two points crosses no wall."""
         way = (x1, y1, x2, y2)
         if not (self.is_free(x1, y1) and self.is_free(x2, y2)):
             return False
@@ -142,7 +142,7 @@ class Room:
         return min(distance_to_segment(x, y, edge) for edge in self.segments)
 
     def way_clearance(self, x1: float, y1: float, x2: float, y2: float) -> float:
-        """Least distance of a straight way to the walls, m; 0 where it leaves the free floor."""
+        """Least distance of a segment to the walls, m; 0 if it leaves the free floor."""
         if not self.sees(x1, y1, x2, y2):
             return 0.0
         way = (x1, y1, x2, y2)
@@ -160,7 +160,7 @@ def edges(ring: Ring) -> list[Segment]:
 
 
 def contains(ring: Ring, x: float, y: float) -> bool:
-    """Even-odd rule; for points on an edge either answer."""
+    """True inside a ring, by the even-odd rule; points on an edge may give either."""
     inside = False
     for x1, y1, x2, y2 in edges(ring):
         if (y1 > y) != (y2 > y) and x < x1 + (y - y1) * (x2 - x1) / (y2 - y1):
@@ -186,7 +186,7 @@ def _on_one_line(ring: Ring) -> bool:
 
 
 def ring_fault(ring: Ring) -> str | None:
-    """What is wrong with a ring given by a person, or None."""
+    """What is wrong with a ring from a file, or None."""
     if len(ring) < 3:
         return f"has {len(ring)} corners; a polygon needs at least 3"
     if len(ring) > MAX_CORNERS:
@@ -209,7 +209,7 @@ def _cross(a: Segment, b: Segment, adjacent: bool) -> bool:
     ax, ay, bx, by = a
     cx, cy, dx, dy = b
     if adjacent:
-        # neighbours share a corner: they overlap only when one folds back onto the other
+        # neighbours share a corner: they overlap only if one folds back onto the other
         (sx, sy), (px, py), (qx, qy) = _fork((ax, ay), (bx, by), (cx, cy), (dx, dy))
         cross = (px - sx) * (qy - sy) - (py - sy) * (qx - sx)
         return cross == 0.0 and (px - sx) * (qx - sx) + (py - sy) * (qy - sy) > 0.0

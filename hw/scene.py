@@ -1,6 +1,6 @@
-"""Scenes: the room, where robot and person start, and where the robot may park.
+"""Scenes: the room, the starts of robot and person, and the robot's parking spots.
 
-A scene file names its room either by its polygons or by another scene that has it:
+A scene file gives its room by polygons or by the name of another scene:
 
     scene: study
     about: what it is good for
@@ -9,18 +9,19 @@ A scene file names its room either by its polygons or by another scene that has 
     user: {source: study, start: {x: 6.0, y: 5.0, yaw: 3.1}}
     parking: {corner: {x: 1.15, y: 1.15, yaw: 0.785}}
     touchable: [{from: [3.0, 4.5], to: [6.0, 4.5], low: 0.0, high: 2.0}]
-    tracking: area                       # of the person: in the room's tracked_area alone
-    calibration: lab.yaml                # of the tracking system, as `cobodeck calibrate` wrote it
+    tracking: area                       # of the person: only in the room's tracked_area
+    calibration: lab.yaml                # of the tracking system, as written by `cobodeck
+    calibrate`
     objects: [{kind: chair, at: [3.0, 4.0], appears: 12 s}]
     zones:
       keepout: [[[1.0, 1.0], [2.0, 1.0], [2.0, 2.0]]]
       speed: [{area: [[4.0, 1.0], [6.0, 1.0], [5.0, 3.0]], limit: 0.5 m/s}]
 
-Metres and radians where no unit stands (`780 cm`, `90 deg`). `user.source` is a script of
-`hw/users` or a recording, the default of `--user`; paths are told from the scene's folder.
-`touchable` are surfaces that only the user sees (`interaction.py`), `objects` what no map shows
-(`things.py`), `zones` where the robot may not be or goes slowly (`zones.py`). These, `user`,
-`parking` and the lists in `room` except `outer` may be left out.
+Metres and radians unless a unit is given (`780 cm`, `90 deg`). `user.source` is a script of
+`hw/users` or a recording, the default of `--user`; paths are relative to the scene's folder.
+`touchable` are surfaces that only the user sees (`people/interaction.py`), `objects` are missing in
+maps (`things.py`), `zones` restrict the robot (`zones.py`). These, `user`, `parking` and the lists
+in `room` except `outer` are optional.
 """
 
 from __future__ import annotations
@@ -50,15 +51,15 @@ from hw.zones import NO_ZONES, Zones
 FOLDER = Path(__file__).parent / "scenes"
 
 Tracked = Literal["everywhere", "area"]
-"""Where the person is tracked: all over the room, or in its tracked area alone (R6)."""
+"""Where the person is tracked: in the whole room, or only in its tracked area (R6)."""
 
 
 @dataclass(frozen=True)
 class Scene:
     """A checked scene; poses are map_from_base of the robot and of the person's body.
 
-    `robot` and `user` are names, or paths from the present folder; those in the file are told from
-    its own `folder`.
+    `robot` and `user` are names, or paths relative to the working directory; in the file they are
+    relative to its `folder`.
     """
 
     name: str
@@ -80,7 +81,7 @@ class Scene:
         """A parking spot by name.
 
         Raises:
-            KeyError: the scene has no such spot; the text names those it has.
+            KeyError: the scene has no such spot; the text lists those it has.
         """
         spots = dict(self.parking)
         if name not in spots:
@@ -89,7 +90,7 @@ class Scene:
 
     @cached_property
     def sha256(self) -> str:
-        """Hash of what the scene says, whatever the layout of its file."""
+        """Hash of the scene's content, whatever the layout of its file."""
         robot = self.robot.removeprefix(f"{self.folder}/")
         user = self.user and self.user.removeprefix(f"{self.folder}/")
         return hashlib.sha256(repr(replace(self, robot=robot, user=user)).encode()).hexdigest()
@@ -104,7 +105,7 @@ def load_scene(name_or_path: str | Path) -> Scene:
     """A scene by name or by file.
 
     Raises:
-        FileError: every mistake in it, with file, line, column and what would be right.
+        FileError: every mistake in it, with file, line, column and a suggestion.
     """
     return load_yaml(find_file(str(name_or_path), FOLDER, "scene"), scene_from)
 

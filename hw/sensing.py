@@ -1,7 +1,7 @@
-"""What a robot senses with: where its sensors sit, how far they see and how often they speak.
+"""The sensors of a robot: their mounts, ranges and rates.
 
-How far measurements are from the truth is no part of a robot file: simulated noise stands in the
-profile (`plant`), that of real sensors shows in their samples.
+Measurement errors are not part of a robot file: simulated noise is in the profile (`plant`), that
+of real sensors shows in their samples.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _TURN = 2.0 * math.pi
 
 @dataclass(frozen=True, slots=True)
 class Mount:
-    """Where an upright sensor sits: base_from_sensor, m and rad."""
+    """The mount of an upright sensor: base_from_sensor, m and rad."""
 
     x: Offset
     y: Offset
@@ -45,10 +45,10 @@ class Mount:
 
 @dataclass(frozen=True, slots=True)
 class LidarModel:
-    """A scanner with a turning mirror: `beams` over `field_of_view`, the middle one straight ahead.
+    """A scanner with a rotating mirror: `beams` over `field_of_view`, the middle one ahead.
 
-    `rate` is that of its mirror. Beams are taken one after another, counterclockwise, so that a
-    scan takes the share of a turn that its field of view is.
+    `rate` is that of its mirror. Beams are taken one after another, counterclockwise, so a scan
+    takes the share field_of_view / 2 pi of a revolution.
     """
 
     mount: Mount
@@ -59,7 +59,7 @@ class LidarModel:
     max_range: Annotated[Length, Range(0.1, 1000.0)]
 
     def faults(self) -> Iterator[Fault]:
-        """What does not go together, by key."""
+        """Contradictions, by key."""
         if not self.min_range < self.max_range:
             yield "max_range", f"{self.max_range:g} m is not above min_range, {self.min_range:g} m"
 
@@ -70,13 +70,13 @@ class LidarModel:
 
     @property
     def step(self) -> float:
-        """From beam to beam, rad; a full turn does not end where it began."""
+        """Angle from beam to beam, rad; a full circle does not repeat its first beam."""
         closed = self.field_of_view > _TURN - 1e-6
         return self.field_of_view / (self.beams if closed else self.beams - 1)
 
     @property
     def beam_time(self) -> float:
-        """From beam to beam, s."""
+        """Time from beam to beam, s."""
         return self.step / (_TURN * self.rate)
 
 
@@ -90,14 +90,14 @@ class TrackerModel:
 
 @dataclass(frozen=True, slots=True)
 class OdometryModel:
-    """Way and velocity as the wheels measure them."""
+    """Wheel odometry."""
 
     rate: Frequency = 50.0
 
 
 @dataclass(frozen=True, slots=True)
 class ImuModel:
-    """Rates of turn and accelerations, in the base frame."""
+    """An inertial sensor: angular rates and accelerations, in the base frame."""
 
     rate: Frequency = 100.0
 
@@ -112,7 +112,7 @@ def _no_trackers() -> Mapping[str, TrackerModel]:
 
 @dataclass(frozen=True, slots=True)
 class Sensing:
-    """All sensors of a robot by which it can find out where it is; each may be missing."""
+    """The sensors by which a robot can localize itself; each is optional."""
 
     lidars: Mapping[str, LidarModel] = field(default_factory=_none)
     trackers: Mapping[str, TrackerModel] = field(default_factory=_no_trackers)
@@ -120,7 +120,7 @@ class Sensing:
     imu: ImuModel | None = None
 
     def turned(self, yaws: Mapping[str, float]) -> Sensing:
-        """The same with scanners turned by so much against their mounts, rad, by their names."""
+        """The same with scanners rotated by these yaws against their mounts, rad, by name."""
         lidars = {
             name: replace(model, mount=replace(model.mount, yaw=model.mount.yaw + yaws[name]))
             if name in yaws
@@ -130,6 +130,6 @@ class Sensing:
         return replace(self, lidars=lidars)
 
     def mount(self, lidar: str) -> Pose2:
-        """base_from_sensor of a scanner; one that the robot file does not name is in base_link."""
+        """base_from_sensor of a scanner; base_link for one that the robot file does not name."""
         known = self.lidars.get(lidar)
         return Pose2(0.0, 0.0) if known is None else known.mount.flat

@@ -1,4 +1,4 @@
-"""Looks whether all that a scene names goes together, before anything runs."""
+"""Checks that a scene, its robot and its user fit together, before anything runs."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ def check_scene(file: Path) -> None:
     """Read a scene with its robot and its user.
 
     Raises:
-        FileError: every mistake in its file, and in those that it names; the robot would touch a
-            wall, the user leave the floor.
+        FileError: every mistake in its file and in those it names; the robot would touch a wall, or
+            the user leave the floor.
     """
     load_yaml(file, _check)
 

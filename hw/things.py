@@ -1,11 +1,11 @@
-"""What no map shows: chairs, and people besides the user, as a scene file lists them.
+"""Objects missing in the map: chairs, and people besides the user, as a scene lists them.
 
     objects:
       - {kind: chair, at: [3.0, 4.0], appears: 12 s}
       - {kind: person, at: [1.0, 1.0], walks: [[5.0, 1.0], [5.0, 4.0]], speed: 0.8 m/s, again: true}
 
-Each is an upright cylinder. It is there from `appears` until `leaves`, and goes from `at` through
-the places of `walks`; `again`: there and back, on and on, else it stays at the last one.
+Each is an upright cylinder, present from `appears` until `leaves`. It moves from `at` through the
+places of `walks`; with `again` there and back endlessly, otherwise it stays at the last one.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from hw.people.person import RADIUS
 from hw.places import PlanePoint
 
 _SIZES = {"chair": (0.25, 0.9), "person": (RADIUS, 1.8)}
-"""Radius and height, m, if nothing is said."""
+"""Default radius and height, m."""
 Time = Annotated[Duration, Range(0.0, 1e6)]
 
 
 class Body(NamedTuple):
-    """An upright cylinder; `at` says where it is at an instant (ns), None: it is not there."""
+    """An upright cylinder; `at` gives its place at an instant (ns), None while absent."""
 
     radius: float
     height: float
@@ -50,7 +50,7 @@ class Thing:
     again: bool = False
 
     def faults(self) -> Iterator[Fault]:
-        """What does not go together, by key."""
+        """Contradictions, by key."""
         if self.leaves is not None and self.leaves <= self.appears:
             yield "leaves", f"{self.leaves:g} s is not after appears, {self.appears:g} s"
         if self.again and not self.walks:
@@ -61,12 +61,12 @@ class Thing:
 
     @property
     def body(self) -> Body:
-        """Its shape, and where it is."""
+        """Its shape and its place over time."""
         radius, height = _SIZES[self.kind]
         return Body(self.radius or radius, self.height or height, self.place)
 
     def place(self, time_ns: int) -> PlanePoint | None:
-        """Where it is at an instant of the run; None: it is not there."""
+        """Its place at an instant of the run; None while absent."""
         since = time_ns * 1e-9 - self.appears
         if since < 0.0 or (self.leaves is not None and time_ns * 1e-9 >= self.leaves):
             return None
@@ -82,7 +82,7 @@ class Thing:
 
 
 def _along(places: tuple[PlanePoint, ...], way: float) -> PlanePoint:
-    """The place after so many metres of a line through places; its end beyond."""
+    """The point of a polyline at this length, m; its end beyond."""
     for (x1, y1), (x2, y2) in pairwise(places):
         length = math.hypot(x2 - x1, y2 - y1)
         if way < length:

@@ -1,7 +1,7 @@
-"""How the tracking system of the VR side lies in the map, and the rover's trackers on the rover.
+"""The pose of the VR tracking system in the map, and the mounts of trackers on the rover.
 
-Where tracking works, the person, their hands and where they reach are known in its frame alone, so
-that this relation decides how near prop and hand come. A restart of the tracking may turn it.
+Person, hands and DEEP are known in the tracking system's frame only, so this relation decides how
+close prop and hand meet. A restart of the tracking system may rotate it.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ class Tracking:
 
     @classmethod
     def of(cls, sensing: Sensing) -> Tracking:
-        """Trackers as the robot file has them, in a tracking frame that is the map's."""
+        """The trackers of the robot file, in a tracking frame equal to the map."""
         return cls(mounts={name: model.mount.pose for name, model in sensing.trackers.items()})
 
     def base_by(self, seen: TrackerPose) -> Pose2 | None:
-        """map_from_base by one tracker; None: nobody knows where it sits."""
+        """map_from_base from one tracker; None if its mount is unknown."""
         mount = self.mounts.get(seen.tracker)
         if mount is None:
             return None

@@ -1,11 +1,11 @@
-"""A calibrated tracking system as a file, as `cobodeck calibrate` writes it.
+"""The file of a calibrated tracking system, as written by `cobodeck calibrate`.
 
 tracking: lab_a
 map_from_vive: {xyz: [3.1, 0.4, 0.0], rpy: [0, 0, 1.57]}
-mounts:                        # base_from_tracker, by the tracker's name
+mounts:                        # base_from_tracker, by tracker name
   front_tracker: {xyz: [0.38, 0.27, 0.45], rpy: [0, 0, 0]}
-scanner_yaws: {front_laser: 0.002}   # turned against the mounts of the robot file, rad
-residual: {position: 0.0016, yaw: 0.0004}   # how well it fitted its log: rms, m and rad
+scanner_yaws: {front_laser: 0.002}   # rotation against the mounts of the robot file, rad
+residual: {position: 0.0016, yaw: 0.0004}   # fit to its log: rms, m and rad
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ FOLDER = Path(__file__).parent / "trackings"
 
 @dataclass(frozen=True, slots=True)
 class Residual:
-    """How far readings lay from the calibration, root mean square, m and rad."""
+    """Residuals of the calibration, root mean square, m and rad."""
 
     position: Annotated[Length, Range(0.0, 10.0)]
     yaw: Annotated[Angle, Range(0.0, math.pi)]
@@ -38,7 +38,7 @@ class Residual:
 
 @dataclass(frozen=True, slots=True)
 class TrackingFile:
-    """A calibration by its name; poses as they are used, with where they come from."""
+    """A named calibration and its residuals."""
 
     tracking: Name
     map_from_vive: Placement
@@ -53,7 +53,7 @@ class TrackingFile:
         return Tracking(pose_of(self.map_from_vive), mounts)
 
     def text(self) -> str:
-        """The file."""
+        """The text of the file."""
         mounts = "".join(f"  {name}: {_written(at)}\n" for name, at in self.mounts.items())
         yaws = "".join(f"  {name}: {yaw!r}\n" for name, yaw in self.scanner_yaws.items())
         return (
@@ -73,14 +73,14 @@ def load_tracking(name_or_path: str | Path) -> TrackingFile:
     """A calibrated tracking system, by name or by file.
 
     Raises:
-        FileError: every mistake in it, with file, line, column and what would be right.
+        FileError: every mistake in it, with file, line, column and a suggestion.
     """
     path = find_file(str(name_or_path), FOLDER, "tracking")
     return load_yaml(path, lambda item: record(item, TrackingFile))
 
 
 def pose_of(placed: Placement) -> Pose3:
-    """A pose from roll, pitch and yaw about fixed axes."""
+    """A pose from roll, pitch and yaw about fixed axes: yaw @ pitch @ roll."""
     roll, pitch, yaw = (0.5 * angle for angle in placed.rpy)
     level = Pose3(*placed.xyz, 0.0, 0.0, math.sin(yaw), math.cos(yaw))
     nodded = Pose3(0.0, 0.0, 0.0, 0.0, math.sin(pitch), 0.0, math.cos(pitch))
@@ -88,7 +88,7 @@ def pose_of(placed: Placement) -> Pose3:
 
 
 def placement_of(pose: Pose3) -> Placement:
-    """Roll, pitch and yaw of a pose; the pitch within 90 degrees."""
+    """Roll, pitch and yaw of a pose; the pitch is within 90 degrees."""
     qx, qy, qz, qw = pose.qx, pose.qy, pose.qz, pose.qw
     roll = math.atan2(2.0 * (qw * qx + qy * qz), 1.0 - 2.0 * (qx * qx + qy * qy))
     pitch = math.asin(min(max(2.0 * (qw * qy - qz * qx), -1.0), 1.0))

@@ -1,6 +1,6 @@
-"""Where everything truly is at one instant, as evaluators, pictures and records go by it.
+"""Ground truth at one instant, for evaluators, pictures and records.
 
-Plain values only: written as JSON and read back they are the same.
+Plain values only: written as JSON and read back they are equal.
 """
 
 from __future__ import annotations
@@ -12,27 +12,27 @@ from hw.geometry import Pose2, Pose3
 from hw.samples import Joints
 
 BASE = "base"
-"""The part of a contact that is the outline of the rover; all others are parts of the arm."""
+"""The part of a contact that is the rover's footprint; all others are parts of the arm."""
 USER = "user"
-"""Who wears the headset; the others are objects of the scene."""
+"""The person with the headset; the others are objects of the scene."""
 BASE_CLOSING, ARM_CLOSING = 0.05, 0.25
-"""What of a robot closes in faster than this has caused a contact, m/s: its base, its arm."""
+"""A contact counts as caused by base or arm above this closing speed, m/s."""
 
 By = Literal["robot", "slow_arm", "person"]
 
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """A touch of robot and anybody; one touch is one contact, for as long as it lasts.
+    """A touch of robot and a person; one touch is one contact, however long it lasts.
 
     Attributes:
-        at_ns: when it began, since the start of the run.
-        x: where they touched, in the map, m; y likewise.
-        part: `base`, or the link of the arm (the first is `arm_base`), or what the arm holds.
-        robot_closing: speed of the touching point towards the person, along the normal of the
-            contact, m/s; below 0 it went away. `person_closing` is that of the person to the robot.
-        granted: had the person asked for a touch?
-        who: the user, or `person_1`: by its number, the second object of the scene.
+        at_ns: its start, since the start of the run.
+        x: place of the touch in the map, m; y likewise.
+        part: `base`, or the link of the arm (the first is `arm_base`), or the prop.
+        robot_closing: speed of the touching point towards the person, along the contact normal,
+            m/s; negative: moving away. `person_closing` is that of the person towards the robot.
+        granted: True if the person had requested a touch.
+        who: the user, or `person_1`: by its number among the objects of the scene.
     """
 
     at_ns: int
@@ -46,7 +46,7 @@ class Contact:
 
     @property
     def by(self) -> By:
-        """Whose doing it was: a robot's that closed in, else the person's; slow arms apart."""
+        """The cause: the robot if it closed in, else the person; slow arms are counted apart."""
         closing = self.robot_closing
         if self.part == BASE:
             return "robot" if closing > BASE_CLOSING else "person"
@@ -56,23 +56,23 @@ class Contact:
 
 
 class Truth(NamedTuple):
-    """A snapshot; None is what is not there, or what nobody knows.
+    """A snapshot; None: not there, or not known.
 
     Attributes:
         base: map_from_base.
         joints: of the arm, rad.
-        arm_moving: is a move of the arm under way?
+        arm_moving: True while the arm moves.
         body: the person's, in the map.
         speed: of the person over the floor, m/s.
-        request: the DEEP in the map while the person asks for a touch.
-        seen_ns: stamp of the newest `user.pose` that tracking had.
-        head_turn: from the body to the direction of view, as tracking had it last, rad.
-        informed: is the robot shown to the person?
-        distance_m: the way of the base so far; `energy_j` what it has spent on it.
+        request: the DEEP in the map while the person requests a touch.
+        seen_ns: stamp of the newest measured `user.pose`.
+        head_turn: from the body to the direction of view, as last measured, rad.
+        informed: True while the robot is shown to the person.
+        distance_m: path length of the base so far; `energy_j` the energy spent on it.
         wall_hits: touches of robot and room so far; `object_hits` those of chairs and the like.
-        min_gap: least free space between outline and person so far, m; at most 0: they touched.
-        contacts: of the rover's outline and anybody so far, in order.
-        others: where people besides the user are, in the map, by their names.
+        min_gap: least gap between footprint and person so far, m; at most 0: they touched.
+        contacts: of the rover's footprint and people so far, in order.
+        others: poses of people besides the user, in the map, by name.
     """
 
     base: Pose2 | None = None

@@ -1,4 +1,4 @@
-"""Zones of a room that are there for the robot alone: where it may not be, where it goes slowly."""
+"""Zones of a room that restrict the robot: keep-out areas and speed limits."""
 
 from __future__ import annotations
 
@@ -13,13 +13,16 @@ from hw.room import Polygon, contains, distance_to_segment, edges
 
 @dataclass(frozen=True, slots=True)
 class SpeedZone:
-    """An area in which the robot's centre goes no faster than `limit`, m/s."""
+    """An area in which the robot's centre moves no faster than `limit`, m/s."""
 
     area: Polygon
     limit: Annotated[Speed, Range(0.05, 10.0)]
 
     def speed_at(self, x: float, y: float, braking: float) -> float:
-        """What still lets a robot that brakes with so many m/s2 keep the limit in the area, m/s."""
+        """The speed from which braking, m/s2, still meets the limit at the border, m/s.
+
+        v^2 = limit^2 + 2 braking distance.
+        """
         away = 0.0
         if not contains(self.area, x, y):
             away = min(distance_to_segment(x, y, edge) for edge in edges(self.area))
@@ -28,17 +31,17 @@ class SpeedZone:
 
 @dataclass(frozen=True, slots=True)
 class Zones:
-    """`keepout`: areas that the robot keeps off like walls; `speed`: where it goes slowly."""
+    """`keepout`: areas that block the robot like walls; `speed`: areas with a speed limit."""
 
     keepout: tuple[Polygon, ...] = ()
     speed: tuple[SpeedZone, ...] = ()
 
     def speed_at(self, x: float, y: float, braking: float) -> float:
-        """The largest speed that all zones allow at a place, m/s; infinite where there are none."""
+        """The largest speed that all zones allow at a place, m/s; infinite without zones."""
         return min((zone.speed_at(x, y, braking) for zone in self.speed), default=math.inf)
 
     def keeps_out(self, x: float, y: float) -> bool:
-        """Is the place in a zone that the robot keeps out of?"""
+        """True if the place is in a keep-out zone."""
         return any(contains(ring, x, y) for ring in self.keepout)
 
 

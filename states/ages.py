@@ -1,8 +1,8 @@
-"""Robot and user as a decision may use them, by how old their poses are (R149).
+"""Robot and user at the present instant, from poses of limited age (R149).
 
-Up to `LATE_S` poses are used as they are; up to `OLD_S` taken on with their measured velocity, and
-the drive gets slower, its share of the speed falling to 0; older ones are not used at all. These
-are the ages by which the safety chain goes, too.
+Poses are used as they are up to the age `LATE_S`; up to `OLD_S` they are extrapolated with the
+measured velocity, while the admissible share of the speed falls to 0; older ones are not used. The
+safety chain has the same two ages.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ READS: Mapping[str, float | None] = {
     USER_POSE: OLD_S,
     USER_VELOCITY: OLD_S,
 }
-"""What a state must declare to ask for robot and user."""
+"""`reads` of a state that asks for robot and user."""
 
 
 class RobotNow(NamedTuple):
-    """Where the robot is now: map_from_base, its velocity in the base frame, share of the speed."""
+    """The robot now: map_from_base, velocity in the base frame, admissible share of the speed."""
 
     pose: Pose2
     twist: Twist2
@@ -35,7 +35,7 @@ class RobotNow(NamedTuple):
 
 
 class UserNow(NamedTuple):
-    """Where the user is now, their velocity in the map (None: not known), share of the speed."""
+    """The user now: pose, velocity in the map (None: unknown), admissible share of the speed."""
 
     pose: UserPose
     velocity: Twist2 | None
@@ -43,7 +43,7 @@ class UserNow(NamedTuple):
 
 
 def robot(ctx: SignalReader) -> RobotNow | None:
-    """The robot now; None while pose or velocity are unknown or too old."""
+    """The robot now; None while pose or velocity is unknown or too old."""
     pose, twist = ctx.value(BASE_POSE), ctx.value(BASE_TWIST)
     if pose is None or twist is None:
         return None
@@ -74,9 +74,10 @@ def user(ctx: SignalReader) -> UserNow | None:
 
 
 class RobotAndUser(NamedTuple):
-    """What a drive goes by: the robot, the user (None: there is nobody) and how they walk, share.
+    """Robot and user now: what a local planner needs besides its goal.
 
-    `walking` is the user's velocity in the map, m/s.
+    `user` is None if there is none; `walking` is their velocity in the map, m/s (0 if unknown);
+    `share` is the admissible share of the speed.
     """
 
     pose: Pose2
@@ -87,7 +88,7 @@ class RobotAndUser(NamedTuple):
 
 
 def around(ctx: SignalReader) -> RobotAndUser | None:
-    """Robot and user now; None while one of them is lost. A user never seen is not there."""
+    """Robot and user now; None while one of them is lost. A user never tracked does not exist."""
     here, there = robot(ctx), user(ctx)
     if here is None:
         return None
@@ -100,12 +101,12 @@ def around(ctx: SignalReader) -> RobotAndUser | None:
 
 
 def share_at(age: float) -> float:
-    """Of the speed limit, what poses of this age, s, leave."""
+    """Admissible share of the speed limit with poses of this age, s: 1 to LATE_S, 0 from OLD_S."""
     return min(1.0, max(0.0, (OLD_S - age) / (OLD_S - LATE_S)))
 
 
 def slowed(command: Twist2, share: float, speed: float, yaw_rate: float) -> Twist2:
-    """A command scaled as a whole until it is within this share of its limits, m/s and rad/s."""
+    """A command scaled as a whole to this share of its limits, m/s and rad/s."""
     if share >= 1.0:
         return command
     scale = 1.0

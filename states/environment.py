@@ -1,19 +1,16 @@
-"""What states know of the place they work in: room, robot, limits, navigation values.
+"""The environment of a run: room, robot, limits, and what is built from them once.
 
-The wiring gives one `Environment` as the constant signal `environment`. Nothing of it changes
-during a run; what is derived from it is made when first asked for and is the same ever after.
+The wiring provides one `Environment` as the constant signal `environment`. It does not change
+during a run; costmaps, planners and distance fields are built when first needed.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Annotated, Literal, get_args
+from typing import TYPE_CHECKING
 
-from engine.files.units import Angle, Length, Speed
-from engine.files.values import Range, above_0
 from hw.geometry import Outline, Pose2, Twist2
 from hw.robot import MotionLimits, RobotModel
 from hw.room import Room
@@ -21,6 +18,7 @@ from hw.samples import EXACT, Joints, PoseSigma
 from hw.tracking import Tracking
 from hw.zones import NO_ZONES, Zones
 from states.ages import slowed
+from states.subsystems import SUBSYSTEMS, Localization, Navigation, SubsystemName
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,95 +29,23 @@ if TYPE_CHECKING:
     from states.maps.field import Field
     from states.maps.occupancy import OccupancyMap
     from states.navigation.costmap import StaticLayer
+    from states.navigation.interfaces import GlobalPlanner
     from states.navigation.layers import Costmaps
-    from states.navigation.local_planner import GlobalPlanner, LocalPlanner
+    from states.navigation.local_planner import LocalPlanner
     from states.navigation.scanning import ObstacleEstimator
     from states.navigation.unmapped import Obstacles
     from states.navigation.visibility import ExactPlanner
 
-SubsystemName = Literal["chase", "haptic", "escape"]
-Localization = Literal["combined", "amcl"]
-"""Scans matched, particles for searches, a filter and trackers; or AMCL alone, as in the paper."""
-SUBSYSTEMS: tuple[SubsystemName, ...] = get_args(SubsystemName)
-
-
-@dataclass(frozen=True, slots=True)
-class CostmapValues:
-    """The costmaps of a subsystem that plans on cells, with costmap_2d's names.
-
-    `inflation_radius` is how far costs reach beyond the subsystem's `inflation`, within which all
-    is blocked: they fall with `cost_scaling_factor`, 1/m, and keep `navfn` off walls. `width` and
-    `height` are those of the local window about the robot, m (R37).
-    """
-
-    resolution: Annotated[Length, Range(0.01, 0.25)]
-    inflation_radius: Annotated[Length, Range(0.0, 5.0)]
-    cost_scaling_factor: Annotated[float, Range(0.0, 100.0)]
-    width: Annotated[Length, Range(1.0, 100.0)]
-    height: Annotated[Length, Range(1.0, 100.0)]
-
-
-@dataclass(frozen=True, slots=True)
-class Subsystem:
-    """One of the three navigation subsystems, with values of its own (R35, R120, R129).
-
-    `planner` finds ways, `exact` among the room's polygons, the others on a costmap;
-    `local_planner` drives them. `inflation` is kept from walls to the robot's centre, `user_radius`
-    from the user's centre on the way (m); a goal counts as reached within `tolerance` and
-    `yaw_tolerance`.
-    """
-
-    planner: Literal["exact", "theta_star", "navfn"]
-    local_planner: Literal["profile", "teb"]
-    max_speed: Annotated[Speed, above_0(5.0)]
-    inflation: Annotated[Length, above_0(5.0)]
-    user_radius: Annotated[Length, above_0(5.0)]
-    tolerance: Annotated[Length, above_0(1.0)]
-    yaw_tolerance: Annotated[Angle, above_0(math.pi)]
-    costmap: CostmapValues
-
-
-@dataclass(frozen=True, slots=True)
-class Navigation:
-    """The subsystems by name; Escape goes before Haptic before Chase (R71)."""
-
-    chase: Subsystem
-    haptic: Subsystem
-    escape: Subsystem
-
-    def capped(self, speed: float) -> Navigation:
-        """The same with no subsystem faster than this, m/s."""
-        return Navigation(
-            *(
-                replace(s, max_speed=min(s.max_speed, speed))
-                for s in (self.chase, self.haptic, self.escape)
-            )
-        )
-
-    def on_cells(self) -> Navigation:
-        """The same, with `theta_star` in the place of `exact`."""
-        return Navigation(
-            *(
-                replace(s, planner="theta_star") if s.planner == "exact" else s
-                for s in (self.chase, self.haptic, self.escape)
-            )
-        )
-
-    def named(self, name: SubsystemName) -> Subsystem:
-        """The subsystem of a behaviour."""
-        found: Subsystem = getattr(self, name)
-        return found
-
 
 @dataclass(frozen=True, eq=False)
 class Environment:
-    """The place of one run.
+    """The environment of one run.
 
     `map` is a scanned map for the planners on costmaps; without one they draw the room's. `period`
-    is the time from tick to tick, s; `latency` how long it takes until the base has heard what a
-    tick decided, s. `pose_sigma`: of measured poses of the base; estimated ones have their own.
-    `calibration`: of the room's tracking system; None: trackers as the robot file has them, in a
-    tracking frame that is the map's.
+    is the time between ticks, s; `latency` the time until the base receives a tick's command, s.
+    `pose_sigma` is that of measured poses of the base; estimated ones have their own.
+    `calibration` is that of the tracking system; None: trackers are where the robot file has them,
+    and the tracking frame is the map.
     """
 
     room: Room
@@ -139,7 +65,7 @@ class Environment:
         return {}
 
     def ground(self, resolution: float) -> StaticLayer:
-        """What the map shows, or the room, on cells of this size; the same for all subsystems."""
+        """The static layer of map or room on cells of this size, shared by all subsystems."""
         if resolution not in self._grounds:
             from states.navigation.layers import ground_of, map_of
 
@@ -150,12 +76,12 @@ class Environment:
 
     @cached_property
     def tracking(self) -> Tracking:
-        """How the tracking system lies in the map, and its trackers on the robot."""
+        """Pose of the tracking system in the map, and of its trackers on the robot."""
         return self.calibration or Tracking.of(self.robot.sensing)
 
     @cached_property
     def static_costmaps(self) -> Mapping[SubsystemName, Costmaps]:
-        """Of each subsystem, from map or room alone."""
+        """Costmaps of each subsystem, from map or room alone."""
         from states.navigation.layers import costmaps_of
 
         found = {}
@@ -167,9 +93,9 @@ class Environment:
 
     @cached_property
     def static_planners(self) -> Mapping[SubsystemName, GlobalPlanner]:
-        """Of each subsystem, by map or room alone: what scans show they do not know.
+        """Global planner of each subsystem, from map or room alone, without scanned obstacles.
 
-        A state asks for the signal `<subsystem>.planner` instead.
+        States use the signal `<subsystem>.planner` instead.
         """
         found: dict[SubsystemName, GlobalPlanner] = {}
         for name in SUBSYSTEMS:
@@ -182,7 +108,7 @@ class Environment:
 
     @cached_property
     def _exact(self) -> Mapping[SubsystemName, ExactPlanner]:
-        """Of the subsystems that plan so; one for all of the same inflation."""
+        """Planners `exact` of the subsystems that use it, shared by those of the same inflation."""
         from states.navigation.visibility import ExactPlanner
 
         @cache
@@ -194,7 +120,7 @@ class Environment:
         return {n: exact(s.inflation) for n, s in used.items() if s.planner == "exact"}
 
     def planner_among(self, name: SubsystemName, obstacles: Obstacles) -> GlobalPlanner:
-        """The planner of a subsystem when scanners have shown these obstacles."""
+        """The global planner of a subsystem with scanned obstacles."""
         if not obstacles:
             return self.static_planners[name]
         from states.navigation.layers import exact_among
@@ -205,12 +131,12 @@ class Environment:
         return self.costmaps_among(name, obstacles).planner(kind)
 
     def costmaps_among(self, name: SubsystemName, obstacles: Obstacles) -> Costmaps:
-        """The costmaps of a subsystem when scanners have shown these obstacles."""
+        """The costmaps of a subsystem with scanned obstacles."""
         static = self.static_costmaps[name]
         return static.among(obstacles) if obstacles else static
 
     def obstacle_estimator(self) -> ObstacleEstimator:
-        """A new one of what scanners show and the map does not; one per run."""
+        """A new estimator of the obstacles that scans show and the map does not; one per run."""
         from states.navigation.obstacles import ObstacleValues
         from states.navigation.scanning import ObstacleEstimator, Scanner
 
@@ -224,13 +150,13 @@ class Environment:
 
     @cached_property
     def field(self) -> Field:
-        """Distances to the walls, of the map or, exact, of the room."""
+        """Distances to the walls: exact in a drawn room, by cells on a scanned map."""
         from states.maps.field import map_field, room_field
 
         return room_field(self.room) if self.map is None else map_field(self.map)
 
     def localizer(self, start: Pose2, seed: int) -> Localizes:
-        """A new one that takes the robot to start about here; one per run."""
+        """A new localizer with this start pose, map_from_base; one per run."""
         sensing, tracking = self.robot.sensing, self.tracking
         if self.localization == "amcl":
             from states.localization.particle_localizer import ParticleLocalizer
@@ -241,8 +167,9 @@ class Environment:
         return Localizer(self.field, sensing, tracking, start, seed)
 
     def driver(self, name: SubsystemName, planner: GlobalPlanner) -> LocalPlanner:
-        """A new local planner with the values of a subsystem; one per drive."""
-        from states.navigation.profile_planner import Limits, ProfilePlanner, Tolerance
+        """A new local planner with a subsystem's values; one per drive."""
+        from states.navigation.interfaces import Limits, Tolerance
+        from states.navigation.profile_planner import ProfilePlanner
 
         subsystem, room = self.navigation.named(name), self.room
         own, base = self.limits, self.robot.base
@@ -268,7 +195,7 @@ class Environment:
         return driver
 
     def warm_up(self) -> None:
-        """Compile, or load from the cache, what the subsystems drive by, and build their maps."""
+        """Compile the kernels that the subsystems use, or load them, and build their planners."""
         from states.navigation import profile_planner as profile
         from states.navigation import scanning
 
@@ -286,7 +213,7 @@ class Environment:
         _ = self.static_planners
 
     def slowed(self, command: Twist2, share: float, name: SubsystemName) -> Twist2:
-        """A subsystem's command within this share of its speed; see `states.ages`."""
+        """A subsystem's command scaled to this share of its speed; see `states.ages`."""
         if share >= 1.0:
             return command
         speed, yaw_rate = self.navigation.named(name).max_speed, self.limits.base_yaw_rate
@@ -306,7 +233,7 @@ class Environment:
         return np.array(self.room.segments, dtype=np.float64)
 
     def outline(self, joints: Joints | None = None) -> Outline:
-        """Of rover and arm as it stands; None: of the rover alone."""
+        """Bounding rectangle of rover and arm at these joints; None: of the rover alone."""
         footprint = self.robot.footprint
         half = Outline(*2 * (footprint.half_length,), *2 * (footprint.half_width,))
         if joints is None or joints == self.robot.parked:
@@ -317,7 +244,7 @@ class Environment:
 
     @cached_property
     def workspace(self) -> Workspace:
-        """The exact arm in this room, made when first asked for."""
+        """The arm in this room, built when first needed."""
         from states.arm.motion import Workspace
         from states.arm.robot_arm import manipulator_of
 

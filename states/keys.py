@@ -14,8 +14,9 @@ from hw.interfaces import DriveMode
 from hw.samples import ArmState, PoseSigma, UserPose
 
 if TYPE_CHECKING:
-    from states.environment import Environment, SubsystemName
-    from states.navigation.local_planner import GlobalPlanner
+    from states.environment import Environment
+    from states.navigation.interfaces import GlobalPlanner
+    from states.subsystems import SubsystemName
 
 V = TypeVar("V")
 

@@ -11,7 +11,8 @@ from cobodeck.console import FAILED, OK, Problem, show
 from cobodeck.library import chart_file, load_beside
 from cobodeck.pictures import command as room
 from cobodeck.record.sink import is_record
-from engine.draw.dot import FILE_FORMS, CannotRender, dot, render
+from engine.draw.dot import dot
+from engine.draw.render import FILE_FORMS, CannotRender, render
 from engine.files.finding import did_you_mean
 from engine.load import Library
 from engine.report import text

@@ -7,9 +7,7 @@ from pathlib import Path
 
 from cobodeck.catalogue import catalogue
 from cobodeck.console import OK, show
-from cobodeck.library import chart_names
-from engine.load import load_files
-from engine.schema.document import schema_text
+from cobodeck.editor_schema import schema_for
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,6 +29,4 @@ def run(args: argparse.Namespace) -> int:
 
 def schema_of(start: Path | None, *, own: bool) -> str:
     """The schema for charts of the project around `start`, if `own`, and of the shipped ones."""
-    known = catalogue(start, own=own)
-    charts = load_files(chart_names(known).values())
-    return schema_text(known.interfaces, charts, known.types)
+    return schema_for(catalogue(start, own=own))

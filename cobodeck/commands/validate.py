@@ -13,6 +13,7 @@ from pathlib import Path
 from cobodeck.catalogue import CHARTS, Catalogue, catalogue
 from cobodeck.checker import FileChecker
 from cobodeck.console import FAILED, OK, show
+from cobodeck.editor_schema import schema_notes
 from cobodeck.library import (
     errors_in_used,
     files_in,
@@ -65,6 +66,8 @@ def run(args: argparse.Namespace) -> int:
     if any(finding.severity == "error" for finding in findings):
         return FAILED
     if args.format == "text":
+        for note in schema_notes((library.sources[str(file)] for file in charts), known):
+            show(f"note: {note}")
         for name in _not_used(library, {str(file) for file in charts}):
             show(f"{name}: {_walked(library[name], library, known)}")
     return OK

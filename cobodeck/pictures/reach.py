@@ -10,7 +10,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from cobodeck.pictures.canvas import Sheet
-from engine.draw.dot import GREY, INK
+from engine.draw.style import GREY, INK
 
 if TYPE_CHECKING:
     from states.arm.reach import ReachTable

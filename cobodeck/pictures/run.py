@@ -1,4 +1,4 @@
-"""The picture of a run: the room from above with all that happened in it, and below it the time."""
+"""The picture of a run: the room from above with all events, below it everything over time."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from cobodeck.pictures.lanes import draw_lanes, height_in
 from cobodeck.pictures.marks import draw_marks
 from cobodeck.pictures.room import draw_room, draw_tracked_area
 from cobodeck.pictures.tracks import bounds_of, draw_tracks
-from engine.draw.dot import GREY
+from engine.draw.style import GREY
 
-NOWHERE = "it is not known where anything was"
+NOWHERE = "no poses are known"
 _NO_PLACE, _MIDDLE = (0.0, 0.0, 8.0, 2.0), (4.0, 1.0)
 
 

@@ -1,8 +1,8 @@
-"""Everything that can be found out about charts before anything moves.
+"""All static checks of charts, done before anything moves.
 
-Charts are looked at from the used to the using ones, each once: what is known of a used chart
-(`Facts`) is all that its users need, so nothing is put in for `use` and nothing recurses. In a
-chart all rules about single nodes are applied; those about paths only where all names are known.
+Each chart is checked once, used charts before those that use them. What users need to know of a
+used chart is summarized in `Facts`, so `use` is never expanded and nothing recurses. Rules about
+single nodes apply to every chart, rules about paths only to charts in which all names are known.
 engine/CODES.md lists the codes.
 """
 
@@ -12,7 +12,7 @@ from collections.abc import Collection, Mapping
 
 from engine.check.arguments import check_arguments
 from engine.check.callee import Facts, KnownNames
-from engine.check.checked_chart import Subject, grow
+from engine.check.checked_chart import CheckedChart, resolve_names
 from engine.check.declarations import check_declarations
 from engine.check.endless import check_endless, report_dead_ends
 from engine.check.flow import check_flow
@@ -37,51 +37,51 @@ def check(
     signals: Collection[str] | None = None,
     parts: Collection[str] | None = None,
 ) -> list[Finding]:
-    """All that is wrong with the charts of a library, in order of place.
+    """All findings in the charts of a library, sorted by place.
 
-    Without an error among the findings, `engine.machine.Machine` can be built from each chart
-    whose parameters are given, and a run finds a way for every outcome.
+    Without an error among them, an `engine.machine.Machine` can be built from each chart whose
+    parameters are given, and a run has a target for every outcome.
 
     Args:
-        library: charts as loaded; what was found then is in the result too.
+        library: charts as loaded; findings of loading are part of the result.
         interfaces: the state classes by name.
-        types: names of types beyond the built-in ones.
-        signals: the declared signals; without them, what classes read is not looked at.
-        parts: the parts of the robot; likewise.
+        types: types beyond the built-in ones, by name.
+        signals: the declared signals; `None`: what classes read is not checked.
+        parts: the parts of the robot; `None`: what classes command is not checked.
     """
-    world = KnownNames(library, interfaces, known_types(types or {}), signals, parts)
-    subjects = {name: Subject(chart, world) for name, chart in library.items()}
-    for subject in subjects.values():
-        grow(subject)
-    graph = {name: uses(subject) for name, subject in subjects.items()}
-    recursive = check_recursion(subjects, graph)
-    order = [subjects[name] for component in components(graph) for name in component]
-    for subject in order:
-        _check_chart(subject, recursive=subject.chart.name in recursive)
+    scope = KnownNames(library, interfaces, known_types(types or {}), signals, parts)
+    charts = {name: CheckedChart(chart, scope) for name, chart in library.items()}
+    for checked in charts.values():
+        resolve_names(checked)
+    graph = {name: uses(checked) for name, checked in charts.items()}
+    recursive = check_recursion(charts, graph)
+    order = [charts[name] for component in components(graph) for name in component]
+    for checked in order:
+        _check_chart(checked, recursive=checked.chart.name in recursive)
     report_dead_ends(order)
     report_unmapped(order)
-    found = [finding for subject in order for finding in subject.findings]
+    found = [finding for checked in order for finding in checked.findings]
     return in_order([*library.findings, *found])
 
 
-def _check_chart(subject: Subject, *, recursive: bool) -> None:
-    check_declarations(subject)
-    check_arguments(subject)
-    check_outcomes(subject)
-    check_rules(subject)
-    check_parts(subject)
-    vertices, levels = (1, 1) if recursive else measure(subject)
-    if subject.sound:
-        check_reach(subject)
-        check_endless(subject)
-        check_flow(subject)
-    callee = subject.world.chart(subject.chart.name)
+def _check_chart(checked: CheckedChart, *, recursive: bool) -> None:
+    check_declarations(checked)
+    check_arguments(checked)
+    check_outcomes(checked)
+    check_rules(checked)
+    check_parts(checked)
+    vertices, levels = (1, 1) if recursive else measure(checked)
+    if checked.sound:
+        check_reach(checked)
+        check_endless(checked)
+        check_flow(checked)
+    callee = checked.scope.chart(checked.chart.name)
     assert callee is not None
     callee.facts = Facts(
-        commands=subject.root.commands,
-        unmapped=unmapped(subject.root) is not None,
-        instant=subject.root.instant,
+        commands=checked.root.commands,
+        unmapped=bool(unmapped(checked.root)),
+        instant=checked.root.instant,
         vertices=vertices,
         depth=levels,
-        deadlines=subject.deadlines,
+        deadlines=checked.deadlines,
     )

@@ -1,4 +1,4 @@
-"""What a leaf or a `use` node names, seen from outside: a state class or a chart."""
+"""The interface of what a leaf or a `use` node names: a state class or a chart."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from engine.types import ANY, Type
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """What is known about all that can happen inside.
+    """Summary of everything that can happen inside a state class or a chart.
 
     Attributes:
-        commands: the parts that something in it commands.
-        unmapped: whether an error of something that commands a part can come out of it.
-        instant: the outcomes it can end with in the tick in which it was entered.
-        vertices: how many vertices a machine has for it.
-        depth: how many of them stand inside each other.
-        deadlines: its parameters that are durations of the chart's own: `True` for a timeout,
-            which must be positive, `False` for a wait.
+        commands: the parts that are commanded in it.
+        unmapped: True if an error of something that commands a part can leave it.
+        instant: the outcomes it can end with in the tick of its entry.
+        vertices: the number of vertices that a machine has for it.
+        depth: how deep these are nested.
+        deadlines: its parameters that the chart uses as durations: True for a timeout, which must
+            be positive, False for a wait.
     """
 
     commands: frozenset[str] = frozenset()
@@ -36,10 +36,10 @@ class Facts:
 
 @dataclass(slots=True, eq=False)
 class Callee:
-    """A state class or chart with what it takes and gives.
+    """A state class or chart with its parameters, inputs and outputs.
 
-    `outputs` has the type of each output for each outcome it comes with. The `facts` of a chart
-    are filled in once that chart is checked.
+    `outputs` has the types of the outputs by outcome and name. The `facts` of a chart are filled
+    in once that chart has been checked.
     """
 
     name: str
@@ -65,10 +65,10 @@ def _required(arguments: Mapping[str, Argument]) -> frozenset[str]:
 
 @dataclass(slots=True, eq=False)
 class KnownNames:
-    """All that the names in charts can stand for; `None` where that is not known.
+    """Everything that names in charts can refer to; `None` where that is not known.
 
-    `classes` and `charts` hold what has been asked for, `looked_at` the classes whose signals and
-    parts have, and `unread` the names of files in which no chart was found.
+    `classes` and `charts` cache what was looked up; `unread` has the names of files in which no
+    chart was found.
     """
 
     library: Library
@@ -78,7 +78,6 @@ class KnownNames:
     parts: Collection[str] | None = None
     classes: dict[str, Callee] = field(default_factory=dict)
     charts: dict[str, Callee] = field(default_factory=dict)
-    looked_at: set[str] = field(default_factory=set)
     unread: frozenset[str] = field(init=False)
 
     def __post_init__(self) -> None:

@@ -1,4 +1,4 @@
-"""One chart under check: its nodes with what their names stand for, and what was found."""
+"""A chart under check: its nodes, resolved, and the findings so far."""
 
 from __future__ import annotations
 
@@ -8,54 +8,69 @@ from dataclasses import dataclass, field
 
 from engine.chart import CONTAINERS, Chart, DataKey, Node, Rule, key_mark_of, mark_of
 from engine.check.callee import Callee, KnownNames
-from engine.files.finding import Finding, Place, Severity, did_you_mean
+from engine.files.finding import Finding, Severity, did_you_mean
 from engine.files.source import Mark
 from engine.types import ANY, Type
 
-EFFORT = 10_000  # names and nodes looked at for the hints of one chart; then there are no more
+EFFORT = 10_000  # names compared for the suggestions of one chart, at most
 
 Origin = tuple[Node, str] | Mark  # an entry of a node's `next`, or a place
 
 
-class NodeInPlace:
-    """A node in its place.
+class PlacedNode:
+    """A node of a chart with what its names refer to, and what the checks find out about it.
 
     Attributes:
-        callee: what a leaf or `use` names; `None` for boxes and for unknown names.
-        names: the key of the chart that each data name stands for here, `None` if unknown.
+        callee: what a leaf or `use` names; `None` for containers and for unknown names.
+        names: the key of the chart that each data name refers to here, `None` if unknown.
         ends: the outcomes it may end with besides `error`, and where in the text they come from.
-        produced: those of `ends` that can come to pass.
+        produced: those of `ends` that can really occur.
         reached: the children that can be entered.
-        routes: where outcomes lead, a sibling or `.x`.
+        routes: the targets of its outcomes, a sibling or `.x`.
         rules: the items of `when` that can match.
-        commands: the parts that it or something in it commands.
+        commands: the parts that are commanded by it or inside it.
         instant: the outcomes it can end with in the tick of its entry.
-        needs: the keys that must have been written before it, as bits.
-        gives: the keys that have been written since its entry, as bits, by outcome.
-        entry: the keys that have been written before it since its parent's entry; `None` if it is
-            never entered.
+        needs: the keys that must be written before its entry, as bits.
+        gives: the keys written between its entry and each outcome, as bits, by outcome.
+        entry: the keys written between its parent's entry and its own; `None` if never entered.
         inner, final: the keys that it writes while it runs, and at its end.
     """
 
     __slots__ = (
-        "box", "callee", "children", "commands", "ends", "entry", "final", "form", "gives", "inner",
-        "instant", "names", "needs", "node", "parent", "produced", "reached", "routes",
+        "callee",
+        "children",
+        "commands",
+        "ends",
+        "entry",
+        "final",
+        "form",
+        "gives",
+        "inner",
+        "instant",
+        "is_container",
+        "names",
+        "needs",
+        "node",
+        "parent",
+        "produced",
+        "reached",
+        "routes",
         "rules",
     )  # fmt: skip
 
     def __init__(
-        self, node: Node, parent: NodeInPlace | None, names: Mapping[str, str | None]
+        self, node: Node, parent: PlacedNode | None, names: Mapping[str, str | None]
     ) -> None:
         self.node = node
         self.form = node.form
         self.parent = parent
         self.names = names
-        self.box = node.form in CONTAINERS
+        self.is_container = node.form in CONTAINERS
         self.callee: Callee | None = None
-        self.children: list[NodeInPlace] = []
+        self.children: list[PlacedNode] = []
         self.ends: Mapping[str, Sequence[Origin]] = {}
         self.produced: Mapping[str, object] = {}
-        self.reached: dict[NodeInPlace, None] = {}
+        self.reached: dict[PlacedNode, None] = {}
         self.routes: list[tuple[str, str]] = []
         self.rules: Sequence[Rule] = node.rules
         self.commands: frozenset[str] = frozenset()
@@ -67,17 +82,17 @@ class NodeInPlace:
 
     @property
     def guard(self) -> bool:
-        """Whether this is a monitor directly inside `any` or `all`."""
+        """True for a monitor directly inside `any` or `all`."""
         return self.form == "watch" and self.parent is not None and self.parent.form != "states"
 
     def kept(self) -> list[str]:
-        """The outcomes that a parent which keeps outcomes will keep."""
+        """The outcomes that its parent keeps, if that is a container with `when`."""
         routes = self.node.next
         return [outcome for outcome in self.ends if outcome not in routes]
 
 
 class Data:
-    """The keys of a chart, each with a bit of its own."""
+    """The keys of a chart, each with its own bit in the masks of `PlacedNode`."""
 
     __slots__ = ("bits", "keys", "kinds", "nullable", "read", "start", "written")
 
@@ -90,7 +105,7 @@ class Data:
             if key.has_initial or key.is_input:
                 self.start |= self.bits[key.name]
         self.read = self.written = 0
-        self.nullable = 0  # keys into which somebody may write nothing
+        self.nullable = 0  # keys that may be written with none
 
     def within(self, mask: int) -> Iterator[DataKey]:
         """The keys of these bits."""
@@ -101,54 +116,44 @@ class Data:
 
 
 @dataclass(slots=True, eq=False)
-class Subject:
-    """A chart under check, and what was found in it."""
+class CheckedChart:
+    """A chart under check, and the findings in it."""
 
     chart: Chart
-    world: KnownNames
+    scope: KnownNames
     data: Data = field(init=False)
-    sites: list[NodeInPlace] = field(default_factory=list)
+    nodes: list[PlacedNode] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
     parameters_used: set[str] = field(default_factory=set)
     deadlines: dict[str, bool] = field(default_factory=dict)
-    dead_ends: list[NodeInPlace] = field(default_factory=list)
+    dead_ends: list[PlacedNode] = field(default_factory=list)
     effort: int = EFFORT
 
     def __post_init__(self) -> None:
-        self.data = Data(self.chart.keys, self.world.types)
+        self.data = Data(self.chart.keys, self.scope.types)
 
     @property
-    def root(self) -> NodeInPlace:
-        """The site of the chart's root."""
-        return self.sites[0]
+    def root(self) -> PlacedNode:
+        """The root of the chart."""
+        return self.nodes[0]
 
     @property
     def sound(self) -> bool:
-        """Whether all names are known, so that paths through the chart mean something."""
+        """True if all names are known, so that checks of paths make sense."""
         findings = (*self.chart.source.findings, *self.findings)
         return not any(finding.severity == "error" for finding in findings)
 
     def error(
-        self,
-        code: str,
-        message: str,
-        mark: Mark,
-        hint: str = "",
-        first: tuple[Mark, str] | None = None,
+        self, code: str, message: str, mark: Mark, hint: str = "", *related: tuple[Mark, str]
     ) -> None:
-        """Note a mistake at `mark`; `first` is another place that has to do with it."""
-        self._add("error", code, message, mark, hint, first)
+        """Note a mistake at `mark`; `related`: other places that have to do with it, and how."""
+        self._add("error", code, message, mark, hint, related)
 
     def warning(
-        self,
-        code: str,
-        message: str,
-        mark: Mark,
-        hint: str = "",
-        first: tuple[Mark, str] | None = None,
+        self, code: str, message: str, mark: Mark, hint: str = "", *related: tuple[Mark, str]
     ) -> None:
-        """Note something that can run but is hardly meant."""
-        self._add("warning", code, message, mark, hint, first)
+        """Note something that can run but is hardly intended."""
+        self._add("warning", code, message, mark, hint, related)
 
     def _add(
         self,
@@ -157,16 +162,13 @@ class Subject:
         message: str,
         mark: Mark,
         hint: str,
-        first: tuple[Mark, str] | None,
+        related: Iterable[tuple[Mark, str]],
     ) -> None:
-        related: tuple[tuple[Place, str], ...] = ()
-        if first is not None:
-            related = ((self.chart.place(first[0]), first[1]),)
-        place = self.chart.place(mark)
-        self.findings.append(Finding(code, message, place, hint, severity, related))
+        place, notes = self.chart.place, tuple((self.chart.place(m), note) for m, note in related)
+        self.findings.append(Finding(code, message, place(mark), hint, severity, notes))
 
     def near(self, word: str, *known: Iterable[str]) -> str:
-        """What may have been meant by `word`, while there are few mistakes."""
+        """A suggestion for an unknown `word`; empty once a chart has too many mistakes."""
         if self.effort <= 0:
             return ""
         names = [name for names in known for name in names]
@@ -174,35 +176,35 @@ class Subject:
         return did_you_mean(word, names)
 
 
-def grow(subject: Subject) -> None:
-    """Look up what the nodes name (N01, N02, N04) and what data names stand for (N11)."""
-    names: dict[str, str | None] = {name: name for name in subject.chart.keys}
-    _grow(subject, subject.chart.root, None, names)
+def resolve_names(checked: CheckedChart) -> None:
+    """Resolve the classes and charts (N01, N02, N04) and the data keys (N11) that nodes name."""
+    names: dict[str, str | None] = {name: name for name in checked.chart.keys}
+    _resolve(checked, checked.chart.root, None, names)
 
 
-def _grow(
-    subject: Subject, node: Node, parent: NodeInPlace | None, names: Mapping[str, str | None]
-) -> NodeInPlace:
-    site = NodeInPlace(node, parent, names)
-    subject.sites.append(site)
-    if site.box:
+def _resolve(
+    checked: CheckedChart, node: Node, parent: PlacedNode | None, names: Mapping[str, str | None]
+) -> PlacedNode:
+    placed = PlacedNode(node, parent, names)
+    checked.nodes.append(placed)
+    if placed.is_container:
         if node.inputs or node.outputs:
-            site.names = names = _aliases(subject, site)
-        site.children = [_grow(subject, child, site, names) for child in node.children]
+            placed.names = names = _aliases(checked, placed)
+        placed.children = [_resolve(checked, child, placed, names) for child in node.children]
     elif node.form == "use":
-        site.callee = _used_chart(subject, node)
+        placed.callee = _used_chart(checked, node)
     else:
-        site.callee = _state_class(subject, node)
-    return site
+        placed.callee = _state_class(checked, node)
+    return placed
 
 
-def _aliases(subject: Subject, site: NodeInPlace) -> Mapping[str, str | None]:
-    """`in` and `out` of a box: other names for outer keys."""
-    names = site.names
-    for section, entries in (("in", site.node.inputs), ("out", site.node.outputs)):
+def _aliases(checked: CheckedChart, placed: PlacedNode) -> Mapping[str, str | None]:
+    """Keys by the names that `in` and `out` of a container give them."""
+    names = placed.names
+    for section, entries in (("in", placed.node.inputs), ("out", placed.node.outputs)):
         for inner, outer in entries.items():
             if outer not in names:
-                unknown_key(subject, site, section, inner, outer, names)
+                unknown_key(checked, placed, section, inner, outer, names)
         if entries:
             own = {inner: names.get(outer) for inner, outer in entries.items()}
             names = ChainMap(own, names)  # type: ignore[arg-type]  # nobody writes to it
@@ -210,37 +212,42 @@ def _aliases(subject: Subject, site: NodeInPlace) -> Mapping[str, str | None]:
 
 
 def unknown_key(
-    subject: Subject, site: NodeInPlace, section: str, entry: str, key: str, known: Iterable[str]
+    checked: CheckedChart,
+    placed: PlacedNode,
+    section: str,
+    entry: str,
+    key: str,
+    known: Iterable[str],
 ) -> None:
-    """N11: `in` or `out` names a key that there is not."""
-    hint = subject.near(key, known)
-    subject.error("N11", f"no data key {key!r}", mark_of(site.node.raw, section, entry), hint)
+    """N11: `in` or `out` names a key that does not exist."""
+    hint = checked.near(key, known)
+    checked.error("N11", f"no data key {key!r}", mark_of(placed.node.raw, section, entry), hint)
 
 
-def _state_class(subject: Subject, node: Node) -> Callee | None:
-    world, at = subject.world, mark_of(node.raw, node.form)
-    found = world.state_class(node.target)
+def _state_class(checked: CheckedChart, node: Node) -> Callee | None:
+    scope, at = checked.scope, mark_of(node.raw, node.form)
+    found = scope.state_class(node.target)
     if found is None:
-        if node.raw[node.form] == node.target:  # else its shape has been complained about
-            is_chart = node.target in world.library
+        if node.raw[node.form] == node.target:  # else reported when the file was loaded
+            is_chart = node.target in scope.library
             hint = f"`use: {node.target}`, it is a chart" if is_chart else ""
-            hint = hint or subject.near(node.target, world.interfaces)
-            subject.error("N01", f"no state class {node.target!r}", at, hint)
+            hint = hint or checked.near(node.target, scope.interfaces)
+            checked.error("N01", f"no state class {node.target!r}", at, hint)
         return None
     if found.monitor != (node.form == "watch"):
         what, hint = ("a monitor", "watch") if found.monitor else ("an action", "do")
         key_at = key_mark_of(node.raw, node.form)
-        subject.error("N04", f"{node.target} is {what}", key_at, f"`{hint}: {node.target}`")
+        checked.error("N04", f"{node.target} is {what}", key_at, f"`{hint}: {node.target}`")
     return found
 
 
-def _used_chart(subject: Subject, node: Node) -> Callee | None:
-    found = subject.world.chart(node.target)
-    told = node.raw[node.form] != node.target or node.target in subject.world.unread
+def _used_chart(checked: CheckedChart, node: Node) -> Callee | None:
+    found = checked.scope.chart(node.target)
+    told = node.raw[node.form] != node.target or node.target in checked.scope.unread
     if found is None and not told:
-        named = subject.world.interfaces.get(node.target)
+        named = checked.scope.interfaces.get(node.target)
         form = "watch" if named is not None and named.monitor else "do"
         hint = f"`{form}: {node.target}`, it is a state class" if named is not None else ""
-        hint = hint or subject.near(node.target, subject.world.library)
-        subject.error("N02", f"no chart {node.target!r}", mark_of(node.raw, node.form), hint)
+        hint = hint or checked.near(node.target, checked.scope.library)
+        checked.error("N02", f"no chart {node.target!r}", mark_of(node.raw, node.form), hint)
     return found

@@ -1,87 +1,87 @@
-"""What a chart declares at its top: parameters, data, outputs (N05, N09, N11, F02)."""
+"""Declarations at the top of a chart: parameters, data, outputs (N05, N09, N11, F02)."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from engine.chart import key_mark_of, mark_of
-from engine.check.checked_chart import Subject
+from engine.check.checked_chart import CheckedChart
 from engine.files.source import Map, Mark
 from engine.files.values import Mismatch
 from engine.types import ANY, Type, convert, fits
 
 
-def check_declarations(subject: Subject) -> None:
-    """Types exist, values have them, nothing is declared twice."""
-    _check_parameters(subject)
-    _check_keys(subject)
-    _check_outputs(subject)
+def check_declarations(checked: CheckedChart) -> None:
+    """Check that types exist, that values have them, and that nothing is declared twice."""
+    _check_parameters(checked)
+    _check_keys(checked)
+    _check_outputs(checked)
 
 
-def _check_parameters(subject: Subject) -> None:
-    raw = subject.chart.root.raw
-    for name, parameter in subject.chart.parameters.items():
-        kind = _type(subject, parameter.type, _mark(raw, "parameters", name, "type"))
+def _check_parameters(checked: CheckedChart) -> None:
+    raw = checked.chart.root.raw
+    for name, parameter in checked.chart.parameters.items():
+        kind = _type(checked, parameter.type, _mark(raw, "parameters", name, "type"))
         at = _mark(raw, "parameters", name, "default")
         if not _can_be_written(kind):
             hint = "pass it on as data, by `inputs`"
-            subject.error("N09", f"a {kind} cannot be written in a chart", parameter.at, hint)
+            checked.error("N09", f"a {kind} cannot be written in a chart", parameter.at, hint)
         elif not parameter.required and parameter.default is not None:
-            _check_value(subject, name, parameter.default, kind, at)
+            _check_value(checked, name, parameter.default, kind, at)
 
 
-def _check_keys(subject: Subject) -> None:
-    raw = subject.chart.root.raw
-    for name, key in subject.chart.keys.items():
+def _check_keys(checked: CheckedChart) -> None:
+    raw = checked.chart.root.raw
+    for name, key in checked.chart.keys.items():
         section = "inputs" if key.is_input else "data"
         if not _declares(raw, section, name):
             continue  # an output, see there
-        kind = _type(subject, key.type, _mark(raw, section, name, "type"))
+        kind = _type(checked, key.type, _mark(raw, section, name, "type"))
         if key.has_initial and not _can_be_written(kind):
             at, hint = _mark(raw, section, name, "initial"), "`initial: none`"
-            subject.error("N09", f"a {kind} cannot be written in a chart", at, hint)
+            checked.error("N09", f"a {kind} cannot be written in a chart", at, hint)
         elif key.has_initial:
-            _check_value(subject, name, key.initial, kind, _mark(raw, section, name, "initial"))
+            _check_value(checked, name, key.initial, kind, _mark(raw, section, name, "initial"))
         if _declares(raw, "inputs", name) and _declares(raw, "data", name):
             first = (key_mark_of(raw, "inputs", name), "first here")
             at = key_mark_of(raw, "data", name)
-            subject.error("N11", f"{name!r} is an input already", at, "keep one of them", first)
+            checked.error("N11", f"{name!r} is an input already", at, "keep one of them", first)
 
 
-def _check_outputs(subject: Subject) -> None:
-    chart = subject.chart
+def _check_outputs(checked: CheckedChart) -> None:
+    chart = checked.chart
     for outcome, named in chart.outputs.items():
         if outcome not in chart.outcomes:
             at = key_mark_of(chart.root.raw, "outputs", outcome)
-            hint = subject.near(outcome, chart.outcomes)
-            subject.error("N05", f"the chart has no outcome {outcome!r}", at, hint)
+            hint = checked.near(outcome, chart.outcomes)
+            checked.error("N05", f"the chart has no outcome {outcome!r}", at, hint)
         for name, type_name in named.items():
             at = mark_of(chart.root.raw["outputs"], outcome, name)
-            kind = _type(subject, type_name, at)
+            kind = _type(checked, type_name, at)
             key = chart.keys[name]
-            held = subject.data.kinds[name]
+            held = checked.data.kinds[name]
             if not fits(held, kind):
                 first = (key.at, f"{name!r} is a {held} here")
-                subject.error("F02", f"{name!r} holds a {held}, not a {kind}", at, "", first)
+                checked.error("F02", f"{name!r} holds a {held}, not a {kind}", at, "", first)
 
 
-def _type(subject: Subject, name: str, at: Mark) -> Type:
-    types = subject.world.types
+def _type(checked: CheckedChart, name: str, at: Mark) -> Type:
+    types = checked.scope.types
     if name not in types:
         plain = [known for known in types if " " not in known]  # not `list of x`, not `x | none`
-        hint = f"{subject.near(name, plain)}; {_OWN_TYPES}".removeprefix("; ")
-        subject.error("N11", f"no type {name!r}", at, hint)
+        hint = f"{checked.near(name, plain)}; {_OWN_TYPES}".removeprefix("; ")
+        checked.error("N11", f"no type {name!r}", at, hint)
     return types.get(name, ANY)
 
 
 _OWN_TYPES = "a project adds types of its own by `TYPES`, beside its states"
 
 
-def _check_value(subject: Subject, name: str, value: Any, kind: Type, at: Mark) -> None:
+def _check_value(checked: CheckedChart, name: str, value: Any, kind: Type, at: Mark) -> None:
     try:
         convert(value, kind)
     except Mismatch as mismatch:
-        subject.error("N09", f"{name}: {mismatch}", at)
+        checked.error("N09", f"{name}: {mismatch}", at)
 
 
 def _can_be_written(kind: Type) -> bool:
@@ -94,7 +94,7 @@ def _declares(raw: Map, section: str, name: str) -> bool:
 
 
 def _mark(raw: Map, section: str, name: str, entry: str) -> Mark:
-    """Where `entry` of a declaration stands, or the declaration where it is a single word."""
+    """The place of an `entry` of a declaration, or of the declaration if that is one word."""
     item = raw[section][name]
     if isinstance(item, Map) and entry in item:
         return mark_of(item, entry)

@@ -1,46 +1,46 @@
-"""What goes on for ever: busy loops (S03) and dead ends (S04)."""
+"""Charts that run on for ever: busy loops (S03) and dead ends (S04)."""
 
 from __future__ import annotations
 
-from engine.check.checked_chart import NodeInPlace, Subject
+from engine.check.checked_chart import CheckedChart, PlacedNode
 from engine.check.rules import TooLarge, uncovered
-from engine.check.uses import circle, components
+from engine.check.uses import components, cycle_in
 
 MOST_BESIDE = 100
 
 
-def check_endless(subject: Subject) -> None:
-    """Look at all boxes, the inner ones first.
+def check_endless(checked: CheckedChart) -> None:
+    """Check all containers, the inner ones first.
 
-    Whether something outside ends a dead end is known only when all charts have been looked at,
-    so they are noted in the subject.
+    Dead ends are only noted here: whether something outside ends them is known once all charts
+    have been checked.
     """
-    for site in reversed(subject.sites):
-        site.instant = _instant(site)
-        if site.form == "states":
-            _check_busy(subject, site)
-            _note_dead_end(subject, site)
+    for placed in reversed(checked.nodes):
+        placed.instant = _instant(placed)
+        if placed.form == "states":
+            _check_busy(checked, placed)
+            _note_dead_end(checked, placed)
 
 
-def _instant(site: NodeInPlace) -> frozenset[str]:
-    """The outcomes a site can end with in the tick in which it was entered."""
-    if site.callee is not None:
-        return frozenset() if site.node.retry else site.callee.facts.instant
-    if site.node.keeps:
+def _instant(placed: PlacedNode) -> frozenset[str]:
+    """The outcomes that a node can end with in the tick of its entry."""
+    if placed.callee is not None:
+        return frozenset() if placed.node.retry else placed.callee.facts.instant
+    if placed.node.keeps:
         return frozenset()
     found = set()
-    for child in _entered_at_once(site):
+    for child in _entered_at_once(placed):
         for outcome, target in child.routes:
             if outcome in child.instant and target[0] == ".":
                 found.add(target[1:])
     return frozenset(found)
 
 
-def _entered_at_once(site: NodeInPlace) -> list[NodeInPlace]:
-    if site.form != "states":
-        return site.children
-    edges = _instant_edges(site)
-    found = dict.fromkeys(site.children[:1])
+def _entered_at_once(placed: PlacedNode) -> list[PlacedNode]:
+    if placed.form != "states":
+        return placed.children
+    edges = _instant_edges(placed)
+    found = dict.fromkeys(placed.children[:1])
     queue = list(found)
     for child in queue:
         for sibling in edges.get(child, ()):
@@ -50,12 +50,12 @@ def _entered_at_once(site: NodeInPlace) -> list[NodeInPlace]:
     return queue
 
 
-def _instant_edges(site: NodeInPlace) -> dict[NodeInPlace, list[NodeInPlace]]:
-    quick = [child for child in site.reached if child.instant]
+def _instant_edges(placed: PlacedNode) -> dict[PlacedNode, list[PlacedNode]]:
+    quick = [child for child in placed.reached if child.instant]
     if not quick:
         return {}
-    named = {child.node.name: child for child in site.children}
-    edges: dict[NodeInPlace, list[NodeInPlace]] = {child: [] for child in site.children}
+    named = {child.node.name: child for child in placed.children}
+    edges: dict[PlacedNode, list[PlacedNode]] = {child: [] for child in placed.children}
     for child in quick:
         for outcome, target in child.routes:
             if outcome in child.instant and target in named:
@@ -63,27 +63,27 @@ def _instant_edges(site: NodeInPlace) -> dict[NodeInPlace, list[NodeInPlace]]:
     return edges
 
 
-def _check_busy(subject: Subject, site: NodeInPlace) -> None:
-    """S03: nothing in a circle of instant states ever waits."""
-    edges = _instant_edges(site)
-    order = {child: index for index, child in enumerate(site.children)}
+def _check_busy(checked: CheckedChart, placed: PlacedNode) -> None:
+    """S03: nothing in a cycle of instant states ever waits."""
+    edges = _instant_edges(placed)
+    order = {child: index for index, child in enumerate(placed.children)}
     for component in components(edges):
         component.sort(key=order.__getitem__)
-        way = circle(edges, component)
-        if way is not None:
-            names = [child.node.name for child in way]
+        cycle = cycle_in(edges, component)
+        if cycle is not None:
+            names = [child.node.name for child in cycle]
             shown = " -> ".join(names if len(names) < 10 else [*names[:8], "…", names[-1]])
             message = f"busy loop: {shown} never waits"
             hint = "put a state between them that waits, or a monitor that watches"
-            subject.warning("S03", message, way[0].node.at, hint)
+            checked.warning("S03", message, cycle[0].node.at, hint)
 
 
-def _note_dead_end(subject: Subject, site: NodeInPlace) -> None:
-    """S04: no outcome leads out of some children of a sequence."""
-    named = {child.node.name: child for child in site.children}
-    sources: dict[NodeInPlace, list[NodeInPlace]] = {child: [] for child in site.children}
-    leaving: dict[NodeInPlace, None] = {}
-    for child in site.reached:
+def _note_dead_end(checked: CheckedChart, placed: PlacedNode) -> None:
+    """S04: some children of a sequence have no path out of it."""
+    named = {child.node.name: child for child in placed.children}
+    sources: dict[PlacedNode, list[PlacedNode]] = {child: [] for child in placed.children}
+    leaving: dict[PlacedNode, None] = {}
+    for child in placed.reached:
         for outcome, target in child.routes:
             if outcome == "error":
                 continue
@@ -97,74 +97,77 @@ def _note_dead_end(subject: Subject, site: NodeInPlace) -> None:
             if source not in leaving:
                 leaving[source] = None
                 queue.append(source)
-    dead = [child for child in site.children if child in site.reached and child not in leaving]
+    dead = [child for child in placed.children if child in placed.reached and child not in leaving]
     if dead and not any(child.form == "states" and not child.produced for child in dead):
-        subject.dead_ends.append(dead[0])
+        checked.dead_ends.append(dead[0])
 
 
-def report_dead_ends(subjects: list[Subject]) -> None:
-    """S04, for charts in an order in which those that are used come first."""
-    ended: dict[str, list[bool]] = {}  # chart -> for each use, whether something there ends it
-    for subject in reversed(subjects):
-        around = ended.get(subject.chart.name, [])
+def report_dead_ends(charts: list[CheckedChart]) -> None:
+    """S04, for all charts, used ones before those that use them."""
+    ended: dict[str, list[bool]] = {}  # by chart, for each use: does something there end it?
+    for checked in reversed(charts):
+        around = ended.get(checked.chart.name, [])
         outside = bool(around) and all(around)
         enders = _Enders()
-        for site in subject.sites:
-            if site.form == "use":
-                ends = outside or enders.end(site)
-                ended.setdefault(site.node.target, []).append(ends)
-        if outside or not subject.chart.outcomes:
+        for placed in checked.nodes:
+            if placed.form == "use":
+                ends = outside or enders.end(placed)
+                ended.setdefault(placed.node.target, []).append(ends)
+        if outside or not checked.chart.outcomes:
             continue
-        for site in subject.dead_ends:
-            if site.parent is not None and not enders.end(site.parent):
-                message = f"from {site.node.name!r} on this can never end"
+        for placed in checked.dead_ends:
+            if placed.parent is not None and not enders.end(placed.parent):
+                message = f"from {placed.node.name!r} on, nothing ends this sequence"
                 hint = "lead an outcome out, or set a guard beside it, or a timeout around it"
-                subject.warning("S04", message, site.node.at, hint)
+                checked.warning("S04", message, placed.node.at, hint)
 
 
 class _Enders:
-    """Finds out what is ended by something beside it."""
+    """Finds nodes that something beside or around them can end."""
 
     def __init__(self) -> None:
-        self.found: dict[NodeInPlace, list[NodeInPlace]] = {}
+        self.found: dict[PlacedNode, list[PlacedNode]] = {}
 
-    def end(self, site: NodeInPlace) -> bool:
-        """Whether its timeout or one around it ends `site`, or a sibling of it or of those."""
-        while site.parent is not None:
-            parent = site.parent
-            if site.node.timeout is not None:
+    def end(self, placed: PlacedNode) -> bool:
+        """True if `placed`, or a node around it, has a timeout or a sibling that can end it."""
+        while placed.parent is not None:
+            parent = placed.parent
+            if placed.node.timeout is not None:
                 return True
-            if parent.form != "states" and any(e is not site for e in self._enders(parent)):
+            if parent.form != "states" and any(e is not placed for e in self._enders(parent)):
                 return True
-            if parent.node.keeps and _ends_without(parent, site):
+            if parent.node.keeps and _ends_without(parent, placed):
                 return True
-            site = parent
+            placed = parent
         return False
 
-    def _enders(self, box: NodeInPlace) -> list[NodeInPlace]:
-        """Up to two children of `box` that can end it."""
-        if box not in self.found:
-            able = (child for child in box.children if _can_end(child, box))
-            self.found[box] = [child for child, _ in zip(able, range(2), strict=False)]
-        return self.found[box]
+    def _enders(self, container: PlacedNode) -> list[PlacedNode]:
+        """Children of a container that can end it, two at most."""
+        if container not in self.found:
+            able = (child for child in container.children if _can_end(child, container))
+            self.found[container] = [child for child, _ in zip(able, range(2), strict=False)]
+        return self.found[container]
 
 
-def _can_end(child: NodeInPlace, box: NodeInPlace) -> bool:
-    """Whether some outcome of `child` is sure to end `box`, if it comes."""
+def _can_end(child: PlacedNode, container: PlacedNode) -> bool:
+    """True if some outcome of `child` is sure to end the container when it occurs."""
     ending = [outcome in child.node.next for outcome in child.produced]
-    return bool(ending) and (not box.node.keeps or all(ending))
+    return bool(ending) and (not container.node.keeps or all(ending))
 
 
-def _ends_without(box: NodeInPlace, site: NodeInPlace) -> bool:
-    """Whether `box` ends whatever is kept of its children, if nothing is of `site`.
+def _ends_without(container: PlacedNode, placed: PlacedNode) -> bool:
+    """True if the container ends with every combination of outcomes of the other children.
 
-    Taken for granted in boxes with very many children, where it takes long to find out.
+    Assumed for containers with more than `MOST_BESIDE` children, where it would take too long.
     """
-    if len(box.children) > MOST_BESIDE:
+    if len(container.children) > MOST_BESIDE:
         return True
-    domains = {child.node.name: child.kept() for child in box.children if child is not site}
+    others = (child for child in container.children if child is not placed)
+    domains = {child.node.name: child.kept() for child in others}
     domains = {name: kept for name, kept in domains.items() if kept}
-    rules = [rule.conditions for rule in box.rules if rule.conditions.keys() <= domains.keys()]
+    rules = [
+        rule.conditions for rule in container.rules if rule.conditions.keys() <= domains.keys()
+    ]
     try:
         return bool(domains) and all(rules) and uncovered(domains, rules) is None
     except TooLarge:

@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Sequence
 
 from engine.chart import mark_of
-from engine.check.checked_chart import NodeInPlace, Subject
+from engine.check.checked_chart import CheckedChart, PlacedNode
+
+MOST_NOTES = 7  # further nodes that one finding names
 
 
-def check_parts(subject: Subject) -> None:
-    """Look at all nodes, the inner ones first; notes which parts each commands."""
-    for site in reversed(subject.sites):
-        if site.box:
-            site.commands = frozenset().union(*[child.commands for child in site.children])
-            if site.form != "states" and site.commands:
-                _check_shared(subject, site)
-        elif site.callee is not None:
-            site.commands = site.callee.facts.commands
-    _check_known(subject)
+def check_parts(checked: CheckedChart) -> None:
+    """Check all nodes, the inner ones first, and note which parts each commands."""
+    for placed in reversed(checked.nodes):
+        if placed.is_container:
+            placed.commands = frozenset().union(*[child.commands for child in placed.children])
+            if placed.form != "states" and placed.commands:
+                _check_shared(checked, placed)
+        elif placed.callee is not None:
+            placed.commands = placed.callee.facts.commands
+    _check_known(checked)
 
 
-def _check_shared(subject: Subject, site: NodeInPlace) -> None:
-    """S08: what runs at the same time commands different parts."""
-    owners: dict[str, NodeInPlace] = {}
-    for child in site.children:
+def _check_shared(checked: CheckedChart, placed: PlacedNode) -> None:
+    """S08: concurrent nodes command different parts."""
+    owners: dict[str, PlacedNode] = {}
+    for child in placed.children:
         for part in sorted(child.commands):
             owner = owners.setdefault(part, child)
             if owner is not child:
@@ -31,61 +33,65 @@ def _check_shared(subject: Subject, site: NodeInPlace) -> None:
                 message = f"{names} both command {part!r} at the same time"
                 first = (owner.node.at, "one of them")
                 hint = "put them one after the other"
-                subject.error("S08", message, child.node.at, hint, first)
+                checked.error("S08", message, child.node.at, hint, first)
 
 
-def _check_known(subject: Subject) -> None:
-    """N12: signals and parts exist; said once for each class."""
-    world = subject.world
-    if world.signals is None and world.parts is None:
+def _check_known(checked: CheckedChart) -> None:
+    """N12: signals and parts exist; one finding for a class, with all nodes that name it."""
+    scope = checked.scope
+    if scope.signals is None and scope.parts is None:
         return
-    for site in subject.sites:
-        interface = world.interfaces.get(site.node.target)
-        if site.form not in ("do", "watch") or interface is None:
-            continue
-        if interface.name not in world.looked_at:
-            world.looked_at.add(interface.name)
-            _check_names(subject, site, "signal", interface.reads, world.signals)
-            _check_names(subject, site, "part", interface.commands, world.parts)
+    users: dict[str, list[PlacedNode]] = {}
+    for placed in checked.nodes:
+        if placed.form in ("do", "watch") and placed.node.target in scope.interfaces:
+            users.setdefault(placed.node.target, []).append(placed)
+    for name, nodes in users.items():
+        interface = scope.interfaces[name]
+        _check_names(checked, nodes, "signal", interface.reads, scope.signals)
+        _check_names(checked, nodes, "part", interface.commands, scope.parts)
 
 
 def _check_names(
-    subject: Subject,
-    site: NodeInPlace,
+    checked: CheckedChart,
+    nodes: Sequence[PlacedNode],
     what: str,
     names: Iterable[str],
-    known: Iterable[str] | None,
+    known: Collection[str] | None,
 ) -> None:
+    if known is None:
+        return
     verb = {"signal": "reads", "part": "commands"}[what]
-    for name in names if known is not None else ():
-        if name not in (known or ()):
-            message = f"{site.node.target} {verb} {name!r}, and there is no such {what}"
-            at = mark_of(site.node.raw, site.form)
-            subject.error("N12", message, at, subject.near(name, known or ()))
+    first, *others = (mark_of(placed.node.raw, placed.form) for placed in nodes)
+    for name in names:
+        if name not in known:
+            message = f"{nodes[0].node.target} {verb} {name!r}, and there is no such {what}"
+            also = ((mark, "and here") for mark in others[:MOST_NOTES])
+            checked.error("N12", message, first, checked.near(name, known), *also)
 
 
-def unmapped(site: NodeInPlace) -> NodeInPlace | None:
-    """The first leaf or `use` in `site` that commands a part and whose error comes out of it.
+def unmapped(placed: PlacedNode) -> list[PlacedNode]:
+    """The leaves and `use` nodes inside that command a part and whose errors come out of it.
 
-    A node to which errors lead is left out: it is there to tell somebody.
+    Nodes to which errors lead are left out: they are the ones that handle them.
     """
-    if "error" in site.node.next:
-        return None
-    if site.callee is not None:
-        facts = site.callee.facts
-        return site if facts.commands and facts.unmapped else None
-    told = {child.node.next.get("error") for child in site.children}
-    open_ones = (child for child in site.children if child.node.name not in told)
-    return next((found for child in open_ones if (found := unmapped(child))), None)
+    if "error" in placed.node.next:
+        return []
+    if placed.callee is not None:
+        facts = placed.callee.facts
+        return [placed] if facts.commands and facts.unmapped else []
+    handlers = {child.node.next.get("error") for child in placed.children}
+    open_ones = (child for child in placed.children if child.node.name not in handlers)
+    return [found for child in open_ones for found in unmapped(child)]
 
 
-def report_unmapped(subjects: Iterable[Subject]) -> None:
+def report_unmapped(charts: Sequence[CheckedChart]) -> None:
     """S10, for charts that no other one uses; the others can have it mapped where they are used."""
-    subjects = list(subjects)
-    used = {s.node.target for subject in subjects for s in subject.sites if s.form == "use"}
-    for subject in subjects:
-        found = unmapped(subject.root) if subject.chart.name not in used else None
-        if found is not None:
+    used = {s.node.target for checked in charts for s in checked.nodes if s.form == "use"}
+    for checked in charts:
+        found = unmapped(checked.root) if checked.chart.name not in used else []
+        if found:
+            names = " or ".join(repr(placed.node.name) for placed in found[: MOST_NOTES + 1])
+            also = ((placed.node.at, "and here") for placed in found[1 : MOST_NOTES + 1])
             hint = "`next: {error: …}` here, or on what encloses it"
-            message = f"an error of {found.node.name!r} leads out of the chart, and nobody is told"
-            subject.warning("S10", message, found.node.at, hint)
+            message = f"an error of {names} ends the chart; nothing handles it"
+            checked.warning("S10", message, found[0].node.at, hint, *also)

@@ -1,47 +1,49 @@
-"""What can happen at all: reachable nodes and outcomes (S01, S02)."""
+"""Reachable nodes and outcomes (S01, S02)."""
 
 from __future__ import annotations
 
-from engine.check.checked_chart import NodeInPlace, Subject
+from engine.check.checked_chart import CheckedChart, PlacedNode
+
+_UNREACHED = "map an outcome to it, or delete it"
 
 
-def check_reach(subject: Subject) -> None:
-    """Look at all nodes, the inner ones first; notes what can be reached and produced."""
-    for site in reversed(subject.sites):
-        if site.box:
-            site.reached = _reached(site)
-            for child in site.children:
-                if child not in site.reached:
-                    message = f"{child.node.name!r} is never reached"
-                    subject.warning("S01", message, child.node.at, "lead an outcome to it")
-            site.produced = _produced(site)
+def check_reach(checked: CheckedChart) -> None:
+    """Check all nodes, the inner ones first; notes what can be reached and produced."""
+    for placed in reversed(checked.nodes):
+        if placed.is_container:
+            placed.reached = _reached(placed)
+            for child in placed.children:
+                if child not in placed.reached:
+                    message, hint = f"{child.node.name!r} is never reached", _UNREACHED
+                    checked.warning("S01", message, child.node.at, hint)
+            placed.produced = _produced(placed)
         else:
-            site.produced = site.ends
-        site.routes = _routes(site)
-    listed = subject.chart.root.raw.get("outcomes")
+            placed.produced = placed.ends
+        placed.routes = _routes(placed)
+    listed = checked.chart.root.raw.get("outcomes")
     for outcome, at in zip(listed, listed.values_at, strict=True) if listed else ():
-        if outcome not in subject.root.produced:
-            hint = f"lead to it with `.{outcome}`, or leave it out"
-            subject.warning("S02", f"nothing ends the chart with {outcome!r}", at, hint)
+        if outcome not in checked.root.produced:
+            hint = f"map an outcome to `.{outcome}`, or leave it out"
+            checked.warning("S02", f"nothing ends the chart with {outcome!r}", at, hint)
 
 
-def _routes(site: NodeInPlace) -> list[tuple[str, str]]:
-    """Where outcomes lead: to a sibling or `.x`, also where they are handed on or kept.
+def _routes(placed: PlacedNode) -> list[tuple[str, str]]:
+    """Outcomes with their targets, a sibling or `.x`, also for those handed on or kept.
 
-    An `error` that is not mapped is left out; it can come out of everything.
+    An unmapped `error` is left out; every node can end with it.
     """
-    mapped = site.node.next
-    routes = [(outcome, mapped.get(outcome) or f".{outcome}") for outcome in site.produced]
+    mapped = placed.node.next
+    routes = [(outcome, mapped.get(outcome) or f".{outcome}") for outcome in placed.produced]
     if "error" in mapped:
         routes.append(("error", mapped["error"]))
     return routes
 
 
-def _reached(site: NodeInPlace) -> dict[NodeInPlace, None]:
-    if site.form != "states":
-        return dict.fromkeys(site.children)
-    named = {child.node.name: child for child in site.children}
-    found = dict.fromkeys(site.children[:1])
+def _reached(placed: PlacedNode) -> dict[PlacedNode, None]:
+    if placed.form != "states":
+        return dict.fromkeys(placed.children)
+    named = {child.node.name: child for child in placed.children}
+    found = dict.fromkeys(placed.children[:1])
     queue = list(found)
     for child in queue:
         for _, target in child.routes:
@@ -52,16 +54,16 @@ def _reached(site: NodeInPlace) -> dict[NodeInPlace, None]:
     return found
 
 
-def _produced(site: NodeInPlace) -> dict[str, None]:
-    node = site.node
+def _produced(placed: PlacedNode) -> dict[str, None]:
+    node = placed.node
     found: dict[str, None] = {}
-    for child in site.reached:
+    for child in placed.reached:
         for outcome, target in child.routes:
             if target[0] == "." and (not node.keeps or outcome in child.node.next):
                 found[target[1:]] = None
     if node.keeps:
-        kept = {child.node.name: _kept(child) for child in site.children}
-        for rule in site.rules:
+        kept = {child.node.name: _kept(child) for child in placed.children}
+        for rule in placed.rules:
             conditions = rule.conditions.items()
             if conditions:
                 possible = all(outcome in kept[name] for name, outcome in conditions)
@@ -74,5 +76,5 @@ def _produced(site: NodeInPlace) -> dict[str, None]:
     return found
 
 
-def _kept(child: NodeInPlace) -> list[str]:
+def _kept(child: PlacedNode) -> list[str]:
     return [outcome for outcome in child.produced if outcome not in child.node.next]

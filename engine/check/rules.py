@@ -1,11 +1,11 @@
-"""The items of `when` against all that can happen (S06, S07, S12)."""
+"""The items of `when` against all combinations of outcomes (S06, S07, S12)."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
 from engine.chart import Rule
-from engine.check.checked_chart import NodeInPlace, Subject
+from engine.check.checked_chart import CheckedChart, PlacedNode
 
 MOST_STEPS = 20_000  # conditions looked at, beyond some times their number, before giving up
 MOST_COMPARED = 300  # items compared with each other
@@ -14,26 +14,28 @@ MOST_SHOWN = 8  # children of a combination named in a message
 Conditions = Mapping[str, str]  # child -> outcome
 
 
-def check_rules(subject: Subject) -> None:
-    """Look at all boxes that keep outcomes."""
-    for site in subject.sites:
-        if site.node.keeps and site.children:
-            kept = {child.node.name: child.kept() for child in site.children}
-            ends = {child.node.name: child.ends for child in site.children}
+def check_rules(checked: CheckedChart) -> None:
+    """Check all containers that keep outcomes."""
+    for placed in checked.nodes:
+        if placed.node.keeps and placed.children:
+            kept = {child.node.name: child.kept() for child in placed.children}
+            ends = {child.node.name: child.ends for child in placed.children}
             known = all(
                 name in ends and outcome in ends[name]
-                for rule in site.node.when
+                for rule in placed.node.when
                 for name, outcome in rule.conditions.items()
             )
             if known:
-                site.rules = _matching(subject, site, kept)
-                _check_covered(subject, site, kept)
+                placed.rules = _matching(checked, placed, kept)
+                _check_covered(checked, placed, kept)
 
 
-def _matching(subject: Subject, site: NodeInPlace, kept: Mapping[str, Sequence[str]]) -> list[Rule]:
-    """The items that can be the first to match; S07 for the others."""
+def _matching(
+    checked: CheckedChart, placed: PlacedNode, kept: Mapping[str, Sequence[str]]
+) -> list[Rule]:
+    """The items that can match first; S07 for the others."""
     found: list[Rule] = []
-    for rule in site.node.rules:
+    for rule in placed.node.rules:
         conditions = rule.conditions.items()
         lost = [name for name, outcome in conditions if outcome not in kept[name]]
         earlier = (
@@ -41,38 +43,40 @@ def _matching(subject: Subject, site: NodeInPlace, kept: Mapping[str, Sequence[s
         )
         first = next(earlier, None)
         if lost:
-            message = f"this can never match: {lost[0]!r} ends the box with that outcome"
-            subject.warning("S07", message, rule.at, "leave it out")
+            message = f"this can never match: {lost[0]!r} ends the container with it"
+            checked.warning("S07", message, rule.at, "leave it out")
         elif first is not None:
             message, related = "this can never match", (first.at, "this matches first")
-            subject.warning("S07", message, rule.at, "leave it out, or put it above", related)
+            checked.warning("S07", message, rule.at, "leave it out, or put it above", related)
         else:
             found.append(rule)
     return found
 
 
-def _check_covered(subject: Subject, site: NodeInPlace, kept: Mapping[str, Sequence[str]]) -> None:
-    """S06: whatever the children end with, an item matches in the end."""
+def _check_covered(
+    checked: CheckedChart, placed: PlacedNode, kept: Mapping[str, Sequence[str]]
+) -> None:
+    """S06: an item matches whatever the children end with."""
     domains = {name: list(outcomes) for name, outcomes in kept.items() if outcomes}
-    rules = [rule.conditions for rule in site.rules]
+    rules = [rule.conditions for rule in placed.rules]
     if not domains or not all(rules):  # `all` alone waits for every child
         never = [name for name, outcomes in kept.items() if not outcomes]
         if domains and never:
             message = f"'all' never ends: the outcome of {never[0]!r} is never kept"
-            subject.error("S06", message, site.node.at, "say with `when` what ends it")
+            checked.error("S06", message, placed.node.at, "add a `when` that says what ends it")
         return
     try:
         missed = uncovered(domains, rules)
     except TooLarge:
         message = "too many items and children to check whether every combination is covered"
-        subject.error("S12", message, site.node.at, "split the box")
+        checked.error("S12", message, placed.node.at, "split the container")
         return
     if missed is not None:
         pairs = [f"{name}: {outcome}" for name, outcome in missed.items()]
         shown = ", ".join(pairs[:MOST_SHOWN]) + (", …" if len(pairs) > MOST_SHOWN else "")
         message = "no item of 'when' matches if all have ended with this"
-        at = site.node.raw.keys_at.get("when", site.node.at)
-        subject.error("S06", f"{message}: {shown}", at, f"`- {{outcome: …, if: {{{shown}}}}}`")
+        at = placed.node.raw.keys_at.get("when", placed.node.at)
+        checked.error("S06", f"{message}: {shown}", at, f"`- {{outcome: …, if: {{{shown}}}}}`")
 
 
 class TooLarge(Exception):
@@ -85,8 +89,8 @@ def uncovered(
     """A combination with one outcome of each child that no rule matches; `None` if there is none.
 
     Raises:
-        TooLarge: where that cannot be found out in reasonable time; in general it takes
-            exponential time, as whether a logical formula is always true.
+        TooLarge: it cannot be decided in reasonable time. The problem is as hard as telling whether
+            a formula in disjunctive normal form is a tautology (co-NP-complete).
     """
     search = _Search(MOST_STEPS + 20 * sum(map(len, rules)))
     found = search.split({name: list(outcomes) for name, outcomes in domains.items()}, rules)
@@ -96,7 +100,7 @@ def uncovered(
 
 
 class _Search:
-    """Splits by the outcomes of one child at a time, with only the rules left that can match."""
+    """Case analysis over one child at a time, keeping only the rules that can still match."""
 
     def __init__(self, steps: int) -> None:
         self.steps_left = steps
@@ -124,9 +128,9 @@ class _Search:
     def _simplify(
         self, domains: dict[str, list[str]], rules: Sequence[Conditions]
     ) -> list[Conditions] | None:
-        """The rules without what is certain; `None` if one always matches.
+        """The rules without conditions that are certain; `None` if one always matches.
 
-        A rule with one condition takes that outcome out of its child's domain.
+        A rule with a single condition removes that outcome from its child's domain.
         """
         while True:
             left: list[Conditions] = []

@@ -7,21 +7,34 @@ something parallel.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from engine.chart import Chart
-from engine.draw.picture import BoxShape, Edge, LeafShape, Picture, Pin, picture
+from engine.draw.picture import picture
+from engine.draw.shapes import (
+    BoxShape,
+    Edge,
+    Ending,
+    LeafShape,
+    OutcomeLabel,
+    Picture,
+    Pin,
+    TableShape,
+)
+from engine.draw.style import CAUSES, Cause
 
 _CLASSES = """\
   classDef do fill:#eaf5ea,stroke:#2e7d32,color:#1f2933
   classDef watch fill:#fff6e0,stroke:#c77700,color:#1f2933,stroke-dasharray:5 3
   classDef use fill:#e8f1fb,stroke:#1f5fa8,color:#1f2933
-  classDef pin fill:#ffffff,stroke:#52606d,color:#52606d
-  classDef outcome fill:#ffffff,stroke:#1f2933,color:#1f2933,stroke-width:3px
-  classDef alarm stroke:#c62828,color:#c62828
+  classDef table fill:#ffffff,stroke:#9aa5b1,color:#1f2933,stroke-dasharray:5 3,text-align:left
+  classDef pin fill:#ffffff,stroke:#6b7785,color:#52606d
+  classDef outcome fill:#ffffff,stroke:#6b7785,color:#6b7785,stroke-width:3px
+  classDef error stroke:#c62828,color:#c62828
   classDef start fill:#1f2933,stroke:#1f2933
   classDef sequence fill:#f6f8fa,stroke:#9aa5b1
   classDef parallel fill:#f6f8fa,stroke:#9aa5b1,stroke-dasharray:5 3"""
+_DOTTED = ",stroke-dasharray:2 3"
 
 
 def mermaid(chart: Chart, library: Mapping[str, Chart], depth: int | None = 0) -> str:
@@ -41,10 +54,17 @@ class _Writer:
             yield f"  {line}"
         arrows = list(itertools.chain(self.beginnings(), map(self.edge, self.shown.edges)))
         yield from arrows
-        first = len(arrows) - len(self.shown.edges)
-        red = [str(n) for n, edge in enumerate(self.shown.edges, first) if edge.alarm]
-        if red:
-            yield f"  linkStyle {','.join(red)} stroke:#c62828"
+        yield from self.colours(len(arrows) - len(self.shown.edges))
+
+    def colours(self, first: int) -> Iterator[str]:
+        """The looks of the edges, of which the first has this number."""
+        numbers: dict[Cause, list[str]] = {}
+        for number, edge in enumerate(self.shown.edges, first):
+            numbers.setdefault(edge.cause, []).append(str(number))
+        for cause, found in numbers.items():
+            if cause:
+                dots = _DOTTED if cause == "timeout" else ""
+                yield f"  linkStyle {','.join(found)} stroke:{CAUSES[cause]}{dots}"
 
     def name(self, shape: str) -> str:
         return self.names.setdefault(shape, f"n{len(self.names)}")
@@ -55,8 +75,8 @@ class _Writer:
         yield f'subgraph {name}["{title}"]'
         if box.start:
             yield f'  {self.name(box.start)}((" ")):::start'
-        for member in box.members:
-            inside = self.box(member) if isinstance(member, BoxShape) else iter([self.leaf(member)])
+        for member in (*box.rows, *box.members):
+            inside = self.box(member) if isinstance(member, BoxShape) else [self.leaf(member)]
             for line in inside:
                 yield f"  {line}"
         for pin in box.pins:
@@ -65,16 +85,16 @@ class _Writer:
         yield "end"
         yield f"class {name} {'sequence' if box.mode == 'states' else 'parallel'}"
 
-    def leaf(self, leaf: LeafShape) -> str:
-        lines = (f"<b>{_text(leaf.name)}</b>", *(f"<small>{_text(n)}</small>" for n in leaf.notes))
-        return f'{self.name(leaf.id)}("{"<br/>".join(lines)}"):::{leaf.kind}'
+    def leaf(self, shape: LeafShape | TableShape) -> str:
+        kind = shape.kind if isinstance(shape, LeafShape) else "table"
+        return f'{self.name(shape.path)}("{"<br/>".join(_lines(shape))}"):::{kind}'
 
     def pin(self, pin: Pin) -> Iterator[str]:
-        lines = (_text(pin.outcome), *(f"<small>{_text(n)}</small>" for n in pin.notes))
+        lines = (_outcomes(pin.labels), *(_small(note) for note in pin.notes))
         name, shown = self.name(pin.id), "<br/>".join(lines)
         yield f'{name}["{shown}"]:::pin' if pin.path else f'{name}(["{shown}"]):::outcome'
-        if pin.alarm:
-            yield f"class {name} alarm"
+        if pin.cause == "error":
+            yield f"class {name} error"
 
     def beginnings(self) -> Iterator[str]:
         for box in self.shown.root.boxes():
@@ -83,12 +103,50 @@ class _Writer:
 
     def edge(self, edge: Edge) -> str:
         line = "-->" if edge.arrow else "---"
-        label = " #124; ".join(_text(label.text) for label in edge.labels)
-        shown = f'|"{label}"|' if label else ""
+        shown = f'|"{_outcomes(edge.labels)}"|' if edge.labels else ""
         return f"  {self.name(edge.tail)} {line}{shown} {self.end(edge.head)}"
 
     def end(self, shape: str) -> str:
         return self.names.get(f"{shape}/") or self.name(shape)
+
+
+def _lines(shape: LeafShape | TableShape) -> Iterator[str]:
+    """A leaf's name and notes, or those of each row of a table; then how it ends its container."""
+    if isinstance(shape, LeafShape):
+        yield f"<b>{_text(shape.name)}</b>"
+        yield from map(_small, shape.notes)
+    else:
+        yield f"<b>{_text(shape.name)}</b> {shape.mode}"
+        yield from map(_small, shape.notes)
+        for row in shape.rows:
+            yield from _row_lines(row)
+        yield from map(_small, shape.rules)
+    yield from map(_ending, shape.endings)
+
+
+def _row_lines(row: LeafShape | TableShape) -> Iterator[str]:
+    if isinstance(row, TableShape):
+        yield from _lines(row)
+        return
+    target, *notes = row.notes
+    yield f"<b>{_text(row.name)}</b> {_small(target)}"
+    if notes:
+        yield _small(", ".join(notes))
+    yield from map(_ending, row.endings)
+
+
+def _ending(ending: Ending) -> str:
+    if all(label.text == ending.outcome for label in ending.labels):
+        return f"→ {_text(ending.outcome)}"
+    return f"{_outcomes(ending.labels)} → {_text(ending.outcome)}"
+
+
+def _outcomes(labels: Iterable[OutcomeLabel]) -> str:
+    return " #124; ".join(_text(label.text) for label in labels)
+
+
+def _small(note: str) -> str:
+    return f"<small>{_text(note)}</small>"
 
 
 def _text(text: str) -> str:

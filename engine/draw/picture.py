@@ -1,135 +1,34 @@
-"""What a picture of a chart shows, before anything is laid out.
-
-A container becomes a box with its children inside and a pin for each outcome on its lower border;
-an edge leads from a child to a pin, and from the pin on to wherever the container's `next` says.
-`use` is a plain node, or a box when it is expanded.
-"""
+"""Turns a chart into shapes and edges."""
 
 from __future__ import annotations
 
-import json
-import textwrap
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
 
-from engine.chart import Chart, Node, Reference, Rule
+from engine.chart import CONTAINERS, Chart, Node
+from engine.draw.shapes import (
+    BoxShape,
+    Edge,
+    Ending,
+    LeafShape,
+    OutcomeLabel,
+    Picture,
+    Pin,
+    Shape,
+    TableShape,
+    common,
+)
+from engine.draw.style import Cause
+from engine.draw.wording import (
+    Values,
+    cause_of,
+    condition_text,
+    notes_of,
+    outcome_label,
+    values_of,
+)
 
-ALARMS = ("error", "timeout")
-
-
-@dataclass(frozen=True, slots=True)
-class LeafShape:
-    """A node drawn as one shape: `kind` is `do`, `watch` or `use`."""
-
-    path: str
-    name: str
-    kind: str
-    notes: tuple[str, ...]
-    about: str
-
-    @property
-    def id(self) -> str:
-        """Where edges from and to this shape end."""
-        return self.path
-
-    @property
-    def entry(self) -> str:
-        """The shape at which the node begins."""
-        return self.path
-
-
-@dataclass(frozen=True, slots=True)
-class Pin:
-    """An outcome on the border of a box: `notes` say when it comes about, if no edge does."""
-
-    path: str
-    outcome: str
-    alarm: bool
-    notes: tuple[str, ...] = ()
-
-    @property
-    def id(self) -> str:
-        """Where edges from and to this pin end."""
-        return f"{self.path}:{self.outcome}"
-
-
-@dataclass(frozen=True, slots=True)
-class BoxShape:
-    """A container. The root's pins are the outcomes of the chart."""
-
-    path: str
-    name: str
-    mode: str
-    notes: tuple[str, ...]
-    about: str
-    members: tuple[LeafShape | BoxShape, ...]
-    pins: tuple[Pin, ...]
-
-    @property
-    def start(self) -> str:
-        """The mark from which a sequence begins; nothing where all members begin at once."""
-        return f"{self.path}:" if self.mode == "states" and self.members else ""
-
-    @property
-    def entry(self) -> str:
-        """A shape inside at which the box begins."""
-        leaves = [member for member in self.members if isinstance(member, LeafShape)]
-        return self.start or next((m.entry for m in (*leaves, *self.members)), "")
-
-    @property
-    def exit(self) -> str:
-        """A shape on the lower border, where there is one."""
-        return self.pins[len(self.pins) // 2].id if self.pins else self.entry
-
-    def boxes(self) -> Iterator[BoxShape]:
-        """This box and all inside it, outer first."""
-        yield self
-        for member in self.members:
-            if isinstance(member, BoxShape):
-                yield from member.boxes()
-
-
-class EdgeLabel(NamedTuple):
-    """A word at an edge."""
-
-    text: str
-    alarm: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Edge:
-    """From a shape to a shape: `tail` ends in a node's path or a pin's id, `head` likewise.
-
-    `outcomes` are those of the node at `path`; `labels` what to write about them. An edge that
-    ends at a pin of a box inside the picture is only half of the way and has no arrow. `back`
-    edges lead to a node no farther from the start, and need not point down.
-    """
-
-    path: str
-    outcomes: tuple[str, ...]
-    tail: str
-    head: str
-    labels: tuple[EdgeLabel, ...] = ()
-    alarm: bool = False
-    arrow: bool = True
-    back: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """A chart as shapes and edges."""
-
-    root: BoxShape
-    edges: tuple[Edge, ...]
-
-    def way(self, path: str, outcome: str) -> Iterator[Edge]:
-        """The edges that the node at `path` takes with `outcome`, on through pins to the end."""
-        tails = {edge.tail: edge for edge in self.edges}
-        edge = next((e for e in self.edges if e.path == path and outcome in e.outcomes), None)
-        while edge is not None:
-            yield edge
-            edge = tails.get(edge.head) if ":" in edge.head else None
+Outcomes = dict[str, Cause]
 
 
 def picture(chart: Chart, library: Mapping[str, Chart], depth: int | None = 0) -> Picture:
@@ -142,7 +41,29 @@ def picture(chart: Chart, library: Mapping[str, Chart], depth: int | None = 0) -
     """
     painter = _Painter(library)
     root = painter.root(chart, depth)
-    return Picture(root, tuple(_merged(painter.edges)))
+    return Picture(root, tuple(_merged(painter.edges)), painter.passed_on)
+
+
+@dataclass(frozen=True, slots=True)
+class _Scope:
+    """The values of a chart's parameters, levels of `use` left to expand, and charts around it."""
+
+    values: Values
+    depth: int | None
+    inside: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Member:
+    """A child, its shape, its outcomes with their causes, and where each leads.
+
+    A target is the name of a sibling, or `.outcome` of the parent, or "" if the parent keeps it.
+    """
+
+    node: Node
+    shape: Shape
+    labels: Mapping[str, OutcomeLabel]
+    targets: Mapping[str, str]
 
 
 class _Painter:
@@ -151,69 +72,149 @@ class _Painter:
     def __init__(self, library: Mapping[str, Chart]) -> None:
         self.library = library
         self.edges: list[Edge] = []
+        self.passed_on: dict[tuple[str, str], tuple[str, str]] = {}
 
     def root(self, chart: Chart, depth: int | None) -> BoxShape:
-        box = self.box(chart.root, "", depth, (chart.name,))
-        known = {pin.outcome: pin for pin in box.pins}
-        unused = (Pin("", outcome, False) for outcome in chart.outcomes if outcome not in known)
-        return replace(box, name=chart.name, about=chart.about, pins=(*box.pins, *unused))
+        scope = _Scope(values_of(chart, {}, {}), depth, (chart.name,))
+        members = self.members(chart.root, "", scope)
+        labels = _own_outcomes(chart.root, chart.root, members, scope.values)
+        for outcome in chart.outcomes:
+            labels.setdefault(outcome, OutcomeLabel(outcome, cause_of(outcome)))
+        box = self.box(chart.root, "", members, _pins(chart.root, "", labels, {}))
+        return replace(box, name=chart.name, about=chart.about)
 
-    def member(self, node: Node, path: str, depth: int | None, inside: tuple[str, ...]) -> Any:
-        if node.form in ("states", "any", "all"):
-            return self.box(node, path, depth, inside)
-        used = self.library.get(node.target) if node.form == "use" else None
-        if used is None or depth == 0 or used.name in inside:
-            return LeafShape(path, node.name, node.form, tuple(_notes(node)), node.about)
-        deeper = None if depth is None else depth - 1
-        box = self.box(used.root, path, deeper, (*inside, used.name))
-        return replace(
-            box, name=node.name, notes=tuple(_notes(node)), about=node.about or used.about
-        )
-
-    def box(self, node: Node, path: str, depth: int | None, inside: tuple[str, ...]) -> BoxShape:
-        first = len(self.edges)
-        members = []
-        levels = _levels(node)
-        for child in node.children:
+    def members(self, body: Node, path: str, scope: _Scope) -> list[_Member]:
+        """The children of the container `body` with their shapes."""
+        found = []
+        for child in body.children:
             below = f"{path}/{child.name}" if path else child.name
-            member = self.member(child, below, depth, inside)
-            members.append(self.leave(node, path, child, member, levels))
-        pins = _pins(node, path, self.edges[first:])
-        mode = f"{node.form}, when" if node.when else node.form
-        return BoxShape(path, node.name, mode, (), node.about, tuple(members), tuple(pins))
+            found.append(self.member(child, below, body, scope))
+        return found
 
-    def leave(
-        self,
-        parent: Node,
-        path: str,
-        node: Node,
-        member: LeafShape | BoxShape,
-        levels: Mapping[str, int],
-    ) -> LeafShape | BoxShape:
-        """Draw the ways out of `node`; a box gets the pins that only its `next` knows."""
-        guard = node.form == "watch" and parent.form != "states"
-        if isinstance(member, BoxShape):
-            known = {pin.outcome for pin in member.pins}
-            more = [o for o in node.next if o not in known]
-            added = (Pin(member.path, o, o in ALARMS, _limit(node, o)) for o in more)
-            member = replace(member, pins=(*member.pins, *added))
-            ways = [(pin.outcome, pin.id, pin.alarm or guard) for pin in member.pins]
+    def member(self, node: Node, path: str, parent: Node, scope: _Scope) -> _Member:
+        used = self.library.get(node.target) if node.form == "use" else None
+        notes = () if node.form in CONTAINERS else notes_of(node, scope.values)
+        if node.form in CONTAINERS:
+            body, inner = node, scope
+        elif used is None or scope.depth == 0 or used.name in scope.inside:
+            labels = {o: _leaf_label(node, o, parent, scope.values) for o in node.next}
+            leaf = LeafShape(path, node.name, node.form, notes, node.about)
+            return _Member(node, leaf, labels, node.next)
         else:
-            ways = [(outcome, member.id, outcome in ALARMS or guard) for outcome in node.next]
-        names = {child.name for child in parent.children}
-        for outcome, tail, alarm in ways:
-            target = node.next.get(outcome, "" if parent.keeps else f".{outcome}")
+            body = used.root
+            depth = None if scope.depth is None else scope.depth - 1
+            values = values_of(used, node.parameters, scope.values)
+            inner = _Scope(values, depth, (*scope.inside, used.name))
+        members = self.members(body, path, inner)
+        labels = _own_outcomes(node, body, members, scope.values)
+        targets = {o: node.next.get(o, "" if parent.keeps else f".{o}") for o in labels}
+        about = node.about or (used.about if used else "")
+        shape: Shape
+        if (body.form == "states" and members) or any(
+            isinstance(m.shape, BoxShape) for m in members
+        ):
+            shape = self.box(body, path, members, _pins(body, path, labels, targets))
+        else:
+            shape = self.table(body, path, members)
+        shape = replace(shape, name=node.name, notes=notes, about=about)
+        return _Member(node, shape, labels, targets)
+
+    def table(self, body: Node, path: str, members: list[_Member]) -> TableShape:
+        rules = [f"{rule.outcome} {condition_text(rule)}" for rule in body.rules if body.keeps]
+        rows = tuple(self.row(member, path) for member in members)
+        return TableShape(path, body.name, _mode(body), (), "", rows, tuple(rules))
+
+    def row(self, member: _Member, path: str) -> LeafShape | TableShape:
+        """The shape of a member with the outcomes of the container at `path` that it causes."""
+        assert not isinstance(member.shape, BoxShape), "boxes have edges"
+        bundles: dict[str, list[OutcomeLabel]] = {}
+        for outcome, target in member.targets.items():
             if target.startswith("."):
-                head, arrow = f"{path}:{target[1:]}", not path
+                bundles.setdefault(target[1:], []).append(member.labels[outcome])
+                self.passed_on[member.shape.path, outcome] = (path, target[1:])
+        endings = (Ending(tuple(labels), ends) for ends, labels in bundles.items())
+        return replace(member.shape, endings=tuple(endings))
+
+    def box(self, body: Node, path: str, members: list[_Member], pins: tuple[Pin, ...]) -> BoxShape:
+        rows: list[LeafShape | TableShape] = []
+        shapes: list[Shape] = []
+        for member in members:
+            if body.form == "states" or isinstance(member.shape, BoxShape):
+                shapes.append(member.shape)
+            else:
+                rows.append(self.row(member, path))
+        self.edges += _edges(body, path, [m for m in members if m.shape in shapes], pins)
+        mode, inside = _mode(body), tuple(shapes)
+        return BoxShape(path, body.name, mode, (), body.about, tuple(rows), inside, pins)
+
+
+def _mode(body: Node) -> str:
+    return f"{body.form}, when" if body.when else body.form
+
+
+def _leaf_label(node: Node, outcome: str, parent: Node, values: Values) -> OutcomeLabel:
+    guard = node.form == "watch" and parent.form != "states"
+    return outcome_label(node, outcome, values, "guard" if guard else "")
+
+
+def _own_outcomes(
+    node: Node, body: Node, members: list[_Member], values: Values
+) -> dict[str, OutcomeLabel]:
+    """The outcomes of a container: `node` has the `next` and `timeout`, `body` the children."""
+    causes: dict[str, list[Cause]] = {}
+    for member in members:
+        for outcome, target in member.targets.items():
+            if target.startswith("."):
+                causes.setdefault(target[1:], []).append(member.labels[outcome].cause)
+    for rule in body.rules if body.keeps else ():
+        causes.setdefault(rule.outcome, []).append("")
+    for outcome in node.next:
+        causes.setdefault(outcome, [])
+    return {o: outcome_label(node, o, values, common(found)) for o, found in causes.items()}
+
+
+def _pins(
+    body: Node, path: str, labels: Mapping[str, OutcomeLabel], targets: Mapping[str, str]
+) -> tuple[Pin, ...]:
+    """A pin for each place that outcomes lead to; outcomes of rules have one of their own."""
+    notes: dict[str, tuple[str, ...]] = {}
+    for rule in body.rules if body.keeps else ():
+        notes[rule.outcome] = (*notes.get(rule.outcome, ()), condition_text(rule))
+    groups: dict[str, list[str]] = {}
+    for outcome in labels:
+        shared = targets.get(outcome) if outcome not in notes else ""
+        groups.setdefault(shared or f":{outcome}", []).append(outcome)
+    return tuple(
+        Pin(path, tuple(group), tuple(labels[o] for o in group), notes.get(group[0], ()))
+        for group in groups.values()
+    )
+
+
+def _edges(body: Node, path: str, members: list[_Member], pins: tuple[Pin, ...]) -> Iterator[Edge]:
+    """Edges from the members of a box to each other and to its pins."""
+    names = {child.name for child in body.children}
+    pin_of = {outcome: pin.id for pin in pins for outcome in pin.outcomes}
+    levels = _levels(body)
+    shapes = {member.node.name: member.shape for member in members}
+    for member in members:
+        shape = member.shape
+        exits = (
+            {o: pin.id for pin in shape.pins for o in pin.outcomes}
+            if isinstance(shape, BoxShape)
+            else {}
+        )
+        for outcome, target in member.targets.items():
+            if target.startswith("."):
+                head, arrow = pin_of.get(target[1:], ""), not path
             elif target in names:
                 head, arrow = f"{path}/{target}" if path else target, True
             else:
                 continue
-            label = EdgeLabel(_worded(node, outcome), alarm)
-            back = levels.get(target, 1 << 30) <= levels[node.name]
-            edge = Edge(member.path, (outcome,), tail, head, (label,), alarm, arrow, back)
-            self.edges.append(edge)
-        return member
+            label, tail = member.labels[outcome], exits.get(outcome, shape.path)
+            yield Edge(
+                shape.path, (outcome,), tail, head, (label,), label.cause, path, arrow,
+                _step(levels, member, target, shapes),
+            )  # fmt: skip
 
 
 def _levels(parent: Node) -> dict[str, int]:
@@ -231,74 +232,30 @@ def _levels(parent: Node) -> dict[str, int]:
     return levels
 
 
-def _limit(node: Node, outcome: str) -> tuple[str, ...]:
-    given = outcome == "timeout" and node.timeout is not None
-    return (f"after {_value(node.timeout)}",) if given else ()
-
-
-def _pins(node: Node, path: str, edges: list[Edge]) -> Iterator[Pin]:
-    """The pins of the box made of `node`: those that edges reach, then those of its rules."""
-    alarms: dict[str, bool] = {}
-    prefix = f"{path}:"
-    for edge in edges:
-        if edge.head.startswith(prefix):
-            outcome = edge.head.removeprefix(prefix)
-            alarms[outcome] = alarms.get(outcome, True) and edge.alarm
-    notes: dict[str, tuple[str, ...]] = {}
-    for rule in node.rules if node.keeps else ():
-        notes[rule.outcome] = (*notes.get(rule.outcome, ()), _condition(rule))
-    for outcome in dict.fromkeys((*alarms, *notes)):
-        alarm = outcome in ALARMS or (alarms.get(outcome, False) and outcome not in notes)
-        yield Pin(path, outcome, alarm, notes.get(outcome, ()))
-
-
-def _condition(rule: Rule) -> str:
-    shown = [f"{child} {outcome}" for child, outcome in rule.conditions.items()]
-    return f"if {' and '.join(shown)}" if shown else "all have ended"
+def _step(
+    levels: Mapping[str, int], member: _Member, target: str, shapes: Mapping[str, Shape]
+) -> int:
+    """How far an edge leads away from the start; between leaves document order breaks ties."""
+    name = member.node.name
+    step = levels.get(target, 1 << 30) - levels[name]
+    if step or not isinstance(shapes[target], LeafShape) or not isinstance(member.shape, LeafShape):
+        return step
+    order = list(shapes)
+    return 1 if order.index(target) > order.index(name) else -1
 
 
 def _merged(edges: list[Edge]) -> Iterator[Edge]:
-    """Edges between the same two shapes become one."""
+    """Edges between the same two shapes become one; those from a pin have no label."""
     bundles: dict[tuple[str, str], list[Edge]] = {}
     for edge in edges:
         bundles.setdefault((edge.tail, edge.head), []).append(edge)
     for bundle in bundles.values():
-        outcomes = tuple(outcome for edge in bundle for outcome in edge.outcomes)
-        labels = tuple(label for edge in bundle for label in edge.labels)
         first = bundle[0]
+        labels = tuple(label for edge in bundle for label in edge.labels)
         same = len(labels) == 1 and first.head.endswith(f":{labels[0].text}")
         yield replace(
             first,
-            outcomes=outcomes,
+            outcomes=tuple(outcome for edge in bundle for outcome in edge.outcomes),
             labels=() if same or first.tail != first.path else labels,
-            alarm=all(edge.alarm for edge in bundle),
+            cause=common(edge.cause for edge in bundle),
         )
-
-
-def _worded(node: Node, outcome: str) -> str:
-    shown = outcome
-    if outcome == "timeout" and node.timeout is not None:
-        shown = f"timeout {_value(node.timeout)}"
-    level = node.autonomy.get(outcome)
-    return f"{shown} ({level} autonomy)" if level else shown
-
-
-def _notes(node: Node) -> Iterator[str]:
-    """The small lines under a node's name."""
-    yield f"chart {node.target}" if node.form == "use" else node.target
-    for name, value in node.parameters.items():
-        yield textwrap.shorten(f"{name}: {_value(value)}", 44, placeholder=" …")
-    if node.retry is not None:
-        wait = f" after {_value(node.retry.wait)}" if node.retry.wait else ""
-        yield f"retry: {node.retry.times} on {', '.join(node.retry.on)}{wait}"
-    if node.priority:
-        yield f"priority: {node.priority}"
-
-
-def _value(value: Any) -> str:
-    """A value as the chart says it."""
-    if isinstance(value, Reference):
-        return f"${value.name}"
-    if isinstance(value, list):
-        return f"[{', '.join(map(_value, value))}]"
-    return json.dumps(value) if value is None or isinstance(value, bool) else str(value)

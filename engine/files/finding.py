@@ -11,13 +11,13 @@ from engine.files.words import advice
 Severity = Literal["error", "warning"]
 
 CODE = "D01"
-"""Names the rule that a file other than a chart has broken: its keys and values are as wanted."""
+"""The code of mistakes in keys and values of files other than charts."""
 
 
 class Place(NamedTuple):
-    """A stretch of one file; lines and columns count from 1, the end column is exclusive.
+    """A range in one line of a file; lines and columns count from 1, the end column is exclusive.
 
-    An empty stretch stands for the whole file.
+    An empty range stands for the whole file.
     """
 
     file: str
@@ -44,7 +44,7 @@ class Finding:
 
 
 class FileError(ValueError):
-    """Files that cannot be used. `findings` holds every mistake, the text has a line for each."""
+    """Files that cannot be used. `findings` has all mistakes; the text has a line for each."""
 
     def __init__(self, findings: Iterable[Finding]) -> None:
         self.findings = tuple(in_order(findings))
@@ -55,6 +55,15 @@ class FileError(ValueError):
             f"{finding.place}: {finding.message}{_hint(finding)}{_notes(finding)}"
             for finding in self.findings
         )
+
+
+class NotFound(FileError):
+    """A file, or a name of one, that does not exist."""
+
+
+def not_found(name: object, message: str, hint: str = "", code: str = CODE) -> NotFound:
+    """The error for a file or name that does not exist."""
+    return NotFound([Finding(code, message, Place(str(name), 1, 1, 1), hint)])
 
 
 def mistake(

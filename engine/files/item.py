@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from engine.files import source as yaml
-from engine.files.finding import CODE, FileError, Finding, Place, did_you_mean, mistake
+from engine.files.finding import CODE, FileError, Finding, Place, did_you_mean, not_found
 from engine.files.named import known_files
 from engine.files.source import Map, Mark, Seq, SourceFile
-from engine.files.text import is_file
+from engine.files.text import is_file, read_bytes
 from engine.files.values import shown
 
 T = TypeVar("T")
@@ -138,27 +138,28 @@ def find_file(name: str, folder: Path, kind: str) -> Path:
     """A file by its path, or by its name: a project's own, or one in the shipped folder.
 
     Raises:
-        FileError: there is no such name.
+        NotFound: there is no such name.
     """
     known = known_files(folder, kind)
     if is_path(name):
         path = Path(name)
         if path.stem in known and path.suffix != ".yaml" and not is_file(path):
             hint = f"did you mean {path.stem!r}, without the file ending?"
-            raise mistake(name, f"no such {kind}", hint=hint)
+            raise not_found(name, f"no such {kind}", hint)
         return path
     if name in known:
         return known[name]
-    raise mistake(name, f"no such {kind}", hint=did_you_mean(name, known))
+    raise not_found(name, f"no such {kind}", did_you_mean(name, known))
 
 
 def load_yaml(path: Path, read: Callable[[Item], T]) -> T:
     """What `read` makes of a file.
 
     Raises:
+        NotFound: there is no such file.
         FileError: every mistake, of form and of content.
     """
-    return _read(yaml.read_file(path), read)
+    return _read(yaml.read(read_bytes(path, yaml.MAX_BYTES), str(path)), read)
 
 
 def parse_yaml(text: str, file: str, read: Callable[[Item], T]) -> T:

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 
-from engine.files.finding import FileError, mistake
+from engine.files.finding import FileError, mistake, not_found
 
 _noted: ContextVar[dict[Path, bytes] | None] = ContextVar("noted", default=None)
 _instead: ContextVar[Mapping[Path, bytes]] = ContextVar("instead", default={})  # noqa: B039  never changed
@@ -52,6 +52,7 @@ def read_bytes(path: Path, limit: int) -> bytes:
     """What a file holds.
 
     Raises:
+        NotFound: there is none.
         FileError: it cannot be read, is a folder, a pipe or a device, or is larger than `limit`.
     """
     data = _instead.get().get(path)
@@ -65,16 +66,16 @@ def read_bytes(path: Path, limit: int) -> bytes:
 
 def _read(path: Path, limit: int) -> bytes:
     if "\0" in str(path):
-        raise _unreadable(path, "no file has such a name")
+        raise mistake(path, "cannot be read: no file has such a name", code="Y01")
     try:
         status = path.stat()
         kind = stat.S_IFMT(status.st_mode)
         if kind not in (stat.S_IFREG, stat.S_IFDIR):  # a pipe would be waited for
-            raise _unreadable(path, "it is no regular file")
+            raise mistake(path, "cannot be read: it is no regular file", code="Y01")
         with path.open("rb") as stream:
             data = stream.read(limit + 1)
     except OSError as failure:
-        raise _unreadable(path, failure.strerror or str(failure)) from None
+        raise unreadable(path, failure) from None
     if len(data) > limit:
         size = max(status.st_size, len(data))
         raise mistake(path, f"the file has {size} bytes", hint=f"at most {limit}", code="Y06")
@@ -96,5 +97,9 @@ def read_text(path: Path, limit: int) -> str:
         raise mistake(path, message, line, code="Y01") from None
 
 
-def _unreadable(path: Path, reason: str) -> FileError:
-    return mistake(path, f"cannot be read: {reason}", code="Y01")
+def unreadable(path: Path, failure: Exception) -> FileError:
+    """The error for a file that the system does not let us read; NotFound where there is none."""
+    message = f"cannot be read: {getattr(failure, 'strerror', None) or failure}"
+    if isinstance(failure, FileNotFoundError):
+        return not_found(path, message, code="Y01")
+    return mistake(path, message, code="Y01")

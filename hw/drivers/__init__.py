@@ -1,1 +1,1 @@
-"""Real parts: what speaks to devices. Vendor libraries are imported in here only."""
+"""Drivers of real devices; vendor libraries are imported in here only."""

@@ -1,9 +1,9 @@
-"""The clock of another machine against ours, and whether a stamp of it can be used.
+"""The offset of another machine's clock, and checks of its stamps.
 
-`offset` is our clock less theirs, ns: a stamp of theirs plus the offset is an instant of ours. Who
-answers questions is asked: of many round trips the fastest one counts, and its error is at most
-half of its time. Who cannot answer only sends stamps: then the least of (receipt - stamp) within
-WINDOW_NS is the offset, too large by the least time on the way, which ages have to be added for.
+`offset` is our clock less theirs, ns: a stamp of theirs plus the offset is an instant of ours. A
+client that answers is asked: of many round trips the fastest one counts, and its error is at most
+half its duration. A client that cannot answer only sends stamps: then the least (receipt - stamp)
+within WINDOW_NS is the offset, too large by the least transmission time, which is added to ages.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ from hw.drivers.gates import (
 
 
 class ClockOffset(NamedTuple):
-    """Our clock less theirs, ns, and by how much it may be wrong, ns."""
+    """Our clock less theirs, ns, and a bound of its error, ns."""
 
     ns: int
     error_ns: int
 
 
 class Envelope:
-    """The offset from stamps of theirs alone; one that lies far below the others is no new least.
+    """The offset from stamps alone, as the lower envelope of (receipt - stamp).
 
-    A least that lies STEP_NS and more below the one before is believed while the estimate is young
-    (SETTLING_NS), or once it has come again for so long: their clock was set.
+    A value STEP_NS or more below the previous least is accepted only while the estimate is young
+    (SETTLING_NS), or once it has persisted for that long: then their clock was set.
     """
 
     def __init__(self) -> None:
@@ -44,16 +44,16 @@ class Envelope:
 
     @property
     def offset_ns(self) -> int | None:
-        """The least difference of the window; None: nothing has come yet."""
+        """The least difference in the window; None before the first stamp."""
         return self._lows[0][1] if self._lows else None
 
     @property
     def settled(self) -> bool:
-        """Has it been looked at for long enough to count?"""
+        """True once it was observed for SETTLING_NS."""
         return bool(self._lows) and not self._is_young(self._lows[-1][0])
 
     def take(self, stamp_ns: int, received_ns: int) -> bool:
-        """Take a stamp; False: it is ahead of all others by a step, and does not count."""
+        """Take a stamp; False if it steps ahead of all others, and does not count."""
         lows, difference = self._lows, received_ns - stamp_ns
         while lows and lows[0][0] < received_ns - WINDOW_NS:
             lows.popleft()
@@ -82,24 +82,26 @@ class Envelope:
 
 
 class RoundTrips:
-    """The offset from questions and answers: the fastest of the newest counts."""
+    """The offset from questions and answers: the fastest round trip in the window counts."""
 
     def __init__(self) -> None:
         self._trips: deque[tuple[int, int, int]] = deque()  # (when, time on the way, offset)
 
     @property
     def best(self) -> ClockOffset | None:
-        """By the fastest round trip of the window; None: nobody has answered."""
+        """The offset by the fastest round trip; None without an answer."""
         if not self._trips:
             return None
         _, way, offset = min(self._trips, key=lambda trip: trip[1])
         return ClockOffset(offset, way // 2)
 
     def take(self, asked: int, came: int, answered: int, received: int) -> None:
-        """A question sent at `asked`, its answer received, by our clock, ns; the rest theirs.
+        """Take a round trip: sent and received by our clock, came and answered by theirs, ns.
 
-        An answer that contradicts the fastest by more than both can be wrong and STEP_NS is of a
-        clock that was set: what was before is forgotten.
+        With d = (received - asked) - (answered - came) on the way, the offset is the mean of
+        asked - came and received - answered, and wrong by d / 2 at most. An answer that contradicts
+        the fastest by more than both errors and STEP_NS means a clock that was set: earlier round
+        trips are dropped.
         """
         trips = self._trips
         way = (received - asked) - (answered - came)
@@ -119,7 +121,7 @@ class RoundTrips:
 
 
 class PeerClock:
-    """The clock of one client: by its answers if it gives some, else by its stamps."""
+    """The clock of one client: by its answers if there are any, else by its stamps."""
 
     def __init__(self, one_way_ns: int = ONE_WAY_NS) -> None:
         self.trips, self._envelope = RoundTrips(), Envelope()
@@ -130,7 +132,7 @@ class PeerClock:
 
     @property
     def offset(self) -> ClockOffset | None:
-        """None: not known yet."""
+        """The offset; None while unknown."""
         best = self.trips.best
         if best is not None:
             return best
@@ -139,11 +141,11 @@ class PeerClock:
 
     @property
     def known(self) -> bool:
-        """Has it been looked at for long enough?"""
+        """True once the offset counts."""
         return self.trips.best is not None or self._envelope.settled
 
     def instant(self, stamp_ns: int, received_ns: int) -> int | None:
-        """A stamp of theirs by our clock, ns; None: it fits to nothing known of their clock."""
+        """A stamp of theirs by our clock, ns; None if it fits nothing known of their clock."""
         fits = self._envelope.take(stamp_ns, received_ns)
         offset = self.offset
         if offset is None or (self.trips.best is None and not (fits and self._envelope.settled)):
@@ -160,7 +162,7 @@ class PeerClock:
         self._late_since, self.backlogged = None, False
 
     def _look_for_backlog(self, received_ns: int) -> None:
-        """Whether all that came for a while was old: it has queued up on the way."""
+        """Detect data that was old on arrival for a while: it has queued up on the way."""
         if self.age_ns <= BACKLOG_NS:
             self._late_since = None
         elif self._late_since is None:
@@ -170,9 +172,9 @@ class PeerClock:
 
 
 class Stamps:
-    """Whether stamps of one topic may be used: not from the future, and each after the one before.
+    """Checks stamps of one topic: not from the future, and strictly rising.
 
-    `refused` says why the last one was not; `turned_back` that the clock behind it is another one.
+    `refused` says why the last one was refused; `turned_back` that their clock was set back.
     """
 
     def __init__(self, ahead_ns: int = AHEAD_NS) -> None:
@@ -183,11 +185,11 @@ class Stamps:
 
     @property
     def turned_back(self) -> bool:
-        """Have stamps not risen for long?"""
+        """True if stamps have not risen TURNED_BACK times in a row."""
         return self._back >= TURNED_BACK
 
     def admit(self, stamp_ns: int, at_ns: int | None, received_ns: int) -> bool:
-        """Look at a stamp of theirs, and the instant that it means by our clock."""
+        """Check a stamp of theirs, and its instant by our clock."""
         self.refused = self._why_not(stamp_ns, at_ns, received_ns)
         if self.refused is None:
             self._newest, self._back = stamp_ns, 0

@@ -1,4 +1,4 @@
-"""A person who is not there: one out of a record, played to engine and safety chain (R56).
+"""A dummy: a person out of a record, played to engine and safety chain (R56).
 
 links:
   chain: {…}
@@ -7,9 +7,9 @@ parts:
   trackers: {driver: "hw.drivers.dummy:DummyTrackers", link: dummy}
   vr: {driver: "hw.drivers.dummy:DummyVr", link: dummy}
 
-Nobody writes this into a file: `run --user RECORD.mcap` puts it in place of the VR link's person.
-What a VR link has to tell the chain comes by way of the dummy then, which passes on all but what
-is of a person.
+This is not written by hand: `run --user RECORD.mcap` puts it in place of the VR link's person. The
+VR link's messages to the chain then pass through the dummy, which drops those that concern a
+person.
 """
 
 from __future__ import annotations
@@ -28,25 +28,25 @@ from hw.sim.devices import SimVr
 
 Now = Callable[[], int]
 SOURCE = "vr"
-"""Engine and chain take the dummy for the VR link."""
+"""The source under which engine and chain know the VR link."""
 OF_PERSON = frozenset(
     ("user.pose", "vr.haptic_request", "vr.release", "vr.restart", "vr.link", "vr.show")
 )
-"""What comes from the dummy alone."""
+"""Messages that come from the dummy alone."""
 STEP_S = 0.01
 LEVEL_NS = 100_000_000
-"""So often levels are told again, ns: the request, and that the link is up."""
+"""Period at which levels are repeated, ns: the request, and that the link is up."""
 KEPT = 4096
-"""So many samples wait for the engine."""
+"""Longest queue of samples for the engine."""
 FAR = Pose2(1e3, 1e3)
-"""Where the robot is said to be: who does what they did once looks at no robot."""
+"""The pose of the robot as given to the person: a replayed person ignores the robot."""
 
 
 class Dummy:
-    """Moves a person in the time of the run, in a thread; `parts` take what it tells.
+    """Steps a person in the time of the run, in a thread; the parts below take its samples.
 
-    Before the run begins the person stands where they begin. `tells` has the `address` of the
-    safety chain's process, where there is one.
+    Before the run begins the person stands at their start. `tells` has the `address` of the safety
+    chain's process, None without one.
     """
 
     def __init__(self, person: Person, now: Now, tells: Any = None) -> None:
@@ -65,25 +65,25 @@ class Dummy:
 
     @property
     def address(self) -> Address:
-        """Where a VR link tells what the chain has to know."""
+        """Where a VR link sends its messages for the chain."""
         return self._intake.address
 
     def wait(self) -> None:
-        """Begin."""
+        """Start the thread."""
         self._thread.start()
 
     def inform(self, show: bool) -> None:
-        """Show them the robot, or hide it."""
+        """Show the robot to the person, or hide it."""
         with self._mutex:
             self.vr.inform(show)
 
     def queue(self, name: str, wake: Callable[[], None]) -> deque[Sample]:
-        """What comes under a name, from the first call on; `wake` is called when it has come."""
+        """The samples of a name from now on; `wake` is called when one has come."""
         self._wakes[name] = wake
         return self._queues.setdefault(name, deque(maxlen=KEPT))
 
     def close(self) -> None:
-        """The person is gone."""
+        """End the thread."""
         self._over.set()
         if self._thread.is_alive():
             self._thread.join()
@@ -91,7 +91,7 @@ class Dummy:
         self._outlet.close()
 
     def step(self, now_ns: int) -> None:
-        """Go on to an instant of the run, and tell what is new."""
+        """Advance to an instant of the run, and send what is new."""
         with self._mutex:
             self.person.step(now_ns, FAR, self.vr.shown)
             self.vr.step(now_ns)
@@ -100,7 +100,7 @@ class Dummy:
         if seen is not None:
             self._seen = seen
             told.append(seen)
-        elif now_ns <= 0 and self._seen is not None:  # they stand and wait, and are seen to
+        elif now_ns <= 0 and self._seen is not None:  # before the run they stand, tracked
             told.append(self._seen)
         lag = time.monotonic_ns() - now_ns
         for name, stamp, value in told:
@@ -124,7 +124,7 @@ class Dummy:
             self._wakes[sample.name]()
 
     def _pass_on(self) -> None:
-        """What a VR link tells that is of no person, such as trackers on the robot."""
+        """Pass on messages of a VR link that concern no person, such as trackers on the robot."""
         for told in self._intake.poll():
             if told.name not in OF_PERSON:
                 self._outlet.send(told.name, told.stamp_ns, told.value)
@@ -136,7 +136,7 @@ class Dummy:
 
 
 class _Part:
-    """Gives some of what a dummy tells."""
+    """Gives some of a dummy's samples."""
 
     signals: tuple[str, ...] = ()
 
@@ -146,26 +146,26 @@ class _Part:
         self._queues = [link.queue(name, lambda: self.wake()) for name in self.signals]
 
     def samples(self, now_ns: int) -> list[Sample]:  # noqa: ARG002
-        """What has come since the last call, by the stamps."""
+        """Samples since the last call, by stamp."""
         found = [queue.popleft() for queue in self._queues for _ in range(len(queue))]
         return sorted(found, key=lambda sample: sample.stamp_ns)
 
 
 class DummyTrackers(_Part):
-    """Tracking of a person who is not there; see `Trackers`."""
+    """Tracking of the dummy; see `Trackers`."""
 
     signals = ("user.pose",)
 
 
 class DummyVr(_Part):
-    """The virtual world of a person who is not there; see `Vr`."""
+    """The virtual world of the dummy; see `Vr`."""
 
     signals = ("vr.haptic_request", "vr.release", "vr.restart")
 
     def inform(self, show: bool) -> None:
-        """Have them stand still, or go on."""
+        """Let the person stop, or go on."""
         self._link.inform(show)
 
 
 def _nobody() -> None:
-    """No loop has been started yet."""
+    """No loop was started yet."""

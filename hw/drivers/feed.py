@@ -1,4 +1,4 @@
-"""Datagrams of a process of ours as they arrive in the engine: a thread that takes them."""
+"""A thread that takes the datagrams of a child process as they arrive in the engine."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from hw.links.datagrams import Address, Datagram, Intake, Outlet
 from hw.samples import Sample
 
 LOOK_S = 0.2
-"""The thread looks so often whether it is still wanted, s."""
+"""Longest time until the thread notices its end, s."""
 
 
 class DatagramFeed:
-    """Receives at an `address` of its own and hands each datagram on, in its thread.
+    """Receives at an `address` of its own and passes each datagram on, in its thread.
 
-    `take` is called with a datagram and its stamp in the time of the run, ns; `watch`, if given,
-    every `look_s` at least, with an instant (CLOCK_MONOTONIC, ns) up to which all that had arrived
-    has been taken: who judges silence by it is not deceived by a thread that was held up.
+    `take` is called with a datagram and its stamp in the time of the run, ns; `watch`, if given, at
+    least every `look_s` with an instant (CLOCK_MONOTONIC, ns) up to which all that had arrived has
+    been taken, so that silence is not mistaken for a thread that was held up.
     """
 
     def __init__(
@@ -37,15 +37,15 @@ class DatagramFeed:
 
     @property
     def address(self) -> Address:
-        """Where to send to."""
+        """Where to send datagrams."""
         return self._intake.address
 
     def start(self) -> None:
-        """Take what arrives from now on."""
+        """Start taking datagrams."""
         self._thread.start()
 
     def close(self) -> None:
-        """Take what has arrived, and nothing any more."""
+        """Take what has arrived, and end."""
         self._over = True
         awake = Outlet("feed", [self.address])
         awake.send("over", 0)
@@ -65,12 +65,12 @@ class DatagramFeed:
 
     def _take_all(self) -> None:
         while found := self._intake.poll():
-            for told in found:
-                self._take(told, self._now() - (time.monotonic_ns() - told.stamp_ns))
+            for datagram in found:
+                self._take(datagram, self._now() - (time.monotonic_ns() - datagram.stamp_ns))
 
 
 def up_to(waiting: deque[Sample], now_ns: int) -> list[Sample]:
-    """The samples of a queue up to an instant, in the order in which they came; others wait on."""
+    """Remove the samples of a queue up to an instant, in order of arrival; later ones stay."""
     found = []
     while waiting and waiting[0].stamp_ns <= now_ns:
         found.append(waiting.popleft())
@@ -78,7 +78,7 @@ def up_to(waiting: deque[Sample], now_ns: int) -> list[Sample]:
 
 
 def by_stamps(waiting: deque[Sample], now_ns: int) -> list[Sample]:
-    """All samples of a queue by their stamps; what is ahead of now is left out."""
+    """Remove all samples of a queue, by stamp; those ahead of now are dropped."""
     found = [waiting.popleft() for _ in range(len(waiting))]
     past = [sample for sample in found if sample.stamp_ns <= now_ns]
     return sorted(past, key=lambda sample: sample.stamp_ns)

@@ -1,43 +1,76 @@
-"""How old, how late and how strange an input may be: all figures of the drivers, in one place.
+"""Limits on the age, silence and plausibility of inputs: the figures of all drivers.
 
-What a person's pose may be used for by its age is decided where it is used: by the safety chain,
-`hw.safety.limits` (50, 150 and 500 ms). Here is what is refused before that.
+How a person's pose may be used at its age is decided by the safety chain (`hw.safety.limits`: 50,
+150 and 500 ms). Here is what is refused before that, and when a link or device counts as lost.
 """
 
 from __future__ import annotations
 
 MS = 1_000_000
 
+# stamps and clocks
 AHEAD_NS = 20 * MS
-"""A stamp may be so far in the future, as clocks differ."""
+"""A stamp may be this far in the future, as clocks differ."""
 PREDICTED_NS = 50 * MS
-"""The same where poses are predicted for the instant at which they are seen."""
-FROZEN_NS = 100 * MS
-"""A pose that repeats bit by bit for so long is lost tracking, though messages flow."""
+"""The same for poses that are predicted for the instant at which they are displayed."""
 STEP_NS = 5 * MS
-"""The offset between two clocks moves by less than this, or is estimated anew."""
+"""A change of the offset between two clocks beyond this starts a new estimate."""
 WINDOW_NS = 10_000 * MS
-"""The offset is estimated from what came within this time."""
+"""Window of data over which the offset between two clocks is estimated."""
 SETTLING_NS = 500 * MS
-"""An offset counts so long after its first stamp; until then it is a first guess."""
+"""Time from the first stamp until an offset counts; before it is a first guess."""
 TURNED_BACK = 20
-"""So many stamps in a row that do not rise are another clock."""
-BACKLOG_NS = 300 * MS
-"""Data that is so old when read has queued up: the connection is closed, and made anew."""
-BACKLOGGED_NS = 200 * MS
-"""It is a queue, and no single late packet, if it lasts so long."""
+"""This many stamps in a row that do not rise mean that the clock was set."""
 ONE_WAY_NS = 2 * MS
-"""Least time on the way, which an offset from one direction alone cannot see: added to ages."""
+"""Least transmission time, added to ages: an offset from one direction alone cannot see it."""
+
+# the VR link
+FROZEN_NS = 100 * MS
+"""A pose that repeats bit by bit for longer is lost tracking, though messages arrive."""
+BACKLOG_NS = 300 * MS
+"""Data this old when read has queued up: the connection is closed, and made anew."""
+BACKLOGGED_NS = 200 * MS
+"""Time for which data must be that old, so that a single late packet is no queue."""
 JUMP, FASTEST = 0.15, 5.0
-"""Nobody is further away than this than a moment ago, m and m/s: tracking that was found again
-differs by some centimetres, people in a room are slower."""
+"""Greatest distance from the pose before, m, plus m/s times the elapsed time: tracking that was
+re-acquired differs by some centimetres, people in a room are slower."""
 FOUND_AGAIN_NS = 600 * MS
-"""Somebody seen elsewhere for so long is there; by then the safety chain has latched."""
+"""A person seen elsewhere for longer is there; by then the safety chain has latched."""
 FRESH_NS = 150 * MS
-"""Two poses of one person belong together if they are no further apart than this."""
+"""Greatest difference of the stamps of two poses that belong to one person's pose."""
 LINK_SILENT_NS = 500 * MS
-"""A process that tells its state every 100 ms is gone after so much silence."""
+"""Silence after which a process that reports its state every 100 ms is lost."""
 KEEPALIVE_NS = 500 * MS
-"""So often an idle TCP link is written to."""
+"""Period at which an idle TCP link is written to."""
 CLIENT_SILENT_NS = 3_000 * MS
-"""A client of the VR link is gone after so much silence; it speaks once a second."""
+"""Silence after which a client of the VR link is lost; it writes once a second."""
+SHOWN_OLD_NS = 200 * MS
+"""A pose of the robot older than this is shown as it is, without extrapolation."""
+
+# the safety chain
+CHAIN_SILENT_NS = 100 * MS
+"""Silence after which the engine takes the chain for lost; it reports every 20 ms."""
+ARM_SILENT_NS = 50 * MS
+"""Silence after which the chain takes the link to the arm for lost: two of its periods of 24 ms."""
+
+# the UR arm
+TICK_FRESH_NS = 80 * MS
+"""A message of the engine allows set-points for this long after the tick it is stamped by."""
+ENGINE_GONE_NS = 500 * MS
+"""Silence after which the engine is gone."""
+CONTROLLER_STALE_NS = 50 * MS
+"""A controller whose own time stands still for longer is lost."""
+JOINTS_LATE_NS = 24 * MS
+"""Joints that arrive later than this after the ones before are counted as late."""
+WORKER_SILENT_NS = 80 * MS
+"""Silence after which the arm's worker process is killed, if several looks confirm it."""
+
+# wheels and bumper
+ODOMETRY_OLD_NS = 150 * MS
+"""Odometry of an RB-KAIROS older than this is a fault; it sends a message every 10 ms."""
+HEARTBEAT_NS = 150 * MS
+"""A CAN drive whose heartbeat is older is dead; it sends one every 50 ms."""
+VELOCITY_NS = 50 * MS
+"""A CAN drive whose status and velocity are older is frozen; they come every 10 ms."""
+BUMPER_SILENT_NS = 60 * MS
+"""Silence after which the bumper's board is lost: three of its frames."""

@@ -1,1 +1,1 @@
-"""Peers that speak the devices' protocols and misbehave on purpose; no driver shares their code."""
+"""Fake devices that speak the real protocols, with faults on demand."""

@@ -1,9 +1,9 @@
-"""The board of the foam bumper: zones that are pressed, a line to the relay, frames on the bus.
+"""The board of the foam bumper: pressed zones, a line to the relay, frames on the bus.
 
-Frame 0x110, 8 bytes, every 20 ms and at each change: counter (4 bits), line open, touch remembered,
+Frame 0x110, 8 bytes, every 20 ms and on each change: counter (4 bits), line open, touch latched,
 self-test passed; zones; force in 0.1 N; uptime in 10 ms (3 bytes); check sum. Frame 0x111, 2 bytes:
-counter, check sum; forgets the touch once the line is closed. The line opens at a touch, and is
-closed by a hand at the relay.
+counter, check sum; clears the latched touch once the line is closed. A touch opens the line; it is
+closed by hand at the relay.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ SECTOR = math.pi / 4.0
 
 @dataclass
 class Errors:
-    """What is broken: the check sum, the counter, all frames, the self-test, the line."""
+    """Injected defects: of the check sum, the counter, all frames, the self-test, the line."""
 
     check: bool = False
     stalled: bool = False
@@ -31,7 +31,7 @@ class Errors:
 
 
 class FakeBumper:
-    """The board; `relay` is told whenever the line opens or closes."""
+    """The board; `relay` is called whenever the line opens or closes."""
 
     def __init__(
         self,
@@ -39,7 +39,7 @@ class FakeBumper:
         relay: Callable[[bool], None],
         by_hand_ns: int | None = None,
     ) -> None:
-        """`by_hand_ns` after the foam is free somebody closes the line; None: only `unlatch`."""
+        """The line is closed by hand `by_hand_ns` after a touch; None: only by `unlatch`."""
         self.errors = Errors()
         self.opened = self.latched = False
         self._send, self._relay, self._by_hand_ns = send, relay, by_hand_ns
@@ -51,28 +51,28 @@ class FakeBumper:
         self._last_reset: int | None = None
 
     def touch(self, bearing: float) -> None:
-        """The foam is pressed at a bearing, rad."""
+        """Press the foam at a bearing, rad."""
         self._zones |= 1 << round(bearing / SECTOR) % 8
         self.latched = self._changed = True
         if not self.errors.welded:
             self._switch(True)
 
     def release(self) -> None:
-        """The foam is free."""
+        """Release the foam."""
         self._changed = self._changed or self._zones != 0
         self._zones = 0
 
     def unlatch(self) -> None:
-        """A hand at the relay."""
+        """Close the line by hand at the relay."""
         if self._zones == 0:
             self._switch(False)
 
     def cut(self) -> None:
-        """The line's wire is broken: it is open, and nobody has touched anything."""
+        """Break the line's wire: it opens without a touch."""
         self._switch(True)
 
     def hear(self, identifier: int, data: bytes) -> None:
-        """A frame of the bus."""
+        """Take a frame of the bus."""
         if identifier != RESET or len(data) != 2 or data[1] != check_sum(data[:1]):
             return
         if data[0] & 0x0F != self._last_reset and not self.opened and self._zones == 0:

@@ -1,4 +1,4 @@
-"""A CANopen network whose periodic messages are sent by the loop that owns it, not by threads."""
+"""A CANopen network whose periodic messages are sent by its owner's loop, not by threads."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import canopen
 
 
 class Wire(Protocol):
-    """What frames go through; as buses of python-can."""
+    """The interface for sending frames, as of python-can's buses."""
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Send a frame."""
@@ -20,7 +20,7 @@ class Wire(Protocol):
 
 @dataclass
 class Periodic:
-    """A message that is sent again and again."""
+    """A periodic message."""
 
     identifier: int
     data: bytes
@@ -33,13 +33,13 @@ class Periodic:
         self.data = bytes(data)
 
     def stop(self) -> None:
-        """Send it no more."""
+        """Stop sending it."""
         self.over = True
 
 
 @dataclass
 class Faults:
-    """What goes wrong with frames: nodes that are dead, frames that are cut short or lost."""
+    """Injected faults of frames: dead nodes, truncated or lost frames."""
 
     dead: set[int] = field(default_factory=set)
     cut: int = 0
@@ -48,7 +48,7 @@ class Faults:
 
 
 class FakeNetwork(canopen.Network):
-    """Sends into a wire, with faults; `step` sends what is due."""
+    """Sends to a wire, with faults; `step` sends what is due."""
 
     def __init__(self, wire: Wire, seed: int = 0) -> None:
         super().__init__()
@@ -58,7 +58,7 @@ class FakeNetwork(canopen.Network):
         self._chance = random.Random(seed)
 
     def send_message(self, can_id: int, data: Any, remote: bool = False) -> None:
-        """Send a frame of one of the nodes, which its identifier tells."""
+        """Send a frame of a node, known by its identifier."""
         if can_id & 0x7F not in self.faults.dead:
             self.send(can_id, bytes(data), remote)
 
@@ -76,7 +76,7 @@ class FakeNetwork(canopen.Network):
         self._wire.send(message)
 
     def send_periodic(self, can_id: int, data: Any, period: float, remote: bool = False) -> Any:
-        """Send it each period, s, from the next `step` on."""
+        """Send a message every period, s, from the next `step` on."""
         del remote
         made = Periodic(can_id, bytes(data), round(1e9 * period))
         self._periodic.append(made)

@@ -1,6 +1,7 @@
 """The process of the fake CAN nodes: bus, faults by datagrams (`hw.fakes.nodes`), and the world.
 
-With a world it tells source `drives`, name `wheels`: the four rates, rad/s, each 10 ms; and is told
+With a world it sends source `drives`, name `wheels`: the four rates, rad/s, every 10 ms; and
+receives
 `bumper`: a `BumperHit` when the foam is touched, None when it is free.
 """
 
@@ -22,16 +23,16 @@ STEP_S = 0.002
 
 
 class Teller:
-    """Tells the world how the wheels turn, and where it can tell us of touches."""
+    """Sends the wheel rates to the world, and subscribes to touches."""
 
     def __init__(self, world: Address, own: Address, scales: list[float]) -> None:
-        """`scales` are units of a drive per rad of its wheel, negative where mounted reversed."""
+        """`scales` are drive units per rad of the wheel, negative if mounted reversed."""
         self._outlet = Outlet("drives", [world])
         self._subscription, self._scales = Subscription(self._outlet, own), scales
         self._told_ns = 0
 
     def step(self, velocities: list[float], now_ns: int) -> None:
-        """Tell what is due."""
+        """Send what is due."""
         self._subscription.renew(now_ns)
         if now_ns - self._told_ns >= TELL_NS:
             late = now_ns - self._told_ns > 2 * TELL_NS
@@ -40,12 +41,12 @@ class Teller:
             self._outlet.send("wheels", now_ns, rates)
 
     def close(self) -> None:
-        """Tell no more."""
+        """Send no more."""
         self._outlet.close()
 
 
 def main(settings: dict[str, Any], ready: Ready, parent: Parent) -> None:
-    """Live until the parent has gone."""
+    """Run until the parent has gone."""
     wire = open_wire(settings["bus"])
     intake = Intake(settings["host"])
     nodes = Nodes(wire, settings["nodes"], settings["by_hand_ns"], settings["bumper"])
@@ -70,11 +71,11 @@ def _live(
     while parent.lives():
         wait([intake, parent, *wire.files()], STEP_S)
         now_ns = time.monotonic_ns()
-        for told in intake.poll():
-            if told.source == "world":
-                _feel(nodes, told.name, told.value)
+        for datagram in intake.poll():
+            if datagram.source == "world":
+                _feel(nodes, datagram.name, datagram.value)
             else:
-                nodes.fault(told.name, told.value)
+                nodes.fault(datagram.name, datagram.value)
         nodes.take(wire.poll(), now_ns)
         nodes.step(now_ns)
         if teller is not None:

@@ -1,4 +1,4 @@
-"""The fake CAN nodes as a peer of a connection: started with it, ended with it.
+"""The fake CAN nodes as a peer of a connection.
 
 peers:
   nodes:
@@ -18,9 +18,9 @@ from hw.links.datagrams import LOOPBACK, Hearer
 
 
 class CanNodes(Peer):
-    """Four drives and a bumper's board; `fault` as `hw.fakes.nodes` says.
+    """Four drives and a bumper's board; `fault` as in `hw.fakes.nodes`.
 
-    `by_hand` s after a touch is over somebody closes the line at the relay; None: nobody does, but
+    The line is closed by hand at the relay `by_hand` s after a touch is over; None: only by
     `fault("unlatch")`.
     """
 

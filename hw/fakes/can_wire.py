@@ -1,7 +1,7 @@
-"""The wire that the nodes hang on: a bus of python-can, or a hub for slcan over TCP.
+"""The wire of the nodes: a bus of python-can, or a hub for slcan over TCP.
 
 `interface: local, channel: HOST` is multicast where there is a route for it, else the hub at HOST;
-group and port come from the CRC-32 of HOST, as whoever wants to meet us has to know.
+group and port follow from the CRC-32 of HOST, as the other side must compute them too.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ import can
 
 QUICK_ACK = getattr(socket, "TCP_QUICKACK", None)
 LONGEST = 32
-"""No line of slcan for classic CAN is longer, bytes."""
+"""Longest line of slcan for classic CAN, bytes."""
 
 
 class Hub:
-    """Takes adapters that speak slcan over TCP; what one sends the others and we get.
+    """Serves adapters that speak slcan over TCP; each frame goes to all others and to us.
 
     Raises:
         OSError: the address is in use.
@@ -37,7 +37,7 @@ class Hub:
         return [self._server, *self._clients]
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
-        """Send a frame to all."""
+        """Send a frame to all adapters."""
         del timeout
         self._spread(f"t{msg.arbitration_id:03X}{msg.dlc:d}{msg.data.hex().upper()}\r".encode())
 
@@ -54,7 +54,7 @@ class Hub:
         return found
 
     def close(self) -> None:
-        """Let all go."""
+        """Close all connections."""
         for client in self._clients:
             client.close()
         self._server.close()
@@ -69,7 +69,7 @@ class Hub:
         if not data:
             self._drop(client)
             return []
-        if QUICK_ACK is not None:  # else the other side keeps short lines back for 40 ms
+        if QUICK_ACK is not None:  # otherwise the other side holds short lines back for 40 ms
             client.setsockopt(socket.IPPROTO_TCP, QUICK_ACK, 1)
         *lines, rest = (self._clients[client] + data).split(b"\r")
         self._clients[client] = rest[-LONGEST:]
@@ -118,12 +118,12 @@ class Bus:
         return found
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close it."""
         self._bus.shutdown()
 
 
 def _frame(line: bytes) -> tuple[int, bytes] | None:
-    """A data frame with its 11 bit identifier; None: an order to the adapter, or nonsense."""
+    """A data frame with its 11 bit identifier; None for adapter commands and garbage."""
     try:
         if line[:1] != b"t" or len(line) != 5 + 2 * int(line[4:5]):
             return None
@@ -133,7 +133,7 @@ def _frame(line: bytes) -> tuple[int, bytes] | None:
 
 
 def open_wire(settings: Mapping[str, Any]) -> Bus | Hub:
-    """What a connection file names as the bus.
+    """The bus of a connection file.
 
     Raises:
         OSError: it cannot be opened.
@@ -161,7 +161,7 @@ def meeting_point(host: str) -> tuple[str, int]:
 
 
 def has_route(group: str, port: int) -> bool:
-    """Does this machine know a way for multicast? Sends nothing."""
+    """True if there is a route for multicast; sends nothing."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as tried:
         try:
             joined = socket.inet_aton(group) + socket.inet_aton("0.0.0.0")
@@ -173,5 +173,5 @@ def has_route(group: str, port: int) -> bool:
 
 
 def wait(files: list[Any], timeout_s: float) -> None:
-    """Until one is readable, or timeout_s is over."""
+    """Wait until one is readable, or for timeout_s."""
     select.select(files, [], [], timeout_s)

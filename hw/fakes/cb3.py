@@ -1,23 +1,23 @@
 """A fake UR controller of the CB3 series: RTDE, dashboard and script ports at one address.
 
-A child process (`hw.links.processes`), because a client that waits for it may hold its own process.
-Clients move it through the control script of ur_rtde, see `cb3_controller`. Faults come as
+A child process (`hw.links.processes`), because a client that waits for it may block its own
+process. Clients move it by the control script of ur_rtde, see `cb3_controller`. Faults are
 datagrams, by their name:
 
-| fault | what happens |
+| fault | effect |
 |---|---|
 | `protective_stop`, `safeguard_stop`, `emergency_stop` | the safety system stops the arm |
-| `release` | safeguard and emergency stop are over; what was paused goes on |
-| `freeze` | packages go on, time stamp and joints stand still |
-| `mute` | links stay open, nothing is sent or heard; new ones are taken and not answered |
+| `release` | safeguard and emergency stop end; what was paused continues |
+| `freeze` | packages continue, but time stamp and joints stand still |
+| `mute` | links stay open, nothing is sent or read; new ones are accepted and not answered |
 | `drop` | all links are closed; new ones are served |
-| `close` | all links are closed; new ones are not |
+| `close` | all links are closed, and the ports too |
 | `refuse` | RTDE does not know the variable of this name |
-| `slow` | the speed slider stands at this share |
-| `place` | the arm stands at these joints (rad), switched on, without a program or a stop |
-| `well` | `freeze`, `mute`, `close`, `refuse` and `slow` are over |
+| `slow` | the speed slider is at this share |
+| `place` | the arm is at these joints (rad), switched on, without a program or a stop |
+| `well` | ends `freeze`, `mute`, `close`, `refuse` and `slow` |
 
-It is not faithful in dynamics, limits, kinematics (TCP poses are 0) and script errors.
+Dynamics, limits, kinematics (TCP poses are 0) and script errors are not modelled.
 """
 
 from __future__ import annotations
@@ -45,13 +45,13 @@ STOPS = {
 
 
 class FakeDashboard:
-    """Lines of text, one answer each."""
+    """The dashboard: one answer per line."""
 
     def __init__(self, arm: FakeController) -> None:
         self._arm, self._buffer = arm, b""
 
     def taken(self, data: bytes) -> bytes:
-        """The answers to what has come."""
+        """Take bytes; returns the answers."""
         *lines, self._buffer = (self._buffer + data).split(b"\n")
         return b"".join(self._answer(line.decode(errors="replace").strip()) for line in lines)
 
@@ -79,13 +79,13 @@ class FakeDashboard:
 
 
 class Scripts:
-    """Takes URScript; what is no whole program stops the one that runs."""
+    """Takes URScript; anything but a whole program ends the running one."""
 
     def __init__(self, arm: FakeController) -> None:
         self._arm, self._buffer = arm, b""
 
     def taken(self, data: bytes) -> bytes:
-        """Nothing is answered."""
+        """Take bytes; there are no answers."""
         self._buffer += data
         if self._buffer.startswith(b"def "):
             if self._buffer.endswith(b"\nend\n"):
@@ -98,7 +98,7 @@ class Scripts:
 
 
 class Cb3Server:
-    """All ports, and who is connected to them."""
+    """All ports and their connections."""
 
     def __init__(self, host: str, arm: FakeController) -> None:
         self._host, self._arm = host, arm
@@ -123,18 +123,18 @@ class Cb3Server:
             self._doors[_listening(self._host, port)] = talk
 
     def sources(self) -> list[socket.socket]:
-        """What may have something to say."""
+        """The sockets to wait for."""
         return [*self._doors, *([] if self._mute else self._talks)]
 
     def serve(self, source: socket.socket) -> None:
-        """Take what a source has to say."""
+        """Handle a readable socket."""
         if source in self._doors:
             self._accept(source)
         elif source in self._talks:
             self._take(source)
 
     def cycle(self) -> None:
-        """One cycle of the controller, and its package for all who have started."""
+        """Run one cycle of the controller, and send its package to all that have started."""
         if not self._frozen:
             self._arm.step()
         if self._mute:
@@ -196,7 +196,7 @@ class Cb3Server:
             answer = self._talks[link].taken(data)
         except BlockingIOError:
             return
-        except (OSError, ValueError, LookupError, struct.error):  # no client that we know
+        except (OSError, ValueError, LookupError, struct.error):  # an unknown client
             data = answer = b""
         if data:
             self._send(link, answer)
@@ -204,7 +204,7 @@ class Cb3Server:
             self._lose(link)
 
     def _send(self, link: socket.socket, data: bytes) -> None:
-        """A client that does not take what it is sent is dropped, as a real controller does."""
+        """Send, and drop a client that does not read, as a real controller does."""
         try:
             if data and link.send(data) < len(data):
                 self._lose(link)
@@ -223,7 +223,7 @@ def _listening(host: str, port: int) -> socket.socket:
 
 
 def main(settings: Any, ready: Ready, parent: Parent) -> None:
-    """Run until the parent goes; settings: host, joints (rad), unlock (s), tells (address)."""
+    """Run until the parent has gone; settings: host, joints (rad), unlock (s), tells (address)."""
     go_first()
     arm = FakeController(tuple(settings["joints"]), settings["unlock"])
     server, control = Cb3Server(settings["host"], arm), Intake(settings["host"])
@@ -236,8 +236,8 @@ def main(settings: Any, ready: Ready, parent: Parent) -> None:
         found, _, _ = select.select(waited, [], [], left)
         if parent in found:
             break
-        for told in control.poll():
-            server.misbehave(told.name, told.value)
+        for datagram in control.poll():
+            server.misbehave(datagram.name, datagram.value)
         for source in found:
             if isinstance(source, socket.socket):
                 server.serve(source)

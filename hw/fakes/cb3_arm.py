@@ -1,7 +1,7 @@
-"""How the joints of the fake UR controller move: within speeds, with lag, from cycle to cycle.
+"""Joint motion of the fake UR controller: limited speeds, with lag, from cycle to cycle.
 
-A motion is a generator: it is stepped once a cycle, yields the joints (rad), and is over when it
-has got there. Stops have no model of a controller's own ramps but one deceleration.
+A motion is a generator: stepped once per cycle, it yields the joints (rad) and ends on arrival.
+Stops use a single deceleration instead of the controller's own ramps.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ CYCLE_S = 0.008
 FASTEST = (2.094, 2.094, 3.142, 3.142, 3.142, 3.142)
 """A UR10's joints, rad/s."""
 STOP = 15.0
-"""With so much the controller stops by itself, rad/s2."""
+"""Deceleration of the controller's own stops, rad/s2."""
 
 Joints = tuple[float, ...]
 JointMotion = Iterator[Joints]
 
 
 def move(start: Joints, goal: Sequence[float], speed: float, acceleration: float) -> JointMotion:
-    """movej: all joints together, trapezoid over the joint that has the longest way."""
+    """movej: all joints together, with a trapezoidal profile for the joint that moves furthest."""
     way = max(abs(b - a) for a, b in zip(start, goal, strict=True))
     if way < 1e-9:
         return
@@ -47,7 +47,7 @@ def _trapezoid(
 
 
 def servo(joints: Joints, target: Sequence[float], lookahead: float, scaling: float) -> Joints:
-    """One cycle of servoj: towards the target with a lag of half the lookahead, speeds limited."""
+    """One cycle of servoj: towards the target with a lag of half the lookahead, limited speeds."""
     share = 1.0 - math.exp(-CYCLE_S / max(0.5 * lookahead, 1e-3))
     found = []
     for angle, wanted, fastest in zip(joints, target, FASTEST, strict=True):

@@ -1,8 +1,7 @@
-"""The state of a fake UR controller: registers, the control script, safety system, joints.
+"""The state of a fake UR controller: registers, control script, safety system, joints.
 
-The script that a client uploads is not interpreted: what it would do with the registers is written
-out here, command by command, for those commands that move or stop joints. All others are done at
-once and do nothing.
+The uploaded script is not interpreted: its effect on the registers is implemented here, command by
+command, for those commands that move or stop joints. All others complete at once without effect.
 """
 
 from __future__ import annotations
@@ -14,9 +13,9 @@ from hw.fakes.cb3_arm import CYCLE_S, STOP, JointMotion, Joints, brake, move, se
 REGISTERS = 48
 STOPPED, PLAYING, PAUSED = 1, 2, 4
 READY, DONE = 1, 2
-"""Output register 0: what the script says of itself."""
+"""Output register 0: the state of the script."""
 REALTIME = frozenset((6, 9, 10, 11, 24, 25, 26, 27, 38, 58, *range(66, 72)))
-"""Commands that are no handshake: the script is ready again at once."""
+"""Commands without a handshake: the script is ready again at once."""
 NORMAL, PROTECTIVE = "NORMAL", "PROTECTIVE_STOP"
 SAFEGUARD, EMERGENCY = "SAFEGUARD_STOP", "ROBOT_EMERGENCY_STOP"
 BITS: Mapping[str, int] = {
@@ -25,11 +24,11 @@ BITS: Mapping[str, int] = {
 }  # fmt: skip
 MODES: Mapping[str, int] = {NORMAL: 1, PROTECTIVE: 3, SAFEGUARD: 5, EMERGENCY: 7}
 STARTING_CYCLES = 4
-"""An uploaded script runs after so many cycles."""
+"""Cycles until an uploaded script runs."""
 
 
 class FakeController:
-    """Stepped once in 8 ms; nobody waits in it."""
+    """Stepped every 8 ms; nothing in it waits."""
 
     def __init__(self, joints: Joints, unlock_s: float) -> None:
         self.joints = self.target = joints
@@ -44,7 +43,7 @@ class FakeController:
         self.scripts = 0
         self._unlock_s, self._stopped_at = unlock_s, 0.0
         self._starting = 0
-        self._held = False  # a command is carried out once, until the client writes 0
+        self._held = False  # a command runs once, until the client writes 0
         self._servo: tuple[Joints, float] | None = None
         self._speed: tuple[Joints, float] | None = None
         self._moving: JointMotion | None = None
@@ -52,10 +51,10 @@ class FakeController:
         self._watchdog_s: float | None = None
         self._fed_at = 0.0
 
-    # ---- what clients do
+    # ---- clients
 
     def upload(self) -> None:
-        """A whole script has come: it replaces the one that runs."""
+        """Take a complete script, which replaces the running one."""
         self.end()
         if self.safety == NORMAL and self.powered:
             self._starting = STARTING_CYCLES
@@ -67,7 +66,7 @@ class FakeController:
         self._still()
 
     def written(self, name: str, value: float) -> None:
-        """A client has written an input register."""
+        """Take a client's value of an input register."""
         kind, _, number = name.rpartition("_")
         if kind == "input_int_register":
             self.ints_in[int(number)] = int(value)
@@ -79,17 +78,17 @@ class FakeController:
             self.scaling = max(0.0, min(1.0, value))
 
     def unlock(self) -> str:
-        """The dashboard's answer to who wants to end a protective stop."""
+        """Unlock a protective stop; returns the dashboard's answer."""
         if self.safety == PROTECTIVE and self.time_s - self._stopped_at < self._unlock_s:
             return f"Cannot unlock protective stop until {self._unlock_s:g}s after occurrence"
         if self.safety == PROTECTIVE:
             self.safety = NORMAL
         return "Protective stop releasing"
 
-    # ---- what happens to it
+    # ---- events
 
     def halt(self, safety: str) -> None:
-        """The safety system stops the arm: the program waits, or is over at an emergency stop."""
+        """Stop the arm by the safety system: the program pauses, or ends at an emergency stop."""
         self.safety, self._stopped_at = safety, self.time_s
         paused = self.runtime == PLAYING and safety != EMERGENCY
         self._moving = brake(self.joints, self.velocities, STOP)
@@ -98,9 +97,9 @@ class FakeController:
         self.powered = safety != EMERGENCY
 
     def release(self) -> None:
-        """The cause of a safeguard or emergency stop is gone; a paused program goes on by itself.
+        """End a safeguard or emergency stop; a paused program resumes by itself.
 
-        So do installations whose safeguard is reset automatically: the last target counts again.
+        So do installations whose safeguard resets automatically: the last target holds again.
         """
         if self.safety == SAFEGUARD and self.runtime == PAUSED:
             self.runtime, self._moving = PLAYING, None
@@ -108,14 +107,14 @@ class FakeController:
             self.safety, self.powered = NORMAL, True
 
     def place(self, joints: Joints) -> None:
-        """Stand there, as after switching on."""
+        """Put the arm there, as after switching on."""
         self.end()
         self.joints = self.target = joints
         self.velocities, self._moving = (0.0,) * 6, None
         self.safety, self.powered = NORMAL, True
 
     def step(self) -> None:
-        """One cycle."""
+        """Run one cycle."""
         self.time_s += CYCLE_S
         if self._starting:
             self._starting -= 1
@@ -129,7 +128,7 @@ class FakeController:
     # ---- the script
 
     def _begin(self) -> None:
-        self.runtime, self._held = PLAYING, True  # what is in the registers is old
+        self.runtime, self._held = PLAYING, True  # the registers' content is old
         self.ints_out[0] = 0
         self.scripts += 1
 

@@ -1,6 +1,6 @@
 """RTDE as a UR controller speaks it on port 30004, for one client of the fake.
 
-All numbers are big-endian. A package is its size (uint16, its own 3 bytes included), its kind
+All numbers are big-endian. A package is its size (uint16, including its own 3 bytes), its kind
 (uint8) and its content.
 """
 
@@ -79,9 +79,9 @@ for _n in range(REGISTERS):
 
 
 class Rtde:
-    """What one client has agreed with the controller; `taken` answers its bytes.
+    """One client's RTDE session; `taken` answers its bytes.
 
-    `refused` are variables that this controller does not know.
+    `refused` are variables unknown to this controller.
     """
 
     def __init__(self, arm: FakeController, refused: Collection[str]) -> None:
@@ -94,10 +94,10 @@ class Rtde:
         self._started = False
 
     def taken(self, data: bytes) -> bytes:
-        """The answers to what has come.
+        """Take bytes; returns the answers.
 
         Raises:
-            ValueError, struct.error: it is no RTDE.
+            ValueError, struct.error: not RTDE.
         """
         self._buffer += data
         answers = b""
@@ -112,7 +112,7 @@ class Rtde:
         return answers
 
     def told(self) -> bytes:
-        """What the controller sends in this cycle."""
+        """The package of this cycle; empty if none is due."""
         if not self._started:
             return b""
         self._count += 1

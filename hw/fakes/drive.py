@@ -1,11 +1,11 @@
 """A servo drive of a wheel on a CAN bus: CANopen with profile CiA 402, profile velocity mode.
 
-It keeps its object dictionary by `canopen.LocalNode`, which answers SDO and network management;
-process data, ramps, the state machine and the watch over the master's heartbeat are here. Time is
-given by `step`, so that a test can let it pass as it likes.
+Its object dictionary is kept by `canopen.LocalNode`, which answers SDO and network management;
+process data, ramps, the state machine and the monitoring of the master's heartbeat are here. Time
+is passed in by `step`, so that tests control it.
 
     drive = Drive(network, 3)
-    drive.step(now_ns)           # after the network has handed on what had come
+    drive.step(now_ns)           # after the network has delivered the frames received
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ STATUS = {
 VOLTAGE = 0x0010
 _NODES: Any = canopen  # much of it has no types
 COASTING = 400_000.0
-"""How fast a wheel without power slows down, units/s2."""
+"""Deceleration of a wheel without power, units/s2."""
 OBJECTS = (
     ("device type", 0x1000, U32, 0x0002_0192),
     ("error register", 0x1001, UNSIGNED8, 0),
@@ -51,7 +51,7 @@ MAPPINGS = {0x1400: 0x1600, 0x1800: 0x1A00}
 
 
 def dictionary(node: int) -> Any:
-    """The objects of a drive, one process data object each way, not mapped yet."""
+    """The objects of a drive: one process data object each way, not mapped yet."""
     found = _NODES.ObjectDictionary()
     for name, index, kind, default in OBJECTS:
         found.add_object(_variable(name, index, 0, kind, default))
@@ -66,7 +66,7 @@ def dictionary(node: int) -> Any:
 
 
 def _record(name: str, index: int, count: int, members: list[tuple[int, int]]) -> Any:
-    """An object with members; those of equal names are told apart by their index."""
+    """An object with members; its name includes the index to be unique."""
     made = canopen.objectdictionary.ODRecord(f"{name} {index:X}", index)
     made.add_member(_variable("count", index, 0, UNSIGNED8, count))
     for n, (kind, default) in enumerate(members, 1):
@@ -88,9 +88,9 @@ class FakeDrive:
     def __init__(self, network: FakeNetwork, number: int) -> None:
         self.number, self.velocity = number, 0.0
         self.state = "disabled"
-        self.relay_open = False  # by the line of the bumper: no power for the motor
-        self.silent = False  # its process data stay away
-        self.stuck = False  # it tells the same velocity again and again
+        self.relay_open = False  # opened by the bumper's line: no power for the motor
+        self.silent = False  # sends no process data
+        self.stuck = False  # repeats the same velocity
         self._network = network
         self._node = _NODES.LocalNode(number, dictionary(number))
         self._node.add_write_callback(self._written)
@@ -104,7 +104,7 @@ class FakeDrive:
         self.boot()
 
     def boot(self) -> None:
-        """Start anew: settings are gone, the motor has no power, a boot-up message is sent."""
+        """Restart: settings are lost, the motor has no power, a boot-up message is sent."""
         node = self._node
         node.nmt.stop_heartbeat()
         node.data_store.clear()
@@ -114,12 +114,12 @@ class FakeDrive:
         node.nmt.state = "PRE-OPERATIONAL"
 
     def fail(self, code: int) -> None:
-        """Something is broken: EMCY, and the reaction to faults."""
+        """Fail: send an EMCY, and run the fault reaction."""
         self._node.emcy.send(code, 0x01)
         self.state = "reaction"
 
     def hear(self, identifier: int, data: bytes, now_ns: int) -> None:
-        """A frame of the bus."""
+        """Take a frame of the bus."""
         watched = self.value(0x1016, 1)
         if watched and identifier == 0x700 + (watched >> 16 & 0x7F):
             self._beat_ns = now_ns
@@ -135,8 +135,8 @@ class FakeDrive:
             self._tell()
 
     def step(self, now_ns: int) -> None:
-        """Time has passed: ramps, the watch over the master."""
-        if self._node.nmt.state == "INITIALISING":  # it was told to
+        """Advance to now_ns: ramps, and the monitoring of the master."""
+        if self._node.nmt.state == "INITIALISING":  # by command of the master
             self.boot()
         span = 0.0 if self._stepped_ns is None else 1e-9 * (now_ns - self._stepped_ns)
         self._stepped_ns = now_ns
@@ -153,7 +153,7 @@ class FakeDrive:
                 self.state = "fault"
 
     def value(self, index: int, subindex: int = 0) -> int:
-        """An object as it is now."""
+        """The present value of an object."""
         found = self._values.get((index, subindex))
         if found is None:
             variable = self._node.object_dictionary.get_variable(index, subindex)
@@ -166,7 +166,7 @@ class FakeDrive:
         self._values.pop((index, subindex), None)
 
     def _motion(self) -> tuple[float, float]:
-        """The velocity it heads for, and the ramp."""
+        """The target velocity, and the ramp."""
         if self.state == "enabled" and self.value(0x6060) == 3:
             target = float(self.value(0x60FF))
             faster = abs(target) > abs(self.velocity)
@@ -176,7 +176,7 @@ class FakeDrive:
         return 0.0, COASTING
 
     def _watch(self, now_ns: int) -> None:
-        """Has the master gone? It is watched from its first heartbeat on (CiA 301)."""
+        """React to a lost master, which is monitored from its first heartbeat on (CiA 301)."""
         limit = self.value(0x1016, 1) & 0xFFFF
         if not limit or self._beat_ns is None or now_ns - self._beat_ns <= limit * 1_000_000:
             return
@@ -189,7 +189,7 @@ class FakeDrive:
             self.state = {1: "reaction", 2: "disabled", 3: "quick stop"}[option]
 
     def _obey(self) -> None:
-        """Take the process data that wait."""
+        """Take the process data received."""
         data, self._waiting = self._waiting, None
         if data is None or len(data) < self._length(0x1600):
             return
@@ -201,7 +201,7 @@ class FakeDrive:
         self.state = self._next(control, reset=bool(control & ~before & 0x80))
 
     def _next(self, control: int, reset: bool) -> str:
-        """The state that a control word leads to."""
+        """The state after a control word."""
         state = self.state
         if state == "fault" and reset:
             self._node.emcy.reset()
@@ -225,7 +225,7 @@ class FakeDrive:
         return steps.get(wanted, {}).get(state, state)
 
     def _tell(self) -> None:
-        """Status word and velocity, as mapped."""
+        """Send status word and velocity, as mapped."""
         frame = self.value(0x1800, 1)
         if self.silent or frame & 0x8000_0000 or self.value(0x1800, 2) > 240:
             return
@@ -239,7 +239,7 @@ class FakeDrive:
             self._network.send_message(frame, self._told)
 
     def _mapped(self, mapping: int) -> list[tuple[int, int]]:
-        """Index and bytes of what is mapped."""
+        """Index and size in bytes of the mapped objects."""
         entries = [self.value(mapping, n) for n in range(1, self.value(mapping) + 1)]
         return [(entry >> 16, (entry & 0xFF) // 8) for entry in entries]
 

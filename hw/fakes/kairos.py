@@ -1,4 +1,4 @@
-"""The fake RB-KAIROS as a peer of a connection: started with it, ended with it.
+"""The fake RB-KAIROS as a peer of a connection.
 
 peers:
   kairos: {driver: "hw.fakes.kairos:Kairos", host: loopback, port: 9090, tells: world}
@@ -12,10 +12,10 @@ from hw.links.datagrams import Hearer
 
 
 class Kairos(Peer):
-    """A fake RB-KAIROS in a process of its own; its faults are told in `hw.fakes.kairos_process`.
+    """A fake RB-KAIROS in a process of its own; `hw.fakes.kairos_process` describes its faults.
 
     `tells` is the world that its wheels move; without one it drives in a plane of its own. Its
-    scanners hang `upside_down`, as the real ones do, or not.
+    scanners are mounted `upside_down`, like the real ones, or not.
     """
 
     def __init__(

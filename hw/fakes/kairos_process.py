@@ -1,17 +1,16 @@
-"""A fake RB-KAIROS behind a rosbridge server: a child (`hw.links.processes`).
+"""A fake RB-KAIROS behind a rosbridge server: a child process (`hw.links.processes`).
 
-Settings: `host`, `port`, `ros` (1 or 2); `upside_down`, as its scanners may hang; `tells`, the
-address of a world, or None; `radius` and `lever` of its wheels, m. Ready: `control`, where it takes
-datagrams:
+Settings: `host`, `port`, `ros` (1 or 2); `upside_down` for its scanners; `tells`, the address of a
+world, or None; `radius` and `lever` of its wheels, m. Ready: `control`, the address for datagrams:
 
 - `base.scan` (`Scan`) of a world goes out as a LaserScan of the scanner of that name. Without a
   world it makes scans of its own, 541 beams 12.5 times a second.
-- a fault (source `fault`, by its name) holds until the next: `drop` cuts all connections and each
-  that comes; `mute` sends nothing; `silent` (value: its name) nothing on one topic; `freeze`
-  repeats the last odometry, stamp and all; `late` sends everything 0.3 s late; `nan` has no numbers
-  in odometry and scans; `stop` is its emergency stop, engaged; an empty name clears it.
+- a fault (source `fault`, by its name) holds until the next: `drop` cuts all connections, also new
+  ones; `mute` sends nothing; `silent` (value: its name) nothing on one topic; `freeze` repeats the
+  last odometry with its stamp; `late` sends everything 0.3 s late; `nan` puts NaN into odometry and
+  scans; `stop` engages its emergency stop; an empty name clears it.
 
-It tells the world its wheel rates every 10 ms: source `drives`, name `wheels`.
+It sends its wheel rates to the world every 10 ms: source `drives`, name `wheels`.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ FAULTS = ("", "drop", "mute", "freeze", "late", "nan", "silent", "stop")
 
 
 class FakeKairos:
-    """The robot, its server, and what goes wrong with them."""
+    """The robot, its server, and its faults."""
 
     def __init__(self, settings: Mapping[str, Any]) -> None:
         self.intake = Intake(settings["host"])
@@ -58,7 +57,7 @@ class FakeKairos:
         self._newest: Message | None = None
 
     def step(self, dt: float) -> None:
-        """Drive on, and send what is due."""
+        """Advance by dt, and send what is due."""
         self.robot.step(dt)
         self._number += 1
         stamp, place, velocity = time.time_ns(), self.robot.place, self.robot.velocity
@@ -77,16 +76,16 @@ class FakeKairos:
                 self._send_scan(name, -math.radians(135.0), STEP, ranges, 1.0 / 9000.0)
 
     def take(self) -> None:
-        """Take the datagrams that have come."""
-        for told in self.intake.poll():
-            if told.source == "fault" and told.name in FAULTS:
-                self._have(told.name, told.value)
-            elif told.name == "base.scan" and isinstance(told.value, Scan):
-                scan = told.value
+        """Take the datagrams received."""
+        for datagram in self.intake.poll():
+            if datagram.source == "fault" and datagram.name in FAULTS:
+                self._have(datagram.name, datagram.value)
+            elif datagram.name == "base.scan" and isinstance(datagram.value, Scan):
+                scan = datagram.value
                 self._send_scan(scan.sensor, scan.start, scan.step, scan.ranges, scan.beam_time)
 
     def close(self) -> None:
-        """Let go of its sockets."""
+        """Close its sockets."""
         self.intake.close()
         self._wheels.close()
         self._scans.close()
@@ -136,7 +135,7 @@ class FakeKairos:
 
 
 async def run(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None:
-    """Be the robot until the parent is gone."""
+    """Run until the parent has gone."""
     fake, over = FakeKairos(settings), asyncio.Event()
     loop = asyncio.get_running_loop()
     loop.add_reader(parent.fileno(), over.set)

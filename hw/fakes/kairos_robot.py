@@ -1,6 +1,6 @@
-"""How a stock RB-KAIROS drives, as far as its topics show it; and its messages.
+"""The motion of a stock RB-KAIROS, as far as its topics show it; and its messages.
 
-After `watchdog` without a command it takes zero for the command; its drives follow within `ramp`
+After `watchdog` without a command the commanded velocity is zero; the drives follow within `ramp`
 and `turn_ramp`, and no faster than `speed`. Figures of its configuration files.
 """
 
@@ -17,7 +17,7 @@ Velocity = tuple[float, float, float]
 
 @dataclass(slots=True)
 class KairosWheels:
-    """Wheels in the plane, in SI and radians; `place` is what its odometry says: x, y, yaw."""
+    """Planar motion in SI units; `place` is the pose of its odometry: x, y, yaw."""
 
     watchdog: float = 0.5
     ramp: float = 0.6
@@ -31,10 +31,10 @@ class KairosWheels:
     _age: float = math.inf
 
     def command(self, message: Mapping[str, Any]) -> None:
-        """A Twist.
+        """Take a Twist.
 
         Raises:
-            KeyError, TypeError, ValueError: it is none, as the real one refuses it.
+            KeyError, TypeError, ValueError: invalid, as the real one refuses it.
         """
         linear, angular = message["linear"], message["angular"]
         wanted = (float(linear["x"]), float(linear["y"]), float(angular["z"]))
@@ -43,7 +43,7 @@ class KairosWheels:
         self._wanted, self._age = wanted, 0.0
 
     def step(self, dt: float) -> None:
-        """Drive on for dt."""
+        """Advance by dt, s."""
         alive = self._age < self.watchdog and not self.stopped
         self._age += dt
         vx, vy, wz = self._wanted if alive else (0.0, 0.0, 0.0)

@@ -1,23 +1,23 @@
-"""All nodes of a base's CAN bus: four drives, and the bumper's board, whose line is wired to them.
+"""All nodes of a base's CAN bus: four drives, and the bumper's board with its line to them.
 
-Faults, by name and value; `node` is a number of a drive:
+Faults, by name and value; `node` is the number of a drive:
 
-| name | value | what happens |
+| name | value | effect |
 |---|---|---|
-| `kill`, `revive` | node | it is without power: no frames, the wheel coasts; it starts anew |
-| `boot` | node | it starts anew, with its settings gone |
-| `emcy` | node, or (node, code) | it reports an error, 0x7500, and brakes |
-| `silence`, `stick` | node | its status and velocity stay away; stay the same |
-| `cut` | number | so many of the next frames with velocities come a byte short |
-| `drop` | share | so many of all frames are lost |
+| `kill`, `revive` | node | loses power: no frames, the wheel coasts; boots again |
+| `boot` | node | restarts without its settings |
+| `emcy` | node, or (node, code) | reports an error, by default 0x7500, and brakes |
+| `silence`, `stick` | node | its status and velocity are missing; repeat |
+| `cut` | number | of the next velocity frames, each a byte short |
+| `drop` | share | of all frames, lost |
 | `quiet` | True or False | no frames at all |
 | `touch` | bearing, rad | the foam is pressed |
-| `release`, `unlatch` | | the foam is free; a hand closes the line at the relay |
+| `release`, `unlatch` | | the foam is free; the line is closed by hand at the relay |
 | `line` | | the wire of the line breaks |
 | `welded` | True or False | a touch does not open the line |
 | `bad_check`, `stalled`, `mute`, `untested` | True or False | of the board's frames |
-| `jump` | number | its counter skips so many |
-| `well` | | all of these are over, but not what they have led to |
+| `jump` | number | of steps that its counter skips |
+| `well` | | ends all of these, but not their consequences |
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from hw.fakes.drive import FakeDrive
 
 
 class Nodes:
-    """The nodes on one wire. `step` after the frames that have come."""
+    """The nodes on one wire. Call `step` after `take`."""
 
     def __init__(
         self,
@@ -45,7 +45,7 @@ class Nodes:
         self.board = FakeBumper(self.network.send, self._relay, by_hand_ns) if bumper else None
 
     def take(self, frames: Iterable[tuple[int, bytes]], now_ns: int) -> None:
-        """Frames have come."""
+        """Take the frames received."""
         dead = self.network.faults.dead
         for identifier, data in frames:
             self.network.notify(identifier, bytearray(data), 1e-9 * now_ns)
@@ -56,7 +56,7 @@ class Nodes:
                 self.board.hear(identifier, data)
 
     def step(self, now_ns: int) -> None:
-        """Time has passed."""
+        """Advance to now_ns."""
         for drive in self.drives.values():
             drive.step(now_ns)
         if self.board is not None:
@@ -64,14 +64,14 @@ class Nodes:
         self.network.step(now_ns)
 
     def velocities(self) -> list[float]:
-        """Of the motors, units/s, in the order of the nodes."""
+        """Velocities of the motors, units/s, in the order of the nodes."""
         return [drive.velocity for drive in self.drives.values()]
 
     def fault(self, name: str, value: Any = None) -> None:
-        """Let something go wrong.
+        """Inject a fault.
 
         Raises:
-            ValueError: there is no such fault.
+            ValueError: an unknown fault.
         """
         known = self._of_drives(name, value) or self._of_bus(name, value)
         if not known and self.board is not None:

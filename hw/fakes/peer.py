@@ -1,4 +1,4 @@
-"""A peer: a fake device in a process of its own, which can be told to misbehave."""
+"""A peer: a fake device in a process of its own, with faults on demand."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from hw.links.processes import Child
 
 
 class Peer:
-    """Starts a child that says in its ready line where it takes faults: `control`, (host, port).
+    """Starts a child whose ready line has the address for faults: `control`, (host, port).
 
-    `module` has the child's `main`; `settings` are what it is called with, and `tells` the address
-    of whom it tells, or None.
+    `module` has the child's `main`; `settings` are its arguments; `tells` is the peer that it sends
+    to, or None.
     """
 
     def __init__(self, module: str, settings: dict[str, Any], tells: Hearer | None = None) -> None:
@@ -23,31 +23,31 @@ class Peer:
         self._faults = Outlet("fault")
 
     def wait(self) -> None:
-        """Wait until it can be talked to.
+        """Wait until it is ready.
 
         Raises:
-            OSError: it cannot start, and why.
+            OSError: it cannot start, with the cause.
         """
         self.ready = self._child.wait()
         self._faults.addresses = [(str(self.ready["control"][0]), int(self.ready["control"][1]))]
 
     @property
     def pid(self) -> int:
-        """Of its process."""
+        """Process id."""
         return self._child.pid
 
     @property
     def alive(self) -> bool:
-        """Does its process run?"""
+        """True while its process runs."""
         return self._child.alive
 
     def fault(self, name: str, value: Any = None) -> int:
-        """Let it misbehave; its module says how it can. Gives when it was told to, ns."""
+        """Inject a fault, as its module describes. Returns when it was sent, ns."""
         stamp = time.monotonic_ns()
         self._faults.send(name, stamp, value)
         return stamp
 
     def close(self) -> None:
-        """End it."""
+        """End its process."""
         self._faults.close()
         self._child.close()

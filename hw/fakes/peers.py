@@ -10,14 +10,14 @@ from hw.fakes.peer import Peer
 from hw.links.datagrams import Hearer
 
 UR10 = (0.0, -1.57, 1.57, -1.57, -1.57, 0.0)
-"""Where an arm stands that nobody says anything of, rad."""
+"""Default joints of an arm, rad."""
 
 
 class Cb3(Peer):
-    """A UR controller of the CB3 series at `host`, on the ports that all of them have.
+    """A UR controller of the CB3 series at `host`, on its usual ports.
 
-    It stands at `joints` (rad), else folded as the robot's body is; it tells its joints to `tells`.
-    `unlock` is how long a protective stop cannot be unlocked, s. `hw.fakes.cb3` has its faults.
+    It starts at `joints` (rad), by default folded like the robot's body; it sends its joints to
+    `tells`. A protective stop cannot be unlocked for `unlock` s. `hw.fakes.cb3` has its faults.
     """
 
     def __init__(
@@ -40,8 +40,8 @@ class Cb3(Peer):
 class VrClient(Peer):
     """A VR application that connects to the VR link at host:port as soon as it can.
 
-    Its user is the one whom the world `tells` hosts. Its clock is `clock_offset`, s, ahead of
-    ours; `answers`: it answers questions for it; `by_fields`: it writes field by field, as Unity
+    Its user is hosted by the world `tells`. Its clock is `clock_offset`, s, ahead of ours;
+    `answers`: it answers questions for its clock; `by_fields`: it writes field by field, as Unity
     does. `hw.fakes.vr_application` has its faults.
     """
 

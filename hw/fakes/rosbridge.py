@@ -1,8 +1,8 @@
-"""A small server that speaks rosbridge (protocol 2, JSON), with topics of its own.
+"""A small rosbridge server (protocol 2, JSON) with its own topics.
 
-Like the real one it says nothing to a client that subscribes to a topic of another type, or to one
-that nobody publishes, unless the client asked for warnings (`set_level`); it keeps the newest
-message of a topic for a client that does not read; and NaN and infinity go out as null.
+Like the real one it does not report a failed subscription (another type, or a topic that nobody
+publishes), unless the client asked for warnings (`set_level`); it queues the newest message of a
+topic for a client that does not read; NaN and infinity are sent as null.
 
 Operations: subscribe, unsubscribe, advertise, unadvertise, publish, set_level, call_service (which
 always fails: there are no services).
@@ -28,7 +28,7 @@ TALKATIVE = ("info", "warning")
 
 @dataclass(slots=True)
 class FakeTopic:
-    """A topic: its type, what it sent last if it is latched, and who in here listens to it."""
+    """A topic: its type, its last message if latched, and its receiver here, if any."""
 
     kind: str
     latched: bool = False
@@ -62,8 +62,7 @@ class _Client:
 class RosbridgeServer:
     """Topics by their full names, and the clients. All of it belongs to one event loop.
 
-    `muted` topics send nothing; `refusing` closes each client that comes; `late` is how long
-    everything takes to leave, s.
+    `muted` topics send nothing; `refusing` closes each new client; `late` delays all messages, s.
     """
 
     def __init__(self, topics: Mapping[str, FakeTopic]) -> None:
@@ -84,7 +83,7 @@ class RosbridgeServer:
         self._listener = await serve(self._serve, host, port, compression=None, close_timeout=0.2)
 
     async def close(self) -> None:
-        """Let go of all clients."""
+        """Close all connections."""
         if self._listener is not None:
             self._listener.close()
             await self._listener.wait_closed()
@@ -95,7 +94,7 @@ class RosbridgeServer:
             client.socket.transport.abort()
 
     def publish(self, name: str, message: Mapping[str, Any]) -> None:
-        """Send a message to all who subscribed to its topic."""
+        """Send a message to all subscribers of its topic."""
         topic = self.topics[name]
         if topic.latched:
             topic.last = message
@@ -161,7 +160,7 @@ class RosbridgeServer:
             self._say(client, f"{message['topic']} is no {message['type']}")
 
     def _op_unadvertise(self, client: _Client, message: Mapping[str, Any]) -> None:
-        """Nobody misses it."""
+        """Nothing to do."""
 
     def _op_set_level(self, client: _Client, message: Mapping[str, Any]) -> None:
         client.level = message["level"]
@@ -182,7 +181,7 @@ def _text(name: str, message: Mapping[str, Any]) -> str:
 
 
 def _finite(value: Any) -> Any:
-    """The same with null for every number that JSON does not have."""
+    """The value with null for each number that JSON lacks."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, Mapping):

@@ -1,16 +1,17 @@
-"""A fake of SICK S300 scanners behind serial-to-Ethernet servers; its scans come by datagrams.
+"""Fake SICK S300 scanners behind serial-to-Ethernet servers; their scans come as datagrams.
 
-A child (`hw.links.processes`). Settings: `scanners`, the (host, port) of each by its name; `host`
-of its own datagrams; `tells`, the address of a world, or None; `baud`; `beyond`, how many bytes of
-a telegram its size does not count: 4, 8 or 14, as firmwares have it. Ready: `control`, where it
-takes datagrams:
+A child process (`hw.links.processes`). Settings: `scanners`, the (host, port) of each by its name;
+`host` of its own datagrams; `tells`, the address of a world, or None; `baud`; `beyond`, the bytes
+of a telegram not counted by its size field: 4, 8 or 14, depending on the firmware. Ready:
+`control`, the address for datagrams:
 
 - `base.scan` (`Scan`, stamped at its first beam) becomes a telegram of the scanner of that name. It
-  leaves when the real one would have come to its end: after the last beam and the time on the line.
-- a fault (source `fault`, by its name) holds until the next: `drop` lets go of all lines, and at
-  once of new ones, `mute` keeps them and says nothing, `freeze` repeats the newest telegram,
-  `corrupt` turns one bit of each, `garbage` sends noise in front of them, `cut` ends each in its
-  middle, `standby` measures nothing; an empty name clears it.
+  is sent when a real one would end: after the last beam and the transmission time.
+- a fault (source `fault`, by its name) holds until the next: `drop` closes all lines, also new
+ones;
+  `mute` keeps them and sends nothing; `freeze` repeats the newest telegram; `corrupt` flips one bit
+  of each; `garbage` puts noise in front of them; `cut` truncates each to half; `standby` measures
+  nothing; an empty name clears it.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ _HEAD_SIZE = 24
 def telegram(
     ranges: tuple[float, ...], number: int, beyond: int = 4, standby: bool = False
 ) -> bytes:
-    """A telegram of these distances, m; inf is a beam that does not come back."""
+    """A telegram of these distances, m; inf is no return."""
     if standby:
         words = [STANDBY] * len(ranges)
     else:
@@ -92,7 +93,7 @@ class _Scanner:
             try:
                 line.send(data)
             except BlockingIOError:
-                continue  # nobody reads: a serial line does not wait either
+                continue  # the receiver does not read: a serial line does not wait either
             except OSError:
                 self.lines.remove(line)
                 line.close()
@@ -116,22 +117,22 @@ class FakeS300:
         self._chance = random.Random(1)
 
     def step(self, parent: Parent) -> None:
-        """Wait a little for whatever comes, and do what is due."""
+        """Wait a little for input, and send what is due."""
         every = self._scanners.values()
         watched: list[Any] = [self.intake, parent, *(one.listener for one in every)]
         watched += [line for one in every for line in one.lines]
         readable = select.select(watched, [], [], self._until_due())[0]
         self._subscription.renew(time.monotonic_ns())
         self._accept(readable)
-        for told in self.intake.poll():
-            if told.source == "fault" and told.name in FAULTS:
-                self._fault = told.name
-            elif told.name == "base.scan" and isinstance(told.value, Scan):
-                self._measure(told.value, told.stamp_ns)
+        for datagram in self.intake.poll():
+            if datagram.source == "fault" and datagram.name in FAULTS:
+                self._fault = datagram.name
+            elif datagram.name == "base.scan" and isinstance(datagram.value, Scan):
+                self._measure(datagram.value, datagram.stamp_ns)
         self._send_due()
 
     def close(self) -> None:
-        """Let go of everything."""
+        """Close all sockets."""
         for one in self._scanners.values():
             one.let_go()
             one.listener.close()
@@ -200,7 +201,7 @@ def _gone(line: socket.socket) -> bool:
 
 
 def main(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None:
-    """Be the scanners until the parent is gone."""
+    """Run until the parent has gone."""
     fake = FakeS300(settings)
     ready({"control": fake.intake.address})
     try:

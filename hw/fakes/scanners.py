@@ -1,4 +1,4 @@
-"""The fake scanners as a peer of a connection: started with it, ended with it.
+"""The fake scanners as a peer of a connection.
 
 peers:
   scanners:
@@ -17,9 +17,10 @@ from hw.links.datagrams import Hearer
 
 
 class S300Peer(Peer):
-    """Fake S300 scanners in a process of their own; their faults are told in `hw.fakes.s300`.
+    """Fake S300 scanners in a process of their own; `hw.fakes.s300` describes their faults.
 
-    `tells` is the world whose scans they send; without one they send what they are told.
+    `tells` is the world whose scans they send; without one they send those of `base.scan`
+    datagrams.
     """
 
     def __init__(

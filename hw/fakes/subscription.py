@@ -1,15 +1,15 @@
-"""How a fake device goes on hearing of its world: it tells again and again where it listens."""
+"""A fake device's subscription to its world: it periodically sends its address."""
 
 from __future__ import annotations
 
 from hw.links.datagrams import Address, Outlet
 
 EVERY_NS = 200_000_000
-"""A world forgets who has not subscribed anew for a second."""
+"""Period of renewal; a world drops subscriptions after a second."""
 
 
 class Subscription:
-    """Tells by an outlet, whose source says what is wanted, that `own` is the address for it."""
+    """Sends by an outlet, whose source names the kind of peer, that `own` is its address."""
 
     def __init__(self, outlet: Outlet, own: Address) -> None:
         self._outlet, self._own = outlet, own
@@ -21,6 +21,6 @@ class Subscription:
         self._outlet.send("subscribe", now_ns, self._own)
 
     def renew(self, now_ns: int) -> None:
-        """Subscribe anew, if it is time."""
+        """Renew the subscription, if due."""
         if now_ns - self._told_ns >= EVERY_NS:
             self.tell(now_ns)

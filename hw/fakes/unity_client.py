@@ -1,8 +1,8 @@
 """The client side of the ROS-TCP-Connector, written from its description, for ROS 1 messages.
 
-Like Unity's it writes each field of a message by itself, on a socket with Nagle's algorithm on,
-registers all anew after each connection, and gives a sign of life after a second of silence. It
-never waits: who calls `poll` often enough is served.
+Like Unity's it writes each field of a message separately, on a socket with Nagle's algorithm on,
+registers everything after each connection, and sends a keep-alive after a second of silence. It
+never waits: `poll` has to be called often enough.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Fields = list[bytes]
 
 
 class ShownRobot(NamedTuple):
-    """A robot out of an Odometry: stamp in ns, x, y, yaw's quaternion part, vx, vy, wz."""
+    """A robot from an Odometry: stamp, ns, frame, pose, and velocity vx, vy, wz."""
 
     stamp_ns: int
     frame: str
@@ -36,7 +36,7 @@ class ShownRobot(NamedTuple):
 
 @dataclass(slots=True)
 class Client:
-    """One client; `published` and `subscribed` are names of topics with their messages."""
+    """One client; `published` and `subscribed` are topic names with their messages."""
 
     host: str
     port: int
@@ -53,7 +53,7 @@ class Client:
 
     @property
     def connected(self) -> bool:
-        """Is there a link?"""
+        """True while connected."""
         return self._socket is not None
 
     def fileno(self) -> int:
@@ -62,7 +62,7 @@ class Client:
         return self._socket.fileno()
 
     def poll(self) -> list[tuple[str, bytes]]:
-        """What has come, by topic; connects if there is no link."""
+        """The messages received, by topic; connects if there is no link."""
         if self._socket is None and not self._connect():
             return []
         if time.monotonic() - self._wrote > IDLE_S:
@@ -83,12 +83,12 @@ class Client:
         self.send(f"__{name}", [json.dumps(fields).encode()])
 
     def header(self, stamp_ns: int, frame: str) -> Fields:
-        """The head of a message, with the next number."""
+        """The header of a message, with the next sequence number."""
         self._sequence += 1
         return [_U4.pack(self._sequence), *moment(stamp_ns), *text(frame)]
 
     def close(self) -> None:
-        """End the link; the next `poll` makes a new one."""
+        """Close the link; the next `poll` reconnects."""
         if self._socket is not None:
             self._socket.close()
         self._socket = None
@@ -102,7 +102,7 @@ class Client:
             link = socket.create_connection((self.host, self.port), timeout=1.0)
         except OSError:
             return False
-        link.settimeout(0.2)  # what a game may stand still for
+        link.settimeout(0.2)  # a game may stall for that long
         self._socket = link
         self.connections += 1
         self._write([bytes(8)])
@@ -124,7 +124,7 @@ class Client:
         self._wrote = time.monotonic()
 
     def _receive(self) -> bool:
-        """Take what has come; False: there is no link any more."""
+        """Receive; False if the link is lost."""
         while self._socket is not None and select.select([self._socket], [], [], 0.0)[0]:
             try:
                 data = self._socket.recv(1 << 16)

@@ -1,19 +1,18 @@
-"""A VR application as the robot sees one: tracks its user, asks for touches, shows the robot.
+"""A VR application as the robot sees it: it tracks its user, requests touches, shows the robot.
 
-What its user does comes from a `UserPlay`; this turns it into messages at 90 Hz, by its own clock.
-Faults are what goes wrong with such applications:
-
-| fault | what |
+Its user's actions come from a `UserPlay`; this turns them into messages at 90 Hz, by its own clock.
+Its faults are those of real applications:
+| fault | effect |
 |---|---|
-| `gone` / `drop` | ends the link for good / once |
-| `silent` / `mute` | sends no poses any more / nothing at all |
-| `frozen` | sends the same poses on and on |
+| `gone` / `drop` | closes the link for good / once |
+| `silent` / `mute` | sends no poses / nothing at all |
+| `frozen` | repeats the same poses |
 | `late` | sends poses 200 ms after they were measured |
 | `future` | stamps poses 200 ms ahead |
 | `back` | stamps poses a second back |
-| `jump` | the person is seen two metres aside |
-| `nan` | asks for a touch at NaN |
-| `none` | all is well again |
+| `jump` | the person's poses are two metres aside |
+| `nan` | requests a touch at NaN |
+| `none` | ends all faults |
 """
 
 from __future__ import annotations
@@ -49,19 +48,19 @@ HERE = Pose3(0.0, 0.0, 0.0)
 FRAME_NS = 10**9 // 90
 LATE_NS, STEP_NS = 200_000_000, 1_000_000_000
 WAIST, EYES, HAND = 1.0, 1.65, 0.25
-"""How high a person's waist and eyes are, and how far aside their hands, m."""
+"""Heights of waist and eyes, and distance of the hands to the side, m."""
 TREMOR = 1e-5
-"""No tracker gives the same pose twice, m."""
+"""Noise, m, so that no pose repeats bit by bit."""
 ROBOT, ARM, VISIBLE, SIGN, ASKED, ANSWER = (
     "robot/pose", "joint_states", "robot/visible", "robot/stop_sign", "vr/clock_ask",
     "vr/clock_answer",
 )  # fmt: skip
 PERSON = ("vr/head", "vr/left_hand", "vr/right_hand", "vr/tailbone")
-"""The tailbone last: with it the person is complete."""
+"""The tailbone last: it completes the person."""
 
 
 class UserEvent(Protocol):
-    """Something about the user, as `hw.samples` names it; the stamp by the monotonic clock, ns."""
+    """An event of the user, named as in `hw.samples`; stamped by the monotonic clock, ns."""
 
     name: str
     stamp_ns: int
@@ -69,10 +68,10 @@ class UserEvent(Protocol):
 
 
 class UserPlay(Protocol):
-    """What the user does."""
+    """The actions of the user."""
 
     def step(self, now_ns: int, robot: Pose2 | None, shown: bool) -> list[Any]:
-        """What has happened since the last step, as `UserEvent`; the robot's pose in the map."""
+        """Events since the last step, as `UserEvent`; `robot` is its pose in the map."""
         ...
 
 
@@ -81,7 +80,7 @@ class Application:
     """See the module.
 
     `offset_ns` is its clock less the machine's monotonic one; `answers`: it answers questions for
-    its clock. `changes` are what it was shown, whenever that changes.
+    its clock. `changes` lists changes of what it shows.
     """
 
     host: str
@@ -124,11 +123,11 @@ class Application:
 
     @property
     def informed(self) -> bool:
-        """Is the stop sign shown?"""
+        """True while the stop sign is shown."""
         return self._shown.get(SIGN, False)
 
     def step(self, now_ns: int) -> None:
-        """One frame of the application: what has come, what the user does, what is sent."""
+        """Run one frame of the application: receive, step the user, send."""
         self._frames += 1
         if self.fault == "gone":
             self.client.close()
@@ -216,7 +215,7 @@ class Application:
 
 
 def tracked(user: UserPose) -> tuple[Pose3, Pose3, Pose3, Pose3]:
-    """Head, hands and tailbone of a person in the map; where nobody knows them, as they may be."""
+    """Head, hands and tailbone of a person in the map; unknown ones at plausible places."""
     body = Pose3.from_yaw(user.body.x, user.body.y, WAIST, user.body.yaw)
     head = user.head or Pose3.from_yaw(user.body.x, user.body.y, EYES, user.head_yaw)
     left = user.left_hand or body @ Pose3(0.1, HAND, 0.0)

@@ -1,8 +1,8 @@
-"""A VR application to try the link with, alone: one of our users, over the network, in real time.
+"""A stand-alone VR application to try the link: a simulated user, by network, in real time.
 
     python -m hw.fakes.vr_demo --host 192.168.0.5 --user brief --scene lab_a --requests 3
 
-It sends the user's poses at 90 Hz, asks for touches, lets go, and prints what it is shown.
+It sends the user's poses at 90 Hz, requests touches, lets go, and prints what it is shown.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from hw.scene import load_scene
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Play until the user has done all they wanted."""
+    """Run until the user has finished."""
     parser = argparse.ArgumentParser(prog="vr_demo", description=__doc__.partition("\n")[0])
     parser.add_argument("--host", default="127.0.0.1")
     parser.add_argument("--port", type=int, default=10000)

@@ -1,4 +1,4 @@
-"""What the user of the fake VR application does: one of our people, or whom the world hosts."""
+"""The user of the fake VR application: a simulated person, or one hosted by the world."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from hw.people.person import Person
 from hw.sim.devices import SimTrackers, SimVr
 
 AGAIN_NS = 100_000_000
-"""The world is told so often what the user sees, and that somebody listens."""
+"""Period at which the subscription, and whether the robot is shown, are repeated."""
 STEP_NS = 10_000_000
 AWAY = Pose2(100.0, 100.0)
-"""Where the robot is as long as nobody has shown it."""
+"""The robot's pose until it is known."""
 SEEN = ("user.pose", "rover.tracker", "vr.haptic_request", "vr.release", "vr.restart")
 
 
 class PlayedEvent(NamedTuple):
-    """Something about the user, named as in `hw.samples`; the stamp by the monotonic clock, ns."""
+    """An event of the user, named as in `hw.samples`; stamped by the monotonic clock, ns."""
 
     name: str
     stamp_ns: int
@@ -27,7 +27,7 @@ class PlayedEvent(NamedTuple):
 
 
 class Alone:
-    """A person of ours who lives in the application itself, in real time."""
+    """A simulated person in the application itself, in real time."""
 
     def __init__(self, person: Person) -> None:
         self._person, self._trackers, self._vr = person, SimTrackers(person), SimVr(person)
@@ -36,11 +36,11 @@ class Alone:
 
     @property
     def finished(self) -> bool:
-        """Has the person done all they wanted?"""
+        """True once the person has finished."""
         return self._person.finished
 
     def step(self, now_ns: int, robot: Pose2 | None, shown: bool) -> list[PlayedEvent]:
-        """See `Play`."""
+        """See `UserPlay`."""
         found = []
         self._vr.inform(shown)
         while self._now_ns + STEP_NS <= now_ns - self._begun_ns:
@@ -54,7 +54,7 @@ class Alone:
 
 
 class HostedPerson:
-    """The person whom a world hosts: told by its datagrams, and the world what they are shown."""
+    """A person hosted by a world: events arrive, and what they are shown is sent, as datagrams."""
 
     def __init__(self, world: Address) -> None:
         self._intake, self._outlet = Intake(world[0]), Outlet("vr_client", [world])
@@ -62,7 +62,7 @@ class HostedPerson:
         self._told_ns = 0
 
     def step(self, now_ns: int, robot: Pose2 | None, shown: bool) -> list[PlayedEvent]:  # noqa: ARG002
-        """See `Play`; the world knows where the robot is."""
+        """See `UserPlay`; the world knows the robot's pose."""
         if shown is not self._told or now_ns - self._told_ns >= AGAIN_NS:
             self._told, self._told_ns = shown, now_ns
             self._outlet.send("subscribe", now_ns, tuple(self._intake.address))
@@ -71,6 +71,6 @@ class HostedPerson:
         return [PlayedEvent(told.name, told.stamp_ns, told.value) for told in heard]
 
     def close(self) -> None:
-        """Hear and tell nothing any more."""
+        """Close the sockets."""
         self._intake.close()
         self._outlet.close()

@@ -14,7 +14,7 @@ from hw.links.processes import Parent, Ready, serve
 
 
 def main(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None:
-    """The process; faults come by name to `control`."""
+    """Run the process; faults come by name to `control`."""
     given = dict(settings)
     control, play = Intake(), HostedPerson(given.pop("tells"))
     application = Application(play=play, **given)
@@ -23,8 +23,8 @@ def main(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None:
     try:
         while not select.select([parent], [], [], max(0, due_ns - time.monotonic_ns()) * 1e-9)[0]:
             now_ns = time.monotonic_ns()
-            for told in control.poll():
-                application.fault = told.name if told.name in FAULTS else application.fault
+            for datagram in control.poll():
+                application.fault = datagram.name if datagram.name in FAULTS else application.fault
             application.step(now_ns)
             application.changes.clear()
             due_ns = max(due_ns + FRAME_NS, now_ns)

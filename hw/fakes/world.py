@@ -1,6 +1,6 @@
-"""The world of the fakes, as the engine sees it: started and ended here, the truth comes back.
+"""The world of the fakes as the engine sees it: starts and ends it, receives the ground truth.
 
-For the evaluator alone: nothing that drives may look at it.
+The truth is for the evaluator alone: nothing that drives may use it.
 """
 
 from __future__ import annotations
@@ -22,26 +22,25 @@ from hw.samples import UserPose
 from hw.truth import Truth
 
 FIRST_S = 5.0
-"""The first truth comes within so long after the world is ready, s."""
+"""Time limit for the first truth, s."""
 CATCH_UP_NS = 100_000_000
-"""The first tick waits so long for a truth of its own time, ns."""
+"""Time that the first tick waits for a truth of its own time, ns."""
 SILENT_NS = 2_000_000_000
-"""A world that tells nothing for so long has failed."""
+"""Silence after which the world has failed, ns."""
 
 
 class WorldPeer:
-    """The process of the world; peers that are given it as `tells` send to its `address`.
+    """The process of the world; peers with it as `tells` send to its `address`.
 
-    `truth` stays as it is between two calls of `advance`; its times are those of the run.
-    `finished`: has the person done what they were going to do? `late` counts steps of the world
-    that came more than 50 ms late.
+    `truth` is constant between two calls of `advance`; its times are those of the run. `finished`:
+    the person has finished. `late` counts steps of the world that were more than 50 ms late.
     """
 
     def __init__(self, port: int, opening: RunInfo, host: str = "127.0.0.1", *, now: Any) -> None:
         """Start it.
 
         Raises:
-            ValueError: there is no room to host.
+            ValueError: there is no scene to host.
         """
         if opening.play is None:
             raise ValueError("a world needs a room; give one with --scene")
@@ -62,14 +61,14 @@ class WorldPeer:
 
     @property
     def pid(self) -> int:
-        """Of its process."""
+        """Process id."""
         return self._child.pid
 
     def wait(self) -> None:
-        """It is ready, and its first truth is known.
+        """Wait until it is ready, and its first truth is known.
 
         Raises:
-            OSError: it cannot start, and why.
+            OSError: it cannot start, with the cause.
         """
         self._child.wait()
         self._subscription.tell(time.monotonic_ns())
@@ -77,12 +76,12 @@ class WorldPeer:
         while self.truth is None:
             left = until - time.monotonic()
             if left <= 0.0:
-                raise OSError("the world of the fakes tells nothing")
+                raise OSError("the world of the fakes is silent")
             select.select([self._intake], [], [], left)
             self._poll()
 
     def advance(self) -> None:
-        """The run goes on: take what the world has told; at first, the person begins."""
+        """Take the world's messages; at first, let the person begin."""
         real = time.monotonic_ns()
         if self._shift is None:
             self._shift, self._heard = self._now() - real, real
@@ -95,7 +94,7 @@ class WorldPeer:
             self.failures.append(OSError("the world of the fakes has been silent for 2 s"))
 
     def _catch_up(self, real_ns: int) -> None:
-        """Nobody listened since the start: the truth of that time does not count."""
+        """Skip what was sent since the start: a truth of that time does not count."""
         self._poll()
         self._subscription.tell(real_ns)
         until, old = real_ns + CATCH_UP_NS, self.truth
@@ -104,38 +103,38 @@ class WorldPeer:
             self._poll()
 
     def push_off(self) -> None:
-        """An operator pushes the robot off a person that it touches; call it for as long."""
+        """Push the robot away from a person it touches; call it repeatedly."""
         self._outlet.send("push_off", time.monotonic_ns())
 
     def place(self, pose: UserPose) -> None:
-        """A person who is `live` is here from now on."""
+        """Place a `live` person."""
         self._outlet.send("place", time.monotonic_ns(), pose)
 
     def ask(self, deep: Pose3 | None) -> None:
-        """A person who is `live` asks for a touch there, or does no more."""
+        """Let a `live` person request a touch, or end the request."""
         self._outlet.send("ask", time.monotonic_ns(), deep)
 
     def close(self) -> None:
-        """End it."""
+        """End its process."""
         self._child.close()
         self._intake.close()
         self._outlet.close()
 
     def _poll(self) -> None:
         while heard := self._intake.poll():
-            for told in heard:
-                self._take(told)
+            for datagram in heard:
+                self._take(datagram)
 
-    def _take(self, told: Datagram) -> None:
+    def _take(self, datagram: Datagram) -> None:
         self._heard = time.monotonic_ns()
-        if told.name == "truth":
+        if datagram.name == "truth":
             shift = self._shift or 0
-            self.truth_ns = told.stamp_ns + shift
-            self.truth = _kept(later(told.value, shift), self.truth)
-        elif told.name == "finished":
-            self._begun, self.finished = told.value is not None, told.value is True
-        elif told.name == "world.late":
-            self.late = told.value
+            self.truth_ns = datagram.stamp_ns + shift
+            self.truth = _kept(later(datagram.value, shift), self.truth)
+        elif datagram.name == "finished":
+            self._begun, self.finished = datagram.value is not None, datagram.value is True
+        elif datagram.name == "world.late":
+            self.late = datagram.value
 
 
 def _kept(truth: Truth, before: Truth | None) -> Truth:
@@ -147,7 +146,7 @@ def _kept(truth: Truth, before: Truth | None) -> Truth:
 
 
 def _plain(body: RobotModel) -> RobotModel:
-    """A body that can be sent to a process."""
+    """A body that can be pickled."""
     sensing = body.sensing
     plain = replace(sensing, lidars=dict(sensing.lidars), trackers=dict(sensing.trackers))
     return replace(body, sensing=plain)

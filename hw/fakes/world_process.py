@@ -1,25 +1,25 @@
-"""The world of the fakes as a process: peers tell it what their motors do, and hear what there is.
+"""The world of the fakes as a process: peers report their motors and receive their senses.
 
-Its address is known beforehand. All goes by `hw.links.datagrams`; stamps are instants of measuring.
-Who wants to hear something sends `subscribe` there, from the start and every 200 ms, under a source
-that says who it is; the value is the address (host, port) of its own intake.
+Its address is known beforehand. All messages are `hw.links.datagrams`; stamps are instants of
+measurement. A peer subscribes by sending `subscribe` there, from the start and every 200 ms, under
+a source that names its kind; the value is the address (host, port) of its own intake.
 
-| source | hears (from source `world`) |
+| source | receives (from source `world`) |
 |---|---|
 | `vr_client` | `user.pose`, `rover.tracker`, `vr.haptic_request` (a level), `vr.release`, … |
-| `drives` | `bumper`: `BumperHit` as a touch of the foam begins, None while it is free (a level) |
+| `drives` | `bumper`: `BumperHit` at the start of a touch, None while free (a level) |
 | `scanners` | `base.scan` |
 | `evaluator` | `truth` (times of the monotonic clock), `finished` (None: not begun), `world.late` |
 
-| source | tells |
+| source | sends |
 |---|---|
 | `drives` | `wheels`: rates of front left, front right, rear left, rear right, rad/s |
 | `cb3` | `joints`, rad |
-| `vr_client` | `inform`: is the robot shown to the user? |
-| `evaluator` | `begin`: the person may start; `push_off`: an operator pushes the robot off them |
-| `evaluator` | `place` (UserPose), `ask` (the DEEP, None: no more), of a person who is `live` |
+| `vr_client` | `inform`: whether the robot is shown to the user |
+| `evaluator` | `begin`: the person may start; `push_off`: the operator pushes the robot away |
+| `evaluator` | `place` (UserPose), `ask` (the DEEP, None: none), for a `live` person |
 
-Levels come every 100 ms, and on change. Nobody but the evaluator hears the truth.
+Levels are sent every 100 ms and on change. Only the evaluator receives the truth.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ from hw.sim.hosted import DRIVES, EVALUATOR, SCANNERS, STEP_NS, VR, HostedWorld,
 from hw.truth import Truth
 
 KEPT_S = 1.0
-"""Who has not subscribed anew for so long, s, is gone."""
+"""Time after which a subscription ends without renewal, s."""
 LATE_NS = 50_000_000
-"""A step that is later than this is counted."""
+"""Steps later than this are counted."""
 
 
 @dataclass(frozen=True)
 class WorldSettings:
-    """What is hosted, and at which address."""
+    """The hosted scene, its robot, and the address."""
 
     address: Address
     play: HostedScene
@@ -56,14 +56,14 @@ class WorldSettings:
 
 
 class Audience:
-    """Who hears what: addresses by the kind of peer, for as long as they ask."""
+    """Subscribers: addresses by the kind of peer, while they renew."""
 
     def __init__(self) -> None:
         self._outlets = {kind: Outlet("world") for kind in (VR, DRIVES, SCANNERS, EVALUATOR)}
         self._until: dict[tuple[str, Address], float] = {}
 
     def welcome(self, kind: str, address: Any, now_s: float) -> None:
-        """A peer wants to hear; an address that is none is left alone."""
+        """Add or renew a subscriber; an invalid address is ignored."""
         known = kind in self._outlets and isinstance(address, tuple) and len(address) == 2
         if not known or not isinstance(address[0], str) or not isinstance(address[1], int):
             return
@@ -72,7 +72,7 @@ class Audience:
             self._outlets[kind].addresses.append(address)
 
     def tell(self, told: Iterable[PeerMessage], began_ns: int, now_s: float) -> None:
-        """Deliver."""
+        """Deliver messages, and drop expired subscribers."""
         for (kind, address), until in list(self._until.items()):
             if until < now_s:
                 del self._until[kind, address]
@@ -85,7 +85,7 @@ class Audience:
                 outlet.send(one.name, began_ns + one.stamp_ns, value)
 
     def close(self) -> None:
-        """Tell nobody any more."""
+        """Close all outlets."""
         for outlet in self._outlets.values():
             outlet.close()
 
@@ -99,7 +99,7 @@ def later(truth: Truth, by_ns: int) -> Truth:
 
 
 class Host:
-    """Lets a world step in real time; `late` counts steps that came too late."""
+    """Steps a world in real time; `late` counts late steps."""
 
     def __init__(self, world: HostedWorld, intake: Intake, audience: Audience) -> None:
         self.late, self.worst_ns, self.steps = 0, 0, 0

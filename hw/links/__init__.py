@@ -1,1 +1,1 @@
-"""How processes of one robot talk: children that live as long as we do, and datagrams."""
+"""Child processes that end with their parent, and datagrams between processes."""

@@ -1,9 +1,9 @@
-"""Named, stamped values as datagrams between the processes of one machine: the newest counts.
+"""Named, stamped values as datagrams between the processes of one machine; the newest counts.
 
-Nobody waits for anybody: a datagram that cannot be sent or read is lost, and shows as silence.
-Stamps are those of CLOCK_MONOTONIC, ns, which all processes of one machine share. A value is
-written as JSON: numbers, texts, None, tuples, and the classes in `KINDS` by their names, so that
-nothing but plain data can come in.
+No call waits: a datagram that cannot be sent or read is lost, and shows as silence. Stamps are
+those of CLOCK_MONOTONIC, ns, which all processes of a machine share. A value is written as JSON:
+numbers, strings, None, tuples, and the classes in `KINDS` by name, so that only plain data can be
+received.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from hw.truth import Contact, Truth
 Address = tuple[str, int]
 LOOPBACK = "127.0.0.1"
 LONGEST = 60_000
-"""No datagram is longer, bytes."""
+"""Longest datagram, bytes."""
 BUFFER = 1 << 20
 KINDS: Mapping[str, Any] = {
     kind.__name__: kind
@@ -45,11 +45,11 @@ KINDS: Mapping[str, Any] = {
         UserPose, WrenchReading,
     )
 }  # fmt: skip
-"""The classes that a value may hold."""
+"""The classes that a value may contain."""
 
 
 class Datagram(NamedTuple):
-    """One datagram; `source` says who sent it, `number` counts their datagrams from 1 on."""
+    """One datagram; `source` is its sender, `number` counts the sender's datagrams from 1."""
 
     source: str
     number: int
@@ -59,16 +59,16 @@ class Datagram(NamedTuple):
 
 
 class Hearer(Protocol):
-    """Who takes datagrams."""
+    """A receiver of datagrams."""
 
     @property
     def address(self) -> Address:
-        """Where."""
+        """Its address."""
         ...
 
 
 class Outlet:
-    """Sends to some addresses. Never waits; `lost` counts what could not be sent."""
+    """Sends to some addresses without waiting; `lost` counts failed datagrams."""
 
     def __init__(self, source: str, addresses: Iterable[Address] = ()) -> None:
         self.addresses = [tuple(address) for address in addresses]
@@ -81,7 +81,7 @@ class Outlet:
         """Send a value under a name.
 
         Raises:
-            TypeError: it is no plain value and of none of `KINDS`.
+            TypeError: neither a plain value nor one of `KINDS`.
         """
         self._number += 1
         data = json.dumps(
@@ -90,7 +90,7 @@ class Outlet:
         for address in self.addresses:
             try:
                 self._socket.sendto(data, address)
-            except OSError:  # nobody there, or the buffer is full: they see our silence
+            except OSError:  # no receiver, or a full buffer: it shows as silence
                 self.lost += 1
 
     def close(self) -> None:
@@ -99,7 +99,7 @@ class Outlet:
 
 
 class Intake:
-    """Receives at an address; `strange` counts datagrams that were none of ours.
+    """Receives at an address; `strange` counts datagrams of other formats.
 
     Raises:
         OSError: the address is in use.
@@ -122,22 +122,22 @@ class Intake:
         return self._socket.fileno()
 
     def poll(self, most: int = 256) -> list[Datagram]:
-        """What has arrived since the last call, oldest first, `most` at once; waits for nothing."""
+        """Datagrams since the last call, oldest first, at most `most`; does not wait."""
         found: list[Datagram] = []
         while len(found) < most:
             try:
                 data = self._socket.recv(LONGEST)
             except BlockingIOError:
                 break
-            except OSError:  # an answer to one of ours that found nobody; or closed
+            except OSError:  # an ICMP error for one of ours; or closed
                 if self.fileno() < 0:
                     break
                 continue
-            told = _parsed(data)
-            if told is None:
+            one = _parsed(data)
+            if one is None:
                 self.strange += 1
             else:
-                found.append(told)
+                found.append(one)
         return found
 
     def close(self) -> None:
@@ -146,10 +146,10 @@ class Intake:
 
 
 def plain(value: Any) -> Any:
-    """A value as `json` takes it.
+    """A value in the form that `json` accepts.
 
     Raises:
-        TypeError: it cannot be told.
+        TypeError: it has no such form.
     """
     if value is None or isinstance(value, bool | int | float | str):
         return value
@@ -157,23 +157,23 @@ def plain(value: Any) -> Any:
         return [plain(item) for item in value]
     name = type(value).__name__
     if KINDS.get(name) is not type(value):
-        raise TypeError(f"a {name} cannot be told in a datagram; see hw.links.datagrams.KINDS")
+        raise TypeError(f"a {name} cannot be sent in a datagram; see hw.links.datagrams.KINDS")
     if isinstance(value, tuple):
         return {name: [plain(item) for item in value]}
     return {name: [plain(getattr(value, field.name)) for field in dataclasses.fields(value)]}
 
 
-def told(found: Any) -> Any:
-    """The value that parsed JSON stands for; the other way round of `plain`.
+def parsed(found: Any) -> Any:
+    """The value of parsed JSON; the inverse of `plain`.
 
     Raises:
-        ValueError, TypeError, KeyError: it stands for none.
+        ValueError, TypeError, KeyError: it is invalid.
     """
     if isinstance(found, list):
-        return tuple([told(item) for item in found])
+        return tuple([parsed(item) for item in found])
     if isinstance(found, dict):
         [(name, content)] = found.items()
-        return KINDS[name](*[told(item) for item in content])
+        return KINDS[name](*[parsed(item) for item in content])
     return found
 
 
@@ -184,6 +184,6 @@ def _parsed(data: bytes) -> Datagram | None:
             return None
         if type(number) is not int or type(stamp) is not int:
             return None
-        return Datagram(source, number, name, stamp, told(value))
+        return Datagram(source, number, name, stamp, parsed(value))
     except (ValueError, TypeError, KeyError, RecursionError):
         return None

@@ -1,8 +1,7 @@
-"""Children: processes of our own that open a device each, and end with us.
+"""Child processes that open a device each, and end with their parent.
 
 A child is a module with `serve(main)` at its end. It gets its settings through a pipe that stays
-open for as long as the parent lives, and says once whether it is ready:
-
+open as long as the parent lives, and reports once that it is ready:
     def main(settings, ready, parent):     # settings: any picklable value
         device = open_it(settings)         # an OSError or ValueError here refuses the start
         ready({"port": device.port})
@@ -31,42 +30,42 @@ from contextlib import suppress
 from typing import IO, Any
 
 READY_S = 30.0
-"""A child that is not ready after so long, s, does not get ready."""
+"""Time limit for a child to be ready, s."""
 CLOSING_S = 2.0
-"""A child has so long to come to its end, s, before it is killed."""
+"""Time for a child to end by itself before it is killed, s."""
 FIRST = -15
-"""The niceness of what goes first."""
+"""Niceness of prioritised processes."""
 _SIZE = struct.Struct("<Q")
 
 Ready = Callable[[Mapping[str, Any]], None]
 
 
 class Child:
-    """A process that runs `python -m module`; it starts at once, and `wait` says when it is ready.
+    """A process that runs `python -m module`; it starts at once, `wait` until it is ready.
 
-    Several children can start side by side: make all of them, then wait for each.
+    To start several children in parallel, make all of them, then wait for each.
     """
 
     def __init__(self, module: str, settings: Any) -> None:
         self.module = module
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", module],  # the folder we are in is no place for modules
+            [sys.executable, "-P", "-m", module],  # -P: do not import from the working directory
             env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            start_new_session=True,  # Ctrl-C at the terminal is the parent's business
+            start_new_session=True,  # Ctrl-C at the terminal is handled by the parent
         )
         assert self._process.stdin is not None
         data = pickle.dumps(settings)
-        with suppress(BrokenPipeError):  # it has died already; `wait` says so
+        with suppress(BrokenPipeError):  # it has ended already; `wait` reports that
             self._process.stdin.write(_SIZE.pack(len(data)) + data)
             self._process.stdin.flush()
 
     def wait(self, timeout_s: float = READY_S) -> dict[str, Any]:
-        """What the child says of itself once it is ready.
+        """Wait until the child is ready; returns what it reports of itself.
 
         Raises:
-            OSError: it cannot start, and why; or it says nothing within timeout_s.
+            OSError: it cannot start, with the cause; or it is silent for timeout_s.
         """
         out = self._process.stdout
         assert out is not None
@@ -84,22 +83,22 @@ class Child:
 
     @property
     def pid(self) -> int:
-        """Its number."""
+        """Process id."""
         return self._process.pid
 
     @property
     def alive(self) -> bool:
-        """Does it run?"""
+        """True while it runs."""
         return self._process.poll() is None
 
     def kill(self) -> None:
-        """End it at once, whatever it does."""
+        """Kill it at once."""
         with suppress(ProcessLookupError):
             self._process.kill()
         self._reap()
 
     def close(self, timeout_s: float = CLOSING_S) -> None:
-        """Let it come to its end, or else end it."""
+        """Let it end by itself, or kill it after timeout_s."""
         assert self._process.stdin is not None
         with suppress(OSError):
             self._process.stdin.close()
@@ -118,7 +117,7 @@ class Child:
 
 
 class Parent:
-    """The pipe from the parent: readable once the parent has closed it, or is gone."""
+    """The pipe from the parent; readable once the parent has closed it, or has ended."""
 
     def __init__(self, pipe: IO[bytes]) -> None:
         self._pipe = pipe
@@ -128,21 +127,21 @@ class Parent:
         return self._pipe.fileno()
 
     def lives(self, wait_s: float = 0.0) -> bool:
-        """Is the parent still there after wait_s?"""
+        """True if the parent is still there after wait_s."""
         return not select.select([self._pipe], [], [], wait_s)[0]
 
 
 def go_first() -> None:
-    """Ask for the processor before others, if that is permitted; for what has a cycle to keep."""
+    """Ask for a higher priority, if permitted; for processes with a cycle to keep."""
     with suppress(OSError, AttributeError):
         os.setpriority(os.PRIO_PROCESS, 0, FIRST)
 
 
 def serve(main: Callable[[Any, Ready, Parent], None]) -> None:
-    """Run a child's `main` with the settings that its parent gives it."""
+    """Run a child's `main` with the settings from its parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     pipe, out = os.fdopen(os.dup(0), "rb", buffering=0), os.fdopen(os.dup(1), "wb", buffering=0)
-    os.dup2(2, 1)  # whatever is printed from now on
+    os.dup2(2, 1)  # anything printed from now on goes to stderr
     size = _read(pipe, _SIZE.size)
     settings = pickle.loads(_read(pipe, *_SIZE.unpack(size)))  # from our own parent
 
@@ -163,6 +162,6 @@ def _read(pipe: IO[bytes], size: int) -> bytes:
     while len(data) < size:
         piece = pipe.read(size - len(data))
         if not piece:
-            raise EOFError("the parent has gone before it told what to do")
+            raise EOFError("the parent has ended before it sent the settings")
         data += piece
     return data

@@ -133,7 +133,7 @@ def read_recording(path: Path, person: str | None = None) -> Recording:
             fewer than two rows, an unknown person, or several without a choice.
     """
     if path.suffix not in (".txt", ".csv"):
-        raise mistake(path, f"'{path.suffix}' is no known form; .txt (TUM) or .csv is")
+        raise mistake(path, f"'{path.suffix}' is not a known format; use .txt (TUM) or .csv")
     lines = read_text(path, MAX_BYTES).splitlines()
     if path.suffix == ".txt" and person is not None:
         raise mistake(path, f"a TUM file holds one person; leave out '#{person}'")

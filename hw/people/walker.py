@@ -105,8 +105,8 @@ def _check_walks(script: Script, room: Room, start: Pose2) -> None:
         if not isinstance(step, WalkStep):
             continue
         if not room.sees(x, y, step.x, step.y):
-            way = f"the way from ({x:g}, {y:g}) to ({step.x:g}, {step.y:g}) leaves the free floor"
-            findings.append(Finding(CODE, way, place, "go round the wall in several walks"))
+            way = f"the path from ({x:g}, {y:g}) to ({step.x:g}, {step.y:g}) leaves the free floor"
+            findings.append(Finding(CODE, way, place, "walk around the wall in several steps"))
         x, y = step.x, step.y
     if findings:
         raise FileError(findings)

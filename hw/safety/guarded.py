@@ -40,7 +40,7 @@ HEARD = frozenset((
     "base.odometry", "rover.tracker",
 ))  # fmt: skip
 """Signals that a guard may use: the parts that give them are opened together with the base."""
-TOLD = ("base.mode", "base.refusal", "base.admitted")
+REPORTED = ("base.mode", "base.refusal", "base.admitted")
 """Signals of the guard itself, sampled on change."""
 CYCLE_NS = 10_000_000
 """Longest time between two cycles, ns."""
@@ -92,7 +92,7 @@ class GuardedBase:
         """
         self.base = base
         self.selected = Selected(STILL, None, None)
-        self.signals: tuple[str, ...] = (*base.signals, *TOLD)
+        self.signals: tuple[str, ...] = (*base.signals, *REPORTED)
         self._gated = isinstance(base, Gated)
         self._own: Keeper | None = None
         self._kept: Keeps
@@ -235,7 +235,7 @@ class GuardedBase:
     def samples(self, now_ns: int) -> list[Sample]:
         """The samples of the wheels, and those signals of the guard that have changed."""
         found = list(self.base.samples(now_ns))
-        for name, value in zip(TOLD, (self.mode, self.refusal, self.admitted), strict=True):
+        for name, value in zip(REPORTED, (self.mode, self.refusal, self.admitted), strict=True):
             if name not in self._told or value != self._told[name]:
                 self._told[name] = value
                 found.append(Sample(name, now_ns, value))

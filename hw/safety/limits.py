@@ -116,7 +116,7 @@ class SafetyLimits:
     def __post_init__(self) -> None:
         for name in self.__slots__[2:]:
             if not 0.0 <= getattr(self, name) < math.inf:
-                raise ValueError(f"safety: {name} is {getattr(self, name)}; a number from 0 on")
+                raise ValueError(f"safety: {name} is {getattr(self, name)}; it must be 0 or more")
         if not self.command_late < self.command_age:
             raise ValueError(
                 f"safety: command_late {self.command_late:g} s is not below "
@@ -125,7 +125,7 @@ class SafetyLimits:
         if not self.late < self.old <= self.lost:
             raise ValueError(
                 f"safety: late {self.late:g} s, old {self.old:g} s, lost {self.lost:g} s; "
-                "they must come in this order"
+                "they must rise in this order"
             )
 
     def command_share(self, age: float) -> float:

@@ -31,7 +31,7 @@ class SensorModel:
     def __post_init__(self) -> None:
         for name in ("tracking_delay", "tracking_noise", "pose_noise"):
             if not 0.0 <= getattr(self, name) < math.inf:
-                raise ValueError(f"sensors: {name} is {getattr(self, name)}; a number from 0 on")
+                raise ValueError(f"sensors: {name} is {getattr(self, name)}; it must be 0 or more")
 
     @property
     def of_tracking(self) -> WhiteNoise | None:

@@ -1,1 +1,1 @@
-"""How much of a floor a robot can use."""
+"""How much of a floor a robot can use: areas, closed passages, user poses."""

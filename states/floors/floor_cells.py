@@ -1,7 +1,7 @@
-"""A map of cells as a floor whose use can be measured (`space`).
+"""A map of cells as a measurable floor, see `space.Floor`.
 
-As in costmap_2d only occupied cells are inflated; unknown ones are neither free nor in the way.
-Walls begin at the faces of occupied cells. Figures are right to about a cell.
+As in costmap_2d only occupied cells are inflated; unknown ones are neither free nor obstacles.
+Walls begin at the faces of occupied cells. Results are accurate to about a cell.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ class MapFloor:
 
     @cached_property
     def distance(self) -> Array:
-        """From the centre of every cell to the nearest wall, m, (rows, columns)."""
+        """Distance of each cell's centre to the nearest wall, m, (rows, columns)."""
         resolution = self.map.resolution
         return distances(self.map.values >= OCCUPIED, resolution) - 0.5 * resolution
 
     @cached_property
     def bounds(self) -> tuple[float, float, float, float]:
-        """Of the free cells, m."""
+        """Bounds of the free cells, m."""
         rows, columns = np.nonzero(self.free)
         if not len(rows):
             return 0.0, 0.0, 0.0, 0.0
@@ -65,24 +65,24 @@ class MapFloor:
         return self.map.area()
 
     def usable(self, inflation: float) -> Mask:
-        """Cells for the robot's centre."""
+        """Cells that the robot's centre can be in."""
         found: Mask = self.free & (self.distance >= inflation - _ROUNDING)
         return found
 
     def usable_m2(self, inflation: float) -> float:
-        """Area of these cells."""
+        """Area of the usable cells."""
         return float(np.count_nonzero(self.usable(inflation))) * self.map.resolution**2
 
     def pieces(self, inflation: float) -> tuple[float, ...]:
-        """Areas of the connected parts, largest first."""
+        """Areas of the connected pieces, largest first."""
         counts = np.bincount(self._labels(inflation).ravel())[1:]
         areas = sorted((counts * self.map.resolution**2).tolist(), reverse=True)
         return tuple(areas)
 
     def closed_passages(self, inflation: float) -> tuple[Passage, ...]:
-        """The widest ways that would join the pieces, as few as join all, narrowest first.
+        """The widest passages that would connect the pieces: a spanning tree, narrowest first.
 
-        A way round an obstacle that joins a piece to itself is not told.
+        Passages that would connect a piece to itself, around an obstacle, are not among them.
         """
         labels = self._labels(inflation)
         order = np.argsort(-self.distance, axis=None, kind="stable")
@@ -91,7 +91,7 @@ class MapFloor:
         return tuple(sorted(found, key=lambda passage: (passage.width, passage.start)))
 
     def is_clear(self, x: Array, y: Array, clearance: float) -> NDArray[np.bool_]:
-        """Which places are on usable cells; unknown cells and the outside are not."""
+        """True for places on usable cells; False on unknown cells and outside."""
         corner_from_map = self.map.map_from_corner.inverse()
         c, s = math.cos(corner_from_map.yaw), math.sin(corner_from_map.yaw)
         rows, columns = self.map.values.shape
@@ -103,7 +103,7 @@ class MapFloor:
         return found
 
     def has_quarter(self, inflation: float, reach: float) -> bool:
-        """Tried every 15 degrees, to one cell."""
+        """Tried every 15 degrees, to one cell: a quarter fits where it covers no unusable cell."""
         from scipy.signal import correlate
 
         cells = round(reach / self.map.resolution)
@@ -120,7 +120,7 @@ class MapFloor:
         return False
 
     def _labels(self, inflation: float) -> RegionLabels:
-        """Which piece a cell belongs to, counted from 1; 0 for none."""
+        """The number of each cell's piece, from 1; 0 for none."""
         from scipy.ndimage import label
 
         found = label(self.usable(inflation), structure=np.ones((3, 3)))[0].astype(np.int64)
@@ -138,7 +138,7 @@ class MapFloor:
 
 
 def _quarter(cells: int, angle: float) -> Array:
-    """1 for the cells of a quarter of a circle about the middle, within one cell."""
+    """1 for the cells of a quarter of a circle around the centre, within one cell."""
     across = np.arange(-cells, cells + 1)
     x, y = np.meshgrid(across, across)
     radius = np.hypot(x, y)
@@ -158,7 +158,7 @@ def _root(parents: RegionLabels, cell: int) -> int:
 
 @njit(cache=True)
 def _planted(pieces: RegionLabels) -> tuple[RegionLabels, RegionLabels]:
-    """Parents and owners of cells while only the pieces are there: each a set with one root."""
+    """Parents and owners of cells when each piece is a set with one root (union-find)."""
     parents = np.full(pieces.size, -1, np.int64)
     owners = np.zeros(pieces.size, np.int64)
     first = np.full(pieces.max() + 1, -1, np.int64)
@@ -174,7 +174,10 @@ def _planted(pieces: RegionLabels) -> tuple[RegionLabels, RegionLabels]:
 
 @njit(cache=True)
 def _meetings(labels: RegionLabels, order: RegionLabels) -> RegionLabels:
-    """Cells at which pieces meet as they grow, over cells given widest first (a watershed)."""
+    """Cells at which growing pieces meet, with cells added widest first (a watershed).
+
+    Kruskal's algorithm on cells: each meeting joins two pieces by the widest connection there is.
+    """
     rows, columns = labels.shape
     pieces = labels.ravel()
     parents, owners = _planted(pieces)

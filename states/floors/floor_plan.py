@@ -1,7 +1,7 @@
-"""A room of polygons as a floor whose use can be measured (`space`).
+"""A room of polygons as a measurable floor, see `space.Floor`.
 
-Corners are inflated round, as costmap_2d does and as the planners keep them, or square, as the
-paper counts its column (R118); areas of round ones are exact to 1e-4 m2.
+Corners are inflated round, as costmap_2d and the planners do, or square, as the paper counts its
+column (R118); areas with round corners are exact to 1e-4 m2.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class RoomFloor:
         return float(self.room.free_space.area)
 
     def usable(self, inflation: float) -> Geometry:
-        """Where the robot's centre may be, a Polygon or MultiPolygon; edges count."""
+        """Where the robot's centre may be, a Polygon or MultiPolygon, boundary included."""
         if inflation not in self._left:
             style = "round" if self.corners == "round" else "mitre"
             # a passage of exactly twice the inflation is open, as it is for the planners
@@ -66,22 +66,27 @@ class RoomFloor:
         return float(self.usable(inflation).area)
 
     def pieces(self, inflation: float) -> tuple[float, ...]:
-        """Areas of the connected parts, largest first."""
+        """Areas of the connected pieces, largest first."""
         areas = shapely.area(shapely.get_parts(self.usable(inflation))).tolist()
         return tuple(sorted((area for area in areas if area >= LEAST_PIECE), reverse=True))
 
     def closed_passages(self, inflation: float) -> tuple[Passage, ...]:
-        """Narrowings between usable places, exact, narrowest first."""
+        """Closed passages with exact widths, narrowest first."""
         reach = inflation * (math.sqrt(2.0) if self.corners == "square" else 1.0)
         return closed_passages(self.room.free_space, self.usable(inflation), 2.0 * reach)
 
     def is_clear(self, x: Array, y: Array, clearance: float) -> NDArray[np.bool_]:
-        """Which places are so far from walls."""
+        """True for places at least `clearance` from walls."""
         found: NDArray[np.bool_] = shapely.intersects_xy(self.usable(clearance), x, y)
         return found
 
     def has_quarter(self, inflation: float, reach: float) -> bool:
-        """Tried along all long sides and every 5 degrees, to 1 cm."""
+        """Tried along all long sides and every 5 degrees, to 1 cm.
+
+        A quarter holds a disc of (sqrt(2) - 1) times its radius: without room for that disc it
+        cannot fit. Else its possible centres are the usable floor less, for each side, the
+        Minkowski sum of the side and the reflected quarter.
+        """
         left = self.usable(inflation).simplify(_COARSE)
         disc_in_quarter = (math.sqrt(2.0) - 1.0) * (reach - _FIT_SLACK)
         if _largest_radius(left) < disc_in_quarter - _FIT_SLACK:
@@ -89,7 +94,6 @@ class RoomFloor:
         sides = sides_of(left).reshape(-1, 2, 1, 2)
         for angle in _angles(self.room):
             sector = _quarter(reach - _FIT_SLACK, angle)
-            # the centre of a quarter that meets a side lies in the side less the quarter
             swept = (sides - sector).reshape(len(sides), -1, 2)
             blocked = shapely.union_all(shapely.convex_hull(shapely.multipoints(swept)))
             if not left.difference(blocked).is_empty:
@@ -104,7 +108,7 @@ def _largest_radius(area: Geometry) -> float:
 
 
 def _angles(room: Room) -> Iterator[float]:
-    """Directions to try, those of the walls first, each with its three quarter turns."""
+    """Angles to try, those of the walls first, each with its three quarter turns."""
     walls = {
         round(math.atan2(y2 - y1, x2 - x1) % (0.5 * math.pi), 9)
         for x1, y1, x2, y2 in room.segments
@@ -117,7 +121,7 @@ def _angles(room: Room) -> Iterator[float]:
 
 
 def _quarter(reach: float, angle: float) -> Array:
-    """Corners of a quarter of a circle about the origin, (n, 2)."""
+    """Corners of a quarter of a circle around the origin, (n, 2)."""
     angles = angle + np.linspace(0.0, 0.5 * math.pi, 19)
     arc = reach * np.column_stack((np.cos(angles), np.sin(angles)))
     return np.concatenate([np.zeros((1, 2)), arc])

@@ -1,9 +1,9 @@
-"""Narrowings of a floor of polygons that an inflation closes, with their exact widths (R119).
+"""Passages of a floor of polygons that an inflation closes, with their exact widths (R119).
 
-A door is the shortest line between two walls that face each other: the circle about its middle
-through both ends holds no other wall. Doors outside the usable floor cut the free floor into
-cells; those that a way from usable to usable floor could take, were they wide enough, are passages.
-Niches and corners have doors too, but nothing leads on from there.
+A door is the shortest line between two facing walls: the circle with it as a diameter contains no
+other wall. Doors outside the usable floor cut the free floor into cells; passages are the doors on
+a path through the cells from usable to usable floor. Niches and corners have doors too, but no such
+path leads through them.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def closed_passages(free: Geometry, usable: Geometry, widest: float) -> tuple[Pa
 
 
 def _along(block: nx.Graph, doors: list[Passage]) -> list[Passage]:
-    """The doors on a way through cells; of one without forks the middle one of the narrowest."""
+    """The doors of a block of cells; of one without forks only the middle one of the narrowest."""
     here = [doors[node[0]] for node in block if isinstance(node, tuple)]
     forks = any(block.degree(node) > 2 for node in block if node != _USABLE)
     if forks:
@@ -62,7 +62,7 @@ def _along(block: nx.Graph, doors: list[Passage]) -> list[Passage]:
 
 
 def _names(cells: Any, usable: Geometry) -> list[str | int]:
-    """The number of each cell; those that hold usable floor all have one name."""
+    """The number of each cell; all cells with usable floor have one common name."""
     pieces = [piece for piece in shapely.get_parts(usable) if piece.area >= LEAST_PIECE]
     # no door cuts through usable floor, so a piece lies in one cell
     inside = shapely.STRtree(cells).query(
@@ -73,7 +73,7 @@ def _names(cells: Any, usable: Geometry) -> list[str | int]:
 
 
 def _cell(tree: Any, names: list[str | int], place: Point) -> str | int | None:
-    """The name of the cell that a place is in; None: it is in a wall."""
+    """The name of the cell at a place; None inside a wall."""
     numbers = tree.query(shapely.Point(place), predicate="intersects")
     return names[int(numbers[0])] if len(numbers) else None
 
@@ -109,9 +109,9 @@ def sides_of(area: Geometry) -> Array:
 
 
 def _shortest(one: Array, two: Array) -> tuple[Array, Array]:
-    """Ends of the shortest lines from sides to sides, (n, 2) each.
+    """Ends of the shortest lines between pairs of sides, (n, 2) each.
 
-    Where sides run beside each other it is the line in the middle of that.
+    Of parallel sides it is the line in the middle of their overlap.
     """
     lines = shapely.shortest_line(*(shapely.linestrings(s.reshape(-1, 2, 2)) for s in (one, two)))
     starts, ends = shapely.get_coordinates(lines).reshape(-1, 2, 2).transpose(1, 0, 2).copy()
@@ -131,7 +131,7 @@ def _shortest(one: Array, two: Array) -> tuple[Array, Array]:
 
 
 def _line(door: Passage, longer: float = 0.0) -> Geometry:
-    """The door as a line, made longer at both ends."""
+    """The door as a line, extended at both ends."""
     (x1, y1), (x2, y2) = door.start, door.end
     dx, dy = longer * (x2 - x1) / door.width, longer * (y2 - y1) / door.width
     return shapely.LineString([(x1 - dx, y1 - dy), (x2 + dx, y2 + dy)])

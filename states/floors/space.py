@@ -1,7 +1,7 @@
 """How much of a floor the robot can use, and whether that is enough (paper 5.1).
 
-A floor is a room of polygons (`floor_plan`) or a map of cells (`floor_cells`); the questions here
-are the same for both. Inflation is what the robot's centre keeps from walls, m (R120).
+A floor is a room of polygons (`floor_plan`) or a map of cells (`floor_cells`). The inflation is the
+clearance of the robot's centre from walls, m (R120).
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from hw.room import Point
 from states.navigation.clearance import Array
 
 Corners = Literal["round", "square"]
-"""How far an inflation reaches about a corner: the same as along walls, or the box (R118)."""
+"""Shape of the inflation around corners: a circle, or its bounding square (R118)."""
 
 REACH = 4.0
-"""All behaviours fit into a quarter of a circle of this radius about the user, m (R124)."""
+"""All behaviours fit into a quarter of a circle of this radius around the user, m (R124)."""
 LEAST_PIECE = 0.05
-"""Smaller pieces of what is left are no places to be, m2."""
+"""Smaller pieces of the usable floor are ignored, m2."""
 _TURN = 2.0 * math.pi
 
 
 @dataclass(frozen=True, slots=True)
 class Passage:
-    """A narrowing that the robot does not fit through; where the walls come nearest, m."""
+    """A passage too narrow for the robot; its narrowest line, m."""
 
     start: Point
     end: Point
@@ -38,13 +38,13 @@ class Passage:
 
     @property
     def middle(self) -> Point:
-        """Between the walls."""
+        """The middle of the narrowest line."""
         (x1, y1), (x2, y2) = self.start, self.end
         return 0.5 * (x1 + x2), 0.5 * (y1 + y2)
 
 
 class Floor(Protocol):
-    """What can be walked and driven on, and how near walls are; m, in the map."""
+    """A floor that can be measured; m, in the map."""
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
@@ -53,33 +53,33 @@ class Floor(Protocol):
 
     @property
     def free_m2(self) -> float:
-        """Area that nothing stands on."""
+        """Free area."""
         ...
 
     def usable_m2(self, inflation: float) -> float:
-        """Area for the robot's centre."""
+        """Area that the robot's centre can be in."""
         ...
 
     def pieces(self, inflation: float) -> tuple[float, ...]:
-        """Areas of the parts between which the robot cannot drive, m2, largest first."""
+        """Areas of the connected pieces of the usable floor, m2, largest first."""
         ...
 
     def closed_passages(self, inflation: float) -> tuple[Passage, ...]:
-        """Ways from usable floor to usable floor that the inflation closes, narrowest first."""
+        """Passages between usable pieces that the inflation closes, narrowest first."""
         ...
 
     def is_clear(self, x: Array, y: Array, clearance: float) -> NDArray[np.bool_]:
-        """Which places are on the free floor and so far from walls; arrays of any shape."""
+        """True for places on the free floor at least `clearance` from walls; any array shape."""
         ...
 
     def has_quarter(self, inflation: float, reach: float) -> bool:
-        """Does a quarter of a circle of radius `reach`, however turned, fit into what is left?"""
+        """Does a quarter of a circle of radius `reach`, at any angle, fit into the usable floor?"""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Space:
-    """What is left of a floor at one inflation."""
+    """The usable part of a floor at one inflation."""
 
     inflation: float
     free_m2: float
@@ -89,7 +89,7 @@ class Space:
 
     @property
     def share(self) -> float | None:
-        """Usable share of the free area; None for a floor without area."""
+        """Usable share of the free area; None if there is no free area."""
         return self.usable_m2 / self.free_m2 if self.free_m2 > 0.0 else None
 
 
@@ -116,7 +116,7 @@ def smallest_square(inflation: float, reach: float = REACH) -> float:
 
 
 def shortcoming(floor: Floor, inflation: float, reach: float = REACH) -> str | None:
-    """Why the floor is too small for all behaviours, or None where it is large enough (R124)."""
+    """Why the floor is too small for all behaviours; None if it is large enough (R124)."""
     if floor.has_quarter(inflation, reach):
         return None
     x_low, y_low, x_high, y_high = floor.bounds
@@ -130,9 +130,9 @@ def shortcoming(floor: Floor, inflation: float, reach: float = REACH) -> str | N
 
 @dataclass(frozen=True, slots=True)
 class Untouchable:
-    """Where a user finds no Haptic pose: per place the share of headings without one.
+    """User poses without a Haptic pose: the share of headings without one, place by place.
 
-    `x`, `y` (m) and `share` are of one length; `step` is the distance between places.
+    `x`, `y` (m) and `share` have one entry per place; `step` is the spacing of the places, m.
     """
 
     x: Array
@@ -142,7 +142,7 @@ class Untouchable:
 
     @property
     def overall(self) -> float | None:
-        """Share of all user poses; None where nobody can stand."""
+        """Share of all user poses; None if a user can stand nowhere."""
         return float(self.share.mean()) if len(self.share) else None
 
 
@@ -153,16 +153,14 @@ def without_haptic_pose(
     step: float = 0.25,
     headings: int = 24,
 ) -> Untouchable:
-    """Look for Haptic rover poses all over the floor (R75, R77, R126).
-
-    Users stand on a grid, RADIUS or more from walls, and look in so many directions.
+    """Find the user poses on a floor for which no Haptic rover pose is free (R75, R77, R126).
 
     Args:
-        floor: where.
-        poses: the Haptic rover poses seen from the user, x ahead and y left, m.
-        inflation: what a pose needs to be free.
-        step: from place to place, m.
-        headings: evenly over the whole turn.
+        floor: floor on whose grid users stand, at least RADIUS from walls.
+        poses: Haptic rover poses in the user's frame, x ahead and y left, m.
+        inflation: clearance that a pose needs, m.
+        step: spacing of the grid, m.
+        headings: number of headings, evenly over the whole turn.
     """
     x, y = _grid(floor, step)
     stands = floor.is_clear(x, y, RADIUS)
@@ -177,9 +175,9 @@ def without_haptic_pose(
 
 
 def room_ahead(pose: Point, inflation: float, tolerance: float) -> float:
-    """How far from the user a wall ahead must be for a Haptic pose, seen from the user (R126).
+    """Least distance of a wall ahead of the user for a Haptic pose in the user's frame, m (R126).
 
-    `tolerance` is added, so that the robot may stop that much nearer to the wall.
+    `tolerance` is added because the robot may stop that much nearer to the wall.
     """
     return pose[0] + inflation + tolerance
 

@@ -1,1 +1,1 @@
-"""Maps of rooms: files, cells and distances, for planners and for localization."""
+"""Occupancy maps: files, cells, distance fields, and maps from scans."""

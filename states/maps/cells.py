@@ -1,4 +1,4 @@
-"""Grids of square cells in the map, and what is drawn on them: polygons, lines, other grids."""
+"""Grids of square cells in the map, and polygons drawn on them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Cells along the axes of the map: side of a cell, counts, and the lower left corner, m."""
+    """Cells along the axes of the map: side of a cell, m, counts, and lower left corner, m."""
 
     resolution: float
     rows: int
@@ -30,7 +30,7 @@ class Grid:
     y: float = 0.0
 
     def cell(self, x: float, y: float) -> tuple[int, int] | None:
-        """Row and column of a place, or None outside and for NaN."""
+        """Row and column of the cell at a place; None outside and for NaN."""
         if not (math.isfinite(x) and math.isfinite(y)):
             return None
         row = math.floor((y - self.y) / self.resolution)
@@ -38,7 +38,7 @@ class Grid:
         return (row, column) if 0 <= row < self.rows and 0 <= column < self.columns else None
 
     def center(self, row: int, column: int) -> Point:
-        """The middle of a cell, m."""
+        """The centre of a cell, m."""
         return self.x + (column + 0.5) * self.resolution, self.y + (row + 0.5) * self.resolution
 
     def centers(self) -> tuple[Array, Array]:
@@ -49,7 +49,7 @@ class Grid:
 
 
 def grid_over(rings: Iterable[Ring], resolution: float, margin: float = 0.0) -> Grid:
-    """The grid that covers all rings and `margin` m more on every side."""
+    """The grid that covers all rings and `margin`, m, around them."""
     xs, ys = zip(*(point for ring in rings for point in ring), strict=True)
     x, y = min(xs) - margin, min(ys) - margin
     columns = math.ceil((max(xs) + margin - x) / resolution - 1e-9)
@@ -71,7 +71,7 @@ def room_map(
 ) -> OccupancyMap:
     """The occupancy map of a known room: cells whose centre is not on the floor are occupied.
 
-    Obstacles thinner than a cell and a half also take the cells that their sides pass through.
+    Obstacles thinner than a cell and a half also occupy the cells that their sides cross.
     """
     grid = grid_over([outer], resolution, margin)
     occupied = ~fill_rings(grid, [outer, *obstacles])

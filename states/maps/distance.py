@@ -1,7 +1,7 @@
-"""Exact Euclidean distance transform on cells.
+"""Exact Euclidean distance transform on cells (Meijster, Roerdink and Hesselink 2000).
 
-Distances are counted between cell centres in whole squared cells, so they are exact (Meijster,
-Roerdink and Hesselink 2000).
+Distances are between cell centres, in whole squared cells. The result equals that of
+`scipy.ndimage.distance_transform_edt` to the last bit at a third of its time (`DECISIONS.md`).
 """
 
 from __future__ import annotations
@@ -16,14 +16,18 @@ Array = NDArray[np.float64]
 SquaredCells = NDArray[np.int64]
 
 NOTHING_NEAR = np.int64(2) ** 40
-"""Squared cells from a cell to the nearest obstacle where there is no obstacle."""
+"""Squared distance where there is no occupied cell."""
 
 _FAR = 2**20
 
 
 @njit(cache=True)
 def squared_distances(occupied: NDArray[np.bool_]) -> SquaredCells:
-    """Squared distance to the nearest occupied cell, (rows, columns), in cells."""
+    """Squared distance to the nearest occupied cell, in cells, (rows, columns).
+
+    First along each column, then along each row as the minimum over all columns i of the
+    parabolas column_distance(i)^2 + (x - i)^2.
+    """
     rows, columns = occupied.shape
     vertical = np.empty((rows, columns), np.int64)
     for column in range(columns):
@@ -47,7 +51,11 @@ def squared_distances(occupied: NDArray[np.bool_]) -> SquaredCells:
 def _lower_envelope(
     heights: SquaredCells, squared: SquaredCells, owner: SquaredCells, begins: SquaredCells
 ) -> None:
-    """Least of the parabolas heights[i]^2 + (x - i)^2 at every x of one row."""
+    """Minimum of the parabolas heights[i]^2 + (x - i)^2 at every x of a row.
+
+    `owner[k]` is the parabola that is lowest from `begins[k]` on. Two parabolas a < x cross at
+    (x^2 - a^2 + heights[x]^2 - heights[a]^2) / (2 (x - a)).
+    """
     count = len(heights)
     last = 0
     owner[0], begins[0] = 0, 0

@@ -1,8 +1,8 @@
-"""How far a place is from the nearest wall, and in which direction: what scans are matched to.
+"""Distance fields, to which scans are matched: distance and gradient to the nearest wall.
 
 In drawn rooms the distance is exact: each cell of a table lists the sides that can be nearest to a
-place in it. On scanned maps it is interpolated between the centres of cells, so that a wall is
-known to half a cell. Tables count from the lower left corner of the map, wherever that lies.
+place in it. On scanned maps it is interpolated between the centres of cells, which places a wall
+within half a cell. Tables count from the lower left corner of the map, wherever that lies.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from states.maps.occupancy import FREE, OccupancyMap, Values
 Indices = NDArray[np.int32]
 
 REACH = 2.0
-"""Distances are not told apart beyond this, m: `laser_likelihood_max_dist` of amcl."""
+"""Distances are cut off here, m: `laser_likelihood_max_dist` of amcl."""
 OCCUPIED_FROM = 65
-"""Cells of this value and above are walls."""
+"""Cells of this value or more are walls."""
 
 _FINEST = 0.1  # m, cells of drawn rooms; finer ones list no fewer sides
 _MOST_WORK = 5e7  # distances of sides to cells that are looked at to make a table
@@ -38,8 +38,8 @@ class Table(NamedTuple):
 
     Drawn: the sides that can be nearest in cell i are `sides[listed[first[i]:first[i + 1]]]`; a
     side is x, y of its start, its direction and its length. Scanned: `nearest` (rows, columns)
-    holds the distances at the centres of cells. What is not used is empty. `floor` (rows, columns)
-    are the cells whose centre is on the floor; empty where nobody knows what is floor.
+    holds the distances at the centres of cells. Unused arrays are empty. `floor` (rows, columns)
+    marks the cells whose centre is on the floor; empty if that is unknown.
     """
 
     cell: float
@@ -55,7 +55,7 @@ class Table(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """Distances to the walls of a map; `sigma` is how well the walls themselves are known, m."""
+    """Distances to the walls of a map; `sigma` is the uncertainty of the walls themselves, m."""
 
     map_from_corner: Pose2
     table: Table
@@ -63,7 +63,7 @@ class Field:
 
     @cached_property
     def free(self) -> Array:
-        """Places of the floor (n, 2), evenly spread, counted from the corner as in the table."""
+        """Places on the floor (n, 2), one per cell, from the corner as in the table, m."""
         row, column = np.nonzero(self.table.floor)
         return self.table.cell * (np.stack([column, row], axis=1).astype(np.float64) + 0.5)
 
@@ -97,7 +97,7 @@ def room_field(room: Room, reach: float = REACH) -> Field:
 def map_field(map_: OccupancyMap, reach: float = REACH) -> Field:
     """The field of a scanned map, its walls known to half a cell.
 
-    What is behind the face of a wall is no wall: a thick one draws scans to its face.
+    Only faces count as walls, so that scans are drawn to the face of a thick wall.
     """
     nearest = np.minimum(distances(_faces(map_.values), map_.resolution), reach)
     none, nobody = np.empty((0, 5)), np.empty(0, np.int32)
@@ -108,7 +108,7 @@ def map_field(map_: OccupancyMap, reach: float = REACH) -> Field:
 
 
 def _faces(values: Values) -> Mask:
-    """Occupied cells beside a free one; all occupied ones of a map without any such."""
+    """Occupied cells next to a free one; all occupied ones if there is no such cell."""
     occupied = values >= OCCUPIED_FROM
     free = np.pad(values == FREE, 1)
     rows, columns = values.shape
@@ -121,9 +121,9 @@ def _faces(values: Values) -> Mask:
 
 @njit(cache=True)
 def distance_at(x: float, y: float, table: Table) -> tuple[float, float, float]:
-    """Distance of a place to the nearest wall, m, and the direction in which it grows.
+    """Distance of a place to the nearest wall, m, and its gradient.
 
-    Beyond `reach` and off the table it is `reach`, and grows nowhere.
+    Beyond `reach` and outside the table it is `reach`, with gradient 0.
     """
     if len(table.nearest) > 0:
         return _interpolated(x, y, table)
@@ -144,13 +144,13 @@ def distance_at(x: float, y: float, table: Table) -> tuple[float, float, float]:
     dx, dy = _off(x, y, table.sides[side])
     if distance > 1e-9:
         return distance, dx / distance, dy / distance
-    # on a side: across it, for there the way to the nearest place has no direction
+    # on a side the difference has no direction: take the side's normal
     return distance, -table.sides[side, 3], table.sides[side, 2]
 
 
 @njit(cache=True)
 def is_floor(x: float, y: float, table: Table) -> bool:
-    """Is the centre of the cell on the floor, as far as anybody knows?"""
+    """Is the centre of the place's cell on the floor? True if the floor is unknown."""
     if len(table.floor) == 0:
         return True
     column, row = math.floor(x / table.cell), math.floor(y / table.cell)
@@ -172,7 +172,7 @@ def distances_of(points: Array, x: float, y: float, yaw: float, table: Table) ->
 
 @njit(cache=True)
 def _off(x: float, y: float, side: Array) -> tuple[float, float]:
-    """From the nearest place of a side to a place."""
+    """Vector from the nearest point of a side to a place."""
     dx, dy = x - side[0], y - side[1]
     along = min(max(dx * side[2] + dy * side[3], 0.0), side[4])
     return dx - along * side[2], dy - along * side[3]
@@ -197,10 +197,11 @@ def _interpolated(x: float, y: float, table: Table) -> tuple[float, float, float
 def _candidates(
     sides: Array, cell: float, rows: int, columns: int, reach: float
 ) -> tuple[Indices, Indices]:
-    """Which sides can be nearest to a place of each cell, in rows of cells.
+    """The sides that can be nearest to some place of each cell, in rows of cells.
 
-    A side that is farther from the centre than the nearest one by a cell's diagonal is nearest to
-    no place of the cell.
+    Places are within half a diagonal h of the centre, so distances to sides differ from those at
+    the centre by at most h: a side farther from the centre than the nearest one by 2 h is nearest
+    to no place of the cell.
     """
     half = 0.5 * math.sqrt(2.0) * cell
     first = np.zeros(rows * columns + 1, np.int32)

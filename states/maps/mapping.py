@@ -1,8 +1,8 @@
-"""A map from scans whose poses are known: how often beams ended in each cell, and passed it.
+"""Maps from scans with known poses: how often beams ended in each cell, and passed through it.
 
-A cell is occupied where a quarter of the scans that looked at it ended there, free where fewer did:
-walls that are grazed are passed often, people who walk by are seen in a place but seldom. Within a
-scan a cell counts once, and as an end if any beam ends in it.
+A cell is occupied if a quarter of the scans that observed it ended there, else free: walls hit at
+grazing angles are passed often, people who walk by are seen at any one place rarely. A cell counts
+once per scan, as an end if any beam ends in it.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ Corner = tuple[int, int]
 RESOLUTION = 0.05
 """The side of a cell, m."""
 FARTHEST = 30.0
-"""Beams are followed so far, m: those that end farther lie too far apart to make walls."""
+"""Beams are followed up to here, m; farther ends are too sparse to form walls."""
 OCCUPIED_SHARE = 0.25
-"""Scans that ended in a cell, of those that looked at it, from which on it is a wall."""
+"""Share of the scans that observed a cell and ended in it from which on it is a wall."""
 LARGEST = 200_000_000
-"""More cells than these are a mistake."""
+"""Most cells of a map."""
 _ROOM = 100
-"""Cells that have to reach farther reach by so many more."""
+"""Cells added beyond what is needed when the grid grows."""
 
 
 class Mapper:
-    """Gathers scans; `map` is what they show so far."""
+    """Accumulates scans; `map` returns the map they show so far."""
 
     def __init__(self, resolution: float = RESOLUTION, farthest: float = FARTHEST) -> None:
         self._cell, self._farthest = resolution, farthest
@@ -45,10 +45,10 @@ class Mapper:
         self._scans = 0
 
     def add(self, origin: tuple[float, float], ends: Array) -> None:
-        """Take a scan: where its sensor was, and where its beams ended (n, 2), in the map, m.
+        """Add a scan: position of its sensor, and end points of its beams (n, 2), in the map, m.
 
         Raises:
-            ValueError: the map would be too large: the scan lies far away from the others.
+            ValueError: the map would be too large, because the scan is far from the others.
         """
         if len(ends) == 0:
             return
@@ -62,7 +62,7 @@ class Mapper:
         )  # fmt: skip
 
     def map(self) -> OccupancyMap:
-        """The cells that were looked at.
+        """The map of the cells observed so far.
 
         Raises:
             ValueError: no scan was taken.
@@ -82,7 +82,7 @@ class Mapper:
         return OccupancyMap(values, self._cell, Pose2(x, y))
 
     def _cover(self, start: Array, ends: Array) -> None:
-        """Let the cells reach as far as the scan."""
+        """Grow the grid to cover the scan."""
         low = np.maximum(np.minimum(start, ends.min(axis=0)), start - self._farthest)
         high = np.minimum(np.maximum(start, ends.max(axis=0)), start + self._farthest)
         self._counts, self._corner = covering(
@@ -93,9 +93,9 @@ class Mapper:
 def covering(
     cells: CellValues, corner: Corner, low: Array, high: Array, fill: float
 ) -> tuple[CellValues, Corner]:
-    """Cells (rows, columns, …) that reach from place to place, and a little more if they must grow.
+    """Cells (rows, columns, …) grown to cover the box from `low` to `high`, if necessary.
 
-    `corner` is the column and the row of the lower left cell; places count in cells.
+    `corner` is column and row of the lower left cell; `low` and `high` are x, y in cells.
 
     Raises:
         ValueError: there would be too many.
@@ -121,7 +121,7 @@ def _more(lacking: int) -> int:
 
 @njit(cache=True)
 def _count(counts: Counts, start: Array, ends: Array, scan: int, farthest: float) -> None:
-    """Ends first, so that no beam of the scan passes them; places count in cells."""
+    """Count a scan, end points first, so that its beams do not count as passing through them."""
     for i in range(len(ends)):
         if math.hypot(ends[i, 0] - start[0], ends[i, 1] - start[1]) <= farthest:
             cell = counts[math.floor(ends[i, 1]), math.floor(ends[i, 0])]
@@ -134,7 +134,7 @@ def _count(counts: Counts, start: Array, ends: Array, scan: int, farthest: float
 
 @njit(cache=True)
 def _pass(counts: Counts, start: Array, end: Array, scan: int, farthest: float) -> None:
-    """Go from cell to cell along a beam up to that before its end (Amanatides and Woo 1987)."""
+    """Traverse the cells of a beam, all but the last (Amanatides and Woo 1987)."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     length = math.hypot(dx, dy)
     share = min(1.0, farthest / length) if length > 0.0 else 0.0

@@ -43,9 +43,9 @@ OCCUPIED = 100
 Values = NDArray[np.int16]
 
 FINEST, COARSEST = 0.001, 10.0
-"""Sides of a cell outside of this, m, are a mistake."""
+"""Range of the side of a cell, m."""
 LARGEST = 1000.0
-"""So is a map that is longer, m."""
+"""Longest side of a map, m."""
 
 _GREYS = {"free": 254, "unknown": 205, "occupied": 0}
 
@@ -56,7 +56,7 @@ class OccupancyMap:
 
     `values` is (rows, columns) int16, read-only, row 0 at the bottom: -1 unknown, 0 free to 100
     occupied (in `raw` maps up to 254). `map_from_corner` is the pose of the lower left corner,
-    `resolution` the length of a cell's side, m. `remarks` are what a person should look at.
+    `resolution` the length of a cell's side, m. `remarks` are warnings for the reader.
     """
 
     values: Values
@@ -74,7 +74,7 @@ class OccupancyMap:
         return (row, column) if 0 <= row < rows and 0 <= column < columns else None
 
     def center(self, row: int, column: int) -> Point:
-        """The middle of a cell in the map, m."""
+        """The centre of a cell in the map, m."""
         return self.map_from_corner.transform(
             (column + 0.5) * self.resolution, (row + 0.5) * self.resolution
         )
@@ -139,7 +139,7 @@ def pixel_values(
     negate: bool,
     convention: Convention,
 ) -> Values:
-    """What pixels mean, (rows, columns), top row first; thresholds are occupied, free."""
+    """Map values of pixels, (rows, columns), top row first; thresholds are occupied, free."""
     grey, alpha = _grey_and_alpha(pixels, mode, convention)
     shade = 255.0 - grey if negate else grey
     if mode == "raw":

@@ -1,7 +1,7 @@
 """A scanned map as a room: the outline of its largest free piece, as polygons.
 
-Specks are dropped, all that cannot be reached is left out, and corners are taken away where the
-outline stays within half a cell of where it was. What a speck was after all, scanners will show.
+Specks are dropped, unreachable cells are left out, and corners are removed where the outline stays
+within half a cell. A speck that was an obstacle after all will be seen by the scanners.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from states.maps.distance import Array, distances
 from states.maps.occupancy import FREE, UNKNOWN, OccupancyMap
 
 SPECK_CELLS = 4
-"""Things of fewer cells amid free ones are specks."""
+"""Obstacles of fewer cells, surrounded by free ones, are specks."""
 LOOSE = 0.5
-"""How far the outline may move when corners are taken away, in cells."""
+"""How far the outline may move when corners are removed, in cells."""
 ROBOT_M, APART_M = 1.0, 3.0
-"""A robot starts so far from walls, and from where a person would be put, where there is room."""
+"""Distances of a robot's start pose from walls and from a person, m, where there is room."""
 _LEAST_AREA = 1e-6
 _STAIR = 1
 
 
 def tidied(map_: OccupancyMap) -> OccupancyMap:
-    """The map without specks; free cells that are not joined to the largest piece are unknown.
+    """The map without specks; free cells not connected to the largest piece become unknown.
 
     Raises:
         ValueError: no cell is free.
@@ -54,7 +54,7 @@ def tidied(map_: OccupancyMap) -> OccupancyMap:
 
 
 def room_of(map_: OccupancyMap) -> Room:
-    """The room that a tidied map shows; everything that is not free stands in the way."""
+    """The room of a tidied map; every cell that is not free is an obstacle."""
     rings = [np.array(list(_smoothed(ring))) for ring in outlines(map_.values == FREE)]
     areas = [_area(ring) for ring in rings]
     outer = max(range(len(rings)), key=lambda i: areas[i])
@@ -68,9 +68,9 @@ def room_of(map_: OccupancyMap) -> Room:
 
 
 def start_in(map_: OccupancyMap) -> Pose2:
-    """The most open place that leaves the very most open one to people, looking along x.
+    """A start pose: the most open place apart from the most open one, left for people; yaw 0.
 
-    A robot can drive from the one to the other; where that is not so it stands in the latter.
+    A robot can drive from one to the other; if there is no such place it is the most open one.
     """
     field = distances(np.pad(map_.values != FREE, 1, constant_values=True), map_.resolution)
     field = field[1:-1, 1:-1]
@@ -84,9 +84,9 @@ def start_in(map_: OccupancyMap) -> Pose2:
 
 
 def outlines(free: Mask) -> list[NDArray[np.int64]]:
-    """Rings of corners about free cells, (n, 2) x, y in cells, free cells on the left.
+    """Boundary rings of the free cells, corners (n, 2) x, y in cells, free cells on the left.
 
-    Free cells that only meet at a corner are not joined.
+    Free cells that touch only at a corner are not connected.
     """
     leads: dict[Point, list[Point]] = {}
     padded = np.pad(free, 1)
@@ -112,13 +112,13 @@ _SIDES = (
     ((0, -1), (0, 1), (0, 0)),
     ((0, 1), (1, 0), (1, 1)),
 )
-"""Of a cell: what lies beside it (rows, columns), and the side there, free cells on the left."""
+"""Neighbours of a cell (rows, columns), each with the start and end of the side between."""
 
 
 def _next(
     leads: dict[Point, list[Point]], place: Point, heading: Point | None
 ) -> tuple[Point, Point]:
-    """The next corner and the heading there; where two sides lead on, the one to the left."""
+    """The next corner and the heading there; of two sides to follow, the left one."""
     onward = leads[place]
     chosen = 0
     if len(onward) > 1 and heading is not None:
@@ -131,7 +131,7 @@ def _next(
 
 
 def _smoothed(ring: NDArray[np.int64]) -> Iterator[Point]:
-    """The corners of a ring; of stairs, as slanting walls are drawn, the middles of the steps."""
+    """The corners of a ring; of stairs (oblique walls on cells), the midpoints of the steps."""
     ahead, behind = np.roll(ring, -1, axis=0) - ring, ring - np.roll(ring, 1, axis=0)
     turns = (ahead != behind).any(axis=1)
     corners = ring[turns]
@@ -148,7 +148,7 @@ def _smoothed(ring: NDArray[np.int64]) -> Iterator[Point]:
 
 
 def _area(ring: Array) -> float:
-    """In cells; above 0 if it goes round counter-clockwise."""
+    """Signed area in cells, positive if counter-clockwise."""
     x, y = ring.T
     return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
 

@@ -23,7 +23,7 @@ from states.navigation.unmapped import Obstacles
 from states.navigation.visibility import ExactPlanner
 
 if TYPE_CHECKING:
-    from states.environment import CostmapValues
+    from states.subsystems import CostmapValues
 
 PLANNERS: Mapping[str, type[GridPlanner]] = {
     "theta_star": ThetaStarPlanner,

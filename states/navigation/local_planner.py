@@ -1,37 +1,28 @@
 """What local planners have in common: goal, side of the user, limits, and the last check.
 
-A local planner turns goal, pose and velocity into the velocity to send, once per control cycle.
-Each has its own way to choose it; that it is within the limits, and that braking from it ends
-before anything is hit, is checked here for all.
+A local planner turns goal, pose and velocity into the velocity to send, in each control cycle. How
+it chooses is its own; that braking from it ends before anything is hit is checked here for all.
 """
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Literal, Protocol
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import replace
 
 from hw.geometry import Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
 from hw.room import Disc, Point
 from hw.zones import NO_ZONES
 from states.ages import slowed
-from states.navigation.clearance import Array
 from states.navigation.cornering import time_from
+from states.navigation.interfaces import DriveStatus, GlobalPlanner, Limits, Tolerance
 from states.navigation.path import Path
 from states.navigation.reckoning import ReckonedPlace, ReckonedPose
 from states.navigation.speed import SpeedLimits, as_line
 
-DriveStatus = Literal["driving", "arrived", "blocked"]
-
 USER_MARGIN = 0.01
-"""Extra clearance of planned paths from the user, m, for the ripple of the control loop; SIGMAS
-standard deviations of the pose are added."""
+"""Extra clearance of planned paths from the user, m; SIGMAS standard deviations are added."""
 SIGMAS = 3.0
 SPREAD = 9.0
 """Growth of a walking user's predicted disc, in standard deviations of the pose per second."""
@@ -52,78 +43,18 @@ EDGE = {"omni": 0.001, "differential": 0.01}
 CRAWL = 0.05
 """Below this speed a differential base may turn as if on the spot, m/s."""
 LOST_TRACK = 0.3
-"""If measured and sent velocity differ by more, m/s, something else has slowed the base, and
-planning continues from the measured one."""
-
-
-class GlobalPlanner(Protocol):
-    """Finds ways for the robot's centre; see `visibility.ExactPlanner`."""
-
-    boxes: tuple[Sequence[Point], ...]
-    """Obstacles among those it knows that no map shows, as polygons, m."""
-
-    def plan(
-        self, start: Point, goal: Point, user: Disc | None = None, side: int = 0
-    ) -> Path | None:
-        """The way, on one side of the user if side is +1 (ccw) or -1; None: there is none."""
-        ...
-
-    def is_free(self, place: Point, user: Disc | None = None) -> bool:
-        """May the centre be here?"""
-        ...
-
-    def are_free(self, places: Array) -> NDArray[np.bool_]:
-        """The same for many places (n, 2) at once, without the user."""
-        ...
-
-    def clearance(self, place: Point) -> float:
-        """Distance to the nearest wall, not inflated, m."""
-        ...
-
-    def nearest_free(self, place: Point, user: Disc | None = None) -> Point | None:
-        """The nearest free place that can be reached straight and without harm."""
-        ...
-
-    def allows(
-        self, start: Point, end: Point, user: Disc | None = None, slack: float = 0.0
-    ) -> bool:
-        """Does going straight bring the robot too near to nothing, or no nearer than it is?
-
-        Walls may come nearer by `slack`, m, than demanded.
-        """
-        ...
-
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """Norms: m/s, m/s2; rad/s, rad/s2 (R50). Speeding up and braking alike."""
-
-    speed: float = 1.5
-    acceleration: float = 1.0
-    turn_rate: float = 1.0
-    turn_acceleration: float = 1.0
-
-
-@dataclass(frozen=True, slots=True)
-class Tolerance:
-    """Arrived is: within `position` (m) and `yaw` (rad) of the goal, and slower than `speed`."""
-
-    position: float = 0.05
-    yaw: float = 0.1
-    speed: float = 0.1
+"""If measured and sent velocity differ by more, m/s, planning starts from the measured one."""
 
 
 class LocalPlanner(ABC):
     """Drives to one goal after another; `command` is called once per control cycle.
 
-    `status` is that of the last command: `driving`, `arrived` (latched: the robot stays where it
-    stopped until it is pushed out of twice the tolerance) or `blocked` (no path: the robot brakes,
-    or leaves the user's disc if it is inside). `path` is the global planner's, None if there is
-    none. `mode` (R2) and the global `planner` may be changed at any time.
+    `status` is that of the last command: `driving`, `arrived` (latched until the robot is pushed
+    out of twice the tolerance) or `blocked` (no path: it brakes, or leaves the user's disc).
+    `path` is the global planner's, if any. `mode` (R2) and `planner` may be changed at any time.
 
-    Plans start from the reckoned positions of robot and user, so that noise of measured poses does
-    not reach the velocity; see `reckoning`. `latency` is a first guess of the time until the base
-    has a velocity that was sent, s; it is estimated while driving.
+    Plans start from reckoned positions of robot and user, so that noise of measured poses does not
+    reach the velocity; see `reckoning`. `latency` is a first guess of the base's delay, s.
     """
 
     def __init__(
@@ -150,8 +81,7 @@ class LocalPlanner(ABC):
         self._sent: Twist2 | None = None  # in the map
         self._reckoned = ReckonedPose(latency)
         self._reckoned_user = ReckonedPlace()
-        self._user_velocity = (0.0, 0.0)
-        self._margin, self._spread = USER_MARGIN, 0.0
+        self._user_velocity, self._margin, self._spread = (0.0, 0.0), USER_MARGIN, 0.0
 
     def go_to(self, goal: Pose2) -> None:
         """Set the goal, map_from_base; the present one is replaced without stopping.
@@ -192,8 +122,7 @@ class LocalPlanner(ABC):
             dt: period of the control loop, s.
             user_velocity: of the disc in the map, m/s; planners that predict use it.
             sigma: standard deviation of the robot's position relative to the user, m.
-            admitted: what the safety chain left of the last command, in the base frame; None if
-                it left all.
+            admitted: what the safety chain left of the last command (base frame); None: all.
             share: factor on the speed limits, 0 to 1.
 
         Raises:
@@ -220,13 +149,18 @@ class LocalPlanner(ABC):
         safe = self._sent = slowed(safe, share, self._limits.speed, self._limits.turn_rate)
         turn = 0.5 * (now.wz + safe.wz) * dt
         if self.mode == "differential":
-            speed = math.copysign(safe.speed, safe.rotated(-(pose.yaw + turn)).vx)
-            before = math.copysign(now.speed, now.rotated(-pose.yaw).vx)
-            step = self._limits.acceleration * dt
-            command = Twist2(max(before - step, min(before + step, speed)), 0.0, safe.wz)
-            self._sent = command.rotated(pose.yaw + turn)  # along the heading in any case
-            return command
+            return self._along_heading(pose, now, safe, dt)
         return safe.rotated(-(pose.yaw + 0.5 * turn))
+
+    def _along_heading(self, pose: Pose2, now: Twist2, safe: Twist2, dt: float) -> Twist2:
+        """The command (base frame) of a differential base for a velocity in the map."""
+        heading = pose.yaw + 0.5 * (now.wz + safe.wz) * dt
+        speed = math.copysign(safe.speed, safe.rotated(-heading).vx)
+        before = math.copysign(now.speed, now.rotated(-pose.yaw).vx)
+        step = self._limits.acceleration * dt
+        command = Twist2(max(before - step, min(before + step, speed)), 0.0, safe.wz)
+        self._sent = command.rotated(heading)
+        return command
 
     def _reckoned_disc(self, user: Disc | None, dt: float) -> Disc | None:
         if user is None:
@@ -274,9 +208,7 @@ class LocalPlanner(ABC):
             return True
         return False
 
-    def _path_around(
-        self, start: Point, goal: Point, user: Disc | None, now: Twist2
-    ) -> Path | None:
+    def _best_path(self, start: Point, goal: Point, user: Disc | None, now: Twist2) -> Path | None:
         """The path on the faster side of the user; the last side if it is nearly as fast."""
         shortest = self.planner.plan(start, goal, user)
         if user is None or shortest is None or len(shortest.points) == 2:
@@ -304,8 +236,7 @@ class LocalPlanner(ABC):
         if user is None or math.dist(start, (user.x, user.y)) >= user.radius - SLACK:
             return None
         for margin in (LEAVING_MARGIN, 0.0):
-            wider = Disc(user.x, user.y, user.radius + margin)
-            place = self.planner.nearest_free(start, wider)
+            place = self.planner.nearest_free(start, Disc(user.x, user.y, user.radius + margin))
             if place is not None:
                 return Path.of_points((start, place))
         return None
@@ -332,8 +263,7 @@ class LocalPlanner(ABC):
     ) -> Twist2:
         """The largest share of the wanted change of velocity from which braking hits nothing.
 
-        If even braking comes too near to something, the robot does not turn either: a corner of it
-        could hit.
+        If even braking comes too near to something, the robot does not turn a corner to it.
         """
         stopped = braked = self._braked(now, dt)
         if self.mode == "omni" or now.speed <= CRAWL:

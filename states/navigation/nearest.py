@@ -7,14 +7,13 @@ import math
 import numpy as np
 from numba import njit
 
+from states.navigation.circles import circle_crossings, near
 from states.navigation.clearance import (
     TOLERANCE,
     Array,
-    circle_crossings,
     distance_to_nearest,
     is_clear,
     is_inside_rings,
-    near,
     passes_disc,
     sees,
 )

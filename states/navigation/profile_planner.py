@@ -24,14 +24,8 @@ from states.navigation.cornering import (
     time_from,
     widened,
 )
-from states.navigation.local_planner import (
-    BEND_SHARE,
-    SLACK,
-    GlobalPlanner,
-    Limits,
-    LocalPlanner,
-    Tolerance,
-)
+from states.navigation.interfaces import Limits, Tolerance
+from states.navigation.local_planner import BEND_SHARE, SLACK, LocalPlanner
 from states.navigation.path import Path
 from states.navigation.predicted_gap import (
     HORIZON,
@@ -42,8 +36,6 @@ from states.navigation.predicted_gap import (
 )
 from states.navigation.speed import SpeedLimits, as_line, heading_after, next_speed
 from states.navigation.visibility import ExactPlanner
-
-__all__ = ["GlobalPlanner", "Limits", "ProfilePlanner", "Tolerance", "warm_up"]
 
 STANDING = 0.1
 """A user slower than this counts as standing, m/s."""
@@ -84,7 +76,7 @@ class ProfilePlanner(LocalPlanner):
         start, goal = (pose.x, pose.y), (self.goal.x, self.goal.y)
         around = self._with_margin(user, start, goal)
         if either_side:
-            self.path = self._path_around(start, goal, around, now)
+            self.path = self._best_path(start, goal, around, now)
         else:
             self.path = self.planner.plan(start, goal, around)
         self.status = "blocked" if self.path is None else "driving"

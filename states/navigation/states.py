@@ -14,7 +14,6 @@ from hw.room import Disc
 from hw.safety.limits import OLD_S
 from hw.samples import UserPose
 from states import ages
-from states.environment import SUBSYSTEMS, Subsystem, SubsystemName
 from states.keys import (
     BASE_ADMITTED,
     BASE_MODE,
@@ -25,9 +24,11 @@ from states.keys import (
     environment_of,
     planner_key,
 )
+from states.subsystems import SUBSYSTEMS, Subsystem, SubsystemName
 
 if TYPE_CHECKING:
-    from states.navigation.local_planner import GlobalPlanner, LocalPlanner
+    from states.navigation.interfaces import GlobalPlanner
+    from states.navigation.local_planner import LocalPlanner
 
 PLANNERS: Mapping[str, float | None] = {planner_key(name): OLD_S for name in SUBSYSTEMS}
 """`reads` of a state that asks for planners, with the greatest age of their scans, s."""

@@ -14,14 +14,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from states.navigation.clearance import (
-    TOLERANCE,
-    TURN,
-    Array,
-    arc_is_free,
-    passes_disc,
-    sees,
-)
+from states.navigation.circles import arc_is_free
+from states.navigation.clearance import TOLERANCE, TURN, Array, passes_disc, sees
 
 Integers = NDArray[np.int64]
 

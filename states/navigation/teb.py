@@ -226,7 +226,7 @@ def obstacle_rows(band: Array, i: int, v: TebValues, scene: TebScene, row: Array
 
 @njit(cache=True)
 def residuals(band: Array, v: TebValues, scene: TebScene) -> Array:
-    """All residuals times the roots of their weights, (n, ROWS); their squares add up to the cost."""
+    """Residuals times the roots of their weights, (n, ROWS); their squares add up to the cost."""
     count = len(band)
     rows = np.zeros((count, ROWS))
     for i in range(count - 1):

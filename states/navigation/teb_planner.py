@@ -17,12 +17,8 @@ from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
 from hw.room import Disc, Point
 from states.navigation.clearance import Array
-from states.navigation.local_planner import (
-    USER_MARGIN,
-    GlobalPlanner,
-    Limits,
-    Tolerance,
-)
+from states.navigation.interfaces import GlobalPlanner, Limits, Tolerance
+from states.navigation.local_planner import USER_MARGIN
 from states.navigation.path import Path
 from states.navigation.profile_planner import ProfilePlanner
 from states.navigation.teb import TebValues
@@ -101,7 +97,7 @@ class TebPlanner(ProfilePlanner):
             self._band = None
             return super()._wanted(pose, now, user, dt)
         start, goal = (pose.x, pose.y), (self.goal.x, self.goal.y)
-        self.path = self._path_around(start, goal, self._with_margin(user, start, goal), now)
+        self.path = self._best_path(start, goal, self._with_margin(user, start, goal), now)
         self.status = "blocked" if self.path is None else "driving"
         if self.path is None:
             self._band = None

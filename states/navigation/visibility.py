@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from hw.room import Disc, Point
 from states.navigation.arcs import shortest_path
+from states.navigation.circles import blocked_arcs
 from states.navigation.clearance import (
     TOLERANCE,
     TURN,
     Array,
     are_free,
-    blocked_arcs,
     check_radius,
     comes_no_nearer,
     distance_to_nearest,

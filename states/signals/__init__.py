@@ -1,1 +1,1 @@
-"""Signals derived from what the parts measure."""
+"""The user's motion, estimated and predicted, and the states that watch signals."""

@@ -1,4 +1,4 @@
-"""How a person moves, estimated from tracked poses that are noisy and sometimes missing."""
+"""The motion of a person, estimated from tracked poses that are noisy and sometimes missing."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from hw.motion import Motion
 from hw.samples import UserPose
 
 WALKS, STANDS = 0.2, 0.1
-"""A person walks from the first speed on and stands again below the second, m/s: noise of their
-pose is no walk."""
+"""Hysteresis against noise of the pose, m/s: a person walks from the first speed on, and stands
+below the second."""
 
 
 class StampedPlace(Protocol):
-    """A value and the instant it was true, ns."""
+    """A value with its stamp, ns."""
 
     @property
     def value(self) -> object: ...
@@ -24,9 +24,9 @@ class StampedPlace(Protocol):
 
 
 class VelocityEstimator:
-    """Velocity of the body in the map, m/s, and its rate of turn, rad/s, as a `Twist2`.
+    """Estimates the velocity of the body in the map, m/s, and its turn rate, rad/s, as a `Twist2`.
 
-    None while it is not known, see `Motion`; of a person who stands only the turn is left.
+    None while unknown, see `hw.motion.Motion`. The translation of a standing person is 0.
     """
 
     def __init__(self, window: float) -> None:
@@ -52,7 +52,7 @@ class VelocityEstimator:
 
 
 class StillnessEstimator:
-    """Since when a person has been slower than both limits, ns; None while they move (R89)."""
+    """Estimates since when a person is slower than both limits, ns; None while moving (R89)."""
 
     def __init__(self, speed: float, turn: float) -> None:
         self._speed, self._turn = speed, turn
@@ -68,5 +68,5 @@ class StillnessEstimator:
             self._since = sample.stamp
 
     def value(self) -> int | None:
-        """The stamp of the first velocity of this stand."""
+        """The stamp of the first velocity below the limits."""
         return self._since

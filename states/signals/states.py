@@ -1,4 +1,4 @@
-"""States that only look at signals: the user's doings, lost tracking, faults."""
+"""States that only watch signals: what the user does, lost tracking, faults."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hw.samples import UserPose
 from states.keys import ACKNOWLEDGE, STOP_ENGAGED, USER_POSE, USER_STILL_SINCE
 
 STALE_S = 0.15
-"""Poses of the user are used up to this age (R149); 0.5 s without any are a latched fault."""
+"""Greatest age of the user's pose, s (R149); 0.5 s without one is a latched fault."""
 
 USER_LOST = "tracking of the user is lost"
 
@@ -49,7 +49,7 @@ class UserSettled(Monitor):
 
 
 def _stood(ctx: Context) -> float | None:
-    """For how long the user has stood still, s, as far as they were seen; None: they do not."""
+    """How long the user had stood still at the newest velocity, s; None while they move."""
     since, newest = ctx.value(USER_STILL_SINCE), ctx.sample(USER_STILL_SINCE)
     if since is None or newest is None:
         return None
@@ -73,7 +73,7 @@ class UserLost(Monitor):
 
 
 class FaultRaised(Monitor):
-    """`raised` while the stop line is pulled: the bumper, a driver, or the operator did it."""
+    """`raised` while the stop line is pulled, by the bumper, a driver or the operator."""
 
     outcomes = ("raised",)
     reads = {STOP_ENGAGED: None}
@@ -87,8 +87,8 @@ class FaultRaised(Monitor):
 class ClearFaults(Action):
     """`clear` once no fault is left and the user is tracked.
 
-    A pulled stop line is reported to the operator, and reset after they have acknowledged it. A
-    user who stays lost for `latch` is such a fault, too: the line is pulled for it.
+    A pulled stop line is reported to the operator and reset once they acknowledge it. A user who
+    stays lost for `latch` is a fault as well: the stop line is pulled for it.
     """
 
     outcomes = ("clear",)
@@ -106,7 +106,7 @@ class ClearFaults(Action):
             reason, user = ctx.value(STOP_ENGAGED), ctx.value(USER_POSE)
             if reason is None and user is not None:
                 return "clear"
-            if reason is None and reported is not None:  # reset, but the user is still lost
+            if reason is None and reported is not None:  # was reset, but the user is still lost
                 reported, latch_at = None, ctx.after(self.latch)
             if reason is None and ctx.now >= latch_at:
                 stop_line.pull(USER_LOST)
@@ -114,5 +114,5 @@ class ClearFaults(Action):
                 operator.report(reason)
                 reported = reason
             elif reason is not None and ctx.events(ACKNOWLEDGE):
-                stop_line.reset()  # whether it was shows in `stop.engaged`
+                stop_line.reset()  # `stop.engaged` shows whether it was
             yield None

@@ -35,8 +35,9 @@ from hw.sim.errors import LidarErrors
 from hw.sim.lidar import SimLidar
 from hw.sim.shapes import Body, Shapes
 from hw.sim.track import Track
-from states.environment import SUBSYSTEMS, Environment, SubsystemName
+from states.environment import Environment
 from states.navigation.states import DriveTo
+from states.subsystems import SUBSYSTEMS, SubsystemName
 from tests.repeats import fewer, long_form
 
 HZ = 30

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from behaviors import chase, escape
+from behaviors import chase, escape, make_room
 from behaviors.chase_space import grid, length_around, ring
 from behaviors.profile import Profile
 from behaviors.situation import Situation
@@ -284,7 +284,7 @@ def test_a_walking_user_crowds_the_robot_before_they_are_near(
 ) -> None:
     now = situation_of(tuned, Pose2(10.0 - distance, 10.0), USER, velocity)
 
-    assert chase.is_crowded(now, room=3.0, ahead=1.0, walking=0.3) is crowded
+    assert make_room.is_crowded(now, room=3.0, ahead=1.0, walking=0.3) is crowded
 
 
 @pytest.mark.requirement(91)
@@ -292,11 +292,11 @@ def test_a_robot_that_rolls_towards_a_walker_counts_as_where_it_would_stop(
     tuned: Profile, situation_of: Callable[..., Situation]
 ) -> None:
     walking, pose = Twist2(0.0, 0.5), Pose2(6.5, 10.0)
-    assert not chase.is_crowded(situation_of(tuned, pose, USER, walking), 3.3, 0.0, 0.3)
+    assert not make_room.is_crowded(situation_of(tuned, pose, USER, walking), 3.3, 0.0, 0.3)
 
     rolling = situation_of(tuned, pose, USER, walking, twist=Twist2(1.0))
 
-    assert chase.is_crowded(rolling, 3.3, 0.0, 0.3)
+    assert make_room.is_crowded(rolling, 3.3, 0.0, 0.3)
 
 
 @pytest.mark.requirement(90)

@@ -1,4 +1,4 @@
-"""Forecasts of drives beside a walking user, and the places chosen by them."""
+"""RolloutEvaluation of drives beside a walking user, and the places chosen by them."""
 
 from __future__ import annotations
 
@@ -11,9 +11,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from behaviors import escape
-from behaviors.dodge import place_with_room, way_out
+from behaviors.dodge import place_with_room, safest_goal
 from behaviors.profile import Profile
-from behaviors.rollout import HORIZON_S, STEP_S, crowding, drives, forecasts, towards, tracks
+from behaviors.rollout import (
+    HORIZON_S,
+    STEP_S,
+    command_towards,
+    crowding,
+    evaluate,
+    predict_user,
+    roll_out,
+)
 from behaviors.situation import Situation
 from hw.geometry import Outline, Pose2, Twist2
 from hw.people.person import RADIUS
@@ -34,7 +42,7 @@ def test_tracks_are_the_predictors_step_by_step(
     now = situation_of(tuned, Pose2(5.0, 5.0), facing(10.0, 10.0, 0.3), Twist2(1.0, 0.2, 0.5))
 
     names = sorted(PREDICTORS)
-    found = tracks(now, names)
+    found = predict_user(now, names)
 
     assert found.shape == (len(names), round(HORIZON_S / STEP_S), 3)
     for row, name in zip(found, names, strict=True):
@@ -48,7 +56,7 @@ def test_tracks_are_the_predictors_step_by_step(
     vx=st.floats(-1.5, 1.5), vy=st.floats(-1.5, 1.5),
 )  # fmt: skip
 @settings(deadline=None, max_examples=60)
-def test_a_forecast_keeps_the_limits_and_ends_at_its_place(
+def test_a_rollout_keeps_the_limits_and_ends_at_its_place(
     tuned: Profile,
     situation_of: Callable[..., Situation],
     x: float,
@@ -59,32 +67,32 @@ def test_a_forecast_keeps_the_limits_and_ends_at_its_place(
     now = situation_of(tuned, Pose2(10, 10), facing(1, 1, 0), twist=Twist2(vx, vy))
     place = (10.0 + x, 10.0 + y)
 
-    way = drives(now, [place], 2.5).ways[0]
+    trajectory = roll_out(now, [place], 2.5).trajectories[0]
 
-    steps = np.diff(np.vstack(([10.0, 10.0], way)), axis=0) / STEP_S
+    steps = np.diff(np.vstack(([10.0, 10.0], trajectory)), axis=0) / STEP_S
     assert np.hypot(*steps.T).max() <= 2.5 + 1e-9
     assert np.hypot(*np.diff(steps, axis=0).T).max() <= 1.0 * STEP_S + 1e-9
 
 
-def test_a_forecast_from_standstill_arrives(
+def test_a_rollout_from_standstill_arrives(
     tuned: Profile, situation_of: Callable[..., Situation]
 ) -> None:
     now = situation_of(tuned, Pose2(10, 10), facing(1, 1, 0))
 
-    found = drives(now, [(11.0, 10.5)], 2.5)
+    found = roll_out(now, [(11.0, 10.5)], 2.5)
 
-    assert found.ways[0, -1] == pytest.approx((11.0, 10.5), abs=0.05)
+    assert found.trajectories[0, -1] == pytest.approx((11.0, 10.5), abs=0.05)
 
 
 @given(x=st.floats(-3.0, 3.0), y=st.floats(-3.0, 3.0), yaw=st.floats(-3.1, 3.1))
 @settings(deadline=None, max_examples=100)
-def test_the_gap_of_a_forecast_is_that_of_the_outline(
+def test_the_gap_of_a_rollout_is_that_of_the_outline(
     tuned: Profile, situation_of: Callable[..., Situation], x: float, y: float, yaw: float
 ) -> None:
     pose = Pose2(10.0 + x, 10.0 + y, yaw)
     now = situation_of(tuned, pose, facing(10.0, 10.0, 0.0))
 
-    found = forecasts(now, drives(now, [(pose.x, pose.y)], 2.5), tracks(now, ("stays",)))
+    found = evaluate(now, roll_out(now, [(pose.x, pose.y)], 2.5), predict_user(now, ("stays",)))
 
     expected = gap(now.environment.robot.footprint, pose, 10.0, 10.0)
     assert found.gap[0] == pytest.approx(max(expected, -0.5), abs=1e-9)
@@ -97,7 +105,7 @@ def test_safe_after_is_when_the_zones_stay_clear(
     now = situation_of(tuned, Pose2(10.0, 11.5), facing(10.0, 10.0, math.pi))
 
     places = [(10.0, 12.5), (10.0, 11.5)]
-    found = forecasts(now, drives(now, places, 2.5), tracks(now, ("stays",)))
+    found = evaluate(now, roll_out(now, places, 2.5), predict_user(now, ("stays",)))
 
     needed = math.sqrt(2.0 * 0.2 / 1.0)
     assert found.safe_after[0] == pytest.approx(needed, abs=STEP_S + 1e-9)
@@ -121,12 +129,12 @@ def test_the_way_out_of_a_walker_s_path_is_sideways_and_touches_nobody(
     now = situation_of(tuned, Pose2(10, 10, math.pi / 2), facing(13.0, 10.2, math.pi), Twist2(-1.3))
     goals = escape.poses(now.settings, now.planners["escape"], now.user, now.pose)
 
-    goal = way_out(now, goals, None)
+    goal = safest_goal(now, goals, None)
 
     assert goal is not None
     assert goal.y < 10.0
-    likely = tracks(now, now.settings.user.likely)
-    assert forecasts(now, drives(now, [(goal.x, goal.y)], 2.5), likely).gap[0] > 0.0
+    likely = predict_user(now, now.settings.user.likely)
+    assert evaluate(now, roll_out(now, [(goal.x, goal.y)], 2.5), likely).gap[0] > 0.0
 
 
 @pytest.mark.requirement(109)
@@ -139,9 +147,9 @@ def test_of_two_ways_out_the_one_under_way_is_kept(
     goals = [Pose2(9.5, 10.0 + 2.0 * y) for y in (-1.0, 1.0)]
     present = next(goal for goal in goals if (goal.y - 10.0) * side > 0.0)
 
-    assert way_out(now, goals, present) is present
+    assert safest_goal(now, goals, present) is present
     later = [Pose2(10.0, 10.0 + 0.3 * side), goals[0] if side > 0.0 else goals[1]]
-    assert way_out(now, later, later[0]) is later[1]
+    assert safest_goal(now, later, later[0]) is later[1]
 
 
 @pytest.mark.parametrize(("room", "touches"), [(0.11, True), (0.13, False)])
@@ -151,7 +159,9 @@ def test_passing_nearer_than_twelve_centimetres_counts_as_a_touch(
     aside = 0.455 + RADIUS + room
     now = situation_of(tuned, Pose2(10, 10), facing(11.0, 10.0 + aside, math.pi), Twist2(-1.0))
 
-    found = forecasts(now, drives(now, [(10.0, 10.0)], 2.5), tracks(now, ("constant_velocity",)))
+    found = evaluate(
+        now, roll_out(now, [(10.0, 10.0)], 2.5), predict_user(now, ("constant_velocity",))
+    )
 
     assert found.gap[0] == pytest.approx(room)
     assert bool(found.touch_after[0] < math.inf) is touches
@@ -178,9 +188,9 @@ def test_room_is_not_made_through_a_wall_even_with_momentum(
     )
 
     place = place_with_room(now, (3.4, 4.0), None)
-    found = drives(now, [place], 1.5)
+    found = roll_out(now, [place], 1.5)
 
-    assert min(x for x, _ in found.ways[0]) >= 0.99
+    assert min(x for x, _ in found.trajectories[0]) >= 0.99
 
 
 @pytest.mark.requirement(50, 52)
@@ -189,8 +199,8 @@ def test_a_command_from_which_braking_would_end_in_a_wall_is_not_given(
 ) -> None:
     rolling = situation_of(tuned, Pose2(1.9, 10.0), facing(6.0, 10.0, 0.0), twist=Twist2(-1.4))
 
-    assert towards(rolling, (1.0, 13.0), "chase") == Twist2(0.0)
-    assert towards(rolling, (1.0, 13.0), "escape").speed > 0.0
+    assert command_towards(rolling, (1.0, 13.0), "chase") == Twist2(0.0)
+    assert command_towards(rolling, (1.0, 13.0), "escape").speed > 0.0
 
 
 def test_an_arm_that_is_out_widens_the_outline_and_a_parked_one_does_not(
@@ -211,7 +221,7 @@ def test_an_arm_that_is_out_widens_the_outline_and_a_parked_one_does_not(
     x=st.floats(-3.0, 3.0), y=st.floats(-3.0, 3.0), yaw=st.floats(-3.1, 3.1),
 )  # fmt: skip
 @settings(deadline=None, max_examples=60)
-def test_the_gap_of_a_forecast_counts_the_arm(
+def test_the_gap_of_a_rollout_counts_the_arm(
     tuned: Profile,
     situation_of: Callable[..., Situation],
     front: float,
@@ -224,8 +234,8 @@ def test_the_gap_of_a_forecast_counts_the_arm(
     pose, outline = Pose2(10.0 + x, 10.0 + y, yaw), Outline(front, 0.565, left, 0.455)
     now = situation_of(tuned, pose, facing(10.0, 10.0, 0.0))
 
-    here = drives(now, [(pose.x, pose.y)], 2.5)
-    found = forecasts(now, here, tracks(now, ("stays",)), outline)
+    here = roll_out(now, [(pose.x, pose.y)], 2.5)
+    found = evaluate(now, here, predict_user(now, ("stays",)), outline)
 
     box = Footprint(front + 0.565, left + 0.455, 0.1, 2.0)
     middle = Pose2(*pose.transform(0.5 * (front - 0.565), 0.5 * (left - 0.455)), yaw)
@@ -241,7 +251,7 @@ def test_an_arm_that_is_with_the_user_is_taken_away(
     now = situation_of(tuned, Pose2(10, 10), facing(11.5, 10.0, math.pi), Twist2(-0.25))
     goals = escape.poses(now.settings, now.planners["escape"], now.user, now.pose)
 
-    goal = way_out(now, goals, None, Outline(0.99, 0.565, 0.455, 0.455))
+    goal = safest_goal(now, goals, None, Outline(0.99, 0.565, 0.455, 0.455))
 
     assert goal is not None
     assert goal.x < 10.0

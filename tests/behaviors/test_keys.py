@@ -15,8 +15,9 @@ from behaviors.settings import Settings
 from behaviors.signals import signals
 from cobodeck.catalogue import catalogue
 from engine.signals import Signal, declare
-from states.environment import SUBSYSTEMS, Environment
-from states.navigation.local_planner import GlobalPlanner
+from states.environment import Environment
+from states.navigation.interfaces import GlobalPlanner
+from states.subsystems import SUBSYSTEMS
 
 NAMES = {
     "Environment": Environment,

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from behaviors import escape
-from behaviors.chase import Approach, MakeRoom
+from behaviors.chase import Approach
+from behaviors.make_room import MakeRoom
 from behaviors.profile import Profile
 from behaviors.signals import OBSTACLES, signals
 from behaviors.situation import Situation
@@ -28,9 +29,10 @@ from hw.safety.guarded import GuardedBase
 from hw.safety.limits import SafetyLimits
 from hw.samples import UserPose
 from hw.sim.base import SimBase
-from states.environment import SUBSYSTEMS, Environment
+from states.environment import Environment
 from states.navigation.states import DriveTo
 from states.navigation.unmapped import Obstacles
+from states.subsystems import SUBSYSTEMS
 from tests.scans import scan_of
 
 HALL = Room(outer=((0.0, 0.0), (16.0, 0.0), (16.0, 12.0), (0.0, 12.0)))

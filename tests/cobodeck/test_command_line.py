@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from cobodeck.__main__ import COMMANDS, main
-from cobodeck.catalogue import CHARTS
+from cobodeck.catalogue import CHARTS, catalogue
+from cobodeck.commands.list import listing
 from cobodeck.console import FAILED, OK, USAGE
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -78,7 +79,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 WRONG = [  # arguments, exit code, part of the message
     ("", USAGE, "usage: cobodeck"),
     ("validat", USAGE, "did you mean 'validate'"),
-    ("validate nothing.yaml", FAILED, "nothing.yaml: no such file or folder"),
+    ("validate nothing.yaml", USAGE, "nothing.yaml: no such file or folder"),
+    ("validate folder", USAGE, "folder: no charts, scenes, robots … in this folder"),
     ("validate binary.yaml", FAILED, "binary.yaml:2:118: error"),
     ("validate empty.yaml", FAILED, "empty.yaml:1:1: error"),
     ("validate list.yaml", FAILED, "list.yaml:1:1: error"),
@@ -100,24 +102,30 @@ WRONG = [  # arguments, exit code, part of the message
     ("list things", USAGE, "invalid choice: 'things'"),
     ("simulate nothing", USAGE, "no chart 'nothing'"),
     ("simulate list.yaml", FAILED, "list.yaml cannot run"),
-    ("simulate mine.yaml --scene nowhere", FAILED, "nowhere: no such scene"),
+    ("simulate mine.yaml --scene nowhere", USAGE, "nowhere: no such scene"),
     ("simulate mine.yaml --scene scene.yaml", FAILED, "scene.yaml:"),
     ("simulate mine.yaml --scene folder/", FAILED, "folder"),
-    ("simulate mine.yaml --profile nothing", FAILED, "nothing: no such profile"),
+    ("simulate mine.yaml --profile nothing", USAGE, "nothing: no such profile"),
     ("simulate mine.yaml --profile profile.yaml", FAILED, "profile.yaml:"),
-    ("simulate mine.yaml --user nobody", FAILED, "nobody: no such user"),
+    ("simulate mine.yaml --user nobody", USAGE, "nobody: no such user"),
     ("simulate mine.yaml --user walk.csv", FAILED, "walk.csv:2:1: 'a' is not a number"),
-    ("simulate mine.yaml --user nothing.csv", FAILED, "nothing.csv: cannot be read"),
+    ("simulate mine.yaml --user nothing.csv", USAGE, "nothing.csv: cannot be read"),
     ("simulate mine.yaml --user walk.csv@1,2", FAILED, "needs three numbers"),
     ("simulate mine.yaml --requests 0", USAGE, "0 is not above 0"),
     ("simulate mine.yaml --tier 7", USAGE, "invalid choice: 7"),
     ("simulate mine.yaml --seed x", USAGE, "invalid int value: 'x'"),
     ("run mine.yaml", USAGE, "--robot"),
-    ("run mine.yaml --robot rbkairos_ur10", USAGE, "a body that nothing drives; connections: "),
+    ("run mine.yaml --robot rbkairos_ur10", USAGE, "is a body without drivers; connections: "),
     ("simulate --tick-hz 10", USAGE, "stops the base if that is not less than 80 ms"),
-    ("run mine.yaml --robot mokc", FAILED, "no such connection; did you mean 'mock'"),
-    ("run mine.yaml --robot rover.yaml --fast", USAGE, "has a pace of its own"),
-    ("space nowhere", FAILED, "nowhere: no such scene"),
+    ("run mine.yaml --robot mokc", USAGE, "no such connection; did you mean 'mock'"),
+    ("run mine.yaml --robot rover.yaml --fast", USAGE, "rover.yaml runs in real time"),
+    ("render x.mcap", USAGE, "x.mcap: cannot be read: No such file"),
+    ("compare x.mcap y.mcap", USAGE, "x.mcap: cannot be read: No such file"),
+    ("recover x.mcap.part", USAGE, "No such file"),
+    ("localize x.log", USAGE, "No such file"),
+    ("calibrate x.log", USAGE, "No such file"),
+    ("reach --robot nobody", USAGE, "nobody: no such robot"),
+    ("space nowhere", USAGE, "nowhere: no such scene"),
     ("space lab_a --inflation 0", USAGE, "above 0"),
     ("space lab_a --inflation nan", USAGE, "above 0"),
     ("new mine.yaml/x-1", FAILED, "mine.yaml"),
@@ -128,15 +136,15 @@ WRONG = [  # arguments, exit code, part of the message
     ("simulate --scene in_wall.yaml --user random", FAILED, "the robot would touch a wall"),
     ("simulate --scene outside.yaml", FAILED, "(20, 4) is not on the free floor"),
     ("simulate --scene user_out.yaml", FAILED, "(50, 5) is not on the free floor"),
-    ("simulate --scene lab_c", FAILED, "did you mean 'lab_b'"),
-    ("simulate --profile tunde", FAILED, "did you mean 'tuned'"),
+    ("simulate --scene lab_c", USAGE, "did you mean 'lab_b'"),
+    ("simulate --profile tunde", USAGE, "did you mean 'tuned'"),
     ("simulate --profile near.yaml", FAILED, "0.3 m is too little for rbkairos_ur10"),
     ("validate near.yaml", FAILED, "near.yaml:36:59: error[D01] navigation.escape.inflation"),
     ("simulate --scene pipe.yaml", FAILED, "pipe.yaml: cannot be read: it is no regular file"),
     ("simulate --profile pipe.yaml", FAILED, "it is no regular file"),
     ("simulate --user pipe.yaml", FAILED, "it is no regular file"),
     ("simulate --user pipe.csv", FAILED, "it is no regular file"),
-    ("simulate --user dem", FAILED, "did you mean 'demo'"),
+    ("simulate --user dem", USAGE, "did you mean 'demo'"),
     ("simulate --user nan_user.yaml", FAILED, "nan_user.yaml:2:12: start.x: '.nan' is not"),
     ("simulate --user no_steps.yaml", FAILED, "no_steps.yaml:3:1: steps: is an empty list"),
     ("simulate --user far_walk.yaml", FAILED, "leaves the free floor"),
@@ -167,11 +175,11 @@ WRONG = [  # arguments, exit code, part of the message
     ("render x.mcap --from 1s", USAGE, "1s is no time, s"),
     ("render x.mcap --scene hall", USAGE, "leave out --scene"),
     ("render chase --to 9", USAGE, "--from and --to are for records of runs"),
-    ("replay x.mcap", FAILED, "x.mcap: cannot be read: No such file"),
+    ("replay x.mcap", USAGE, "x.mcap: cannot be read: No such file"),
     ("replay walk.csv", FAILED, "walk.csv: is no record of a run: it is no MCAP file; `run`"),
     ("space no_image.yaml", FAILED, "nothing.pgm: cannot be read"),
-    ("space cut_off.yaml", FAILED, "cut_off.pgm: is cut off: 3 of 100 x 100"),
-    ("space no_size.yaml", FAILED, "no_size.pgm: has 0 x 0 pixels"),
+    ("space cut_off.yaml", FAILED, "cut_off.pgm: is cut off: 3 of 10000 pixels, for 100 x 100"),
+    ("space no_size.yaml", FAILED, "no_size.pgm: has no valid header with a width and height"),
     ("space not_a_map.yaml", FAILED, "walk.csv: is neither PGM"),
     ("space folder_map.yaml", FAILED, "folder: cannot be read: Is a directory"),
     ("space negative.yaml", FAILED, "negative.yaml:2:13: resolution: -0.05"),
@@ -180,22 +188,22 @@ WRONG = [  # arguments, exit code, part of the message
     ("space lab_a -o folder", USAGE, "folder: unknown form"),
     ("space hall -o mine.yaml/x.svg", FAILED, "mine.yaml"),
     ("render --scene lab_a --at nan", USAGE, "nan is no time"),
-    ("render --scene lab_x", FAILED, "did you mean 'lab_"),
+    ("render --scene lab_x", USAGE, "did you mean 'lab_"),
     ("render --scene hall -o mine.yaml/x.svg", FAILED, "mine.yaml"),
     ("reach --height nan", USAGE, "nan is no length"),
     ("reach --height -1", USAGE, "-1 does not go upwards"),
     ("reach --tolerance -1", USAGE, "-1 is no length"),
     ("reach --tool folder", USAGE, "cobodeck: folder: no such prop"),
     ("schema -o folder", FAILED, "folder: Is a directory"),
-    ("doctor --scene lab_x", FAILED, "did you mean 'lab_"),
-    ("doctor --scene hall --profile tunde", FAILED, "did you mean 'tuned'"),
+    ("doctor --scene lab_x", USAGE, "did you mean 'lab_"),
+    ("doctor --scene hall --profile tunde", USAGE, "did you mean 'tuned'"),
     ("doctor --scene=", USAGE, "--scene: is empty"),
     ("doctor all", USAGE, "unrecognized arguments: all"),
     ("bench navigation --rounds 0", USAGE, "0 is not above 0"),
     ("bench --show folder", FAILED, "folder: Is a directory"),
     ("bench engin", USAGE, "did you mean 'engine'"),
     ("bench --show mine.yaml", USAGE, "mine.yaml: not the output of"),
-    ("bench --show nothing.json", FAILED, "nothing.json: No such file"),
+    ("bench --show nothing.json", USAGE, "nothing.json: No such file"),
 ]
 
 
@@ -248,6 +256,32 @@ def test_lists_name_everything_and_say_what_it_is(
     assert found
     for item in found:
         assert str(next(iter(item.values()))) in shown
+
+
+@pytest.mark.parametrize("width", [60, 80, 120])
+@pytest.mark.parametrize("kind", ["states", "signals", "charts", "scenes", "robots", "users"])
+def test_lists_fit_the_terminal_and_leave_nothing_out(
+    kind: str, width: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["list", kind, "--json"]) == OK
+    found = json.loads(capsys.readouterr().out)
+
+    shown = listing(found, width)
+
+    assert max(map(len, shown.splitlines())) <= width
+    words = set(shown.split())
+    for item in found:
+        for value in item.values():
+            told = ", ".join(value) if isinstance(value, list) else value
+            assert set(told.split()) <= words
+
+
+def test_a_list_that_is_piped_is_a_table(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["list", "states"]) == OK
+
+    header, *rows = capsys.readouterr().out.splitlines()
+    assert header.split()[0] == "state"
+    assert len(rows) == len(catalogue().classes)
 
 
 def test_a_chart_is_drawn_where_it_is_wanted(

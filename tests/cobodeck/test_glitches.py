@@ -10,8 +10,8 @@ import pytest
 
 from cobodeck.loop import Loop
 from cobodeck.options import Options
+from cobodeck.setup import open_setup
 from cobodeck.stage import stage
-from cobodeck.wiring import open_setup
 from hw.geometry import Pose2
 from hw.people.user import open_user
 from hw.samples import Sample, UserPose
@@ -79,7 +79,7 @@ def run_and_watch(loop: Loop, seconds: float) -> list[str]:
         assert speed <= 2.5 + 1e-9
         assert speed - before <= most * period + 1e-9
         before = speed
-    assert loop.plant.wall_hits == 0
+    assert loop.plant.collisions.wall_hits == 0
     return [
         r.subject for r in loop.wired.run.trace if r.kind == "enter" and r.subject in BEHAVIOURS
     ]

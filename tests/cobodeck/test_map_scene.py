@@ -21,7 +21,7 @@ from hw.scene import load_scene
 from states.environment import Environment
 from states.maps.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMap, save_map
 from states.maps.rooms import outlines, room_of, start_in, tidied
-from states.navigation.local_planner import Limits, Tolerance
+from states.navigation.interfaces import Limits, Tolerance
 from states.navigation.profile_planner import ProfilePlanner
 
 MAPS = Path(__file__).parents[3] / "shared" / "data" / "maps"

@@ -246,3 +246,31 @@ def test_a_profile_goes_with_a_robot_beside_it_or_with_a_shipped_one(
 def test_what_a_chart_can_do_is_counted(capsys):
     assert main(["validate"]) == 0
     assert re.search(r"cobodeck: \d+ configurations, \d+ edges, complete", capsys.readouterr().out)
+
+
+MODELINE = "# yaml-language-server: $schema=s.json\n"
+
+
+@pytest.mark.parametrize(
+    ("content", "note"),
+    [
+        (None, "s.json, which is not there; `cobodeck schema -o"),
+        ("{}", "s.json: is not up to date, editors complete from it; `cobodeck schema -o"),
+        ("current", ""),
+    ],
+)
+def test_a_missing_or_stale_schema_of_the_editor_is_a_note(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], content: str | None, note: str
+) -> None:
+    (tmp_path / "good.yaml").write_text(MODELINE + GOOD.replace("NAME", "good"))
+    if content == "current":
+        assert main(["schema", "-o", str(tmp_path / "s.json")]) == OK
+    elif content is not None:
+        (tmp_path / "s.json").write_text(content)
+    capsys.readouterr()
+
+    assert main(["validate", "--strict", str(tmp_path)]) == OK
+
+    shown = capsys.readouterr().out
+    assert ("note: " in shown) == bool(note)
+    assert note in shown

@@ -13,8 +13,9 @@ from hw.safety.guarded import GuardedBase
 from hw.safety.limits import SafetyLimits
 from hw.samples import UserPose
 from hw.sim.base import SimBase
-from states.environment import Environment, SubsystemName
+from states.environment import Environment
 from states.navigation.states import DriveTo, GoalProgress
+from states.subsystems import SubsystemName
 
 HZ = 30
 START = Pose2(2.0, 2.0, 0.0)

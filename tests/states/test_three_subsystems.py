@@ -12,7 +12,8 @@ from behaviors.profile import load_profile
 from hw.geometry import Pose2, Twist2
 from hw.robot import load_robot
 from hw.room import Room
-from states.environment import Environment, SubsystemName
+from states.environment import Environment
+from states.subsystems import SubsystemName
 
 NAMES: tuple[SubsystemName, ...] = ("chase", "haptic", "escape")
 CHANGES: list[dict[str, Any]] = [

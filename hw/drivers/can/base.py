@@ -1,4 +1,4 @@
-"""Wheels and bumper on a CAN bus, as the chain's process drives them (`hw.drivers.hardware`).
+"""Wheels and bumper on a CAN bus, as hardware of the chain's process (`hw.drivers.hardware`).
 
     hardware:
       driver: "hw.drivers.can.base:CanBase"
@@ -6,8 +6,8 @@
       wheels: {nodes: [1, 2, 3, 4], signs: [1, -1, 1, -1], gear: 12.52, increments: 4096}
       bumper: true                # its board is on the bus
 
-Each cycle: `poll` takes what has come, `drive` sends a target to each drive and one SYNC, at which
-all four take their targets and answer with their velocities. One thread, no waiting.
+In each cycle `poll` takes the frames received; `drive` sends a target to each drive and one SYNC,
+on which all four take their targets and answer with their velocities. Single-threaded, no waiting.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from canopen import Network
 
 from hw.drivers.can.bumper import CanBumper
 from hw.drivers.can.bus import CanBus
-from hw.drivers.can.ds402 import VELOCITY_NS, Ds402Drive, Setting
+from hw.drivers.can.ds402 import Ds402Drive, Setting
 from hw.drivers.can.mecanum import Mecanum, Reckoning, filled
 from hw.drivers.can.wheel_setting import DriveNodes
+from hw.drivers.gates import VELOCITY_NS
 from hw.geometry import STILL, Twist2
 from hw.robot import BaseModel
 from hw.samples import BumperHit, Odometry
@@ -30,32 +31,33 @@ from hw.samples import BumperHit, Odometry
 NAMES = ("front left", "front right", "rear left", "rear right")
 SYNC, ORDER = 0x80, 0x00
 OPENING_NS = 3_000_000_000
-"""The drives are configured within, ns."""
+"""Time limit for configuring the drives, ns."""
 ENABLING_NS = 2_000_000_000
-"""Drives that do not follow after so long, ns, are told of."""
+"""Time limit for enabling the drives, ns."""
 BEAT_NS = 15_000_000
-"""A heartbeat of ours is sent when the last one is older, ns: in every second cycle of 10 ms."""
+"""Age of our last heartbeat at which the next is sent, ns: every second cycle of 10 ms."""
 STRANGE_NS = 1_000_000_000
-"""Another master that was silent for so long, ns, has gone."""
+"""Silence after which another master counts as gone, ns."""
 SLIPPING, SLIPPING_NS = 0.15, 500_000_000
-"""Wheels that differ by more, m/s, for so long, ns, slip, are blocked, or measured wrongly.
+"""A residual of the four rates above this, m/s, for this long, ns, is a fault: a wheel slips, is
+blocked, or is measured wrongly.
 
-Longer than their ramps can make them differ after a leap of the commanded velocity.
+The time is longer than the drives' ramps can cause a residual after a step of the command.
 """
 STANDING_NS = 1_000_000_000
-"""At the end the wheels have so long to stand, ns."""
+"""Time for the wheels to stop when closing, ns."""
 
 
 class CanBase:
     """Four drives and a bumper; see `Hardware`.
 
     Raises:
-        OSError: the bus does not open, another master speaks there, or a drive does not answer.
-        ValueError: the entry is wrong.
+        OSError: the bus does not open, another master is on it, or a drive does not answer.
+        ValueError: an invalid entry.
     """
 
     listens_ns = 100_000_000
-    """Before it speaks it listens so long for another master, ns."""
+    """Time to listen for another master before sending, ns."""
 
     def __init__(
         self,
@@ -65,7 +67,7 @@ class CanBase:
         bumper: bool = False,
         clock: Callable[[], int] = time.monotonic_ns,
     ) -> None:
-        """`clock` is for opening and closing only; else time comes in by the calls."""
+        """`clock` is for opening and closing only; otherwise time is passed in by the calls."""
         self.odometry: tuple[int, Odometry] | None = None
         self.fault: str | None = None
         self._wheels, self._mecanum = DriveNodes.of(wheels), Mecanum.of(model)
@@ -93,11 +95,11 @@ class CanBase:
 
     @property
     def ready(self) -> bool:
-        """Are all drives enabled, and nothing wrong? See `Hardware`."""
+        """True if all drives are enabled without a fault; see `Hardware`."""
         return self.fault is None and all(drive.enabled for drive in self._drives)
 
     def poll(self, now_ns: int) -> None:
-        """Take what has come, look at ages, reckon the way; see `Hardware`."""
+        """Take frames, check ages, compute odometry; see `Hardware`."""
         if not self._begun:
             self._begun = True
             self._start(now_ns)
@@ -114,7 +116,7 @@ class CanBase:
         return [] if self._bumper is None else self._bumper.hits()
 
     def drive(self, velocity: Twist2, now_ns: int) -> None:
-        """Send targets, SYNC and heartbeat; the wheels stand while there is a fault."""
+        """Send targets, SYNC and heartbeat; the targets are 0 during a fault."""
         rates = self._mecanum.rates(velocity if self.ready else STILL)
         for drive, target in zip(self._drives, self._wheels.counts(rates), strict=True):
             drive.tell(drive.control(), target)
@@ -132,7 +134,7 @@ class CanBase:
             drive.hold()
 
     def acknowledge(self) -> bool:
-        """Begin to clear the fault and to enable the drives; `poll` ends both."""
+        """Begin to clear the fault and to enable the drives; `poll` completes both."""
         now_ns = self._now_ns
         if self._bus.fault is not None or self._is_strange():
             return False
@@ -144,7 +146,7 @@ class CanBase:
         return True
 
     def close(self) -> None:
-        """Stand, switch the drives off, and let go of the bus."""
+        """Stop, switch the drives off, and close the bus."""
         self.stop()
         end_ns = self._clock() + STANDING_NS
         while self._clock() < end_ns and not self._stand():
@@ -220,7 +222,7 @@ class CanBase:
             drive.start(now_ns)
 
     def _stand(self) -> bool:
-        """Do all wheels stand that still tell?"""
+        """True if all wheels that still report stand."""
         least = 0.01 * self._wheels.scale
         return all(
             abs(drive.velocity) < least or not drive.alive(self._now_ns) for drive in self._drives
@@ -229,7 +231,7 @@ class CanBase:
     # --- what it means
 
     def _reckon(self) -> None:
-        """The way of the base, once all that still tell have told for the last SYNC."""
+        """Update odometry, once all drives that still report have answered the last SYNC."""
         telling = [drive for drive in self._drives if drive.tells(self._now_ns)]
         if not telling or not all(drive.fresh for drive in telling):
             return
@@ -244,14 +246,14 @@ class CanBase:
         if rates is None:
             return
         span_ns, self._moved_ns = self._sync_ns - self._moved_ns, self._sync_ns
-        span = 1e-9 * span_ns if span_ns <= VELOCITY_NS else 0.0  # a silence: begin anew
+        span = 1e-9 * span_ns if span_ns <= VELOCITY_NS else 0.0  # after a silence: begin anew
         self.odometry = (self._sync_ns, self._reckoning.move(rates, span))
         free = all(drive.enabled for drive in self._drives)
         if not free or abs(self._mecanum.slip(rates)) <= SLIPPING:
             self._rolled_ns = self._sync_ns
 
     def _judge(self) -> None:
-        """Stop for what is wrong; end a fault once all that was acknowledged is done."""
+        """Stop on any fault; clear an acknowledged fault once the drives are enabled."""
         found = next(self._wrong(), None)
         if found is not None:
             if self.fault is None or self._starting_ns is not None:

@@ -1,9 +1,9 @@
-"""The bumper's board on the CAN bus, by `bumper.dbc`: it informs, and its line is what stops.
+"""The bumper's board on the CAN bus, by `bumper.dbc`: it reports; its line does the stopping.
 
-Its line runs into the safety relay and stops the robot without any of this. The messages say where
-the foam was touched, and that board and line are well. Any doubt about them is a fault: frames that
-stay away, a wrong counter or check sum, a self-test that failed, a line that disagrees with what
-the board remembers. No message closes the line again; a hand at the relay does.
+Its line runs into the safety relay and stops the robot independently of this driver. The messages
+report where the foam was touched, and the state of board and line. Any doubt about them is a fault:
+missing frames, a wrong counter or check sum, a failed self-test, a line that contradicts the
+latched touch. No message closes the line again; that is done by hand at the relay.
 """
 
 from __future__ import annotations
@@ -15,27 +15,26 @@ from typing import Any
 
 import cantools
 
+from hw.drivers.gates import BUMPER_SILENT_NS
 from hw.geometry import wrap
 from hw.samples import BumperHit
 
 DBC = Path(__file__).with_name("bumper.dbc")
 STATUS, RESET = "BumperStatus", "BumperReset"
-SILENCE_NS = 60_000_000
-"""Three frames that stayed away, ns."""
 MISSED = 3
-"""A counter that is so many frames ahead is one that jumps."""
+"""A counter that advances by more than this many frames has jumped."""
 DISAGREEING = 3
-"""So many frames in a row may line and memory differ: one is read after the other."""
+"""Frames in a row for which line and latch may differ: one is read after the other."""
 GOOD = 5
-"""So many good frames in a row are wanted before a fault may end."""
+"""Good frames in a row before a fault may end."""
 ZONES = ("front", "front left", "left", "rear left", "rear", "rear right", "right", "front right")
 POLYNOMIAL = 0x1D
 
 
 class CanBumper:
-    """The board: `cause` is what is wrong now, `fault` what was, until it is acknowledged.
+    """The board: `cause` is the present fault, `fault` the one until it is acknowledged.
 
-    While it is `forgetting` the fault has been acknowledged, and is about to end.
+    While `forgetting`, the fault was acknowledged and is about to end.
     """
 
     def __init__(self, send: Callable[[int, bytes], None]) -> None:
@@ -58,7 +57,7 @@ class CanBumper:
         return found
 
     def take(self, data: bytes, now_ns: int) -> None:
-        """A status frame has come."""
+        """Take a status frame."""
         self._heard_ns = now_ns
         wrong = self._misread(data)
         if wrong is None:
@@ -73,18 +72,18 @@ class CanBumper:
             self._forget()
 
     def poll(self, now_ns: int) -> None:
-        """Look whether frames stay away, and whether the board has forgotten."""
+        """Check for missing frames, and whether the board has cleared its latch."""
         if self._heard_ns is None:
             self._heard_ns = now_ns
-        if now_ns - self._heard_ns > SILENCE_NS:
+        if now_ns - self._heard_ns > BUMPER_SILENT_NS:
             self._trip("no frames")
         elif self.forgetting and not self._latched:
             self.fault, self.forgetting = None, False
         elif self._latched and self.fault is None:
-            self.fault = "bumper: the board remembers a touch"
+            self.fault = "bumper: the board has latched a touch"
 
     def acknowledge(self) -> bool:
-        """End the fault once the board has forgotten the touch; False while a cause holds."""
+        """End the fault once the board has cleared its latch; False while a cause persists."""
         if self.cause is not None:
             return False
         self.forgetting = True
@@ -93,7 +92,7 @@ class CanBumper:
         return True
 
     def _misread(self, data: bytes) -> str | None:
-        """What is wrong with the frame itself."""
+        """A defect of the frame itself, or None."""
         if len(data) != 8 or crc8(data[:7]) != data[7]:
             return "wrong check sum"
         before, self._counter = self._counter, data[0] & 0x0F
@@ -105,7 +104,7 @@ class CanBumper:
         return "the counter jumps" if ahead > MISSED else None
 
     def _read(self, found: Mapping[str, Any]) -> str | None:
-        """What a good frame says; and what of it forbids to move."""
+        """Take the content of a good frame; why it forbids motion, or None."""
         zones, opened = int(found["Zones"]), bool(found["LineOpen"])
         self._latched = bool(found["Latched"])
         self._touch(zones)
@@ -117,7 +116,7 @@ class CanBumper:
             return f"line and message disagree: {told(zones)}, and the line is {line}"
         if zones:
             return told(zones)
-        return "its line is open; a hand at the relay closes it" if opened else None
+        return "its line is open; close it by hand at the relay" if opened else None
 
     def _touch(self, zones: int) -> None:
         new = zones & ~self._zones
@@ -138,12 +137,12 @@ class CanBumper:
 
 
 def _disagree(zones: int, opened: bool, latched: bool) -> bool:
-    """A touch opens the line, and nothing else does."""
+    """True if line and touch contradict each other: only a touch opens the line."""
     return (zones != 0 and not opened) or (opened and not latched)
 
 
 def told(zones: int) -> str:
-    """Where the foam is pressed, as text."""
+    """The pressed zones as text."""
     names = [name for number, name in enumerate(ZONES) if zones >> number & 1]
     return f"touched at {', '.join(names)}" if names else "not touched"
 

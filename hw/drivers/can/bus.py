@@ -1,8 +1,8 @@
-"""A CAN bus by its configuration: it is polled, never waited for; what goes wrong is a text.
+"""A CAN bus from its configuration: polled, never waited for; its faults are texts.
 
-`interface` and `channel` say where, all other keys go to python-can as they are. The interface
-`local` is a bus of this machine between processes: IPv4 multicast where there is a route for it,
-else slcan over TCP, to a hub at the address `channel`; group and port follow from that address.
+`interface` and `channel` say where it is, all other keys are passed to python-can. The interface
+`local` connects processes of this machine: by IPv4 multicast where there is a route for it, else by
+slcan over TCP to a hub at the address `channel`; group and port follow from that address.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import can
 
 BITRATE = 500_000
 REMEMBERED = 256
-"""So many sent frames are known, to tell their echoes from frames of somebody else."""
+"""Sent frames remembered, to tell their echoes from frames of others."""
 BUS_OFF = 0x40
 """Class of error frames, as Linux numbers them."""
 HINTS = {
@@ -42,12 +42,12 @@ class CanFrame(NamedTuple):
 
 
 class CanBus:
-    """A bus that is open; `fault` says what was wrong with it between the last two polls, or None.
+    """An open bus; `fault` says what went wrong between the last two polls, or None.
 
-    Some back-ends (multicast) hand one's own frames back; those are taken out here.
+    Some back-ends (multicast) echo one's own frames; these are removed.
 
     Raises:
-        OSError: it cannot be opened, why, and what would be right.
+        OSError: it cannot be opened, with the cause and a suggestion.
     """
 
     def __init__(self, settings: Mapping[str, Any]) -> None:
@@ -63,7 +63,7 @@ class CanBus:
             _hurry(self._bus)
 
     def send(self, identifier: int, data: bytes) -> None:
-        """Send a frame; one that cannot be sent is lost, and `fault` says so after `poll`."""
+        """Send a frame; if it cannot be sent it is lost, and `fault` says so after `poll`."""
         frame = CanFrame(identifier, bytes(data))
         message = can.Message(
             arbitration_id=frame.id, data=frame.data, is_extended_id=False, check=False
@@ -76,7 +76,7 @@ class CanBus:
             self._trouble = f"{self.name}: {error}"
 
     def poll(self, most: int = 1000) -> list[CanFrame]:
-        """The frames that have arrived, oldest first; other kinds than data frames are left out."""
+        """The data frames received, oldest first; other kinds are dropped."""
         found: list[CanFrame] = []
         try:
             for _ in range(most):
@@ -93,7 +93,7 @@ class CanBus:
         return found
 
     def readable(self, timeout_s: float) -> bool:
-        """Is there something to poll, at the latest after timeout_s?"""
+        """True once there is something to poll, within timeout_s."""
         file = _file(self._bus)
         if file is None:  # a bus that cannot be waited for: the virtual one
             time.sleep(min(timeout_s, 0.001))
@@ -101,7 +101,7 @@ class CanBus:
         return bool(select.select([file], [], [], timeout_s)[0])
 
     def close(self) -> None:
-        """Let go of the bus."""
+        """Close the bus."""
         with suppress(can.CanError, OSError):
             self._bus.shutdown()
 
@@ -127,7 +127,7 @@ def local_address(host: str) -> tuple[str, int]:
 
 
 def _chosen(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """What python-can is called with."""
+    """The arguments for python-can."""
     for key in ("interface", "channel"):
         if not settings.get(key):
             raise OSError(
@@ -149,7 +149,7 @@ def _local(host: str) -> dict[str, Any]:
 
 
 def _has_route(group: str, port: int) -> bool:
-    """Is there a way for multicast? Sends nothing."""
+    """True if there is a route for multicast; sends nothing."""
     everybody = socket.inet_aton(group) + socket.inet_aton("0.0.0.0")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as tried:
         try:
@@ -178,7 +178,7 @@ def _file(bus: can.BusABC) -> int | None:
 
 
 def _hurry(bus: Any) -> None:
-    """Short frames at once: a socket would keep the second until the first is acknowledged."""
+    """Disable Nagle's algorithm, which would hold short frames back until an acknowledgement."""
     wire = getattr(bus.serialPortOrig, "_socket", None)
     if wire is not None:
         wire.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

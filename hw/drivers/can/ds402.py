@@ -1,8 +1,8 @@
-"""One drive of a wheel: CANopen, profile CiA 402, velocity mode (3), as its master sees it.
+"""One wheel's drive as its master sees it: CANopen, CiA 402, profile velocity mode (3).
 
 Process data: 0x200 + node carries control word and target velocity, 0x180 + node status word and
-actual velocity, both at each SYNC. The drive watches the master's heartbeat: if that stays away it
-brakes by its quick-stop ramp and switches off. Nothing here waits; time comes in by `poll`.
+actual velocity, both with each SYNC. The drive monitors the master's heartbeat: without it the
+drive brakes by its quick-stop ramp and switches off. Nothing here waits; time comes in by `poll`.
 """
 
 from __future__ import annotations
@@ -14,11 +14,8 @@ from dataclasses import dataclass
 from canopen.emcy import EMCY_STRUCT, EmcyError
 
 from hw.drivers.can.sdo import SdoWrite, Writer
+from hw.drivers.gates import HEARTBEAT_NS, VELOCITY_NS
 
-HEARTBEAT_NS = 150_000_000
-"""A drive whose heartbeat is older is dead, ns; it sends one every 50 ms."""
-VELOCITY_NS = 50_000_000
-"""A drive whose status and velocity are older is frozen, ns."""
 QUICK_STOP, OFF, RESET = 0x02, 0x00, 0x80
 ENABLED = "operation enabled"
 START, PRE_OPERATIONAL = 0x01, 0x80
@@ -27,21 +24,21 @@ NMT = {0: "initialising", 4: "stopped", OPERATIONAL: "operational", 127: "pre-op
 TOWARDS_ENABLED = {
     "switch on disabled": 0x06, "ready to switch on": 0x07, "switched on": 0x0F, ENABLED: 0x0F,
 }  # fmt: skip
-"""Control words that lead on, by state; in the others the drive is to switch off first."""
+"""Control words towards `operation enabled`, by state; other states switch off first."""
 _PROCESS = struct.Struct("<Hi")
 Send = Callable[[int, bytes], None]
 
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """What a drive is told at first: `ramp` in its units/s2, `silence_ms` for the master."""
+    """A drive's initial settings: `ramp` in its units/s2, `silence_ms` of the master."""
 
     master: int
     silence_ms: int
     ramp: int
 
     def writes(self, node: int) -> list[SdoWrite]:
-        """The objects. Process data can be mapped while the node is pre-operational only."""
+        """The objects to write; process data can be mapped only in the state pre-operational."""
         return [
             SdoWrite(0x1017, 0, 2, 50),  # own heartbeat, ms
             SdoWrite(0x1016, 1, 4, self.master << 16 | self.silence_ms),  # the master's
@@ -60,7 +57,7 @@ class Setting:
 
 
 def _mapped(communication: int, mapping: int, frame: int, *objects: int) -> list[SdoWrite]:
-    """Switch a process data object off, map it, let it go with each SYNC, switch it on again."""
+    """Disable a process data object, map it, set it to each SYNC, enable it again."""
     return [
         SdoWrite(communication, 1, 4, 0x8000_0000 | frame),
         SdoWrite(mapping, 0, 1, 0),
@@ -74,8 +71,8 @@ def _mapped(communication: int, mapping: int, frame: int, *objects: int) -> list
 class Ds402Drive:
     """A drive by its node number; `fault` stays until `start`.
 
-    `velocity` is what it last told, in its own units/s; `fresh` says whether that is new, and
-    `configured` whether it has its settings.
+    `velocity` is the last one reported, in its own units/s; `fresh` says whether it is new,
+    `configured` whether the drive has its settings.
     """
 
     def __init__(self, node: int, name: str, setting: Setting, send: Send) -> None:
@@ -88,19 +85,19 @@ class Ds402Drive:
         self._send = send
         self._writer = Writer(node, send)
         self._setting = setting
-        self._wanted = False  # it is to be enabled
-        self._watched = False  # it was, and is to stay so
+        self._wanted = False  # to be enabled
+        self._watched = False  # was enabled, and must stay so
         self._nmt: int | None = None
         self._beat_ns = self._told_ns = 0
         self._edge = False
 
     @property
     def enabled(self) -> bool:
-        """Does it follow velocities?"""
+        """True if it follows velocities."""
         return self._watched and self.state == ENABLED
 
     def start(self, now_ns: int) -> None:
-        """Forget the fault, and lead the drive to where it follows; it moves nothing."""
+        """Clear the fault, and enable the drive; nothing moves."""
         self.fault, self._wanted, self._watched = None, True, False
         self._beat_ns = self._told_ns = now_ns
         if self.configured:
@@ -109,13 +106,13 @@ class Ds402Drive:
             self._begin_to_configure()
 
     def hold(self) -> None:
-        """Have it brake by its quick stop, and stay so until `start`."""
+        """Brake by its quick stop, and stay stopped until `start`."""
         self._wanted = self._watched = False
 
     def alive(self, now_ns: int) -> bool:
-        """Is it there, and does it tell its velocity if it should?
+        """True if it sends heartbeats and, when operational, velocities.
 
-        Without its settings it is not; but if it has refused them, `start` tries once more.
+        Without its settings it is not alive; but if it refused them, `start` tries once more.
         """
         if not self.configured:
             return self._writer.fault is not None
@@ -124,20 +121,20 @@ class Ds402Drive:
         return self._nmt != OPERATIONAL or self.tells(now_ns)
 
     def tells(self, now_ns: int) -> bool:
-        """Has it told its velocity lately?"""
+        """True if it reported its velocity lately."""
         return now_ns - self._told_ns <= VELOCITY_NS
 
     def poll(self, now_ns: int) -> None:
-        """Look at ages; give it its settings, also while it has a fault: they move nothing."""
+        """Check ages; write its settings, also during a fault: they move nothing."""
         if not self.configured:
             self._configure(now_ns)
         elif now_ns - self._beat_ns > HEARTBEAT_NS:
             self._fail("has no heartbeat")
         elif now_ns - self._told_ns > VELOCITY_NS:
-            self._fail("tells no velocity")
+            self._fail("reports no velocity")
 
     def control(self) -> int:
-        """The control word that is due: towards `enabled`, or to quick stop."""
+        """The control word due: towards `operation enabled`, or quick stop."""
         if not self._wanted or not self.configured:
             return QUICK_STOP
         if self.state == "fault":
@@ -146,32 +143,32 @@ class Ds402Drive:
         return TOWARDS_ENABLED.get(self.state, OFF)
 
     def tell(self, control: int, velocity: int) -> None:
-        """Send control word and target velocity; they count from the next SYNC on."""
+        """Send control word and target velocity; they take effect with the next SYNC."""
         self._send(0x200 + self.node, _PROCESS.pack(control, velocity))
 
     def command(self, code: int) -> None:
-        """Send an order of the network management: `START` or `PRE_OPERATIONAL`."""
+        """Send a network management command: `START` or `PRE_OPERATIONAL`."""
         self._send(0, bytes((code, self.node)))
 
     def switch_off(self) -> None:
-        """Power off, with the next SYNC; and no more process data after it."""
+        """Switch the power off with the next SYNC."""
         self.hold()
         self.tell(OFF, 0)
 
     def on_heartbeat(self, data: bytes, now_ns: int) -> None:
-        """Its state in the network, or that it has started."""
+        """Take a heartbeat: its network state, or a boot-up."""
         if len(data) != 1:
             return
         self._beat_ns, before = now_ns, self._nmt
         self._nmt = data[0] & 0x7F
         if self._nmt == 0 and before is not None:
-            self._fail("has started anew")
-            self._begin_to_configure()  # its settings are gone
+            self._fail("has restarted")
+            self._begin_to_configure()  # its settings are lost
         elif self._watched and self._nmt != OPERATIONAL:
             self._fail(f"is {NMT.get(self._nmt, self._nmt)}")
 
     def on_told(self, data: bytes, now_ns: int) -> None:
-        """Status word and velocity."""
+        """Take status word and velocity."""
         if len(data) != _PROCESS.size:
             return
         status, self.velocity = _PROCESS.unpack(data)
@@ -183,7 +180,7 @@ class Ds402Drive:
             self._fail(f"is in {self.state!r}")
 
     def on_emergency(self, data: bytes, now_ns: int) -> None:
-        """An EMCY object; code 0 tells that an error is over."""
+        """Take an EMCY object; code 0 means that an error is over."""
         if len(data) != EMCY_STRUCT.size:
             return
         code, register, more = EMCY_STRUCT.unpack(data)
@@ -192,7 +189,7 @@ class Ds402Drive:
             self._fail(f"EMCY 0x{code:04X} {told.get_desc()}".rstrip())
 
     def on_answer(self, data: bytes, now_ns: int) -> None:
-        """An answer to a write."""
+        """Take an answer to a write."""
         self._writer.take(data, now_ns)
 
     def _begin_to_configure(self) -> None:
@@ -215,7 +212,7 @@ class Ds402Drive:
 
 
 def state_of(status: int) -> str:
-    """The state that a status word tells (CiA 402-2, table of states)."""
+    """The state of a status word (CiA 402-2, table of states)."""
     by_four = {0x00: "not ready", 0x40: "switch on disabled", 0x0F: "fault reaction", 0x08: "fault"}
     by_five = {
         0x21: "ready to switch on", 0x23: "switched on", 0x27: ENABLED, 0x07: "quick stop",

@@ -1,13 +1,15 @@
-"""Four Mecanum wheels: their rates and the motion of the base, either way; how far it has come.
+"""Kinematics and odometry of four Mecanum wheels.
 
-Wheels are front left, front right, rear left, rear right; rad/s, positive is ahead. Their rollers
-touch the floor along the diagonals of the base, so that with r the radius and L half the wheelbase
-and half the track
+Wheels are front left, front right, rear left, rear right; rates in rad/s, positive drives ahead.
+The rollers touch the floor at 45 degrees to the wheel's axis, so a wheel at (x, y) fixes only the
+velocity component of the base along its rollers' axis. With the radius r, and L half the wheelbase
+plus half the track, the rates w are
 
     r w = vx - vy - L wz,  vx + vy + L wz,  vx + vy - L wz,  vx - vy + L wz
 
-(Taheri, Qiao, Ghaeminezhad 2015). Four rates stand for three velocities: what is left over, front
-pair less rear pair, is 0 for a base whose wheels roll; it tells of slip, and of a wheel that lies.
+(Taheri, Qiao, Ghaeminezhad 2015). Four rates overdetermine three velocities. Their columns are
+orthogonal, so the least-squares inverse is a quarter of the transpose. The residual, front pair
+less rear pair, is 0 while all wheels roll; it shows slip, and a wheel that reports wrongly.
 """
 
 from __future__ import annotations
@@ -22,9 +24,9 @@ from hw.samples import Odometry
 
 Rates = tuple[float, float, float, float]
 MEMORY_S = 0.5
-"""Slip is remembered so long, s."""
+"""Time constant of the averaged residual, s."""
 _STRAIGHT = 1e-4
-"""Turns below this, rad, are summed by the first terms of their series."""
+"""Rotations below this, rad, use the first terms of their series."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,12 +39,12 @@ class Mecanum:
 
     @classmethod
     def of(cls, model: BaseModel) -> Mecanum:
-        """That of a robot."""
+        """The geometry of a robot."""
         lever = model.half_wheelbase + model.half_track
         return cls(model.wheel_radius, lever, model.max_wheel_rate)
 
     def rates(self, velocity: Twist2) -> Rates:
-        """The wheels for a velocity of the base, by one share slower if they cannot follow."""
+        """Wheel rates for a velocity of the base, scaled down together to the fastest rate."""
         vx, vy, turn = velocity.vx, velocity.vy, self.lever * velocity.wz
         rims = (vx - vy - turn, vx + vy + turn, vx + vy - turn, vx - vy + turn)
         fastest = max(map(abs, rims)) / self.radius
@@ -51,7 +53,7 @@ class Mecanum:
         return a, b, c, d
 
     def velocity(self, rates: Rates) -> Twist2:
-        """The base's velocity that fits the rates best."""
+        """The velocity of the base that fits the rates best (least squares)."""
         a, b, c, d = rates
         quarter = 0.25 * self.radius
         return Twist2(
@@ -61,23 +63,23 @@ class Mecanum:
         )
 
     def slip(self, rates: Rates) -> float:
-        """What no motion of the base explains, m/s at the rims: as uncertain as one wheel is."""
+        """The residual of the rates, m/s at the rims, scaled to the error of a single wheel."""
         a, b, c, d = rates
         return 0.5 * self.radius * (a + b - c - d)
 
     def brakes(self, deceleration: float) -> float:
-        """The wheels' ramp, rad/s2, with which the base brakes no weaker in any direction.
+        """The wheels' ramp, rad/s2, that brakes the base at least this hard in any direction.
 
-        On the diagonal two wheels do all, and turn faster than straight ahead by the root of 2.
+        On the diagonal vx = vy = v / sqrt(2) only two wheels turn, with r w = sqrt(2) v.
         """
         return math.sqrt(2.0) * deceleration / self.radius
 
 
 class Reckoning:
-    """Where the wheels have taken the base, odom_from_base, and how sure their velocity is."""
+    """Odometry: odom_from_base, and the uncertainty of the velocity."""
 
     def __init__(self, wheels: Mecanum, quantum: float) -> None:
-        """`quantum` is the least step of a measured rate, rad/s."""
+        """`quantum` is the resolution of a measured rate, rad/s."""
         self._wheels = wheels
         self._least = (quantum * wheels.radius) ** 2 / 12.0
         self._slip = 0.0
@@ -85,7 +87,11 @@ class Reckoning:
         self._velocity = Twist2(0.0)
 
     def move(self, rates: Rates, span_s: float) -> Odometry:
-        """The wheels have these rates, span_s after they had the last ones."""
+        """Take the rates at span_s after the last ones.
+
+        The variance of a rim's speed is that of the quantization, q^2 / 12, plus the averaged
+        square of the residual; the mean of four wheels has half their standard deviation.
+        """
         before, self._velocity = self._velocity, self._wheels.velocity(rates)
         mean = Twist2(
             0.5 * (before.vx + self._velocity.vx),
@@ -100,7 +106,7 @@ class Reckoning:
 
 
 def filled(rates: Sequence[float | None]) -> Rates | None:
-    """The rates with one that is unknown taken from the other three; None: more are unknown."""
+    """The rates with an unknown one from the other three (residual 0); None if more are."""
     if sum(rate is None for rate in rates) > 1:
         return None
     known = [0.0 if rate is None else rate for rate in rates]
@@ -114,7 +120,11 @@ def filled(rates: Sequence[float | None]) -> Rates | None:
 
 
 def along(pose: Pose2, velocity: Twist2, span_s: float) -> Pose2:
-    """Where a constant velocity of the base takes it: along an arc."""
+    """The pose after span_s at constant velocity: along an arc.
+
+    Integrating the velocity over the rotation a gives the factors sin(a) / a along and
+    (1 - cos(a)) / a across.
+    """
     turn = velocity.wz * span_s
     if abs(turn) < _STRAIGHT:
         ahead, aside = 1.0 - turn * turn / 6.0, 0.5 * turn

@@ -1,7 +1,7 @@
-"""Objects written into a CANopen node one after another, without waiting (CiA 301, expedited SDO).
+"""Writes objects of a CANopen node one after another, without waiting (CiA 301, expedited SDO).
 
-The SDO client of `canopen` waits for each answer; in the chain's cycle nothing may. Here one write
-is under way at a time, and the next goes out when its answer has come.
+The SDO client of `canopen` waits for each answer, which the chain's cycle must not do. Here one
+write is in progress at a time, and the next goes out when its answer has come.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from canopen.sdo.exceptions import SdoAbortedError
 
 ANSWER_NS = 300_000_000
-"""A node answers within, ns; after so long the write is sent once more."""
+"""Time limit for an answer, ns; the write is then repeated."""
 TRIES = 3
 _FRAME = struct.Struct("<BHB4s")
 _COMMANDS = {1: 0x2F, 2: 0x2B, 4: 0x23}
@@ -38,7 +38,7 @@ class SdoWrite:
 
 
 class Writer:
-    """Writes into one node; `fault` says which write has failed and why."""
+    """Writes to one node; `fault` says which write has failed and why."""
 
     def __init__(self, node: int, send: Callable[[int, bytes], None]) -> None:
         self._node, self._send = node, send
@@ -49,16 +49,16 @@ class Writer:
 
     @property
     def done(self) -> bool:
-        """Has all been written?"""
+        """True once all is written."""
         return not self._left
 
     def begin(self, writes: Iterable[SdoWrite]) -> None:
-        """Write these, and forget what is left of others."""
+        """Write these, dropping what is left of others."""
         self._left = deque(writes)
         self._sent_ns, self._tries, self.fault = None, 0, None
 
     def poll(self, now_ns: int) -> None:
-        """Send what is next, or what was not answered, once more."""
+        """Send the next write, or repeat one without an answer."""
         if not self._left or self.fault is not None:
             return
         if self._sent_ns is not None and now_ns - self._sent_ns < ANSWER_NS:
@@ -71,7 +71,7 @@ class Writer:
         self._send(0x600 + self._node, self._left[0].frame)
 
     def take(self, data: bytes, now_ns: int) -> None:
-        """An answer has come: to this write or, by a late node, to one before."""
+        """Take an answer: to this write or, from a slow node, to an earlier one."""
         if len(data) != 8 or not self._left or self._sent_ns is None:
             return
         command, index, subindex, rest = _FRAME.unpack(data)

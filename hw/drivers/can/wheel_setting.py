@@ -1,4 +1,4 @@
-"""How four drives are mounted and measured: the entry `wheels` of a connection."""
+"""Mounting and scaling of four drives: the entry `wheels` of a connection."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ SILENCE = 0.08
 class DriveNodes:
     """Drives front left, front right, rear left, rear right.
 
-    `signs` are -1 where a motor turns the other way round, `gear` turns of a motor per turn of its
-    wheel, `increments` units of the drives per turn of a motor (their velocities are in units/s).
-    `silence` is after how long without the heartbeat of node `master` a drive brakes by itself, s.
+    `signs` are -1 for motors that turn the other way round, `gear` motor revolutions per wheel
+    revolution, `increments` drive units per motor revolution (velocities are in units/s). `silence`
+    is the time without a heartbeat of node `master` after which a drive brakes by itself, s.
     """
 
     nodes: tuple[int, int, int, int]
@@ -34,7 +34,7 @@ class DriveNodes:
         """From a connection file.
 
         Raises:
-            ValueError: what is wrong, and what would be right.
+            ValueError: an invalid entry, with a suggestion.
         """
         names = {field.name for field in fields(cls)}
         strange = sorted(set(entry) - names)
@@ -51,7 +51,7 @@ class DriveNodes:
         return made
 
     def faults(self) -> list[str]:
-        """What no bus can have."""
+        """Invalid values."""
         nodes, signs = self.nodes, self.signs
         numbers = (self.gear, self.increments, self.silence)
         if not _whole(nodes, 126) or len(set(nodes)) != 4:
@@ -68,7 +68,7 @@ class DriveNodes:
 
     @property
     def scale(self) -> float:
-        """Units of a drive per rad of its wheel."""
+        """Drive units per rad of the wheel."""
         return self.gear * self.increments / (2.0 * math.pi)
 
     @property
@@ -77,13 +77,13 @@ class DriveNodes:
         return round(1e3 * self.silence)
 
     def counts(self, rates: Rates) -> list[int]:
-        """Rates of the wheels, rad/s, in units/s of their drives."""
+        """Wheel rates, rad/s, in units/s of their drives."""
         return [
             sign * round(self.scale * rate) for sign, rate in zip(self.signs, rates, strict=True)
         ]
 
     def rate(self, number: int, count: int) -> float:
-        """A drive's velocity as the rate of its wheel, rad/s."""
+        """The wheel rate, rad/s, of a drive's velocity."""
         return self.signs[number] * count / self.scale
 
 

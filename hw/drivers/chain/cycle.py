@@ -1,16 +1,17 @@
-"""The cycle of the safety chain in front of real wheels: hear, look, ramp, admit, drive.
+"""The cycle of the safety chain in front of real wheels: receive, check, ramp, admit, drive.
 
-It is the last before the actuators: what drives is one command with a stamp, which gets old, and
-all that it goes by it hears itself. Nothing here waits. In this order, in each cycle:
+It is the last stage before the actuators. Its input is one stamped command, which ages; all other
+inputs it receives itself. Nothing here waits. Each cycle does, in this order:
 
-1. the wheels are polled; a touch of the foam or a fault of theirs stops them for good, by the
-   drives' own quick stop, as does a lost link, a latch of the chain, and whoever pulls;
-2. the velocity goes towards the commanded one, as fast as ramps allow (`hw.safety.ramps`);
-3. the safety chain admits what may be of it, and what is taken away is braked away;
-4. the wheels are told.
+1. poll the wheels; a touch of the foam or a fault stops them by the drives' own quick stop until
+the
+   reset, and so does a lost link, a latch of the chain, or a pull of the stop line;
+2. move the velocity towards the commanded one within the ramps (`hw.safety.ramps`);
+3. let the safety chain limit it; what is cut is braked away;
+4. command the wheels.
 
 A stop lasts until the operator resets it: `reset` is tried for a while, because drives need some
-cycles to be switched on again.
+cycles to be enabled again.
 """
 
 from __future__ import annotations
@@ -23,24 +24,25 @@ from hw.drivers.chain.links import Links
 from hw.drivers.chain.settings import ChainSettings
 from hw.drivers.gates import MS
 from hw.drivers.hardware import Hardware
+from hw.finite import is_finite
 from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.interfaces import DriveMode
 from hw.links.datagrams import Datagram, Outlet
 from hw.reckoner import Reckoner
 from hw.safety.keeper import Keeper, is_standing
 from hw.safety.ramps import STANDSTILL, Ramps, Velocity, twist_after
-from hw.samples import PoseSigma, Sample, TrackerPose, UserPose, is_finite
+from hw.samples import PoseSigma, Sample, TrackerPose, UserPose
 
 RESET_NS = 400 * MS
-"""Drives may take so long to be ready again after a reset."""
+"""Time that drives may take to be ready after a reset, ns."""
 LONGEST_S = 0.02
-"""Velocities change by no more than ramps allow in this time, however long a cycle took."""
+"""Longest time that ramps are applied for, however long a cycle took, s."""
 NOT_READY = "the wheels are not ready"
 OWN_SIGNALS = {"user.pose": UserPose, "rover.tracker": TrackerPose}
 
 
 class ChainCycle:
-    """See the module; one thread calls all of it. `stopped` is why the wheels are stopped."""
+    """See the module; single-threaded. `stopped` is why the wheels are stopped, or None."""
 
     def __init__(self, settings: ChainSettings, hardware: Hardware, outlet: Outlet) -> None:
         observer = settings.observer
@@ -75,30 +77,30 @@ class ChainCycle:
 
     @property
     def stands(self) -> bool:
-        """Do the wheels stand, as they tell?"""
+        """True if the wheels are commanded to stand and report standstill."""
         twist = None if self.hardware.odometry is None else self.hardware.odometry[1].twist
         return self._velocity == STANDSTILL and twist is not None and is_standing(twist)
 
     @property
     def awaited(self) -> str | None:
-        """Who or what keeps everything standing so far, though nothing is stopped for good."""
+        """What nothing may move without so far, though nothing is stopped; None if nothing."""
         return self.links.awaited() or (None if self.hardware.ready else NOT_READY)
 
-    def take(self, told: Datagram, now_ns: int) -> None:
-        """A datagram has arrived; one that nobody here waits for is left out."""
-        take = self._takes.get((told.source, told.name))
+    def take(self, datagram: Datagram, now_ns: int) -> None:
+        """Take a datagram that has arrived; unknown ones are ignored."""
+        take = self._takes.get((datagram.source, datagram.name))
         if take is not None:
-            take(now_ns, told)
+            take(now_ns, datagram)
 
     def pull(self, reason: str) -> None:
-        """Stop the wheels for good; the first reason is kept."""
+        """Stop the wheels until the reset; the first reason is kept."""
         if self.stopped is None:
             self.stopped = reason
-            with suppress(Exception):  # the cycles tell them to stand, too
+            with suppress(Exception):  # the cycles command standstill, too
                 self.hardware.stop()
 
     def cycle(self, now_ns: int) -> None:
-        """One cycle; whatever the hardware raises, the wheels are stopped."""
+        """Run one cycle; an exception of the hardware stops the wheels."""
         try:
             self._cycle(now_ns)
         except Exception as error:  # noqa: BLE001  of a driver; the chain has to go on
@@ -116,7 +118,7 @@ class ChainCycle:
             self.pull(self.keeper.latched)
 
     def _measure(self, now_ns: int) -> None:
-        """Hear what the wheels tell, and pass it on."""
+        """Take the measurements of the hardware, and pass them on."""
         for hit in self.hardware.hits():
             self._outlet.send("bumper.hit", now_ns, hit)
             self.pull("bumper")
@@ -128,7 +130,7 @@ class ChainCycle:
             self._outlet.send("base.odometry", self._odometry_ns, odometry)
 
     def _look(self, now_ns: int) -> None:
-        """Stop for good where somebody is missing, or the wheels have a fault."""
+        """Stop on a lost link or a fault of the wheels."""
         reason = self.hardware.fault or self.links.lost(now_ns)
         if reason is not None:
             self.pull(reason)
@@ -161,14 +163,14 @@ class ChainCycle:
     def _ramped(
         self, target: Twist2, span: float, braked: bool
     ) -> tuple[Twist2, tuple[float, Velocity]]:
-        """The velocity after span s, and the yaw and the velocity over the floor with it."""
+        """The velocity after span s, with the yaw and the velocity over the floor then."""
         motion = self._ramps.toward(self._yaw, self._velocity, target, span, self.mode, braked)
         return twist_after(self._yaw, motion, self.mode), (self._yaw + motion[2], motion[3])
 
     # resets
 
     def _go_on_resetting(self, now_ns: int, token: int, until_ns: int, begun: bool) -> None:
-        """Take the stop away once the drives are ready, or tell that it stays, and why."""
+        """Release the stop once the drives are ready, or report why it stays."""
         why = self.links.lost(now_ns)
         if why is None and not begun:
             why = self._begin_resetting(now_ns)
@@ -183,7 +185,7 @@ class ChainCycle:
             self._refuse(now_ns, token, why)
 
     def _begin_resetting(self, now_ns: int) -> str | None:
-        """Why it cannot begin; None: the drives are on their way."""
+        """Why the reset cannot begin; None if the drives are being enabled."""
         if not self.stands or not self.keeper.reset(now_ns):
             return self.keeper.latched or "the base moves"
         if not self.hardware.acknowledge():
@@ -195,55 +197,59 @@ class ChainCycle:
         self.hardware.stop()
         self._outlet.send("chain.reset", now_ns, (token, why))
 
-    # what is heard
+    # datagrams received
 
-    def _hear_command(self, now_ns: int, told: Datagram) -> None:  # noqa: ARG002
-        if told.value is None:
+    def _hear_command(self, now_ns: int, datagram: Datagram) -> None:  # noqa: ARG002
+        if datagram.value is None:
             self.keeper.command(STILL, None)
-        elif isinstance(told.value, Twist2) and is_finite(told.value):
-            self.keeper.command(told.value, told.stamp_ns)
+        elif isinstance(datagram.value, Twist2) and is_finite(datagram.value):
+            self.keeper.command(datagram.value, datagram.stamp_ns)
 
-    def _hear_mode(self, now_ns: int, told: Datagram) -> None:  # noqa: ARG002
-        if told.value in self._modes:
-            self._mode_wanted = told.value
+    def _hear_mode(self, now_ns: int, datagram: Datagram) -> None:  # noqa: ARG002
+        if datagram.value in self._modes:
+            self._mode_wanted = datagram.value
 
-    def _hear_grant(self, now_ns: int, told: Datagram) -> None:  # noqa: ARG002
-        if told.value is None or isinstance(told.value, Pose2):
-            self.keeper.grant(told.value)
+    def _hear_grant(self, now_ns: int, datagram: Datagram) -> None:  # noqa: ARG002
+        if datagram.value is None or isinstance(datagram.value, Pose2):
+            self.keeper.grant(datagram.value)
 
-    def _hear_estimate(self, now_ns: int, told: Datagram) -> None:  # noqa: ARG002
-        pose, sigma = _pair(told.value)
-        known = isinstance(pose, Pose2) and isinstance(sigma, PoseSigma) and is_finite(told.value)
-        self.keeper.locate(told.stamp_ns, pose if known else None, sigma if known else None)
+    def _hear_estimate(self, now_ns: int, datagram: Datagram) -> None:  # noqa: ARG002
+        pose, sigma = _pair(datagram.value)
+        known = (
+            isinstance(pose, Pose2) and isinstance(sigma, PoseSigma) and is_finite(datagram.value)
+        )
+        self.keeper.locate(datagram.stamp_ns, pose if known else None, sigma if known else None)
 
-    def _hear_pull(self, now_ns: int, told: Datagram) -> None:
-        self.pull(str(told.value or told.source))
-        if self._resetting is not None:  # somebody wants the stop to stay
-            self._refuse(now_ns, self._resetting[0], str(told.value))
+    def _hear_pull(self, now_ns: int, datagram: Datagram) -> None:
+        self.pull(str(datagram.value or datagram.source))
+        if self._resetting is not None:  # a new stop cancels a reset in progress
+            self._refuse(now_ns, self._resetting[0], str(datagram.value))
 
-    def _hear_reset(self, now_ns: int, told: Datagram) -> None:
+    def _hear_reset(self, now_ns: int, datagram: Datagram) -> None:
         if self.stopped is None:
-            self._outlet.send("chain.reset", now_ns, (told.value, None))
+            self._outlet.send("chain.reset", now_ns, (datagram.value, None))
         elif self._resetting is None:
-            self._resetting = told.value, now_ns + RESET_NS, False
+            self._resetting = datagram.value, now_ns + RESET_NS, False
 
-    def _hear_arm(self, now_ns: int, told: Datagram) -> None:
-        fault = None if told.value is None else f"arm: {told.value}"
-        self.links.arm.beat(told.stamp_ns, now_ns, fault)
+    def _hear_arm(self, now_ns: int, datagram: Datagram) -> None:
+        fault = None if datagram.value is None else f"arm: {datagram.value}"
+        self.links.arm.beat(datagram.stamp_ns, now_ns, fault)
 
-    def _hear_vr(self, now_ns: int, told: Datagram) -> None:
-        self.links.vr.beat(told.stamp_ns, now_ns, None if told.value == "up" else str(told.value))
+    def _hear_vr(self, now_ns: int, datagram: Datagram) -> None:
+        self.links.vr.beat(
+            datagram.stamp_ns, now_ns, None if datagram.value == "up" else str(datagram.value)
+        )
 
-    def _hear_request(self, now_ns: int, told: Datagram) -> None:
-        """A DEEP that is no pose is no request."""
-        asked = isinstance(told.value, Pose3) and is_finite(told.value)
-        self.links.request.beat(told.stamp_ns, now_ns)
-        deep = told.value if asked and self.links.may_ask(now_ns) else None
+    def _hear_request(self, now_ns: int, datagram: Datagram) -> None:
+        """An invalid DEEP counts as no request."""
+        asked = isinstance(datagram.value, Pose3) and is_finite(datagram.value)
+        self.links.request.beat(datagram.stamp_ns, now_ns)
+        deep = datagram.value if asked and self.links.may_ask(now_ns) else None
         self.keeper.hear(Sample("vr.haptic_request", now_ns, deep), now_ns)
 
-    def _hear_signal(self, now_ns: int, told: Datagram) -> None:
-        if isinstance(told.value, OWN_SIGNALS[told.name]) and is_finite(told.value):
-            self.keeper.hear(Sample(told.name, told.stamp_ns, told.value), now_ns)
+    def _hear_signal(self, now_ns: int, datagram: Datagram) -> None:
+        if isinstance(datagram.value, OWN_SIGNALS[datagram.name]) and is_finite(datagram.value):
+            self.keeper.hear(Sample(datagram.name, datagram.stamp_ns, datagram.value), now_ns)
 
 
 def _pair(value: Any) -> tuple[Any, Any]:

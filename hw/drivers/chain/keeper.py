@@ -1,4 +1,4 @@
-"""The engine's side of a keeper in the process of the safety chain: what goes there, what comes."""
+"""The engine's side of a keeper in the safety chain's process: commands out, status back."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from hw.samples import PoseSigma, Sample
 
 
 class ChainKeeper:
-    """What `hw.safety.keeper.Keeps` asks for.
+    """Implements `hw.safety.keeper.Keeps`.
 
-    The chain hears all that it goes by itself; `hears` has the engine sample it, too, so that it is
+    The chain receives its inputs itself; `hears` makes the engine sample them too, so that they are
     in the record of the run.
 
-    `stops` is called, from any thread, with the reason when the wheels are stopped for good. `lost`
-    counts records that did not arrive.
+    `stops` is called with the reason, from any thread, when the wheels are stopped until a reset.
+    `lost` counts records that did not arrive.
     """
 
     reckons = True
@@ -53,34 +53,34 @@ class ChainKeeper:
 
     @property
     def latched(self) -> str | None:
-        """Why the chain has latched."""
+        """The reason of a latched stop."""
         return self.status.latched
 
     @property
     def refused(self) -> tuple[str, ...]:
-        """Why nothing at all could move in the last cycle that was told of."""
+        """Why no motion at all was possible in the last reported cycle."""
         return self.status.refused
 
     @property
     def admitted(self) -> Twist2 | None:
-        """What was last let pass; None: since the last tick, all of it."""
+        """What was last admitted; None if nothing was cut since the last tick."""
         return self.status.admitted
 
     def locate_by(self, reckoner: Reckoner) -> None:
-        """It has a reckoner of its own."""
+        """Nothing to do: the process has its own reckoner."""
 
     def hear(self, sample: Sample, now_ns: int) -> None:  # noqa: ARG002
-        """The end of a request ends its grant; the chain hears of it by itself."""
+        """Note the end of a request, which ends its grant; the chain receives it itself."""
         if sample.name == "vr.haptic_request" and sample.value is None:
             self._granted = None
 
     def grant(self, pose: Pose2 | None) -> None:
-        """The request is served from this pose."""
+        """Serve the request from this base pose."""
         self._granted = pose
         self._outlet.send("grant", time.monotonic_ns(), pose)
 
     def locate(self, stamp_ns: int, pose: Pose2 | None, sigma: PoseSigma | None) -> None:
-        """Where localization takes the base to have been; told once for each stamp."""
+        """Send the localization's estimate, once for each stamp."""
         if pose is None or sigma is None:
             self._located_ns = None
             self._outlet.send("estimate", time.monotonic_ns(), None)
@@ -89,7 +89,7 @@ class ChainKeeper:
             self._outlet.send("estimate", self._monotonic(stamp_ns), (pose, sigma))
 
     def command(self, twist: Twist2, stamp_ns: int | None) -> None:
-        """This velocity counts from now on; mode and grant are said again with each."""
+        """Send the commanded velocity; mode and grant are repeated with it."""
         now = time.monotonic_ns()
         self._outlet.send("mode", now, self.mode_wanted)
         if self._granted is not None:
@@ -100,25 +100,25 @@ class ChainKeeper:
             self._outlet.send("command", self._monotonic(stamp_ns), twist)
 
     def reset(self, now_ns: int) -> bool:  # noqa: ARG002
-        """Ask the chain to take its stop away."""
+        """Ask the chain to release its stop."""
         return self._reset()
 
     def pull(self, reason: str) -> None:
-        """Stop the wheels for good."""
+        """Stop the wheels until a reset."""
         self._pull(reason)
 
-    def take(self, told: Datagram, stamp_ns: int) -> None:
-        """Records or a status of the chain; `stamp_ns` is that of the datagram in the run's time.
+    def take(self, datagram: Datagram, stamp_ns: int) -> None:
+        """Take records or a status of the chain; `stamp_ns` is the datagram's in the run's time.
 
-        What came before the chain's first word on this side is no loss.
+        Records sent before the first datagram arrived here do not count as lost.
         """
-        if isinstance(told.value, ChainStatus):
-            self.lost = told.value.records - self.cycles.written
-            self.longest_ms = max(self.longest_ms, told.value.longest_ms)
-            self.status = told.value
-        elif told.name == "chain.cycles":
-            for record in _records(told.value):
-                ago = told.stamp_ns - record.stamp_ns
+        if isinstance(datagram.value, ChainStatus):
+            self.lost = datagram.value.records - self.cycles.written
+            self.longest_ms = max(self.longest_ms, datagram.value.longest_ms)
+            self.status = datagram.value
+        elif datagram.name == "chain.cycles":
+            for record in _records(datagram.value):
+                ago = datagram.stamp_ns - record.stamp_ns
                 self.cycles.append(record._replace(stamp_ns=stamp_ns - ago))
 
     def _monotonic(self, stamp_ns: int) -> int:

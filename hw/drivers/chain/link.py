@@ -11,9 +11,9 @@ parts:
   stop_line: {driver: "hw.drivers.chain.link:ChainStopLine", link: chain}
   bumper: {driver: "hw.drivers.chain.link:ChainBumper", link: chain}
 
-What the engine wants goes there as datagrams that get old; what it hears comes in a thread of its
-own, which stops everything else the moment the chain has stopped the wheels, or falls silent. A
-chain that was silent is not trusted again: the run has to be started anew.
+Commands of the engine go there as datagrams that age. A thread receives its datagrams and stops all
+other parts as soon as the chain has stopped the wheels, or falls silent. A chain that was silent is
+not trusted again: the run has to be restarted.
 """
 
 from __future__ import annotations
@@ -28,8 +28,9 @@ from typing import Any
 
 from hw.connection import RunInfo
 from hw.drivers.chain.keeper import ChainKeeper
-from hw.drivers.chain.settings import OBSERVER_S, ChainSettings, ObserverSettings
+from hw.drivers.chain.settings import ChainSettings, ObserverSettings, hardware_of
 from hw.drivers.feed import DatagramFeed, up_to
+from hw.drivers.gates import CHAIN_SILENT_NS
 from hw.geometry import STILL, Twist2
 from hw.interfaces import DriveMode
 from hw.links.datagrams import LOOPBACK, Address, Datagram, Outlet
@@ -37,31 +38,31 @@ from hw.links.processes import Child
 from hw.samples import Odometry, Sample
 
 MODULE = "hw.drivers.chain.process"
-SILENT_NS, LOOK_S = 100_000_000, 0.02
+LOOK_S = 0.02
 SILENT, ENDED = "the safety chain is silent", "the safety chain has ended"
 RESET_S = 0.5
 CLOSING_S = 4.0
-"""The wheels have this long to come to a stand and to be switched off, s."""
+"""Time for the wheels to stop and to be switched off, s."""
 AHEAD_S = 0.05
-"""Poses of the VR side are predicted; so far ahead of the clock they may be stamped, s."""
+"""Stamps of VR poses, which are predicted, may be this far ahead of the clock, s."""
 KEPT = 512
-"""So many samples wait for the engine, which takes them in each tick; older ones are left out."""
+"""Longest queue of samples for the engine; older ones are dropped."""
 Now = Callable[[], int]
 
 
 class ChainLink:
-    """The link: the process, what is told to it, and what it tells.
+    """The link: the process, the datagrams to it and from it.
 
     Args:
-        port: of the chain; another engine that asks for the same is refused.
-        hardware: `driver: "module:Class"` of the wheels, and what that is called with.
+        port: of the chain; a second engine on the same port is refused.
+        hardware: `driver: "module:Class"` of the wheels, and its arguments.
         now: the time of the run, ns.
         opening: of the run.
-        host: the address it is reached at.
-        observer: None, or `{timeout: 0.5}`, s: an observer's program has to be heard (R55); with
-            `host` and `port` at an address of its own.
-        rate: cycles a second.
-        arm: is there an arm whose link has to be up?
+        host: the address of the chain.
+        observer: None, or `{timeout: 0.5}`, s: an observer's heartbeat is required (R55); with
+            `host` and `port` for an address of its own.
+        rate: cycles per second.
+        arm: True to require the link of an arm.
     """
 
     def __init__(  # noqa: PLR0913
@@ -83,9 +84,8 @@ class ChainLink:
         self.why: str | None = None
         self.wake: Callable[[], None] = _nobody
         self.modes = opening.body.base.modes
-        self.real_time = False
-        self._wheels = _hardware(hardware)
-        self._observer = None if observer is None else _observer(observer, self.address)
+        self._wheels = hardware_of(hardware)
+        self._observer = None if observer is None else ObserverSettings.of(observer, self.address)
         self._outlet = Outlet("engine", [self.address])
         self.keeper = ChainKeeper(
             opening.safety, self.modes[0], self._outlet, now, self.reset, self.pull
@@ -118,28 +118,28 @@ class ChainLink:
         )
 
     def wait(self) -> None:
-        """Until it cycles.
+        """Wait until it cycles.
 
         Raises:
-            OSError: the wheels cannot be opened, or another engine has them.
+            OSError: the wheels cannot be opened, or another engine uses them.
         """
-        self.real_time = bool(self._child.wait().get("real_time"))
+        self._child.wait()
         self._heard_ns = time.monotonic_ns()
         self._feed.start()
 
     @property
     def pid(self) -> int:
-        """The number of the process."""
+        """Process id."""
         return self._child.pid
 
     def pull(self, reason: str) -> None:
-        """Stop the wheels for good; may be called from any thread."""
+        """Stop the wheels until a reset; may be called from any thread."""
         if self.stopped is None:
             self.stopped = reason
         self._outlet.send("pull", time.monotonic_ns(), reason)
 
     def reset(self) -> bool:
-        """Ask for the stop to be taken away; waits RESET_S at most. `why` says why it stays."""
+        """Ask to release the stop; waits RESET_S at most. `why` says why it stays."""
         if self.stopped is None:
             return True
         if self._dead is not None:
@@ -153,7 +153,7 @@ class ChainLink:
         return heard and self.why is None and self._dead is None
 
     def close(self) -> None:
-        """Let the wheels come to a stand and be switched off, and end the process.
+        """Stop the wheels, switch them off, and end the process.
 
         Raises:
             OSError: not all records of its cycles have arrived.
@@ -163,28 +163,28 @@ class ChainLink:
         self._feed.close()
         self._outlet.close()
         if self.keeper.lost > 0:
-            told = self.keeper.status.records
-            raise OSError(f"{self.keeper.lost} of {told} records of the safety chain are lost")
+            sent = self.keeper.status.records
+            raise OSError(f"{self.keeper.lost} of {sent} records of the safety chain are lost")
 
     # in the thread of the feed
 
-    def _take(self, told: Datagram, stamp_ns: int) -> None:
-        if told.source != "chain":
+    def _take(self, datagram: Datagram, stamp_ns: int) -> None:
+        if datagram.source != "chain":
             return
-        self._heard_ns = max(self._heard_ns or 0, told.stamp_ns)
-        match told.name, told.value:
+        self._heard_ns = max(self._heard_ns or 0, datagram.stamp_ns)
+        match datagram.name, datagram.value:
             case "base.odometry", Odometry() as odometry:
-                self.base.append(Sample(told.name, stamp_ns, odometry))
+                self.base.append(Sample(datagram.name, stamp_ns, odometry))
                 self.base.append(Sample("base.twist", stamp_ns, odometry.twist))
             case "bumper.hit", hit:
-                self.hits.append(Sample(told.name, stamp_ns, hit))
+                self.hits.append(Sample(datagram.name, stamp_ns, hit))
                 self.wake()
             case "stop.engaged", str(reason):
                 self._stop(reason)
             case "chain.reset", (int(token), why):
                 self._answer_with(token, why)
             case _:
-                self.keeper.take(told, stamp_ns)
+                self.keeper.take(datagram, stamp_ns)
 
     def _answer_with(self, token: int, why: str | None) -> None:
         with self._answer:
@@ -194,15 +194,15 @@ class ChainLink:
             self._answer.notify_all()
 
     def _watch(self, looked_ns: int) -> None:
-        """A chain that had said nothing for too long does not guard the wheels any more."""
+        """Stop everything if the chain has been silent for too long."""
         if self._closing or self._dead is not None or self._heard_ns is None:
             return
-        if looked_ns - self._heard_ns > SILENT_NS:
+        if looked_ns - self._heard_ns > CHAIN_SILENT_NS:
             self._dead = SILENT if self._child.alive else ENDED
             self._stop(self._dead)
 
     def _stop(self, reason: str) -> None:
-        """The wheels are stopped: so is everything else, at once; said once until a reset."""
+        """The wheels are stopped: stop all parts at once; called once until a reset."""
         if self.stopped is None:
             self.stopped = reason
         if self.keeper.stops is not None and not self._told:
@@ -211,7 +211,7 @@ class ChainLink:
 
 
 class ChainBase:
-    """The part `base`; its `GuardedBase` commands it through its keeper, once in each tick."""
+    """The part `base`; its `GuardedBase` commands it through the keeper, once per tick."""
 
     signals: tuple[str, ...] = ("base.odometry", "base.twist")
 
@@ -225,17 +225,17 @@ class ChainBase:
         return self.keeper.status.mode
 
     def use(self, mode: DriveMode) -> None:
-        """Change the way of driving; see `Base`.
+        """Change the drive mode; see `Base`.
 
         Raises:
-            ValueError: the robot cannot drive so.
+            ValueError: the robot has no such mode.
         """
         if mode not in self._link.modes:
             raise ValueError(f"base: mode '{mode}' is not one of {', '.join(self._link.modes)}")
         self.keeper.mode_wanted = mode
 
     def drive(self, command: Twist2) -> None:
-        """Go at this velocity, as said now; see `Base`."""
+        """Command a velocity, stamped now; see `Base`."""
         self.keeper.command(Twist2.checked(command.vx, command.vy, command.wz), self._now())
 
     def stop(self) -> None:
@@ -243,16 +243,16 @@ class ChainBase:
         self.keeper.command(STILL, None)
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """What the wheels have told since."""
+        """Odometry and twist since the last call."""
         return up_to(self._link.base, now_ns)
 
     def close(self) -> None:
-        """The other parts are closed, too: nobody is to be stopped any more."""
+        """The other parts are being closed as well: stop none of them any more."""
         self.keeper.stops = None
 
 
 class ChainBumper:
-    """The part `bumper`: a touch stops the wheels in the chain, and is told here."""
+    """The part `bumper`; a touch stops the wheels in the chain, and is reported here."""
 
     signals: tuple[str, ...] = ("bumper.hit",)
 
@@ -261,7 +261,7 @@ class ChainBumper:
 
     @property
     def wake(self) -> Callable[[], None]:
-        """What is called when a touch was told."""
+        """Called when a touch was reported."""
         return self._link.wake
 
     @wake.setter
@@ -283,7 +283,7 @@ class ChainStopLine:
         self._reported: str | None = "nothing yet"
 
     def pull(self, reason: str) -> None:
-        """Stop and stay so; see `StopLine`."""
+        """Stop until the reset; see `StopLine`."""
         self._link.pull(reason)
 
     def reset(self) -> bool:
@@ -291,7 +291,7 @@ class ChainStopLine:
         return self._link.reset()
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """The reason, when it changed."""
+        """The reason, on change."""
         reason = self._link.stopped
         if reason == self._reported:
             return []
@@ -299,23 +299,5 @@ class ChainStopLine:
         return [Sample("stop.engaged", now_ns, reason)]
 
 
-def _hardware(given: Mapping[str, Any]) -> tuple[str, str, dict[str, Any]]:
-    values = dict(given)
-    module, _, name = str(values.pop("driver", "")).partition(":")
-    if not module or not name:
-        raise ValueError('chain: hardware: write driver: "module:Class"')
-    return module, name, values
-
-
-def _observer(given: Mapping[str, Any], chain: Address) -> ObserverSettings:
-    strange = given.keys() - {"host", "port", "timeout"}
-    if strange:
-        raise ValueError(
-            f"chain: observer: {', '.join(sorted(strange))}; known: host, port, timeout"
-        )
-    address = str(given.get("host", chain[0])), int(given.get("port", chain[1]))
-    return ObserverSettings(address, float(given.get("timeout", OBSERVER_S)))
-
-
 def _nobody() -> None:
-    """Nobody waits for samples."""
+    """No loop waits for samples."""

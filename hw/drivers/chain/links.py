@@ -1,20 +1,17 @@
-"""Who has to be heard again and again while the wheels may turn: the arm, the observer, the VR."""
+"""The links that must be heard while the wheels may turn: arm, observer, VR."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hw.drivers.gates import LINK_SILENT_NS, MS
-
-ARM_NS = 50 * MS
-"""The arm's link may be silent for so long: two steps of 24 ms of its own time stamps."""
+from hw.drivers.gates import ARM_SILENT_NS, LINK_SILENT_NS
 
 
 @dataclass(slots=True)
 class Heartbeat:
-    """One that was heard, of late: `fault` is what it says of itself, None if it is well.
+    """A periodic message: `fault` is what its sender reports of itself, None if it is well.
 
-    Until it `was_well` for the first time it is awaited, and not lost.
+    Until it `was_well` for the first time it is awaited, and cannot be lost.
     """
 
     name: str
@@ -24,18 +21,18 @@ class Heartbeat:
     was_well: bool = False
 
     def beat(self, stamp_ns: int, now_ns: int, fault: str | None = None) -> None:
-        """It was heard; a stamp ahead of now is as good as now, and one of before tells nothing."""
+        """Take a message; a stamp ahead of now counts as now, an older one is ignored."""
         stamp_ns = min(stamp_ns, now_ns)
         if self.heard_ns is None or stamp_ns > self.heard_ns:
             self.heard_ns, self.fault = stamp_ns, fault
             self.was_well = self.was_well or fault is None
 
     def is_fresh(self, now_ns: int) -> bool:
-        """Was it heard of late?"""
+        """True if heard within `within_ns`."""
         return self.heard_ns is not None and now_ns - self.heard_ns <= self.within_ns
 
     def lost(self, now_ns: int) -> str | None:
-        """Why it does not count any more; None: it does, or it has never been well at all."""
+        """Why it is lost; None if it is not, or was never well."""
         if not self.was_well:
             return None
         if self.fault is not None:
@@ -44,15 +41,15 @@ class Heartbeat:
 
 
 class Links:
-    """All that a chain listens for.
+    """All links of a chain.
 
     Args:
-        arm: must an arm be heard?
-        observer_s: must an observer be heard, and how often, s? None: no.
+        arm: True to require an arm.
+        observer_s: longest silence of the observer, s; None if none is required.
     """
 
     def __init__(self, arm: bool, observer_s: float | None) -> None:
-        self.arm = Heartbeat("the link to the arm", ARM_NS)
+        self.arm = Heartbeat("the link to the arm", ARM_SILENT_NS)
         self.observer = Heartbeat("the observer", round((observer_s or 0.0) * 1e9))
         self.vr = Heartbeat("the link to the virtual world", LINK_SILENT_NS)
         self.request = Heartbeat("the request", LINK_SILENT_NS)
@@ -63,16 +60,16 @@ class Links:
         ]
 
     def lost(self, now_ns: int) -> str | None:
-        """Why the base has to be stopped for good."""
+        """Why the base has to be stopped until a reset."""
         return next(filter(None, (beat.lost(now_ns) for beat in self._needed)), None)
 
     def awaited(self) -> str | None:
-        """Who has not been heard yet, so that nothing may move so far."""
+        """Which link has not been heard yet, so that nothing may move."""
         for beat in self._needed:
             if not beat.was_well:
                 return beat.fault or f"{beat.name} has not been heard"
         return None
 
     def may_ask(self, now_ns: int) -> bool:
-        """Can the user be heard when they let go of a request?"""
+        """True if the end of a request would be heard: VR link and request are fresh."""
         return all(beat.is_fresh(now_ns) and beat.fault is None for beat in (self.vr, self.request))

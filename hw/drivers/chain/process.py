@@ -1,9 +1,9 @@
-"""The process of the safety chain: owns wheels and bumper, and cycles at 100 Hz or more.
+"""The process of the safety chain: it owns wheels and bumper, and cycles at 100 Hz or more.
 
-One thread, which waits for datagrams until the next cycle is due. Garbage is collected only while
-the wheels stand, and the process asks for real-time priority and goes on without. It ends with its
-engine: the wheels are stopped, and once they stand, switched off. Its address can be bound once, so
-that a second engine at the same base is refused.
+A single thread waits for datagrams until the next cycle is due. Garbage is collected only while the
+wheels stand. The process asks for real-time priority and goes on without it. It ends with its
+engine: the wheels are stopped and, at standstill, switched off. Its address can be bound only once,
+so that a second engine for the same base is refused.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from hw.links.processes import Parent, Ready, serve
 from hw.safety.record import ChainStatus
 
 STATUS_NS, LEVEL_NS = 20 * MS, 100 * MS
-"""The status, and why it is stopped, are told so often."""
+"""Periods of the status, and of the reason of a stop."""
 ENDING_NS = 2000 * MS
-"""Wheels that do not come to a stand within this time are switched off all the same."""
+"""Time after which wheels that do not stop are switched off all the same."""
 COLLECT_NS = 1000 * MS
 PRIORITY = 40
 
 
 class ChainProcess:
-    """The loop around a `ChainCycle`: sockets, times, and what is told of it."""
+    """The loop around a `ChainCycle`: sockets, timing, and reports."""
 
     def __init__(self, settings: ChainSettings, hardware: Hardware, intakes: list[Intake]) -> None:
         self._intakes = intakes
@@ -62,11 +62,11 @@ class ChainProcess:
             self._tidy(now)
 
     def close(self) -> None:
-        """Tell nothing any more."""
+        """Send no more."""
         self._outlet.close()
 
     def _wait(self, due_ns: int, parent: Parent | None) -> bool:
-        """Take what arrives until a cycle is due; is the engine gone?"""
+        """Take what arrives until a cycle is due; True if the engine is gone."""
         waiting: list[Any] = [*self._intakes, *([] if parent is None else [parent])]
         while True:
             left = max(0, due_ns - time.monotonic_ns())
@@ -83,7 +83,7 @@ class ChainProcess:
                 return False
 
     def _next_due(self, due_ns: int) -> int:
-        """When the next cycle is due; what could not be done in time is left out."""
+        """When the next cycle is due; missed cycles are skipped."""
         due_ns += self._period_ns
         late = time.monotonic_ns() - due_ns
         if late > self._period_ns:
@@ -143,7 +143,8 @@ def main(settings: ChainSettings, ready: Ready, parent: Parent) -> None:
         gc.collect()
         gc.freeze()
         gc.disable()
-        ready({"address": intakes[0].address, "real_time": _hurry()})
+        _hurry()
+        ready({"address": intakes[0].address})
         process.run(parent)
 
 
@@ -169,12 +170,10 @@ def _hardware(settings: ChainSettings) -> Hardware:
     return opened
 
 
-def _hurry() -> bool:
-    """Ask to go before all that has no real-time priority; False: it is not permitted."""
+def _hurry() -> None:
+    """Ask for real-time priority; without the right to it the load of the machine decides."""
     with suppress(AttributeError, OSError):
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
-        return True
-    return False
 
 
 def _end(*_: object) -> NoReturn:

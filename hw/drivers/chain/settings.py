@@ -1,4 +1,4 @@
-"""What the engine tells the process of the safety chain when it starts it."""
+"""The settings with which the engine starts the process of the safety chain."""
 
 from __future__ import annotations
 
@@ -17,19 +17,34 @@ OBSERVER_S = 0.5
 
 @dataclass(frozen=True, slots=True)
 class ObserverSettings:
-    """Where the observer's program is heard, and how long its silence may last, s (R55)."""
+    """Address for the observer's program, and its longest silence, s (R55)."""
 
     address: Address
     timeout: float = OBSERVER_S
+
+    @classmethod
+    def of(cls, given: Mapping[str, Any], chain: Address) -> ObserverSettings:
+        """From the entry `observer` of a connection; by default at the chain's own address.
+
+        Raises:
+            ValueError: an unknown key.
+        """
+        strange = given.keys() - {"host", "port", "timeout"}
+        if strange:
+            raise ValueError(
+                f"chain: observer: {', '.join(sorted(strange))}; known: host, port, timeout"
+            )
+        address = str(given.get("host", chain[0])), int(given.get("port", chain[1]))
+        return cls(address, float(given.get("timeout", OBSERVER_S)))
 
 
 @dataclass(frozen=True, slots=True)
 class ChainSettings:
     """See the module.
 
-    `address` is the chain's own, `engine` where it tells what it does. `hardware` is module, class
-    and values of the wheels. `arm`: an arm has to report that its link is there; `observer`: None
-    if nobody has to.
+    `address` is the chain's own, `engine` that of its reports. `hardware` is module, class and
+    arguments of the wheels. `arm`: an arm must report its link; `observer`: None if none is
+    required.
     """
 
     address: Address
@@ -50,3 +65,16 @@ class ChainSettings:
             raise ValueError(
                 f"chain: observer: a timeout of {self.observer.timeout:g} s; 0.2 to {OBSERVER_S}"
             )
+
+
+def hardware_of(given: Mapping[str, Any]) -> tuple[str, str, dict[str, Any]]:
+    """Module, class and arguments of the entry `hardware` of a connection.
+
+    Raises:
+        ValueError: it names no driver.
+    """
+    values = dict(given)
+    module, _, name = str(values.pop("driver", "")).partition(":")
+    if not module or not name:
+        raise ValueError('chain: hardware: write driver: "module:Class"')
+    return module, name, values

@@ -6,20 +6,21 @@ hardware:
   port: 9090
   ros: 1                 # or 2: how message types are named
   namespace: robot
-  topics: {cmd_vel: …}   # only those that are named otherwise on this robot; see TOPICS
+  topics: {cmd_vel: …}   # only those with other names on this robot; see TOPICS
   stops:                 # both measured on this robot
     timeout: 0.5         # s, of its own watchdog
     ramp: 0.6            # m/s2, of its drives
 
-The connection is alone on its websocket: scans on the same one held odometry up by 40 ms.
+The connection has a websocket of its own: scans on the same one delayed odometry by 40 ms.
 
-What this robot cannot do: it drives on for `timeout` after the last command, whoever has died, and
-its drives have no quick stop that a topic reaches, so that it then slows down with `ramp`. "Zero
-within 100 ms of the chain's death" is not met. Instead the speed is bounded so that a stop without
-any further command takes `STOP_M` at most: (timeout v) + v2 / (2 ramp). The `limits` of the
-connection have to say so, and no faster command leaves here.
+Limits of this robot: after the last command it drives on for `timeout`, and its drives have no
+quick stop by topic, so that it then brakes with `ramp` only. "Zero within 100 ms of the chain's
+death" is not met. Instead the speed is limited so that a stop without any further command takes at
+most
+`STOP_M`: v timeout + v^2 / (2 ramp). The `limits` of the connection must say so, and no faster
+command is sent.
 
-Velocities are sent in every cycle; the robot's emergency stop is one of its own hardware.
+Velocities are sent in every cycle; the robot's emergency stop is that of its own hardware.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from hw.robot import BaseModel
 from hw.samples import BumperHit, Odometry
 
 STOP_M = 0.5
-"""A stop that nobody commands takes no longer way, m."""
+"""Longest stopping distance after the last command, m."""
 TOPICS: Mapping[str, str] = {
     "cmd_vel": "robotnik_base_control/cmd_vel",
     "odom": "robotnik_base_control/odom",
@@ -44,17 +45,18 @@ TOPICS: Mapping[str, str] = {
 }
 """Names on a stock robot, to be confirmed on each (`rostopic list`)."""
 STOCK: Mapping[str, float] = {"timeout": 0.5, "ramp": 0.6}
-"""Its watchdog, s, and its drives, m/s2."""
+"""Its watchdog, s, and the ramp of its drives, m/s2."""
 GRACE_S = 0.5
-"""Odometry that comes, and is old as yet, has so long, s, to come in time."""
+"""Time for odometry that arrives late at first to become timely, s."""
 _SLACK = 1.0 + 1e-9
 _LOOK_S = 0.01
 
 
 def fastest(timeout: float, ramp: float, way: float = STOP_M) -> float:
-    """The speed, m/s, from which a robot that hears nothing more stands within `way`, m.
+    """The speed, m/s, from which a robot without further commands stops within `way`, m.
 
-    `timeout` is that of its watchdog, s; `ramp` its deceleration after it, m/s2.
+    The positive root of v timeout + v^2 / (2 ramp) = way; `timeout` is its watchdog's, s, and
+    `ramp` its deceleration, m/s2.
     """
     return ramp * (math.sqrt(timeout * timeout + 2.0 * way / ramp) - timeout)
 
@@ -62,12 +64,12 @@ def fastest(timeout: float, ramp: float, way: float = STOP_M) -> float:
 class KairosBase:
     """Wheels behind rosbridge; see `hw.drivers.hardware.Hardware`.
 
-    Odometry counts from the first message on, and goes on over a connection that was lost. A lost
-    connection is opened again; the fault that it was stays, and nothing but zero is sent.
+    Odometry counts from the first message on, and continues across a lost connection. A lost
+    connection is reopened; its fault stays, and only zero is sent.
 
     Raises:
-        OSError: nobody is there, or no odometry comes within 2 s.
-        ValueError: an unknown topic, or a body that is faster than its stop allows.
+        OSError: there is no server, or no odometry within 2 s.
+        ValueError: an unknown topic, or a body faster than its stop allows.
     """
 
     needs = ("roslibpy",)
@@ -95,11 +97,11 @@ class KairosBase:
 
     @property
     def ready(self) -> bool:
-        """Would a velocity be sent? See `Hardware`."""
+        """True if velocities are sent; see `Hardware`."""
         return self.fault is None and not self._standing
 
     def poll(self, now_ns: int) -> None:
-        """Take the newest odometry, and look what is wrong; see `Hardware`."""
+        """Take the newest odometry, and check for faults; see `Hardware`."""
         self._take_newest()
         self.fault = self.fault or self._link.cause(now_ns)
         if self._link.is_over(now_ns):
@@ -107,23 +109,23 @@ class KairosBase:
             self._link = KairosLink(self._address, self._topics, self._version)
 
     def hits(self) -> list[BumperHit]:
-        """It tells of no touch."""
+        """The robot reports no touches."""
         return []
 
     def drive(self, velocity: Twist2, now_ns: int) -> None:  # noqa: ARG002
-        """Send a velocity, no faster than its stop allows; see `Hardware`."""
+        """Send a velocity, limited to what its stop allows; see `Hardware`."""
         if self._standing or self.fault is not None:
             velocity = STILL
         scale = self._fastest / max(velocity.speed, self._fastest)
         self._link.send(Twist2(scale * velocity.vx, scale * velocity.vy, velocity.wz))
 
     def stop(self) -> None:
-        """Send zero, now and until `acknowledge`; the drives have no quick stop for a topic."""
+        """Send zero, now and until `acknowledge`; the drives have no quick stop by topic."""
         self._standing = True
         self._link.send(STILL)
 
     def acknowledge(self) -> bool:
-        """Let the wheels turn again, unless a cause holds; see `Hardware`."""
+        """Let the wheels turn again, unless a cause persists; see `Hardware`."""
         cause = self._link.cause(time.monotonic_ns())
         if cause is not None:
             self.fault = cause
@@ -132,7 +134,7 @@ class KairosBase:
         return True
 
     def close(self) -> None:
-        """Stand, and let go of the connection."""
+        """Stop, and close the connection."""
         self._link.send(STILL)
         self._link.close(in_order=True)
 
@@ -146,7 +148,7 @@ class KairosBase:
         self.odometry = (stamp_ns, Odometry(self._from_first @ pose, twist))
 
     def _await_first(self) -> None:
-        """Until odometry comes, and the robot has said whether it is stopped."""
+        """Wait for odometry and the state of the emergency stop."""
         link = self._link
         while link.opening(time.monotonic_ns()):
             select.select([], [], [], _LOOK_S)
@@ -162,10 +164,10 @@ class KairosBase:
 
 
 def _bounded(model: BaseModel, timeout: float, ramp: float) -> float:
-    """The speed of the body, if its stop is short enough.
+    """The speed allowed, if that of the body does not exceed it.
 
     Raises:
-        ValueError: it is not.
+        ValueError: it does, or the brakes do.
     """
     if not (0.0 < timeout < 10.0 and 0.01 < ramp < 10.0):
         raise ValueError(f"stops: {timeout} s and {ramp} m/s2: write what was measured")

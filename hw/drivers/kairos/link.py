@@ -1,6 +1,6 @@
 """The connection to the wheels of an RB-KAIROS: velocities out, odometry and stop button in.
 
-One websocket for nothing else. It is opened once; a lost one is replaced by a new one.
+A websocket for nothing else. It is opened once; a lost one is replaced by a new one.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from hw.drivers.clocks import Envelope
+from hw.drivers.gates import ODOMETRY_OLD_NS
 from hw.drivers.ros.rosbridge import (
     CONNECTING_S,
     FIRST_S,
@@ -21,10 +22,8 @@ from hw.drivers.ros.rosbridge import (
 )
 from hw.geometry import Pose2, Twist2
 
-OLD_S = 0.15
-"""Odometry that is so old, s, is a fault; the robot sends it 100 times a second."""
 AGAIN_S = 0.5
-"""A lost connection is opened again so often, s."""
+"""Period of attempts to replace a lost connection, s."""
 TYPES: Mapping[str, str] = {
     "cmd_vel": "geometry_msgs/Twist",
     "odom": "nav_msgs/Odometry",
@@ -33,21 +32,21 @@ TYPES: Mapping[str, str] = {
 
 
 class KairosLink:
-    """One connection; `newest` is the odometry that came last: its stamp, ns, pose and velocity.
+    """One connection; `newest` is the last odometry: its stamp, ns, pose and velocity.
 
-    The stamp is that of the robot's clock, moved to ours as if the message that was fastest on its
-    way had taken no time: what is held up is old, whether it is one message or all. Odometry whose
-    own stamp does not rise is none. `stopped` is what the robot says of its emergency stop; None:
-    nothing yet, which counts as stopped.
+    The stamp is the robot's, converted to our clock as if the fastest message had taken no time: a
+    message that is held up is old, whether it is one or all. Odometry with a stamp that does not
+    rise is ignored. `stopped` is the reported state of the emergency stop; None: not reported yet,
+    which counts as stopped.
     """
 
     def __init__(
         self, address: tuple[str, int], topics: Mapping[str, str], version: Version
     ) -> None:
-        """Start to open it.
+        """Begin to open it.
 
         Raises:
-            OSError: there is no roslibpy.
+            OSError: roslibpy is missing.
         """
         self.newest: tuple[int, Pose2, Twist2] | None = None
         self.stopped: bool | None = None
@@ -56,7 +55,7 @@ class KairosLink:
         self._clock = Envelope()
         self._odd = ""
         self._bridge = RosbridgeClient(*address)
-        self._begun_ns = time.monotonic_ns()  # importing the library has taken a while, too
+        self._begun_ns = time.monotonic_ns()  # after the import of the library, which takes a while
         kinds = {name: kind_of(kind, version) for name, kind in TYPES.items()}
         self._bridge.subscribe(topics["odom"], kinds["odom"], self._take_odom)
         stop = "emergency_stop"
@@ -73,14 +72,14 @@ class KairosLink:
         if self.newest is None:
             return self._nothing_on("odom")
         age_ns = now_ns - self.newest[0]
-        if age_ns > OLD_S * 1e9:
+        if age_ns > ODOMETRY_OLD_NS:
             return f"odometry is {1e-6 * age_ns:.0f} ms old{self._odd}"
         if self.stopped is None:
             return f"{self._nothing_on('emergency_stop')}, which counts as stopped"
         return "the robot's emergency stop is engaged" if self.stopped else None
 
     def opening(self, now_ns: int) -> bool:
-        """Is a cause no more than that it has been opened a moment ago?"""
+        """True while a cause is only that it was opened a moment ago."""
         opened_ns = self._bridge.opened_ns
         if opened_ns is None:
             return now_ns - self._begun_ns < CONNECTING_S * 1e9
@@ -89,7 +88,7 @@ class KairosLink:
         return self.newest is None or self.stopped is None
 
     def is_over(self, now_ns: int) -> bool:
-        """Is it lost, or silent for so long that a new one is better?"""
+        """True if it is lost, or silent for so long that it should be replaced."""
         if self._bridge.lost:
             return now_ns - self._begun_ns > AGAIN_S * 1e9
         opened_ns = self._bridge.opened_ns
@@ -99,17 +98,17 @@ class KairosLink:
         return now_ns - heard_ns > FIRST_S * 1e9
 
     def usable(self, now_ns: int) -> bool:
-        """Does odometry come?"""
+        """True if odometry arrives in time."""
         newest = self.newest
-        return self._bridge.up and newest is not None and now_ns - newest[0] <= OLD_S * 1e9
+        return self._bridge.up and newest is not None and now_ns - newest[0] <= ODOMETRY_OLD_NS
 
     def send(self, velocity: Twist2) -> None:
-        """Command a velocity in the base frame; dropped while the connection is not open."""
+        """Send a velocity (base frame); dropped while the connection is not open."""
         linear = {"x": velocity.vx, "y": velocity.vy, "z": 0.0}
         self._publish({"linear": linear, "angular": {"x": 0.0, "y": 0.0, "z": velocity.wz}})
 
     def close(self, in_order: bool = False) -> None:
-        """Let go of it; `in_order`: after what was sent last."""
+        """Close it; `in_order`: after what was sent last."""
         self._bridge.close(in_order)
 
     def _nothing_on(self, name: str) -> str:

@@ -1,1 +1,1 @@
-"""What comes from a ROS through rosbridge."""
+"""Drivers of devices behind a rosbridge server."""

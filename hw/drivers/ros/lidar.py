@@ -1,4 +1,4 @@
-"""Laser scanners of a robot through rosbridge, over a websocket of their own (R8).
+"""Laser scanners of a robot through rosbridge, on a websocket of their own (R8).
 
 parts:
   lidar:
@@ -9,15 +9,15 @@ parts:
     scanners:
       front_laser: {topic: /robot/front_laser/scan, upside_down: true}
       rear_laser: {topic: /robot/rear_laser/scan, upside_down: true}
-    delay: 0.0             # s, of all that is between last beam and receipt, if it is known
+    delay: 0.0             # s, from the last beam to receipt, if known
 
 The connection is in a process of its own (`hw.drivers.ros.lidar_process`). A scan is stamped at its
-first beam: the robot's stamp moved to our clock as if the fastest message had been received at its
-last beam, less the time from the first beam to the last as the message tells it, less `delay`. Null
-and NaN, as rosbridge writes what JSON has not, and what is out of range are beams that do not come
-back. Angles of a scanner that hangs upside down, as those of an RB-KAIROS do, are turned round.
+first beam: the robot's stamp converted to our clock as if the fastest message had been received at
+its last beam, less the time from the first beam to the last according to the message, less `delay`.
+Null and NaN, as rosbridge writes values that JSON lacks, and ranges out of limits count as no
+return. Angles of a scanner mounted upside down, as on an RB-KAIROS, are reversed.
 
-A silent scanner shows by silence; a lost connection is tried again every 0.5 s.
+A silent scanner shows as silence; a lost connection is retried every 0.5 s.
 """
 
 from __future__ import annotations
@@ -76,32 +76,32 @@ class RosLidar:
         self._feed.start()
 
     def wait(self) -> None:
-        """Until each scanner has sent a scan.
+        """Wait until each scanner has sent a scan.
 
         Raises:
-            OSError: the server is not there, or a topic is silent; it is named.
+            OSError: the server is not there, or the named topic is silent.
         """
         self._child.wait()
 
     @property
     def pid(self) -> int:
-        """The number of its process."""
+        """Process id."""
         return self._child.pid
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """The scans that have come since the last call, by their stamps."""
+        """Scans since the last call, by stamp."""
         return by_stamps(self._arrived, now_ns)
 
     def close(self) -> None:
-        """Let go of the scanners."""
+        """Close the connection."""
         self._child.close()
         self._feed.close()
 
-    def _take(self, told: Datagram, stamp_ns: int) -> None:
-        if told.name == "base.scan" and isinstance(told.value, Scan):
-            self._arrived.append(Sample("base.scan", stamp_ns, told.value))
+    def _take(self, datagram: Datagram, stamp_ns: int) -> None:
+        if datagram.name == "base.scan" and isinstance(datagram.value, Scan):
+            self._arrived.append(Sample("base.scan", stamp_ns, datagram.value))
             self.wake()
 
 
 def _nobody() -> None:
-    """Nobody waits for a scan."""
+    """No loop waits for a scan."""

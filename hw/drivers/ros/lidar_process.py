@@ -1,7 +1,7 @@
-"""The process that has the websocket of the scanners (`hw.drivers.ros.lidar`).
+"""The process with the websocket of the scanners (`hw.drivers.ros.lidar`).
 
-It starts only if each topic sends something within 2 s: a server is silent about a subscription
-that fails. Later silence is no end; a lost connection is opened again.
+It starts only if each topic sends something within 2 s, because a server does not report a failed
+subscription. Later silence does not end it; a lost connection is reopened.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ KIND = "sensor_msgs/LaserScan"
 AGAIN_S = 0.5
 LOOK_S = 0.05
 LONGEST_S = 1.0
-"""A turn takes no longer, s; a message that says so is wrong about it."""
+"""Longest plausible sweep, s; longer ones in a message are ignored."""
 
 
 class Scanners:
-    """Makes `base.scan` of the messages of some topics."""
+    """Converts messages of some topics to `base.scan`."""
 
     def __init__(self, settings: Mapping[str, Any]) -> None:
         self.bridge: RosbridgeClient | None = None
@@ -37,10 +37,10 @@ class Scanners:
         self._delay_ns = round(settings["delay"] * 1e9)
 
     def open(self) -> RosbridgeClient:
-        """Open a new connection, and subscribe.
+        """Open a new connection and subscribe.
 
         Raises:
-            OSError: nobody is there.
+            OSError: there is no server.
         """
         settings = self._settings
         reachable(settings["host"], settings["port"])
@@ -52,7 +52,7 @@ class Scanners:
         return self.bridge
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close it."""
         if self.bridge is not None:
             self.bridge.close()
         self._outlet.close()
@@ -62,9 +62,9 @@ class Scanners:
         try:
             stamp, scan = stamp_of(message), scan_of(name, message, side)
         except (KeyError, TypeError, ValueError):
-            return  # none of ours: it shows as silence
+            return  # invalid: it shows as silence
         if stamp <= self._stamps.get(name, -1):
-            return  # a node that hangs may repeat itself
+            return  # a hung node may repeat itself
         self._stamps[name] = stamp
         fits, offset_ns = self._clock.take(stamp, received_ns), self._clock.offset_ns
         if fits and offset_ns is not None:
@@ -73,10 +73,10 @@ class Scanners:
 
 
 def scan_of(name: str, message: Mapping[str, Any], side: float = 1.0) -> Scan:
-    """A Scan of a sensor_msgs/LaserScan as JSON has it; `side` is -1 for what is upside down.
+    """The Scan of a sensor_msgs/LaserScan in JSON; `side` is -1 for a scanner upside down.
 
     Raises:
-        KeyError, TypeError, ValueError: it is none.
+        KeyError, TypeError, ValueError: it is invalid.
     """
     keys = ("angle_min", "angle_increment", "time_increment", "range_min", "range_max")
     start, step, beam_time, nearest, farthest = (float(message[key]) for key in keys)

@@ -1,14 +1,14 @@
 """One websocket to a rosbridge server (protocol 2), by `roslibpy`.
 
-A bridge is opened once and never opens itself again: whoever wants a new one makes a new one. So
-nothing that was to be sent before a loss is sent after it. What is to be sent while it is not open
-is dropped; what waits in its buffers when it is closed is dropped, too.
+A connection is opened once and never reopens itself: the caller makes a new one. So nothing that
+was to be sent before a loss is sent after it. Messages sent while it is not open are dropped, as
+are those in its buffers when it is closed.
 
-A server says nothing of a subscription that fails (unknown topic or type): `unheard` names the
-topics that have not sent anything.
+A server does not report a failed subscription (unknown topic or type): `unheard` names the topics
+that have not sent anything.
 
-`roslibpy` turns all its messages in one thread of this process, which cannot be started again once
-it was ended; so it is left to end with the process.
+`roslibpy` handles all its messages in one thread of this process, which cannot be restarted once
+ended; so it is left to end with the process.
 """
 
 from __future__ import annotations
@@ -26,22 +26,23 @@ from typing import Any, Literal
 Version = Literal[1, 2]
 Receive = Callable[[Mapping[str, Any]], None]
 CONNECTING_S = 3.0
-"""A server that is not there within so long, s, is not there."""
+"""Time limit for a connection, s."""
 FIRST_S = 2.0
-"""A topic that sends nothing within so long, s, was not subscribed to, or nobody publishes it."""
+"""Time limit for the first message of a topic, s: otherwise the subscription failed, or nothing
+is published."""
 
 
 CLOSING_S = 0.5
 
 
 class RosbridgeClient:
-    """A websocket to a rosbridge server; `up` while it is open, `lost` once it is not any more."""
+    """A websocket to a rosbridge server; `up` while it is open, `lost` once it was closed."""
 
     def __init__(self, host: str, port: int) -> None:
-        """Start to open it.
+        """Begin to open it.
 
         Raises:
-            OSError: there is no roslibpy.
+            OSError: roslibpy is missing.
         """
         self._lib, factory = _library()
         factory.set_max_retries(0)
@@ -57,15 +58,15 @@ class RosbridgeClient:
 
     @property
     def up(self) -> bool:
-        """Is it open?"""
+        """True while it is open."""
         return self._open.is_set() and not self.lost
 
     def wait(self, timeout_s: float = CONNECTING_S) -> bool:
-        """Is it open within timeout_s?"""
+        """Wait until it is open; False if it is not within timeout_s."""
         return self._open.wait(timeout_s) and not self.lost
 
     def subscribe(self, topic: str, kind: str, take: Receive) -> None:
-        """Have the messages of a topic, in a thread of the library; the server keeps one."""
+        """Receive the messages of a topic in a thread of the library; the server queues one."""
         self.unheard.add(topic)
 
         def heard(message: Mapping[str, Any]) -> None:
@@ -86,7 +87,7 @@ class RosbridgeClient:
         return send
 
     def close(self, in_order: bool = False) -> None:
-        """Let go of it at once; or `in_order`, and wait until what was sent has left."""
+        """Close it at once, or `in_order` after what was sent."""
         protocol, over = self._protocol, self.lost
         self.lost = True
         if protocol is None:
@@ -113,10 +114,10 @@ class RosbridgeClient:
 
 
 def reachable(host: str, port: int) -> None:
-    """Look whether somebody listens there.
+    """Check that a server listens there.
 
     Raises:
-        OSError: nobody does, and why.
+        OSError: none does, with the cause.
     """
     try:
         socket.create_connection((host, port), CONNECTING_S).close()
@@ -125,21 +126,21 @@ def reachable(host: str, port: int) -> None:
 
 
 def kind_of(name: str, version: Version) -> str:
-    """A type such as `geometry_msgs/Twist` as this version of ROS names it."""
+    """A type such as `geometry_msgs/Twist` in the notation of this version of ROS."""
     package, _, message = name.partition("/")
     return name if version == 1 else f"{package}/msg/{message}"
 
 
 def topic_of(namespace: str, name: str) -> str:
-    """The full name of a topic; one that starts with `/` has it already."""
+    """The full name of a topic; a name with a leading `/` is already full."""
     return name if name.startswith("/") else "/" + "/".join(filter(None, (namespace, name)))
 
 
 def stamp_of(message: Mapping[str, Any]) -> int:
-    """The stamp of a message's header by the clock of the robot, ns, of either version of ROS.
+    """The stamp of a message's header, ns, by the robot's clock, for either version of ROS.
 
     Raises:
-        KeyError, TypeError: it has none.
+        KeyError, TypeError: there is none.
     """
     stamp = message["header"]["stamp"]
     if "sec" in stamp:
@@ -151,7 +152,7 @@ def yaw_of(orientation: Mapping[str, Any]) -> float:
     """The yaw of a quaternion, rad.
 
     Raises:
-        KeyError, TypeError, ValueError: it is none; NaN arrives as null.
+        KeyError, TypeError, ValueError: invalid; NaN arrives as null.
     """
     x, y, z, w = (float(orientation[key]) for key in "xyzw")
     if not abs(x * x + y * y + z * z + w * w - 1.0) < 0.05:
@@ -160,12 +161,12 @@ def yaw_of(orientation: Mapping[str, Any]) -> float:
 
 
 def _library() -> tuple[Any, Any]:
-    """`roslibpy`, and its class of connections.
+    """`roslibpy`, and its connection factory.
 
     Raises:
         OSError: it is missing.
     """
-    logging.getLogger("twisted").setLevel(logging.ERROR)  # it warns of each connection let go of
+    logging.getLogger("twisted").setLevel(logging.ERROR)  # it warns of each closed connection
     try:
         library = importlib.import_module("roslibpy")
         return library, importlib.import_module("roslibpy.comm").RosBridgeClientFactory

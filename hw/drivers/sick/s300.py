@@ -1,4 +1,4 @@
-"""SICK S300 laser scanners, each behind a serial-to-Ethernet server, or at a serial port (R8).
+"""SICK S300 laser scanners, each behind a serial-to-Ethernet server or at a serial port (R8).
 
 parts:
   lidar:
@@ -7,14 +7,14 @@ parts:
       front_laser: {host: 192.168.0.31, port: 4001}
       rear_laser: {device: /dev/ttyUSB1, upside_down: true}
     baud: 500000         # of the RS-422 line
-    delay: 0.0           # s, of all that is between line and program, if it is known
+    delay: 0.0           # s, between line and program, if known
 
-The scanners send by themselves, without being asked. A scan is stamped at its first beam: when its
-telegram had come, less the time that it takes on the line (10 bits per byte), less the time from
-the first beam to the last, less `delay`. What holds a telegram up on its way is not seen, and makes
-its stamp late by so much. A scanner that is upside down turns clockwise: its step is negative.
+The scanners send continuously, without being polled. A scan is stamped at its first beam: receipt
+of its telegram, less the transmission time (10 bits per byte), less the time from the first beam to
+the last, less `delay`. Other delays on the way cannot be seen, and make the stamp late. A scanner
+mounted upside down sweeps clockwise: its step is negative.
 
-A silent scanner shows by silence: no scan is repeated, and none comes from a scanner in standby.
+A silent scanner shows as silence: no scan is repeated, and a scanner in standby gives none.
 """
 
 from __future__ import annotations
@@ -33,31 +33,31 @@ from hw.samples import Sample, Scan
 from hw.sensing import LidarModel
 
 AGAIN_S = 0.5
-"""A scanner that is not there is tried again so often, s."""
+"""Period of attempts to reach a scanner, s."""
 LOOK_S = 0.2
 CONNECTING_S = 1.0
 SILENT_S = 2.0
-"""A line without a byte for so long, s, is opened anew: its server may have been started anew."""
+"""Silence after which a line is reopened, s: its server may have restarted."""
 OPENING_S = 3.0
 KEPT = 16
 FARTHEST = 29.9
-"""An S300 tells some 29.96 m for beams that do not come back."""
+"""Ranges above this are no returns: an S300 reports 29.96 m for them."""
 _BITS = 10
 
 
 class ScannerLine(Protocol):
-    """Bytes from a scanner."""
+    """A byte stream from a scanner."""
 
     def read(self) -> bytes:
-        """What has come; nothing within `LOOK_S` is no bytes.
+        """The bytes received; empty if there are none within `LOOK_S`.
 
         Raises:
-            OSError: the line is gone.
+            OSError: the line is lost.
         """
         ...
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close it."""
         ...
 
 
@@ -67,7 +67,7 @@ class S300:
     `health` says by name why a scanner gives nothing, or None.
 
     Raises:
-        ValueError: a scanner that the robot file does not name, or with no address.
+        ValueError: a scanner that the robot file does not name, or without an address.
     """
 
     signals: tuple[str, ...] = ("base.scan",)
@@ -95,11 +95,11 @@ class S300:
 
     @property
     def health(self) -> dict[str, str | None]:
-        """Why a scanner gives nothing, by its name; None: it gives scans."""
+        """Why a scanner gives nothing, by name; None if it gives scans."""
         return {reader.name: reader.fault for reader in self._readers}
 
     def wait(self) -> None:
-        """Until there is a line to each scanner.
+        """Wait until all scanners are connected.
 
         Raises:
             OSError: one cannot be reached.
@@ -109,11 +109,11 @@ class S300:
                 raise OSError(f"{reader.name}: {reader.fault}")
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """The scans that have come since the last call, by their stamps."""
+        """Scans since the last call, by stamp."""
         return by_stamps(self._arrived, now_ns)
 
     def close(self) -> None:
-        """Let go of the scanners."""
+        """Close all lines."""
         for reader in self._readers:
             reader.over.set()
         for reader in self._readers:
@@ -125,7 +125,7 @@ class S300:
 
 
 class _Stamping:
-    """Makes a scan of a telegram, and a stamp of the time at which it had come."""
+    """Converts a telegram and its time of receipt to a stamped scan."""
 
     def __init__(
         self, name: str, model: LidarModel, address: Mapping[str, Any], baud: int, delay: float
@@ -137,7 +137,7 @@ class _Stamping:
         self._last: tuple[int, int] | None = None
 
     def fault(self, telegram: Telegram) -> str | None:
-        """Why this telegram is no new scan."""
+        """Why this telegram is no new scan, or None."""
         count = len(telegram.words)
         if not telegram.measuring:
             return "in standby" if count else "it sends no distances"
@@ -157,7 +157,7 @@ class _Stamping:
 
 
 class _Reader:
-    """One scanner: a thread that only reads, and opens the line again."""
+    """One scanner: a thread that reads, and reopens the line."""
 
     def __init__(
         self,
@@ -262,4 +262,4 @@ def _line_of(name: str, address: Mapping[str, Any], baud: int) -> Callable[[], S
 
 
 def _nobody() -> None:
-    """Nobody waits for a scan."""
+    """No loop waits for a scan."""

@@ -1,10 +1,10 @@
-"""The telegrams that a SICK S300 sends by itself over RS-422, taken out of a stream of bytes.
+"""The telegrams that a SICK S300 sends continuously over RS-422, parsed from a byte stream.
 
-| byte | size | holds (most significant byte first, where not told otherwise) |
+| byte | size | content (most significant byte first, unless noted) |
 |---|---|---|
-| 0 | 4 | 0: the telegram is the answer to no question |
+| 0 | 4 | 0: the telegram was not requested |
 | 4 | 2 | 0 |
-| 6 | 2 | size in words of 2 bytes; from where it counts depends on the firmware |
+| 6 | 2 | size in words of 2 bytes; where it counts from depends on the firmware |
 | 8 | 1 | 0xFF |
 | 9 | 1 | address of the device: 7, or 8 for the guest of a pair |
 | 10 | 2 | version of the protocol |
@@ -29,22 +29,22 @@ from binascii import crc_hqx
 from dataclasses import dataclass
 
 LONGEST = 4096
-"""No telegram is longer, bytes."""
+"""Longest telegram, bytes."""
 DISTANCES, FIRST_FIELD = 0xBBBB, 0x1111
 STANDBY = 0x4004
-"""All distances of a scanner that does not measure."""
+"""Every distance of a scanner in standby."""
 _HEADER = re.compile(rb"\0{6}..\xff", re.DOTALL)
 _FIELDS = struct.Struct(">4x2xHxBHHIHHH")
 _REPLY = 4
 _CRC = 2
 _BEYOND = (4, 8, 14)
-"""Bytes of a telegram that its size does not count, by firmware."""
+"""Bytes of a telegram not counted by its size field, by firmware."""
 _CENTIMETRES = 0x1FFF
 
 
 @dataclass(frozen=True, slots=True)
 class Telegram:
-    """One telegram with a right CRC; `words` are its distances with their flags, if it has any."""
+    """One telegram with a correct CRC; `words` are its distances with flags, if any."""
 
     address: int
     version: int
@@ -56,19 +56,19 @@ class Telegram:
 
     @property
     def measuring(self) -> bool:
-        """Does it hold distances, and not those of a scanner in standby?"""
+        """True if it has distances of a scanner not in standby."""
         return any(word != STANDBY for word in self.words)
 
     def ranges(self, nearest: float, farthest: float) -> tuple[float, ...]:
-        """Distances in m; inf for what is not within these, as for beams that do not come back."""
+        """Distances in m; inf outside these limits, as for no return."""
         metres = [0.01 * (word & _CENTIMETRES) for word in self.words]
         return tuple([r if nearest <= r < farthest else float("inf") for r in metres])
 
 
 class Telegrams:
-    """Takes telegrams out of bytes as they come, however they are cut, and whatever is between.
+    """Extracts telegrams from bytes, however they are cut, and whatever is between.
 
-    `refused` counts starts of telegrams with a wrong CRC, `skipped` the bytes that belong to none.
+    `refused` counts telegram headers with a wrong CRC, `skipped` bytes outside of telegrams.
     """
 
     def __init__(self) -> None:
@@ -76,7 +76,7 @@ class Telegrams:
         self._data = bytearray()
 
     def feed(self, data: bytes) -> list[Telegram]:
-        """The telegrams that have come to their end."""
+        """Take bytes; returns the telegrams completed by them."""
         self._data += data
         found: list[Telegram] = []
         while self._at_header():
@@ -92,7 +92,7 @@ class Telegrams:
         return found
 
     def _at_header(self) -> bool:
-        """Skip what is before the next start of a telegram; False: there is none yet."""
+        """Skip to the next telegram header; False if there is none yet."""
         match = _HEADER.search(self._data)
         if match is None:
             self._skip(max(0, len(self._data) - 8))
@@ -101,7 +101,7 @@ class Telegrams:
         return len(self._data) >= _FIELDS.size
 
     def _total(self) -> int | None:
-        """The length at which the CRC is right; 0: there is none, None: it has not come yet."""
+        """The length with a correct CRC; 0 if there is none, None if incomplete."""
         words = int.from_bytes(self._data[6:8], "big")
         for beyond in _BEYOND:
             total = 2 * words + beyond

@@ -1,1 +1,1 @@
-"""A Unity project through the ROS-TCP-Connector."""
+"""The VR application: a Unity project through the ROS-TCP-Connector."""

@@ -1,7 +1,7 @@
-"""What clients of the VR link register, publish and are sent; one source for each topic.
+"""Registrations, publications and services of the clients of the VR link; one source per topic.
 
-Sockets are the server's (`unity_server.py`); here is what frames mean. Whatever is wrong with one
-client is told to that client and to the engine, and concerns no other.
+Sockets are handled by `server.py`; here is the meaning of frames. A client's mistake is reported to
+that client and to the engine, and affects no other client.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from hw.geometry import Pose3
 from hw.samples import ClockState, RobotView
 
 DESCRIBE, TRIGGER = "cobodeck/describe", "std_srvs/Trigger"
-"""The service that is offered: it answers with all topics as JSON."""
+"""The service offered: it answers with all topics as JSON."""
 TOLD_EVERY_NS = 1_000 * gates.MS
-"""A client is told of the same mistake no more often."""
+"""Least interval between reports of the same mistake to a client."""
 LEVELS_EVERY_NS = 100 * gates.MS
 FAULT_NS = 2_000 * gates.MS
-"""A fault that does not come again is over after so long."""
+"""Time after which a fault that does not recur is over."""
 ASKED_EVERY_NS, ASKED_FIRST = 1_000 * gates.MS, 20
-"""The clock is asked once a second, and ten times as often at the start."""
+"""The clock is asked once a second, and ten times as often for the first ASKED_FIRST times."""
 NOBODY = "no VR application is connected"
 
 
 @dataclass(frozen=True, slots=True)
 class Bridged:
-    """What a bridge goes by; `joints` are the names of the arm's joints."""
+    """The settings of a bridge; `joints` are the names of the arm's joints."""
 
     build: str
     topics: Topics
@@ -47,9 +47,9 @@ class UnityBridge:
     """See the module.
 
     Args:
-        settings: what it goes by.
-        tell: gets what the clients tell.
-        wall_ns: what messages to clients are stamped with, less our clock, ns.
+        settings: of the bridge.
+        tell: receives the values made of the clients' messages.
+        wall_ns: offset of the stamps of messages to clients from our clock, ns.
 
     Raises:
         ValueError: a message of a topic is not known.
@@ -82,16 +82,16 @@ class UnityBridge:
         }
 
     def join(self, session: Session) -> None:
-        """A client has come; the handshake is the first that it gets."""
+        """Add a client; the handshake is the first message it gets."""
         session.send(handshake(self._settings.build))
         self.sessions.append(session)
 
     def blame(self, text: str) -> None:
-        """Something is wrong; it is told for FAULT_NS from now on."""
+        """Report a fault for FAULT_NS from now on."""
         self._fault = (self._now_ns, text)
 
     def leave(self, session: Session, now_ns: int) -> None:
-        """A client has gone, and all that it told with it."""
+        """Remove a client with its sources."""
         self._now_ns = now_ns
         self.sessions.remove(session)
         self._due.pop(id(session), None)
@@ -100,16 +100,16 @@ class UnityBridge:
         self._told_ns = -LEVELS_EVERY_NS
 
     def take(self, session: Session, found: UnityFrame, now_ns: int) -> None:
-        """One frame of a client.
+        """Take a frame of a client.
 
         Raises:
-            Malformed: the client's link cannot be used any more.
+            MalformedFrame: the client's link is no longer usable.
         """
         self._now_ns = now_ns
         if found.is_command:
             act = self._commands.get(found.destination)
             if act is None:
-                session.warn("warn", f"{found.destination} is not known here; it is left out")
+                session.warn("warn", f"{found.destination} is not known here; it is ignored")
             else:
                 act(session, found.fields())
         elif found.destination and session.awaited is not None:
@@ -118,7 +118,7 @@ class UnityBridge:
             self._receive(session, found, now_ns)
 
     def tick(self, now_ns: int) -> None:
-        """Tell levels again, and ask for the time."""
+        """Repeat levels, and ask for the clients' time."""
         self._now_ns = now_ns
         if now_ns - self._told_ns >= LEVELS_EVERY_NS:
             self._told_ns = now_ns
@@ -134,7 +134,7 @@ class UnityBridge:
                 self._ask(session, asked, now_ns)
 
     def show(self, stamp_ns: int, view: RobotView) -> None:
-        """Send to who has subscribed what the robot looks like at an instant of our clock."""
+        """Send the robot's state at an instant of our clock to all subscribers."""
         if not any(session.subscribed for session in self.sessions):
             return
         for role, message in self._shown(stamp_ns + self._wall_ns, view):
@@ -158,14 +158,14 @@ class UnityBridge:
             found.append(("tf", made.transforms(stamp_ns, frames)))
         return found
 
-    # ---- what clients register
+    # ---- registrations
 
     def _publish(self, session: Session, fields: Mapping[str, Any]) -> None:
         name, kind = _text(fields, "topic"), plain_type(_text(fields, "message_name"))
         topic = self._settings.topics.inputs.get(plain_name(name))
         if topic is None:
             known = ", ".join(self._settings.topics.inputs)
-            session.warn("warn", f"nobody reads {name}; what is read: {known}")
+            session.warn("warn", f"{name} is not read here; topics read: {known}")
             return
         if kind != topic.type:
             session.warn("error", f"{name} is a {topic.type} here, no {kind}; it is refused")
@@ -188,7 +188,7 @@ class UnityBridge:
         name, kind = _text(fields, "topic"), plain_type(_text(fields, "message_name"))
         topic = self._settings.topics.outputs.get(plain_name(name))
         if topic is None:
-            session.warn("warn", f"nobody sends {name}; what is sent: {self._sent()}")
+            session.warn("warn", f"{name} is not sent here; topics sent: {self._sent()}")
         elif kind != topic.type:
             session.warn("error", f"{name} is a {topic.type} here, no {kind}; it is refused")
         else:
@@ -219,7 +219,7 @@ class UnityBridge:
         session.services.discard(_text(fields, "topic"))
 
     def _await(self, session: Session, kind: str, fields: Mapping[str, Any]) -> None:
-        """The next frame is what is asked or answered."""
+        """Note that the next frame is a request or a response."""
         number = fields.get("srv_id")
         if type(number) is not int:
             raise MalformedFrame(f"__{kind} without srv_id")
@@ -229,7 +229,7 @@ class UnityBridge:
         assert session.awaited is not None
         (kind, number), session.awaited = session.awaited, None
         if kind == "response":
-            session.warn("warn", f"{found.destination}: nobody has asked for answer {number}")
+            session.warn("warn", f"{found.destination}: answer {number} was not requested")
         elif found.destination not in session.services:
             session.warn("error", f"no service {found.destination} was registered")
         else:
@@ -244,7 +244,7 @@ class UnityBridge:
             )
             session.send(command("response", srv_id=number) + frame(found.destination, body))
 
-    # ---- what clients publish
+    # ---- publications
 
     def _receive(self, session: Session, found: UnityFrame, now_ns: int) -> None:
         name = plain_name(found.destination)
@@ -253,7 +253,7 @@ class UnityBridge:
         owner = self._owners.get(name)
         if topic is None or owner is not session:
             reason = "no source of it" if owner is None else f"a second source beside {owner.name}"
-            reason = f"this client is {reason}; it is left out"
+            reason = f"this client is {reason}; it is ignored"
         else:
             reason = self._read(session, topic, found.body, now_ns)
         if reason is not None:
@@ -266,7 +266,7 @@ class UnityBridge:
                 return self._clock(session, message, now_ns)
         except ValueError as error:
             if topic.role == "haptic_request":
-                self._inbox.drop(topic.role, now_ns)  # what they ask for now is not known
+                self._inbox.drop(topic.role, now_ns)  # the present request is unknown
             return str(error)
         reason = self._inbox.take(topic.role, message, now_ns, session.clock)
         if session.clock.backlogged:
@@ -277,7 +277,7 @@ class UnityBridge:
         if now_ns - session.warned.get(name, -TOLD_EVERY_NS) < TOLD_EVERY_NS:
             return
         if len(session.warned) > len(self._settings.topics.inputs) + 8:
-            session.warned.clear()  # any names may come
+            session.warned.clear()  # a client may send any names
         session.warned[name] = now_ns
         self.blame(f"{name} of {session.name}: {reason}")
         session.warn("error", f"{name}: {reason}")
@@ -315,7 +315,7 @@ class UnityBridge:
 
 
 def _nothing(session: Session, fields: Mapping[str, Any]) -> None:
-    """Services of Unity's own are not called."""
+    """Ignore services of Unity's own: they are never called."""
 
 
 def _text(fields: Mapping[str, Any], key: str) -> str:

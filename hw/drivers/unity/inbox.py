@@ -1,9 +1,9 @@
-"""What VR applications tell, made to values of ours: checked, put together, told on.
+"""Converts messages of VR applications to values of ours, after checks.
 
-A person is told of with each pose of their tailbone, with head and hands that belong to it. Before
-the first one, head and tailbone must be those of somebody who stands upright: the wire does not
-say in which axes or units poses are. Trackers on the rover, once two are seen, must sit on it as
-the robot file says.
+A `user.pose` is made for each pose of the tailbone, with the head and hands that belong to it.
+Before the first one, head and tailbone must be those of a person who stands upright: the wire does
+not tell axes or units. Trackers on the rover, once two are visible, must match their mounts in the
+robot file.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ TellUser = Callable[[str, int, Any], None]
 VIVE, MAP = "vive", "map"
 PERSON = ("head", "tailbone", "left_hand", "right_hand")
 REACH = 3.0
-"""A touch is asked for no further from the person, m (R15: metres, and not millimetres)."""
+"""Greatest distance of a DEEP from the person, m (R15: metres, not millimetres)."""
 HIGHEST, LOWEST = 3.0, -0.2
 SEAT, TURN = 0.15, 0.2
-"""Two trackers on one rover agree where it is to so many m and rad."""
+"""Greatest disagreement of two trackers about the rover's pose, m and rad."""
 NEAR_NS = 50 * gates.MS
-"""Two trackers seen within this time are looked at together."""
+"""Greatest difference of stamps for comparing two trackers."""
 
 
 @dataclass(frozen=True, slots=True)
 class Checks:
-    """How inputs are looked at.
+    """How inputs are checked.
 
-    `by_receipt`: poses without stamps are taken at their receipt, else refused. `ahead_ns`: how far
-    in the future a stamp may be.
+    `by_receipt`: poses without stamps are stamped by their receipt, otherwise refused. `ahead_ns`:
+    how far in the future a stamp may be.
     """
 
     tracking: Tracking
@@ -50,7 +50,7 @@ class Checks:
 
 @dataclass(slots=True)
 class _Source:
-    """The newest pose of one topic, as it came and in the frame it is used in."""
+    """The newest pose of one topic, raw and in the frame in which it is used."""
 
     stamps: Stamps
     raw: Pose3 | None = None
@@ -61,13 +61,13 @@ class _Source:
 
     @property
     def frozen(self) -> bool:
-        """Has it repeated bit by bit for too long?"""
+        """True if it has repeated bit by bit for too long."""
         return self.received_ns - self.changed_ns > gates.FROZEN_NS
 
 
 @dataclass(frozen=True, slots=True)
 class _Seen:
-    """Somebody's place on the floor, m, at an instant, ns; `since_ns`: seen about there since."""
+    """A person's position, m, at an instant, ns; `since_ns`: seen near there since."""
 
     x: float
     y: float
@@ -75,7 +75,7 @@ class _Seen:
     since_ns: int
 
     def reaches(self, other: _Seen) -> bool:
-        """Can they have got there?"""
+        """True if a person can have got from here to the other position."""
         way = math.hypot(other.x - self.x, other.y - self.y)
         elapsed_ns = min(max(0, other.at_ns - self.at_ns), gates.FRESH_NS)
         return way <= gates.JUMP + gates.FASTEST * elapsed_ns * 1e-9
@@ -83,7 +83,7 @@ class _Seen:
 
 @dataclass(slots=True)
 class Inbox:
-    """See the module. `tell` gets what was made of the inputs."""
+    """See the module. `tell` receives the values."""
 
     checks: Checks
     tell: TellUser
@@ -95,7 +95,7 @@ class Inbox:
     _seated: bool = False
 
     def take(self, role: str, message: Any, received_ns: int, clock: PeerClock) -> str | None:
-        """Take a message; why it was refused, or None."""
+        """Take a message; returns why it was refused, or None."""
         if role in ("release", "restart"):
             return self._event(role, message, received_ns)
         try:
@@ -111,11 +111,11 @@ class Inbox:
         return self._see(role, message, pose, frame, received_ns, clock)
 
     def repeat(self, now_ns: int) -> None:
-        """Tell the request again, as a level."""
+        """Repeat the request, as a level."""
         self.tell("vr.haptic_request", now_ns, self.request)
 
     def drop(self, role: str, now_ns: int) -> None:
-        """Who told of this is gone: what they asked for ends."""
+        """Drop a source that is gone; its request ends."""
         self._sources.pop(role, None)
         if role == "tailbone":
             self._upright, self._believed = False, None
@@ -137,7 +137,7 @@ class Inbox:
         self.repeat(now_ns)
 
     def _unreadable(self, role: str, received_ns: int, reason: str) -> str:
-        """A request that cannot be read is none, and ends the one before."""
+        """Refuse a message; an invalid request ends the one before."""
         if role == "haptic_request":
             self._end(received_ns)
         return reason
@@ -186,7 +186,7 @@ class Inbox:
     def _instant(
         self, source: _Source, message: Any, received_ns: int, clock: PeerClock
     ) -> int | str:
-        """When a pose was measured, by our clock; or why it is not used, if that is a fault."""
+        """The instant of a pose by our clock; or why it is refused, empty if that is no fault."""
         try:
             stamp = stamp_of(message)
         except ValueError as error:
@@ -194,7 +194,7 @@ class Inbox:
         if stamp is None:
             if self.checks.by_receipt:
                 return received_ns - self.checks.one_way_ns
-            return "it has no stamp, so that nobody knows how old it is"
+            return "it has no stamp, so that its age is unknown"
         at = clock.instant(stamp, received_ns)
         if at is None and not clock.known:
             return ""
@@ -212,15 +212,15 @@ class Inbox:
         head = self._beside("head", body)
         if not self._upright:
             if head is None:
-                return "no pose of the head that belongs to it"
+                return "no matching pose of the head"
             if not is_upright(head, body.pose):
                 return (
-                    "nobody stands like that: send metres in ROS axes (`To<FLU>()`), z upwards "
-                    "from the floor, and stand upright at the start"
+                    "not the pose of a standing person: send metres in ROS axes (`To<FLU>()`), z "
+                    "upwards from the floor, and stand upright at the start"
                 )
             self._upright = True
         if self._jumped(body.pose, body.at_ns):
-            return "it has jumped: nobody gets there so fast"
+            return "it has jumped, faster than a person can move"
         there = body.pose.flat()
         view = there.yaw if head is None else head.yaw
         hands = self._beside("left_hand", body), self._beside("right_hand", body)
@@ -228,7 +228,7 @@ class Inbox:
         return None
 
     def _jumped(self, body: Pose3, at_ns: int) -> bool:
-        """Is the person somewhere else all of a sudden, and not for long?"""
+        """True if the person's position has jumped, until it has persisted for FOUND_AGAIN_NS."""
         seen = _Seen(body.x, body.y, at_ns, at_ns)
         if self._believed is not None and not self._believed.reaches(seen):
             before = self._strange
@@ -249,7 +249,7 @@ class Inbox:
         tracker = role.removeprefix(TRACKER)
         assert source.pose is not None
         if not self._seated and self._contradicted(tracker, source):
-            return "the trackers do not sit on the rover like that: look at axes, units and mounts"
+            return "the trackers contradict their mounts on the rover: check axes, units and mounts"
         self.tell("rover.tracker", source.at_ns, TrackerPose(tracker, source.pose))
         return None
 

@@ -1,4 +1,4 @@
-"""The VR application behind the ROS-TCP-Connector: what an unmodified Unity project speaks.
+"""The VR link: an unmodified Unity project speaks to it by the ROS-TCP-Connector.
 
 links:
   vr: {driver: "hw.drivers.unity.link:Unity", port: 10000, tells: chain}
@@ -7,8 +7,8 @@ parts:
   rover_trackers: {driver: "hw.drivers.unity.link:UnityRoverTrackers", link: vr}
   vr: {driver: "hw.drivers.unity.link:UnityVr", link: vr}
 
-A process of its own serves the clients (`unity_server.py`); topics are in `unity_topics.py`, all
-that a Unity project has to know in UNITY.md.
+A process of its own serves the clients (`server.py`). Topics are in `topics.py`; UNITY.md has all
+that a Unity project needs to know.
 """
 
 from __future__ import annotations
@@ -33,33 +33,30 @@ from hw.samples import ArmState, RobotView, Sample
 
 Now = Callable[[], int]
 KEPT = 4096
-"""Of each signal so many samples wait for the engine; older ones are left out."""
+"""Longest queue of samples of each signal for the engine; older ones are dropped."""
 JOINTS = (
     "shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint",
     "wrist_1_joint", "wrist_2_joint", "wrist_3_joint",
 )  # fmt: skip
-OLD_NS = 200 * gates.MS
-"""A pose of the robot that is older is shown where it was, not moved on."""
 
 
 class Unity:
-    """The link: a process that serves clients, and a thread that takes what it tells.
+    """The link: a process that serves clients, and a thread that takes its datagrams.
 
     Args:
-        port: of TCP; 0: any that is free, see `address`.
+        port: of TCP; 0: any free one, see `address`.
         now: the time of the run, ns.
         opening: of the run; gives the tracking frame and the arm.
-        host: the address to serve at; all of this machine by default.
+        host: the address to serve at; by default all addresses of this machine.
         build: `ros1` or `ros2`, as the Unity project was built.
-        topics: names and messages by role, where they differ (`unity_topics.py`).
-        trackers: topics by the names of the trackers on the rover; by default `vr/NAME` for each.
-        definitions: texts of message definitions of one's own, by `package/Type`.
-        tells: the safety chain, which gets everything, too.
-        stamps: `header`, or `receipt` for a project that sets none: ages are then those on the
-            receiver alone.
+        topics: names and messages by role, where they differ (`topics.py`).
+        trackers: topics by the names of the trackers on the rover; by default `vr/NAME` each.
+        definitions: texts of additional message definitions, by `package/Type`.
+        tells: the safety chain, which gets the same datagrams.
+        stamps: `header`, or `receipt` for a project without stamps: ages then count from receipt.
         predicted: how far ahead poses are predicted, s or `50 ms`.
-        one_way: least time on the way, s, which stamps of one direction cannot show.
-        debug: show the robot at all times (R18), and not only with the stop sign.
+        one_way: least transmission time, s, which stamps of one direction cannot show.
+        debug: show the robot at all times (R18), not only with the stop sign.
 
     Raises:
         ValueError: a topic or a value is wrong; OSError: the process cannot be started.
@@ -105,10 +102,10 @@ class Unity:
         self._child = Child("hw.drivers.unity.server", settings)
 
     def wait(self) -> None:
-        """Until clients can connect.
+        """Wait until clients can connect.
 
         Raises:
-            OSError: they never will, such as for a port in use.
+            OSError: they cannot, for example because the port is in use.
         """
         ready = self._child.wait()
         self._address = (self._host, ready["port"])
@@ -118,42 +115,42 @@ class Unity:
 
     @property
     def address(self) -> Address:
-        """Where clients connect to."""
+        """The address for clients."""
         assert self._address is not None, "wait() first"
         return self._address
 
     @property
     def pid(self) -> int:
-        """Number of the process."""
+        """Process id."""
         return self._child.pid
 
     def queue(self, name: str) -> deque[Sample]:
-        """What has been told under a name and was not taken yet, oldest first."""
+        """The queue of samples of a name, oldest first."""
         return self._queues.setdefault(name, deque(maxlen=KEPT))
 
     def wake_at(self, names: tuple[str, ...], wake: Callable[[], None]) -> None:
-        """Call somebody, in a thread of this, when something has come under one of the names."""
+        """Call `wake`, in a thread of the link, when a sample of one of the names has come."""
         self._wakes |= dict.fromkeys(names, wake)
 
     def show(self, stamp_ns: int, view: RobotView) -> None:
-        """Have this shown; stamp_ns by `time.monotonic_ns()`."""
+        """Show the robot like this; stamp_ns by `time.monotonic_ns()`."""
         self._outlet.send("robot.view", stamp_ns, view)
 
     def close(self) -> None:
-        """End the process and all links."""
+        """End the process and all its connections."""
         self._child.close()
         self._feed.close()
         self._outlet.close()
 
-    def _take(self, told: Datagram, stamp_ns: int) -> None:
-        if told.name == "vr.link":
+    def _take(self, datagram: Datagram, stamp_ns: int) -> None:
+        if datagram.name == "vr.link":
             self.heard_ns = stamp_ns
-        waiting = self._queues.get(told.name)
+        waiting = self._queues.get(datagram.name)
         if waiting is None:
             return
-        waiting.append(Sample(told.name, stamp_ns, told.value))
-        if told.name in self._wakes:
-            self._wakes[told.name]()
+        waiting.append(Sample(datagram.name, stamp_ns, datagram.value))
+        if datagram.name in self._wakes:
+            self._wakes[datagram.name]()
 
 
 class UnityTrackers:
@@ -165,7 +162,7 @@ class UnityTrackers:
         self._queues = [link.queue(name) for name in self.signals]
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """What has come since the last call."""
+        """Samples since the last call."""
         return [sample for queue in self._queues for sample in drained(queue, now_ns)]
 
 
@@ -194,7 +191,7 @@ class UnityVr:
         link.wake_at(("vr.release", "vr.restart"), lambda: self.wake())
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """What has come since the last call; levels when they change."""
+        """Samples since the last call; levels on change."""
         found = [Sample("vr.haptic_request", self._begun_ns, None)] if not self._levels else []
         for queue in self._queues.values():
             found += drained(queue, now_ns)
@@ -210,13 +207,13 @@ class UnityVr:
         self.show(self._now())
 
     def hear(self, sample: Sample, now_ns: int) -> None:  # noqa: ARG002
-        """What the robot measures of itself."""
+        """Take a sample of the robot's own state."""
         self._heard[sample.name] = sample
 
     def show(self, stamp_ns: int) -> None:
-        """Show the robot as it is at an instant of the run: called in each tick, after the states.
+        """Show the robot at an instant of the run: called in each tick, after the states.
 
-        A pose measured a little earlier is moved on by the velocity of the base.
+        A slightly older pose is extrapolated by the velocity of the base.
         """
         pose, twist, arm = (self._value(name) for name in self.hears)
         view = RobotView(
@@ -229,7 +226,7 @@ class UnityVr:
         self._link.show(time.monotonic_ns() - (self._now() - stamp_ns), view)
 
     def _is_news(self, sample: Sample) -> bool:
-        """Are events, and levels that change."""
+        """True for events, and for levels that have changed."""
         if sample.name not in ("vr.haptic_request", "vr.fault"):
             return True
         known = self._levels
@@ -244,7 +241,7 @@ class UnityVr:
 
     def _moved_on(self, pose: Pose2, twist: object, stamp_ns: int) -> Pose2:
         age_ns = stamp_ns - self._heard["base.pose"].stamp_ns
-        if not isinstance(twist, Twist2) or not 0 < age_ns <= OLD_NS:
+        if not isinstance(twist, Twist2) or not 0 < age_ns <= gates.SHOWN_OLD_NS:
             return pose
         age = age_ns * 1e-9
         half = Pose2(0.0, 0.0, 0.5 * twist.wz * age)  # along the chord of the arc
@@ -252,7 +249,7 @@ class UnityVr:
 
 
 def drained(queue: deque[Sample], now_ns: int) -> list[Sample]:
-    """What waits in a queue that another thread fills: nothing from before the run."""
+    """Empty a queue that another thread fills; samples from before the run are dropped."""
     found = [queue.popleft() for _ in range(len(queue))]
     return [
         sample._replace(stamp_ns=min(sample.stamp_ns, now_ns))
@@ -262,10 +259,10 @@ def drained(queue: deque[Sample], now_ns: int) -> list[Sample]:
 
 
 def ahead_ns(predicted: float | str) -> int:
-    """How far in the future stamps may be, where poses are predicted so far, ns.
+    """How far in the future stamps may be if poses are predicted by this much, ns.
 
     Raises:
-        ValueError: it is no time of 0 to 50 ms.
+        ValueError: not a time of 0 to 50 ms.
     """
     return max(gates.AHEAD_NS, _ns(predicted, "predicted", gates.PREDICTED_NS * 1e-9))
 
@@ -278,4 +275,4 @@ def _ns(value: float | str, name: str, most: float) -> int:
 
 
 def _nothing() -> None:
-    """Nobody waits."""
+    """No loop waits for samples."""

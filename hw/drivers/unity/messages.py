@@ -1,7 +1,7 @@
-"""ROS messages as bytes and back, in the serialisation of a Unity build: ROS 1, or CDR for ROS 2.
+"""Serialisation of ROS messages for a Unity build: ROS 1, or CDR for ROS 2.
 
-`rosbags` knows the standard messages; what a store lacks is registered here. What comes in is
-checked: whatever is wrong with a message is a `ValueError` that says what.
+`rosbags` knows the standard messages; the missing ones are registered here. Input is checked: any
+defect of a message is a `ValueError` with its cause.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ _LACKING = {
 
 
 class Messages:
-    """One serialisation. `definitions` are message definitions of one's own, by `package/Type`.
+    """One serialisation. `definitions` are additional message definitions, by `package/Type`.
 
     Raises:
-        ValueError: no such build, or a definition is none.
+        ValueError: an unknown build, or an invalid definition.
     """
 
     def __init__(self, build: str, definitions: Mapping[str, str] | None = None) -> None:
@@ -45,10 +45,10 @@ class Messages:
         self._sequence = 0
 
     def check(self, kind: str) -> None:
-        """Look whether a message is known, with all that it consists of.
+        """Check that a message and all its fields are known.
 
         Raises:
-            ValueError: it is not.
+            ValueError: they are not.
         """
         name = long_name(kind)
         if name not in self._store.fielddefs:
@@ -59,10 +59,10 @@ class Messages:
             raise ValueError(f"message {kind!r} has a field of no known type: {error}") from None
 
     def read(self, kind: str, body: bytes) -> Any:
-        """A message out of bytes.
+        """Parse a message.
 
         Raises:
-            ValueError: they are no such message.
+            ValueError: the bytes are no such message.
         """
         read = self._store.deserialize_ros1 if self.build == "ros1" else self._store.deserialize_cdr
         try:
@@ -82,7 +82,7 @@ class Messages:
         return self._new("std_msgs/Bool", value)
 
     def reply(self, success: bool, text: str) -> Any:
-        """What `std_srvs/Trigger` answers."""
+        """The response of `std_srvs/Trigger`."""
         return self._new("std_srvs/Trigger_Response", success, text)
 
     def time_reference(self, stamp_ns: int, reference_ns: int, source: str) -> Any:
@@ -107,7 +107,7 @@ class Messages:
         )
 
     def joint_state(self, stamp_ns: int, names: Sequence[str], joints: Sequence[float]) -> Any:
-        """`sensor_msgs/JointState` with positions alone, rad."""
+        """`sensor_msgs/JointState` with positions only, rad."""
         import numpy as np
 
         header, none = self._header(stamp_ns, ""), np.zeros(0)
@@ -155,7 +155,7 @@ def pose_of(message: Any) -> Pose3:
     """The pose in a message.
 
     Raises:
-        ValueError: there is none, a number is not finite, or the quaternion is no unit.
+        ValueError: there is none, a number is not finite, or the quaternion is not normalised.
     """
     found = message
     while not hasattr(found, "position") and hasattr(found, "pose"):
@@ -167,7 +167,7 @@ def pose_of(message: Any) -> Pose3:
 
 
 def stamp_of(message: Any) -> int | None:
-    """The stamp in the header of a message, ns; None: it has none, or nobody has set it."""
+    """The stamp in a message's header, ns; None if missing or not set."""
     header = getattr(message, "header", None)
     if header is None:
         return None
@@ -179,7 +179,7 @@ def time_of(time: Any) -> int:
     """A time of a message, ns.
 
     Raises:
-        ValueError: its nanoseconds are no less than a second.
+        ValueError: its nanoseconds exceed a second.
     """
     seconds, rest = int(time.sec), int(time.nanosec)
     if not 0 <= rest < SECOND:
@@ -188,15 +188,15 @@ def time_of(time: Any) -> int:
 
 
 def frame_of(message: Any) -> str | None:
-    """The name of the frame in the header of a message; None: it has no header."""
+    """The frame in a message's header; None without a header."""
     header = getattr(message, "header", None)
     return None if header is None else str(header.frame_id).strip().lstrip("/")
 
 
 def is_upright(head: Pose3, body: Pose3) -> bool:
-    """Is the head above the body as it is of somebody who stands, z upwards, in m?
+    """True if head and body fit a person who stands upright, z upwards, in m.
 
-    Coordinates of Unity itself (y upwards, to the left), millimetres or feet are not.
+    Coordinates of Unity itself (y upwards, left-handed), millimetres or feet do not.
     """
     rise = head.z - body.z
     aside = math.hypot(head.x - body.x, head.y - body.y)

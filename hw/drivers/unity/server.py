@@ -1,7 +1,7 @@
-"""The VR link's process: takes clients of the ROS-TCP-Connector, tells engine and chain of them.
+"""The VR link's process: serves clients of the ROS-TCP-Connector, reports to engine and chain.
 
-One thread: it waits for all sockets at once, and for nobody. Datagrams go out as `vr`; what is to
-be shown comes in as `robot.view` from the engine. It ends with its parent.
+A single thread waits for all sockets at once. Datagrams go out as source `vr`; the robot's state
+comes in as `robot.view` from the engine. The process ends with its parent.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ MOST_CLIENTS = 8
 
 @dataclass(frozen=True, slots=True)
 class ServerSetup:
-    """Where clients connect to, whom to tell, and how frames are read."""
+    """The address for clients, those of the listeners, and the settings of the bridge."""
 
     host: str
     port: int
@@ -43,7 +43,7 @@ class UnityServer:
         self._settings = settings
         self._outlet = Outlet("vr", settings.listeners)
         self._intake = Intake()
-        wall_ns = time.time_ns() - time.monotonic_ns()  # once: what is sent must not jump
+        wall_ns = time.time_ns() - time.monotonic_ns()  # taken once: stamps must not jump
         self._bridge = UnityBridge(settings.bridged, self._outlet.send, wall_ns)
         self._listener = socket.create_server((settings.host, settings.port))
         self._listener.setblocking(False)
@@ -54,11 +54,11 @@ class UnityServer:
 
     @property
     def told(self) -> dict[str, Any]:
-        """Where it is reached: `port` by clients, `intake` by the engine."""
+        """Its addresses: `port` for clients, `intake` for the engine."""
         return {"port": self._listener.getsockname()[1], "intake": list(self._intake.address)}
 
     def run(self, parent: Parent) -> None:
-        """Serve until the parent is gone."""
+        """Serve until the parent has gone."""
         self._selector.register(parent, selectors.EVENT_READ)
         while True:
             for key, events in self._selector.select(WAIT_S):
@@ -88,7 +88,7 @@ class UnityServer:
     def _accept(self) -> None:
         try:
             connection, (host, port, *_) = self._listener.accept()
-        except OSError:  # gone before it was taken
+        except OSError:  # the client has gone already
             return
         if len(self._bridge.sessions) >= MOST_CLIENTS:
             connection.close()
@@ -140,7 +140,7 @@ class UnityServer:
 
 
 def main(settings: ServerSetup, ready: Ready, parent: Parent) -> None:
-    """The process."""
+    """Run the process."""
     server = UnityServer(settings)
     try:
         gc.collect()

@@ -1,6 +1,7 @@
-"""One client of the VR link: its socket, what it has registered, and what waits to be sent to it.
+"""One client of the VR link: its socket, its registrations, and its send queue.
 
-Of each topic only the newest message waits. What waits for a client that does not read is bounded.
+Only the newest message of each topic is queued, and the queue of a client that does not read is
+bounded.
 """
 
 from __future__ import annotations
@@ -14,14 +15,14 @@ from hw.drivers.unity.wire import Parser, UnityFrame, command
 
 RECEIVED = 1 << 16
 SEND_BUFFER = 8192
-"""Small, so that what is old waits here, where the newest wins, and not in the kernel."""
+"""Small, so that old data waits here, where the newest replaces it, not in the kernel."""
 MOST_COMMANDS = 256
-"""A client for which more commands wait than this does not read."""
+"""Length of the command queue beyond which a client counts as not reading."""
 _QUICKACK = getattr(socket, "TCP_QUICKACK", None)
 
 
 class Session:
-    """See the module. `broken` says why it is to be closed, if it is."""
+    """See the module. `broken` says why it is to be closed, or None."""
 
     def __init__(self, connection: socket.socket, name: str, now_ns: int, clock: PeerClock) -> None:
         self.name, self.clock = name, clock
@@ -47,20 +48,20 @@ class Session:
 
     @property
     def waiting(self) -> bool:
-        """Is there anything to send?"""
+        """True if there is anything to send."""
         return bool(self._rest or self._commands or self._newest)
 
     @property
     def held(self) -> int:
-        """Bytes in memory for this client."""
+        """Bytes buffered for this client."""
         waiting = (*self._commands, *self._newest.values())
         return self._parser.held + len(self._rest) + sum(map(len, waiting))
 
     def read(self, now_ns: int) -> list[UnityFrame]:
-        """The frames that have come; `broken` if the client has gone.
+        """The frames received; sets `broken` if the client has gone.
 
         Raises:
-            Malformed: what came is no frame.
+            MalformedFrame: the bytes are no frame.
         """
         try:
             data = self._socket.recv(RECEIVED)
@@ -77,18 +78,18 @@ class Session:
         return self._parser.feed(data)
 
     def put(self, topic: str, data: bytes) -> None:
-        """Send a frame of a topic; one of the same topic that still waits is left out."""
+        """Queue a frame of a topic; it replaces one of the same topic."""
         self._newest[topic] = data
 
     def send(self, data: bytes) -> None:
-        """Send a frame that must not be left out."""
+        """Queue a frame that must not be replaced."""
         if len(self._commands) >= MOST_COMMANDS:
             self.broken = "it does not read"
             return
         self._commands.append(data)
 
     def warn(self, level: str, text: str) -> None:
-        """Tell the client's developer: `log`, `warn` or `error`."""
+        """Show a text on the client's console: `log`, `warn` or `error`."""
         self.send(command(level, text=text))
 
     def flush(self) -> None:
@@ -106,13 +107,13 @@ class Session:
             self._rest = self._rest[sent:]
 
     def close(self) -> None:
-        """End the link."""
+        """Close the connection."""
         with suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
         self._socket.close()
 
     def _pick(self) -> bytes:
-        """Commands first, then all topics in one piece: one packet, not one for each."""
+        """Commands first, then all topics at once: one packet instead of one each."""
         if self._commands:
             return self._commands.popleft()
         data = b"".join(self._newest.values())
@@ -120,9 +121,9 @@ class Session:
         return data
 
     def _acknowledge_at_once(self) -> None:
-        """Unity writes each field by itself: a delayed ACK would hold up the rest for 40 ms.
+        """Disable delayed ACKs: Unity writes each field separately, and would wait 40 ms for one.
 
-        The kernel forgets this, so it is said again after each receipt.
+        The kernel resets this option, so it is set again after each receipt.
         """
         if _QUICKACK is not None:
             with suppress(OSError):

@@ -1,11 +1,11 @@
-"""The topics of the VR link: what each is for, its name on the wire and its message.
+"""The topics of the VR link: role, name on the wire and message of each.
 
 A connection may rename a topic and change its message, by role:
 
     topics: {head: /hmd, release: {topic: /let_go, type: std_msgs/Empty}}
 
-A message of a pose is any with `position` and `orientation` in it, or in its `pose`: `PoseStamped`,
-`Pose`, `PoseWithCovarianceStamped`, `Odometry`, or one's own.
+A pose may be any message with `position` and `orientation`, at the top or within `pose`:
+`PoseStamped`, `Pose`, `PoseWithCovarianceStamped`, `Odometry`, or a definition of one's own.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ INPUTS: Mapping[str, tuple[str, str]] = {
     "restart": ("vr/restart", FLAG),
     "clock_answer": ("vr/clock_answer", TIME),
 }
-"""What Unity publishes, by role: topic and message. Trackers on the rover come on top."""
+"""Publications of Unity, by role: topic and message. Trackers on the rover are added."""
 OUTPUTS: Mapping[str, tuple[str, str]] = {
     "robot": ("robot/pose", "nav_msgs/Odometry"),
     "joints": ("joint_states", "sensor_msgs/JointState"),
@@ -34,14 +34,14 @@ OUTPUTS: Mapping[str, tuple[str, str]] = {
     "tf": ("tf", "tf2_msgs/TFMessage"),
     "clock_ask": ("vr/clock_ask", TIME),
 }
-"""What Unity can subscribe to."""
+"""Topics to which Unity can subscribe."""
 TRACKER = "tracker:"
-"""Roles of trackers begin so; their names follow."""
+"""Prefix of the roles of trackers, before their names."""
 
 
 @dataclass(frozen=True, slots=True)
 class UnityTopic:
-    """One topic: what it is for, its name with no slash in front, its message as `package/Type`."""
+    """One topic: role, name without a leading slash, message as `package/Type`."""
 
     role: str
     name: str
@@ -57,10 +57,10 @@ class Topics:
 
     @classmethod
     def of(cls, changed: Mapping[str, Any], trackers: Mapping[str, str]) -> Topics:
-        """The topics with changes by role, and those of trackers by the trackers' names.
+        """The topics with changes by role, and those of trackers by name.
 
         Raises:
-            ValueError: no such role, no name or type, or one name twice.
+            ValueError: an unknown role, a missing name or type, or a duplicate name.
         """
         known = [*INPUTS, *OUTPUTS]
         for role in changed:
@@ -81,12 +81,12 @@ class Topics:
 
 
 def plain_name(topic: str) -> str:
-    """A topic's name with no slash in front: `/tf` and `tf` are one."""
+    """A topic's name without a leading slash: `/tf` and `tf` are the same."""
     return topic.strip().lstrip("/")
 
 
 def plain_type(kind: str) -> str:
-    """A message's name as Unity writes it: `std_msgs/msg/Bool` and `std_msgs/Bool` are one."""
+    """A message's type as `package/Type`: `std_msgs/msg/Bool` is `std_msgs/Bool`."""
     return kind.strip().replace("/msg/", "/")
 
 

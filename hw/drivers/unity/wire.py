@@ -1,9 +1,9 @@
-"""Frames of the ROS-TCP-Connector, version 0.7: bytes in, frames out; no sockets in here.
+"""Frames of the ROS-TCP-Connector, version 0.7: parsing and writing, without sockets.
 
 A frame is `uint32 n, n bytes of destination, uint32 m, m bytes of body`, little-endian. One with
-n = m = 0 is a sign of life. A destination that starts with `__` is a command whose body is JSON;
-any other is a topic or a service, and the body a message. A ROS 2 build of Unity ends its texts
-with NUL; these are cut off.
+n = m = 0 is a keep-alive. A destination that starts with `__` is a command whose body is JSON; any
+other is a topic or a service, and the body a message. A ROS 2 build of Unity terminates its strings
+with NUL; these are removed.
 """
 
 from __future__ import annotations
@@ -15,32 +15,32 @@ from typing import Any, NamedTuple
 
 LONGEST_NAME = 512
 LONGEST_BODY = 1 << 20
-"""Longer destinations and bodies, bytes, are taken for damage."""
+"""Longer destinations and bodies, bytes, are treated as corruption."""
 KEEPALIVE = bytes(8)
 VERSION = "v0.7.0"
 _SIZE = struct.Struct("<I")
 
 
 class MalformedFrame(ValueError):
-    """What came is no frame; where the next one begins is not known."""
+    """The bytes are no frame; the start of the next one is unknown."""
 
 
 class UnityFrame(NamedTuple):
-    """One frame; an empty destination is a sign of life."""
+    """One frame; an empty destination is a keep-alive."""
 
     destination: str
     body: bytes
 
     @property
     def is_command(self) -> bool:
-        """Is it for the link itself?"""
+        """True for a command of the link itself."""
         return self.destination.startswith("__")
 
     def fields(self) -> Mapping[str, Any]:
-        """The JSON of a command; empty if there is none.
+        """The JSON object of a command; empty without a body.
 
         Raises:
-            Malformed: it is no JSON object.
+            MalformedFrame: not a JSON object.
         """
         text = self.body.rstrip(b"\0")
         try:
@@ -53,21 +53,21 @@ class UnityFrame(NamedTuple):
 
 
 class Parser:
-    """Cuts bytes into frames; keeps no more than one unfinished frame."""
+    """Splits bytes into frames; buffers at most one incomplete frame."""
 
     def __init__(self) -> None:
         self._data = bytearray()
 
     @property
     def held(self) -> int:
-        """Bytes of an unfinished frame."""
+        """Bytes of an incomplete frame."""
         return len(self._data)
 
     def feed(self, data: bytes) -> list[UnityFrame]:
-        """The frames that are complete with this.
+        """Take bytes; returns the frames completed by them.
 
         Raises:
-            Malformed: there is no going on after this; frames before it are lost, too.
+            MalformedFrame: the stream is lost; frames before the error are lost, too.
         """
         self._data += data
         frames, at = [], 0
@@ -116,5 +116,5 @@ def command(name: str, **fields: Any) -> bytes:
 
 
 def handshake(build: str) -> bytes:
-    """What a client has to get first; `build` is `ros1` or `ros2`, like the client's."""
+    """The first message to a client; `build` is `ros1` or `ros2`, like the client's."""
     return command("handshake", version=VERSION, metadata=json.dumps({"protocol": build.upper()}))

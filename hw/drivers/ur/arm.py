@@ -1,4 +1,4 @@
-"""A UR arm as a part: its worker process, what comes from it, and what is done when it is lost."""
+"""A UR arm as a part: its worker process, its samples, and recovery from its loss."""
 
 from __future__ import annotations
 
@@ -12,18 +12,17 @@ from typing import Protocol
 
 from hw.connection import RunInfo
 from hw.drivers.feed import DatagramFeed, up_to
+from hw.drivers.gates import JOINTS_LATE_NS, WORKER_SILENT_NS
 from hw.drivers.ur.worker import WorkerSettings
 from hw.links.datagrams import Datagram, Hearer, Outlet
 from hw.links.processes import Child
 from hw.samples import Sample, TimedJoints
 
 HERE_S = 0.01
-LATE_NS, SILENT_NS = 24_000_000, 80_000_000
-"""Joints that are so late are counted; so late, the worker is about to be killed."""
 LOOKS = 3
-"""It is silent if it was so at so many looks: if it was us who stood, what waits is read first."""
+"""Checks in a row that must find it silent: after a stall of our own, what waits is read first."""
 PIECE = 200
-"""Points of a course in one datagram."""
+"""Points of a trajectory per datagram."""
 MISSING = (
     "the package ur-rtde is not installed: it comes for Linux on x86-64 and Python below 3.13; "
     "simulation and mock do without it"
@@ -35,7 +34,7 @@ class RunStopLine(Protocol):
 
     @property
     def reason(self) -> str | None:
-        """Why nothing may move."""
+        """Why nothing may move, or None."""
         ...
 
     def pull(self, reason: str) -> None:
@@ -44,14 +43,14 @@ class RunStopLine(Protocol):
 
 
 class UrArm:
-    """A UR arm of the CB3 series at `host`; `tells` is the chain that hears its joints too.
+    """A UR arm of the CB3 series at `host`; `tells` is the chain, which gets its joints too.
 
-    A fault of the arm or of its link pulls the stop line, and nothing moves until the operator has
-    acknowledged: then a new worker is started, and the arm stands until a new course. `late` counts
-    joints that came more than 24 ms after those before.
+    A fault of the arm or its link pulls the stop line, and nothing moves until the operator has
+    acknowledged: then a new worker is started, and the arm stands until a new trajectory. `late`
+    counts joints that arrived more than 24 ms after those before.
 
     Raises:
-        OSError: the client library is not there, or the arm cannot be reached.
+        OSError: the client library is missing, or the arm cannot be reached.
     """
 
     signals: tuple[str, ...] = ("arm.joints",)
@@ -86,7 +85,7 @@ class UrArm:
         """Wait until the arm can be moved.
 
         Raises:
-            OSError: it cannot, and why.
+            OSError: it cannot, with the cause.
         """
         self._feed.start()
         self._begin()
@@ -95,7 +94,7 @@ class UrArm:
     # ---- the part
 
     def follow(self, points: Sequence[TimedJoints]) -> int:
-        """Be at these angles at these times; see `Arm`."""
+        """Follow a trajectory; see `Arm`."""
         self._model.check_course(points)
         self._number += 1
         self._ticked = time.monotonic_ns()
@@ -111,22 +110,22 @@ class UrArm:
         self._tell("stop", time.monotonic_ns())
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """The joints that have come; also tells the worker that the loop still turns."""
+        """Joints since the last call; also tells the worker that the loop still runs."""
         self._ticked = time.monotonic_ns()
         return up_to(self._samples, now_ns)
 
     @property
     def fault(self) -> str | None:
-        """Why the arm does not move until the operator has acknowledged."""
+        """Why the arm does not move until the operator has acknowledged, or None."""
         return self._fault
 
     @property
     def pid(self) -> int:
-        """Of its worker."""
+        """Process id of its worker."""
         return self._child.pid
 
     def acknowledge(self) -> bool:
-        """By the operator's order: start a lost arm anew. False until it is there; ask again."""
+        """Restart a lost arm by the operator's order. False until it is there; ask again."""
         if self._fault is None:
             return True
         if self._renewing is None or not self._renewing.is_alive():
@@ -135,7 +134,7 @@ class UrArm:
         return False
 
     def close(self) -> None:
-        """Let the arm stand, and end its worker."""
+        """Stop the arm, and end its worker."""
         self._over.set()
         for thread in (self._watching, self._renewing):
             if thread is not None and thread.is_alive():
@@ -154,7 +153,7 @@ class UrArm:
         self._fault = None
 
     def _renew(self) -> None:
-        """Another worker in place of a lost one; if it cannot start, the fault says why."""
+        """Start a worker in place of a lost one; if that fails, the fault says why."""
         self._child.close()
         settings = replace(self._settings, course=self._number, acknowledged=True)
         self._child = Child("hw.drivers.ur.worker", settings)
@@ -164,21 +163,21 @@ class UrArm:
             self._fault = f"arm: {error}"
 
     def _watch(self) -> None:
-        """Tell the worker that we are here, and see that it is."""
+        """Send heartbeats to the worker, and monitor its."""
         looks = 0
         while not self._over.wait(HERE_S):
             self._tell_here()
-            looks = looks + 1 if time.monotonic_ns() - self._heard > SILENT_NS else 0
+            looks = looks + 1 if time.monotonic_ns() - self._heard > WORKER_SILENT_NS else 0
             silent = looks >= LOOKS
             if self._fault is None and not self._child.alive:
                 self._lose("its process has ended")
             elif self._fault is None and silent:
-                self._lose("nothing is heard from it")
+                self._lose("it is silent")
             if self._fault is not None and silent:
                 self._end_worker()
 
     def _end_worker(self) -> None:
-        """Nothing but its end keeps a client that has lost its link from trying again."""
+        """Kill the worker: a client that has lost its link would otherwise retry by itself."""
         if not (self._renewing is not None and self._renewing.is_alive()) and self._child.alive:
             self._child.kill()
 
@@ -188,17 +187,17 @@ class UrArm:
             self.line.pull(self._fault)
         self.wake()
 
-    def _take(self, told: Datagram, stamp_ns: int) -> None:
-        """A datagram of the worker, in the thread of the feed."""
-        if told.source != "arm" or told.stamp_ns < self._begun:
+    def _take(self, datagram: Datagram, stamp_ns: int) -> None:
+        """Take a datagram of the worker, in the thread of the feed."""
+        if datagram.source != "arm" or datagram.stamp_ns < self._begun:
             return
-        if told.name == "arm.joints":
-            self.late += self._fault is None and told.stamp_ns - self._heard > LATE_NS
-            self._heard = told.stamp_ns
-            self._samples.append(Sample("arm.joints", stamp_ns, told.value))
+        if datagram.name == "arm.joints":
+            self.late += self._fault is None and datagram.stamp_ns - self._heard > JOINTS_LATE_NS
+            self._heard = datagram.stamp_ns
+            self._samples.append(Sample("arm.joints", stamp_ns, datagram.value))
             self.wake()
-        elif told.name == "arm.link" and told.value is not None and self._fault is None:
-            self._lose(str(told.value))
+        elif datagram.name == "arm.link" and datagram.value is not None and self._fault is None:
+            self._lose(str(datagram.value))
 
     def _tell_here(self) -> None:
         stopped = self.line is not None and self.line.reason is not None
@@ -211,4 +210,4 @@ class UrArm:
 
 
 def _nobody() -> None:
-    """No loop has been started yet."""
+    """No loop was started yet."""

@@ -1,8 +1,8 @@
-"""A course on its way to the arm: how far it is, how fast it goes, and why it was broken off.
+"""The execution of a trajectory: its progress, its rate, and its end.
 
-Time along the course runs at a rate from 0 to 1, which changes no faster than the arm can brake.
-So a stop, a controller that runs at half its speed, and an engine that is late for a moment all
-slow the arm down on its way, and nothing leads it off it.
+Time along the trajectory runs at a rate from 0 to 1, which changes no faster than the arm can
+brake. A stop, a controller at reduced speed and an engine that is late for a moment all slow the
+arm down along its path, and nothing makes it leave the path.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from hw.samples import ArmMode, Joints, TimedJoints
 
 SLOWEST = 1e-6
-"""No joint of a piece counts as slower, rad/s."""
+"""Least joint speed assumed on a piece, rad/s."""
 _BITS: tuple[tuple[ArmMode, int], ...] = (
     ("fault", 1 << 8 | 1 << 9),
     ("emergency_stop", 1 << 5 | 1 << 6 | 1 << 7),
@@ -27,14 +27,14 @@ _BITS: tuple[tuple[ArmMode, int], ...] = (
 
 
 def mode_of(bits: int) -> ArmMode:
-    """What the `safety_status_bits` of RTDE say; of several stops the gravest."""
+    """The mode of RTDE's `safety_status_bits`; of several stops the gravest."""
     return next((mode for mode, mask in _BITS if bits & mask), "unknown")
 
 
 class CourseRun:
-    """Where on its course an arm is to be; stepped once per package of the controller.
+    """Set-points along a trajectory; stepped once per package of the controller.
 
-    `deceleration` is the most any joint may be slowed down with, rad/s2.
+    `deceleration` is the greatest of any joint, rad/s2.
     """
 
     def __init__(self, points: Sequence[TimedJoints], deceleration: float) -> None:
@@ -47,15 +47,19 @@ class CourseRun:
 
     @property
     def over(self) -> bool:
-        """Is the last point reached, or has a stop come to its end?"""
+        """True once the last point is reached, or a stop is complete."""
         return self._share >= self._times[-1] or (self._broken and self._rate == 0.0)
 
     def stop(self) -> None:
-        """Brake, and do not go on."""
+        """Brake, without resuming."""
         self._broken = True
 
     def step(self, span: float, rate: float) -> Joints:
-        """The joints after span s more, if time along the course is to run at this rate."""
+        """The joints span s later, with time along the trajectory tending to this rate.
+
+        The joints move at rate times their speed v on the piece, so the rate may change by
+        deceleration / max |v| per second.
+        """
         wanted = 0.0 if self._broken else min(1.0, max(0.0, rate))
         most = span * self._deceleration / self._fastest()
         before = self._rate
@@ -65,7 +69,7 @@ class CourseRun:
 
     @property
     def joints(self) -> Joints:
-        """Where it is, rad."""
+        """The present set-point, rad."""
         if self._share >= self._times[-1]:
             return self._points[-1]
         k = self._piece()
@@ -78,7 +82,7 @@ class CourseRun:
         return min(bisect_right(self._times, self._share), len(self._times) - 1) - 1
 
     def _fastest(self) -> float:
-        """Of the joints on this piece, at full rate, rad/s."""
+        """Speed of the fastest joint on this piece at a rate of 1, rad/s."""
         if len(self._times) == 1:
             return SLOWEST
         k = self._piece()

@@ -1,7 +1,7 @@
-"""Is there a UR controller that answers? Asked with time-outs of our own, before its client opens.
+"""Checks that a UR controller answers, with time-outs of our own, before its client opens.
 
-The client library waits two minutes for a host that drops packages, and for ever, with its whole
-process, for one that takes a link and does not answer.
+The client library waits two minutes for a host that drops packets, and forever, with its whole
+process, for one that accepts a connection and does not answer.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _STOPPED = {
 
 
 class DashboardClient:
-    """Asks the controller's dashboard, line by line.
+    """Queries the controller's dashboard, line by line.
 
     Raises:
         OSError: it does not answer within the time-out.
@@ -43,7 +43,7 @@ class DashboardClient:
         return self._line()
 
     def order(self, line: str) -> None:
-        """Send a line and wait for nothing; who has gone hears nothing."""
+        """Send a line without waiting; errors are ignored."""
         try:
             self._link.setblocking(False)
             self._link.send(line.encode() + b"\n")
@@ -51,22 +51,22 @@ class DashboardClient:
             return
 
     def close(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         self._answers.close()
         self._link.close()
 
     def _line(self) -> str:
         line = self._answers.readline()
         if not line:
-            raise ConnectionError("the dashboard has hung up")
+            raise ConnectionError("the dashboard closed the connection")
         return line.decode(errors="replace").strip()
 
 
 def probe(host: str, timeout: float = TIMEOUT_S) -> str:
-    """The version of the controller at this host, which answers on all ports.
+    """The version of the controller at this host, if it answers on all ports.
 
     Raises:
-        OSError: naming the port that does not.
+        OSError: a port does not answer; it is named.
     """
     for port in (DASHBOARD, SCRIPT, RTDE):
         try:
@@ -79,10 +79,10 @@ def probe(host: str, timeout: float = TIMEOUT_S) -> str:
 
 
 def require_running(dashboard: DashboardClient, acknowledged: bool) -> None:
-    """See that the arm may move; a protective stop is unlocked if the operator said so.
+    """Check that the arm may move; unlock a protective stop if acknowledged.
 
     Raises:
-        OSError: why it may not.
+        OSError: it may not, with the cause.
     """
     mode = dashboard.ask("safetymode").partition(": ")[2]
     if mode == "PROTECTIVE_STOP" and acknowledged:
@@ -98,7 +98,7 @@ def require_running(dashboard: DashboardClient, acknowledged: bool) -> None:
 
 
 def _version(link: socket.socket) -> str:
-    """What the controller says of itself over RTDE."""
+    """The version that the controller reports over RTDE."""
     link.sendall(struct.pack(">HBH", 5, ord("V"), 2))
     size, kind, accepted = struct.unpack(">HBB", _exactly(link, 4))
     if (size, kind, accepted) != (4, ord("V"), 1):
@@ -106,7 +106,7 @@ def _version(link: socket.socket) -> str:
     link.sendall(struct.pack(">HB", 3, ord("v")))
     size, kind, *numbers = struct.unpack(">HB4I", _exactly(link, 19))
     if (size, kind) != (19, ord("v")):
-        raise OSError("it does not tell its version")
+        raise OSError("it does not report its version")
     return ".".join(map(str, numbers))
 
 
@@ -115,6 +115,6 @@ def _exactly(link: socket.socket, size: int) -> bytes:
     while len(data) < size:
         piece = link.recv(size - len(data))
         if not piece:
-            raise ConnectionError("it has hung up")
+            raise ConnectionError("it closed the connection")
         data += piece
     return data

@@ -1,12 +1,12 @@
-"""The process that moves a UR arm: it alone holds ur_rtde, whose calls may block, or crash.
+"""The process that moves a UR arm; only it uses ur_rtde, whose calls may block or crash.
 
-It streams `servoJ` along the course it was given, one set-point per package of the controller, and
-tells joints and faults by datagrams. From the engine come `here` (stamped with the last tick, its
-value why nothing may move), `follow` (a course in pieces) and `stop`; what is late or out of order
-is dropped. Set-points go out while the newest `here` is fresh and says nothing against it; the
-watchdog of the controller ends its program when they cease.
+It streams `servoJ` along the trajectory, one set-point per package of the controller, and reports
+joints and faults by datagrams. The engine sends `here` (stamped by the last tick, its value why
+nothing may move), `follow` (a trajectory in pieces) and `stop`; late or reordered datagrams are
+dropped. Set-points are sent while the newest `here` is fresh and permits motion; the controller's
+watchdog ends its program when they stop.
 
-A fault is for ever: this process sends no set-point after it, and another one has to be started.
+A fault is final: this process sends no set-point after it, and a new one has to be started.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from hw.drivers.gates import CONTROLLER_STALE_NS, ENGINE_GONE_NS, TICK_FRESH_NS
 from hw.drivers.ur.course import CourseRun, mode_of
 from hw.drivers.ur.probe import DashboardClient, probe, require_running
 from hw.links.datagrams import Address, Datagram, Intake, Outlet
@@ -26,21 +27,15 @@ from hw.robot import ArmModel
 from hw.samples import ARM_MOVES, ArmState, Joints, TimedJoints
 
 LOOK_S = 0.002
-FRESH_NS = 80_000_000
-"""A word of the engine counts for so long."""
-GONE_NS = 500_000_000
-"""An engine that is late for so long is gone."""
-STALE_NS = 50_000_000
-"""A controller whose time stands still for so long is lost."""
 LINK_NS = 20_000_000
-"""How often is told whether the link is well."""
+"""Period of reports on the link, ns."""
 WATCHDOG_HZ = 10.0
 LONGEST_S = 0.04
-"""No set-point is further ahead of the one before it."""
+"""Longest step between two set-points, s."""
 STANDS = 0.005
-"""A joint slower than this, rad/s, stands."""
+"""Joint speed below which a joint counts as standing, rad/s."""
 BEGINS = 0.01
-"""How far from the arm a course may begin, rad."""
+"""Greatest distance of the arm from the first point of a trajectory, rad."""
 PLAYING = 2
 PERIOD_S, LOOKAHEAD_S, GAIN = 0.008, 0.03, 500.0
 VARIABLES = (
@@ -51,10 +46,10 @@ VARIABLES = (
 
 @dataclass(frozen=True)
 class WorkerSettings:
-    """What the worker is started with; `course` is the newest one that was ordered before.
+    """The worker's settings; `course` is the number of the newest trajectory before it.
 
-    `tells` are the addresses of engine and chain; `acknowledged`: the operator has said that the
-    arm may move again. `mass` (kg) and `center` (m, flange frame) are what it carries.
+    `tells` are the addresses of engine and chain; `acknowledged`: the operator has allowed the arm
+    to move again. `mass` (kg) and `center` (m, flange frame) are its payload.
     """
 
     host: str
@@ -67,10 +62,10 @@ class WorkerSettings:
 
 
 class UrController:
-    """The robot through ur_rtde; one thread only.
+    """The robot through ur_rtde; single-threaded.
 
     Raises:
-        OSError: it cannot be reached, or does not let itself be moved.
+        OSError: it cannot be reached, or may not move.
     """
 
     def __init__(self, settings: WorkerSettings) -> None:
@@ -84,7 +79,7 @@ class UrController:
             self._receive = RTDEReceiveInterface(settings.host, 125.0, list(VARIABLES))
             self._control = RTDEControlInterface(settings.host, 125.0)
             if not self._control.setWatchdog(WATCHDOG_HZ):
-                raise OSError("the controller takes no watchdog")
+                raise OSError("the controller refuses the watchdog")
             if not self._control.setPayload(settings.mass, list(settings.center)):
                 raise OSError("the controller does not take the payload")
         except RuntimeError as error:
@@ -92,11 +87,11 @@ class UrController:
 
     @property
     def stamp(self) -> float:
-        """The controller's own time, s; it stands still when the link is lost."""
+        """The controller's own time, s; it stands still if the link is lost."""
         return float(self._receive.getTimestamp())
 
     def measured(self) -> tuple[Joints, Joints]:
-        """Angles and velocities, rad and rad/s."""
+        """Joint angles and velocities, rad and rad/s."""
         return tuple(self._receive.getActualQ()), tuple(self._receive.getActualQd())
 
     def safety(self) -> int:
@@ -104,30 +99,30 @@ class UrController:
         return int(self._receive.getSafetyStatusBits())
 
     def scaling(self) -> float:
-        """The share of its commanded speed at which it runs."""
+        """Share of its commanded speed at which it runs."""
         share = self._receive.getSpeedScaling() * self._receive.getTargetSpeedFraction()
         return min(1.0, max(0.0, float(share)))
 
     def playing(self) -> bool:
-        """Does our script run?"""
+        """True while our script runs."""
         return int(self._receive.getRuntimeState()) == PLAYING
 
     def servo(self, joints: Sequence[float]) -> bool:
-        """One set-point; the arm goes there and stays. False: it was not taken."""
+        """Send a set-point; False if it was not accepted."""
         taken = self._control.servoJ(list(joints), 0.0, 0.0, PERIOD_S, LOOKAHEAD_S, GAIN)
         return bool(taken)
 
     def kick(self) -> None:
-        """Say that we are there, and nothing else."""
+        """Reset the watchdog without a set-point."""
         self._control.kickWatchdog()
 
     def end(self) -> None:
-        """End whatever program runs, without waiting for it: nothing goes on by itself."""
+        """End the running program without waiting, so that nothing resumes by itself."""
         self._dashboard.order("stop")
 
 
 class Worker:
-    """What is done from package to package."""
+    """The work from package to package."""
 
     def __init__(self, controller: UrController, settings: WorkerSettings, outlet: Outlet) -> None:
         self.fault: str | None = None
@@ -137,7 +132,7 @@ class Worker:
         self._pieces: list[TimedJoints] = []
         self._course = settings.course
         self._refused: str | None = "the arm was lost" if settings.acknowledged else None
-        self._held: str | None = "the engine has said nothing yet"
+        self._held: str | None = "nothing received from the engine yet"
         self._ticked = self._heard = 0
         self._newest = 0
         self._stamp, self._advanced = controller.stamp, time.monotonic_ns()
@@ -146,46 +141,46 @@ class Worker:
 
     @property
     def stands(self) -> bool:
-        """Is nothing commanded, and no joint moving?"""
+        """True if nothing is commanded and no joint moves."""
         return self._run is None and not any(abs(v) > STANDS for v in self._measured[1])
 
     def gone(self, now_ns: int) -> bool:
-        """Has the engine not been heard for too long?"""
-        return self._heard > 0 and now_ns - self._heard > GONE_NS
+        """True if the engine has been silent for too long."""
+        return self._heard > 0 and now_ns - self._heard > ENGINE_GONE_NS
 
     def break_off(self, reason: str | None) -> None:
-        """Brake on the way; what is refused says why, None: it was ordered."""
+        """Brake along the path; `reason` is reported as the refusal, None: it was commanded."""
         if self._run is not None:
             self._run.stop()
             self._refused = self._refused or reason
 
     # ---- orders
 
-    def take(self, told: Datagram, now_ns: int) -> None:
-        """One datagram of the engine; none that was overtaken by another."""
-        if told.number <= self._newest:
+    def take(self, datagram: Datagram, now_ns: int) -> None:
+        """Take a datagram of the engine; overtaken ones are dropped."""
+        if datagram.number <= self._newest:
             return
-        self._newest, self._heard = told.number, now_ns
-        late = now_ns - told.stamp_ns > FRESH_NS
-        if told.name == "here":
-            self._ticked, self._held = told.stamp_ns, told.value
+        self._newest, self._heard = datagram.number, now_ns
+        late = now_ns - datagram.stamp_ns > TICK_FRESH_NS
+        if datagram.name == "here":
+            self._ticked, self._held = datagram.stamp_ns, datagram.value
             if self._held is not None:
                 self.break_off(self._held)
-        elif told.name == "stop":
+        elif datagram.name == "stop":
             self._pieces = []
             self.break_off(None)
-        elif told.name == "follow":
-            number, first, count, points = told.value
+        elif datagram.name == "follow":
+            number, first, count, points = datagram.value
             whole = first == len(self._pieces) or first == 0
             self._pieces = [*(self._pieces if first else ()), *points] if whole else []
             if first + len(points) == count:
-                self._follow(number, "the course came late" if late else None, count)
+                self._follow(number, "the trajectory arrived late" if late else None, count)
 
     def _follow(self, number: int, late: str | None, count: int) -> None:
         points, self._pieces = self._pieces, []
         refused = late or self._refusal(points)
         if len(points) < count:
-            refused = "the course was stopped before it was whole"
+            refused = "the trajectory was stopped before it was complete"
         self.break_off(None)
         self._course, self._refused = number, refused
         if refused is None and len(points) > 1:
@@ -208,12 +203,12 @@ class Worker:
     # ---- packages
 
     def look(self, now_ns: int) -> None:
-        """Take a package if there is one, and answer it with a set-point; tell faults."""
+        """Take a new package, if any, and answer it with a set-point; detect faults."""
         stamp = self._controller.stamp
         if stamp > self._stamp:
             span, self._stamp, self._advanced = stamp - self._stamp, stamp, now_ns
             self._package(min(span, LONGEST_S), now_ns)
-        elif now_ns - self._advanced > STALE_NS:
+        elif now_ns - self._advanced > CONTROLLER_STALE_NS:
             self._fail("the controller's time stands still")
         if now_ns - self._linked >= LINK_NS:
             self._tell_link(now_ns)
@@ -239,16 +234,16 @@ class Worker:
         if run is None:
             self._controller.kick()
             return
-        if silent > GONE_NS:
+        if silent > ENGINE_GONE_NS:
             self.break_off("the engine has been silent")
-        joints = run.step(span, scaling if silent <= FRESH_NS else 0.0)
+        joints = run.step(span, scaling if silent <= TICK_FRESH_NS else 0.0)
         if not self._controller.servo(joints):
             self._fail("a set-point was not taken")
         if run.over:
             self._run = None
 
     def _fail(self, reason: str) -> None:
-        """No set-point goes out any more, and the controller ends its program."""
+        """Send no more set-points, and end the controller's program."""
         if self.fault is not None:
             return
         self.fault = reason
@@ -263,26 +258,26 @@ class Worker:
 
 
 def main(settings: WorkerSettings, ready: Ready, parent: Parent) -> None:
-    """Move the arm until the parent goes; then stop it, and end its program."""
+    """Move the arm until the parent has gone; then stop it, and end its program."""
     go_first()
     controller = UrController(settings)
     outlet, orders = Outlet("arm", settings.tells), Intake()
     worker = Worker(controller, settings, outlet)
     ready({"orders": orders.address, "version": controller.version})
     left = 0
-    while not (left and (worker.stands or time.monotonic_ns() - left > GONE_NS)):
+    while not (left and (worker.stands or time.monotonic_ns() - left > ENGINE_GONE_NS)):
         waited: list[Any] = [orders, *([] if left else [parent])]
         found, _, _ = select.select(waited, [], [], LOOK_S)
         now = time.monotonic_ns()
         if not left and (parent in found or worker.gone(now)):
             left = now
-        for told in orders.poll():
-            worker.take(told, now)
+        for datagram in orders.poll():
+            worker.take(datagram, now)
         if left:
             worker.break_off("the engine has gone")
         worker.look(now)
     controller.end()
-    os._exit(0)  # the library's own way out takes half a second, or fails
+    os._exit(0)  # the library's shutdown takes half a second, or fails
 
 
 if __name__ == "__main__":

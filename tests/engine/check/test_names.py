@@ -249,3 +249,27 @@ def test_what_may_be_nothing_is_not_given_to_those_who_want_something() -> None:
     assert codes(bare.replace("TYPE", "number").replace("NODE", peek)) == ["F02"]
     assert codes(bare.replace("TYPE", "number | none").replace("NODE", peek)) == []
     assert codes(bare.replace("TYPE", "number | none").replace("NODE", take)) == ["F02"]
+
+
+TWO_DRIVES = (
+    f"{HEAD}states:\n"
+    "  go: {do: Drive, next: {done: back}}\n"
+    "  back: {do: Drive, next: {done: .done}}\n"
+)
+
+
+def test_every_node_whose_error_nothing_handles_is_named() -> None:
+    (finding,) = findings(TWO_DRIVES)
+    assert (finding.code, finding.place.line) == ("S10", 4)
+    assert "'go' or 'back'" in finding.message
+    assert [place.line for place, _ in finding.related] == [5]
+
+
+def test_every_node_that_commands_a_part_that_is_not_there_is_named_in_each_chart() -> None:
+    found = Library()
+    for number, name in enumerate("cd"):
+        text = TWO_DRIVES.replace("chart: c", f"chart: {name}")
+        found.add(read(text.encode(), f"{number}.yaml"))
+    missing = [f for f in check(found, INTERFACES, parts=["arm"]) if f.code == "N12"]
+    assert [f.place for f in missing] == [("0.yaml", 4, 12, 17), ("1.yaml", 4, 12, 17)]
+    assert [place.line for f in missing for place, _ in f.related] == [5, 5]

@@ -58,8 +58,8 @@ SECOND = 2
 FAULTS = {
     "dead": (("kill", SECOND), "revive", SECOND, 150 * MS, "drive 2 (front right)"),
     "emergency": (("emcy", SECOND), None, None, 0, "EMCY 0x7500"),
-    "silent velocity": (("silence", SECOND), "well", None, 50 * MS, "tells no velocity"),
-    "started anew": (("boot", SECOND), None, None, 0, "has started anew"),
+    "silent velocity": (("silence", SECOND), "well", None, 50 * MS, "reports no velocity"),
+    "started anew": (("boot", SECOND), None, None, 0, "has restarted"),
     "bus quiet": (("quiet", True), "well", None, 150 * MS, ""),
     "foam touched": (("touch", 0.7), "release", None, 0, "bumper: touched at front left"),
     "line cut": (("line", None), "unlatch", None, 20 * MS, "line"),
@@ -306,7 +306,7 @@ def test_a_bumper_that_was_touched_before_the_start_has_to_be_acknowledged():
     with rig(prepare=touched) as made:
         made.cycle(AHEAD, 100)
         assert made.stands()
-        assert made.base.fault == "bumper: the board remembers a touch"
+        assert made.base.fault == "bumper: the board has latched a touch"
         assert made.acknowledge()
 
 

@@ -176,7 +176,7 @@ def test_a_reset_goes_out_once_the_line_is_closed_and_counts_up():
     for n in range(8):
         board.take(well(n, "61 00 00 00 10 00 00"), n)
         board.poll(n)
-    assert board.fault == "bumper: the board remembers a touch"
+    assert board.fault == "bumper: the board has latched a touch"
     assert board.acknowledge()
     board.take(well(8, "61 00 00 00 10 00 00"), 8)
     assert sent == [(0x111, f"01 {crc8(bytes([1])):02x}"), (0x111, f"02 {crc8(bytes([2])):02x}")]

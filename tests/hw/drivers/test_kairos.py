@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import pytest
 
+from hw.drivers.gates import MS, ODOMETRY_OLD_NS
 from hw.drivers.kairos.base import KairosBase, fastest
-from hw.drivers.kairos.link import OLD_S
 from hw.drivers.ros.rosbridge import RosbridgeClient, yaw_of
 from hw.fakes.kairos import Kairos
 from hw.geometry import STILL, Pose2, Twist2
@@ -218,7 +218,7 @@ def test_silence_is_seen_two_cycles_after_its_gate():
             rig.cycle(AHEAD)  # 10 ms or more
             cycles = cycles + 1 if rig.base.odometry == newest else 0
             newest = rig.base.odometry
-        assert cycles <= round(OLD_S / 0.01) + 2
+        assert cycles <= round(ODOMETRY_OLD_NS / (10 * MS)) + 2
 
 
 @pytest.fixture
@@ -260,9 +260,9 @@ def test_nobody_there_is_told():
 @pytest.mark.parametrize(
     ("body", "given", "said"),
     [
-        ({"speed": 0.54}, {}, "limits: speed: 0.53 m/s is most for a stop in 0.5 m"),
-        ({"brakes": 3.0}, {}, "limits: brakes: 0.6 m/s2 is most"),
-        ({}, {"stops": {"timeout": 1.0, "ramp": 0.6}}, "limits: speed: 0.379 m/s is most"),
+        ({"speed": 0.54}, {}, "limits: speed: 0.53 m/s at most for a stop in 0.5 m"),
+        ({"brakes": 3.0}, {}, "limits: brakes: 0.6 m/s2 at most"),
+        ({}, {"stops": {"timeout": 1.0, "ramp": 0.6}}, "limits: speed: 0.379 m/s at most"),
         ({}, {"stops": {"timeout": 0.0, "ramp": 0.6}}, "stops: 0.0 s and 0.6 m/s2"),
         ({}, {"topics": {"odometry": "x"}}, "topics: odometry: there are cmd_vel, odom"),
     ],

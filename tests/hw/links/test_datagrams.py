@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hw.geometry import Pose2, Pose3, Twist2
-from hw.links.datagrams import Intake, Outlet, plain, told
+from hw.links.datagrams import Intake, Outlet, parsed, plain
 from hw.samples import ArmState, Odometry, PoseSigma, TrackerPose, UserPose
 from hw.truth import Contact, Truth
 
@@ -35,7 +35,7 @@ value = st.recursive(
 
 @given(value)
 def test_what_is_told_comes_back_as_it_was(sent):
-    assert told(plain(sent)) == sent
+    assert parsed(plain(sent)) == sent
 
 
 def test_datagrams_arrive_in_order_with_their_source_number_and_stamp():
@@ -78,7 +78,7 @@ def test_what_is_none_of_ours_is_counted_and_left_out(data):
 
 
 def test_a_value_that_cannot_be_told_is_a_bug_of_the_caller():
-    with pytest.raises(TypeError, match="a set cannot be told"):
+    with pytest.raises(TypeError, match="a set cannot be sent"):
         plain({1.0})
 
 

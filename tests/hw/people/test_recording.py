@@ -120,7 +120,7 @@ def test_a_wrong_tum_file_is_named_with_file_and_line(tmp_path, text, person, me
 
 
 def test_other_forms_and_missing_files_are_named(tmp_path):
-    with pytest.raises(FileError, match=r"'\.bag' is no known form"):
+    with pytest.raises(FileError, match=r"'\.bag' is not a known format"):
         read_recording(write(tmp_path, "x", "walk.bag"))
     with pytest.raises(FileError, match="cannot be read"):
         read_recording(tmp_path / "missing.csv")

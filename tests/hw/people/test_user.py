@@ -309,7 +309,7 @@ def test_a_round_without_time_does_not_hang(tmp_path):
     [
         (
             "  - walk: {x: 9.0, y: 1.0}\n",
-            "4:5: the way from (2, 2) to (9, 1) leaves the",
+            "4:5: the path from (2, 2) to (9, 1) leaves the",
         ),
         ("  - wolk: {x: 9.0, y: 1.0}\n", "4:5: steps[0].wolk: no such step; did you mean 'walk'?"),
         ("  - walk: {x: 3.0}\n", "the key 'y' is missing"),

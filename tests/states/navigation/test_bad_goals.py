@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from hw.geometry import Pose2, Twist2
-from states.navigation.local_planner import Limits, Tolerance
+from states.navigation.interfaces import Limits, Tolerance
 from states.navigation.planners import GLOBAL_PLANNERS, LOCAL_PLANNERS
 from states.navigation.visibility import ExactPlanner
 

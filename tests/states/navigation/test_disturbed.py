@@ -17,7 +17,8 @@ from states.navigation.disturbed import (
     DisturbedCase,
     drive_disturbed,
 )
-from states.navigation.local_planner import Limits, LocalPlanner, Tolerance
+from states.navigation.interfaces import Limits, Tolerance
+from states.navigation.local_planner import LocalPlanner
 from states.navigation.planners import LOCAL_PLANNERS
 from states.navigation.trials import OPEN_ROOM, TRIALS, Trial, drive
 from states.navigation.visibility import ExactPlanner

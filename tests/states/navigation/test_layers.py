@@ -12,9 +12,10 @@ import pytest
 from behaviors.profile import load_profile
 from hw.robot import load_robot
 from hw.room import Disc, Room
-from states.environment import SUBSYSTEMS, Environment
+from states.environment import Environment
+from states.navigation.interfaces import GlobalPlanner
 from states.navigation.layers import map_of
-from states.navigation.local_planner import GlobalPlanner
+from states.subsystems import SUBSYSTEMS
 
 HALL = Room(outer=((0.0, 0.0), (12.0, 0.0), (12.0, 8.0), (0.0, 8.0)))
 WALLS = (((5.8, 0.0), (6.2, 0.0), (6.2, 4.0), (5.8, 4.0)),)

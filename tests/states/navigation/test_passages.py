@@ -9,7 +9,7 @@ from __future__ import annotations
 import pytest
 
 from hw.room import Room
-from states.environment import SUBSYSTEMS
+from states.subsystems import SUBSYSTEMS
 from tests.states.navigation.test_layers import PLANNERS, environment_of
 
 CELL = 0.05

@@ -6,8 +6,9 @@ from hypothesis import strategies as st
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.room import Disc
+from states.navigation.interfaces import Limits, Tolerance
 from states.navigation.local_planner import LocalPlanner
-from states.navigation.profile_planner import Limits, ProfilePlanner, Tolerance
+from states.navigation.profile_planner import ProfilePlanner
 from states.navigation.trials import OPEN_ROOM, TRIALS, Trial, drive
 from states.navigation.visibility import ExactPlanner
 

@@ -13,9 +13,9 @@ from engine.state import Stamped
 from hw.geometry import Pose2
 from hw.room import Point
 from hw.samples import PoseSigma, UserPose
-from states.environment import SUBSYSTEMS
 from states.localization.estimates import PoseEstimate
 from states.navigation.unmapped import Obstacles
+from states.subsystems import SUBSYSTEMS
 from tests.scans import scan_of
 from tests.states.navigation.test_layers import HALL, PLANNERS, environment_of, least_distance
 

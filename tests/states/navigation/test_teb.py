@@ -10,7 +10,7 @@ from scipy.optimize import least_squares
 
 from hw.geometry import STILL, Pose2
 from hw.room import Disc
-from states.navigation.local_planner import Limits, Tolerance
+from states.navigation.interfaces import Limits, Tolerance
 from states.navigation.teb import (
     ACCELERATION,
     FORWARD,

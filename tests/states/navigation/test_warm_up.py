@@ -15,10 +15,10 @@ from hw.geometry import Pose2
 from hw.room import Disc
 from hw.robot import load_robot
 from hw.scene import load_scene
-from states.navigation.local_planner import Limits, Tolerance
+from states.navigation.interfaces import Limits, Tolerance
 from states.navigation.planners import GLOBAL_PLANNERS, LOCAL_PLANNERS, warm_up
 from states.navigation.trials import TRIALS, Trial, drive
-from states.environment import SUBSYSTEMS
+from states.subsystems import SUBSYSTEMS
 from tests.scans import scan_of
 
 def kernels():

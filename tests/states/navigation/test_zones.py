@@ -9,7 +9,8 @@ import pytest
 
 from hw.geometry import STILL, Pose2
 from hw.zones import SpeedZone, Zones
-from states.environment import SUBSYSTEMS, Environment
+from states.environment import Environment
+from states.subsystems import SUBSYSTEMS
 from tests.states.navigation.test_layers import HALL, PLANNERS, environment_of, least_distance
 
 BOX = ((5.0, 2.5), (7.0, 2.5), (7.0, 5.5), (5.0, 5.5))

@@ -1,0 +1,96 @@
+"""Making room: the robot keeps its distance from a user who walks towards it (R91)."""
+
+from __future__ import annotations
+
+from behaviors.situation import CHANGES, READS, WAYS, Situation, situation
+from engine.files.units import Duration, Length, Speed
+from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
+from states.keys import BASE_REFUSAL
+from states.signals.prediction import PREDICTORS
+
+THINK_S = 0.2
+"""Interval at which the place to drive to is chosen anew, s."""
+SLACK = 0.2
+"""Hysteresis: room is made until the user is farther away than `room` by this, m."""
+
+
+def is_crowded(now: Situation, room: float, ahead: float, walking: float) -> bool:
+    """True if the user walks and is nearer than `room`, or likely will be in `ahead` seconds.
+
+    The robot's position is the one where it would come to rest.
+    """
+    speed = now.velocity.speed
+    if speed <= walking:
+        return False
+    rest, body = now.rest, now.user.body
+    spare = rest.distance_to(body) - room
+    if spare < 0.0:
+        return True
+    likely = [PREDICTORS[name] for name in now.settings.user.likely]
+    return any(
+        rest.distance_to(predictor.at(body, now.velocity, ahead, rest)) < room
+        for predictor in likely
+        if predictor.reach(speed, ahead) > spare
+    )
+
+
+class UserCrowds(Monitor):
+    """`crowded` when the user walks and is nearer than `room`, or will be in `ahead` seconds.
+
+    While the user walks the robot stays 3 to 4 m away (R91). With a `room` of 0 m it never ends.
+    """
+
+    outcomes = ("crowded",)
+    reads = READS
+
+    def __init__(self, room: Length = 0.0, ahead: Duration = 1.0, walking: Speed = 0.3) -> None:
+        self.room, self.ahead, self.walking = room, ahead, walking
+
+    def run(self, ctx: Context) -> Run:
+        if self.room <= 0.0:
+            yield Until(NEVER_NS)
+        while True:
+            now = situation(ctx)
+            if now is not None and is_crowded(now, self.room, self.ahead, self.walking):
+                return "crowded"
+            yield On(*CHANGES)
+
+
+class MakeRoom(Action):
+    """Keep out of a walking user's way until they have stopped or are far enough away.
+
+    Of places all around it the robot drives to the one that keeps the predicted distance to the
+    user between `room` and `far` best (R91).
+    """
+
+    outcomes = ("clear", "lost")
+    reads = {**WAYS, BASE_REFUSAL: None}
+    commands = ("base",)
+
+    def __init__(
+        self,
+        room: Length = 3.0,
+        far: Length = 4.0,
+        ahead: Duration = 1.0,
+        walking: Speed = 0.2,
+    ) -> None:
+        self.room, self.far, self.ahead, self.walking = room, far, ahead, walking
+
+    def run(self, ctx: Context) -> Run:
+        from behaviors.dodge import place_with_room
+        from behaviors.rollout import command_towards
+
+        base, band = ctx.part("base"), (self.room, self.far)
+        again, goal = 0, None
+        try:
+            while (now := situation(ctx, "chase", "escape")) is not None:
+                if not is_crowded(now, self.room + SLACK, self.ahead, self.walking):
+                    return "clear"
+                if goal is None or ctx.now >= again:
+                    again = ctx.after(THINK_S)
+                    goal = place_with_room(now, band, goal)
+                base.drive(now.slowed(command_towards(now, goal, "chase"), "chase"), "chase")
+                yield ctx.value(BASE_REFUSAL)
+        finally:
+            base.release("chase")
+        return "lost"

@@ -1,0 +1,170 @@
+"""What a picture of a chart consists of, before anything is laid out.
+
+A sequence (`states`) is a box: its children stand inside, edges lead from one to the next, and a
+pin on the lower border stands for each way out. A container whose children run in parallel is a
+table, one row per child; a row says in words which outcome of the container it brings about. A
+parallel container that holds a sequence is a box with its other children as rows at its head.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from engine.draw.style import Cause
+
+
+class OutcomeLabel(NamedTuple):
+    """An outcome as it is written at an edge or in a row."""
+
+    text: str
+    cause: Cause = ""
+
+
+class Ending(NamedTuple):
+    """Outcomes of a row that end its container with `outcome`."""
+
+    labels: tuple[OutcomeLabel, ...]
+    outcome: str
+
+
+@dataclass(frozen=True, slots=True)
+class LeafShape:
+    """A node drawn as one shape: `kind` is `do`, `watch` or `use`. `endings` are those of a row."""
+
+    path: str
+    name: str
+    kind: str
+    notes: tuple[str, ...]
+    about: str
+    endings: tuple[Ending, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class TableShape:
+    """A parallel container without a sequence in it.
+
+    `rules` say when the children's outcomes together end it.
+    """
+
+    path: str
+    name: str
+    mode: str
+    notes: tuple[str, ...]
+    about: str
+    rows: tuple[LeafShape | TableShape, ...]
+    rules: tuple[str, ...] = ()
+    endings: tuple[Ending, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Pin:
+    """Outcomes of a box that lead to the same place; `notes` say when they come about."""
+
+    path: str
+    outcomes: tuple[str, ...]
+    labels: tuple[OutcomeLabel, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def id(self) -> str:
+        """Where edges from and to this pin end."""
+        return f"{self.path}:{'|'.join(self.outcomes)}"
+
+    @property
+    def cause(self) -> Cause:
+        """The cause that all of its outcomes have in common."""
+        return common(label.cause for label in self.labels)
+
+
+@dataclass(frozen=True, slots=True)
+class BoxShape:
+    """A container drawn as a frame. The root's pins are the outcomes of the chart."""
+
+    path: str
+    name: str
+    mode: str
+    notes: tuple[str, ...]
+    about: str
+    rows: tuple[LeafShape | TableShape, ...]
+    members: tuple[LeafShape | TableShape | BoxShape, ...]
+    pins: tuple[Pin, ...]
+
+    @property
+    def start(self) -> str:
+        """The dot from which a sequence begins; "" where all members begin at once."""
+        return f"{self.path}:" if self.mode == "states" and self.members else ""
+
+    @property
+    def entry(self) -> str:
+        """A shape inside at which edges to the box end."""
+        return self.start or next((entry_of(member) for member in self.members), self.exit)
+
+    @property
+    def exit(self) -> str:
+        """A shape on the lower border, if there is one."""
+        return self.pins[len(self.pins) // 2].id if self.pins else ""
+
+    def boxes(self) -> Iterator[BoxShape]:
+        """This box and all inside it, outer first."""
+        yield self
+        for member in self.members:
+            if isinstance(member, BoxShape):
+                yield from member.boxes()
+
+
+Shape = LeafShape | TableShape | BoxShape
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """From a shape to a shape: `tail` and `head` are paths of nodes or ids of pins.
+
+    `outcomes` are those of the node at `path`, `within` is the path of the box that holds both
+    ends. An edge to a pin inside the picture is only half of the route and has no arrow. `step` is
+    by how many hops the head is farther from the start than the tail.
+    """
+
+    path: str
+    outcomes: tuple[str, ...]
+    tail: str
+    head: str
+    labels: tuple[OutcomeLabel, ...] = ()
+    cause: Cause = ""
+    within: str = ""
+    arrow: bool = True
+    step: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A chart as shapes and edges.
+
+    `passed_on` maps a row's path and outcome to those of the container that it ends.
+    """
+
+    root: BoxShape
+    edges: tuple[Edge, ...]
+    passed_on: Mapping[tuple[str, str], tuple[str, str]]
+
+    def route(self, path: str, outcome: str) -> Iterator[Edge]:
+        """The edges that an outcome of the node at `path` takes, through pins to the end."""
+        while (path, outcome) in self.passed_on:
+            path, outcome = self.passed_on[path, outcome]
+        tails = {edge.tail: edge for edge in self.edges}
+        edge = next((e for e in self.edges if e.path == path and outcome in e.outcomes), None)
+        while edge is not None:
+            yield edge
+            edge = tails.get(edge.head) if ":" in edge.head else None
+
+
+def common(causes: Iterable[Cause]) -> Cause:
+    """The cause that all have in common, else ""."""
+    found = set(causes)
+    return found.pop() if len(found) == 1 else ""
+
+
+def entry_of(shape: Shape) -> str:
+    """Where edges to a shape end."""
+    return shape.entry if isinstance(shape, BoxShape) else shape.path
