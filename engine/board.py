@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from engine.files.finding import did_you_mean
+from engine.live_signals import DerivedSlot, EstimatedSlot, MeasuredSlot, Slot, compute, union
 from engine.signals import Derived, Measured, Signal, closure
-from engine.slots import DerivedSlot, EstimatedSlot, MeasuredSlot, Slot, compute, union
 from engine.state import NEVER_NS
 
 Arrival = tuple[MeasuredSlot, Any, int, int]  # and value, stamp, number of the interval
