@@ -93,7 +93,7 @@ class Inlet:
             return
         if name in self._measured:
             board = self.board
-            board.inbox.append((name, value, stamp, board.interval))
+            board.inbox.append((board.inlets[name], value, stamp, board.interval))
         for listener in self._hears.get(name, ()):
             listener(sample, now_ns)
 

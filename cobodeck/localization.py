@@ -9,7 +9,7 @@ from typing import Any
 from behaviors.signals import ESTIMATE
 from cobodeck.metrics import PoseSource
 from engine.board import Board
-from engine.slots import EstimatedSlot, compute
+from engine.live_signals import EstimatedSlot, compute
 from hw.geometry import Pose2, wrap
 from hw.truth import Truth
 from states.localization.estimates import LocalizationEstimator, PoseEstimate

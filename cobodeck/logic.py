@@ -15,7 +15,7 @@ from cobodeck.setup import Setup
 from cobodeck.wiring import Wired
 from engine.board import Board
 from engine.machine import Leaf
-from engine.node import StandIn
+from engine.node import Substitute
 from engine.run import ChartRun
 from engine.scripted import perhaps
 from engine.state import NEVER_NS, Context, State, Until
@@ -57,7 +57,7 @@ def wander(setup: Setup, seed: int) -> Wired:
     for leaf in machine.leaves:
         chance = random.Random(f"{seed}/{leaf.path}")
         make = partial(Wandering, leaf, chance)
-        stand_ins[leaf.path] = StandIn(make, perhaps(leaf.interface.outputs))
+        stand_ins[leaf.path] = Substitute(make, perhaps(leaf.interface.outputs))
     parts = {name: _Idle() for leaf in machine.leaves for name in leaf.interface.commands}
     board = Board(setup.signals, ())
     return Wired(ChartRun(machine, board, parts, stand_ins=stand_ins), board, Inlet(board))

@@ -16,10 +16,10 @@ from cobodeck.inlet import Inlet
 from cobodeck.plants import Inert
 from cobodeck.setup import Setup, Uses, reachable
 from engine.board import Board
+from engine.live_signals import compute
 from engine.machine import Leaf
 from engine.run import ChartRun
 from engine.signals import Signal, roots
-from engine.slots import compute
 from hw.interfaces import RobotPart
 from hw.safety.guarded import GuardedBase
 from hw.samples import Sample

@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from engine.files.finding import did_you_mean
+from engine.live_signals import DerivedSlot, EstimatedSlot, MeasuredSlot, Slot, compute, union
 from engine.signals import Derived, Measured, Signal, closure
-from engine.slots import DerivedSlot, EstimatedSlot, MeasuredSlot, Slot, compute, union
-from engine.state import NEVER_NS, Stamped
+from engine.state import NEVER_NS
 
-Arrival = tuple[str, Any, int, int]  # name, value, stamp, number of the interval
+Arrival = tuple[MeasuredSlot, Any, int, int]  # and value, stamp, number of the interval
 CATCH_UP = 256  # samples that may wait for an estimator
 _EAGER = 1 << 4000  # in `fresh` of an eager board; no signal has this bit
 
@@ -61,6 +61,7 @@ class Board:
     inbox: deque[Arrival] = field(default_factory=deque)
     _ahead: int = 0  # of the interval's number over that of the ticks
     _taken: int = 0  # fresh bits of what `rest` has taken
+    inlets: dict[str, MeasuredSlot] = field(init=False)
     _measured: list[MeasuredSlot] = field(init=False)
     _estimated: list[EstimatedSlot] = field(init=False)
 
@@ -79,7 +80,8 @@ class Board:
             kind = DerivedSlot if isinstance(signal, Derived) else EstimatedSlot
             self.slots[name] = kind(signal, sources, self)  # type: ignore[arg-type]
         self.fresh = _EAGER if self.eager else 0
-        self._measured = [s for s in self.slots.values() if isinstance(s, MeasuredSlot)]
+        self.inlets = {n: s for n, s in self.slots.items() if isinstance(s, MeasuredSlot)}
+        self._measured = list(self.inlets.values())
         self._estimated = [s for s in self.slots.values() if isinstance(s, EstimatedSlot)]
         for estimated in self._estimated:
             estimated.begin()
@@ -95,14 +97,18 @@ class Board:
             LookupError: nothing measured has this name.
             ValueError: a constant is given a second time.
         """
-        signal = self.declared.get(name)
-        if not isinstance(signal, Measured):
+        slot = self.inlets.get(name)
+        if slot is None:
+            self._check_measured(name)
+        elif slot.constant and slot.newest is not None:
+            raise ValueError(f"constant {name!r} is given once; it has a value already")
+        else:
+            self.inbox.append((slot, value, stamp, self.ticks + self._ahead))
+
+    def _check_measured(self, name: str) -> None:
+        if not isinstance(self.declared.get(name), Measured):
             measured = [n for n, signal in self.declared.items() if isinstance(signal, Measured)]
             raise LookupError(f"no measured signal {name!r}; {did_you_mean(name, measured)}")
-        if name in self.slots:
-            if signal.constant and self.slots[name].newest is not None:
-                raise ValueError(f"constant {name!r} is given once; it has a value already")
-            self.inbox.append((name, value, stamp, self.interval))
 
     def arrived(self) -> int:
         """The bits of what waits for the next tick and is no plain repeat.
@@ -110,9 +116,7 @@ class Board:
         What waits came after the last tick, and not before its own stamp.
         """
         bits = 0
-        for name, value, stamp, _ in self.inbox.copy():
-            slot = self.slots[name]
-            assert isinstance(slot, MeasuredSlot)
+        for slot, value, stamp, _ in self.inbox.copy():
             if not slot.repeats(value, max(self.now, stamp)):
                 bits |= slot.roots
         return bits
@@ -185,31 +189,39 @@ class Board:
         self.version += 1
         arrived = []
         changed = repeated = 0
-        for _ in range(len(self.inbox)):
-            name, value, stamp, interval = self.inbox.popleft()
-            slot = self.slots[name]
-            assert isinstance(slot, MeasuredSlot)
-            arrived.append((slot, Stamped(value, stamp), interval))
-            slot.heard = self.now
-            if slot.repeats(value, self.now):
+        now, inbox = self.now, self.inbox
+        for _ in range(len(inbox)):
+            arrival = inbox.popleft()
+            arrived.append(arrival)
+            slot, value, _, _ = arrival
+            slot.heard = now
+            if slot.repeats(value, now):
                 repeated |= slot.roots
             else:
                 changed |= slot.roots
+                slot.tick = tick
         repeated &= ~changed
-        watched = self._watched(repeated, changed) if repeated else ()
-        for slot, sample, interval in arrived:
-            slot.take(sample, interval, tick)
+        watched = self._watched(repeated, changed) if repeated else []
+        for slot, value, stamp, interval in arrived:
+            slot.take(value, stamp, interval, tick)
+        if watched:
+            changed |= self._changed_by(watched, repeated)
+            for slot, _, _, _ in arrived:
+                if slot.roots & changed:
+                    slot.tick = tick
+        self.fresh |= changed
+        for estimated in self._estimated:
+            if len(estimated.pending) >= CATCH_UP:
+                compute(estimated)
+
+    def _changed_by(self, watched: list[tuple[EstimatedSlot, object]], repeated: int) -> int:
+        """The bits of repeats that are news all the same: they changed an estimate."""
+        changed = 0
         for estimated, known in watched:
             compute(estimated)
             if estimated.known is not known:
                 changed |= estimated.roots & repeated
-        self.fresh |= changed
-        for slot, _, _ in arrived:
-            if slot.roots & changed:
-                slot.tick = tick
-        for estimated in self._estimated:
-            if len(estimated.pending) >= CATCH_UP:
-                compute(estimated)
+        return changed
 
     def _watched(self, repeated: int, changed: int) -> list[tuple[EstimatedSlot, object]]:
         """The estimators that only repeats reach, and what each of them gives before these."""

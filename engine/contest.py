@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from operator import attrgetter
 
 from engine.decide import KEEP, Judge, Route
-from engine.node import BoxNode, Node
+from engine.node import BoxNode, RunNode
 
 
 @dataclass(slots=True)
@@ -16,7 +16,7 @@ class _Rivals:
     """What is to happen in one container: its guards end it, or outcomes of children are kept."""
 
     ending: list[Route] = field(default_factory=list)
-    keeping: dict[Node, Route] = field(default_factory=dict)  # by the child that ends
+    keeping: dict[RunNode, Route] = field(default_factory=dict)  # by the child that ends
 
 
 @dataclass(slots=True)
@@ -28,7 +28,7 @@ class Contest:
     """
 
     judge: Judge
-    due: list[Node]
+    due: list[RunNode]
     winners: list[Route] = field(default_factory=list)
     losers: list[Route] = field(default_factory=list)
     _left: list[Route] = field(default_factory=list)  # for the last step, (d)

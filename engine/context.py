@@ -8,8 +8,8 @@ from typing import Any, Protocol
 
 from engine.board import Board
 from engine.events import EventReader
+from engine.live_signals import MeasuredSlot
 from engine.node import RUNNING, LeafNode
-from engine.slots import MeasuredSlot
 from engine.state import ALWAYS_NS, NEVER_NS, Stamped
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from engine.node import BoxNode, LeafNode, Node, Writes
+from engine.node import BoxNode, LeafNode, RunNode, Writes
 from engine.outputs import checked
 
 
@@ -43,15 +43,15 @@ class Route:
 
     __slots__ = ("box", "came", "cause", "ends", "kind", "outcome", "target", "top", "writes")
 
-    def __init__(self, kind: int, cause: Node, came: str, top: Node, outcome: str) -> None:
+    def __init__(self, kind: int, cause: RunNode, came: str, top: RunNode, outcome: str) -> None:
         self.kind = kind
         self.cause = cause
         self.came = came
         self.top = top
         self.outcome = outcome
         self.box = top.parent
-        self.target: Node | None = None
-        self.ends: list[tuple[Node, str]] = []
+        self.target: RunNode | None = None
+        self.ends: list[tuple[RunNode, str]] = []
         self.writes: Writes = ()
 
     def precedence(self) -> tuple[int, int, int]:
@@ -85,17 +85,19 @@ class Judge:
         self,
         level: int | None,
         freezers: Mapping[type, Callable[[Any], Any]],
-        report: Callable[[Node, BaseException], None],
+        report: Callable[[RunNode, BaseException], None],
     ) -> None:
         self.level = level
         self.locks: set[str] = set()
         self.freezers = freezers
         self._report = report
 
-    def conclude(self, node: Node, value: Any) -> Route:
+    def conclude(self, node: RunNode, value: Any) -> Route:
         """What follows from the value, or the token, with which a step has ended."""
-        if type(value) is str and value in node.routes:
-            return node.routes[value]
+        if type(value) is str:
+            known = node.routes.get(value)
+            if known is not None:
+                return known
         if type(value) is Token:
             return self._follow(node, value)
         assert isinstance(node, LeafNode)
@@ -110,7 +112,7 @@ class Judge:
             node.routes[outcome] = route  # not of a node with `retry`: it depends on its tries
         return route
 
-    def _follow(self, node: Node, token: Token) -> Route:
+    def _follow(self, node: RunNode, token: Token) -> Route:
         if token is RAISED:
             return self.resolve(node, "error")
         if token is MATCHED:
@@ -145,7 +147,7 @@ class Judge:
         return value, tuple((cell, frozen[name]) for name, cell in node.leaf.outputs[value])
 
     def resolve(
-        self, node: Node, outcome: str, *, ended: bool = False, free: bool = False
+        self, node: RunNode, outcome: str, *, ended: bool = False, free: bool = False
     ) -> Route:
         """Follow `outcome` outwards to the one thing that it leads to.
 
@@ -154,7 +156,7 @@ class Judge:
         """
         cause, came = node, outcome
         free = free or node.guard or outcome in ("error", "timeout")
-        ends: list[tuple[Node, str]] = []
+        ends: list[tuple[RunNode, str]] = []
         while True:
             kind, target = FINISH, None
             if not ended:
@@ -180,7 +182,7 @@ class Judge:
             route.ends, route.target = ends, target
             return route
 
-    def must_ask(self, node: Node, outcome: str, free: bool = False) -> bool:
+    def must_ask(self, node: RunNode, outcome: str, free: bool = False) -> bool:
         """Rule 12, and locks: whether somebody has to consent first.
 
         `free`: it began with an error, a timeout or a guard, which locks do not hold on their way
@@ -213,7 +215,7 @@ class Judge:
         return ending
 
 
-def _as_cause(cause: Node, box: BoxNode) -> tuple[int, int, int]:
+def _as_cause(cause: RunNode, box: BoxNode) -> tuple[int, int, int]:
     priority = cause.vertex.priority if cause.parent is box else 0
     return cause.depth, -priority, cause.order
 

@@ -12,10 +12,10 @@ from typing import Any
 
 from engine.board import Board
 from engine.context import LeafContext, Part
-from engine.decide import Token
+from engine.decide import Route, Token
 from engine.errors import Raised, raised
 from engine.machine import Cell, Leaf
-from engine.node import IDLE, RUNNING, BoxNode, LeafNode, Node, Writes
+from engine.node import IDLE, RUNNING, BoxNode, LeafNode, RunNode, Writes
 from engine.state import NEVER_NS
 from engine.trace import Trace
 
@@ -42,16 +42,16 @@ class Life:
         self.parts = dict(parts)
         self.trace = Trace()
         self.add = self.trace.add
-        self.entered: dict[Node, None] = {}
+        self.entered: dict[RunNode, None] = {}
         self.data: dict[Cell, Any] = {}
         self.due = NEVER_NS
         self.early = True
         self.interrupt: KeyboardInterrupt | None = None
         self.errors: list[Raised] = []
         self.notes: dict[str, str] = {}
-        self.root: Node
+        self.root: RunNode
 
-    def adopt(self, nodes: Mapping[str, Node]) -> None:
+    def adopt(self, nodes: Mapping[str, RunNode]) -> None:
         """Take in the nodes of a machine; those that run already go on."""
         self.root, self.data = nodes[""], {}
         for node in nodes.values():
@@ -106,7 +106,7 @@ class Life:
                 self.data[cell] = self.data[outer]
             self._enter(entered)
 
-    def _enter(self, node: Node) -> None:
+    def _enter(self, node: RunNode) -> None:
         """The timeout of a node spans all its tries, so it counts from the first of them."""
         board = self.board
         node.status = RUNNING
@@ -117,28 +117,24 @@ class Life:
             node.since = board.now - board.paused_ns
             timeout = node.vertex.timeout_ns
             if timeout is not None:
-                self.set_deadline(node, node.since + timeout)
+                node.deadline = at = node.since + timeout
+                if at < self.due:
+                    self.due = at
 
     # -- deadlines -----------------------------------------------------------------------------
 
-    def set_deadline(self, node: Node, at: int) -> None:
+    def set_deadline(self, node: RunNode, at: int) -> None:
         """Have `node` end at this chart time, ns, if it has not ended before."""
         node.deadline = at
         if at < self.due:
             self.due = at
-
-    def clear_deadlines(self, top: Node, *, inclusive: bool = True) -> None:
-        """Nothing in `top` can be due any more, with `inclusive` nor `top` itself."""
-        for node in top.timed:
-            if inclusive or node is not top:
-                node.deadline = NEVER_NS
 
     def first_deadline(self) -> int:
         """The chart time of the first timeout, ns; `due` is that, too, from now on."""
         self.due = min((node.deadline for node in self.root.timed), default=NEVER_NS)
         return self.due
 
-    def due_nodes(self) -> list[Node]:
+    def due_nodes(self) -> list[RunNode]:
         """The nodes whose timeout has come, outer ones first."""
         now = self.board.now - self.board.paused_ns
         if now < self.due or now < self.first_deadline():
@@ -147,16 +143,16 @@ class Life:
 
     # -- ending --------------------------------------------------------------------------------
 
-    def end(self, node: Node, outcome: str, writes: Writes) -> Writes:
-        """End one node with an outcome; what is to be written outside of it."""
+    def end(self, node: RunNode, outcome: str, writes: Writes, route: Route) -> Writes:
+        """End one node, as part of a route; what is to be written outside of it."""
         if isinstance(node, LeafNode):
             node.generator = None
-            closed: tuple[Node, ...] = ()
+            closed: tuple[RunNode, ...] = ()
         else:
             assert isinstance(node, BoxNode)
             closed = self.close(node, node.order + 1)
             writes = self._collect(node, outcome, writes)
-        self.add(("end", self.board.now, node, outcome, closed))
+        self.add(("end", self.board.now, node, outcome, closed, route))
         self.entered.pop(node, None)
         node.status = IDLE
         node.step = None
@@ -175,16 +171,16 @@ class Life:
             writes = tuple((outer, self.data[inner]) for inner, outer in named)
         return writes
 
-    def lose(self, ends: Mapping[Node, str]) -> list[Node]:
+    def lose(self, ends: Mapping[RunNode, str]) -> list[RunNode]:
         """Record the leaves whose outcomes are lost, in document order; these leaves."""
-        lost: list[Node] = [n for n in ends if isinstance(n, LeafNode) and n in self.entered]
+        lost: list[RunNode] = [n for n in ends if isinstance(n, LeafNode) and n in self.entered]
         lost.sort(key=lambda node: node.order)
         for node in lost:
             self.add(("lost", self.board.now, node, ends[node]))
             del self.entered[node]
         return lost
 
-    def abort(self, top: Node, reason: str, outcome: str) -> str:
+    def abort(self, top: RunNode, reason: str, outcome: str) -> str:
         """Close all of `top` for `reason`; its outcome, `error` if its own clean-up raised."""
         before = len(self.errors)
         for node in self.close(top, top.order):
@@ -195,7 +191,7 @@ class Life:
         self.add(("outcome", self.board.now, top, ended))
         return ended
 
-    def close(self, top: Node, first: int) -> tuple[Node, ...]:
+    def close(self, top: RunNode, first: int) -> tuple[RunNode, ...]:
         """Rule 7: close what runs in `top` from `first` on, last started first."""
         last = top.last
         closed = tuple([node for node in reversed(self.entered) if first <= node.order <= last])
@@ -236,7 +232,7 @@ class Life:
 
     # -- recording -----------------------------------------------------------------------------
 
-    def write(self, writes: Writes, box: Node) -> None:
+    def write(self, writes: Writes, box: RunNode) -> None:
         """Give data keys their values."""
         for cell, value in writes:
             self.data[cell] = value
@@ -246,7 +242,7 @@ class Life:
         """Something worth knowing; it changes nothing and is not in the hash."""
         self.add(("note", self.board.now, node, text))
 
-    def report(self, node: Node, error: BaseException) -> None:
+    def report(self, node: RunNode, error: BaseException) -> None:
         """Rule 8: record what a state or a part has raised, SystemExit included."""
         self.add(("error", self.board.now, node, type(error).__name__))
         cls = node.interface.make if isinstance(node, LeafNode) else None

@@ -2,7 +2,7 @@
 
 A machine is a tree of vertices. `use` is expanded: the nodes of the used chart stand below the node
 that uses it, with data of their own. A machine is never changed, so any number of runs can share
-it; what a run knows of a vertex stands in its `engine.node.Node`.
+it; what a run knows of a vertex stands in its `engine.node.RunNode`.
 """
 
 from __future__ import annotations

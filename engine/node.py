@@ -26,14 +26,14 @@ Writes = tuple[tuple[Cell, Any], ...]
 NEVER_ENTERED = -1
 
 
-class StandIn(NamedTuple):
+class Substitute(NamedTuple):
     """What runs in place of a leaf's state: makes it, and the types of its outputs."""
 
     make: Callable[..., State]
     outputs: Mapping[str, Mapping[str, Type]]
 
 
-class Node:
+class RunNode:
     """The run state that leaves and boxes share.
 
     Attributes:
@@ -81,11 +81,11 @@ class Node:
         self.order, self.last, self.turn = vertex.order, vertex.last, vertex.turn
         self.depth = vertex.depth
         self.monitor, self.guard = vertex.monitor, vertex.guard
-        self.timed: tuple[Node, ...] = ()
+        self.timed: tuple[RunNode, ...] = ()
         self.routes: dict[str, Route] = {}
         self.opening: Opening | None = None
 
-    def holds(self, other: Node) -> bool:
+    def holds(self, other: RunNode) -> bool:
         """Whether `other` is this node or stands below it."""
         return self.order <= other.order <= self.last
 
@@ -93,7 +93,7 @@ class Node:
         return f"<{self.path or '(top)'}>"
 
 
-class LeafNode(Node):
+class LeafNode(RunNode):
     """The run state of a leaf; `make` and `produces` may be a stand-in's."""
 
     __slots__ = ("context", "generator", "interface", "leaf", "listens", "make", "produces")
@@ -114,7 +114,7 @@ class LeafNode(Node):
         self.interface = vertex.interface
 
 
-class BoxNode(Node):
+class BoxNode(RunNode):
     """The run state of a box: the outcomes of its children that it keeps, by their names.
 
     `news`: one was kept since its rules were last looked at.
@@ -124,7 +124,7 @@ class BoxNode(Node):
 
     def __init__(self) -> None:
         super().__init__()
-        self.children: dict[str, Node] = {}
+        self.children: dict[str, RunNode] = {}
         self.kept: dict[str, str] = {}
         self.news = False
 
@@ -139,13 +139,13 @@ class BoxNode(Node):
 class Opening(NamedTuple):
     """What starts together when a node is chosen."""
 
-    nodes: tuple[Node, ...]  # all that take part
-    turns: tuple[Node, ...]  # leaves, and boxes that keep outcomes, in the order of stepping
-    monitors: tuple[Node, ...]  # of `turns`
+    nodes: tuple[RunNode, ...]  # all that take part
+    turns: tuple[RunNode, ...]  # leaves, and boxes that keep outcomes, in the order of stepping
+    monitors: tuple[RunNode, ...]  # of `turns`
     keeping: tuple[BoxNode, ...]  # of `turns`
 
 
-def opening_of(node: Node) -> Opening:
+def opening_of(node: RunNode) -> Opening:
     """What starts with a node, found once."""
     if node.opening is None:
         nodes = tuple(_starting(node))
@@ -157,18 +157,18 @@ def opening_of(node: Node) -> Opening:
     return node.opening
 
 
-def _starting(node: Node) -> Iterator[Node]:
+def _starting(node: RunNode) -> Iterator[RunNode]:
     yield node
     if isinstance(node, BoxNode):
         for child in node.box.first:
             yield from _starting(node.children[child.name])
 
 
-def nodes_of(machine: Machine, known: Mapping[str, Node]) -> dict[str, Node]:
+def nodes_of(machine: Machine, known: Mapping[str, RunNode]) -> dict[str, RunNode]:
     """Nodes for all vertices of a machine, by path; those in `known` are taken over."""
-    nodes: dict[str, Node] = {}
+    nodes: dict[str, RunNode] = {}
 
-    def grow(vertex: Vertex, parent: BoxNode | None) -> list[Node]:
+    def grow(vertex: Vertex, parent: BoxNode | None) -> list[RunNode]:
         node = known.get(vertex.path)
         if node is None:
             node = LeafNode(vertex) if isinstance(vertex, Leaf) else BoxNode()

@@ -7,7 +7,7 @@ the outcomes it keeps, its tries and what it waits for stay as they are.
 from __future__ import annotations
 
 from engine.machine import Box, Cell, Machine
-from engine.node import CHOSEN, PUT_OFF, RETRYING, WAITING, BoxNode, LeafNode, Node, nodes_of
+from engine.node import CHOSEN, PUT_OFF, RETRYING, WAITING, BoxNode, LeafNode, RunNode, nodes_of
 from engine.run import ChartRun
 from engine.state import NEVER_NS
 
@@ -38,7 +38,7 @@ def obstacles(run: ChartRun, new: Machine) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def _differences(node: Node, new: Machine) -> list[str]:
+def _differences(node: RunNode, new: Machine) -> list[str]:
     """What keeps an active node from going on in the new machine."""
     old, other = node.vertex, new.vertices.get(node.path)
     if other is None:
@@ -56,7 +56,7 @@ def _differences(node: Node, new: Machine) -> list[str]:
     ]
 
 
-def carried(run: ChartRun) -> list[Node]:
+def carried(run: ChartRun) -> list[RunNode]:
     """The nodes that are carried over: entered, or with a kept outcome."""
     boxes = [node for node in run.entered if isinstance(node, BoxNode)]
     return [*run.entered, *(box.children[name] for box in boxes for name in box.kept)]
@@ -94,7 +94,7 @@ def _open_up(run: ChartRun, node: BoxNode, old: Box) -> None:
         run.turns.put_off += [child for name, child in node.children.items() if name not in known]
 
 
-def _set_deadline(run: ChartRun, node: Node) -> None:
+def _set_deadline(run: ChartRun, node: RunNode) -> None:
     """A timeout counts from the entry, whatever it was before."""
     node.deadline = NEVER_NS
     if node.vertex.timeout_ns is not None and node.since is not None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from itertools import dropwhile, takewhile
+from itertools import takewhile
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
@@ -37,8 +37,8 @@ from engine.node import (
     WAITING,
     BoxNode,
     LeafNode,
-    Node,
-    StandIn,
+    RunNode,
+    Substitute,
     Writes,
     nodes_of,
 )
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 NOTHING = Token("nothing")
 BUSY_TICKS = 3  # a node may be put off in so many ticks running before it is called a busy loop
-Ended = tuple[Node, Any]  # and the value, or token, with which its step has ended
+StepEnd = tuple[RunNode, Any]  # and the value, or token, with which its step has ended
 is_monitor = attrgetter("monitor")
 
 
@@ -80,7 +80,7 @@ class ChartRun:
         parts: Mapping[str, Part] | None = None,
         level: int | None = None,
         freezers: Mapping[type, Callable[[Any], Any]] | None = None,
-        stand_ins: Mapping[str, StandIn] | None = None,
+        stand_ins: Mapping[str, Substitute] | None = None,
     ) -> None:
         self.machine = machine
         self.board = board if board is not None else Board()
@@ -99,7 +99,7 @@ class ChartRun:
         self._acting = False  # the actions have their turn
         self._rests = (-1, 0)  # tick, and until when nothing is due after it
         self.stand_ins = dict(stand_ins or {})
-        self.nodes: dict[str, Node] = {}
+        self.nodes: dict[str, RunNode] = {}
         self.adopt(machine, nodes_of(machine, {}))
         self.turns.put_off.append(self.nodes[""])
 
@@ -121,19 +121,14 @@ class ChartRun:
         if life.early and self._begin():
             return self.outcome
         nodes = iter(self.turns.nodes)
-        first = None
-        if now - board.paused_ns < life.due:  # monitors and actions in one pass
-            first = self._step(nodes)
-            if first is None:
-                return None
-            if not first[0].monitor:
-                self._act(nodes, first)
-                return self.outcome
-        self._decide(self._step_all(takewhile(is_monitor, nodes), first))
-        self._rounds()
         if now - board.paused_ns >= life.due:
+            self._decide(self._step_all(takewhile(is_monitor, nodes)))
+            self._rounds()
             self._time_out()
-        self._act(dropwhile(is_monitor, self.turns.nodes))
+            nodes = iter(self.turns.actions)
+        ended = self._step(nodes)  # without a timeout, monitors and actions in one go
+        if ended is not None:
+            self._go_on(nodes, ended)
         return self.outcome
 
     def recorded_tick(self, now: int) -> str | None:
@@ -149,10 +144,10 @@ class ChartRun:
         fresh = board.fresh
         chosen = {node for node in turns.nodes if node.status == CHOSEN}
 
-        def waited(node: Node) -> bool:
+        def waited(node: RunNode) -> bool:
             return bool(node.wake and node.mask & fresh)
 
-        def has_to_act(node: Node) -> bool:
+        def has_to_act(node: RunNode) -> bool:
             is_new = node.status == CHOSEN and node not in chosen
             looks = isinstance(node, BoxNode) and node.news
             return is_new or looks or waited(node)
@@ -162,7 +157,7 @@ class ChartRun:
         self._rounds()
         if board.chart_now >= self.life.due:
             self._time_out()
-        self._act(filter(has_to_act, dropwhile(is_monitor, turns.nodes)))
+        self._act(filter(has_to_act, turns.actions))
         return self.outcome
 
     def wants_news(self) -> bool:
@@ -254,7 +249,22 @@ class ChartRun:
 
     # -- passes --------------------------------------------------------------------------------
 
-    def _step(self, nodes: Iterator[Node]) -> Ended | None:
+    def _go_on(self, nodes: Iterator[RunNode], ended: StepEnd | None) -> None:
+        """A node has ended; the rest of the tick.
+
+        When a monitor ends, the other monitors are stepped and one round is decided; then those
+        that were chosen by it have their turn, and the actions.
+        """
+        turns = self.turns
+        while ended is not None:
+            if not ended[0].monitor:
+                self._act(nodes, ended)
+                return
+            self._decide(self._step_all(takewhile(is_monitor, nodes), ended))
+            nodes = iter([*turns.take_monitors(), *turns.actions])
+            ended = self._step(nodes)
+
+    def _step(self, nodes: Iterator[RunNode]) -> StepEnd | None:
         """Step nodes until one ends; going on with the same iterator goes on behind that one."""
         board = self.board
         now, fresh = board.now - board.paused_ns, board.fresh
@@ -283,7 +293,7 @@ class ChartRun:
                 return node, RAISED
         return None
 
-    def _take_turn(self, node: Node) -> Any:
+    def _take_turn(self, node: RunNode) -> Any:
         """The turn of a node without a generator: `BEGUN`, `NOTHING`, or what it ends with."""
         status = node.status
         if status == WAITING:
@@ -300,53 +310,61 @@ class ChartRun:
                 return MATCHED
         return NOTHING
 
-    def _step_all(self, nodes: Iterator[Node], first: Ended | None = None) -> list[Ended]:
+    def _step_all(self, nodes: Iterator[RunNode], first: StepEnd | None = None) -> list[StepEnd]:
         """Step nodes; those that ended, behind `first`, which has ended before."""
         found = [] if first is None else [first]
         while (ended := self._step(nodes)) is not None:
             found.append(ended)
         return found
 
-    def _act(self, nodes: Iterable[Node], ended: Ended | None = None) -> None:
-        """Step actions; each that ends is decided in place, and what it chooses starts in place.
+    def _act(self, nodes: Iterable[RunNode], ended: StepEnd | None = None) -> None:
+        """Step actions; each that ends is decided in place.
 
         `ended` has ended already, before the first of `nodes`.
         """
-        self.turns.acting = True
-        going = filter(self.turns.still_has, nodes)
+        turns = self.turns
+        turns.acting = True
+        going = self._in_place(iter(nodes))
         if ended is None:
             ended = self._step(going)
         while ended is not None:
             node, value = ended
             self._take(self.judge.conclude(node, value))
-            self._settle()
             ended = self._step(going)
-        self.turns.acting = False
+        turns.acting = False
 
-    def _settle(self) -> None:
-        """Rule 6: what the action pass has chosen starts in place, monitors first."""
+    def _in_place(self, nodes: Iterator[RunNode]) -> Iterator[RunNode]:
+        """The nodes that still have a turn; before each of them what was chosen meanwhile.
+
+        Rule 6: what the action pass chooses starts in place, monitors first.
+        """
         turns = self.turns
-        while turns.fresh:
-            node = turns.fresh[0] if len(turns.fresh) == 1 else turns.first_fresh()
-            if node.monitor:  # these come before actions
-                self._rounds()
-                continue
-            turns.fresh.remove(node)
-            ended = self._step(iter((node,)))
-            if ended is not None:
-                self._take(self.judge.conclude(*ended))
+        while True:
+            while turns.fresh:
+                fresh = turns.first_fresh()
+                if fresh.monitor:
+                    self._rounds()
+                else:
+                    turns.fresh.remove(fresh)
+                    yield fresh
+            node = next(nodes, None)
+            if node is None:
+                return
+            if turns.still_has(node):
+                yield node
 
     def _rounds(self) -> None:
         """Step monitors that have just been chosen, decide, and again until none is left."""
         while self.turns.fresh and (monitors := self.turns.take_monitors()):
             self._decide(self._step_all(iter(monitors)))
 
-    def _decide(self, ended: list[Ended]) -> None:
+    def _decide(self, ended: list[StepEnd]) -> None:
         """Rule 4: what the monitors that ended in one round lead to."""
         if not ended:
             return
         due = [] if self.turns.acting else self.life.due_nodes()
-        routes = [self.judge.conclude(node, value) for node, value in ended]
+        conclude = self.judge.conclude
+        routes = [conclude(node, value) for node, value in ended]
         if len(routes) == 1 and not due and routes[0].kind != KEEP:
             self._take(routes[0])
             return
@@ -373,17 +391,27 @@ class ChartRun:
         life, turns = self.life, self.turns
         top, kind, writes = route.top, route.kind, route.writes
         for node, outcome in route.ends:
-            writes = life.end(node, outcome, writes)
+            writes = life.end(node, outcome, writes, route)
         turns.drop(top)
         if top.timed:
-            life.clear_deadlines(top, inclusive=kind not in (HOLD, RETRY, REOPEN))
+            again = kind in (HOLD, RETRY, REOPEN)
+            for timed in top.timed:
+                if not again or timed is not top:
+                    timed.deadline = NEVER_NS
         box, target = route.box, route.target
-        if target is not None and box is not None:
+        if target is None or box is None:
+            self._take_other(route, writes)
+            return
+        if not route.ends:  # else the last end tells it
             life.add(("move", self.board.now, box, route))
-            if writes:
-                life.write(writes, box)
-            turns.choose(target)
-        elif kind == KEEP and box is not None:
+        if writes:
+            life.write(writes, box)
+        turns.choose(target)
+
+    def _take_other(self, route: Route, writes: Writes) -> None:
+        """Carry out what leads to no other node: keep, ask, try again or finish."""
+        turns, top, kind, box = self.turns, route.top, route.kind, route.box
+        if kind == KEEP and box is not None:
             top.status = ENDED
             top.pending = writes
             box.kept[top.vertex.name] = route.outcome
@@ -395,13 +423,13 @@ class ChartRun:
         elif kind == REOPEN:
             turns.choose(top, again=True)
         else:
-            life.write(writes, life.root)
+            self.life.write(writes, self.life.root)
             self.ended_by = (route.cause.path, route.came)
             self.finish(route.outcome)
 
     # -- what commands do ------------------------------------------------------------------------
 
-    def follow(self, node: Node, outcome: str, writes: Writes = ()) -> None:
+    def follow(self, node: RunNode, outcome: str, writes: Writes = ()) -> None:
         """Carry out what the outcome of a node leads to whose end is recorded already."""
         route = self.judge.resolve(node, outcome, ended=True)
         route.writes = writes
@@ -428,7 +456,8 @@ class ChartRun:
         for key in self.machine.chart.outputs.get(outcome, ()):
             self.results[key] = life.data[self.machine.root.cells[key]]
         self.turns.drop(life.root)
-        life.clear_deadlines(life.root)
+        for node in life.root.timed:
+            node.deadline = NEVER_NS
         life.hold()
 
     def forget_routes(self) -> None:
@@ -436,14 +465,14 @@ class ChartRun:
         for node in self.nodes.values():
             node.routes.clear()
 
-    def adopt(self, machine: Machine, nodes: dict[str, Node]) -> None:
+    def adopt(self, machine: Machine, nodes: dict[str, RunNode]) -> None:
         """Go on with these nodes of a machine; those that run keep what they have."""
         self.machine, self.nodes = machine, nodes
         self.life.adopt(nodes)
         for path, stand_in in self.stand_ins.items():
             self.put_in(path, stand_in)
 
-    def put_in(self, path: str, stand_in: StandIn) -> None:
+    def put_in(self, path: str, stand_in: Substitute) -> None:
         """Let a stand-in run in place of the state at `path`, from its next entry on."""
         self.stand_ins[path] = stand_in
         node = self.nodes.get(path)

@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any
 
 from engine.machine import Leaf, Machine
-from engine.node import StandIn
+from engine.node import Substitute
 from engine.state import Context, Outcome, Run, State
 from engine.types import Type
 
@@ -30,7 +30,7 @@ class LeafScript:
         self.log: list[tuple[str, str]] = []
         self.inputs: dict[str, dict[str, Any]] = {}
         self.stand_ins = {
-            leaf.path: StandIn(partial(_Scripted, leaf, self), perhaps(leaf.interface.outputs))
+            leaf.path: Substitute(partial(_Scripted, leaf, self), perhaps(leaf.interface.outputs))
             for leaf in machine.leaves
         }
         self._ends: dict[str, list[Any]] = {}

@@ -68,7 +68,7 @@ class Trace:
 
     def path(self) -> list[str]:
         """The leaves entered, one after the other."""
-        left = {record[2].path for record in self.raw if record[0] == "move"}
+        left = {record.subject for record in self if record.kind == "move"}
         entered = [record for record in self if record.kind == "enter"]
         boxes = {r.subject.rpartition("/")[0] for r in entered} | left
         return [record.subject for record in entered if record.subject not in boxes]
@@ -77,23 +77,26 @@ class Trace:
 def _expanded(raw: RawRecord) -> Iterator[TraceRecord]:
     kind, time, subject = raw[:3]
     if kind == "end":
-        yield TraceRecord(time, "outcome", subject.path, (raw[3],))
-        for closed in raw[4]:
-            yield TraceRecord(time, "exit", closed.path, ("preempted",))
-        yield TraceRecord(
-            time, "exit", subject.path, ("error" if raw[3] == "error" else "outcome",)
-        )
+        outcome, closed, route = raw[3:]
+        yield TraceRecord(time, "outcome", subject.path, (outcome,))
+        for node in closed:
+            yield TraceRecord(time, "exit", node.path, ("preempted",))
+        reason = "error" if outcome == "error" else "outcome"
+        yield TraceRecord(time, "exit", subject.path, (reason,))
+        if subject is route.top and route.target is not None:
+            yield _move(time, route)
     elif kind == "move":
-        route = raw[3]
-        names = route.top.vertex.name, route.outcome, route.target.vertex.name
-        yield TraceRecord(time, kind, subject.path, names)
+        yield _move(time, raw[3])
     elif kind == "lost":
         yield TraceRecord(time, "outcome", subject.path, (raw[3],))
         yield TraceRecord(time, "exit", subject.path, ("lost",))
-    elif kind == "data":
-        yield TraceRecord(time, kind, subject.path, (raw[3], raw[4]))
     else:
         yield TraceRecord(time, kind, subject.path, raw[3:])
+
+
+def _move(time: int, route: Any) -> TraceRecord:
+    names = route.top.vertex.name, route.outcome, route.target.vertex.name
+    return TraceRecord(time, "move", route.box.path, names)
 
 
 def encode(value: Any) -> str:

@@ -18,8 +18,8 @@ from engine.node import (
     WAITING,
     BoxNode,
     LeafNode,
-    Node,
     Opening,
+    RunNode,
     Writes,
     opening_of,
 )
@@ -48,15 +48,15 @@ class Turns:
         self.life = life
         self.board = life.board
         self.acting = False
-        self.nodes: list[Node] = []
-        self.fresh: list[Node] = []
-        self.put_off: list[Node] = []
-        self.waiting: list[Node] = []
-        self.frozen: list[Node] = []
+        self.nodes: list[RunNode] = []
+        self.fresh: list[RunNode] = []
+        self.put_off: list[RunNode] = []
+        self.waiting: list[RunNode] = []
+        self.frozen: list[RunNode] = []
 
     # -- who has one -----------------------------------------------------------------------------
 
-    def choose(self, node: Node, *, again: bool = False) -> None:
+    def choose(self, node: RunNode, *, again: bool = False) -> None:
         """Make `node` the next to be stepped, with all that starts with it.
 
         `again`: it is a further try, so its tries and its timeout go on.
@@ -69,7 +69,7 @@ class Turns:
                 return
         self._select(opening, node if again else None)
 
-    def _choose_some(self, node: Node, *, again: bool) -> None:
+    def _choose_some(self, node: RunNode, *, again: bool) -> None:
         """Rule 6: something in `node` has been entered in this tick, and is put off."""
         if node.entered == self.board.ticks and not again:
             self._put_off(node)
@@ -79,7 +79,7 @@ class Turns:
             keeping = (node,) if node.box.keeps else ()
             self._select(Opening((node,), keeping, (), keeping), node if again else None)
 
-    def _select(self, opening: Opening, tried: Node | None) -> None:
+    def _select(self, opening: Opening, tried: RunNode | None) -> None:
         """Give what starts together its turns; `tried` is tried again."""
         for node in opening.nodes:
             if node is not tried:
@@ -100,7 +100,7 @@ class Turns:
         if self.waiting:
             self._freeze()
 
-    def _put_off(self, node: Node) -> None:
+    def _put_off(self, node: RunNode) -> None:
         node.status = PUT_OFF
         tick, running = node.put_off
         running = running + 1 if tick == self.board.ticks - 1 else 1
@@ -110,7 +110,7 @@ class Turns:
         self.put_off.append(node)
         self.life.early = True
 
-    def try_again(self, node: Node, *, counted: bool) -> None:
+    def try_again(self, node: RunNode, *, counted: bool) -> None:
         """Rule 12: a further try, at the earliest in the next tick."""
         retry = node.vertex.retry
         wait = retry[2] if counted and retry else 0
@@ -121,7 +121,7 @@ class Turns:
         node.step = None
         self._insert(node)
 
-    def ask(self, node: Node, outcome: str, writes: Writes) -> None:
+    def ask(self, node: RunNode, outcome: str, writes: Writes) -> None:
         """`node` waits for consent: the other actions of its `any` have no turn meanwhile."""
         node.status = WAITING
         node.waiting, node.answer = (outcome, writes), None
@@ -136,12 +136,12 @@ class Turns:
 
     # -- the list --------------------------------------------------------------------------------
 
-    def _insert(self, node: Node) -> None:
+    def _insert(self, node: RunNode) -> None:
         self.nodes = sorted((*self.nodes, node), key=turn_of)
         if self.waiting:
             self._freeze()
 
-    def drop(self, top: Node) -> None:
+    def drop(self, top: RunNode) -> None:
         """Nothing in `top` has a turn any more."""
         if isinstance(top, LeafNode):
             top.status = IDLE
@@ -157,13 +157,18 @@ class Turns:
             self.waiting = [node for node in self.waiting if not top.holds(node)]
             self._thaw()
 
-    def renew(self, entered: Iterable[Node]) -> None:
+    def renew(self, entered: Iterable[RunNode]) -> None:
         """The chart was replaced: what goes on has its turns at new places."""
         going = [n for n in entered if not isinstance(n, BoxNode) or n.box.keeps]
         self.nodes = sorted(going, key=turn_of)
         self.fresh, self.put_off, self.waiting, self.frozen = [], [], [], []
 
-    def take_monitors(self) -> list[Node]:
+    @property
+    def actions(self) -> list[RunNode]:
+        """The nodes behind the monitors."""
+        return [node for node in self.nodes if not node.monitor]
+
+    def take_monitors(self) -> list[RunNode]:
         """The monitors chosen since the last round, in the order of stepping."""
         monitors = self.fresh
         self.fresh = []
@@ -174,9 +179,10 @@ class Turns:
             monitors.sort(key=turn_of)
         return monitors
 
-    def first_fresh(self) -> Node:
+    def first_fresh(self) -> RunNode:
         """The first of those that start in place."""
-        return min(self.fresh, key=turn_of)
+        fresh = self.fresh
+        return fresh[0] if len(fresh) == 1 else min(fresh, key=turn_of)
 
     def _freeze(self) -> None:
         frozen = [node for node in self.nodes if self._blocked(node)]
@@ -191,7 +197,7 @@ class Turns:
         self.nodes = sorted(self.nodes + thawed, key=turn_of)
         self.notice(thawed)
 
-    def _blocked(self, node: Node) -> bool:
+    def _blocked(self, node: RunNode) -> bool:
         if node.monitor or node.status == WAITING:
             return False
         if isinstance(node, BoxNode) and node.status != RETRYING:
@@ -201,7 +207,7 @@ class Turns:
             for waiting in self.waiting
         )
 
-    def notice(self, nodes: Iterable[Node]) -> None:
+    def notice(self, nodes: Iterable[RunNode]) -> None:
         """Wake those for which news came while they had no turn; silence is looked for anew."""
         for node in nodes:
             if node.mask and self.board.news(node.mask, node.asked):
@@ -209,14 +215,14 @@ class Turns:
             elif node.wake and node.silence is not None:
                 node.wake = 1
 
-    def still_has(self, node: Node) -> bool:
+    def still_has(self, node: RunNode) -> bool:
         """Whether a node of a pass begun earlier in this tick is still to be stepped."""
         if node.status in (IDLE, ENDED, PUT_OFF) or node in self.frozen:
             return False
         return isinstance(node, BoxNode) or node.entered != self.board.ticks
 
 
-def _without(nodes: list[Node], top: Node) -> list[Node]:
+def _without(nodes: list[RunNode], top: RunNode) -> list[RunNode]:
     """The nodes outside of `top`; those inside are idle."""
     first, last = top.order, top.last
     kept = []

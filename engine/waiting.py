@@ -6,11 +6,11 @@ from typing import Any
 
 from engine.board import Board
 from engine.life import Life
-from engine.node import LeafNode, Node
+from engine.node import LeafNode, RunNode
 from engine.state import NEVER_NS, On, Until
 
 
-def wait(node: Node, yielded: Any, life: Life) -> None:
+def wait(node: RunNode, yielded: Any, life: Life) -> None:
     """A state has yielded `Until`, `On` or a note.
 
     Raises:
@@ -38,7 +38,7 @@ def wait(node: Node, yielded: Any, life: Life) -> None:
         still_heard(node, board)
 
 
-def still_heard(node: Node, board: Board) -> bool:
+def still_heard(node: RunNode, board: Board) -> bool:
     """Whether a leaf that waits for silence, or for an instant, has to go on waiting.
 
     It wakes when the signals would have been silent for too long if nothing came; when something

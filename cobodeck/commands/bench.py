@@ -110,12 +110,19 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
         row["variant"],
         knob,
         "" if time is None else _time(time),
-        "" if row["ratio"] is None else _number(row["ratio"]),
+        _ratio(row),
         row["ratio_to"] or "",
         "" if row["error"] is None else _number(row["error"]),
         row["error_unit"] or "",
         "" if row["goal"] is None else f"{row['goal']:g}",
     )
+
+
+def _ratio(row: Mapping[str, Any]) -> str:
+    if row["ratio"] is None:
+        return ""
+    spread = row.get("spread")
+    return _number(row["ratio"]) + (f" ±{0.5 * spread:.2g}" if spread else "")
 
 
 def _time(microseconds: float) -> str:

@@ -7,19 +7,24 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.bench import engine, harness, peers
+from cobodeck.bench import engine_works as works
 from cobodeck.bench.harness import BenchCase, BenchRow, Work
 from cobodeck.commands.bench import slower
 from cobodeck.console import FAILED, OK
 
 STEPS_PER_TICK = {"pair": 2, "hundred": 100, "steps": 3, "guarded": 4}
 NAMES = {
-    "tick_pair",
-    "tick_pair_traced",
-    "parallel_100",
-    "transition",
-    "guard_exit",
-    "load_1000",
-    "read_10000",
+    "no new sample",
+    "every tick recorded",
+    "five fresh samples",
+    "100 in parallel",
+    "edge without timeout",
+    "edge with timeout",
+    "a lock set",
+    "guard out of a two-leaf any",
+    "guard out of a chart as in chase",
+    "load and check 1000 leaves",
+    "read 10000 numbers",
 }
 
 
@@ -42,16 +47,23 @@ def test_peers_step_no_oftener_than_ours_and_at_least_what_ends(kind: str) -> No
 
 
 @pytest.mark.parametrize(
-    ("text", "transitions"),
-    [(engine.PAIR, 0), (engine.HUNDRED, 0), (engine.STEPS, 1), (engine.GUARDED, 1)],
+    ("charts", "transitions"),
+    [
+        ((works.PAIR,), 0),
+        ((works.HUNDRED,), 0),
+        ((works.STEPS,), 1),
+        ((works.TIMED,), 1),
+        ((works.GUARDED,), 1),
+        ((works.CHASING, works.CHASE), 1),
+    ],
 )
 def test_our_charts_take_as_many_transitions_per_tick_as_they_should(
-    text: str, transitions: int
+    charts: tuple[str, ...], transitions: int
 ) -> None:
-    run, _ = engine.started(text)
+    run = works.started(*charts)
     run.trace.raw.clear()
 
-    for now in engine.NOWS[4:104]:
+    for now in works.NOWS[4:104]:
         run.tick(now)
 
     moves = sum(record.kind == "move" for record in run.trace)
@@ -59,12 +71,27 @@ def test_our_charts_take_as_many_transitions_per_tick_as_they_should(
     assert run.outcome is None
 
 
+def test_a_lock_is_set_while_edges_are_taken() -> None:
+    run = works.started(works.STEPS, lock="guard")
+
+    assert run.judge.locks == {"guard"}
+    assert sum(record.kind == "move" for record in run.trace) == 3
+
+
+def test_five_signals_are_fresh_in_each_tick() -> None:
+    run = works.started(works.PAIR)
+
+    works.sampling(run).run(10)
+
+    assert sorted(slot.evaluated for slot in run.board.inlets.values())[-6:] == [0, *[10] * 5]
+
+
 def test_the_limit_steps_the_very_generators_of_the_chart() -> None:
-    run, steps = engine.started(engine.HUNDRED)
+    run = works.started(works.HUNDRED)
 
     generators = [leaf.generator for leaf in run.running]
 
-    assert [step.__self__ for step in steps] == generators  # type: ignore[attr-defined]
+    assert [step.__self__ for step in works.steps_of(run)] == generators  # type: ignore[attr-defined]
 
 
 def test_the_large_chart_has_1000_leaves_and_no_mistake() -> None:
@@ -72,10 +99,10 @@ def test_the_large_chart_has_1000_leaves_and_no_mistake() -> None:
     from engine.load import load_text
     from engine.machine import Machine
 
-    library = load_text(engine.large_chart())
+    library = load_text(works.large_chart())
 
-    assert not check(library, engine.INTERFACES)
-    assert len(Machine(library["large"], library, engine.INTERFACES).leaves) == 1000
+    assert not check(library, works.INTERFACES)
+    assert len(Machine(library["large"], library, works.INTERFACES).leaves) == 1000
 
 
 def test_the_rows_have_the_agreed_names() -> None:
@@ -94,6 +121,7 @@ def test_times_are_medians_and_ratios_are_of_the_same_round(
 
     assert row.time_us == pytest.approx(8e6)
     assert row.ratio == pytest.approx(4.0)  # of 3, 5 and 4
+    assert row.spread == pytest.approx(2.0)  # between the quartiles of these, 3 and 5
     assert (row.bench, row.name, row.ratio_to, row.goal) == ("b", "x", "bare", 3.5)
 
 

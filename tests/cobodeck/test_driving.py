@@ -9,7 +9,7 @@ import pytest
 from behaviors.profile import load_profile
 from cobodeck.testing import ChartTester
 from engine.machine import Leaf
-from engine.node import StandIn
+from engine.node import Substitute
 from hw.geometry import Pose2, Twist2
 from hw.robot import load_robot
 from hw.safety.guarded import GuardedBase
@@ -34,7 +34,7 @@ def never_lets_go(sim: ChartTester) -> None:
                 yield None
             return "arrived"
 
-    sim.run.put_in(DRIVE, StandIn(Hanging, leaf.interface.outputs))
+    sim.run.put_in(DRIVE, Substitute(Hanging, leaf.interface.outputs))
 
 
 @pytest.fixture

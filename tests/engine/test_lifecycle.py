@@ -30,8 +30,8 @@ from engine.node import (
     WAITING,
     BoxNode,
     LeafNode,
-    Node,
-    StandIn,
+    RunNode,
+    Substitute,
 )
 from engine.operator import Operator
 from engine.run import ChartRun
@@ -180,7 +180,7 @@ def check_lives(text: str, seed: int, runner: type[ChartRun] = ChartRun) -> None
 
     machine = bind()
     stand_ins = {
-        leaf.path: StandIn(partial(Wild, leaf, ledger, chance), leaf.interface.outputs)
+        leaf.path: Substitute(partial(Wild, leaf, ledger, chance), leaf.interface.outputs)
         for leaf in machine.leaves
     }
     level = chance.choice((None, None, 2))
@@ -296,7 +296,7 @@ class ClosesTheLastOnly(Life):
 
     __slots__ = ()
 
-    def close(self, top: Node, first: int) -> tuple[Node, ...]:
+    def close(self, top: RunNode, first: int) -> tuple[RunNode, ...]:
         inside = [n for n in reversed(self.entered) if first <= n.order <= top.last]
         boxes = [node for node in inside if isinstance(node, BoxNode)]
         for node in inside[:1] + boxes:
@@ -312,7 +312,7 @@ class ForgetfulTurns(Turns):
 
     __slots__ = ()
 
-    def drop(self, top: Node) -> None:
+    def drop(self, top: RunNode) -> None:
         pass
 
 

@@ -7,7 +7,7 @@ from typing import ClassVar
 import pytest
 
 from engine.files.units import Duration
-from engine.node import StandIn
+from engine.node import Substitute
 from engine.ported import EventState, UserData
 from engine.state import interface
 from tests.engine.conftest import Bench
@@ -76,7 +76,7 @@ def test_its_interface_is_read_like_any_other():
 
 def test_it_runs_and_hands_over_its_outputs():
     b = ported(limit=99)
-    b.run.put_in("stop", StandIn(Never, {}))
+    b.run.put_in("stop", Substitute(Never, {}))
     b.tick(4)
     assert b.run.outcome == "ok"
     assert b.run.results == {"looks": 4}

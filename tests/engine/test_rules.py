@@ -11,7 +11,7 @@ import pytest
 from engine.board import Board
 from engine.commands import Pause
 from engine.load import load_text
-from engine.node import StandIn
+from engine.node import Substitute
 from engine.run import ChartRun
 from engine.signals import Derived, Measured, declare
 from engine.state import Action, Context, Monitor, On, Run, Until
@@ -1772,7 +1772,7 @@ any:
   listen: {do: Listen, next: {done: .x}}
 """
     b = bench(text, states=(Listen,), board=board, **given)
-    b.run.put_in("listen", StandIn(Listen, {}))
+    b.run.put_in("listen", Substitute(Listen, {}))
     b.tick()
     return b
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from engine.board import Board
 from engine.clock import TickGrid
 from engine.machine import Leaf, Machine
-from engine.node import StandIn
+from engine.node import Substitute
 from engine.operator import Operator
 from engine.run import ChartRun
 from engine.signals import Derived, Estimated, Measured, declare
@@ -86,7 +86,7 @@ def play(text: str, seed: int, leave_out: bool) -> tuple[ChartRun, int]:
     for leaf in machine.leaves:
         leaf.interface = with_reads(leaf)
         make = lambda leaf=leaf, **_: Sleepy(leaf, chance)  # noqa: E731
-        stand_ins[leaf.path] = StandIn(make, leaf.interface.outputs)
+        stand_ins[leaf.path] = Substitute(make, leaf.interface.outputs)
     outside = random.Random(seed + 1)
     run = ChartRun(
         machine, board, {"base": Part()}, outside.choice((None, None, 2)), stand_ins=stand_ins

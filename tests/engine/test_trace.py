@@ -102,7 +102,7 @@ def test_rule_15_an_edge_is_written_out_as_outcome_exit_move_and_enter():
     bench.end("a", "failed")
     bench.tick()
     kinds = [raw[0] for raw in bench.run.trace.raw]
-    assert kinds == ["enter", "enter", "end", "move", "enter"]
+    assert kinds == ["enter", "enter", "end", "enter"]
     assert list(bench.run.trace.lines())[2:] == [
         '[100000000,"outcome","a","failed"]',
         '[100000000,"exit","a","outcome"]',

@@ -54,17 +54,17 @@ class MeasuredSlot(Slot):
             return False
         return now - newest.stamp <= self.patience
 
-    def take(self, sample: Stamped, interval: int, tick: int) -> None:
+    def take(self, value: Any, stamp: int, interval: int, tick: int) -> None:
         """Accept a sample; a late one does not replace a newer one."""
         self.evaluated += 1
+        held = Stamped(value, ALWAYS_NS if self.constant else stamp)
         if self.event:
-            self.log.add(sample, tick)
-        held = Stamped(sample.value, ALWAYS_NS) if self.constant else sample
+            self.log.add(held, tick)
         if self.newest is None or held.stamp >= self.newest.stamp:
             self.newest = held
             self.version += 1
         for follower, index in self.followers:
-            follower.pending.append((interval, sample.stamp, index, held))
+            follower.pending.append((interval, stamp, index, held))
 
 
 class DerivedSlot(Slot):
