@@ -1,4 +1,4 @@
-"""The dummy stage: a connection beside a person out of a record, and nobody in the room (R56)."""
+"""The dummy stage: a connection beside a person out of a record, with nobody in the room (R56)."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from hw.connection import REFERS, Connection, ServedPart
 from hw.people.person import Person
 
 OF_PERSON = frozenset(("user.pose", "vr.haptic_request", "vr.release", "vr.restart"))
-"""What a dummy gives, and nobody else then."""
+"""The signals that only the dummy gives then."""
 LINK = "dummy"
 
 
 def with_dummy(connection: Connection, person: Person) -> Connection:
-    """The same parts beside this person: whatever else would tell of one is left out.
+    """The connection with this person: all other parts that report a person are left out.
 
-    A link that such parts share with others, as that of the VR application with trackers on the
-    robot, goes on telling the safety chain of those; the dummy keeps back what it says of people.
+    A link that such parts share with others, like the VR application's with trackers on the robot,
+    keeps reporting those to the safety chain; the dummy filters what concerns people.
 
     Raises:
         Problem: a driver cannot be found.

@@ -1,8 +1,8 @@
-"""Was a run tried before on nobody's risk? What a real robot asks for before it moves (R53, R56).
+"""The stages to pass before a real robot moves, by records of earlier runs (R53, R56).
 
-Every change goes through two stages, each with a record: first a simulation, then the robot beside
-a dummy, a recorded person who is not in the room. All of it is what it will be now: the program,
-charts, profile, robot, limits. Nothing here opens a file.
+Every change is tried in two stages, each with a record: first a simulation, then the robot beside a
+dummy, a recorded person who is not in the room. Program, charts, profile, robot and limits must be
+those of the run to come. Nothing here opens a file.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from typing import Any, Literal
 
 Stage = Literal["simulated", "dummy"]
 SERVED: Mapping[Stage, int] = {"simulated": 20, "dummy": 1}
-"""A stage is passed with so many requests served, where the chart has to do with people."""
+"""Requests to be served for passing a stage, if the chart deals with people."""
 WORDS: Mapping[Stage, str] = {
     "simulated": "it was not simulated",
     "dummy": "it was not tried with a dummy",
 }
-"""What whoever does without a stage has to say."""
+"""The words that `--although` needs for skipping a stage."""
 ENDED_BADLY = ("error", "failed")
 SIMULATION = "simulation"
 """The kind of plant of a simulated run."""
@@ -26,11 +26,11 @@ SIMULATION = "simulation"
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What is to be run now.
+    """The run to come.
 
-    `files` are the hashes of charts, profile and robot by their labels, `code` those of the
-    program's packages and of modules with states; `connection` is its name and hash; `person`: does
-    the chart have to do with people? `profile` is the hash of all its values.
+    `files` are the hashes of charts, profile and robot by label, `code` those of the program's
+    packages and of modules with states; `connection` is its name and hash; `person`: the chart
+    deals with people. `profile` is the hash of all its values.
     """
 
     files: Mapping[str, str]
@@ -44,9 +44,9 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True)
 class Tried:
-    """A record: its file, its header, and its figures, if the run came to its end.
+    """A record: its file, its header, and its figures if the run was completed.
 
-    `looked`: were the figures looked for? Where the header does not fit, they do not count.
+    `looked`: the figures were read; they are not where the header does not match.
     """
 
     file: str
@@ -56,13 +56,13 @@ class Tried:
 
 
 def is_dummy(header: Mapping[str, Any]) -> bool:
-    """Was its person one of a record?"""
+    """True if its person was one of a record."""
     user = header["options"]["user"]
     return isinstance(user, str) and user.endswith(".mcap")
 
 
 def is_of(stage: Stage, header: Mapping[str, Any], wanted: Wanted) -> bool:
-    """Is a record one of this stage, passed or not?"""
+    """True for a record of this stage, passed or not."""
     if stage == "simulated":
         return bool(header["plant"] == SIMULATION)
     found = header.get("connection") or {}
@@ -70,7 +70,7 @@ def is_of(stage: Stage, header: Mapping[str, Any], wanted: Wanted) -> bool:
 
 
 def differences(stage: Stage, header: Mapping[str, Any], wanted: Wanted) -> Iterator[str]:
-    """What of a record is not as it will be now, in words."""
+    """What differs between a record and the run to come, in words."""
     known = set(header["files"].values())
     for label, hashed in wanted.files.items():
         if hashed not in known:
@@ -89,7 +89,7 @@ def differences(stage: Stage, header: Mapping[str, Any], wanted: Wanted) -> Iter
 
 
 def shortcomings(stage: Stage, figures: Mapping[str, Any] | None, person: bool) -> Iterator[str]:
-    """Why the figures of a record do not pass, in words."""
+    """Why the figures of a record do not pass the stage, in words."""
     if figures is None:
         yield "it did not come to its end"
         return
@@ -117,7 +117,7 @@ def _beside_a_person(stage: Stage, figures: Mapping[str, Any]) -> Iterator[str]:
 
 @dataclass(frozen=True, slots=True)
 class StageResult:
-    """How it stands with a stage: passed by the record `file`, or why not by the best there is."""
+    """The result of a stage: the record `file` that passes it, or why the best one does not."""
 
     stage: Stage
     file: str | None
@@ -125,12 +125,12 @@ class StageResult:
 
     @property
     def passed(self) -> bool:
-        """Is it?"""
+        """True if the stage is passed."""
         return self.file is not None and not self.why
 
 
 def found_for(stage: Stage, tried: Sequence[Tried], wanted: Wanted) -> StageResult:
-    """The first of the records that passes a stage; else the one that lacks least, and what."""
+    """The first record that passes a stage; otherwise the one with the fewest shortcomings."""
     best = StageResult(stage, None)
     for one in tried:
         if not is_of(stage, one.header, wanted):
@@ -146,7 +146,7 @@ def found_for(stage: Stage, tried: Sequence[Tried], wanted: Wanted) -> StageResu
 
 
 def stages_of(wanted: Wanted, with_dummy: bool) -> tuple[Stage, ...]:
-    """What has to be passed before a run; without a person there is no dummy, nor before it."""
+    """The stages to pass before a run; without a person, or with the dummy, only the first."""
     if with_dummy or not wanted.person:
         return ("simulated",)
     return ("simulated", "dummy")

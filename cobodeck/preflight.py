@@ -1,6 +1,6 @@
-"""Is all there that a connection needs, before any of its parts is opened? Nothing moves by it.
+"""Checks what a connection needs, before any of its parts is opened; nothing moves.
 
-Addresses are looked at by themselves, with a time-out of our own, because a client's may be long.
+Addresses are tried directly, with a time-out of our own, because a client's may be long.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from hw.connection import Connection
 from hw.links.datagrams import LOOPBACK as LOCAL
 
 NOTE = "note"
-"""How a check is that whoever runs a robot has to know of."""
+"""The result of a check that is only a note to the operator."""
 TIMEOUT_S = 1.0
-"""A device that takes no connection within this time, s, is out of reach."""
+"""Time limit for a connection to a device, s."""
 NEEDS: Mapping[str, tuple[str, ...]] = {
     "hw.drivers.ur.arm": ("rtde_control", "rtde_receive"),
     "hw.drivers.unity.link": ("rosbags",),
@@ -32,23 +32,23 @@ NEEDS: Mapping[str, tuple[str, ...]] = {
     "hw.drivers.kairos.base": ("roslibpy",),
     "hw.drivers.ros.lidar": ("roslibpy",),
 }
-"""Modules of others that a driver imports once it is opened; a class may name its own, `needs`."""
+"""Third-party modules that a driver imports when opened; a class may name its own, `needs`."""
 WHEELS: Mapping[str, str] = {
     "rtde_control": "ur-rtde (wheels: Linux on x86-64, Python below 3.13)",
     "rtde_receive": "ur-rtde (wheels: Linux on x86-64, Python below 3.13)",
     "can": "python-can",
     "roslibpy": "cobodeck[ros]",
 }
-"""What brings a module, where it is called otherwise."""
+"""The package of a module, where its name differs."""
 PROBES: Mapping[str, str] = {"hw.drivers.ur.arm": "hw.drivers.ur.probe"}
 """Modules with a `probe(host)`, which asks a device what it is."""
 DATAGRAMS = ("hw.drivers.chain.link",)
-"""Drivers whose own ports are of UDP; those of the others are of TCP."""
+"""Drivers whose own ports are UDP; the others' are TCP."""
 ANYWHERE = ("0.0.0.0", "::", "")
 GROUP = ("239.74.163.2", 43113)
 """The multicast group of python-can's `udp_multicast`."""
 UNSYNCHRONISED = 5
-"""What adjtimex returns while nobody sets the clock."""
+"""The state of adjtimex for a clock that is not synchronised."""
 NEVER = (
     "never run on the real devices: its drivers were tried against stand-ins alone; the stop is a "
     "software stop, so keep a hand on the hardware's emergency stop"
@@ -56,7 +56,7 @@ NEVER = (
 
 
 class Endpoint(NamedTuple):
-    """Where a driver connects to, or, if it is `own`, where it is connected to on this machine."""
+    """An address that a driver connects to, or that it serves at if `own`."""
 
     host: str
     port: int
@@ -64,7 +64,7 @@ class Endpoint(NamedTuple):
 
 
 def preflight(connection: Connection, packages: Container[str]) -> Iterator[DoctorLine]:
-    """What was looked at, how it is, and what that means."""
+    """The checks, their results, and explanations."""
     yield f"connection {connection.name}", FIT, connection.about
     for entry, _, driver in connection.drivers:
         yield from _driver(entry, driver, packages)
@@ -84,7 +84,7 @@ def preflight(connection: Connection, packages: Container[str]) -> Iterator[Doct
 
 
 def _driver(entry: str, driver: str, packages: Container[str]) -> Iterator[DoctorLine]:
-    """Can it be imported, with all that it imports later? It is, if it is of a known package."""
+    """Import a driver of a known package, and check the modules that it needs later."""
     module, _, name = driver.partition(":")
     if module.partition(".")[0] not in packages:
         yield entry, BAD, f"{driver} is of no project; go to its folder"
@@ -103,9 +103,9 @@ def _driver(entry: str, driver: str, packages: Container[str]) -> Iterator[Docto
 
 
 def addresses_in(value: Any, host: str = ANYWHERE[0]) -> Iterator[Endpoint]:
-    """The addresses in the values of an entry, wherever they stand.
+    """The addresses in the values of an entry, at any depth.
 
-    `host` is where the driver serves if its entry does not say it.
+    `host` is the driver's default, if the entry has none.
     """
     if not isinstance(value, Mapping):
         return
@@ -141,7 +141,7 @@ def _serves_at(driver: str) -> str:
 
 
 def _probed(entry: str, module: str, host: str) -> DoctorLine:
-    """What does a device say that it is?"""
+    """Ask a device for its identity."""
     try:
         return entry, FIT, f"{host} says that it is {importlib.import_module(module).probe(host)}"
     except OSError as error:
@@ -149,7 +149,7 @@ def _probed(entry: str, module: str, host: str) -> DoctorLine:
 
 
 def _answers(entry: str, address: Endpoint) -> DoctorLine:
-    """Does somebody take TCP connections there?"""
+    """Try a TCP connection."""
     where = f"{address.host}:{address.port}"
     try:
         socket.create_connection((address.host, address.port), TIMEOUT_S).close()
@@ -161,7 +161,7 @@ def _answers(entry: str, address: Endpoint) -> DoctorLine:
 
 
 def _free(entry: str, address: Endpoint, *, datagrams: bool) -> DoctorLine:
-    """Can a port of this machine be taken?"""
+    """Try to bind a port of this machine."""
     kind = socket.SOCK_DGRAM if datagrams else socket.SOCK_STREAM
     what = f"port {address.port}{' of UDP' if datagrams else ''}"
     with closing(socket.socket(socket.AF_INET, kind)) as found:
@@ -173,7 +173,7 @@ def _free(entry: str, address: Endpoint, *, datagrams: bool) -> DoctorLine:
 
 
 def observers(connection: Connection) -> Iterator[str]:
-    """What whoever watches has to type, where the safety chain wants to hear of them."""
+    """The command of the observer, if the safety chain requires one."""
     for served in connection.links.values():
         wanted = served.arguments.get("observer")
         if isinstance(wanted, Mapping):
@@ -183,7 +183,7 @@ def observers(connection: Connection) -> Iterator[str]:
 
 
 def _buses(value: Any) -> Iterator[Mapping[str, Any]]:
-    """All that is said of CAN buses: mappings with `interface`, as python-can takes them."""
+    """The CAN buses in a value: mappings with `interface`, as for python-can."""
     if not isinstance(value, Mapping):
         return
     if isinstance(value.get("interface"), str):
@@ -193,7 +193,7 @@ def _buses(value: Any) -> Iterator[Mapping[str, Any]]:
 
 
 def _bus(entry: str, bus: Mapping[str, Any]) -> DoctorLine:
-    """Can a back-end work on this machine?"""
+    """Check that a back-end can work on this machine."""
     kind, channel = bus["interface"], str(bus.get("channel", ""))
     what = f"CAN by {kind} {channel}".rstrip()
     if kind == "socketcan" and not Path("/sys/class/net", channel).exists():
@@ -217,7 +217,7 @@ def _multicast(what: str) -> tuple[str, str]:
 
 
 def _realtime() -> DoctorLine:
-    """May the chain be given a fixed priority, so that other programs do not delay it?"""
+    """Check for the right to real-time priority, which keeps cycles from being delayed."""
     what = "real time"
     try:
         import resource
@@ -235,7 +235,7 @@ def _realtime() -> DoctorLine:
 
 
 def _clock() -> DoctorLine:
-    """Is this machine's clock set by somebody? Stamps of other machines are compared with it."""
+    """Check that this clock is synchronised: stamps of other machines are compared with it."""
     what = "clock"
     try:
         state = ctypes.CDLL(None, use_errno=True).adjtimex(ctypes.create_string_buffer(512))

@@ -33,9 +33,9 @@ TICK_HZ = 30
 
 @dataclass(frozen=True, slots=True)
 class Uses:
-    """What a chart needs of a robot: parts by name, and signals that parts have to measure.
+    """What a chart needs of a robot: parts that it commands, signals that parts have to measure.
 
-    `welcome` are all that can be of use to it, those that it can do without included.
+    `welcome` are all signals that it can make use of, including those that it can do without.
     """
 
     commands: frozenset[str]
@@ -44,17 +44,18 @@ class Uses:
 
     @property
     def person(self) -> bool:
-        """Does it involve a person?"""
+        """Whether a person is involved."""
         asked = (*self.commands, *self.signals)
         return any(name == "vr" or name.startswith(("user.", "vr.")) for name in asked)
 
 
 @dataclass(frozen=True)
 class Setup:
-    """What is to be run, and where; checked. `given` is what it was asked for by.
+    """What is to be run, and where, checked.
 
-    `localizing` is the seed of localization where the base does not know where it is, else None.
-    Robot and profile have the limits of the `connection`, if one was named.
+    `given` are the names and files by which it was requested. `localizing` is the seed of the
+    localization where the base does not know its own pose, else None. Robot and profile have the
+    limits of the `connection`, if one was named.
     """
 
     chart: Chart
@@ -70,12 +71,12 @@ class Setup:
 
     @property
     def limits(self) -> Narrowed:
-        """Those of the connection."""
+        """The limits of the connection."""
         return Narrowed() if self.connection is None else self.connection.limits
 
     @property
     def scene(self) -> Scene | None:
-        """The room, and who and what is in it."""
+        """The room with the people and objects in it."""
         return None if self.place is None else self.place.scene
 
     @cached_property
@@ -85,7 +86,7 @@ class Setup:
 
     @cached_property
     def environment(self) -> Environment:
-        """What the states need of the place.
+        """The room, robot and values that states work with.
 
         Raises:
             Problem: there is no scene.
@@ -104,21 +105,21 @@ class Setup:
 
     @property
     def tracking(self) -> Tracking:
-        """Where the tracking system lies in the map, and its trackers on the robot."""
+        """The pose of the tracking system in the map, and of its trackers on the robot."""
         return Tracking.of(self.robot.sensing) if self.place is None else self.environment.tracking
 
     @cached_property
     def signals(self) -> dict[str, Signal]:
-        """All signals there are, by name; without a scene, of the shipped ones the measured.
+        """All signals by name; without a scene, of the shipped ones only those that are measured.
 
         Raises:
-            Problem: a signal of one's own clashes with another or rests on nothing.
+            Problem: a signal of a project clashes with another, or depends on an unknown one.
         """
         return self._declared(scanning=True)
 
     @cached_property
     def signals_without_scans(self) -> dict[str, Signal]:
-        """The same where nothing gives `base.scan`: planners then wait for no pose."""
+        """The same where no part gives `base.scan`: planners then do not wait for a pose."""
         return self._declared(scanning=False)
 
     def _declared(self, scanning: bool) -> dict[str, Signal]:
@@ -133,7 +134,7 @@ class Setup:
             raise Problem(str(error)) from None
 
     def localizer(self) -> Localizes:
-        """A new one, for one run; it starts where the scene says that the robot stands."""
+        """A new localizer for one run; it starts at the scene's robot pose."""
         assert self.scene is not None
         assert self.localizing is not None
         return self.environment.localizer(self.scene.robot_start, self.localizing)
@@ -148,7 +149,7 @@ class Setup:
 
     @property
     def constants(self) -> dict[str, Callable[[], Any]]:
-        """Values that are put once, at the start, if anybody reads them."""
+        """Values that are put on the board once, at the start, if they are read."""
         found: dict[str, Callable[[], Any]] = {"settings": lambda: self.profile.settings}
         return found if self.scene is None else {**found, "environment": lambda: self.environment}
 
@@ -163,7 +164,7 @@ class Setup:
         return Uses(frozenset(commands), frozenset(roots(known, reads)), welcome)
 
     def machine(self, parameters: Mapping[str, Any] | None = None) -> Machine:
-        """The chart bound for one run."""
+        """The chart with its parameters, ready to run."""
         known = self.catalogue
         return Machine(self.chart, self.library, known.interfaces, parameters, known.types)
 
@@ -178,13 +179,13 @@ def open_setup(  # noqa: PLR0913  one call says all there is to say
     known: Catalogue | None = None,
     sets: Sequence[str] = (),
 ) -> Setup:
-    """Read and check everything a run needs.
+    """Read and check everything that a run needs.
 
-    `robot` takes the place of the scene's; given alone, there is no scene at all. That of a
-    connection has its limits; it has to be the scene's, and the connection may name a scene.
-    `charts`: those of an earlier run by name, in place of files; `chart` is one of them. What
-    charts may name is `known`; by default all there is around the present folder. `sets` are
-    single values of the profile, KEY=VALUE.
+    `robot` replaces the scene's; given alone, there is no scene. A connection's robot has its
+    limits and has to be the scene's; the connection may name a scene. `charts`: those of an earlier
+    run by name, in place of files; `chart` is one of them. `known` is what charts may name, by
+    default everything around the present folder. `sets` are single values of the profile,
+    KEY=VALUE.
 
     Raises:
         Problem: the chart cannot run; FileError: a file or a value of `sets` is wrong.
@@ -230,7 +231,7 @@ def open_setup(  # noqa: PLR0913  one call says all there is to say
 
 @contextmanager
 def _blaming_sets() -> Iterator[None]:
-    """Mistakes in values of the command line alone are mistakes in its use."""
+    """Turns mistakes that are all in `sets` into one of usage."""
     try:
         yield
     except FileError as error:
@@ -240,10 +241,10 @@ def _blaming_sets() -> Iterator[None]:
 
 
 def refuse_other_body(connection: Connection, body: RobotModel, place: RunPlace | None) -> None:
-    """Look whether scene and connection are of one robot; a map is of none.
+    """Check that scene and connection have the same robot; a map has none.
 
     Raises:
-        Problem: they are not.
+        Problem: they have different ones.
     """
     if connection.model is None or place is None or place.map is not None:
         return
@@ -256,7 +257,7 @@ def refuse_other_body(connection: Connection, body: RobotModel, place: RunPlace 
 
 
 def _in_place(robot: RobotModel, place: RunPlace | None) -> RobotModel:
-    """A robot with its scanners as they were found to be turned where it is used."""
+    """The robot with its scanners turned as calibrated for this place."""
     calibrated = None if place is None else place.scene.calibration
     if calibrated is None or not calibrated.scanner_yaws:
         return robot
@@ -264,7 +265,7 @@ def _in_place(robot: RobotModel, place: RunPlace | None) -> RobotModel:
 
 
 def reachable(machine: Machine) -> list[Leaf]:
-    """The leaves that can be entered at all, taking every outcome for possible."""
+    """The leaves that can be entered, assuming that every outcome is possible."""
     seen: dict[Vertex, None] = {}
     waiting: list[Vertex] = [machine.root]
     while waiting:

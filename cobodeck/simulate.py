@@ -1,4 +1,4 @@
-"""Runs a chart to its end, and puts its figures together. Wall time is only reported."""
+"""Runs a chart to its end and collects the figures. Wall time is only reported."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:  # its libraries are loaded only where a record is kept
 
 @dataclass(frozen=True, slots=True)
 class RunResult:
-    """What came out of a run; `record_file`: None if none was kept."""
+    """The outcome of a run; `record_file` is None if no record was kept."""
 
     figures: Mapping[str, Any]
     loop: Loop
@@ -44,7 +44,7 @@ class RunResult:
 
     @property
     def usage(self) -> dict[str, Usage]:
-        """What was built, computed and skipped."""
+        """Signals built, computed and skipped."""
         return self.wired.board.usage()
 
 
@@ -57,7 +57,7 @@ def simulate(
     tell: Callable[[Raised], None] | None = None,
     recorder: Recorder | None = None,
 ) -> RunResult:
-    """Run until the user is done, the chart has ended, or the time is over.
+    """Run until the user is done, the chart has ended, or the time is up.
 
     Args:
         setup: what to run.
@@ -65,8 +65,8 @@ def simulate(
         progress: called now and then with the time in the run, as text, and the share done.
         clock: virtual time by default.
         around: a context in which the loop runs, such as one that ends it on a signal.
-        tell: is given what states and parts raise, as it happens.
-        recorder: writes the run down; it is finished with it.
+        tell: is called with what states and parts raise, as it happens.
+        recorder: records the run; it is finished at the end.
     """
     try:
         loop = _staged(setup, options, clock, recorder)
@@ -117,7 +117,7 @@ def _staged(setup: Setup, options: Options, clock: Clock | None, recorder: Recor
 def figures_of(
     setup: Setup, options: Options, loop: Loop, sim_s: float, wall_s: float
 ) -> dict[str, Any]:
-    """The figures of a run that is over, by their names in JSON."""
+    """The figures of a finished run, by their names in JSON."""
     run, board = loop.wired.run, loop.wired.board
     return {
         "chart": setup.chart.name,
@@ -150,7 +150,7 @@ def figures_of(
 
 
 def _judged(loop: Loop) -> dict[str, Any]:
-    """What is known of robot and person; of what is not there, or nobody can know, nothing."""
+    """What is known of robot and person; what does not exist or cannot be known is left out."""
     guard = loop.plant.guard
     found: dict[str, Any] = {"localization": None}
     if guard is not None:

@@ -25,11 +25,11 @@ from hw.safety.guarded import GuardedBase
 from hw.samples import Sample
 
 ValueTap = Callable[[str, Any], Any]
-"""Makes what stands in front of a part, from its name and the part."""
+"""Makes the wrapper of a part from its name and the part."""
 
 
 class WithoutMotion:
-    """A part that cannot move, with the `stop` that the engine needs from every part."""
+    """A part that cannot move, with the `stop` that the engine requires of every part."""
 
     def __init__(self, part: RobotPart) -> None:
         self._part = part
@@ -38,14 +38,14 @@ class WithoutMotion:
         return getattr(self._part, name)
 
     def stop(self) -> None:
-        """Nothing moves."""
+        """Do nothing; nothing moves."""
 
 
 @dataclass(frozen=True, slots=True)
 class Wired:
-    """A run with its board, the way in for its samples, and what its states drive the base by.
+    """A run with its board, its inlet, and the base that its states drive.
 
-    `show` is that of the virtual world, where it wants to be called in every tick (see `Vr`).
+    `show` is called in every tick where the virtual world requires it (see `Vr`).
     """
 
     run: ChartRun
@@ -55,7 +55,7 @@ class Wired:
     show: Callable[[int], None] | None = None
 
     def pass_on(self, stamp_ns: int) -> None:
-        """In every tick: what the base has to do from this instant on, and what the VR shows."""
+        """In every tick: command the base from this instant on, and update what the VR shows."""
         if self.base is not None:
             if self.base.reckons and ESTIMATE in self.board.slots:
                 self._locate(self.base, stamp_ns)
@@ -64,9 +64,9 @@ class Wired:
             self.show(stamp_ns)
 
     def _locate(self, base: GuardedBase, now_ns: int) -> None:
-        """Tell the safety chain where localization takes the base to have been."""
+        """Pass the pose that localization estimates on to the safety chain."""
         slot = self.board.slots[ESTIMATE]
-        compute(slot)  # what it raises, the states that read it get
+        compute(slot)  # what it raises is raised again in the states that read it
         found = slot.newest
         if found is None:
             base.locate(0, None, None)
@@ -77,10 +77,10 @@ class Wired:
         self.inlet.tell(Sample("base.pose_sigma", found.stamp, sigma), now_ns)
 
     def tick(self, now_ns: int, stamp_ns: int, between: bool = False) -> str | None:
-        """One tick of the run, and then who drives; the chart's outcome once there is one.
+        """One tick of the run, then of the base; the chart's outcome once there is one.
 
-        `stamp_ns` is the instant of the robot, which may stand between two ticks; `between`: the
-        tick is none of the grid (rule 13).
+        `stamp_ns` is the robot's instant, which may lie between two ticks; `between`: the tick is
+        not one of the grid (rule 13).
         """
         try:
             return self.run.tick(now_ns, between)
@@ -105,13 +105,13 @@ def wire(
     Args:
         setup: what to run.
         parts: the robot and what is around it, by name.
-        eager: build and compute every signal in every tick, asked for or not.
-        clock: ns; only to report where the time goes.
+        eager: build and compute every signal in every tick, whether it is read or not.
+        clock: ns; only for the report of where the time goes.
         parameters: of the chart.
-        tap: makes what states are given in place of a part.
+        tap: wraps the parts that states are given.
 
     Raises:
-        Problem: the chart commands parts, or reads signals, that are not there; all are named.
+        Problem: the chart commands parts, or reads signals, that do not exist; all are named.
     """
     machine = setup.machine(parameters)
     leaves = reachable(machine)
@@ -122,7 +122,7 @@ def wire(
     refuse_what_is_missing(leaves, declared, parts, constants, hint)
     wanted = {name for leaf in leaves for name in leaf.interface.reads}
     if setup.localizing is not None:
-        wanted.add(ESTIMATE)  # the safety chain goes by it
+        wanted.add(ESTIMATE)  # the safety chain uses it
     board = Board(declared, wanted, eager)
     if clock is not None:
         board.clock = clock
@@ -146,10 +146,10 @@ def wire(
 
 
 def guarded(parts: Mapping[str, Any]) -> GuardedBase | None:
-    """The base, if there is one.
+    """The guarded base, if there is a base.
 
     Raises:
-        TypeError: whoever opened its wheels has not put a guard in front of them.
+        TypeError: its wheels were opened without the safety chain in front of them.
     """
     base = parts.get("base")
     if isinstance(base, Inert):
@@ -168,10 +168,10 @@ def refuse_what_is_missing(
     constants: Iterable[str],
     hint: str = "",
 ) -> None:
-    """Look whether everything is there that the reachable states command and read.
+    """Check that everything exists that the reachable states command and read.
 
     Raises:
-        Problem: it is not; the text names every part and signal, and a state that needs it.
+        Problem: the text names every missing part and signal, and a state that needs it.
     """
     given = {name for part in parts.values() for name in part.signals} | set(constants)
     lacking: dict[str, None] = {}
@@ -190,15 +190,15 @@ def refuse_what_is_missing(
 
 
 def refuse_slow_ticks(setup: Setup, uses: Uses, latency: float = 0.0) -> None:
-    """Look whether the velocity of the base is renewed before the safety chain drops it.
+    """Check that the velocity of the base is renewed before the safety chain drops it.
 
     Args:
         setup: what is to be run.
-        uses: of the chart; one that does not command the base may tick as slowly as it likes.
-        latency: from a tick to the robot, s, where that is simulated.
+        uses: of the chart; one that does not command the base may tick at any rate.
+        latency: simulated delay from a tick to the robot, s.
 
     Raises:
-        Problem: it is not, and the base would stop and go.
+        Problem: it is not; the base would stop and go.
     """
     oldest = 1.0 / setup.tick_hz + latency
     limits = setup.profile.safety.limits(setup.robot, setup.profile.robot.limits)
@@ -218,7 +218,7 @@ def commanded(parts: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def freezers() -> dict[type, Callable[[Any], Any]]:
-    """How values of foreign classes are made immutable when they enter a chart's data."""
+    """By class: how values are made immutable when they enter a chart's data."""
     import sys
 
     if "numpy" not in sys.modules:

@@ -28,24 +28,14 @@ Samples on change also come once at the start.
 
 from __future__ import annotations
 
-import cmath
-import dataclasses
-import math
-from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
-from enum import Enum
-from types import MemberDescriptorType
-from typing import Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
+from typing import Literal, NamedTuple
 
 from hw.geometry import Pose2, Pose3, Twist2
 
 Joints = tuple[float, ...]
 TimedJoints = tuple[float, Joints]
 """Joint angles, rad, at a time, s from the start of the trajectory."""
-SampleCheck = Callable[[Any, int], bool]
-"""Takes a value and the depth left to look into; True if it is finite."""
-DEEPEST = 16
-"""Greatest nesting depth of a sample; cycles exceed it."""
 
 
 class Sample(NamedTuple):
@@ -207,110 +197,3 @@ class ImuReading:
     rates: tuple[float, float, float]
     accelerations: tuple[float, float, float]
     attitude: tuple[float, float, float, float] | None = None
-
-
-def is_finite(value: object) -> bool:
-    """True if no number in it is NaN or infinite; otherwise the sample is to be dropped.
-
-    Comparisons with NaN are false, so that a NaN pose would pass for a user out of danger. Looks
-    into collections, mappings, arrays, dataclasses and the attributes of other objects; infinity is
-    legal in the ranges of a `Scan` only. Values that cannot be inspected to the end, because they
-    are nested deeper than `DEEPEST` or raise, are not finite, nor is an integer beyond all floats.
-    """
-    try:
-        return _CHECKS[type(value)](value, DEEPEST)
-    except Exception:  # noqa: BLE001  a foreign class may raise anything
-        return False
-
-
-def _finite(value: object, left: int) -> bool:
-    return left > 0 and _CHECKS[type(value)](value, left - 1)
-
-
-class _Checks(dict[type, SampleCheck]):
-    """The check for values of a class, built once per class."""
-
-    def __missing__(self, kind: type) -> SampleCheck:
-        check = self[kind] = _check_of(kind)
-        return check
-
-
-def _check_of(kind: type) -> SampleCheck:
-    if dataclasses.is_dataclass(kind):
-        return _check_of_fields(kind)
-    if issubclass(kind, complex):
-        return lambda number, _: cmath.isfinite(number)
-    if hasattr(kind, "tolist"):
-        return _is_finite_array
-    if hasattr(kind, "__float__"):
-        return lambda number, _: math.isfinite(number)
-    if issubclass(kind, str | bytes | bytearray | range | type):
-        return lambda *_: True
-    if issubclass(kind, Mapping):
-        return lambda pairs, left: _all_finite(pairs, left) and _all_finite(pairs.values(), left)
-    if issubclass(kind, Collection):
-        return _all_finite
-    if issubclass(kind, Enum):
-        return lambda member, left: _finite(member.value, left)
-    return _check_of_attributes(kind)
-
-
-def _all_finite(values: Iterable[object], left: int) -> bool:
-    return all(_finite(value, left) for value in values)
-
-
-def _is_finite_array(array: Any, left: int) -> bool:
-    """NaN and infinity survive `abs` and `max`; objects and records are checked one by one."""
-    kind = getattr(getattr(array, "dtype", None), "kind", None)
-    if kind is None or kind in "OV":
-        return _finite(array.tolist(), left)
-    return kind not in "fc" or array.size == 0 or math.isfinite(abs(array).max())
-
-
-def _check_of_attributes(kind: type) -> SampleCheck:
-    slots = [
-        name
-        for cls in kind.__mro__
-        if "__slots__" in vars(cls)
-        for name, member in vars(cls).items()
-        if isinstance(member, MemberDescriptorType)
-    ]
-
-    def check(thing: Any, left: int) -> bool:
-        held = [getattr(thing, name, None) for name in slots]
-        return _all_finite([*held, *getattr(thing, "__dict__", {}).values()], left)
-
-    return check
-
-
-def _check_of_fields(kind: type) -> SampleCheck:
-    """Numeric fields are summed in one expression; the others are looked into.
-
-    A sum is finite only if all its terms are.
-    """
-    try:
-        hints = get_type_hints(kind)
-    except Exception:  # noqa: BLE001  a name imported for type checkers only, or no type at all
-        hints = {}
-    sums, parts = [], []
-    for field in dataclasses.fields(kind):
-        hint = hints.get(field.name)
-        if hint in (float, int):
-            sums.append(f"v.{field.name}")
-        elif get_origin(hint) is tuple and set(get_args(hint)) <= {float, int, ...}:
-            sums.append(f"sum(v.{field.name})")
-        elif hint not in (str, bool):
-            parts.append(f"(v.{field.name} is None or finite(v.{field.name}, left))")
-    terms = [f"isfinite({' + '.join(sums)})"] if sums else []
-    expression = " and ".join(terms + parts) or "True"
-    names = {"isfinite": math.isfinite, "finite": _finite}
-    check: SampleCheck = eval(f"lambda v, left: {expression}", names)
-    return check
-
-
-def _is_scan(scan: Scan, _: int) -> bool:
-    """The sum of ranges is NaN if one is, or if -inf and inf are both among them."""
-    return math.isfinite(scan.start + scan.step + scan.beam_time) and -math.inf < sum(scan.ranges)
-
-
-_CHECKS = _Checks({Scan: _is_scan})

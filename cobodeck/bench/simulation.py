@@ -1,4 +1,4 @@
-"""How much faster than real time whole runs are, tier by tier."""
+"""Benchmark of whole runs: speed relative to real time, by tier."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Do a recorded run again, with today's code.
+"""Replay a recorded run with the present code.
 
-Samples, ticks, commands and the answers of parts are given as they were recorded; charts, profile,
-room and robot are those in the record. The trace, the times of the ticks and the calls of parts
-have to come out equal; if not, the first difference is told.
+Samples, ticks, commands and the answers of parts are taken from the record, and so are charts,
+profile, room and robot. The trace, the times of the ticks and the calls of parts must come out
+equal; if not, the first difference is reported.
 """
 
 from __future__ import annotations
@@ -30,7 +30,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("file", type=Path, metavar="RECORD", help="X.mcap or X.mcap.part")
     parser.add_argument("--check", action="store_true", help="exit code 1 if anything differs")
-    parser.add_argument("--record", type=new_record, metavar="X.mcap", help="keep the replay, too")
+    parser.add_argument(
+        "--record", type=new_record, metavar="X.mcap", help="record the replay as well"
+    )
     parser.add_argument("--json", action="store_true", help="for programs")
 
 
@@ -63,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
 def _go(
     replay: Replay, record: Record, recorder: Recorder | None
 ) -> tuple[Mapping[str, Any], Path | None]:
-    """Go on to the end; the figures, and where the replay was kept."""
+    """Run to the end; returns the figures and the file in which the replay was kept."""
     import time
 
     from cobodeck.simulate import figures_of

@@ -58,9 +58,10 @@ def draw_scene(args: argparse.Namespace) -> int:
     form_of(output)
     spaces = _spaces(args.show)
     profile = load_profile(args.profile)
-    environment = environment_at(place, profile, load_robot(scene.robot))
+    robot = load_robot(scene.robot)
+    environment = environment_at(place, profile, robot)
     if args.at is None and args.user is None:
-        moment = with_next_drive(at_start(scene), environment, profile.settings)
+        moment = with_next_drive(at_start(scene, robot.parked), environment, profile.settings)
     else:
         moment = _simulated(args)
     save(scene_picture(scene, environment, profile.settings, moment, spaces), output)

@@ -1,4 +1,4 @@
-"""The course of a run that is on record, and `cobodeck render X.mcap`: its picture."""
+"""`cobodeck render X.mcap`: the course of a recorded run, and its picture."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def _traced(group: Group) -> Iterator[Traced]:
 
 
 def _title(setup: Setup, header: Mapping[str, Any]) -> str:
-    """What was run, where and with whom."""
+    """What was run, where and with which user."""
     if header["options"]["tier"] == 0:
         return f"{setup.chart.name}, its logic alone"
     scene, person = setup.scene, header["user"]
@@ -102,7 +102,7 @@ def _title(setup: Setup, header: Mapping[str, Any]) -> str:
 
 
 def _lines(record: Record, measured: bool) -> tuple[str, ...]:
-    """What is said under the title; to be read when all of the record was."""
+    """The lines under the title; complete once the whole record has been read."""
     header: Any = record.header
     about = [
         f"{header['plant']}, {header['profile']['name']}, seed {header['options']['seed']}",
@@ -118,7 +118,7 @@ def _lines(record: Record, measured: bool) -> tuple[str, ...]:
 
 
 class _Known:
-    """Where everything is by the record, tick by tick."""
+    """Follows the poses in a record tick by tick."""
 
     def __init__(self, footprint: Footprint) -> None:
         self._truth: Truth | None = None
@@ -127,7 +127,7 @@ class _Known:
         self._readers = {TOPIC + name: SampleReader(name) for name in SENSED}
 
     def take(self, group: Group) -> None:
-        """Go on by one tick."""
+        """Take the data of one tick."""
         for found in group.of("truth"):
             self._truth = truth_again(found, self._truth)
         if self._truth is not None:
@@ -139,10 +139,10 @@ class _Known:
 
     @property
     def measured(self) -> bool:
-        """Is this what parts measured, and not the truth?"""
+        """True if poses are measured ones because the record holds no truth."""
         return self._truth is None and self._senses.truth.base is not None
 
     @property
     def truth(self) -> Truth:
-        """How everything is, or seems to be."""
+        """The true state, or else the measured one."""
         return self._senses.truth if self._truth is None else self._truth

@@ -1,4 +1,4 @@
-"""How two records differ: in what was run, in what came out, and from which instant on.
+"""Compares two records: what was run, what came out, and when they begin to differ.
 
 Both are read once, side by side, tick by tick; neither is held.
 """
@@ -17,11 +17,11 @@ from engine.trace import encode
 from hw.geometry import Pose2, wrap
 
 NEAR_M, NEAR_RAD = 1e-3, 1e-3
-"""Poses that are not farther apart are taken for the same."""
+"""Poses within these tolerances count as equal, m, rad."""
 ASKED = {"chart", "scene", "robot", "user", "profile", "tier", "seed", "tick_hz"}
-"""Figures that say what was run; the headers have them."""
+"""Figures that say what was run; they are compared in the headers."""
 COMPUTING = {"wall_s", "realtime_factor", "left_out", "missed", "overruns", "signals"}
-"""Figures of the machine, and of what was left out on it; no part of what came out."""
+"""Figures of the computation, not of its result."""
 
 TraceLine = list[Any]
 """A record of the trace."""
@@ -29,7 +29,7 @@ TraceLine = list[Any]
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """A figure of both runs by its name in JSON, parts of it behind dots; None: it has none."""
+    """A figure of both runs by its dotted name in JSON; None where a run lacks it."""
 
     name: str
     a: Any
@@ -37,12 +37,12 @@ class Figure:
 
     @property
     def same(self) -> bool:
-        """Is it the same in both?"""
+        """Whether it is the same in both."""
         return encode(self.a) == encode(self.b)
 
     @property
     def computing(self) -> bool:
-        """Is it no part of what came out?"""
+        """Whether it belongs to the computation, not to its result."""
         return self.name.partition(".")[0] in COMPUTING
 
 
@@ -62,11 +62,11 @@ class Traces:
 
     @property
     def same(self) -> bool:
-        """Are they equal to their ends?"""
+        """Whether they are equal to their ends."""
         return self.at_ns is None
 
     def take(self, a: list[TraceLine], b: list[TraceLine]) -> None:
-        """The records of one instant, of which only one has any, or both."""
+        """Compare the records of one instant; one of the two may have none."""
         if self.at_ns is not None and self.a is not None and self.b is not None:
             return
         for one, other in zip_longest(a, b):
@@ -86,7 +86,7 @@ _Poses = tuple[Pose2 | None, Pose2 | None]
 
 @dataclass(slots=True)
 class Motions:
-    """From which instant on, ns, base and person are elsewhere, as far as both know the truth."""
+    """The instants, ns, from which base and person differ, where both records have the truth."""
 
     known: bool = False
     base: tuple[int, Pose2, Pose2] | None = None
@@ -94,7 +94,7 @@ class Motions:
     _poses: list[_Poses] = field(default_factory=lambda: [(None, None), (None, None)])
 
     def know(self, n: int, group: Group) -> None:
-        """What is known of A (0) or B (1) from this tick on."""
+        """Take the truth of A (0) or B (1) at this tick."""
         for found in group.of("truth"):
             truth = truth_again(found, None)
             self._poses[n] = truth.base, truth.body
@@ -111,7 +111,7 @@ class Motions:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """What there is to say of two records.
+    """The differences of two records.
 
     `ends_ns` are the instants of their last ticks, `altered_ns` of the first that was altered.
     """
@@ -125,7 +125,7 @@ class Comparison:
 
     @property
     def same(self) -> bool:
-        """Did the same come out, whatever it took to compute it?"""
+        """Whether the results are the same, whatever the computation took."""
         return self.traces.same and all(f.same or f.computing for f in self.figures)
 
 
@@ -162,7 +162,7 @@ def compare(a: Record, b: Record) -> Comparison:
 def _together(
     a: Iterator[Group], b: Iterator[Group]
 ) -> Iterator[tuple[Group | None, Group | None]]:
-    """The ticks of both in the order of their instants; of equal instants both."""
+    """The ticks of both in the order of their instants; equal instants together."""
     one, other = next(a, None), next(b, None)
     while one is not None or other is not None:
         both = [group.ticked.at_ns for group in (one, other) if group is not None]

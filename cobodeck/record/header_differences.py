@@ -11,17 +11,17 @@ from cobodeck.record.header import sha256
 from cobodeck.record.reader import Record
 
 LEFT_OUT = {"format", "began", "command", "given", "named", "charts", "files"}
-"""Entries that differ between any two runs, that stand in the header twice, or that stand apart."""
+"""Entries that differ between any two runs, are redundant, or are compared separately."""
 WORDS = {"versions": "version of {}", "code": "code of {}", "parts": "part {}", "options": "{}"}
-"""What an entry inside another is called."""
+"""The names of nested entries."""
 PROFILE_TEXT = "text of the profile"
 LINES = 3
-"""So many lines of a text are shown of each place of each of the two, and twice as many in all."""
+"""Lines of a text that are shown per place and record; twice as many in all."""
 
 
 @dataclass(frozen=True, slots=True)
 class HeaderDifference:
-    """One entry of both headers that differs; `lines` of a text, of which `first` shows some."""
+    """An entry that differs; of a text `lines` counts differing lines and `first` has some."""
 
     what: str
     a: Any
@@ -40,7 +40,7 @@ def header_differences(a: Record, b: Record) -> Iterator[HeaderDifference]:
 
 
 def _entries(header: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Each entry by its name in words."""
+    """Every entry, by its name in words."""
     for name, held in header.items():
         if name in LEFT_OUT:
             continue
@@ -55,7 +55,7 @@ def _entries(header: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 
 
 def _files(a: Record, b: Record) -> Iterator[HeaderDifference]:
-    """The charts and the profile that were run, wherever they lay; all other files by name."""
+    """Charts and profile by what they are, wherever their files lay; all other files by name."""
     used = [_used(record) for record in (a, b)]
     if not all(PROFILE_TEXT in files for files in used):  # one has a base, or values of its own
         for files in used:
@@ -70,7 +70,7 @@ def _files(a: Record, b: Record) -> Iterator[HeaderDifference]:
 
 
 def _used(record: Record) -> dict[str, str]:
-    """The files of the charts and of the profile that were run, by what they are."""
+    """The files of the charts and the profile that were run, by what they are."""
     header = record.header
     found = {f"chart {name}": file for name, file in header["charts"].items()}
     for file, told in _hashes(record).items():
@@ -82,7 +82,7 @@ def _used(record: Record) -> dict[str, str]:
 def _read(
     record: Record, used: Mapping[str, str], apart: Container[str]
 ) -> dict[str, tuple[str, list[str] | None]]:
-    """Hash and text of what is used, and of the files that are not kept apart."""
+    """Hash and text of the files used, and of all others that are not in `apart`."""
     hashes = _hashes(record)
     files = {**used, **{f"file {name}": name for name in hashes if name not in apart}}
     return {what: (hashes[file], _lines(record, file)) for what, file in files.items()}
@@ -94,7 +94,7 @@ def _hashes(record: Record) -> dict[str, str]:
 
 
 def _lines(record: Record, name: str) -> list[str] | None:
-    """The text of an attached file; None if there is none, or it is no text."""
+    """The lines of an attached file; None if it is not attached or not text."""
     try:
         return record.attachments[name].decode().splitlines()
     except (KeyError, UnicodeDecodeError):
@@ -102,7 +102,7 @@ def _lines(record: Record, name: str) -> list[str] | None:
 
 
 def _differing(a: list[str], b: list[str]) -> tuple[int, tuple[str, ...]]:
-    """How many lines differ, and some of them, from the first place on."""
+    """The number of differing lines, and some of them from the first place on."""
     found = difflib.SequenceMatcher(None, a, b, autojunk=False).get_opcodes()
     places = [(a[i:j], b[k:m], i, k) for tag, i, j, k, m in found if tag != "equal"]
     count = sum(max(len(mine), len(its)) for mine, its, _, _ in places)

@@ -28,6 +28,7 @@ from __future__ import annotations
 
 import math
 
+from hw.finite import is_finite
 from hw.geometry import STILL, Pose2, Twist2
 from hw.log import Log
 from hw.people.person import RADIUS
@@ -54,7 +55,6 @@ from hw.safety.record import (
     SafetyRecord,
 )
 from hw.safety.separation import Nearness, UserTrack, nearness
-from hw.samples import is_finite
 
 KEPT = 4096
 """Records kept: 34 s at 120 Hz."""

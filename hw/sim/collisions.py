@@ -53,6 +53,16 @@ class Collisions:
             self.user.least = self.user.gap(start, person.body)
 
     @property
+    def min_gap(self) -> float:
+        """The least gap of footprint and user so far, m; infinite without a user."""
+        return self.user.least
+
+    @property
+    def touching(self) -> bool:
+        """True while footprint and user touch."""
+        return self.user.touching
+
+    @property
     def pressed(self) -> bool:
         """True while anybody touches the foam."""
         return self.user.touching or self.others.touching(self._now_ns) is not None

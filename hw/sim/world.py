@@ -29,7 +29,7 @@ from hw.sim.errors import SensorErrors
 from hw.sim.moving import MovingArm, MovingBase
 from hw.sim.sensors import IDEAL, SensorModel
 from hw.sim.tool import Hand
-from hw.truth import Contact, Truth
+from hw.truth import Truth
 
 if TYPE_CHECKING:
     from hw.sim.equipment import Equipment
@@ -42,10 +42,8 @@ class World:
     """A robot, with a room and a person if given: a plant of the loop.
 
     `parts` is what a run is wired to, by name. The other attributes are the state, and `truth` a
-    snapshot of it: `contacts` are the touches of the robot's footprint and people (swept between
-    steps), `wall_hits` and `object_hits` count those of the room and of chairs and the like,
-    `min_gap` is the least gap between footprint and user so far, m, infinite without a user.
-    Without a scene the robot starts at the map's origin and meets no walls.
+    snapshot of it; `collisions` has what the footprint has touched. Without a scene the robot
+    starts at the map's origin and meets no walls.
 
     `guard` is the part `base`, in front of the wheels `base`. A stop that it latches pulls the stop
     line. `safety`: the limits of its chain; None: those of the robot. `operator`: a scripted one
@@ -95,7 +93,7 @@ class World:
         self.hand = hand or (Hand() if robot.prop is None else Hand.of(robot.prop))
         self._line = StopLatch(self._release)
         self._bumper = SimBumper(self._line)
-        self._collisions = Collisions(robot, scene, person, self.base, self._bumper)
+        self.collisions = Collisions(robot, scene, person, self.base, self._bumper)
         if sensing is not None:  # before the guard, which asks the base what it measures
             self._equipment = self._equip(sensing, sensors.seed)
         safety = safety or SafetyLimits.of(robot, limits)
@@ -111,7 +109,7 @@ class World:
         parts |= self._of_person(sensors)
         self.parts: Mapping[str, Any] = {k: part for k, part in parts.items() if part is not None}
         if scene is not None:
-            self._collisions.check_start(scene)
+            self.collisions.check_start(scene)
 
     def _own_parts(self) -> dict[str, RobotPart | None]:
         return {
@@ -144,38 +142,13 @@ class World:
 
         if not isinstance(self.base, SimBase):
             raise TypeError(f"sensing needs a SimBase, not a {type(self.base).__name__}")
-        bodies = self._collisions.others.bodies
+        bodies = self.collisions.others.bodies
         return Equipment(self.robot, self.base, self.person, self.scene, sensing, seed, bodies)
-
-    @property
-    def contacts(self) -> tuple[Contact, ...]:
-        """Touches of the robot's outline and people so far, in order."""
-        return self._collisions.contacts
-
-    @property
-    def wall_hits(self) -> int:
-        """Touches of robot and room so far."""
-        return self._collisions.wall_hits
-
-    @property
-    def object_hits(self) -> int:
-        """Touches of robot and objects so far."""
-        return self._collisions.object_hits
-
-    @property
-    def min_gap(self) -> float:
-        """The least gap of footprint and user so far, m."""
-        return self._collisions.user.least
-
-    @property
-    def touching(self) -> bool:
-        """True while footprint and user touch."""
-        return self._collisions.user.touching
 
     @property
     def pressed(self) -> bool:
         """True while anybody touches the foam."""
-        return self._collisions.pressed
+        return self.collisions.pressed
 
     @property
     def finished(self) -> bool:
@@ -199,11 +172,11 @@ class World:
             informed=self.informed,
             distance_m=base.distance_m,
             energy_j=base.energy_j,
-            wall_hits=self.wall_hits,
-            min_gap=None if person is None else self.min_gap,
-            contacts=None if person is None else self.contacts,
-            object_hits=self.object_hits,
-            others=self._collisions.others.people(self.now_ns),
+            wall_hits=self.collisions.wall_hits,
+            min_gap=None if person is None else self.collisions.min_gap,
+            contacts=None if person is None else self.collisions.contacts,
+            object_hits=self.collisions.object_hits,
+            others=self.collisions.others.people(self.now_ns),
         )
 
     @property
@@ -255,7 +228,7 @@ class World:
 
     def _advance(self, now_ns: int) -> None:
         since_ns, self.now_ns = self.now_ns, now_ns
-        self._collisions.begin(since_ns, now_ns)
+        self.collisions.begin(since_ns, now_ns)
         base, arm, person = self.base, self.arm, self.person
         robot_before = base.pose
         base.braked = braked = self._line.reason is not None
@@ -265,10 +238,10 @@ class World:
             arm.advance(now_ns)
         self.hand.advance(now_ns, braked=braked)
         if base.pose is not robot_before:
-            self._collisions.collide(robot_before)
+            self.collisions.collide(robot_before)
         if person is not None:
             self._advance_person(person, robot_before)
-        self._collisions.watch_others(robot_before)
+        self.collisions.watch_others(robot_before)
         if self._operator is not None:
             self._operator.step(now_ns)
         self._advance_own(since_ns, now_ns)
@@ -289,7 +262,7 @@ class World:
         if self._equipment is not None:
             self._equipment.note(self.now_ns)
         if self.base.pose is not robot_before or person.body is not body_before:
-            self._collisions.watch_user(robot_before, body_before)
+            self.collisions.watch_user(robot_before, body_before)
         assert self._vr is not None
         assert self._trackers is not None
         self._vr.step(self.now_ns)
@@ -306,10 +279,10 @@ class World:
 
     def push_off(self) -> None:
         """The operator pushes a robot that has touched somebody one step away from them."""
-        self._collisions.push_off()
+        self.collisions.push_off()
 
     def _release(self) -> bool:
         """True if the stop line may be reset: nobody touches the foam, and the chain agrees."""
         freed = not self.pressed and self.guard.reset(self.now_ns)
-        self._collisions.release(freed)
+        self.collisions.release(freed)
         return freed

@@ -132,16 +132,16 @@ def _extend(
     """Grow the tree towards joints, by at most one step, or four fifths of what is free."""
     parent = tree.nearest(towards)
     begin = tree.at(parent)
-    way = towards - begin
-    length = float(np.linalg.norm(way))
+    line = towards - begin
+    length = float(np.linalg.norm(line))
     if length == 0.0:
         return parent, 0
     share = min(1.0, step / length)
-    free, checks = checker.sweep(np.array([begin, share * way, np.zeros(6)]), 1.0)
+    free, checks = checker.sweep(np.array([begin, share * line, np.zeros(6)]), 1.0)
     if free >= 1.0:
-        end = towards if share == 1.0 else begin + share * way
+        end = towards if share == 1.0 else begin + share * line
         return tree.add(end, parent), checks
-    short = begin + 0.8 * free * share * way
+    short = begin + 0.8 * free * share * line
     if 0.8 * free * share * length < _NEVER_SHORTER or not checker.free(short)[0]:
         return None, checks + 1
     return tree.add(short, parent), checks + 1

@@ -165,16 +165,15 @@ class Amcl:
         unless forced. Without points the particles only move.
         """
         before = self._odom_from_base or odom_from_base
-        way = before.inverse() @ odom_from_base
+        moved = before.inverse() @ odom_from_base
         values = self.values
-        small = (
-            math.hypot(way.x, way.y) < values.update_min_d and abs(way.yaw) < values.update_min_a
-        )
+        distance, turn = math.hypot(moved.x, moved.y), abs(moved.yaw)
+        small = distance < values.update_min_d and turn < values.update_min_a
         if small and not force and self._odom_from_base is not None:
             return False
         self._odom_from_base = odom_from_base
         rng = self._rng()
-        self._move(way, rng)
+        self._move(moved, rng)
         if len(points) == 0:
             return True
         fit = self._weigh(points)
@@ -230,12 +229,12 @@ class Amcl:
         found[:, 2] = rng.uniform(-math.pi, math.pi, count)
         return found
 
-    def _move(self, way: Pose2, rng: np.random.Generator) -> None:
-        v, length, turn = self.values, math.hypot(way.x, way.y), way.yaw
+    def _move(self, moved: Pose2, rng: np.random.Generator) -> None:
+        v, length, turn = self.values, math.hypot(moved.x, moved.y), moved.yaw
         along = math.sqrt(v.odom_alpha3 * length**2 + v.odom_alpha4 * turn**2)
         across = math.sqrt(v.odom_alpha4 * turn**2 + v.odom_alpha5 * length**2)
         spin = math.sqrt(v.odom_alpha1 * turn**2 + v.odom_alpha2 * length**2)
-        gone = np.array([length, math.atan2(way.y, way.x), turn])
+        gone = np.array([length, math.atan2(moved.y, moved.x), turn])
         normals = rng.standard_normal((len(self._particles), 3))
         move(self._particles, gone, np.array([along, across, spin]), normals)
 

@@ -168,7 +168,7 @@ def spatial_motion(mean: Array, dt: float, moved: Array, transition: Array) -> N
     sp, cp = math.sin(pitch), math.cos(pitch)
     sy, cy = math.sin(yaw), math.cos(yaw)
     moved[:] = mean
-    way = dt * (mean[6:9] + 0.5 * dt * mean[12:15])
+    moved_by = dt * (mean[6:9] + 0.5 * dt * mean[12:15])
     # world_from_body = Rz(yaw) Ry(pitch) Rx(roll)
     turned = np.array(
         (
@@ -177,18 +177,18 @@ def spatial_motion(mean: Array, dt: float, moved: Array, transition: Array) -> N
             (-sp, cp * sr, cp * cr),
         )
     )
-    along_x, along_y, along_z = turned @ way
+    along_x, along_y, along_z = turned @ moved_by
     moved[0] += along_x
     moved[1] += along_y
     moved[2] += along_z
     for i in range(3):
-        transition[i, 3] = turned[i, 2] * way[1] - turned[i, 1] * way[2]
+        transition[i, 3] = turned[i, 2] * moved_by[1] - turned[i, 1] * moved_by[2]
         for j in range(3):
             transition[i, 6 + j] = dt * turned[i, j]
             transition[i, 12 + j] = 0.5 * dt * dt * turned[i, j]
-    down = -sp * way[0] + cp * sr * way[1] + cp * cr * way[2]
+    down = -sp * moved_by[0] + cp * sr * moved_by[1] + cp * cr * moved_by[2]
     transition[0, 4], transition[1, 4] = cy * down, sy * down
-    transition[2, 4] = -cp * way[0] - sp * sr * way[1] - sp * cr * way[2]
+    transition[2, 4] = -cp * moved_by[0] - sp * sr * moved_by[1] - sp * cr * moved_by[2]
     transition[0, 5], transition[1, 5] = -along_y, along_x
     _turn_in_space(mean, dt, moved, transition)
     for i in range(3):

@@ -32,12 +32,12 @@ def _wide() -> TrackerValues:
 class GrowingValues:
     """How scans are matched and when their walls are added.
 
-    A scan's walls are added once the base is `way` m or `turn` rad from the last such scan of the
-    sensor. Wheel errors are assumed to be `slip` m per m, `twist` rad per m and `spin` rad per rad.
-    Matches that are not healthy are ignored.
+    A scan's walls are added once the base is `distance` m or `turn` rad from the last such scan of
+    the sensor. Wheel errors are assumed to be `slip` m per m, `twist` rad per m and `spin` rad per
+    rad. Matches that are not healthy are ignored.
     """
 
-    way: float = 0.25
+    distance: float = 0.25
     turn: float = 0.15
     slip: float = 0.3
     twist: float = 0.15
@@ -74,16 +74,16 @@ class Growing:
 
     def _is_new(self, last: Pose2 | None) -> bool:
         values, pose = self._values, self._pose
-        if last is None or last.distance_to(pose) >= values.way:
+        if last is None or last.distance_to(pose) >= values.distance:
             return True
         return abs(wrap(pose.yaw - last.yaw)) >= values.turn
 
     def _move(self, step: Pose2, points: Array) -> None:
         """Predict by the wheels, correct by the walls."""
         values = self._values
-        way, turn = math.hypot(step.x, step.y), abs(step.yaw)
-        off = 0.01 + values.slip * way
-        about = 0.01 + values.twist * way + values.spin * turn
+        distance, turn = math.hypot(step.x, step.y), abs(step.yaw)
+        off = 0.01 + values.slip * distance
+        about = 0.01 + values.twist * distance + values.spin * turn
         self._pose = self._pose @ step
         if len(points) == 0:
             return

@@ -131,8 +131,8 @@ def _gone(poses: Sequence[Pose2]) -> list[float]:
 def _step(
     number: int, poses: Sequence[Pose2], gone: Sequence[float], values: LoopValues
 ) -> PoseEdge:
-    way = gone[number + 1] - gone[number]
-    sigma = (0.01 + values.slip * way, 0.003 + values.twist * way)
+    distance = gone[number + 1] - gone[number]
+    sigma = (0.01 + values.slip * distance, 0.003 + values.twist * distance)
     between = poses[number].inverse() @ poses[number + 1]
     return PoseEdge(number, number + 1, between, sigma, is_loop=False)
 
@@ -191,11 +191,11 @@ def _best_of_many(
 ) -> Pose2 | None:
     """The best match from many start poses; None unless it is clearly better than other places."""
     field, few = walls.field, points[:: max(1, len(points) // 60)]
-    ways = np.arange(-reach, reach + 0.1, 0.5).tolist()
+    offsets = np.arange(-reach, reach + 0.1, 0.5).tolist()
     turns = np.arange(-0.3, 0.31, 0.1).tolist()
     starts = [
         Pose2(here.x + dx, here.y + dy, here.yaw + turn)
-        for dx in ways for dy in ways for turn in turns if math.hypot(dx, dy) <= reach
+        for dx in offsets for dy in offsets for turn in turns if math.hypot(dx, dy) <= reach
     ]  # fmt: skip
     found = [match(field, few, start, _SPREAD, _WIDE) for start in starts]
     found.sort(key=lambda one: -one.share)

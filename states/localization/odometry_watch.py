@@ -46,21 +46,21 @@ class OdometryWatch:
         while len(seen) > 2 and seen[1][0] <= stamp_ns - WINDOW * 1e9:
             seen.popleft()
         _, first_map, first_odom = seen[0]
-        true = first_map.inverse() @ map_from_base
-        told = first_odom.inverse() @ odom_from_base
-        if not _explained(true, told):
+        by_scans = first_map.inverse() @ map_from_base
+        by_wheels = first_odom.inverse() @ odom_from_base
+        if not _explained(by_scans, by_wheels):
             self._wrong_ns = stamp_ns
         elif self._wrong_ns is not None and stamp_ns - self._wrong_ns > CLEARED * 1e9:
             self._wrong_ns = None
 
 
-def _explained(true: Pose2, told: Pose2) -> bool:
-    way = max(_length(true), _length(told))
-    turn = max(abs(true.yaw), abs(told.yaw))
-    aside = true.distance_to(told) - 0.5 * way * turn * SLIP_SHARE
-    off = abs(wrap(true.yaw - told.yaw))
-    fits = aside <= SLIP_M + SLIP_SHARE * way
-    return fits and off <= SLIP_RAD + TURN_SHARE * turn + TURN_PER_METRE * way
+def _explained(by_scans: Pose2, by_wheels: Pose2) -> bool:
+    distance = max(_length(by_scans), _length(by_wheels))
+    turn = max(abs(by_scans.yaw), abs(by_wheels.yaw))
+    aside = by_scans.distance_to(by_wheels) - 0.5 * distance * turn * SLIP_SHARE
+    off = abs(wrap(by_scans.yaw - by_wheels.yaw))
+    fits = aside <= SLIP_M + SLIP_SHARE * distance
+    return fits and off <= SLIP_RAD + TURN_SHARE * turn + TURN_PER_METRE * distance
 
 
 def _length(pose: Pose2) -> float:

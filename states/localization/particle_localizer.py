@@ -13,8 +13,9 @@ from typing import Literal
 
 import numpy as np
 
+from hw.finite import is_finite
 from hw.geometry import Pose2
-from hw.samples import Odometry, PoseSigma, Scan, TrackerPose, is_finite
+from hw.samples import Odometry, PoseSigma, Scan, TrackerPose
 from hw.sensing import Sensing
 from hw.tracking import Tracking
 from states.localization.amcl import Amcl, AmclValues

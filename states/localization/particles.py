@@ -43,20 +43,20 @@ def log_likelihoods(
 
 
 @njit(cache=True)
-def move(particles: Array, way: Array, spread: Array, normals: Array) -> None:
+def move(particles: Array, moved: Array, spread: Array, normals: Array) -> None:
     """Move particles in place by the odometry since the last update, each with its own error.
 
-    way: distance, bearing in the previous base frame, turn. spread: standard deviations along the
+    moved: distance, bearing in the previous base frame, turn. spread: standard deviations along the
     path, across it and of the turn. normals (n, 3): standard normal numbers.
     """
     for i in range(len(particles)):
-        bearing = particles[i, 2] + way[1]
-        along = way[0] + spread[0] * normals[i, 0]
+        bearing = particles[i, 2] + moved[1]
+        along = moved[0] + spread[0] * normals[i, 0]
         across = spread[1] * normals[i, 1]
         c, s = math.cos(bearing), math.sin(bearing)
         particles[i, 0] += c * along - s * across
         particles[i, 1] += s * along + c * across
-        particles[i, 2] = wrapped(particles[i, 2] + way[2] + spread[2] * normals[i, 2])
+        particles[i, 2] = wrapped(particles[i, 2] + moved[2] + spread[2] * normals[i, 2])
 
 
 @njit(cache=True)

@@ -102,12 +102,12 @@ class Search:
         self._scans += 1
         if not self._hypotheses:
             self._seed(points)
-        way = (self._odom_from_base or odom_from_base).inverse() @ odom_from_base
+        moved = (self._odom_from_base or odom_from_base).inverse() @ odom_from_base
         self._odom_from_base = odom_from_base
-        self._also = None if self._also is None else self._also @ way
+        self._also = None if self._also is None else self._also @ moved
         about = _NEAR if self._scans < FEWEST else _CLOSE
         for one in self._hypotheses:
-            predicted = one.match.map_from_base @ way
+            predicted = one.match.map_from_base @ moved
             one.match = match(self._field, points, predicted, about, self._matching)
             one.fits = KEEP * one.fits + self._fit(points, one.match.map_from_base)
         self._hypotheses = _kept(self._hypotheses)

@@ -63,9 +63,10 @@ class Trail:
     def _has_jumped(self, stamp_ns: int, odom_from_base: Pose2) -> bool:
         if not self._stamps:
             return False
-        way = self._poses[-1].inverse() @ odom_from_base
+        moved = self._poses[-1].inverse() @ odom_from_base
         time = (stamp_ns - self._stamps[-1]) * 1e-9
-        return math.hypot(way.x, way.y) > FASTEST_M * time or abs(way.yaw) > FASTEST_RAD * time
+        distance, turn = math.hypot(moved.x, moved.y), abs(moved.yaw)
+        return distance > FASTEST_M * time or turn > FASTEST_RAD * time
 
     def at(self, stamp_ns: int) -> Pose2 | None:
         """odom_from_base at a stamp, interpolated linearly; None before the trail.
@@ -99,8 +100,8 @@ class Trail:
     def _velocity_to(self, stamp_ns: int, odom_from_base: Pose2) -> Twist2:
         if not self._stamps:
             return STILL
-        way = self._poses[-1].inverse() @ odom_from_base
-        return velocity_of(way, (stamp_ns - self._stamps[-1]) * 1e-9)
+        moved = self._poses[-1].inverse() @ odom_from_base
+        return velocity_of(moved, (stamp_ns - self._stamps[-1]) * 1e-9)
 
 
 def displacement_of(velocity: Twist2, time: float) -> Pose2:

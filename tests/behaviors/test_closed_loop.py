@@ -107,7 +107,7 @@ def test_no_behaviour_drives_faster_than_its_limit_and_escape_keeps_the_yaw(
     assert seen.entries("escape") > 3
     assert fastest["escape"] > 0.5
     assert turned < math.radians(1.0)
-    assert seen.world.wall_hits == 0
+    assert seen.world.collisions.wall_hits == 0
 
 
 @pytest.mark.requirement(34, 52, 120)
@@ -127,7 +127,7 @@ def test_chase_and_haptic_keep_a_metre_from_walls_and_escape_77_cm(
         nearest[kind] = min(nearest[kind], wall)
     assert nearest["calm"] >= 1.0 - 0.01
     assert nearest["fled"] >= 0.77 - 0.01
-    assert seen.world.wall_hits == 0
+    assert seen.world.collisions.wall_hits == 0
 
 
 def _to_segment(x: float, y: float, segment: Any) -> tuple[float, float]:
@@ -195,7 +195,7 @@ def test_beside_a_walking_user_the_robot_keeps_3_to_4_m(
 
     assert len(kept) > 1500
     assert sum(kept) / len(kept) >= share
-    assert seen.world.contacts == ()
+    assert seen.world.collisions.contacts == ()
 
 
 @pytest.mark.requirement(88)
@@ -295,8 +295,8 @@ def test_a_robot_shut_into_a_corner_warns_and_recovers_when_the_user_goes(
     names = [name for _, name in entered]
     assert "escape" in names
     assert "inform" in names
-    assert seen.world.contacts == ()
-    assert seen.world.wall_hits == 0
+    assert seen.world.collisions.contacts == ()
+    assert seen.world.collisions.wall_hits == 0
     # no livelock: a round from one Chase to the next takes its time
     chases = [time for time, name in entered if name == "chase"]
     rounds = [(b - a) / 1e9 for a, b in itertools.pairwise(chases)]
@@ -340,4 +340,4 @@ def test_where_no_haptic_pose_is_free_haptic_fails_and_chase_goes_on(
     assert ended == ["failed"]
     assert seen.entries("haptic/serve/drive") == 0
     assert seen.behaviour == "chase"
-    assert seen.world.contacts == ()
+    assert seen.world.collisions.contacts == ()

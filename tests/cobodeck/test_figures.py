@@ -107,7 +107,7 @@ def test_the_summary_tells_each_contact_those_by_the_robot_first(figures: dict[s
     after = lines.index(f"contacts           {told}") + 1
     assert lines[after : after + 3] == [
         "12.3 s base at (1.2, 3.4), robot 0.40 m/s, person 0.00 m/s",
-        "13.0 s wrist_2 at (1.0, 3.0), robot 0.20 m/s, person 0.10 m/s, in a touch asked for",
+        "13.0 s wrist_2 at (1.0, 3.0), robot 0.20 m/s, person 0.10 m/s, in a requested touch",
         "15.0 s prop at (2.0, 3.0), robot 0.00 m/s, person 0.70 m/s",
     ]
 

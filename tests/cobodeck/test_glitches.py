@@ -79,7 +79,7 @@ def run_and_watch(loop: Loop, seconds: float) -> list[str]:
         assert speed <= 2.5 + 1e-9
         assert speed - before <= most * period + 1e-9
         before = speed
-    assert loop.plant.wall_hits == 0
+    assert loop.plant.collisions.wall_hits == 0
     return [
         r.subject for r in loop.wired.run.trace if r.kind == "enter" and r.subject in BEHAVIOURS
     ]

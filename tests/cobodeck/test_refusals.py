@@ -23,11 +23,11 @@ RETREATED = REACHING | {"haptic/serve/retreat": "parked"}
     [
         (CHOOSING | {"haptic/serve/choose": "none"}, "no Haptic pose"),
         (CHOOSING | {"haptic/serve/choose": "out_of_reach"}, "DEEP out of reach"),
-        (DRIVING | {"haptic/serve/drive": "no_path"}, "no way to the Haptic pose"),
-        (DRIVING | {"haptic/serve/drive": "stuck"}, "stuck on the way"),
+        (DRIVING | {"haptic/serve/drive": "no_path"}, "no path to the Haptic pose"),
+        (DRIVING | {"haptic/serve/drive": "stuck"}, "stuck on the path"),
         (DRIVING | {"haptic/serve/drive": "lost"}, "base or user lost"),
         (RETREATED | {"haptic/serve/reach": "no_solution"}, "DEEP out of reach"),
-        (RETREATED | {"haptic/serve/reach": "blocked"}, "no free way for the arm"),
+        (RETREATED | {"haptic/serve/reach": "blocked"}, "no free path for the arm"),
         ({"haptic/serve/park": "failed"}, "the arm did not get there"),
     ],
 )

@@ -491,7 +491,7 @@ def test_a_touch_of_the_foam_is_an_event_stops_the_base_and_stays_latched_while_
     rig.drive(Twist2(0.8, 0.0, 0.0), 45)
     hits = rig.values("bumper.hit")
     assert hits == [BumperHit(pytest.approx(0.0, abs=0.05))]
-    assert len(rig.world.contacts) == 1
+    assert len(rig.world.collisions.contacts) == 1
     rig.ticks(120)
     assert rig.values("operator.acknowledge") == []
     assert rig.values("stop.engaged")[-1].startswith("bumper")
@@ -509,7 +509,7 @@ def test_a_wall_touches_the_foam_too_and_is_not_driven_through(rig):
     turned = rig.values("base.pose")[-1].yaw
     toward_wall = Twist2(-1.0, 0.0, 0.0).rotated(-turned)
     rig.drive(toward_wall, 80)
-    assert rig.world.wall_hits >= 1
+    assert rig.world.collisions.wall_hits >= 1
     assert rig.values("bumper.hit")
     for pose in rig.values("base.pose"):
         corners = [pose.transform(a, b) for a in (-0.565, 0.565) for b in (-0.455, 0.455)]

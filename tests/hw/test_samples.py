@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from hw.finite import is_finite
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.samples import (
     ArmState,
@@ -23,7 +24,6 @@ from hw.samples import (
     TrackerPose,
     UserPose,
     WrenchReading,
-    is_finite,
 )
 
 JOINTS = (0.0,) * 5

@@ -24,13 +24,14 @@ from hw.drivers.chain.links import Links
 from hw.drivers.chain.settings import ChainSettings
 from hw.drivers.gates import MS
 from hw.drivers.hardware import Hardware
+from hw.finite import is_finite
 from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.interfaces import DriveMode
 from hw.links.datagrams import Datagram, Outlet
 from hw.reckoner import Reckoner
 from hw.safety.keeper import Keeper, is_standing
 from hw.safety.ramps import STANDSTILL, Ramps, Velocity, twist_after
-from hw.samples import PoseSigma, Sample, TrackerPose, UserPose, is_finite
+from hw.samples import PoseSigma, Sample, TrackerPose, UserPose
 
 RESET_NS = 400 * MS
 """Time that drives may take to be ready after a reset, ns."""

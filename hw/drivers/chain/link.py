@@ -28,7 +28,7 @@ from typing import Any
 
 from hw.connection import RunInfo
 from hw.drivers.chain.keeper import ChainKeeper
-from hw.drivers.chain.settings import OBSERVER_S, ChainSettings, ObserverSettings
+from hw.drivers.chain.settings import ChainSettings, ObserverSettings, hardware_of
 from hw.drivers.feed import DatagramFeed, up_to
 from hw.drivers.gates import CHAIN_SILENT_NS
 from hw.geometry import STILL, Twist2
@@ -84,8 +84,8 @@ class ChainLink:
         self.why: str | None = None
         self.wake: Callable[[], None] = _nobody
         self.modes = opening.body.base.modes
-        self._wheels = _hardware(hardware)
-        self._observer = None if observer is None else _observer(observer, self.address)
+        self._wheels = hardware_of(hardware)
+        self._observer = None if observer is None else ObserverSettings.of(observer, self.address)
         self._outlet = Outlet("engine", [self.address])
         self.keeper = ChainKeeper(
             opening.safety, self.modes[0], self._outlet, now, self.reset, self.pull
@@ -297,24 +297,6 @@ class ChainStopLine:
             return []
         self._reported = reason
         return [Sample("stop.engaged", now_ns, reason)]
-
-
-def _hardware(given: Mapping[str, Any]) -> tuple[str, str, dict[str, Any]]:
-    values = dict(given)
-    module, _, name = str(values.pop("driver", "")).partition(":")
-    if not module or not name:
-        raise ValueError('chain: hardware: write driver: "module:Class"')
-    return module, name, values
-
-
-def _observer(given: Mapping[str, Any], chain: Address) -> ObserverSettings:
-    strange = given.keys() - {"host", "port", "timeout"}
-    if strange:
-        raise ValueError(
-            f"chain: observer: {', '.join(sorted(strange))}; known: host, port, timeout"
-        )
-    address = str(given.get("host", chain[0])), int(given.get("port", chain[1]))
-    return ObserverSettings(address, float(given.get("timeout", OBSERVER_S)))
 
 
 def _nobody() -> None:

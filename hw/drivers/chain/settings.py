@@ -22,6 +22,21 @@ class ObserverSettings:
     address: Address
     timeout: float = OBSERVER_S
 
+    @classmethod
+    def of(cls, given: Mapping[str, Any], chain: Address) -> ObserverSettings:
+        """From the entry `observer` of a connection; by default at the chain's own address.
+
+        Raises:
+            ValueError: an unknown key.
+        """
+        strange = given.keys() - {"host", "port", "timeout"}
+        if strange:
+            raise ValueError(
+                f"chain: observer: {', '.join(sorted(strange))}; known: host, port, timeout"
+            )
+        address = str(given.get("host", chain[0])), int(given.get("port", chain[1]))
+        return cls(address, float(given.get("timeout", OBSERVER_S)))
+
 
 @dataclass(frozen=True, slots=True)
 class ChainSettings:
@@ -50,3 +65,16 @@ class ChainSettings:
             raise ValueError(
                 f"chain: observer: a timeout of {self.observer.timeout:g} s; 0.2 to {OBSERVER_S}"
             )
+
+
+def hardware_of(given: Mapping[str, Any]) -> tuple[str, str, dict[str, Any]]:
+    """Module, class and arguments of the entry `hardware` of a connection.
+
+    Raises:
+        ValueError: it names no driver.
+    """
+    values = dict(given)
+    module, _, name = str(values.pop("driver", "")).partition(":")
+    if not module or not name:
+        raise ValueError('chain: hardware: write driver: "module:Class"')
+    return module, name, values

@@ -103,7 +103,7 @@ class UnityBridge:
         """Take a frame of a client.
 
         Raises:
-            Malformed: the client's link is no longer usable.
+            MalformedFrame: the client's link is no longer usable.
         """
         self._now_ns = now_ns
         if found.is_command:

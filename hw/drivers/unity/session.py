@@ -61,7 +61,7 @@ class Session:
         """The frames received; sets `broken` if the client has gone.
 
         Raises:
-            Malformed: the bytes are no frame.
+            MalformedFrame: the bytes are no frame.
         """
         try:
             data = self._socket.recv(RECEIVED)

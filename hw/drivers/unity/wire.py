@@ -40,7 +40,7 @@ class UnityFrame(NamedTuple):
         """The JSON object of a command; empty without a body.
 
         Raises:
-            Malformed: not a JSON object.
+            MalformedFrame: not a JSON object.
         """
         text = self.body.rstrip(b"\0")
         try:
@@ -67,7 +67,7 @@ class Parser:
         """Take bytes; returns the frames completed by them.
 
         Raises:
-            Malformed: the stream is lost; frames before the error are lost, too.
+            MalformedFrame: the stream is lost; frames before the error are lost, too.
         """
         self._data += data
         frames, at = [], 0

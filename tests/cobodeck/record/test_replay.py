@@ -505,7 +505,7 @@ def test_states_that_have_other_outcomes_now_are_told(own_project: Path, tmp_pat
     file.write_text(OWN.replace('"done"', '"weighed"'))
     del sys.modules["weighing_states"]
 
-    with pytest.raises(Problem, match="cannot run with the states of today"):
+    with pytest.raises(Problem, match="cannot run with the present states"):
         replayed(path)
 
 

@@ -191,13 +191,13 @@ def test_a_base_driven_at_a_standing_user_stops_before_the_clearance(speed, side
     assert CLEARANCE <= before < CLEARANCE + 0.12
     rig.ticks(30, lambda r: r.towards(speed))
     assert rig.gap == pytest.approx(before, abs=0.01)
-    assert rig.world.contacts == ()
+    assert rig.world.collisions.contacts == ()
 
 
 def test_without_the_chain_it_would_have_hit_them():
     rig = Rig(ahead(5.0), safety=FREE)
     rig.ticks(300, lambda r: r.towards(1.5))
-    assert rig.world.contacts
+    assert rig.world.collisions.contacts
 
 
 @pytest.mark.requirement(50, 52)

@@ -54,8 +54,8 @@ def first_contact(velocity, start, walk=(0.0, 0.0)):
         body = Pose2(start[0] + walk[0] * t, start[1] + walk[1] * t)
         person.push(n * TICK, UserPose(body, 0.0))
         world.advance(n * TICK)
-        if world.contacts:
-            return world.contacts[0]
+        if world.collisions.contacts:
+            return world.collisions.contacts[0]
     raise AssertionError("they do not meet")
 
 
@@ -119,7 +119,7 @@ def test_a_contact_says_whether_a_touch_was_asked_for(asks):
     person.push(TICK, UserPose(Pose2(1.0, 0.0), 0.0))
     world.advance(TICK)
 
-    (contact,) = world.contacts
+    (contact,) = world.collisions.contacts
     assert contact.granted is asks
 
 
@@ -129,7 +129,7 @@ def test_a_leap_in_no_time_has_no_speeds():
     person.push(0, UserPose(Pose2(0.9, 0.0), 0.0))
     world.advance(0)
 
-    (contact,) = world.contacts
+    (contact,) = world.collisions.contacts
     assert (contact.robot_closing, contact.person_closing, contact.at_ns) == (0.0, 0.0, 0)
 
 

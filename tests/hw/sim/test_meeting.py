@@ -28,7 +28,7 @@ def driven(*things: Thing, command=ahead, seconds: float = 6.0, asked=()) -> Dri
         PERFECT, scene=with_things(*things), command=command, asked=[*asked, "bumper"],
         instants=ticks(seconds),
     )  # fmt: skip
-    assert run.world.wall_hits == 0
+    assert run.world.collisions.wall_hits == 0
     return run
 
 
@@ -46,35 +46,35 @@ def test_a_chair_that_appears_is_hit_only_then() -> None:
     late = driven(Thing("chair", (8.0, 7.0), appears=4.0), seconds=5.0)
     gone = driven(Thing("chair", (9.0, 7.0), leaves=1.0), seconds=5.0)
     free = driven(seconds=5.0)
-    assert late.world.object_hits == gone.world.object_hits == 0
+    assert late.world.collisions.object_hits == gone.world.collisions.object_hits == 0
     assert late.world.base.pose == gone.world.base.pose == free.world.base.pose
 
 
 def test_a_robot_gets_away_from_a_chair_that_was_put_against_it() -> None:
     away = driven(Thing("chair", (7.7, 7.0)), command=lambda _: Twist2(-0.5, 0.0, 0.0), seconds=2.0)
-    assert away.world.object_hits == 0
+    assert away.world.collisions.object_hits == 0
     assert away.world.base.pose.x < 6.5
-    assert driven(Thing("chair", (7.7, 7.0)), seconds=1.0).world.object_hits == 1
+    assert driven(Thing("chair", (7.7, 7.0)), seconds=1.0).world.collisions.object_hits == 1
 
 
 def test_people_are_touched_by_name_and_a_touch_counts_once() -> None:
     run = driven(Thing("chair", (2.0, 2.0)), Thing("person", (9.0, 7.0)))
-    (contact,) = run.world.contacts
+    (contact,) = run.world.collisions.contacts
     assert (contact.who, contact.part, contact.by, contact.granted) == (
         "person_2", "base", "robot", False,
     )  # fmt: skip
     assert contact.x == pytest.approx(8.5, abs=0.02)
     assert contact.robot_closing == pytest.approx(0.8, abs=0.05)
-    assert run.world.object_hits == 0
+    assert run.world.collisions.object_hits == 0
     assert run.world.parts["stop_line"].reason == "bumper: person"
     # what counts as the least distance is that of the user
-    assert run.world.min_gap > 3.0
+    assert run.world.collisions.min_gap > 3.0
 
 
 def test_somebody_who_walks_into_a_standing_robot_has_done_it() -> None:
     walker = Thing("person", (12.0, 7.0), walks=((9.0, 7.0), (2.0, 7.0)), speed=1.2)
     run = driven(walker, command=lambda _: STILL, seconds=8.0)
-    (contact,) = run.world.contacts
+    (contact,) = run.world.collisions.contacts
     assert (contact.who, contact.by) == ("person_1", "person")
     assert contact.person_closing == pytest.approx(1.2, abs=1e-6)
     assert contact.at_ns == pytest.approx((12.0 - 7.0 - OUT - 0.5) / 1.2 * 1e9, abs=1e6)
@@ -89,7 +89,7 @@ def test_a_robot_is_pushed_off_somebody_who_stays() -> None:
     run = driven(Thing("person", (9.0, 7.0)), seconds=14.0, command=lambda now: (
         ahead(now) if now < 3_000_000_000 else STILL
     ))  # fmt: skip
-    assert len(run.world.contacts) == 1
+    assert len(run.world.collisions.contacts) == 1
     assert run.world.parts["stop_line"].reason is None
     assert 9.0 - 0.5 - OUT - run.world.base.pose.x > 0.0
 

@@ -28,7 +28,7 @@ def wander(turn: float):
 
 
 def missed(run: Driven) -> float:
-    assert run.world.wall_hits == 0
+    assert run.world.collisions.wall_hits == 0
     return drift(run).distance_to(Pose2(0.0, 0.0))
 
 

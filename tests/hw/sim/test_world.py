@@ -35,7 +35,7 @@ def test_a_long_step_is_the_same_as_many_short_ones_of_the_longest_kind():
     for n in range(601):
         worlds[1].advance(min(n * 33_333_334, 20 * 10**9))
     assert worlds[0].person.body == worlds[1].person.body
-    assert worlds[0].min_gap == worlds[1].min_gap
+    assert worlds[0].collisions.min_gap == worlds[1].collisions.min_gap
 
 
 def test_a_robot_that_starts_in_a_wall_or_a_person_is_refused(tmp_path):
@@ -70,7 +70,7 @@ def test_the_least_gap_is_that_of_a_dense_record():
         x, y = world.base.pose.inverse().transform(body.x, body.y)
         outside = max(abs(x) - 0.565, 0.0), max(abs(y) - 0.455, 0.0)
         gaps.append(math.hypot(*outside) - 0.5)
-    assert min(gaps) - 0.05 <= world.min_gap <= min(gaps) + 1e-9
+    assert min(gaps) - 0.05 <= world.collisions.min_gap <= min(gaps) + 1e-9
 
 
 def test_a_person_who_walks_through_the_robot_is_one_contact():
@@ -81,8 +81,8 @@ def test_a_person_who_walks_through_the_robot_is_one_contact():
         world.advance(tick(n))
         if world.person.body.x < 0.5:
             break
-    assert len(world.contacts) == 1
-    assert world.min_gap == pytest.approx(-0.5)
+    assert len(world.collisions.contacts) == 1
+    assert world.collisions.min_gap == pytest.approx(-0.5)
 
 
 def test_a_leap_through_the_robot_is_a_contact_though_both_ends_are_far():
@@ -91,7 +91,7 @@ def test_a_leap_through_the_robot_is_a_contact_though_both_ends_are_far():
     for n, x in enumerate((2.3, -2.3), start=1):
         person.push(tick(n), UserPose(Pose2(LAB.robot_start.x + x, 8.4), 0.0))
         world.advance(tick(n))
-    assert len(world.contacts) == 1
+    assert len(world.collisions.contacts) == 1
 
 
 def test_the_demo_person_stops_when_shown_the_robot():
@@ -150,8 +150,8 @@ def test_a_robot_that_a_person_leans_on_is_pushed_off_and_can_be_reset(tmp_path,
     assert reasons[0] == "bumper: person"
     assert all(reason == "bumper: person" for reason in reasons[: 30 * 5])
     assert reasons[-1] is None
-    assert not world.touching
-    assert (len(world.contacts), world.wall_hits) == (1, 0)
+    assert not world.collisions.touching
+    assert (len(world.collisions.contacts), world.collisions.wall_hits) == (1, 0)
     moved = Pose2(x, y).distance_to(world.base.pose)
     assert 0.0 < moved < 0.6
 
