@@ -1,4 +1,4 @@
-"""Chase: where to wait near the user, and keeping out of their way (paper 4.4.2)."""
+"""Chase: choosing where to wait near the user, and following them (paper 4.4.2)."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from behaviors.settings import EscapeSettings, Settings
 from behaviors.situation import AGE_S, CHANGES, WAYS, Situation, situation
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from hw.geometry import Pose2, Twist2, wrap
-from hw.samples import ArmState, UserPose
+from hw.samples import Joints, UserPose
 from states.environment import Environment
 from states.keys import ARM_JOINTS, planner_key
 from states.navigation.states import is_there, user_disc
@@ -155,7 +155,8 @@ class Flee(Action):
                         return "safe"
                     goal = None
                 free = ctx.value(ESCAPE_POSES) or ()
-                goal = self._choose(now, free, goal, ctx.value(ARM_JOINTS))
+                arm = ctx.value(ARM_JOINTS)
+                goal = choose(now, free, goal, None if arm is None else arm.joints)
                 if goal is None:
                     return "no_way" if free else "no_pose"
                 command = command_towards(now, (goal.x, goal.y), "escape")
@@ -165,16 +166,20 @@ class Flee(Action):
             base.release("escape")
         return "no_way"
 
-    def _choose(
-        self, now: Situation, free: Sequence[Pose2], goal: Pose2 | None, arm: ArmState | None
-    ) -> Pose2 | None:
-        """The goal to drive to, by the profile's `order`; None if none can be reached."""
-        if now.settings.escape.order == "given":
-            return goal or _first_in_reach(now, free)
-        from behaviors.dodge import safest_goal
 
-        outline = now.environment.outline(None if arm is None else arm.joints)
-        return safest_goal(now, (*(() if goal is None else (goal,)), *free), goal, outline)
+def choose(
+    now: Situation, free: Sequence[Pose2], goal: Pose2 | None, joints: Joints | None
+) -> Pose2 | None:
+    """The pose of `free` to drive to, by the profile's `order`; None if none can be reached.
+
+    `goal` is the pose driven to so far, `joints` are the arm's, rad, if known.
+    """
+    if now.settings.escape.order == "given":
+        return goal or _first_in_reach(now, free)
+    from behaviors.dodge import safest_goal
+
+    outline = now.environment.outline(joints)
+    return safest_goal(now, (*(() if goal is None else (goal,)), *free), goal, outline)
 
 
 def _still_in_reach(now: Situation, goal: Pose2 | None) -> Pose2 | None:

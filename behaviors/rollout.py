@@ -24,8 +24,7 @@ from states.subsystems import SubsystemName
 
 Array = NDArray[np.float64]
 
-HORIZON_S = 3.0
-STEP_S = 0.1
+HORIZON_S, STEP_S = 3.0, 0.1
 """Length and step of a rollout, s."""
 STEPS = round(HORIZON_S / STEP_S)
 CLOSEST = 0.12

@@ -83,7 +83,6 @@ def signals(
     `scanning`: is there a source of `base.scan`?
     """
     user = settings.user
-    cells = cache(partial(_cells, environment, settings))
     return (
         *(measured() if localizer is None else localized(localizer)),
         *planning(environment, scanning, "base.pose" if localizer is None else ESTIMATE),
@@ -101,6 +100,14 @@ def signals(
             partial(StillnessEstimator, user.still_speed, user.still_turn), int,
             about="since when the user has stood still, ns; none while they move",
         ),
+        *_decisions(environment, settings),
+    )  # fmt: skip
+
+
+def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ...]:
+    """What CoboDeck's own decisions rest on: zones, poses and spaces."""
+    cells = cache(partial(_cells, environment, settings))
+    return (
         Derived("user.distance", ("user.pose", "base.pose"), _distance, float,
                 about="from the user's body to the robot's centre, m"),
         Derived(
@@ -170,7 +177,7 @@ def planning(
 
 
 def _planning(environment: Environment, name: SubsystemName, scanning: bool) -> Iterator[Signal]:
-    kind, about = environment.navigation.named(name).planner, "finds ways for the robot's centre"
+    kind, about = environment.navigation.named(name).planner, "finds paths for the robot's centre"
     if not scanning:
         yield Derived(f"{name}.planner", ("environment",), partial(_static, name), about=about)
     elif kind == "exact":

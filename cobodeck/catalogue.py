@@ -1,9 +1,9 @@
-"""What charts can name: state classes, types and signals, shipped and of one's own.
+"""What charts can name: state classes, types and signals, shipped ones and those of projects.
 
-Modules are listed as text and imported when the catalogue is made, so that importing this one
-costs nothing. A module gives all subclasses of `Action` and `Monitor` defined in it; a user's
-module may also have `SIGNALS` (a tuple of signals), `TYPES` (names of types for charts) and `PARTS`
-(parts of a robot by name: classes that, called without arguments, give the simulated part).
+Modules are listed as text and imported when the catalogue is built, so that importing this one
+costs nothing. A module provides all subclasses of `Action` and `Monitor` defined in it; a project's
+module may also have `SIGNALS` (a tuple of signals), `TYPES` (types by the name for charts) and
+`PARTS` (parts of a robot by name: classes that, called without arguments, give the simulated part).
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ CHARTS = Path(__file__).parent.parent / "charts"
 
 @dataclass(frozen=True, slots=True)
 class Catalogue:
-    """State classes by name, what charts must know of them, and the types charts may pass on."""
+    """State classes and their interfaces by name, and the types, signals and parts of projects."""
 
     classes: Mapping[str, type[State]]
     interfaces: Mapping[str, Interface]
@@ -48,7 +48,7 @@ class Catalogue:
 
     @property
     def packages(self) -> frozenset[str]:
-        """The packages from which drivers may be imported: ours, and those of the projects."""
+        """The packages from which drivers may be imported: `hw` and those of the projects."""
         return frozenset(("hw",)).union(*(project.packages for project in self.projects))
 
     @property
@@ -58,28 +58,28 @@ class Catalogue:
 
     @property
     def signal_names(self) -> set[str]:
-        """The signals there are in any place and with any profile."""
+        """The names of all signals; they depend on neither place nor profile."""
         from behaviors.profile import load_profile
         from behaviors.signals import signals
         from hw.robot import load_robot
         from hw.scene import load_scene
 
-        # names depend on neither; it only takes some to ask
+        # any scene and profile will do to build them
         profile, scene = load_profile("tuned"), load_scene("lab_a")
         environment = profile.environment(scene.room, load_robot(scene.robot))
         own = {signal.name for signal in self.own_signals}
         return own | {signal.name for signal in signals(environment, profile.settings)}
 
     def module_of(self, name: str) -> str:
-        """The module in which a class stands."""
+        """The module in which a state class is defined."""
         return self.classes[name].__module__
 
 
 def catalogue(start: Path | None = None, *, own: bool = True) -> Catalogue:
-    """Everything shipped, and, if `own`, what the projects around `start` and installed ones add.
+    """Everything shipped and, if `own`, what projects around `start` and installed ones add.
 
     Raises:
-        Problem: a module cannot be imported, a class is no usable state, or a name stands twice.
+        Problem: a module cannot be imported, a class is not a valid state, or a name is taken.
     """
     added = projects(start) if own else []
     modules = [_imported(name) for name in MODULES]
@@ -104,7 +104,7 @@ def catalogue(start: Path | None = None, *, own: bool = True) -> Catalogue:
 
 
 def shipped_charts() -> list[Path]:
-    """The chart files that come with the project."""
+    """The shipped chart files."""
     return sorted(CHARTS.glob("*.yaml"))
 
 
@@ -146,7 +146,7 @@ def _types(modules: Iterable[ModuleType]) -> dict[str, Type]:
 
 
 def _imported(name: str) -> ModuleType:
-    """Import a module; whatever goes wrong in it is the user's to mend, with its place."""
+    """Import a module; whatever it raises is reported with its place."""
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError as error:
@@ -163,7 +163,7 @@ _POINTS = '[project.entry-points."cobodeck.states"] of a pyproject.toml'
 
 
 def _where(error: BaseException, doing: str) -> str:
-    """`file:line: what`, of the place farthest inside that is no part of Python's own import."""
+    """`file:line: what`, of the innermost frame outside Python's import machinery."""
     import traceback
 
     if isinstance(error, SyntaxError) and error.filename:

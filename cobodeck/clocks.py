@@ -1,4 +1,4 @@
-"""The clocks of a loop: virtual time, which costs nothing, and real time, which is waited for."""
+"""The clocks of a loop: virtual time, which takes none, and real time, in which it sleeps."""
 
 from __future__ import annotations
 
@@ -10,34 +10,34 @@ from typing import ClassVar, Protocol
 
 
 class Clock(Protocol):
-    """Says when it is; `waits` is True where time passes by itself."""
+    """The time of a run; `waits` is True where time passes by itself."""
 
     waits: ClassVar[bool]
 
     def wait(self, until_ns: int) -> int:
-        """Wait until an instant, ns since the start, or until woken; the time it is then."""
+        """Wait until an instant, ns since the start, or until woken; returns the time then, ns."""
         ...
 
     def wake(self) -> None:
-        """End the wait under way, or the next one; may be called from any thread."""
+        """End the current wait, or the next one; may be called from any thread."""
         ...
 
 
 class Virtual:
-    """Time is whatever the loop asks for."""
+    """Virtual time: each wait ends at once, at the instant waited for."""
 
     waits: ClassVar[bool] = False
 
     def wait(self, until_ns: int) -> int:
-        """At once."""
+        """Return at once."""
         return until_ns
 
     def wake(self) -> None:
-        """Nobody sleeps."""
+        """Nothing sleeps."""
 
 
 class RealTime:
-    """Real time since the first `wait`, by a clock in ns that never goes back."""
+    """Real time since the first `wait`, by a monotonic clock in ns."""
 
     waits: ClassVar[bool] = True
 
@@ -59,9 +59,9 @@ class RealTime:
         return self.now()
 
     def now(self) -> int:
-        """What it is now, ns; 0 before the first wait. May be called from any thread."""
+        """The time now, ns; 0 before the first wait. May be called from any thread."""
         return 0 if self._start is None else self._reading() - self._start
 
     def wake(self) -> None:
-        """A sample is there; see `Clock`."""
+        """A sample has arrived; see `Clock`."""
         self._woken.put(None)

@@ -17,7 +17,7 @@ from cobodeck.opening import (
     open_all,
     try_to,
 )
-from cobodeck.wiring import Uses
+from cobodeck.setup import Uses
 from hw.connection import Connection, RunInfo
 from hw.interfaces import StopLine
 from hw.reckoner import Reckoner

@@ -33,7 +33,7 @@ def room_checks(scene_name: str, profile_name: str | None = None) -> Iterator[Do
     from behaviors.profile import load_profile
     from cobodeck.floor_report import floor_report
     from cobodeck.places import open_place
-    from cobodeck.wiring import PROFILE
+    from cobodeck.setup import PROFILE
     from hw.robot import load_robot
 
     scene, profile = open_place(scene_name).scene, load_profile(profile_name or PROFILE)
@@ -59,11 +59,11 @@ def tracking_checks(path: Path) -> Iterator[DoctorLine]:
     held = load_tracking(path)
     off, turn = held.residual.position, held.residual.yaw
     fits = off <= GREATEST_OFFSET and turn <= GREATEST_TURN
-    told = f"fits to {1e3 * off:.1f} mm and {math.degrees(turn):.2f} deg"
+    text = f"fits to {1e3 * off:.1f} mm and {math.degrees(turn):.2f} deg"
     if not fits:
         most = f"{1e3 * GREATEST_OFFSET:g} mm and {math.degrees(GREATEST_TURN):g} deg"
-        told += f"; {most} are allowed: `cobodeck calibrate LOG` makes another one"
-    yield f"tracking {held.tracking}", FIT if fits else BAD, told
+        text += f"; {most} are allowed: `cobodeck calibrate LOG` makes another one"
+    yield f"tracking {held.tracking}", FIT if fits else BAD, text
 
 
 def _outline(robot: RobotModel) -> str:
@@ -113,8 +113,8 @@ def _untouchable(found: Untouchable) -> str:
     shares = found.share.tolist()
     places = sorted(zip(shares, found.x.tolist(), found.y.tolist(), strict=True), reverse=True)
     without = [place for place in places if place[0] > 0.0]
-    told = f"none for {found.overall:.1%} of user poses, at {len(without)} of {len(places)} places"
+    text = f"none for {found.overall:.1%} of user poses, at {len(without)} of {len(places)} places"
     if not without:
-        return told
+        return text
     listed = ", ".join(f"({x:.2f}, {y:.2f}) in {share:.0%}" for share, x, y in without[:SHOWN])
-    return f"{told}; a request there ends with `failed`. Worst places: {listed}"
+    return f"{text}; a request there ends with `failed`. Worst places: {listed}"

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from behaviors.signals import ESTIMATE
 from cobodeck.console import table
+from cobodeck.setup import reachable
 from cobodeck.simulate import RunResult
-from cobodeck.wiring import reachable
 from states.localization.estimates import LocalizationEstimator
 
 
 def explain(result: RunResult) -> str:
-    """A table of signals and a list of what nobody asked for."""
+    """A table of signals and a list of those that nothing read."""
     usage, run = result.usage, result.wired.run
     leaves = reachable(run.machine)
     readers: dict[str, set[str]] = {}
@@ -44,7 +44,7 @@ def explain(result: RunResult) -> str:
 
 
 def _scans(result: RunResult) -> list[str]:
-    """What localization did with scans, where there is some."""
+    """What localization did with scans, if there is any."""
     slot = result.wired.board.slots.get(ESTIMATE)
     estimator = getattr(slot, "estimator", None)
     if not isinstance(estimator, LocalizationEstimator):

@@ -1,6 +1,6 @@
-"""Figures of a run: those of a run without a robot, spreads, and what can be told from the trace.
+"""Figures of a run: statistics, contacts, and what follows from the trace alone.
 
-Figures of things that did not occur are `None`, never 0.
+Figures of events that did not occur are `None`, never 0.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from hw.truth import Contact
 
 
 def spread(values: Iterable[float], names: tuple[str, ...]) -> dict[str, float | None]:
-    """Mean, standard deviation of the sample, least and greatest; `None` where there is none."""
+    """Mean, sample standard deviation, minimum and maximum; `None` where undefined."""
     found = list(values)
     if not found:
         return dict.fromkeys(names)
@@ -31,7 +31,7 @@ def spread(values: Iterable[float], names: tuple[str, ...]) -> dict[str, float |
 
 
 def contact_figures(contacts: Sequence[Contact] | None) -> dict[str, Any]:
-    """How many touches there were, by whom, and each of them; None where nobody knows."""
+    """The number of contacts, by cause, and each of them; None where they are not known."""
     causes = None if contacts is None else [contact.by for contact in contacts]
     return {
         "contacts": None if causes is None else len(causes),
@@ -56,9 +56,9 @@ def _listed(contact: Contact) -> dict[str, Any]:
 
 
 class Visit(NamedTuple):
-    """One visit of a chart that another uses: when it was entered, when it ended and how.
+    """One visit of a chart that another uses: entry, end, outcome; ns since the start.
 
-    ns since the start; None where it has not ended, or was broken off.
+    End and outcome are None if it has not ended or was aborted.
     """
 
     entered_ns: int
@@ -67,7 +67,7 @@ class Visit(NamedTuple):
 
 
 def visits(run: ChartRun, chart: str) -> list[Visit]:
-    """The visits of a used chart, in the order of their beginnings."""
+    """The visits of a used chart, in the order of entry."""
     paths = {
         vertex.path
         for vertex in run.machine.vertices.values()
@@ -88,7 +88,7 @@ def visits(run: ChartRun, chart: str) -> list[Visit]:
 
 
 def escape_figures(run: ChartRun) -> dict[str, Any]:
-    """How often Escape was entered, how often it failed, and how long those took that did not."""
+    """Number of Escapes, of failed ones, and the times of those that ended `safe`."""
     escapes = visits(run, "escape")
     times = (
         (escape.ended_ns - escape.entered_ns) / 1e9

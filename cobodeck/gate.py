@@ -30,7 +30,7 @@ class Wanted:
 
     `files` are the hashes of charts, profile and robot by label, `code` those of the program's
     packages and of modules with states; `connection` is its name and hash; `person`: the chart
-    deals with people.
+    deals with people. `profile` is the hash of all its values.
     """
 
     files: Mapping[str, str]
@@ -39,6 +39,7 @@ class Wanted:
     tick_hz: int
     connection: tuple[str, str]
     person: bool
+    profile: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,13 +71,15 @@ def is_of(stage: Stage, header: Mapping[str, Any], wanted: Wanted) -> bool:
 
 def differences(stage: Stage, header: Mapping[str, Any], wanted: Wanted) -> Iterator[str]:
     """What differs between a record and the run to come, in words."""
-    known = {*header["files"].values(), header.get("profile", {}).get("sha256")}
+    known = set(header["files"].values())
     for label, hashed in wanted.files.items():
         if hashed not in known:
             yield f"{label} has changed"
     for name in sorted({*header["code"], *wanted.code}):
         if header["code"].get(name) != wanted.code.get(name):
             yield f"the code of {name} has changed"
+    if header["profile"]["sha256"] != wanted.profile:  # a value may be set without any file
+        yield "the profile had other values"
     if header.get("limits") != wanted.limits:
         yield "it had other limits than those of the connection"
     if header["tick_hz"] != wanted.tick_hz:

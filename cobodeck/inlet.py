@@ -1,4 +1,4 @@
-"""The one way in for samples: from the parts to the board of a run."""
+"""The only entry of samples: from the parts to the board of a run."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from hw.interfaces import RobotPart
 from hw.samples import Sample
 
 Hears = tuple[str, Callable[[Sample, int], None]]
-"""A signal, and who is given its samples with the instant of their arrival, ns."""
+"""A signal, and a function that takes its samples with the instant of arrival, ns."""
 SampleTap = Callable[[Sample, int, str | None], None]
-"""Is told of a sample, the instant of its arrival, ns, and why it was not let in."""
+"""Takes a sample, the instant of its arrival, ns, and why it was refused (None: it was not)."""
 AHEAD_NS = 20_000_000
-"""Clocks may differ by this much, ns; a sample stamped later than that is refused."""
+"""Tolerated clock difference, ns; a sample stamped further ahead is refused."""
 
 
 class Inlet:
-    """Asks the parts for what has arrived, and hands it on.
+    """Polls the parts for samples and passes them on.
 
-    A sample has not arrived if a number in it is NaN or infinite, if its value is not of its
-    signal's type, or if its stamp is no integer or more than `ahead_ns` ahead; `refused` counts
-    these by name. A part that raises is not asked again; `failures` has what it raised. `taps` are
-    told of every sample, and of estimates that somebody has to be told (`tell`).
+    A sample is refused if a number in it is NaN or infinite, if its value is not of its signal's
+    type, or if its stamp is not an integer or more than `ahead_ns` ahead; `refused` counts these by
+    signal. A part that raises is not polled again; `failures` has what it raised. `taps` receive
+    every sample, and every estimate that is passed to listeners (`tell`).
 
-    With `begins`, parts have measured before the run began: of that only the newest counts.
+    With `begins`, parts have measured before the run began; only the newest of that counts.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class Inlet:
         self._ahead_ns = ahead_ns
         self.begins = False
         self._hears: dict[str, list[Callable[[Sample, int], None]]] = {}
-        self._fit: dict[str, object] = {}  # the newest values that were looked at
+        self._fit: dict[str, object] = {}  # the newest values that were checked
         measured = [s for s in board.declared.values() if isinstance(s, Measured)]
         self._kinds = {s.name: s.type for s in measured if isinstance(s.type, type)}
         self._measured = {s.name for s in measured if board.needs(s.name) and not s.constant}
@@ -53,16 +53,16 @@ class Inlet:
             self.listen(name, listener)
 
     def listen(self, name: str, listener: Callable[[Sample, int], None]) -> None:
-        """Give somebody the samples of a signal, as far as they flow: no part is asked for them."""
+        """Call `listener` with samples of a signal, if they flow; no part is polled for them."""
         self._hears.setdefault(name, []).append(listener)
 
     @property
     def flowing(self) -> set[str]:
-        """The signals of the parts that are asked."""
+        """The signals of the parts that are polled."""
         return {name for part in self.sources.values() for name in part.signals}
 
     def take(self, now_ns: int) -> None:
-        """Take what has arrived up to now."""
+        """Take all samples that have arrived by now."""
         begins, self.begins = self.begins, False
         for name, part in list(self.sources.items()):
             try:
@@ -74,11 +74,11 @@ class Inlet:
                 del self.sources[name]
 
     def give(self, sample: Sample, now_ns: int) -> None:
-        """Hand on one sample that has arrived now."""
+        """Check one sample that has arrived now, and pass it on."""
         name, stamp, value = sample
         problem = None
         if not isinstance(stamp, int):
-            problem = "its stamp is no integer"
+            problem = "its stamp is not an integer"
         elif stamp > now_ns + self._ahead_ns:
             problem = "its stamp is ahead"
         elif value is not self._fit.get(name):
@@ -98,9 +98,9 @@ class Inlet:
             listener(sample, now_ns)
 
     def tell(self, sample: Sample, now_ns: int) -> None:
-        """Let those who listen know of an estimate: it comes from the board, and not to it.
+        """Pass an estimate to listeners; it comes from the board and does not go to it.
 
-        One that they know already is not told again.
+        The same estimate is passed on once.
         """
         if self._fit.get(sample.name) is sample.value:
             return
@@ -111,7 +111,7 @@ class Inlet:
             listener(sample, now_ns)
 
     def put(self, name: str, value: Any, stamp_ns: int) -> None:
-        """Give the board a value that no part measures: a constant, or a test's."""
+        """Put a value on the board that no part measures: a constant, or one from a test."""
         self.board.put(name, value, stamp_ns)
 
     def _fits(self, name: str, value: object) -> bool:
@@ -121,7 +121,7 @@ class Inlet:
 
 
 def _newest(samples: Iterable[Sample]) -> Iterable[Sample]:
-    """The newest of each signal, and of each device that gives it."""
+    """The newest sample of each signal and device."""
     found: dict[tuple[str, object], Sample] = {}
     for sample in samples:
         value = sample.value

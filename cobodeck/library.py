@@ -1,7 +1,7 @@
-"""Charts from files: those that are asked for, and those that they may use.
+"""Charts from files: those that are requested, and those that they may use.
 
-Charts name each other by `use`. What is not among the given files is looked for beside them, then
-in the projects, then among the shipped charts; the first of a name counts.
+Charts name each other by `use`. What is not among the given files is looked up beside them, then in
+the projects, then among the shipped charts; the first of a name counts.
 """
 
 from __future__ import annotations
@@ -51,14 +51,14 @@ def files_in(paths: Iterable[Path]) -> list[tuple[Path, str]]:
 
 
 def yaml_files(folder: Path) -> Iterator[Path]:
-    """The YAML files in a folder and below, but for hidden and foreign folders."""
+    """The YAML files in a folder and below, hidden and foreign folders left out."""
     for place, folders, files in os.walk(folder):
         folders[:] = sorted(f for f in folders if not f.startswith(".") and f not in SKIPPED)
         yield from (Path(place, f) for f in sorted(files) if f.endswith((".yaml", ".yml")))
 
 
 def load_beside(files: Sequence[Path], catalogue: Catalogue) -> Library:
-    """The charts of `files`, first, and all that they may use; findings are those of `files`."""
+    """The charts of `files`, first, and those they may use; findings are those of `files`."""
     library = load_files(files)
     beside = _Beside(files)
     while names := used_charts(library.values(), library) & beside.files.keys():
@@ -66,7 +66,7 @@ def load_beside(files: Sequence[Path], catalogue: Catalogue) -> Library:
             _add(library, beside.files.pop(name))
     for file in (*_own_charts(catalogue), *shipped_charts()):
         _add(library, file)
-    if used_charts(library.values(), library):  # a slip of the pen: what could be meant?
+    if used_charts(library.values(), library):  # a misspelt name: which could be meant?
         for file in beside.files.values():
             _add(library, file)
     return library
@@ -85,7 +85,7 @@ class _Beside:
 
 
 def _add(library: Library, file: Path) -> None:
-    """Add the chart in a file, unless there is one of its name; its mistakes are not asked for."""
+    """Add the chart in a file unless its name is taken; its mistakes are left out."""
     for name, chart in load_files([file]).items():
         if name not in library:
             library[name] = chart
@@ -104,7 +104,7 @@ def used_charts(charts: Iterable[Chart], known: Container[str]) -> set[str]:
 
 
 def findings_of(library: Library, catalogue: Catalogue, files: Iterable[Path]) -> list[Finding]:
-    """All that is wrong with the charts in `files`, in order."""
+    """All findings in the charts of `files`, in order."""
     named = {str(file) for file in files}
     found = check(
         library,
@@ -117,7 +117,7 @@ def findings_of(library: Library, catalogue: Catalogue, files: Iterable[Path]) -
 
 
 def strictly(findings: Iterable[Finding]) -> list[Finding]:
-    """The findings, warnings as errors."""
+    """The findings, with warnings as errors."""
     return [replace(finding, severity="error") for finding in findings]
 
 
@@ -139,7 +139,7 @@ def chart_file(name_or_path: str, catalogue: Catalogue) -> Path:
 
 
 def chart_names(catalogue: Catalogue) -> dict[str, Path]:
-    """All charts by name: those of projects, and the shipped ones."""
+    """All charts by name: those of projects and the shipped ones."""
     found: dict[str, Path] = {}
     for file in (*_own_charts(catalogue), *shipped_charts()):
         head = head_of(file)
@@ -149,7 +149,7 @@ def chart_names(catalogue: Catalogue) -> dict[str, Path]:
 
 
 def open_chart(name_or_path: str, catalogue: Catalogue) -> tuple[Chart, Library]:
-    """A chart that can run, and what it uses.
+    """A chart that can run, and the charts that it uses.
 
     Raises:
         Problem: it cannot run; the text shows every error.

@@ -1,4 +1,4 @@
-"""How well a run knew where its robot was: its estimates against the truth, tick by tick."""
+"""Localization errors of a run: its estimates against the truth, tick by tick."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from hw.truth import Truth
 from states.localization.estimates import LocalizationEstimator, PoseEstimate
 
 KEPT = 32
-"""Estimates are of the past; the truth of so many ticks is kept for them."""
+"""Ticks for which the truth is kept: estimates refer to the past."""
 STILL_M = 1e-4
-"""A base that has moved less than this from tick to tick stands, m."""
+"""Largest motion per tick of a base that counts as standing, m."""
 
 
 class LocalizationWatch:
-    """Compares each estimate with where the base truly was at its stamp; `watch` once per tick.
+    """Compares each estimate with the true pose at its stamp; call `watch` once per tick.
 
-    While the arm moves and the base stands counts apart: these are the errors that the prop has.
+    Errors while the base stands and the arm moves are also reported apart: the prop has them.
     """
 
     def __init__(self, plant: PoseSource, board: Board) -> None:
@@ -42,12 +42,12 @@ class LocalizationWatch:
         self._drift: str | None = None
 
     def watch(self, now_ns: int) -> None:
-        """Look at this instant."""
+        """Take the truth and the newest estimate of a tick."""
         truth, elapsed = self._plant.truth, now_ns - self._now
         self._now = now_ns
         if truth is None or truth.base is None:
             return
-        known_ns = getattr(self._plant, "truth_ns", None)  # of a world beside us it is a bit older
+        known_ns = getattr(self._plant, "truth_ns", None)  # of a world in another process: older
         self._truths.append((now_ns if known_ns is None else known_ns, truth.base))
         compute(self._slot)
         sample = self._slot.newest
@@ -65,7 +65,7 @@ class LocalizationWatch:
                 self._compare(estimate, true, truth)
 
     def report(self) -> dict[str, Any]:
-        """Errors of place in m and of yaw in rad; None for what did not occur."""
+        """Errors of position, m, and yaw, rad; None for what did not occur."""
         known = self._errors
         offs, turns = [off for off, _ in known], [turned for _, turned in known]
         reaching = self._reaching
@@ -84,7 +84,7 @@ class LocalizationWatch:
         }
 
     def _listen(self, elapsed: int) -> None:
-        """What the localizer says of itself."""
+        """Take status and drift from the localizer."""
         estimator = self._slot.estimator
         if isinstance(estimator, LocalizationEstimator):
             self._status_ns[estimator.localizer.status] += elapsed
@@ -105,7 +105,7 @@ class LocalizationWatch:
         return before.distance_to(now) < STILL_M
 
     def _true(self, stamp: int) -> Pose2 | None:
-        """Where the base was at an instant, between two ticks; None: that is not known any more."""
+        """The true pose at a stamp, interpolated between ticks; None if it is too old."""
         later: tuple[int, Pose2] | None = None
         for then, pose in reversed(self._truths):
             if then <= stamp:

@@ -11,7 +11,8 @@ from functools import partial
 from typing import Any
 
 from cobodeck.inlet import Inlet
-from cobodeck.wiring import Setup, Wired
+from cobodeck.setup import Setup
+from cobodeck.wiring import Wired
 from engine.board import Board
 from engine.machine import Leaf
 from engine.node import StandIn
@@ -21,7 +22,7 @@ from engine.state import NEVER_NS, Context, State, Until
 from engine.state import Run as Steps
 
 DWELL_S = 5.0
-"""How long a leaf stays busy, on average, s."""
+"""Mean time that a leaf stays busy, s."""
 
 
 class Wandering(State):
@@ -32,7 +33,7 @@ class Wandering(State):
         self.chance = chance
 
     def run(self, ctx: Context, **_inputs: Any) -> Steps:
-        """Wait, then end with any outcome; without outcomes, wait for ever."""
+        """Wait, then end with any outcome; without outcomes, wait forever."""
         interface = self.leaf.interface
         if not interface.outcomes:
             yield Until(NEVER_NS)
@@ -46,11 +47,11 @@ class _Idle:
     """A part that does nothing."""
 
     def stop(self) -> None:
-        """It never moves."""
+        """Do nothing; it never moves."""
 
 
 def wander(setup: Setup, seed: int) -> Wired:
-    """A run of the setup's chart in which every leaf wanders."""
+    """A run of the setup's chart in which every leaf ends by chance."""
     machine = setup.machine()
     stand_ins = {}
     for leaf in machine.leaves:

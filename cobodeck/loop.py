@@ -1,10 +1,10 @@
-"""The one loop: a plant moves on, its samples reach the board, the chart decides.
+"""The one loop: the plant advances, its samples reach the board, the chart decides.
 
-Tick n is at instant n of the grid. Before it the plant moves on to that instant, its samples go to
-the board, and observers look. In virtual time ticks in which nothing is due are left out: the plant
-still moves on, but the chart is not asked. In real time the loop sleeps until the next tick, sample
-or deadline; a sample that somebody waits for adds a tick at once. A tick that is late takes the
-clock's reading as its instant, and those that were missed are counted, never made up for.
+Tick n is at instant n of the grid. Before it the plant advances to that instant, its samples go to
+the board, and observers run. In virtual time, ticks in which nothing is due are left out: the plant
+still advances, but the chart does not run. In real time the loop sleeps until the next tick, sample
+or deadline; a sample that a state waits for adds a tick at once. A late tick takes the clock's
+reading as its instant; missed ticks are counted and never made up for.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from engine.operator import Operator
 LATE_NS = 1_000_000
 """A tick later than this, ns, takes the clock's reading as its instant."""
 PROGRESS = 1024
-"""Progress is told every so many ticks."""
+"""Ticks between two progress messages."""
 
 
 Kind = Literal["grid", "left_out", "added", "taken", "end"]
@@ -32,10 +32,10 @@ Kind = Literal["grid", "left_out", "added", "taken", "end"]
 
 
 class Observer(Protocol):
-    """Somebody who looks at each instant, after the samples and before the chart."""
+    """Runs at each instant, after the samples and before the chart."""
 
     def watch(self, now_ns: int) -> None:
-        """Look."""
+        """Take what is of interest at this instant, ns."""
         ...
 
 
@@ -56,10 +56,10 @@ class Ticked(NamedTuple):
 
 
 class Tap(Protocol):
-    """Somebody who is told of all that the loop does, after it."""
+    """Is notified of everything that the loop has done."""
 
     def failed(self, part: str, error: BaseException) -> None:
-        """A part has raised by itself."""
+        """A part has raised outside of any state."""
         ...
 
     def tick(self, ticked: Ticked) -> None:
@@ -73,14 +73,14 @@ class Loop:
 
     Attributes:
         leave_out: leave out ticks in which nothing is due, where time is virtual.
-        tell: is given what states and parts raise, as it happens.
-        taps: are told of each tick.
+        tell: is called with what states and parts raise, as it happens.
+        taps: are notified of each tick.
         ticks: instants of the grid so far; `left_out` of them without the chart, `missed` not at
             all. `added` are those off the grid.
         overruns: ticks that took longer than a period.
-        spent_ns: wall time of the plant, of samples, of observers, and of chart, states and
+        spent_ns: wall time spent in the plant, on samples, in observers, and in chart, states and
             signals.
-        busy_since: when the tick under way began, wall clock, ns; None between ticks.
+        busy_since: start of the current tick by the wall clock, ns; None between ticks.
     """
 
     plant: Plant
@@ -110,7 +110,7 @@ class Loop:
 
     @property
     def finished(self) -> bool:
-        """Whether the chart has ended, or everything in the plant is over."""
+        """Whether the chart has ended, or the plant has nothing left to do."""
         return self.wired.run.outcome is not None or self.plant.finished
 
     def stop(self) -> None:
@@ -123,9 +123,9 @@ class Loop:
         return self._tick(self.next_ns)
 
     def go(self, end_ns: int, progress: Callable[[str], None] | None = None) -> int:
-        """Tick until the run is over, or it is `end_ns`; the instant of the last tick, ns.
+        """Tick until the run ends, at `end_ns` at the latest; returns the last tick's instant, ns.
 
-        Whatever ends it, exceptions included, the parts are held and the plant is closed.
+        Whatever ends it, exceptions included, the parts are stopped and the plant is closed.
         """
         wake = self.clock.wake
         for part in self.plant.parts.values():
@@ -135,15 +135,15 @@ class Loop:
             while not self._over(end_ns):
                 try:
                     self._next(end_ns)
-                except KeyboardInterrupt:  # it has broken off a state that would not end
+                except KeyboardInterrupt:  # it has interrupted a state that did not return
                     self.stop()
                 if progress is not None and not self.ticks % PROGRESS:
                     progress(f"{self.now_ns / 1e9:.0f} s")
         finally:
-            self.busy_since = time.perf_counter_ns()  # a clean-up may block, too
+            self.busy_since = time.perf_counter_ns()  # a clean-up may block as well
             if self.wired.run.outcome is None:
                 self.wired.run.close()
-            self.busy_since = None  # devices take their time to be switched off
+            self.busy_since = None  # switching devices off takes a while
             self.plant.close()
             self._tell()
             self._end(Ticked(self.now_ns, self.ticks, "end"))
@@ -164,7 +164,7 @@ class Loop:
             self._add(now)
 
     def _jump(self, end_ns: int) -> None:
-        """Leave out ticks before which the plant has nothing to do or to tell."""
+        """Leave out ticks before which the plant has nothing to do or to report."""
         if self._stopping or self.plant.quiet_until() <= self.next_ns:
             return
         until = min(self.plant.quiet_until(), self.wired.run.next_due(), end_ns)
@@ -187,7 +187,7 @@ class Loop:
         kind: Kind = "grid"
         try:
             kind = "grid" if self._decide(now) else "left_out"
-        finally:  # one that Ctrl-C breaks off is a tick, too
+        finally:  # a tick that Ctrl-C interrupts counts as well
             self._end(Ticked(now, self.ticks - 1, kind, self.missed - before, read - now))
         spent[0] += moved - begin
         spent[1] += delivered - moved
@@ -200,7 +200,7 @@ class Loop:
             tap.tick(ticked)
 
     def _spend(self, begin: int, decided: int) -> None:
-        """A tick is over; wall clock, ns: when it began, and when the chart had its turn."""
+        """A tick is over. Wall clock, ns: its start, and the start of the chart's part of it."""
         end = time.perf_counter_ns()
         self.spent_ns[3] += end - decided
         self.busy_since = None
@@ -208,7 +208,7 @@ class Loop:
             self.overruns += 1
 
     def _begin(self, now: int) -> int:
-        """Move the plant on to the grid; the instant of the tick."""
+        """Advance the plant to the grid; returns the instant of the tick, ns."""
         number = self.ticks
         instant = self.grid.instant(number)
         if now - instant > LATE_NS:
@@ -224,16 +224,16 @@ class Loop:
         return instant
 
     def _advance(self, to_ns: int) -> None:
-        """Move the plant on; one that is there already, because of its latency, stays."""
+        """Advance the plant; with a latency it may be there already, and stays."""
         self._plant_ns = max(self._plant_ns, to_ns)
         self.plant.advance(self._plant_ns)
 
     def _stamp(self, now: int) -> int:
-        """The instant at which the robot hears what is decided now."""
+        """The instant at which the robot receives what is decided now, ns."""
         return now if self.plant.paced else min(now, self._plant_ns)
 
     def _decide(self, now: int) -> bool:
-        """Ask the chart, unless it has nothing to do; whether it was asked."""
+        """Run the chart unless it has nothing to do; returns whether it ran."""
         if self.plant.latency_ns:
             self._advance(now + self.plant.latency_ns)
         if self._stopping:
@@ -249,7 +249,7 @@ class Loop:
         return not nothing
 
     def _add(self, now: int) -> None:
-        """A tick off the grid: a sample has come that somebody waits for, or a timeout is due."""
+        """A tick off the grid: a sample that a state waits for has arrived, or a timeout is due."""
         self.wired.inlet.take(now)
         run = self.wired.run
         if now <= self.now_ns or not (run.next_deadline() <= now or run.wants_news()):
@@ -264,7 +264,7 @@ class Loop:
         self._spend(begin, begin)
 
     def _tell(self) -> None:
-        """Tell what was raised since; a part that has raised stops the robot."""
+        """Report what was raised since; a part that has raised stops the robot."""
         errors = self.wired.run.errors
         failures, self.wired.inlet.failures = self.wired.inlet.failures, []
         for name, failure in (*failures, *self.plant.failures):

@@ -1,6 +1,6 @@
-"""Where robot and person are by the samples that flow, on a plant that knows no truth.
+"""Poses of robot and person from the samples that flow, on a plant without ground truth.
 
-It asks for nothing: what does not flow stays None. Touches, and what was spent, nobody measures.
+No signal is requested: what does not flow stays None. Contacts and energy are not measured.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from hw.truth import Truth
 from states.signals.motion import VelocityEstimator
 
 WINDOW_S = 0.2
-"""The speed of the person is estimated over this time."""
+"""Window over which the person's speed is estimated, s."""
 LOST_NS = 500_000_000
-"""After a longer silence of tracking nobody knows where the person is."""
+"""The person's position is unknown after a longer silence of tracking, ns."""
 STRIDE_M = 0.05
-"""The way of the base is counted in strides of this length, so that noise is no way."""
+"""Travelled distance is summed in strides of this length, m, so that noise adds nothing."""
 
 
 class Senses:
-    """Listens at an inlet; `truth` is what it has heard so far."""
+    """Listens at an inlet; `truth` is the latest state by the samples so far."""
 
     def __init__(self, inlet: Inlet, footprint: Footprint) -> None:
         self._footprint = footprint
@@ -44,7 +44,7 @@ class Senses:
 
     @property
     def truth(self) -> Truth:
-        """How everything seems to be."""
+        """The measured state, in the place of the ground truth."""
         user, base = self._user if self._is_seen() else None, self._base
         velocity = self._velocity.value()
         return Truth(

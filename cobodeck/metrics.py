@@ -1,6 +1,6 @@
-"""What a run was worth, judged apart from the charts: on true poses, or on measured ones.
+"""Evaluates a run independently of the charts, on true poses or on measured ones.
 
-Figures of things that did not occur, or that nobody can know, are `None`, never 0.
+Figures of events that did not occur, or that cannot be known, are `None`, never 0.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from hw.geometry import Pose2, wrap
 from hw.truth import Contact, Truth
 
 AHEAD_M, HALF_VIEW_RAD, AROUND_M = 2.5, math.pi / 5, 1.5
-"""The Escape zones: within the view, and elsewhere (R104)."""
+"""The Escape zones: radius and half angle within the view, radius elsewhere, m, rad (R104)."""
 MOVING = 0.2
-"""A slower user is in no Escape situation, and does not walk, m/s."""
+"""A slower user is in no Escape situation and does not count as walking, m/s."""
 NEAR_M, BEYOND_M, FAR_M = 1.5, 3.0, 4.0
-"""Where the base is to be while the user walks, from near to far (R90, R91, R97); best beyond."""
+"""Distance band for the base while the user walks, m (R90, R91, R97); best beyond BEYOND_M."""
 STALE_NS = 150_000_000
-"""A longer silence of tracking is a drop-out (R149)."""
+"""A longer silence of tracking is a drop-out, ns (R149)."""
 NOBODY = Truth()
 
 
 class PoseSource(Protocol):
-    """Who knows where robot and person are: a plant, or what is measured on one."""
+    """A source of the state of robot and person: a plant, or what is measured on one."""
 
     @property
     def truth(self) -> Truth | None:
-        """How everything is now; None where nobody knows."""
+        """The state now; None where it is not known."""
         ...
 
 
@@ -45,7 +45,7 @@ class MotionHash:
         self._empty = True
 
     def watch(self, now_ns: int, truth: Truth) -> None:
-        """Take this instant."""
+        """Add this instant."""
         base, body, joints = truth.base, truth.body, truth.joints
         if base is None and body is None and joints is None:
             return
@@ -58,16 +58,16 @@ class MotionHash:
 
     @property
     def sha256(self) -> str | None:
-        """Of all instants so far; None where there was nothing."""
+        """The hash of all instants so far; None if no pose was ever known."""
         return None if self._empty else self._hash.hexdigest()
 
 
 @dataclass(slots=True)
 class Evaluator:
-    """Watches a plant from outside; `watch` once per tick.
+    """Evaluates a plant from outside; call `watch` once per tick.
 
-    `person`: is there one? `arm` follows the touches of the arm, if there is one and they can be
-    known. `measured`: is what the plant says measured, and not the truth?
+    `person`: whether there is one. `arm` follows touches of the arm, where they can be known.
+    `measured`: the plant's state is measured, not the ground truth.
     """
 
     plant: PoseSource
@@ -89,7 +89,7 @@ class Evaluator:
     _located: bool = False
 
     def watch(self, now_ns: int) -> None:
-        """Look at this instant."""
+        """Evaluate this instant."""
         truth = self.plant.truth
         elapsed, self._now = now_ns - self._now, now_ns
         if truth is None:
@@ -133,14 +133,14 @@ class Evaluator:
             self._danger_since = None
 
     def finish(self) -> None:
-        """Count what tracking still owes at the end, and a request that is left."""
+        """Count a drop-out and a request that are still open at the end."""
         self.requests.end(self._now)
         if self._now - self._seen > STALE_NS:
             self.dropouts.append((self._seen, self._now))
 
     @property
     def contacts(self) -> list[Contact] | None:
-        """All of them so far, in order; None where nobody knows."""
+        """All contacts so far, in order; None where they are not known."""
         if self._truth.contacts is None:
             return None
         of_arm = [] if self.arm is None else self.arm.contacts

@@ -9,7 +9,7 @@ from inspect import signature
 from typing import Any, Literal
 
 from cobodeck.console import FAILED, Problem
-from cobodeck.wiring import Uses
+from cobodeck.setup import Uses
 from hw.connection import REFERS, Connection, RunInfo, ServedPart
 from hw.safety.guarded import HEARD
 

@@ -14,9 +14,9 @@ HELP = "operator: ack (a fault), stop (software stop of base and arm), reset (th
 
 
 class ConsoleOperator:
-    """Takes words from a stream, one a line, and shows the faults that states report.
+    """Reads commands from a stream, one per line, and shows the faults that states report.
 
-    The stop is one of software and no safety device (R54).
+    Its stop is a software stop, not a safety device (R54).
     """
 
     signals: tuple[str, ...] = ("operator.acknowledge",)
@@ -28,9 +28,9 @@ class ConsoleOperator:
         self._acknowledged: deque[bool] = deque()
 
     def attend(self, stream: TextIO, end: Callable[[], None]) -> None:
-        """Take words from a stream, in a thread of its own that ends with the program.
+        """Read commands from a stream, in a daemon thread.
 
-        `end` is called for the word `end`.
+        `end` is called for the command `end`.
         """
         self._end = end
         self._show(HELP)
@@ -42,7 +42,7 @@ class ConsoleOperator:
         self._show(f"fault: {fault}; type ack to acknowledge")
 
     def say(self, word: str) -> None:
-        """One word of the operator, from any thread; a stop waits for no tick."""
+        """One command, from any thread; a stop does not wait for a tick."""
         word = word.strip().lower()
         if word == "ack":
             self._acknowledged.append(True)
@@ -68,9 +68,9 @@ class ConsoleOperator:
         for line in stream:
             try:
                 self.say(line)
-            except Exception as error:  # noqa: BLE001  the next word may be a stop
+            except Exception as error:  # noqa: BLE001  the next command may be a stop
                 self._show(f"{line.strip()}: {type(error).__name__}: {error}")
-        self._show("the operator's words have ended: nothing typed here stops the robot any more")
+        self._show("the operator's input has ended: nothing typed here stops the robot any more")
 
 
 def _nobody() -> None:

@@ -1,7 +1,7 @@
 """Where something is run: a scene by name or file, or a map as map_server writes it.
 
-A map is a scene without a person: its room is what the map shows, tidied; the robot starts in an
-open place, or where `FILE@x,y,yaw` says (m, rad).
+A map is a scene without a person: its room is what the map shows, tidied up; the robot starts in an
+open place, or at the pose of `FILE@x,y,yaw` (m, rad).
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ if TYPE_CHECKING:
     from states.maps.occupancy import OccupancyMap
 
 EXACT_CORNERS = 1200
-"""Among so many corners, the planner `exact` is made in a second at the most (0.2 s on a scanned
-office of 861, 0.5 s on a hall of 1004, all of which can be gone round)."""
+"""Largest number of corners for which the planner `exact` is built within a second (0.2 s for a
+scanned office of 861, 0.5 s for a hall of 1004)."""
 ROBOT = "rbkairos_ur10"
 
 
 class RunPlace(NamedTuple):
-    """A scene, and the map that it was made from, if it was."""
+    """A scene, and the map that it was made from, if any."""
 
     scene: Scene
     map: OccupancyMap | None = None
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What whoever runs something here should know."""
+        """What users should know before they run something here."""
         told = () if self.map is None else self.map.remarks
         corners = len(self.scene.room.segments)
         if corners > EXACT_CORNERS:
@@ -49,7 +49,7 @@ def open_place(name: str) -> RunPlace:
     """A scene, or a map as one.
 
     Raises:
-        Problem: a map has no free floor, or the start in it is none; FileError: a file is wrong.
+        Problem: a map has no free floor, or its start is not on it; FileError: a file is wrong.
     """
     file, _, start = name.partition("@")
     if not is_map(file):
@@ -69,7 +69,7 @@ def open_place(name: str) -> RunPlace:
 
 
 def is_map(file: str) -> bool:
-    """A file that says `image:` is a map; one that cannot be read is left to the scene reader."""
+    """Whether a file is a map (has `image:`); an unreadable one is left to the scene reader."""
     if not Path(file).is_file():
         return False
     source = read_file(Path(file))
@@ -77,7 +77,7 @@ def is_map(file: str) -> bool:
 
 
 def environment_at(place: RunPlace, profile: Profile, robot: RobotModel) -> Environment:
-    """What the states need of a place; its planners are those that can be made there."""
+    """The environment of the states, with planners that can be built for the place."""
     environment = profile.environment(place.scene.room, robot)
     if len(place.scene.room.segments) > EXACT_CORNERS:
         environment = replace(environment, navigation=environment.navigation.on_cells())

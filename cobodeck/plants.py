@@ -1,4 +1,4 @@
-"""What a loop moves on: parts by name, and the truth about them where it is known."""
+"""What a loop advances: parts by name, and the ground truth about them where it is known."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from hw.truth import Truth
 class Plant(Protocol):
     """A robot with its surroundings: simulated, mocked, real, scripted or recorded.
 
-    `parts` are those of `hw.interfaces` and of projects, by name. `latency_ns`: how much later
-    than a tick the plant hears what it decided; 0 where computing takes the time it takes. `guard`
-    stands in front of the wheels, where there are some. `paced`: time passes there by itself, while
-    a simulated plant stands between two calls of `advance`.
+    `parts` are those of `hw.interfaces` and of projects, by name. `latency_ns`: delay from a tick
+    to the instant at which the plant receives its decisions; 0 where computing takes real time.
+    `guard` is the safety chain in front of the wheels, if there are any. `paced`: time passes by
+    itself, whereas a simulated plant stands still between two calls of `advance`.
     """
 
     latency_ns: int
@@ -27,55 +27,55 @@ class Plant(Protocol):
 
     @property
     def failures(self) -> list[tuple[str, Exception]]:
-        """What parts have raised in threads of their own since the last look, by their names."""
+        """What parts have raised in threads of their own since the last call, by name."""
         ...
 
     @property
     def parts(self) -> Mapping[str, Any]:
-        """By name."""
+        """The parts by name."""
         ...
 
     @property
     def guard(self) -> GuardedBase | None:
-        """In front of the wheels."""
+        """The safety chain in front of the wheels."""
         ...
 
     @property
     def cycles(self) -> Log[SafetyRecord] | None:
-        """The records of the safety chain, where there is one."""
+        """The records of the safety chain, if there is one."""
         ...
 
     @property
     def finished(self) -> bool:
-        """Is everything over that was going to happen?"""
+        """True once nothing more is going to happen."""
         ...
 
     @property
     def truth(self) -> Truth | None:
-        """Where everything truly is now; None where nobody knows."""
+        """The ground truth now; None where it is not known."""
         ...
 
     def advance(self, to_ns: int) -> None:
-        """Let everything happen up to this instant; samples are taken after it."""
+        """Let everything happen up to this instant, ns; samples are taken afterwards."""
         ...
 
     def quiet_until(self) -> int:
-        """Nothing happens and nothing is measured before this instant, ns."""
+        """The instant before which nothing happens and nothing is measured, ns."""
         ...
 
     def close(self) -> None:
-        """The run is over: let go of devices."""
+        """Release all devices; the run is over."""
         ...
 
 
 class Inert:
-    """A part that is there in name only, as in a run that is replayed: it moves nothing."""
+    """A part that exists by name only, as in a replayed run; it moves nothing."""
 
     def __init__(self, signals: tuple[str, ...] = ()) -> None:
         self.signals = signals
 
     def samples(self, now_ns: int) -> tuple[Sample, ...]:  # noqa: ARG002
-        """None of its own."""
+        """No samples."""
         return ()
 
     def pull(self, reason: str) -> None:
@@ -83,7 +83,7 @@ class Inert:
 
 
 class Nothing:
-    """No robot and no world: charts alone, with signals from a script or a test."""
+    """Neither robot nor world: charts alone, with signals from a script or a test."""
 
     def __init__(self, parts: Mapping[str, Any] | None = None) -> None:
         self.parts: Mapping[str, Any] = parts if parts is not None else {}
@@ -99,7 +99,7 @@ class Nothing:
         """Nothing moves."""
 
     def quiet_until(self) -> int:
-        """For ever."""
+        """Forever."""
         return NEVER_NS
 
     def close(self) -> None:

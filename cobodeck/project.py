@@ -1,13 +1,13 @@
-"""A project of one's own: where its states and charts are.
+"""Projects: where a user's own states, charts and other files are.
 
 A project is a folder with a `pyproject.toml` that declares modules of state classes:
 
     [project.entry-points."cobodeck.states"]
     mine = "mine.states"
 
-Standing in the folder is enough, or below it in the same repository, if all of it belongs to the
-user; once the project is installed it is found from everywhere, by the same lines. The charts of a
-project are the YAML files in the packages of these modules.
+It is found from its folder, or from below it in the same repository, if all of it belongs to the
+user; once it is installed it is found from everywhere, by the same lines. The charts, scenes,
+users, robots, profiles and connections of a project are the YAML files in these packages.
 """
 
 from __future__ import annotations
@@ -43,12 +43,12 @@ class Project:
         return frozenset(module.partition(".")[0] for module in self.modules)
 
     def make_importable(self) -> None:
-        """Put the project's folder where Python looks for modules."""
+        """Put the project's folder on Python's path."""
         if self.folder is not None and str(self.folder) not in sys.path:
             sys.path.insert(0, str(self.folder))
 
     def code(self) -> Iterator[Path]:
-        """The project's file, its folder, and all that is in its packages, behind links too."""
+        """The project's file, its folder, and everything in its packages, links followed."""
         if self.folder is None:
             return
         yield from (self.folder, self.folder / FILE)
@@ -89,7 +89,7 @@ def projects(start: Path | None = None, tell: Callable[[str], None] = complain) 
     A project around it whose code may not be imported is left out; `tell` is given the reason.
 
     Raises:
-        Problem: the project's file cannot be read, or is none.
+        Problem: the project's file cannot be read, or is malformed.
     """
     start = (start or Path.cwd()).resolve()
     installed = {module: name for name, module in _installed(start)}
@@ -113,7 +113,7 @@ def projects(start: Path | None = None, tell: Callable[[str], None] = complain) 
 
 
 def is_there(module: str) -> bool:
-    """Can a module be found? Of it nothing is imported, of what is around it the packages."""
+    """Whether a module can be found; the packages around it are imported, it is not."""
     from importlib.util import find_spec
 
     try:
@@ -123,10 +123,10 @@ def is_there(module: str) -> bool:
 
 
 def _installed(start: Path) -> Iterator[tuple[str, str]]:
-    """Names and modules of the entry points that are installed.
+    """Names and modules of the installed entry points.
 
-    Read by hand: importlib.metadata takes longer than checking all shipped charts. The folder one
-    stands in counts by its project file alone, though `python -m` has it among the installed ones.
+    Read by hand: importlib.metadata takes longer than checking all shipped charts. The present
+    folder counts by its project file alone, although `python -m` puts it on the path.
     """
     for folder in dict.fromkeys(Path(place).resolve() for place in sys.path):
         if folder == start:
@@ -142,7 +142,7 @@ def _installed(start: Path) -> Iterator[tuple[str, str]]:
 
 
 def _around(start: Path) -> Project | None:
-    """The nearest project file with states, in the folder or above."""
+    """The project of the nearest file that declares states, in the folder or above."""
     top = _top(start)
     for folder in (start, *start.parents):
         try:
@@ -157,7 +157,7 @@ def _around(start: Path) -> Project | None:
 
 
 def _top(start: Path) -> Path:
-    """The root of the repository around a folder; the folder itself, if there is none."""
+    """The root of the repository around a folder; the folder itself if there is none."""
     return next((place for place in (start, *start.parents) if (place / ".git").exists()), start)
 
 
@@ -170,17 +170,17 @@ def _outside(project: Project, start: Path) -> str:
 
 
 def _foreign(project: Project) -> str:
-    """What in a project is neither the user's nor root's, in words; empty if nothing is.
+    """Which file of a project belongs to neither the user nor root; empty if all of them do.
 
-    Links count as what they lead to. Where files have no owner that could be told (Windows),
-    nothing is foreign.
+    Links count as their targets. On systems whose files have no owner id (Windows) nothing is
+    foreign.
     """
     if not hasattr(os, "getuid"):
         return ""
     for path in project.code():
         try:
             owner = path.stat().st_uid
-        except OSError:  # a link to nowhere; what cannot be looked at cannot be imported
+        except OSError:  # a broken link; what cannot be inspected cannot be imported
             continue
         if owner not in (0, os.getuid()):
             return f"{path} belongs to user {owner}; if you trust it, make it your own (chown)"

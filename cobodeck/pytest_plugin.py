@@ -16,7 +16,7 @@ import pytest
 
 if TYPE_CHECKING:
     from cobodeck.stub_parts import Parts
-    from cobodeck.testing import Rehearsal
+    from cobodeck.testing import ChartTester
 
 REQUIREMENTS = range(1, 151)
 _MARKER = "requirement(*numbers): the R numbers of the requirements that a test covers"
@@ -46,21 +46,21 @@ def parts() -> Iterator[Parts]:
 
 
 @pytest.fixture
-def sim(request: pytest.FixtureRequest, parts: Parts) -> Iterator[Rehearsal]:
+def sim(request: pytest.FixtureRequest, parts: Parts) -> Iterator[ChartTester]:
     """Charts in virtual time; see `cobodeck.testing`."""
     from cobodeck.shadows import explained, shadows
 
     if hidden := shadows():
         pytest.fail(explained(hidden), pytrace=False)
     from cobodeck.named_files import own_files_around
-    from cobodeck.testing import Rehearsal
+    from cobodeck.testing import ChartTester
     from engine.files.named import with_own_files
 
     root = request.config.rootpath
-    rehearsal = Rehearsal(request.path.parent, root, parts)
+    tester = ChartTester(request.path.parent, root, parts)
     with with_own_files(own_files_around(root)):
-        yield rehearsal
-    rehearsal.finish()
+        yield tester
+    tester.finish()
 
 
 @pytest.fixture

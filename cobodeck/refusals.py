@@ -1,4 +1,4 @@
-"""Why requests were not served: what ended the Haptic meant for them."""
+"""Why requests were not served: the outcome of the Haptic that they led to."""
 
 from __future__ import annotations
 
@@ -11,31 +11,31 @@ Interval = tuple[int, int]
 """When a request began and ended, ns."""
 
 IN_TIME = "not served in time"
-"""No Haptic has ended early: the user let go, or the run ended, before the prop was there."""
+"""No Haptic ended early: the user let go, or the run ended, before the prop had arrived."""
 
 REASONS: Mapping[str, str] = {
     "none": "no Haptic pose",
     "out_of_reach": "DEEP out of reach",
-    "no_path": "no way to the Haptic pose",
-    "stuck": "stuck on the way",
+    "no_path": "no path to the Haptic pose",
+    "stuck": "stuck on the path",
     "lost": "base or user lost",
     "no_solution": "DEEP out of reach",
-    "blocked": "no free way for the arm",
+    "blocked": "no free path for the arm",
     "failed": "the arm did not get there",
     "timeout": "took too long",
 }
-"""By the first outcome of a leaf that made a Haptic fail."""
+"""Reason by the outcome of the leaf that first made a Haptic fail."""
 
 BROKEN_OFF: Mapping[str, str] = {
     "fault": "broken off by a fault",
     "user_lost": "base or user lost",
     "error": "broken off by an error",
 }
-"""By the outcome of a Haptic that something else has ended."""
+"""Reason by the outcome of a Haptic that was ended from outside."""
 
 
 def refusals(run: ChartRun, unserved: Iterable[Interval]) -> dict[str, int]:
-    """How often each reason occurred among the requests that were not served.
+    """The number of unserved requests by reason.
 
     A request counts once, with the last Haptic that ended early during it; `IN_TIME` if none did.
     """
@@ -47,7 +47,7 @@ def refusals(run: ChartRun, unserved: Iterable[Interval]) -> dict[str, int]:
 
 
 def failures(run: ChartRun) -> list[tuple[int, str]]:
-    """When each Haptic failed or was broken off, ns, and why, in order."""
+    """The instant at which each Haptic failed or was broken off, ns, and why, in order."""
     boxes = {
         vertex.path
         for vertex in run.machine.vertices.values()

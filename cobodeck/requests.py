@@ -14,11 +14,11 @@ from hw.samples import Joints
 from hw.truth import Truth
 
 SERVED_M, SERVED_RAD = 0.02, 0.1
-"""How near the prop must be to the DEEP (R44)."""
+"""Largest error of the prop against the DEEP for a request to count as served, m, rad (R44)."""
 REACH_M = 2.5
-"""A base farther from the DEEP than this serves nobody."""
+"""The prop is compared with the DEEP only while the base is this near to it, m."""
 STANDS_NS = 100_000_000
-"""The arm stands if it has not moved for so long; between two moves it pauses for a tick."""
+"""The arm counts as standing after this time without motion, ns; moves are a tick apart."""
 
 PropOf = Callable[[Pose2, Joints], Pose3]
 
@@ -27,9 +27,9 @@ PropOf = Callable[[Pose2, Joints], Pose3]
 class RequestWatch:
     """Follows the requests of a person; `watch` once per tick.
 
-    `prop_of` is None for a robot without an arm, which serves nothing; `heard`: can requests be
-    known at all? `prop_errors` are those of the served requests once the arm stood, m and rad;
-    `unserved` is when the others began and ended, ns.
+    `prop_of` computes the prop's pose from base and joints; None for a robot without an arm, which
+    serves nothing. `heard`: requests can be known at all. `prop_errors` are those of the served
+    requests once the arm stood, m and rad; `unserved` are the intervals of the others, ns.
     """
 
     prop_of: PropOf | None = None
@@ -45,7 +45,7 @@ class RequestWatch:
     _seen: bool = False
 
     def watch(self, now_ns: int, truth: Truth) -> None:
-        """Look at this instant."""
+        """Evaluate this instant."""
         deep = truth.request
         if deep != self._requested:
             self.end(now_ns)
@@ -77,7 +77,7 @@ class RequestWatch:
             self._settling = False
 
     def end(self, now_ns: int) -> None:
-        """The request is over, if there is one."""
+        """End the current request, if there is one; it counts as unserved unless it was served."""
         self._settling = False
         if self._since is not None:
             self.unserved.append((self._since, now_ns))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cobodeck.console import FAILED, Problem
-from cobodeck.wiring import Setup
+from cobodeck.setup import Setup
 from engine.clock import TickGrid
 
 

@@ -1,7 +1,7 @@
-"""For how long the robot was nearer to the user than its speed allows, by the chain's records.
+"""Time that the robot spent nearer to the user than its speed allows, by the chain's records.
 
-The chain notes in each cycle what it measured: the gap S, and the separation S_p that stopping from
-the measured motion takes. A base that stands has no cycles; it needs no separation.
+In each cycle the chain records the measured gap S and the protective separation S_p that stopping
+from the measured motion takes. A standing base has no cycles and needs no separation.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from hw.log import Log
 from hw.safety.record import GRANTED, SafetyRecord
 
 LONGEST_NS = 10_000_000
-"""A cycle counts for no longer than this; between two drives there are none."""
+"""Longest time that one cycle stands for, ns; between two drives there are no cycles."""
 
 
 class SeparationWatch:
-    """Reads the cycles of a chain, and keeps what they come to."""
+    """Sums up the cycles of a safety chain."""
 
     def __init__(self, cycles: Log[SafetyRecord]) -> None:
         self._cycles = cycles.reader()
@@ -26,7 +26,7 @@ class SeparationWatch:
         self._least_gap = self._least_margin = math.inf
 
     def watch(self, now_ns: int) -> None:  # noqa: ARG002  cycles have stamps of their own
-        """Take all records that have come since."""
+        """Read all records since the last call."""
         for record in self._cycles.take():
             lasted = min(LONGEST_NS, record.stamp_ns - self._stamp)
             self._stamp = record.stamp_ns
@@ -40,7 +40,7 @@ class SeparationWatch:
                 self._count(gap - record.needed, GRANTED in record.reasons, lasted)
 
     def report(self) -> dict[str, Any]:
-        """Times in s, lengths in m; nothing but None if there were no cycles.
+        """Times in s, lengths in m; all None if there were no cycles.
 
         `below_needed_s`: S below S_p without a granted touch; `granted_s`: with one. `min_gap_m`:
         the least S while the base moved; `min_margin_m`: the least S - S_p without a granted touch.

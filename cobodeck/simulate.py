@@ -1,4 +1,4 @@
-"""Runs a chart to its end, and puts its figures together. Wall time is only reported."""
+"""Runs a chart to its end and collects the figures. Wall time is only reported."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ from cobodeck.options import Options
 from cobodeck.refusals import refusals
 from cobodeck.run_checks import refuse_small_floor
 from cobodeck.separation import SeparationWatch
+from cobodeck.setup import Setup
 from cobodeck.stage import localizing, stage
 from cobodeck.warmup import warm_up
-from cobodeck.wiring import Setup, Wired
+from cobodeck.wiring import Wired
 from engine.board import Usage
 from engine.errors import Raised
 
@@ -30,7 +31,7 @@ if TYPE_CHECKING:  # its libraries are loaded only where a record is kept
 
 @dataclass(frozen=True, slots=True)
 class RunResult:
-    """What came out of a run; `record_file`: None if none was kept."""
+    """The outcome of a run; `record_file` is None if no record was kept."""
 
     figures: Mapping[str, Any]
     loop: Loop
@@ -43,29 +44,29 @@ class RunResult:
 
     @property
     def usage(self) -> dict[str, Usage]:
-        """What was built, computed and skipped."""
+        """Signals built, computed and skipped."""
         return self.wired.board.usage()
 
 
 def simulate(
     setup: Setup,
     options: Options,
-    progress: Callable[[str], None] | None = None,
+    progress: Callable[[str, float | None], None] | None = None,
     clock: Clock | None = None,
     around: Callable[[Loop], AbstractContextManager[object]] = nullcontext,
     tell: Callable[[Raised], None] | None = None,
     recorder: Recorder | None = None,
 ) -> RunResult:
-    """Run until the user is done, the chart has ended, or the time is over.
+    """Run until the user is done, the chart has ended, or the time is up.
 
     Args:
         setup: what to run.
         options: how.
-        progress: is told now and then where the run has got to.
+        progress: called now and then with the time in the run, as text, and the share done.
         clock: virtual time by default.
         around: a context in which the loop runs, such as one that ends it on a signal.
-        tell: is given what states and parts raise, as it happens.
-        recorder: writes the run down; it is finished with it.
+        tell: is called with what states and parts raise, as it happens.
+        recorder: records the run; it is finished at the end.
     """
     try:
         loop = _staged(setup, options, clock, recorder)
@@ -79,12 +80,29 @@ def simulate(
     figures, begin = None, time.perf_counter_ns()
     try:
         with around(loop):
-            end_ns = loop.go(round(options.duration_s * 1e9), progress)
+            end_ns = loop.go(round(options.duration_s * 1e9), _with_share(loop, options, progress))
         wall_s = (time.perf_counter_ns() - begin) / 1e9
         figures = figures_of(setup, options, loop, end_ns / 1e9, wall_s)
     finally:
         file = None if recorder is None else recorder.finish(figures)
     return RunResult(figures, loop, file)
+
+
+def _with_share(
+    loop: Loop, options: Options, progress: Callable[[str, float | None], None] | None
+) -> Callable[[str], None] | None:
+    """A progress callback that adds the share done: of the duration, or of the requests if more."""
+    if progress is None:
+        return None
+    evaluators = [watch for watch in loop.observers if isinstance(watch, Evaluator)]
+
+    def tell(text: str) -> None:
+        shares = [loop.now_ns / (options.duration_s * 1e9)]
+        if options.requests:
+            shares += [watch.requests.requests / options.requests for watch in evaluators]
+        progress(text, max(shares))
+
+    return tell
 
 
 def _staged(setup: Setup, options: Options, clock: Clock | None, recorder: Recorder | None) -> Loop:
@@ -99,7 +117,7 @@ def _staged(setup: Setup, options: Options, clock: Clock | None, recorder: Recor
 def figures_of(
     setup: Setup, options: Options, loop: Loop, sim_s: float, wall_s: float
 ) -> dict[str, Any]:
-    """The figures of a run that is over, by their names in JSON."""
+    """The figures of a finished run, by their names in JSON."""
     run, board = loop.wired.run, loop.wired.board
     return {
         "chart": setup.chart.name,
@@ -132,7 +150,7 @@ def figures_of(
 
 
 def _judged(loop: Loop) -> dict[str, Any]:
-    """What is known of robot and person; of what is not there, or nobody can know, nothing."""
+    """What is known of robot and person; what does not exist or cannot be known is left out."""
     guard = loop.plant.guard
     found: dict[str, Any] = {"localization": None}
     if guard is not None:

@@ -19,7 +19,8 @@ from cobodeck.options import FULL, Options
 from cobodeck.plants import Nothing
 from cobodeck.record.sink import behind_record
 from cobodeck.run_checks import latency_ns, refuse_blind_robot
-from cobodeck.wiring import Setup, Uses, ValueTap, refuse_slow_ticks, wire
+from cobodeck.setup import Setup, Uses
+from cobodeck.wiring import ValueTap, refuse_slow_ticks, wire
 from engine.clock import TickGrid
 from hw.connection import Connection, HostedScene, RunInfo
 from hw.geometry import Pose2

@@ -8,7 +8,7 @@ from typing import Any
 from cobodeck.console import table
 
 SHOWN = 3
-"""So many contacts and drop-outs are shown one by one."""
+"""Number of contacts and of drop-outs that are listed singly."""
 
 
 def summary(figures: Mapping[str, Any], ended_by: tuple[str, str] | None = None) -> str:
@@ -17,7 +17,7 @@ def summary(figures: Mapping[str, Any], ended_by: tuple[str, str] | None = None)
     where = f["chart"]
     if f["tier"]:
         where += f" in {f['scene']}" if f["scene"] else f" on {f['robot']}"
-    if "requests" in f and f["tier"] and not f["measured"]:  # else a person who has no name
+    if "requests" in f and f["tier"] and not f["measured"]:  # else the person has no name
         where += f" with {f['user']}"
     governor = "governor on" if f.get("governor") else "governor off"
     title = f"{where}: {f['profile']} ({governor}), tier {f['tier']}, {f['tick_hz']} Hz"
@@ -30,7 +30,7 @@ def summary(figures: Mapping[str, Any], ended_by: tuple[str, str] | None = None)
         *(_robot_rows(f) if f["tier"] else ()),
         ("transitions", f"{f['transitions']} in {f['ticks']} ticks{_ticks(f)}"),
         ("errors", _errors(f["errors"])),
-        *((("not let in", _faults(f["refused_samples"])),) if f["refused_samples"] else ()),
+        *((("refused samples", _faults(f["refused_samples"])),) if f["refused_samples"] else ()),
         ("outcome", _outcome(f["outcome"], ended_by)),
         ("trace", f"{f['trace_sha256'][:16]} in {f['trace_file'] or '-'}"),
         *((("record", f["record_file"]),) if f["record_file"] else ()),
@@ -66,7 +66,7 @@ def _robot_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def _localization(found: Mapping[str, Any]) -> str:
-    """How far the robot was from where it took itself to be."""
+    """Error of the robot's own pose estimate."""
     if found["rmse_m"] is None:
         return "never known"
     parts = [f"off by {_mm(found['rmse_m'])} rms, {_mm(found['max_m'])} at most"]
@@ -84,7 +84,7 @@ def _mm(length: float | None) -> str:
 
 
 def _ticks(f: Mapping[str, Any]) -> str:
-    """Of the ticks: those left out, those missed, those that took too long."""
+    """Ticks left out, missed, and longer than a period."""
     counted = ((f["left_out"], "left out"), (f["missed"], "missed"), (f["overruns"], "overruns"))
     return "".join(f", {count} {what}" for count, what in counted if count)
 
@@ -140,13 +140,13 @@ def _contacts(f: Mapping[str, Any]) -> str:
 
 
 def _worst(contacts: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """A few to be shown: those by the robot first."""
+    """The few that are listed: those caused by the robot first."""
     causes = ("robot", "slow_arm", "person")
     return sorted(contacts, key=lambda contact: causes.index(contact["by"]))[:SHOWN]
 
 
 def _contact(c: Mapping[str, Any]) -> str:
-    granted = ", in a touch asked for" if c["granted"] else ""
+    granted = ", in a requested touch" if c["granted"] else ""
     speeds = f"robot {c['robot_closing_m_s']:.2f} m/s, person {c['person_closing_m_s']:.2f} m/s"
     return f"{c['at_s']:.1f} s {c['part']} at ({c['x']:.1f}, {c['y']:.1f}), {speeds}{granted}"
 

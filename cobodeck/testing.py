@@ -1,13 +1,13 @@
-"""A chart run in virtual time for tests, with or without the robot.
+"""Charts in virtual time for tests, with or without a simulated robot.
 
     def test_a_blocked_drive_is_tried_again(sim):
         sim.start("mine.yaml", script={"drive": ["blocked", "arrived"]})
         sim.until("rest", timeout=5)
         sim.assert_path("drive", "drive", "rest")
 
-Without a scene every leaf does as the script says, and stays busy where it says nothing; leaves
-named in `real` are the real states, with stand-ins for their parts and with signals from the test.
-With a scene everything is real but what the script names, on the simulated robot.
+Without a scene every leaf follows the script, and stays busy where the script says nothing; leaves
+named in `real` are real states, with stub parts and with signals from the test. With a scene
+everything but what the script names is real, on the simulated robot.
 """
 
 from __future__ import annotations
@@ -16,35 +16,27 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from cobodeck.alone import HZ, chart_of_text, loop_alone
 from cobodeck.catalogue import Catalogue, catalogue
-from cobodeck.inlet import Inlet
-from cobodeck.library import findings_of, load_beside, open_chart
+from cobodeck.library import open_chart
 from cobodeck.loop import Loop
-from cobodeck.plants import Nothing
+from cobodeck.options import Options
 from cobodeck.stub_parts import Parts
-from cobodeck.wiring import Wired
-from engine.board import Board
-from engine.chart import Chart
-from engine.clock import TickGrid
 from engine.files.finding import did_you_mean
-from engine.load import load_text
-from engine.machine import Leaf, Machine
+from engine.machine import Leaf
 from engine.operator import Operator
-from engine.report import text as report_text
 from engine.run import ChartRun
 from engine.scripted import LeafScript
-from engine.signals import Measured, Signal
+from engine.signals import Measured
 
 ScriptedOutcome = str | tuple[str, Mapping[str, Any]] | Exception
 Outcomes = ScriptedOutcome | Sequence[ScriptedOutcome]
 
-HZ = 30
 
+class ChartTester:
+    """Starts charts, lets virtual time pass, and reports what the charts did.
 
-class Rehearsal:
-    """Starts charts, lets time pass, and looks at what they did.
-
-    Charts are looked for in `folder`, states and other charts in the project around `root`.
+    Charts are looked up in `folder`, states and other charts in the project around `root`.
     """
 
     def __init__(self, folder: Path, root: Path, parts: Parts | None = None) -> None:
@@ -70,88 +62,64 @@ class Rehearsal:
         user: str | None = None,
         requests: int | None = None,
         profile: str | None = None,
-    ) -> Rehearsal:
-        """Begin with a chart: a file beside the test, a name, or the YAML text itself.
+    ) -> ChartTester:
+        """Start a chart: a file beside the test, a name, or the YAML text itself.
 
         Args:
             chart: what to run; it is checked first.
-            script: outcomes of leaves, by path, by the end of a path, or by class; one after the
-                other. An outcome may come with outputs, `("found", {"goal": pose})`, or be an
-                exception that is raised.
-            real: leaves, named likewise, that are not scripted although there is no scene.
-            signals: values at the start; these signals are then the test's, whatever they were.
+            script: outcomes of leaves in the order in which they are used. A leaf is named by its
+                path, the end of its path, or its class. An outcome may have outputs,
+                `("found", {"goal": pose})`, or be an exception, which is raised.
+            real: leaves, named likewise, that run as they are although there is no scene.
+            signals: initial values; the test feeds these signals from then on, derived ones too.
             parameters: of the chart.
             scene: run on the simulated robot in this scene.
-            robot: another body than the scene's; without a scene: in no room.
-            user: who walks about in it; by default the scene's user.
-            requests: how many touches the user asks for.
+            robot: a robot other than the scene's; without a scene there is no room.
+            user: the person in the scene; by default the scene's own.
+            requests: number of touches that the user asks for.
             profile: by default `tuned`.
+
+        Raises:
+            AssertionError, Problem: the chart has errors, or names something that does not exist.
         """
-        if scene is not None or robot is not None:
-            self._start_simulated(chart, scene, robot, user, requests, profile, parameters)
-        else:
-            self._start_alone(chart, signals or {}, parameters)
         alone = scene is None and robot is None
-        scripted = self._script_for(script or {}, real, everything=alone)
-        for path, outcomes in scripted.items():
+        if alone:
+            known = self._catalogue()
+            opened = chart_of_text(chart, known) if "\n" in chart else None
+            opened = opened or open_chart(self._beside(chart), known)
+            self._loop = loop_alone(*opened, known, self.parts, signals or {}, parameters)
+        else:
+            self._start_simulated(
+                self._beside(chart), scene, robot, profile, Options(user, requests), parameters
+            )
+        for path, outcomes in self._script_for(script or {}, real, everything=alone).items():
             for outcome in outcomes:
                 self._end(path, outcome)
         return self
-
-    def _start_alone(
-        self, chart: str, signals: Mapping[str, Any], parameters: Mapping[str, Any] | None
-    ) -> None:
-        opened, library = self._open(chart)
-        known = self._catalogue()
-        machine = Machine(opened, library, known.interfaces, parameters, known.types)
-        declared = _declared(machine, known, signals)
-        board = Board(declared)
-        inlet = Inlet(board)
-        for name, value in signals.items():
-            inlet.put(name, value, 0)
-        commands = {name for leaf in machine.leaves for name in leaf.interface.commands}
-        run = ChartRun(machine, board, {name: self.parts[name] for name in sorted(commands)})
-        self._loop = Loop(Nothing(self.parts), Wired(run, board, inlet), TickGrid(HZ))
 
     def _start_simulated(
         self,
         chart: str,
         scene: str | None,
         robot: str | None,
-        user: str | None,
-        requests: int | None,
         profile: str | None,
+        options: Options,
         parameters: Mapping[str, Any] | None,
     ) -> None:
         from cobodeck.metrics import Evaluator
-        from cobodeck.options import Options
+        from cobodeck.setup import open_setup
         from cobodeck.stage import stage
-        from cobodeck.wiring import open_setup
 
-        beside = self.folder / chart
-        name = str(beside) if beside.is_file() else chart
-        setup = open_setup(name, scene, profile, HZ, robot, known=self._catalogue())
-        loop = stage(setup, Options(user, requests), parameters)
-        self._loop = loop
-        for observer in loop.observers:
+        setup = open_setup(chart, scene, profile, HZ, robot, known=self._catalogue())
+        self._loop = stage(setup, options, parameters)
+        for observer in self._loop.observers:
             if isinstance(observer, Evaluator):
                 self.metrics = observer.report
 
-    def _open(self, chart: str) -> tuple[Chart, Mapping[str, Chart]]:
-        known = self._catalogue()
-        beside = self.folder / chart if "\n" not in chart else None
-        if beside is not None:
-            return open_chart(str(beside) if beside.is_file() else chart, known)
-        library = load_text(chart, "<test>")
-        for name, other in load_beside([], known).items():
-            library.setdefault(name, other)
-        errors = [
-            finding
-            for finding in findings_of(library, known, [Path("<test>")])
-            if finding.severity == "error"
-        ]
-        assert not errors, f"the chart cannot run\n{report_text(errors, library.sources)}"
-        return next(iter(library.values())), library
+    def _beside(self, chart: str) -> str:
+        """The file of this name beside the test if there is one, else the name itself."""
+        file = self.folder / chart
+        return str(file) if file.is_file() else chart
 
     def _catalogue(self) -> Catalogue:
         if self._known is None:
@@ -344,36 +312,3 @@ class Rehearsal:
 
 def _is_named(path: str, name: str) -> bool:
     return path == name or path.endswith("/" + name)
-
-
-def _declared(
-    machine: Machine, known: Catalogue, taken_over: Mapping[str, Any]
-) -> dict[str, Signal]:
-    """The signals that the chart reads: those of one's own as they are, all others measured.
-
-    A site that is given says who plans.
-    """
-    from behaviors.signals import MEASURED, planning
-
-    shipped = (
-        *MEASURED,
-        *(planning(taken_over["environment"]) if "environment" in taken_over else ()),
-    )
-    others = (s for s in (*shipped, *known.own_signals) if s.name not in taken_over)
-    own = {s.name: s for s in MEASURED} | {s.name: s for s in others}
-    found: dict[str, Signal] = {}
-
-    def add(name: str) -> None:
-        if name in found:
-            return
-        signal = own.get(name) or Measured(name)
-        for source in getattr(signal, "of", ()):
-            add(source)
-        found[name] = signal
-
-    for name in taken_over:
-        add(name)
-    for leaf in machine.leaves:
-        for name in leaf.interface.reads:
-            add(name)
-    return found

@@ -1,4 +1,4 @@
-"""Looks after a loop from outside: names what blocks a tick, and ends the run on a signal."""
+"""Supervises a loop from outside: names what blocks a tick, and ends the run on a signal."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ENGINE = str(ROOT / "engine")
 
 @contextmanager
 def ending_on_signals(loop: Loop) -> Iterator[None]:
-    """Ctrl-C, TERM and HUP end the run in order; a second one breaks off a state that hangs."""
+    """Ctrl-C, TERM and HUP end the run in order; a second one interrupts a state that hangs."""
     signals = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -48,9 +48,9 @@ def ending_on_signals(loop: Loop) -> Iterator[None]:
 
 @contextmanager
 def naming_what_blocks(loop: Loop, after_s: float, tell: Callable[[str], None]) -> Iterator[None]:
-    """While a tick takes longer than `after_s`, tell once which node it is in, and at which line.
+    """Report once per tick that takes longer than `after_s` which node it is in, and which line.
 
-    A thread looks at the stack of the one that runs the loop, which costs a tick nothing.
+    A second thread inspects the stack of the one that runs the loop, at no cost to the tick.
     """
     over, runner = threading.Event(), threading.get_ident()
 
@@ -76,7 +76,7 @@ def naming_what_blocks(loop: Loop, after_s: float, tell: Callable[[str], None]) 
 
 
 def blocker(frame: FrameType) -> str:
-    """The node whose state is being stepped, its class, and where its own code stands."""
+    """The node whose state is being stepped, its class, and the current line of its own code."""
     inner: FrameType | None = None
     outer: FrameType | None = frame
     while outer is not None:

@@ -1,283 +1,35 @@
-"""Joins chart, scene, robot and profile to something that can be run.
+"""Connects a setup's chart with the parts of a robot and with the signals that it needs.
 
-Only the signals that a reachable state or the recorder can ask for are built, and only their
-samples are handed to the run.
+Only signals that a reachable state or the recorder can ask for are built, and only their samples
+are passed on to the run.
 """
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
-from behaviors.profile import Profile, load_profile
-from behaviors.signals import ESTIMATE, MEASURED, signals
-from cobodeck.catalogue import Catalogue, catalogue
+from behaviors.signals import ESTIMATE
 from cobodeck.console import FAILED, Problem
 from cobodeck.inlet import Inlet
-from cobodeck.library import open_chart, reached
-from cobodeck.places import RunPlace, environment_at, open_place
 from cobodeck.plants import Inert
+from cobodeck.setup import Setup, Uses, reachable
 from engine.board import Board
-from engine.chart import Chart
-from engine.files.finding import FileError
-from engine.machine import Box, Leaf, Machine, Vertex
+from engine.machine import Leaf
 from engine.run import ChartRun
-from engine.signals import Measured, Signal, closure, declare, roots
+from engine.signals import Signal, roots
 from engine.slots import compute
-from hw.connection import Connection, Narrowed
 from hw.interfaces import RobotPart
-from hw.robot import RobotModel, load_robot
 from hw.safety.guarded import GuardedBase
-from hw.samples import PoseSigma, Sample
-from hw.scene import Scene
-from hw.tracking import Tracking
-from states.environment import Environment
-from states.localization.estimates import Localizes
+from hw.samples import Sample
 
 ValueTap = Callable[[str, Any], Any]
-"""Makes what stands in front of a part, from its name and the part."""
-CHART, SCENE, PROFILE = "cobodeck", "lab_a", "tuned"
-TICK_HZ = 30
-
-
-@dataclass(frozen=True, slots=True)
-class Uses:
-    """What a chart needs of a robot: parts by name, and signals that parts have to measure.
-
-    `welcome` are all that can be of use to it, those that it can do without included.
-    """
-
-    commands: frozenset[str]
-    signals: frozenset[str]
-    welcome: frozenset[str] = frozenset()
-
-    @property
-    def person(self) -> bool:
-        """Does it involve a person?"""
-        asked = (*self.commands, *self.signals)
-        return any(name == "vr" or name.startswith(("user.", "vr.")) for name in asked)
-
-
-@dataclass(frozen=True)
-class Setup:
-    """What is to be run, and where; checked. `given` is what it was asked for by.
-
-    `localizing` is the seed of localization where the base does not know where it is, else None.
-    Robot and profile have the limits of the `connection`, if one was named.
-    """
-
-    chart: Chart
-    library: Mapping[str, Chart]
-    catalogue: Catalogue
-    place: RunPlace | None
-    robot: RobotModel
-    profile: Profile
-    tick_hz: int = TICK_HZ
-    given: Mapping[str, Any] = field(default_factory=dict)
-    localizing: int | None = None
-    connection: Connection | None = None
-
-    @property
-    def limits(self) -> Narrowed:
-        """Those of the connection."""
-        return Narrowed() if self.connection is None else self.connection.limits
-
-    @property
-    def scene(self) -> Scene | None:
-        """The room, and who and what is in it."""
-        return None if self.place is None else self.place.scene
-
-    @cached_property
-    def body(self) -> RobotModel:
-        """The robot, with its arm folded as the profile says."""
-        return self.profile.body(self.robot)
-
-    @cached_property
-    def environment(self) -> Environment:
-        """What the states need of the place.
-
-        Raises:
-            Problem: there is no scene.
-        """
-        if self.place is None:
-            raise Problem(f"chart {self.chart.name} needs a room; give one with --scene")
-        environment = environment_at(self.place, self.profile, self.robot)
-        noise, calibrated = self.profile.plant.pose_noise, self.place.scene.calibration
-        return replace(
-            environment,
-            period=1.0 / self.tick_hz,
-            latency=self.profile.plant.latency,
-            pose_sigma=PoseSigma(noise, 0.5 * noise),
-            calibration=None if calibrated is None else calibrated.poses(),
-        )
-
-    @property
-    def tracking(self) -> Tracking:
-        """Where the tracking system lies in the map, and its trackers on the robot."""
-        return Tracking.of(self.robot.sensing) if self.place is None else self.environment.tracking
-
-    @cached_property
-    def signals(self) -> dict[str, Signal]:
-        """All signals there are, by name; without a scene, of the shipped ones the measured.
-
-        Raises:
-            Problem: a signal of one's own clashes with another or rests on nothing.
-        """
-        return self._declared(scanning=True)
-
-    @cached_property
-    def signals_without_scans(self) -> dict[str, Signal]:
-        """The same where nothing gives `base.scan`: planners then wait for no pose."""
-        return self._declared(scanning=False)
-
-    def _declared(self, scanning: bool) -> dict[str, Signal]:
-        shipped: tuple[Signal, ...] = MEASURED
-        if self.scene is not None:
-            localizer = None if self.localizing is None else self.localizer
-            settings = self.profile.settings
-            shipped = signals(self.environment, settings, localizer, scanning=scanning)
-        try:
-            return declare((*shipped, *self.catalogue.own_signals))
-        except ValueError as error:
-            raise Problem(str(error)) from None
-
-    def localizer(self) -> Localizes:
-        """A new one, for one run; it starts where the scene says that the robot stands."""
-        assert self.scene is not None
-        assert self.localizing is not None
-        return self.environment.localizer(self.scene.robot_start, self.localizing)
-
-    @cached_property
-    def chart_sha256(self) -> str:
-        """Hash of the text of the chart and of all charts it uses."""
-        digest = hashlib.sha256()
-        for name in sorted(reached({self.chart.name}, self.library)):
-            digest.update(self.library[name].source.text.encode() + b"\0")
-        return digest.hexdigest()
-
-    @property
-    def constants(self) -> dict[str, Callable[[], Any]]:
-        """Values that are put once, at the start, if anybody reads them."""
-        found: dict[str, Callable[[], Any]] = {"settings": lambda: self.profile.settings}
-        return found if self.scene is None else {**found, "environment": lambda: self.environment}
-
-    def uses(self, parameters: Mapping[str, Any] | None = None) -> Uses:
-        """What the reachable states of the chart command and read."""
-        leaves = reachable(self.machine(parameters))
-        reads = {name for leaf in leaves for name in leaf.interface.reads}
-        commands = {part for leaf in leaves for part in leaf.interface.commands}
-        known = self.signals
-        used = (known[name] for name in closure(known, reads & known.keys()))
-        welcome = frozenset(s.name for s in used if isinstance(s, Measured))
-        return Uses(frozenset(commands), frozenset(roots(known, reads)), welcome)
-
-    def machine(self, parameters: Mapping[str, Any] | None = None) -> Machine:
-        """The chart bound for one run."""
-        known = self.catalogue
-        return Machine(self.chart, self.library, known.interfaces, parameters, known.types)
-
-
-def open_setup(  # noqa: PLR0913  one call says all there is to say
-    chart: str = CHART,
-    scene: str | None = None,
-    profile: str | None = None,
-    tick_hz: int = TICK_HZ,
-    robot: str | Connection | None = None,
-    charts: Mapping[str, Chart] | None = None,
-    known: Catalogue | None = None,
-    sets: Sequence[str] = (),
-) -> Setup:
-    """Read and check everything a run needs.
-
-    `robot` takes the place of the scene's; given alone, there is no scene at all. That of a
-    connection has its limits; it has to be the scene's, and the connection may name a scene.
-    `charts`: those of an earlier run by name, in place of files; `chart` is one of them. What
-    charts may name is `known`; by default all there is around the present folder. `sets` are
-    single values of the profile, KEY=VALUE.
-
-    Raises:
-        Problem: the chart cannot run; FileError: a file or a value of `sets` is wrong.
-    """
-    known = known or catalogue()
-    with _blaming_sets():
-        used_profile = load_profile(profile or PROFILE, sets)
-    if charts is None:
-        opened, charts = open_chart(chart, known)
-        chart = opened.name
-        with _blaming_sets():
-            used_profile.require_sets(charts)
-    connection = robot if isinstance(robot, Connection) else None
-    named = robot.model if isinstance(robot, Connection) else robot
-    if connection is not None:
-        scene = scene or connection.scene
-    place = open_place(scene or SCENE) if scene is not None or robot is None else None
-    body = load_robot(named or (place.scene.robot if place is not None else ""))
-    if connection is not None:
-        refuse_other_body(connection, body, place)
-        body = connection.limits.body(body)
-        used_profile = used_profile.narrowed(connection.limits)
-    with _blaming_sets():
-        applied = used_profile.apply(charts)
-    return Setup(
-        chart=applied[chart],
-        library=applied,
-        catalogue=known,
-        place=place,
-        robot=_in_place(body, place),
-        profile=used_profile,
-        tick_hz=tick_hz,
-        given={
-            "scene": scene,
-            "profile": profile,
-            "robot": named,
-            "set": list(sets),
-            "connection": None if connection is None else connection.known_as,
-        },
-        connection=connection,
-    )
-
-
-@contextmanager
-def _blaming_sets() -> Iterator[None]:
-    """Mistakes in values of the command line alone are mistakes in its use."""
-    try:
-        yield
-    except FileError as error:
-        if all(finding.place.file.startswith("--set ") for finding in error.findings):
-            raise Problem(str(error)) from None
-        raise
-
-
-def refuse_other_body(connection: Connection, body: RobotModel, place: RunPlace | None) -> None:
-    """Look whether scene and connection are of one robot; a map is of none.
-
-    Raises:
-        Problem: they are not.
-    """
-    if connection.model is None or place is None or place.map is not None:
-        return
-    scenes = load_robot(place.scene.robot).name
-    if scenes != body.name:
-        raise Problem(
-            f"scene {place.scene.name} is made for robot {scenes}, connection {connection.name} "
-            f"is of {body.name}; take a scene whose robot is {body.name}"
-        )
-
-
-def _in_place(robot: RobotModel, place: RunPlace | None) -> RobotModel:
-    """A robot with its scanners as they were found to be turned where it is used."""
-    calibrated = None if place is None else place.scene.calibration
-    if calibrated is None or not calibrated.scanner_yaws:
-        return robot
-    return replace(robot, sensing=robot.sensing.turned(calibrated.scanner_yaws))
+"""Makes the wrapper of a part from its name and the part."""
 
 
 class WithoutMotion:
-    """A part that cannot move, with the `stop` that the engine needs from every part."""
+    """A part that cannot move, with the `stop` that the engine requires of every part."""
 
     def __init__(self, part: RobotPart) -> None:
         self._part = part
@@ -286,14 +38,14 @@ class WithoutMotion:
         return getattr(self._part, name)
 
     def stop(self) -> None:
-        """Nothing moves."""
+        """Do nothing; nothing moves."""
 
 
 @dataclass(frozen=True, slots=True)
 class Wired:
-    """A run with its board, the way in for its samples, and what its states drive the base by.
+    """A run with its board, its inlet, and the base that its states drive.
 
-    `show` is that of the virtual world, where it wants to be called in every tick (see `Vr`).
+    `show` is called in every tick where the virtual world requires it (see `Vr`).
     """
 
     run: ChartRun
@@ -303,7 +55,7 @@ class Wired:
     show: Callable[[int], None] | None = None
 
     def pass_on(self, stamp_ns: int) -> None:
-        """In every tick: what the base has to do from this instant on, and what the VR shows."""
+        """In every tick: command the base from this instant on, and update what the VR shows."""
         if self.base is not None:
             if self.base.reckons and ESTIMATE in self.board.slots:
                 self._locate(self.base, stamp_ns)
@@ -312,9 +64,9 @@ class Wired:
             self.show(stamp_ns)
 
     def _locate(self, base: GuardedBase, now_ns: int) -> None:
-        """Tell the safety chain where localization takes the base to have been."""
+        """Pass the pose that localization estimates on to the safety chain."""
         slot = self.board.slots[ESTIMATE]
-        compute(slot)  # what it raises, the states that read it get
+        compute(slot)  # what it raises is raised again in the states that read it
         found = slot.newest
         if found is None:
             base.locate(0, None, None)
@@ -325,10 +77,10 @@ class Wired:
         self.inlet.tell(Sample("base.pose_sigma", found.stamp, sigma), now_ns)
 
     def tick(self, now_ns: int, stamp_ns: int, between: bool = False) -> str | None:
-        """One tick of the run, and then who drives; the chart's outcome once there is one.
+        """One tick of the run, then of the base; the chart's outcome once there is one.
 
-        `stamp_ns` is the instant of the robot, which may stand between two ticks; `between`: the
-        tick is none of the grid (rule 13).
+        `stamp_ns` is the robot's instant, which may lie between two ticks; `between`: the tick is
+        not one of the grid (rule 13).
         """
         try:
             return self.run.tick(now_ns, between)
@@ -353,13 +105,13 @@ def wire(
     Args:
         setup: what to run.
         parts: the robot and what is around it, by name.
-        eager: build and compute every signal in every tick, asked for or not.
-        clock: ns; only to report where the time goes.
+        eager: build and compute every signal in every tick, whether it is read or not.
+        clock: ns; only for the report of where the time goes.
         parameters: of the chart.
-        tap: makes what states are given in place of a part.
+        tap: wraps the parts that states are given.
 
     Raises:
-        Problem: the chart commands parts, or reads signals, that are not there; all are named.
+        Problem: the chart commands parts, or reads signals, that do not exist; all are named.
     """
     machine = setup.machine(parameters)
     leaves = reachable(machine)
@@ -370,7 +122,7 @@ def wire(
     refuse_what_is_missing(leaves, declared, parts, constants, hint)
     wanted = {name for leaf in leaves for name in leaf.interface.reads}
     if setup.localizing is not None:
-        wanted.add(ESTIMATE)  # the safety chain goes by it
+        wanted.add(ESTIMATE)  # the safety chain uses it
     board = Board(declared, wanted, eager)
     if clock is not None:
         board.clock = clock
@@ -394,10 +146,10 @@ def wire(
 
 
 def guarded(parts: Mapping[str, Any]) -> GuardedBase | None:
-    """The base, if there is one.
+    """The guarded base, if there is a base.
 
     Raises:
-        TypeError: whoever opened its wheels has not put a guard in front of them.
+        TypeError: its wheels were opened without the safety chain in front of them.
     """
     base = parts.get("base")
     if isinstance(base, Inert):
@@ -416,10 +168,10 @@ def refuse_what_is_missing(
     constants: Iterable[str],
     hint: str = "",
 ) -> None:
-    """Look whether everything is there that the reachable states command and read.
+    """Check that everything exists that the reachable states command and read.
 
     Raises:
-        Problem: it is not; the text names every part and signal, and a state that needs it.
+        Problem: the text names every missing part and signal, and a state that needs it.
     """
     given = {name for part in parts.values() for name in part.signals} | set(constants)
     lacking: dict[str, None] = {}
@@ -438,15 +190,15 @@ def refuse_what_is_missing(
 
 
 def refuse_slow_ticks(setup: Setup, uses: Uses, latency: float = 0.0) -> None:
-    """Look whether the velocity of the base is renewed before the safety chain drops it.
+    """Check that the velocity of the base is renewed before the safety chain drops it.
 
     Args:
         setup: what is to be run.
-        uses: of the chart; one that does not command the base may tick as slowly as it likes.
-        latency: from a tick to the robot, s, where that is simulated.
+        uses: of the chart; one that does not command the base may tick at any rate.
+        latency: simulated delay from a tick to the robot, s.
 
     Raises:
-        Problem: it is not, and the base would stop and go.
+        Problem: it is not; the base would stop and go.
     """
     oldest = 1.0 / setup.tick_hz + latency
     limits = setup.profile.safety.limits(setup.robot, setup.profile.robot.limits)
@@ -466,7 +218,7 @@ def commanded(parts: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def freezers() -> dict[type, Callable[[Any], Any]]:
-    """How values of foreign classes are made immutable when they enter a chart's data."""
+    """By class: how values are made immutable when they enter a chart's data."""
     import sys
 
     if "numpy" not in sys.modules:
@@ -479,18 +231,3 @@ def freezers() -> dict[type, Callable[[Any], Any]]:
         return fixed
 
     return {np.ndarray: freeze}
-
-
-def reachable(machine: Machine) -> list[Leaf]:
-    """The leaves that can be entered at all, taking every outcome for possible."""
-    seen: dict[Vertex, None] = {}
-    waiting: list[Vertex] = [machine.root]
-    while waiting:
-        vertex = waiting.pop()
-        if vertex in seen:
-            continue
-        seen[vertex] = None
-        waiting += vertex.go.values()
-        if isinstance(vertex, Box):
-            waiting += vertex.children[:1] if vertex.form == "states" else vertex.children
-    return [vertex for vertex in seen if isinstance(vertex, Leaf)]

@@ -14,7 +14,7 @@ _TURN = 2.0 * math.pi
 
 
 def wrap(angle: float) -> float:
-    """The same direction in (-pi, pi]."""
+    """The same angle in (-pi, pi]."""
     if -math.pi < angle <= math.pi:
         return angle
     wrapped = math.fmod(angle, _TURN)
@@ -57,7 +57,7 @@ class Pose2:
         return cls(float(x), float(y), wrap(float(yaw)))
 
     def __matmul__(self, other: Pose2) -> Pose2:
-        """The chain of both: `map_from_base @ base_from_tool` is map_from_tool."""
+        """Composition: `map_from_base @ base_from_tool` is map_from_tool."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         return Pose2(
             self.x + c * other.x - s * other.y,
@@ -66,12 +66,12 @@ class Pose2:
         )
 
     def inverse(self) -> Pose2:
-        """The same relation read the other way round."""
+        """The inverse: of map_from_base, base_from_map."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         return Pose2(-c * self.x - s * self.y, s * self.x - c * self.y, wrap(-self.yaw))
 
     def transform(self, x: float, y: float) -> tuple[float, float]:
-        """A point of this frame in the frame the pose is given in, m."""
+        """A point of this frame, in the frame in which the pose is given, m."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         return self.x + c * x - s * y, self.y + s * x + c * y
 
@@ -80,7 +80,7 @@ class Pose2:
         return math.hypot(other.x - self.x, other.y - self.y)
 
     def bearing_to(self, other: Pose2) -> float:
-        """Direction of the other origin seen from this pose, rad, 0 is straight ahead."""
+        """Direction of the other origin from this pose, rad; 0 is straight ahead."""
         return wrap(math.atan2(other.y - self.y, other.x - self.x) - self.yaw)
 
     def moved(self, velocity: Twist2, time: float) -> Pose2:
@@ -89,7 +89,7 @@ class Pose2:
         return Pose2(x, y, wrap(self.yaw + time * velocity.wz))
 
     def between(self, other: Pose2, share: float) -> Pose2:
-        """Where an even motion to the other pose is after a share of it; the yaw not wrapped."""
+        """Linear interpolation by a share, on the shorter turn; the yaw is not wrapped."""
         return Pose2(
             self.x + share * (other.x - self.x),
             self.y + share * (other.y - self.y),
@@ -144,7 +144,7 @@ class Pose3:
         return Pose2(self.x, self.y, self.yaw)
 
     def __matmul__(self, other: Pose3) -> Pose3:
-        """The chain of both: `map_from_base @ base_from_tool` is map_from_tool."""
+        """Composition: `map_from_base @ base_from_tool` is map_from_tool."""
         ax, ay, az, aw = self.qx, self.qy, self.qz, self.qw
         bx, by, bz, bw = other.qx, other.qy, other.qz, other.qw
         x, y, z = self.transform(other.x, other.y, other.z)
@@ -152,18 +152,18 @@ class Pose3:
         qy = aw * by - ax * bz + ay * bw + az * bx
         qz = aw * bz + ax * by - ay * bx + az * bw
         qw = aw * bw - ax * bx - ay * by - az * bz
-        # products of many unit quaternions drift by rounding: bring the length back each time
+        # products of many unit quaternions drift by rounding: normalise each time
         scale = 1.0 / math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
         return Pose3(x, y, z, qx * scale, qy * scale, qz * scale, qw * scale)
 
     def inverse(self) -> Pose3:
-        """The same relation read the other way round."""
+        """The inverse: of map_from_base, base_from_map."""
         turned = Pose3(0.0, 0.0, 0.0, -self.qx, -self.qy, -self.qz, self.qw)
         x, y, z = turned.transform(-self.x, -self.y, -self.z)
         return Pose3(x, y, z, turned.qx, turned.qy, turned.qz, turned.qw)
 
     def transform(self, x: float, y: float, z: float) -> tuple[float, float, float]:
-        """A point of this frame in the frame the pose is given in, m."""
+        """A point of this frame, in the frame in which the pose is given, m."""
         qx, qy, qz, qw = self.qx, self.qy, self.qz, self.qw
         tx = 2.0 * (qy * z - qz * y)
         ty = 2.0 * (qz * x - qx * z)
@@ -179,7 +179,7 @@ class Pose3:
         return math.dist((self.x, self.y, self.z), (other.x, other.y, other.z))
 
     def angle_to(self, other: Pose3) -> float:
-        """Angle of the one turn that makes the orientations equal, rad, in [0, pi]."""
+        """Angle of the rotation between both orientations, rad, in [0, pi]."""
         relative = self.inverse() @ other
         sine = math.hypot(relative.qx, relative.qy, relative.qz)
         return 2.0 * math.atan2(sine, abs(relative.qw))
@@ -187,7 +187,7 @@ class Pose3:
 
 @dataclass(frozen=True, slots=True, init=False)
 class Twist2:
-    """A velocity in the plane: vx, vy in m/s and wz in rad/s; which frame, the user of it says."""
+    """A velocity in the plane: vx, vy in m/s and wz in rad/s; the frame depends on its use."""
 
     vx: float
     vy: float
@@ -214,21 +214,21 @@ class Twist2:
         return math.hypot(self.vx, self.vy)
 
     def rotated(self, yaw: float) -> Twist2:
-        """The same velocity in a frame in which this one is turned by yaw."""
+        """The velocity rotated by yaw, as from the base frame to the map at that yaw."""
         c, s = math.cos(yaw), math.sin(yaw)
         return Twist2(c * self.vx - s * self.vy, s * self.vx + c * self.vy, self.wz)
 
 
-# How frozen values are filled: these two are made ten thousand times a second of computing.
+# Slots are set directly: these two classes are created ten thousand times a second.
 _set_x, _set_y, _set_yaw = (vars(Pose2)[name].__set__ for name in ("x", "y", "yaw"))
 _set_vx, _set_vy, _set_wz = (vars(Twist2)[name].__set__ for name in ("vx", "vy", "wz"))
 STILL = Twist2(0.0, 0.0, 0.0)
 
 
 class Outline(NamedTuple):
-    """A rectangle about everything of the robot, sides parallel to the base frame, m.
+    """Bounding rectangle of the robot, its sides parallel to the axes of the base frame, m.
 
-    The distances of its sides from base_link, all positive.
+    Distances of its sides from base_link, all positive.
     """
 
     front: float

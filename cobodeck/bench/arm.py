@@ -1,8 +1,8 @@
-"""The arm: inverse kinematics, plans and moves on seeded problems, beside other packages.
+"""Benchmark of the arm: inverse kinematics, plans and moves on seeded problems, with peers.
 
-Times of the inverse kinematics are divided by those of forward kinematics of as many poses; plans
-are asked for 500 DEEPs 0.5 to 1.6 m high and 0.8 to 1.2 m before the rover, with a person behind
-each and a pillar. Peers (`arm_peers`) take part where they are installed.
+Times of inverse kinematics are relative to forward kinematics of as many poses. Plans are for 500
+DEEPs 0.5 to 1.6 m high and 0.8 to 1.2 m ahead of the rover, each with a person behind it and a
+pillar. Peers (`arm_peers`) take part where they are installed.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ from states.arm.trajectory import ArmLimits
 NAME = "arm"
 POSES, PROBLEMS = 10_000, 500
 PEER_POSES = 50
-"""Poses for packages that need milliseconds for each."""
+"""Number of poses for packages that need milliseconds per pose."""
 SEED = 42
 SETS = ("anywhere", "wrist", "elbow", "shoulder")
 EXACT = 1e-9
 STEP = 0.01
-"""Plans are looked at again every so many rad."""
+"""Step at which plans are checked again, rad."""
 
 
 def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
@@ -62,7 +62,7 @@ def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
 
 
 def ik_rows(arm: Manipulator, rounds: int = ROUNDS, poses: int = POSES) -> Iterator[BenchRow]:
-    """Batch and single times with the worst position error, and what is not solved."""
+    """Batch and single times, worst position error, and share of poses without a solution."""
     chain = KinematicChain.of(arm)
     sets = {name: joint_sets(chain, name, poses) for name in SETS}
     for name, joints in sets.items():
@@ -106,7 +106,7 @@ def _single_rows(chain: KinematicChain, joints: Array, rounds: int) -> Iterator[
 
 
 def ik_errors(chain: KinematicChain, targets: Array) -> tuple[float, float]:
-    """The share of poses without a solution, and the largest position error of any solution, m."""
+    """Share of poses without a solution, and largest position error of any solution, m."""
     solved = inverse(chain, targets)
     reached = forward(chain, solved.joints[solved.valid])
     asked = np.broadcast_to(targets[:, None], (*solved.valid.shape, 4, 4))[solved.valid]
@@ -124,7 +124,7 @@ def joint_sets(chain: KinematicChain, kind: str, count: int) -> Array:
         q[:, 4] = rng.choice([0.0, np.pi], count) + off
     elif kind == "elbow":
         q[:, 2] = np.clip(rng.choice([0.0, -np.pi, np.pi], count) + off, -np.pi, np.pi)
-    elif kind == "shoulder":  # the wrist straight above or below the shoulder's axis
+    elif kind == "shoulder":  # the wrist on the shoulder's axis
         _, a2, a3, _, d5, _ = chain.dh
         along = a2 + a3 * np.cos(q[:, 2]) + d5 * np.sin(q[:, 2] + q[:, 3])
         across = -a3 * np.sin(q[:, 2]) + d5 * np.cos(q[:, 2] + q[:, 3])
@@ -137,14 +137,14 @@ def joint_sets(chain: KinematicChain, kind: str, count: int) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReachProblem:
-    """rover_from_deep (4, 4) and what stands around."""
+    """rover_from_deep (4, 4) and the obstacles around."""
 
     deep: Array
     around: Surroundings
 
 
 def problems(count: int) -> list[ReachProblem]:
-    """DEEPs before the rover, seen from the paper's seven directions; the same every time."""
+    """Seeded DEEPs ahead of the rover, from the paper's seven directions."""
     rng = np.random.default_rng(SEED)
     return [_problem(rng) for _ in range(count)]
 
@@ -169,7 +169,7 @@ def _problem(rng: np.random.Generator) -> ReachProblem:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ArmOutcome:
-    """What came of one problem, and how long inverse kinematics and planning took, s."""
+    """The answer to one problem, and the time of inverse kinematics and planning, s."""
 
     query: Query
     answer: Plan | NoPlan
@@ -177,13 +177,13 @@ class ArmOutcome:
 
     @property
     def reachable(self) -> bool:
-        """Is there a goal that touches nothing?"""
+        """True if a goal is free of contact."""
         goals = self.query.goals
         return bool(len(goals) and self.query.checker.free(goals).any())
 
 
 def plan_rows(arm: Manipulator, profile: str, asked: list[ReachProblem]) -> Iterator[BenchRow]:
-    """Planning and moving times, what is not solved, what touches and what comes out otherwise."""
+    """Planning and moving times; shares unsolved, in contact, and not reproducible."""
     yield from _rows_of(arm, profile, asked, "cobodeck", lines_first)
     if found(["ompl"]):
         yield from _rows_of(arm, profile, asked, "ompl", planner("ompl"))
@@ -247,18 +247,18 @@ def _parked(arm: Manipulator, profile: str) -> Array:
 
 
 def durations(outcomes: list[ArmOutcome]) -> list[float]:
-    """How long the moves take, s."""
+    """Durations of the moves, s."""
     return [o.answer.trajectory.duration for o in outcomes if isinstance(o.answer, Plan)]
 
 
 def unsolved(outcomes: list[ArmOutcome]) -> float:
-    """The share of reachable problems without a plan."""
+    """Share of reachable problems without a plan."""
     reachable = [outcome for outcome in outcomes if outcome.reachable]
     return sum(isinstance(o.answer, NoPlan) for o in reachable) / len(reachable)
 
 
 def touching(outcomes: list[ArmOutcome]) -> int:
-    """Plans with a contact at one of the looks along them."""
+    """Number of plans with a contact at one of the checks along them."""
     count = 0
     for outcome in outcomes:
         if isinstance(outcome.answer, Plan):
@@ -269,7 +269,7 @@ def touching(outcomes: list[ArmOutcome]) -> int:
 
 
 def differing(outcomes: list[ArmOutcome], solver: Planner = lines_first) -> int:
-    """Plans that come out otherwise when asked for again, by a single bit."""
+    """Number of plans that differ by a bit or more when computed again."""
     count = 0
     for outcome in outcomes:
         again, before = plan(outcome.query, solver), outcome.answer

@@ -1,4 +1,4 @@
-"""The arm's inverse kinematics in other packages, where they are installed."""
+"""Inverse kinematics of other packages, where they are installed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MODULES = {
 
 
 def found(names: Iterable[str]) -> list[str]:
-    """Those of the packages that can be imported."""
+    """The packages among these that can be imported."""
     return [name for name in names if _imports(MODULES[name])]
 
 
@@ -30,7 +30,7 @@ def _imports(module: str) -> bool:
         return False
     try:
         import_module(module)
-    except ImportError:  # installed without what it needs
+    except ImportError:  # installed without its own dependencies
         return False
     return True
 
@@ -80,4 +80,4 @@ IK_PEERS: dict[str, Callable[[KinematicChain], Callable[[Array], Any]]] = {
     "roboticstoolbox-python": _toolbox,
     "ikpy": _ikpy,
 }
-"""Makers of functions of base_from_flange (4, 4), for the arm of a chain."""
+"""By package: from a chain to a solver of base_from_flange (4, 4)."""

@@ -1,7 +1,7 @@
-"""How long one decision takes: from a sample of the user to a place, and for Escape the command.
+"""Benchmark of decisions: from a sample of the user to a chosen pose, in Escape to the command.
 
-Measured are the states themselves, in random situations of a room: the poses or cells of the
-space, the choice among them, and in Escape the first command (R40, R105, R109).
+The states themselves are timed in random situations of a room: the poses or cells of their space,
+the choice among them, and in Escape the first command (R40, R105, R109).
 """
 
 from __future__ import annotations
@@ -34,33 +34,33 @@ SITUATIONS, SEED = 200, 5
 WALK = 1.0
 """Speed at which the users of the situations walk up to the robot, m/s."""
 NEAR, FAR = 1.3, 2.5
-"""How far from the robot they are, m."""
+"""Range of their distances from the robot, m."""
 GOAL_MS = 5.0
 
 
 class _Base:
-    """Takes every command and does nothing."""
+    """A base that ignores every command."""
 
     def drive(self, command: Twist2, source: str = "") -> None:
-        """Taken."""
+        """Ignore it."""
 
     def release(self, source: str = "") -> None:
-        """Taken."""
+        """Ignore it."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Moment:
-    """What a state sees at one instant."""
+    """The context of a state at one instant."""
 
     values: Mapping[str, Any]
 
     def value(self, name: str) -> Any:
         return self.values[name]
 
-    def age(self, name: str) -> float:  # noqa: ARG002  all of it is of now
+    def age(self, name: str) -> float:  # noqa: ARG002  every value is fresh
         return 0.0
 
-    def part(self, name: str) -> Any:  # noqa: ARG002  there is no other
+    def part(self, name: str) -> Any:  # noqa: ARG002  the base is the only part
         return _Base()
 
 
@@ -74,7 +74,7 @@ def rows(rounds: int = ROUNDS, count: int = SITUATIONS) -> Iterator[BenchRow]:
         found = situations(environment, profile.settings, count)
         for behaviour, decide in decisions(environment, profile.settings).items():
             for now in found[:3]:
-                decide(now)  # what is made at the first asking counts nowhere
+                decide(now)  # caches are filled outside the measurement
             taken = [_least(partial(decide, now), rounds) for now in found]
             yield _row(behaviour, profile.name, taken)
 
@@ -100,7 +100,7 @@ def _least(work: Callable[[], object], rounds: int) -> float:
 
 
 def decisions(environment: Environment, settings: Any) -> dict[str, Callable[[Situation], Any]]:
-    """What each behaviour does between a sample and its decision."""
+    """For each behaviour, the work between a sample and its decision."""
     cells, planners = grid(environment, settings), environment.static_planners
 
     def for_chase(now: Situation) -> Any:
@@ -121,7 +121,7 @@ def decisions(environment: Environment, settings: Any) -> dict[str, Callable[[Si
 
 
 def _step(state: Action, now: Situation, more: Mapping[str, Any], **inputs: Any) -> Any:
-    """The first step of a state; its outcome, if that ends it."""
+    """The first step of a state; its outcome if that step ends it."""
     values = {
         "environment": now.environment, "settings": now.settings, "base.pose": now.pose,
         "base.twist": now.twist, "user.pose": now.user, "user.velocity": now.velocity,
@@ -138,7 +138,7 @@ def _step(state: Action, now: Situation, more: Mapping[str, Any], **inputs: Any)
 
 
 def situations(environment: Environment, settings: Any, count: int) -> list[Situation]:
-    """Robots at random free places, and users who walk up to them; the same every time."""
+    """Seeded situations: robots at free places, and users who walk up to them."""
     rng = np.random.default_rng(SEED)
     low, high = np.min(environment.room.outer, axis=0), np.max(environment.room.outer, axis=0)
     planners = environment.static_planners

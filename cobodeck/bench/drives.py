@@ -1,4 +1,4 @@
-"""Drives: run time and time over the least one, ideal and by estimated poses, intrusion."""
+"""Benchmark of drives: run time, time over the optimum, intrusion; ideal and estimated poses."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ NAME = "navigation"
 
 PERIOD = 0.05
 DRIVE_GOALS = {"profile": 7.0, "teb": 5.0}
-"""At most so much over the least time, %."""
+"""Largest excess over the least time, %."""
 
 
 HZ = 30.0
-"""Cycles per second of the drives by estimated poses."""
+"""Cycles per second of drives by estimated poses."""
 SEEDS = range(20, 24)
 WINDOW = 0.3
-"""The velocity of a user who walks is estimated over this time, s."""
+"""Time over which the velocity of a walking user is estimated, s."""
 
 
 def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
-    """All of them."""
+    """Everything, row by row."""
     for trial in TRIALS:
         yield from drive_rows(trial, rounds)
     for case in (*CASES, *WALKERS):
@@ -46,7 +46,7 @@ def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
 
 
 def drive_rows(trial: Trial, rounds: int = ROUNDS) -> Iterator[BenchRow]:
-    """For both local planners: the median cycle, time over the least one, and intrusion."""
+    """For both local planners: median cycle, time over the optimum, intrusion."""
     for name in LOCAL_PLANNERS:
         drives = [
             drive(_driver(name), trial, PERIOD, clock=perf_counter_ns)
@@ -74,7 +74,7 @@ def drive_rows(trial: Trial, rounds: int = ROUNDS) -> Iterator[BenchRow]:
 
 
 def disturbed_rows(case: DisturbedCase, seeds: Iterable[int] = SEEDS) -> Iterator[BenchRow]:
-    """For both local planners: by estimated poses, time over the least one, and intrusion."""
+    """For both local planners, by estimated poses: time over the optimum, intrusion."""
     own = "error of the pose" if case.within_error else "the user's disc"
     for name in LOCAL_PLANNERS:
         found = [(least, result) for seed in seeds for least, result in _driven(case, name, seed)]
@@ -93,7 +93,7 @@ def disturbed_rows(case: DisturbedCase, seeds: Iterable[int] = SEEDS) -> Iterato
 
 
 def _driven(case: DisturbedCase, name: str, seed: int) -> Iterator[tuple[float, DisturbedResult]]:
-    """Least time and outcome of each drive; one that did not arrive took for ever."""
+    """Least time and result of each drive; one that did not arrive has infinite time."""
     if case in WALKERS:
         for walk in WALKS:
             yield math.inf, drive_disturbed(

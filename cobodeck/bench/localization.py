@@ -1,9 +1,8 @@
-"""Localization: run time against error, for particles, scan matching, filters and frames.
+"""Benchmark of localization: run time against error, of particles, matching, filters, frames.
 
-A robot of the shop drives about `lab_a` in the full simulation: two scanners, wheels that slip, an
+A shipped robot drives through `lab_a` in the full simulation: two scanners, slipping wheels, an
 inertial sensor, no trackers. Errors are those of one minute after the first two seconds; matching
-and particles are told where the drive begins. Times are medians; their ratio is to what they may
-take at most.
+and particles are given the start pose. Times are medians; their ratio is to their budget.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ SCENE, ROBOT = "lab_a", "rbkairos_ur10"
 SECONDS, SETTLED = 60.0, 2.0
 SPEED, TURN, ACCELERATION = 1.2, 0.6, 1.0
 STOPS = ((2.0, 8.0), (2.0, 2.0), (5.0, 3.74), (8.5, 3.74), (9.5, 8.0), (8.5, 6.56), (5.0, 6.56))
-"""Both ways past the column, m; the straight ways between them are free."""
+"""Stops of the drive, m: past both sides of the column, with free straight lines between."""
 PERIOD_NS = 20_000_000
 START = np.diag([0.1**2, 0.1**2, 0.05**2])
 PREDICTED = np.diag([0.05**2, 0.05**2, 0.03**2])
@@ -58,19 +57,19 @@ RESOLUTIONS = (0.025, 0.05, 0.1)
 MATCHED_BEAMS = (30, 60, 180, 541)
 SCALES = (0.05, 0.1, 0.25)
 MOST_US = {"match": 100.0, "particles": 300.0, "planar": 10.0, "spatial": 40.0, "lookup": 25.0}
-"""What one step may take."""
+"""Budgets of one step, µs."""
 
 
 @dataclass(frozen=True)
 class Ride:
-    """What sensors said on a drive, and where the base truly was, by stamps in order."""
+    """The samples of a drive, and the true poses of the base by stamps, in order."""
 
     samples: tuple[Sample, ...]
     stamps: tuple[int, ...]
     poses: tuple[Pose2, ...]
 
     def true(self, stamp_ns: int) -> Pose2:
-        """Where the base was."""
+        """The true pose at a stamp, interpolated."""
         after = int(np.searchsorted(self.stamps, stamp_ns).clip(1, len(self.stamps) - 1))
         first, last = self.stamps[after - 1], self.stamps[after]
         share = (stamp_ns - first) / (last - first)
@@ -117,7 +116,7 @@ def _towards(pose: Pose2, stop: tuple[float, float], time: float) -> Twist2:
 
 
 def clouds(beams: int) -> Iterator[tuple[Cloud, Pose2, Pose2]]:
-    """Each scan as points, where odometry was at its instant, and the truth."""
+    """Each scan as points, with odometry and true pose at its stamp."""
     sensing, trail, found = load_robot(ROBOT).sensing, Trail(), ride()
     for _, stamp, value in found.samples:
         if isinstance(value, Odometry):
@@ -135,7 +134,7 @@ def clouds(beams: int) -> Iterator[tuple[Cloud, Pose2, Pose2]]:
 
 
 def particle_rows(field: Field) -> Iterator[BenchRow]:
-    """One thing after the other is changed."""
+    """Particle filter rows, one parameter varied at a time."""
     usual = AmclValues(min_particles=500, max_particles=500)
     for count in PARTICLES:
         values = replace(usual, min_particles=count, max_particles=count)
@@ -166,7 +165,7 @@ def _particle_row(knob: str, value: float, field: Field, values: AmclValues) -> 
 
 
 def match_rows(drawn: Field) -> Iterator[BenchRow]:
-    """Scan to field, drawn or of cells."""
+    """Scan matching rows, on a drawn field and on fields of cells."""
     usual = TrackerValues()
     for beams in MATCHED_BEAMS:
         yield _match_row("beams", beams, drawn, replace(usual, beams=beams), 1.5)
@@ -195,7 +194,7 @@ def _match_row(
 
 
 def localizer_row(field: Field) -> BenchRow:
-    """The whole: time per second of the drive, and the error of what it publishes."""
+    """The whole localizer: time per second of the drive, and error of the published pose."""
     robot, found = load_robot(ROBOT), ride()
     localizer = Localizer(field, robot.sensing, Tracking.of(robot.sensing), found.poses[0])
     errors, took = [], 0.0
@@ -217,7 +216,7 @@ def localizer_row(field: Field) -> BenchRow:
 
 
 def step_rows(rounds: int) -> Iterator[BenchRow]:
-    """One prediction with one correction, and one look-up over five edges."""
+    """One prediction with one correction, and one lookup over five edges."""
     planar = PlanarFilter(
         planar_config(
             MeasurementSource("wheels", ("vx", "vy", "wz"), gate=None),

@@ -1,9 +1,9 @@
-"""Ways and drives: run time against error, for every global and local planner.
+"""Benchmark of navigation: run time against error, of every global and local planner.
 
-Ways are compared with the shortest ones. Those of `exact` are themselves measured against a
-visibility graph over inflated outlines, which shares nothing with the planner and comes out
-shorter by up to 0.01 %, its round corners being polygons. Drives are compared with the least time
-that the limits allow. Maps are taken as polygons, so that all planners get the same places.
+Paths are compared with the shortest ones. Those of `exact` are compared with a visibility graph
+over inflated outlines, which shares no code with the planner and is shorter by up to 0.01 %,
+because its round corners are polygons. Drives are compared with the least time that the limits
+allow. Maps are converted to polygons, so that all planners have the same floor.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ from states.navigation.planners import GLOBAL_PLANNERS
 NAME = "navigation"
 ROOMS = ("lab_a", "lab_b", "hall")
 MAPS = {"ipa-kitchen": 0.35, "lse_arena": 0.3}
-"""Real maps, and what is kept from walls there, m."""
+"""Real maps, and the distance kept from their walls, m."""
 MAP_FOLDER = Path(__file__).resolve().parents[3] / "shared" / "data" / "maps"
 INFLATION = 0.77
 RESOLUTIONS = (0.1, 0.05, 0.025)
 CELL_PLANNERS = {"theta_star": ThetaStarPlanner, "navfn": NavfnPlanner}
 QUERIES = 40
 SHORTEST = 1.0
-"""Ways shorter than this are not asked for, m: their error in per cent says little."""
+"""Least distance of start and goal, m: errors in percent of short paths say little."""
 SEED = 3
 
 Ring = Sequence[Point]
@@ -54,9 +54,9 @@ Ring = Sequence[Point]
 
 @dataclass(frozen=True, slots=True)
 class BenchFloor:
-    """Where ways are looked for: an outer ring, rings to keep off by `inflation`, m.
+    """A floor: outer ring, obstacle rings, and the distance `inflation` to keep from both, m.
 
-    `map` is the same as cells where there is a map.
+    `map` has the same floor as cells, where there is a map.
     """
 
     name: str
@@ -66,7 +66,7 @@ class BenchFloor:
     map: OccupancyMap | None = None
 
     def planner(self, name: str, resolution: float | None = None) -> Any:
-        """A global planner for this floor; cells only where it has any."""
+        """A global planner for this floor; on cells of this size if `resolution` is given."""
         make = GLOBAL_PLANNERS[name]
         if resolution is None:
             return make(self.outer, self.obstacles, inflation_radius=self.inflation)
@@ -79,7 +79,7 @@ class BenchFloor:
 def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
     """Everything, row by row."""
     for floor in floors():
-        yield from way_rows(floor, rounds=rounds)
+        yield from path_rows(floor, rounds=rounds)
     profile.warm_up()
     teb_planner.warm_up()
     yield from drives.rows(rounds)
@@ -87,7 +87,7 @@ def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
 
 
 def floors() -> Iterator[BenchFloor]:
-    """The rooms, and those maps that are there."""
+    """The rooms, and the maps that are present."""
     for name in ROOMS:
         room = load_scene(name).room
         yield BenchFloor(name, room.outer, room.obstacles, INFLATION)
@@ -100,7 +100,7 @@ def floors() -> Iterator[BenchFloor]:
 
 
 def map_floor(name: str, map_: OccupancyMap, inflation: float) -> BenchFloor:
-    """The largest free piece of a map, its cells merged to polygons; all else is occupied."""
+    """The largest free area of a map, merged into polygons; everything else is occupied."""
     pieces, _ = ndimage.label(map_.values == FREE)
     sizes = np.bincount(pieces.ravel())
     sizes[0] = 0
@@ -119,7 +119,7 @@ def _as_map(free: Any, resolution: float) -> OccupancyMap:
 
 
 def _cells(floor: BenchFloor, resolution: float) -> tuple[Grid, Costs]:
-    """The map's cells joined or split; a joined one is free if all of it is."""
+    """The map's cells, merged or split to a resolution; a merged one is free if all of it is."""
     assert floor.map is not None
     free = floor.map.values == FREE
     join = max(1, round(resolution / floor.map.resolution))
@@ -132,16 +132,16 @@ def _cells(floor: BenchFloor, resolution: float) -> tuple[Grid, Costs]:
     return grid, Costmap(StaticLayer.of(_as_map(free, resolution), grid), inflation).costs
 
 
-# ways
+# paths
 
 
-def way_rows(
+def path_rows(
     floor: BenchFloor,
     resolutions: Iterable[float] = RESOLUTIONS,
     queries: int = QUERIES,
     rounds: int = ROUNDS,
 ) -> Iterator[BenchRow]:
-    """For every planner the median time of a query, the mean and the largest error."""
+    """For every planner: median time of a query, mean and largest error."""
     exact = floor.planner("exact")
     on_cells = [
         (name, resolution, floor.planner(name, resolution))
@@ -155,17 +155,17 @@ def way_rows(
     if floor.map is None:  # outlines of cells have too many corners for the reference
         reference = outline_lengths(floor, asked)
         over = [abs(own / least - 1.0) for own, least in zip(shortest, reference, strict=True)]
-        yield from _way_rows(floor, "exact", None, taken, taken, over, "outlines, within 0.01 %")
+        yield from _path_rows(floor, "exact", None, taken, taken, over, "outlines, within 0.01 %")
     else:
-        yield from _way_rows(floor, "exact", None, taken, taken, None, None)
+        yield from _path_rows(floor, "exact", None, taken, taken, None, None)
     for name, resolution, planner in on_cells:
         lengths = [planner.plan(*query).length for query in asked]
         over = [own / least - 1.0 for own, least in zip(lengths, shortest, strict=True)]
         own = query_times(planner, asked, rounds)
-        yield from _way_rows(floor, name, resolution, own, taken, over, "exact")
+        yield from _path_rows(floor, name, resolution, own, taken, over, "exact")
 
 
-def _way_rows(
+def _path_rows(
     floor: BenchFloor,
     name: str,
     resolution: float | None,
@@ -204,7 +204,7 @@ def _goal(name: str, resolution: float | None) -> float | None:
 
 
 def answered(planners: Sequence[Any], floor: BenchFloor, count: int) -> list[tuple[Point, Point]]:
-    """Random starts and goals between which every planner finds a way; the same every time."""
+    """Seeded starts and goals between which every planner finds a path."""
     rng = np.random.default_rng(SEED)
     low, high = np.min(floor.outer, axis=0), np.max(floor.outer, axis=0)
     found: list[tuple[Point, Point]] = []
@@ -221,13 +221,13 @@ def answered(planners: Sequence[Any], floor: BenchFloor, count: int) -> list[tup
 
 
 def query_times(planner: Any, queries: Sequence[tuple[Point, Point]], rounds: int) -> list[float]:
-    """The least time of each query of a few turns, s."""
+    """Time of each query, the least of a few repetitions, s."""
     works = (Work(times(partial(planner.plan, *query))) for query in queries)
     return [min(seconds_of(work, 1) for _ in range(min(rounds, 3))) for work in works]
 
 
 def outline_lengths(floor: BenchFloor, queries: Sequence[tuple[Point, Point]]) -> list[float]:
-    """Lengths of the shortest ways by a visibility graph over inflated outlines, m."""
+    """Lengths of shortest paths by a visibility graph over inflated outlines, m."""
     walls = shapely.union_all([shapely.Polygon(ring) for ring in floor.obstacles])
     free = shapely.Polygon(floor.outer).difference(walls).buffer(-floor.inflation, quad_segs=32)
     corners = np.concatenate(

@@ -1,8 +1,8 @@
-"""How long it takes in real time from a sample to the state that waits for it.
+"""Benchmark of latency in real time: from a sample to the step of the state that waits for it.
 
-CoboDeck runs on the mock, at its pace, and beside it a monitor waits for a part of its own, whose
-thread gives a sample 120 times a second. Measured is the time from there to the monitor's step:
-what waits for the next tick of the grid takes half a period, 16.7 ms, on average.
+CoboDeck runs on the mock in real time. Beside it a monitor waits for a part of its own, whose
+thread gives a sample 120 times a second. Measured is the time from there to the monitor's step;
+waiting for the next tick of the grid would take half a period, 16.7 ms, on average.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from cobodeck.bench.harness import BenchRow
 from cobodeck.bench.states import Delay
 from cobodeck.clocks import RealTime
 from cobodeck.options import Options
+from cobodeck.setup import Setup, open_setup
 from cobodeck.stage import stage
 from cobodeck.warmup import warm_up
-from cobodeck.wiring import Setup, open_setup
 from engine.load import load_text
 from engine.signals import Measured
 from engine.state import interface
@@ -29,7 +29,7 @@ from hw.samples import Sample
 
 NAME, RATE_HZ = "realtime", 120
 SECONDS = 2.0
-"""Per round."""
+"""Duration of a round, s."""
 GOAL_MS = 1.0
 CHART = """
 chart: probed
@@ -52,12 +52,12 @@ class Probe:
         threading.Thread(target=self._take, daemon=True).start()
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """Those that have come."""
+        """Samples that have arrived."""
         count = len(self._arrived)
         return [Sample("probe", now_ns, self._arrived.popleft()) for _ in range(count)]
 
     def close(self) -> None:
-        """No more of them."""
+        """Stop the thread."""
         self._over.set()
 
     def _take(self) -> None:
@@ -79,7 +79,7 @@ def rows(rounds: int = 9) -> Iterator[BenchRow]:
 
 
 def delays(seconds: float) -> list[int]:
-    """What the monitor has noted in so many seconds, ns."""
+    """Delays noted by the monitor in this time, ns."""
     setup = probed()
     warm_up(setup, setup.machine())
     loop = stage(setup, Options(mock=True), clock=RealTime())
@@ -89,7 +89,7 @@ def delays(seconds: float) -> list[int]:
 
 
 def probed() -> Setup:
-    """CoboDeck in its room, with the probe beside it."""
+    """CoboDeck's default setup with the probe beside it."""
     setup = open_setup()
     known = setup.catalogue
     chart = load_text(CHART)["probed"]
@@ -108,4 +108,4 @@ def probed() -> Setup:
 
 
 def _nobody() -> None:
-    """No loop has been started yet."""
+    """Wake-up before a loop has been started."""

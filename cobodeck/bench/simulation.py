@@ -1,4 +1,4 @@
-"""How much faster than real time whole runs are, tier by tier."""
+"""Benchmark of whole runs: speed relative to real time, by tier."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 from cobodeck.bench.harness import ROUNDS, BenchRow
 from cobodeck.options import Options
+from cobodeck.setup import open_setup
 from cobodeck.simulate import simulate
-from cobodeck.wiring import open_setup
 
 NAME = "simulation"
 SCENE = "study"

@@ -1,6 +1,6 @@
 """Measure run time against error, side by side with other engines where they are installed.
 
-Ratios are to work that was timed in the same round; absolute times only tell about one machine.
+Ratios refer to work that was timed in the same round; absolute times hold for one machine only.
 """
 
 from __future__ import annotations
@@ -65,13 +65,14 @@ def _measure(names: Iterable[str], rounds: int) -> dict[str, Any]:
 
     rows = []
     progress = ProgressLine("bench", 0.0)
-    for name in names:
+    wanted = list(names)
+    for done, name in enumerate(wanted):
         if name not in BENCHES:
             from engine.files.finding import did_you_mean
 
             raise Problem(f"no bench {name!r}; {did_you_mean(name, BENCHES)}")
         for row in import_module(BENCHES[name]).rows(rounds):
-            progress.at(f"{row.name} {row.variant}")
+            progress.at(f"{row.name} {row.variant}", done / len(wanted))
             rows.append(row.plain())
     progress.done()
     return {"machine": machine(), "rows": rows}
@@ -130,7 +131,7 @@ def _number(value: float | None) -> str:
 
 
 def slower(rows: Iterable[Mapping[str, Any]], before: Iterable[Mapping[str, Any]]) -> Iterable[str]:
-    """A line for each row of ours whose ratio or error has grown; peers have no goal."""
+    """A line for each of our rows whose ratio or error has grown; peers have no goal."""
     keys = ("bench", "name", "variant", "knob", "value")
     known = {tuple(row[key] for key in keys): row for row in before}
     for row in rows:

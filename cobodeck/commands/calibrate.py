@@ -1,4 +1,4 @@
-"""Find where the tracking system lies in the map and where trackers and scanners sit, from a log.
+"""Calibrate the tracking system in the map and the mounts of trackers and scanners, from a log.
 
 Takes the record of a drive with turns both ways and places metres apart. The calibration is written
 if it fits within 5 mm and 0.1 degrees; else exit code 1.
@@ -31,11 +31,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--start", type=pose, metavar="X,Y,YAW",
-        help="where the base is at first, m and rad; default: anywhere",
+        help="initial pose of the base, m and rad; default: unknown",
     )  # fmt: skip
     parser.add_argument(
         "--mounts", type=Path, metavar="FILE",
-        help="an earlier calibration whose mounts still hold: only the tracking was restarted",
+        help="an earlier calibration with valid mounts: only the tracking was restarted",
     )  # fmt: skip
     parser.add_argument("--seed", type=int, default=0, help="of all random numbers; default 0")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="the calibration, X.yaml")
@@ -77,7 +77,7 @@ def _ground(log: SensorLog, place: str | None) -> Ground:
     if place is not None:
         return given_ground(place, log)
     if log.room is None:
-        raise Problem(f"{log.path}: does not say in which room it was made; --map MAP does")
+        raise Problem(f"{log.path}: does not name its room; give it with --map MAP")
     return room_ground(log, log.room)
 
 

@@ -1,4 +1,4 @@
-"""Tell how two recorded runs differ: what was run, what came out, and from when on."""
+"""Compare two recorded runs: what was run, what came out, and when they begin to differ."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ from typing import TYPE_CHECKING, Any
 from cobodeck.console import FAILED, OK, show, show_json, table
 
 if TYPE_CHECKING:
-    from cobodeck.record.compare import Comparison, Figure, HeaderDifference
+    from cobodeck.record.compare import Comparison, Figure
+    from cobodeck.record.header_differences import HeaderDifference
     from cobodeck.record.reader import Record
     from hw.geometry import Pose2
 
 WIDTH = 100
 NAME, VALUE = 30, 28
-"""Longer names and values are cut, letters."""
+"""Longest names and values, in letters; longer ones are cut."""
 LARGEST = 10.0
-"""Changes by a larger share of A are told without it."""
+"""Larger relative changes are shown without their share of A."""
 COLUMNS = frozenset((1, 2, 3, 4))
 
 
@@ -27,7 +28,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("a", type=Path, metavar="A", help="a record, X.mcap or X.mcap.part")
     parser.add_argument("b", type=Path, metavar="B", help="the other one")
-    parser.add_argument("--all", action="store_true", help="figures that are equal, too")
+    parser.add_argument("--all", action="store_true", help="show figures that are equal as well")
     parser.add_argument("--json", action="store_true", help="for programs")
     parser.epilog = "Exit code 0: same trace and figures, those of the machine aside; else 1."
 
@@ -120,7 +121,7 @@ def _number(value: Any) -> str:
 
 
 def _change(a: Any, b: Any) -> tuple[str, str]:
-    """The difference, and in per cent of A."""
+    """The difference, absolute and in per cent of A."""
     if isinstance(a, list) and isinstance(b, list) and len(a) == len(b) and a != b:
         return "others", ""
     if not all(isinstance(x, int | float) and not isinstance(x, bool) for x in (a, b)) or a == b:
@@ -151,7 +152,7 @@ def _trace_section(found: Comparison) -> str:
 
 
 def _event(line: str) -> str:
-    """A line of a trace with its time behind."""
+    """A line of a trace, its time last."""
     at_ns, *told = json.loads(line)
     words = (str(word) if isinstance(word, str) else json.dumps(word) for word in told)
     return f"{' '.join(words)}, {at_ns / 1e9:.3f} s"
@@ -185,7 +186,7 @@ def _short(value: Any) -> str:
 
 
 def _cut(text: str, width: int) -> str:
-    """A text that is too long without its middle."""
+    """The text, without its middle if it is too long."""
     if len(text) <= width:
         return text
     half = (width - 1) // 2

@@ -1,8 +1,8 @@
-"""Run the localization on a recorded log, and tell how good it was.
+"""Run the localization on a recorded log and report its accuracy.
 
 Takes a record (MCAP), an MRPT rawlog or simplemap, a CARMEN log or a ROS bag. Without a map one is
 built from the first half of the scans, and the second is scored. Exit code 1: the base was not
-found.
+localized.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("log", type=Path, metavar="LOG", help="what was recorded")
+    parser.add_argument("log", type=Path, metavar="LOG", help="the recording")
     parser.add_argument(
         "--map", dest="place", type=word, metavar="MAP",
         help="a map (YAML), a scene, or a simplemap; default: from part of the log",
@@ -34,10 +34,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
         "--start", type=pose, metavar="X,Y,YAW",
-        help="where the base is at first, m and rad; default: as its map was made, else unknown",
+        help="initial pose of the base, m and rad; default: that of its map, else unknown",
     )  # fmt: skip
     where.add_argument(
-        "--global", dest="anywhere", action="store_true", help="look for the base all over the map"
+        "--global", dest="anywhere", action="store_true", help="search the whole map for the base"
     )
     parser.add_argument("--seed", type=int, default=0, help="of all random numbers; default 0")
     parser.add_argument(
@@ -95,7 +95,7 @@ def _ground(log: SensorLog, args: argparse.Namespace) -> Ground:
 
 
 def _written(found: Localized, args: argparse.Namespace) -> list[Path]:
-    """Whatever files were asked for."""
+    """The files that were requested."""
     written = []
     if args.save_map is not None:
         if found.ground.map is None:
@@ -131,7 +131,7 @@ def _write_csv(found: Localized, path: Path) -> None:
 
 
 def _reckon(log: SensorLog, args: argparse.Namespace) -> int:
-    """Without scans wheels and inertial sensor tell the way."""
+    """Without scans: the path by wheels and inertial sensor."""
     from cobodeck.logs.reckoned import figures, reckon
 
     for name, given in (("--map", args.place), ("--start", args.start), ("-o", args.output)):

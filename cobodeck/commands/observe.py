@@ -1,9 +1,9 @@
-"""Watch a real robot: as long as this runs the safety chain knows that somebody looks on (R55).
+"""Observe a real robot: while this runs, the safety chain knows that an observer is there (R55).
 
-A chain whose connection wants an observer stops the robot after half a second without one. Enter
-stops it at once, and so does Ctrl-C, a closed terminal, or a network that fails. It is a software
-stop and no safety device: it can come late or not at all, so the observer has the hardware's own
-stop in their hand. It hears nothing from the robot; see it stop once before you rely on it.
+A chain whose connection requires an observer stops the robot after half a second without one.
+Enter stops it at once, and so do Ctrl-C, a closed terminal and a failing network. This is a
+software stop, not a safety device: it can come late or not at all, so the observer holds the
+hardware's own stop. The robot does not answer; see it stop once before you rely on it.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Tell that somebody is there until they leave."""
+    """Report the observer's presence until they leave."""
     from hw.drivers.observer import ObserverLink
 
     host, port = args.chain
@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _watch(observer: ObserverLink, terminal: int) -> None:
-    """Until the terminal is gone; whatever is typed there stops the robot."""
+    """Run until the terminal is closed; a line typed there stops the robot."""
     from hw.drivers.observer import PERIOD_S
 
     while True:

@@ -1,8 +1,8 @@
-"""Tell from how many of the rover's directions the arm reaches a level DEEP, by its height.
+"""Report from how many of the rover's directions the arm reaches a level DEEP, by its height.
 
-Seven directions stand on a half circle behind the DEEP, as the paper's. Everything is by true
-reach: every branch of the inverse kinematics, free of contact with itself, rover and floor. Exit
-code 1: nothing that was asked for is reached.
+The paper's seven directions lie on a half circle behind the DEEP. Reach is tested exactly: every
+branch of the inverse kinematics, free of contact with itself, rover and floor. Exit code 1: nothing
+is reached.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def _range(low: float, high: float, step: float) -> tuple[float, ...]:
 
 @dataclass(frozen=True)
 class ReachReport:
-    """What was found out: the table, of which prop, within which tolerance of the rover's pose."""
+    """The table, the prop it is for, and the tolerance of the rover's pose."""
 
     table: ReachTable
     robot: str
@@ -169,7 +169,7 @@ def _number(text: str | None) -> float | None:
 
 
 def _lengthened(arm: Manipulator, length: float) -> Manipulator:
-    """The shipped prop with its point elsewhere; its capsules end as far before the point."""
+    """The shipped prop with another length; its capsules end as far from the tip as before."""
     from dataclasses import replace
 
     tool, longer = arm.tool, length - _length(arm)

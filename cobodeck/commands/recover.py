@@ -1,6 +1,6 @@
-"""Save what is whole of a record that was cut off or damaged, in a file of its own.
+"""Save the intact beginning of a record that was cut off or damaged, in a new file.
 
-A run that was killed leaves X.mcap.part, with all but its last second. That file stays as it is.
+A run that was killed leaves X.mcap.part with all but its last second. That file is not changed.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
     found = extent(record)
     if found.end_ns is None:
         told = found.broken or "it has none"
-        raise Problem(f"{record.path}: no tick of it is whole: {told}", FAILED)
+        raise Problem(f"{record.path}: no complete tick: {told}", FAILED)
     path = None if found.broken is None else _written(record, found, args.out)
     if args.json:
         show_json(_told(record, found, path))
@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _written(record: Record, found: Extent, out: Path | None) -> Path:
-    """Write it anew.
+    """Write the intact part to a new file.
 
     Raises:
         Problem: the file asked for exists, or cannot be written.

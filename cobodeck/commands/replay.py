@@ -1,14 +1,14 @@
-"""Do a recorded run again, with today's code.
+"""Replay a recorded run with the present code.
 
-Samples, ticks, commands and the answers of parts are given as they were recorded; charts, profile,
-room and robot are those in the record. The trace, the times of the ticks and the calls of parts
-have to come out equal; if not, the first difference is told.
+Samples, ticks, commands and the answers of parts are taken from the record, and so are charts,
+profile, room and robot. The trace, the times of the ticks and the calls of parts must come out
+equal; if not, the first difference is reported.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +17,7 @@ from cobodeck.arguments import new_record
 from cobodeck.console import FAILED, OK, ProgressLine, complain, show, show_json, table
 
 if TYPE_CHECKING:
+    from cobodeck.loop import Loop
     from cobodeck.record.feed import ReplayMismatch
     from cobodeck.record.reader import Record
     from cobodeck.record.recorder import Recorder
@@ -29,7 +30,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("file", type=Path, metavar="RECORD", help="X.mcap or X.mcap.part")
     parser.add_argument("--check", action="store_true", help="exit code 1 if anything differs")
-    parser.add_argument("--record", type=new_record, metavar="X.mcap", help="keep the replay, too")
+    parser.add_argument(
+        "--record", type=new_record, metavar="X.mcap", help="record the replay as well"
+    )
     parser.add_argument("--json", action="store_true", help="for programs")
 
 
@@ -62,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
 def _go(
     replay: Replay, record: Record, recorder: Recorder | None
 ) -> tuple[Mapping[str, Any], Path | None]:
-    """Go on to the end; the figures, and where the replay was kept."""
+    """Run to the end; returns the figures and the file in which the replay was kept."""
     import time
 
     from cobodeck.simulate import figures_of
@@ -72,7 +75,7 @@ def _go(
         recorder.attend(loop)
     progress, begin = ProgressLine("replay"), time.perf_counter_ns()
     try:
-        end_ns = loop.go(FOR_EVER_NS, progress.at)
+        end_ns = loop.go(FOR_EVER_NS, _with_share(loop, record, progress))
     finally:
         progress.done()
     wall_s = (time.perf_counter_ns() - begin) / 1e9
@@ -82,6 +85,16 @@ def _go(
         figures["governor"] = guard["governor"] and guard["watched"]
         figures["person_watched"] = guard["watched"]
     return figures, None if recorder is None else recorder.finish(figures)
+
+
+def _with_share(loop: Loop, record: Record, progress: ProgressLine) -> Callable[[str], None]:
+    """A progress callback that adds the share of the recorded run, if the record has its length."""
+    length_s = (record.figures() or {}).get("sim_s")
+
+    def tell(text: str) -> None:
+        progress.at(text, loop.now_ns / 1e9 / length_s if length_s else None)
+
+    return tell
 
 
 def _options(record: Record) -> Any:

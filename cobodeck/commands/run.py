@@ -1,8 +1,8 @@
 """Run a chart on a robot, in real time.
 
-The robot is a connection, which says what serves each part; `cobodeck list connections` has those
-that come with the project. `mock` does exactly as told, at the next tick. At a terminal the
-operator types: ack, stop, reset, end.
+The robot is a connection, which says what serves each part; `cobodeck list connections` lists them.
+`mock` does exactly as told, at the next tick. At a terminal the operator types: ack, stop, reset,
+end.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from cobodeck.arguments import new_record, positive, profile, seconds, word
 from cobodeck.commands import simulate
 from cobodeck.console import REFUSED, Problem, complain
 from cobodeck.gate import WORDS
-from cobodeck.wiring import PROFILE, TICK_HZ
+from cobodeck.setup import PROFILE, TICK_HZ
 
 if TYPE_CHECKING:
     from cobodeck.options import Options
-    from cobodeck.wiring import Setup
+    from cobodeck.setup import Setup
 
 BLOCKED_S = 0.1
-"""Longer ticks, s, are reported with what blocks them: three periods at 30 Hz."""
+"""Ticks longer than this, s, are reported with what blocks them: three periods at 30 Hz."""
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,30 +37,34 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--user",
         type=word,
         metavar="NAME|FILE",
-        help="as of simulate; default: the one of the scene",
+        help="as in simulate; default: the scene's",
     )
-    parser.add_argument("--requests", type=positive, metavar="N", help="end after so many")
+    parser.add_argument("--requests", type=positive, metavar="N", help="end after N requests")
     profile(parser, PROFILE)
-    parser.add_argument("--seed", type=int, default=0, help="of everything random; default 0")
-    parser.add_argument("--duration", type=seconds, default=3600.0, metavar="S", help="end by then")
+    parser.add_argument("--seed", type=int, default=0, help="of all random numbers; default 0")
+    parser.add_argument(
+        "--duration", type=seconds, default=3600.0, metavar="S", help="longest time"
+    )
     parser.add_argument(
         "--tick-hz", type=positive, default=TICK_HZ, metavar="HZ", help=f"default {TICK_HZ}"
     )
     parser.add_argument(
-        "--record", type=new_record, metavar="X.mcap", help="where the run is kept; default in out/"
+        "--record", type=new_record, metavar="X.mcap", help="the record; default: a new one in out/"
     )
-    parser.add_argument("--fast", action="store_true", help="as fast as it goes")
+    parser.add_argument(
+        "--fast", action="store_true", help="without waiting for real time; the mock only"
+    )
     parser.add_argument(
         "--person-unwatched",
         action="store_true",
-        help="no part tracks people, and nobody can be near: run all the same",
+        help="run although no part tracks people, because nobody can be near",
     )
     parser.add_argument(
         "--passed",
         type=Path,
         nargs="+",
         metavar="X.mcap",
-        help="records that show what was tried before a real robot; default: those in out/",
+        help="records of what was tried before; default: those in out/",
     )
     parser.add_argument(
         "--although",
@@ -82,11 +86,11 @@ def run(args: argparse.Namespace) -> int:
 
     if args.robot in robot_names():
         there = ", ".join(connection_names())
-        raise Problem(f"--robot {args.robot}: a body that nothing drives; connections: {there}")
+        raise Problem(f"--robot {args.robot}: is a body without drivers; connections: {there}")
     connection = load_connection(args.robot)
     mock = connection.plant == "mock"
     if not mock and args.fast:
-        raise Problem(f"--fast: {args.robot} has a pace of its own; it is for the mock")
+        raise Problem(f"--fast is for the mock; {args.robot} runs in real time")
     options = Options(
         user=args.user,
         requests=args.requests,
@@ -104,7 +108,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _look_first(args: argparse.Namespace, options: Options, setup: Setup) -> None:
-    """Say what has to be known of a connection, and look whether a real robot may move by it.
+    """Report what has to be known of a connection, and check that a real robot may move.
 
     Raises:
         Problem: it may not.

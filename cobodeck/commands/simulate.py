@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from cobodeck.arguments import kept_file, length, positive, profile, seconds, word
 from cobodeck.console import FAILED, OK, Problem, ProgressLine, complain, show, show_json
-from cobodeck.wiring import CHART, PROFILE, SCENE, TICK_HZ
+from cobodeck.setup import CHART, PROFILE, SCENE, TICK_HZ
 from engine.errors import Raised
 
 if TYPE_CHECKING:
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     from cobodeck.loop import Loop
     from cobodeck.options import Options
     from cobodeck.record.recorder import Recorder
+    from cobodeck.setup import Setup
     from cobodeck.simulate import RunResult
-    from cobodeck.wiring import Setup
     from hw.connection import Connection
 
 BLOCKED_S = 5.0
-"""Longer ticks, s of wall time, are reported with what blocks them."""
+"""Ticks longer than this, s of wall time, are reported with what blocks them."""
 SHOWN = 3
-"""So many contacts and drop-outs are shown one by one."""
+"""Number of contacts and of drop-outs that are listed singly."""
 FAILURES = ("error", "failed")
 """Outcomes of a chart that make the command fail."""
 
@@ -52,7 +52,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME|random|FILE[#id][@x,y,yaw]",
         help="X.mcap: the person of a record; default: the scene's",
     )
-    parser.add_argument("--requests", type=positive, metavar="N", help="end after so many")
+    parser.add_argument("--requests", type=positive, metavar="N", help="end after N requests")
     profile(parser, PROFILE)
     parser.add_argument(
         "--tier",
@@ -61,24 +61,29 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         choices=(0, 1, 2),
         help="0: logic alone, leaves end by chance; 1: reduced; 2: with all sensors; default 1",
     )
-    parser.add_argument("--seed", type=int, default=0, help="of everything random; default 0")
+    parser.add_argument("--seed", type=int, default=0, help="of all random numbers; default 0")
     parser.add_argument(
         "--tick-hz", type=positive, default=TICK_HZ, metavar="HZ", help=f"default {TICK_HZ}"
     )
-    about = "end by then; an hour, or three minutes a request, by default"
+    about = "longest simulated time; default: an hour, or three minutes per request"
     parser.add_argument("--duration", type=seconds, metavar="S", help=about)
     parser.add_argument(
-        "--stretch", type=length, metavar="M", help="make the longer side of a recording so long"
+        "--stretch",
+        type=length,
+        metavar="M",
+        help="scale a recorded walk so that its longer side has this length",
     )
     parser.add_argument(
         "--record",
         type=kept_file,
         metavar="FILE",
-        help="X.mcap: all of the run; else its trace alone, by default in out/",
+        help="X.mcap: record all of the run; else its trace alone, by default in out/",
     )
-    parser.add_argument("--explain", action="store_true", help="what was built and computed")
-    parser.add_argument("--no-skip", action="store_true", help="compute every signal, always")
-    parser.add_argument("--frozen-base", action="store_true", help="the base stands, to try tests")
+    parser.add_argument("--explain", action="store_true", help="report what was built and computed")
+    parser.add_argument("--no-skip", action="store_true", help="compute every signal in every tick")
+    parser.add_argument(
+        "--frozen-base", action="store_true", help="the base does not move; for trying tests"
+    )
     parser.add_argument("--json", action="store_true", help="for programs")
 
 
@@ -106,7 +111,7 @@ def report_on(
     blocked_s: float = BLOCKED_S,
     before: Callable[[Setup], None] | None = None,
 ) -> int:
-    """Run, write the trace file, print the figures; `before` is called once all is read."""
+    """Run, write the trace file, print the figures; `before` is called once all files are read."""
     from cobodeck.explain import explain
     from cobodeck.summary import summary
 
@@ -132,7 +137,7 @@ def report_on(
 
 
 def _keeps_record(args: argparse.Namespace, clock: Clock | None) -> bool:
-    """A run is always written down, a simulation if it is asked for."""
+    """A run is always recorded, a simulation on request."""
     from cobodeck.record.sink import is_record
 
     return clock is not None if args.record is None else is_record(args.record)
@@ -147,9 +152,9 @@ def _write_trace(
     *,
     told: bool,
 ) -> Path | None:
-    """Write the trace file; where it is, None if it cannot be written.
+    """Write the trace file; returns its path, None if it cannot be written.
 
-    `told`: it was said already that the run cannot be kept, and is not said again.
+    `told`: that the run cannot be kept was reported already, and is not reported again.
     """
     from cobodeck.record import trace_file
     from cobodeck.record.sink import is_record, open_free
@@ -177,10 +182,10 @@ def _recorder(
     clock: Clock | None,
     began: datetime,
 ) -> Recorder | None:
-    """Who writes the run down; nobody if only its trace is kept.
+    """The recorder of the run; None if only its trace is kept.
 
     Raises:
-        Problem: a file that was asked for exists.
+        Problem: a requested file exists.
     """
     from cobodeck.record.sink import Taken, require_free
     from cobodeck.record.start import recorder
@@ -197,7 +202,7 @@ def _recorder(
 
 def _setup(args: argparse.Namespace) -> Setup:
     from cobodeck.catalogue import catalogue
-    from cobodeck.wiring import open_setup
+    from cobodeck.setup import open_setup
 
     known, body = catalogue(own=args.own), _robot_of(args)
     setup = open_setup(
@@ -237,7 +242,7 @@ def _run(
 
 
 def _robot_of(args: argparse.Namespace) -> str | Connection | None:
-    """A body, or a connection; a simulation takes no more of it than body and limits."""
+    """A body, or a connection, of which a simulation takes body and limits."""
     from cobodeck.named_files import kind_of
     from hw.connection import connection_names, load_connection
 
@@ -251,7 +256,7 @@ def _robot_of(args: argparse.Namespace) -> str | Connection | None:
 
 @contextmanager
 def _looked_after(blocked_s: float, loop: Loop) -> Iterator[None]:
-    """Signals end the run in order, and a tick that blocks is named."""
+    """Signals end the run in order, and what blocks a tick is named."""
     from cobodeck.watchdog import ending_on_signals, naming_what_blocks
 
     with ending_on_signals(loop), naming_what_blocks(loop, blocked_s, complain):

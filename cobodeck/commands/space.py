@@ -14,7 +14,7 @@ from typing import Any
 from cobodeck.arguments import length, word
 from cobodeck.console import FAILED, OK, show, show_json, table
 from cobodeck.floor_report import FloorReport, floor_report
-from cobodeck.wiring import PROFILE
+from cobodeck.setup import PROFILE
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

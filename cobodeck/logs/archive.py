@@ -1,10 +1,10 @@
 """Objects of MRPT's binary archives: rawlogs and simplemaps, as far as planar logs need them.
 
-An object is the length of its class name (with the highest bit set since MRPT 0.5.5, in four bytes
-before), the name, a version (one byte; four before) and its fields, little-endian; since 0.5.5 a
-byte 0x88 ends it. No length says how far an object reaches, so that classes which are not known
-here cannot be skipped: the archive is read as a flat row of objects, of which those that hold
-others only mark where they begin, and behind an unknown one it goes on at the next known name.
+An object is the length of its class name (one byte with the highest bit set since MRPT 0.5.5, four
+bytes before), the name, a version (one byte; four before) and its fields, little-endian; since
+0.5.5 a byte 0x88 ends it. The size of an object is not stored, so unknown classes cannot be
+skipped: the archive is read as a flat sequence of objects, in which containers only mark their
+beginning, and after an unknown object reading continues at the next known class name.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _LONGEST = 120
 
 
 class Found(NamedTuple):
-    """An object: its class without namespace, its value (None: it holds others), where it began."""
+    """An object: class name without namespace, value (None for containers), and offset, bytes."""
 
     kind: str
     value: Any
@@ -33,9 +33,9 @@ class Found(NamedTuple):
 
 @dataclass(slots=True)
 class ArchiveReader:
-    """Takes fields from the bytes of an archive, one after another.
+    """Reads fields from the bytes of an archive, one after another.
 
-    Every method raises `Broken` where the bytes end or make no sense.
+    Every method raises `Broken` where the bytes end or are invalid.
     """
 
     data: bytes
@@ -45,13 +45,13 @@ class ArchiveReader:
         """The next bytes."""
         end = self.at + count
         if count < 0 or end > len(self.data):
-            raise Broken(f"it breaks off at byte {len(self.data)}")
+            raise Broken(f"it is cut off at byte {len(self.data)}")
         found = self.data[self.at : end]
         self.at = end
         return found
 
     def numbers(self, form: str) -> tuple[Any, ...]:
-        """Numbers in the notation of `struct`, without padding."""
+        """Numbers by a format of `struct`, little-endian, without padding."""
         form = "<" + form
         return struct.unpack(form, self.take(struct.calcsize(form)))
 
@@ -60,39 +60,41 @@ class ArchiveReader:
         return self.numbers(form)[0]
 
     def count(self, size: int) -> int:
-        """How many items of so many bytes follow."""
+        """A count of items of `size` bytes each, checked against what is left."""
         found: int = self.number("I")
         if found * size > len(self.data) - self.at:
-            raise Broken(f"it breaks off at byte {len(self.data)}")
+            raise Broken(f"it is cut off at byte {len(self.data)}")
         return found
 
     def text(self) -> str:
-        """A text with its length."""
+        """A text, preceded by its length."""
         return self.take(self.count(1)).decode("utf-8", "replace")
 
     def part(self, kinds: Mapping[str, Callable[[Any, int], Any]] | None = None) -> Any:
-        """An object that is a field of another one."""
+        """An object that is a field of another one, of one of these classes."""
         head = header_at(self.data, self.at)
         if head is None or head.kind not in (kinds or KINDS):
             name = "no object" if head is None else head.kind
-            raise Broken(f"there is {name} where another was to be, at byte {self.at}")
+            raise Broken(f"there is {name} where another class is expected, at byte {self.at}")
         return self.body(head)
 
     def body(self, head: Header) -> Any:
-        """The fields of an object behind its header, and its end."""
+        """The value of an object from its fields; checks its end byte."""
         self.at = head.end
         value = KINDS[head.kind](self, head.version)
         if not head.old and self.take(1)[0] != _END:
-            raise Broken(f"a {head.kind} of version {head.version} is not as known, at {head.at}")
+            raise Broken(
+                f"a {head.kind} of version {head.version} has an unknown layout, at {head.at}"
+            )
         return value
 
 
 class Broken(Exception):
-    """The bytes of an archive are not as they should be."""
+    """The bytes of an archive are invalid or end early."""
 
 
 class Header(NamedTuple):
-    """Where an object begins, of what class it is, where its fields begin."""
+    """An object's offset, class, version, offset of its fields; `old`: before MRPT 0.5.5."""
 
     at: int
     kind: str
@@ -102,7 +104,7 @@ class Header(NamedTuple):
 
 
 def header_at(data: bytes, at: int) -> Header | None:
-    """The header of an object, or None if there is none at this byte."""
+    """The header of an object at this byte; None if there is none."""
     if at + 4 > len(data):
         return None
     length, old = data[at] & 0x7F, data[at] < 0x80
@@ -118,7 +120,7 @@ def header_at(data: bytes, at: int) -> Header | None:
 
 
 def objects(data: bytes, tell: Callable[[str], None]) -> Iterator[Found]:
-    """All objects of an archive that are known, in order; what is left out is told."""
+    """All known objects of an archive, in order; `tell` gets a sentence on each one left out."""
     reader = ArchiveReader(data)
     while reader.at < len(data):
         head = header_at(data, reader.at)
@@ -126,7 +128,7 @@ def objects(data: bytes, tell: Callable[[str], None]) -> Iterator[Found]:
             if data[reader.at] == _END:
                 reader.at += 1
             elif not _go_on(reader, reader.at + 1):
-                tell(f"it breaks off at byte {len(data)}")
+                tell(f"it is cut off at byte {len(data)}")
                 return
         elif head.kind in HOLDERS:
             reader.at = head.end + HOLDERS[head.kind](head.version)
@@ -145,7 +147,7 @@ def objects(data: bytes, tell: Callable[[str], None]) -> Iterator[Found]:
 
 
 def _go_on(reader: ArchiveReader, after: int) -> bool:
-    """Go to the next object of a known class."""
+    """Advance to the next object of a known class; False if there is none."""
     for match in _KNOWN.finditer(reader.data, after):
         name = match.start()
         for begin in (name - 1, name - 4):
@@ -169,7 +171,7 @@ HOLDERS: Mapping[str, Callable[[int], int]] = {
     "CSensFrameProbSequence": lambda _: 4,
     "CRawlog": lambda _: 4,
 }
-"""Classes that hold others, and how many bytes stand before these, by version."""
+"""Container classes, and the number of bytes before their first object, by version."""
 KINDS: Mapping[str, Callable[[Any, int], Any]] = {**POSES, **SENSORS}
 _NAMES = sorted((*HOLDERS, *KINDS), key=len, reverse=True)
 _KNOWN = re.compile(rb"(?:mrpt::\w+::)?(?:" + "|".join(_NAMES).encode() + rb")")

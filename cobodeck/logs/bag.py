@@ -1,7 +1,7 @@
-"""Bags of ROS: scans, odometry, inertial readings, and where the sensors sit, by its frames.
+"""ROS bags: scans, odometry, inertial readings, and mounts of sensors from the frames.
 
-Of several topics with odometry that of the wheels counts: not one whose name says that it was
-filtered. If the bag knows the robot in a map, that gives reference poses.
+Of several odometry topics the raw one is used: not one whose name says that it was filtered. If the
+bag has the robot in a map frame, that gives reference poses.
 """
 
 from __future__ import annotations
@@ -28,45 +28,45 @@ _MAPS = ("map", "world")
 _ODOMS = ("odom", "odom_combined")
 _BASES = ("base_footprint", "base_link", "base")
 _FARTHEST = 100.0
-"""Where a scan does not say how far its scanner sees, m."""
+"""Largest range where a scan does not give it, m."""
 _LONGEST_SCAN = 0.5
-"""A scan that says its beams took longer says nothing of use, s."""
+"""Longest believable duration of a scan, s; beyond it beam times are ignored."""
 _CACHE_S = 1e8
-"""So long frames are remembered: for good."""
+"""History of the frames, s: the whole bag."""
 
 
 def is_bag(path: Path) -> bool:
-    """A ROS 1 bag, packed or not, or the folder of a ROS 2 bag?"""
+    """True for a ROS 1 bag, compressed or not, and for the folder of a ROS 2 bag."""
     if path.is_dir():
         return (path / _FOLDER).is_file()
     return head(path, len(_BAG1)) == _BAG1
 
 
 def read_bag(path: Path) -> SensorLog:
-    """A bag.
+    """Read a bag.
 
     Raises:
-        FileError: it cannot be read, or nothing in it is of use.
+        FileError: it cannot be read, or holds nothing usable.
     """
     gathered = Gathered(path, "ROS bag")
-    told = _Told()
+    messages = _Messages()
     opened = nullcontext((path, None)) if path.is_dir() else plain_file(path, ".bag")
     with opened as (plain, broken):
         if broken is not None:
             gathered.remark(broken)
         try:
-            _read(plain, told)
-        except Exception as error:  # noqa: BLE001  of a library, over whatever a file holds
-            if not any((told.scans, told.odometry, told.imu)):
-                hint = "`rosbag reindex` mends bags that were cut off"
+            _read(plain, messages)
+        except Exception as error:  # noqa: BLE001  the library raises anything over a damaged file
+            if not any((messages.scans, messages.odometry, messages.imu)):
+                hint = "`rosbag reindex` repairs bags that were cut off"
                 raise mistake(path, f"cannot be read as a bag: {error}", hint=hint) from None
-            gathered.remark(f"it breaks off: {error}")
-    _Frames(told, gathered).put_all()
+            gathered.remark(f"it is cut off: {error}")
+    _Frames(messages, gathered).put_all()
     return gathered.finished()
 
 
 class _Wheels(NamedTuple):
-    """A message with odometry."""
+    """An odometry message."""
 
     stamp_ns: int
     child: str
@@ -75,7 +75,7 @@ class _Wheels(NamedTuple):
 
 
 @dataclass(slots=True)
-class _Told:
+class _Messages:
     """The messages of a bag, by topic, with stamps and frames."""
 
     scans: list[tuple[int, str, str, Any]] = field(default_factory=list)
@@ -107,21 +107,21 @@ class _Told:
                     self.frames.fix(parent, child, pose)
                 else:
                     self.frames.put(parent, child, _stamp(edge, at_ns), pose)
-            except ValueError:  # a transform with numbers that are none
+            except ValueError:  # NaN, infinite, or no unit quaternion
                 continue
 
 
 _TAKING: Mapping[str, Any] = {
-    "sensor_msgs/msg/LaserScan": _Told.scan,
-    "nav_msgs/msg/Odometry": _Told.wheels,
-    "sensor_msgs/msg/Imu": _Told.inertial,
-    "tf2_msgs/msg/TFMessage": _Told.edges,
-    "tf/msg/tfMessage": _Told.edges,
+    "sensor_msgs/msg/LaserScan": _Messages.scan,
+    "nav_msgs/msg/Odometry": _Messages.wheels,
+    "sensor_msgs/msg/Imu": _Messages.inertial,
+    "tf2_msgs/msg/TFMessage": _Messages.edges,
+    "tf/msg/tfMessage": _Messages.edges,
 }
 
 
-def _read(path: Path, told: _Told) -> None:
-    """Take all messages that are of use."""
+def _read(path: Path, messages: _Messages) -> None:
+    """Take all usable messages."""
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
 
@@ -129,26 +129,26 @@ def _read(path: Path, told: _Told) -> None:
         worth = [found for found in reader.connections if found.msgtype in _TAKING]
         for connection, at_ns, data in reader.messages(connections=worth):
             message = reader.deserialize(data, connection.msgtype)
-            _TAKING[connection.msgtype](told, connection.topic, at_ns, message)
+            _TAKING[connection.msgtype](messages, connection.topic, at_ns, message)
 
 
 class _Frames:
-    """Brings what was told into the frame of the base."""
+    """Transforms what the bag has into the frame of the base."""
 
-    def __init__(self, told: _Told, gathered: Gathered) -> None:
-        self._told = told
+    def __init__(self, messages: _Messages, gathered: Gathered) -> None:
+        self._messages = messages
         self._gathered = gathered
         self._wheels = self._best_odometry()
         child = self._wheels[0].child if self._wheels else ""
-        found = (name for name in _BASES if name in told.known)
+        found = (name for name in _BASES if name in messages.known)
         self._base = child or next(found, _BASES[1])
         self._mounts: dict[str, Pose3] = {}
 
     def put_all(self) -> None:
-        """Everything into the log."""
-        for stamp, topic, frame, message in self._told.scans:
+        """Put everything into the log."""
+        for stamp, topic, frame, message in self._messages.scans:
             self._scan(stamp, topic, self._mount(frame, stamp), message)
-        for stamp, frame, message in self._told.imu:
+        for stamp, frame, message in self._messages.imu:
             self._gathered.put(IMU, stamp, _reading(message, self._mount(frame, stamp)))
         for stamp, odometry in self._odometry():
             self._gathered.put(ODOMETRY, stamp, odometry)
@@ -157,55 +157,55 @@ class _Frames:
     def _best_odometry(self) -> Sequence[_Wheels]:
         def merit(topic: str) -> tuple[bool, int]:
             estimated = any(word in topic.lower() for word in _ESTIMATED)
-            return not estimated, len(self._told.odometry[topic])
+            return not estimated, len(self._messages.odometry[topic])
 
-        measured = [t for t in self._told.odometry if not any(w in t.lower() for w in _TRUE)]
+        measured = [t for t in self._messages.odometry if not any(w in t.lower() for w in _TRUE)]
         if not measured:
             return ()
         best = max(measured, key=merit)
         for other in sorted(set(measured) - {best}):
             self._gathered.remark(f"odometry {other} was left out: {best} is taken")
-        return self._told.odometry[best]
+        return self._messages.odometry[best]
 
     def _odometry(self) -> list[tuple[int, Odometry]]:
-        """That of the wheels, else what the frames say of the base in `odom`."""
+        """Odometry of the chosen topic, else the base in the frame `odom`."""
         wheels = self._wheels
         if wheels:
             reckoned = odometry_of([(one.stamp_ns, one.pose) for one in wheels])
             if all(one.twist == Twist2(0.0, 0.0, 0.0) for one in wheels):
                 return reckoned
             return [(one.stamp_ns, Odometry(one.pose, one.twist)) for one in wheels]
-        odom = next((name for name in _ODOMS if name in self._told.known), None)
+        odom = next((name for name in _ODOMS if name in self._messages.known), None)
         return [] if odom is None else odometry_of(self._ways(odom))
 
     def _ways(self, fixed: str) -> list[tuple[int, Pose2]]:
-        """Where the base was at each scan, or inertial reading, as far as the frames know it."""
-        stamps = sorted({found[0] for found in self._told.scans or self._told.imu})
-        looked_up = ((at, self._told.frames.lookup(fixed, self._base, at)) for at in stamps)
+        """Poses of the base at each scan (or inertial reading), where the frames have them."""
+        stamps = sorted({found[0] for found in self._messages.scans or self._messages.imu})
+        looked_up = ((at, self._messages.frames.lookup(fixed, self._base, at)) for at in stamps)
         return [(at, pose.flat()) for at, pose in looked_up if isinstance(pose, Pose3)]
 
     def _reference(self) -> None:
-        for topic, found in self._told.odometry.items():
+        for topic, found in self._messages.odometry.items():
             if any(word in topic.lower() for word in _TRUE):
                 for one in found:
                     self._gathered.refer(one.stamp_ns, one.pose)
                 return
-        fixed = next((name for name in _MAPS if name in self._told.known), None)
+        fixed = next((name for name in _MAPS if name in self._messages.known), None)
         for stamp, pose in [] if fixed is None else self._ways(fixed):
             self._gathered.refer(stamp, pose)
 
     def _mount(self, frame: str, stamp: int) -> Pose3:
-        """base_from_frame: sensors do not move on the base, so that once looked up does."""
+        """base_from_frame, looked up once: sensors do not move on the base."""
         if frame in self._mounts:
             return self._mounts[frame]
         found: Pose3 | NoTransform = Pose3(0.0, 0.0, 0.0)
         if frame != self._base:
-            found = self._told.frames.lookup(self._base, frame, stamp)
+            found = self._messages.frames.lookup(self._base, frame, stamp)
             if isinstance(found, NoTransform):
-                found = self._told.frames.lookup(self._base, frame)
+                found = self._messages.frames.lookup(self._base, frame)
         if isinstance(found, NoTransform):
-            told = f"where {frame} sits is not in the bag: it is taken to be {self._base}"
-            self._gathered.remark(told)
+            remark = f"the pose of {frame} is not in the bag: it is assumed to be at {self._base}"
+            self._gathered.remark(remark)
             found = Pose3(0.0, 0.0, 0.0)
         self._mounts[frame] = found
         return found
@@ -214,7 +214,7 @@ class _Frames:
         count, most = len(message.ranges), float(message.range_max)
         beam_time = float(message.time_increment)
         if not 0.0 <= beam_time * count <= _LONGEST_SCAN:
-            self._gathered.remark(f"the times of beams on {topic} make no sense: they are left out")
+            self._gathered.remark(f"beam times on {topic} are implausible: they are ignored")
             beam_time = 0.0
         raw = RawScan(
             topic.strip("/").replace("/", "_") or "scan",
@@ -230,7 +230,7 @@ class _Frames:
 
 
 def _stamp(message: Any, at_ns: int) -> int:
-    """When it was measured; when it was received, if that is not told."""
+    """Stamp of the measurement, ns; of its arrival where there is none."""
     stamp = message.header.stamp
     measured: int = stamp.sec * 10**9 + stamp.nanosec
     return measured or at_ns

@@ -1,4 +1,4 @@
-"""A calibration from a log: scans are matched to the walls, and set against the trackers."""
+"""Calibration from a log: poses by matched scans against poses by trackers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from states.localization.localizer import Localizer
 from states.localization.scan_tracker import TrackerValues, match
 
 _NEAR = np.diag([0.05**2, 0.05**2, 0.03**2])
-"""How far a scanner's own match may lie from what all of them together say."""
+"""Prior of a single scanner's match around the pose by all scanners."""
 
 
 def calibrated(
@@ -36,10 +36,10 @@ def calibrated(
     seed: int,
     mounts: Mapping[str, Pose3] | None = None,
 ) -> Calibration | NoCalibration:
-    """The frames of a log's trackers and scanners, in the map; why not, if it gives none.
+    """Calibrate the trackers and scanners of a log in the map.
 
-    `start` is where the base was at first, or None: anywhere. With known `mounts`
-    (base_from_tracker) only the tracking's frame is looked for.
+    `start` is the first pose of the base, None if unknown. With known `mounts` (base_from_tracker)
+    only the tracking's frame is estimated.
 
     Raises:
         FileError: it has no trackers or no scans.
@@ -62,7 +62,7 @@ def calibrated(
 
 
 def matched(log: SensorLog, ground: Ground, start: Pose2 | None, seed: int) -> list[BaseReading]:
-    """Where each scan by itself says the base was; no tracker has a say in it."""
+    """Poses of the base by each scan alone; trackers are not used."""
     localizer = Localizer(ground.field, log.sensing, Tracking(), start, seed)
     values, found, scans = TrackerValues(), [], iter(scans_of(log))
     for sample in log.samples:

@@ -1,4 +1,4 @@
-"""Logs of CARMEN's text format: one message in a line, its name first.
+"""Logs in CARMEN's text format: one message per line, its name first.
 
     FLASER count ranges… x y theta odom_x odom_y odom_theta stamp host logger_stamp
     ROBOTLASER1 type start view resolution max_range accuracy remission count ranges…
@@ -7,8 +7,8 @@
     ODOM x y theta tv rv acceleration stamp host logger_stamp
     TRUEPOS x y theta odom_x odom_y odom_theta stamp host logger_stamp
 
-m, rad and s. Of a scan with two poses the first one is the scanner's if it stays where it is on the
-robot; in logs that were corrected afterwards it is the corrected pose of the robot.
+Units are m, rad and s. Of a scan with two poses the first one is the scanner's if it is constant
+relative to the robot; in logs that were corrected afterwards it is the robot's corrected pose.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ RAW = tuple(f"RAWLASER{n}" for n in range(1, 6))
 ROBOT = tuple(f"ROBOTLASER{n}" for n in range(1, 6))
 _KNOWN = frozenset((*OLD, *RAW, *ROBOT, "ODOM", "TRUEPOS", "PARAM"))
 _FARTHEST = 80.0
-"""Where an old message does not say how far the scanner sees: that of the scanner all had, m."""
+"""Largest range where a message does not give it, m: that of the usual scanner of the time."""
 _MOVED, _TURNED = 0.02, 0.01
-"""Where a scanner moves on the robot by more, m and rad, its pose is a corrected one."""
+"""A pose that moves on the robot by more than this, m and rad, is no mount but corrected."""
 _STRAY = 0.25
-"""Poses that lie farther from what the wheels say are corrected ones, m."""
+"""Poses farther from the odometry than this, m, are corrected ones."""
 _HEAD = 1 << 16
 _MIDDLE = Pose3(0.0, 0.0, 0.0)
 
 
 def is_carmen(path: Path) -> bool:
-    """Is there a line of a known message among the first ones?"""
+    """True if one of the first lines is a known message."""
     lines = head(path, _HEAD).split(b"\n")
     if b"\0" in lines[0]:
         return False
@@ -48,10 +48,10 @@ def is_carmen(path: Path) -> bool:
 
 
 def read_carmen(path: Path) -> SensorLog:
-    """A log of CARMEN's.
+    """Read a CARMEN log.
 
     Raises:
-        FileError: it cannot be read, or nothing in it is of use.
+        FileError: it cannot be read, or holds nothing usable.
     """
     data, broken = content(path)
     gathered = Gathered(path, "CARMEN log")
@@ -70,8 +70,8 @@ def read_carmen(path: Path) -> SensorLog:
 
 
 @dataclass(frozen=True, slots=True)
-class _Told:
-    """A message with poses: the scanner's or a corrected one, and the robot's by its wheels."""
+class _Message:
+    """A message: first pose (scanner's or corrected), the robot's by odometry, and its scan."""
 
     stamp: float | None
     name: str
@@ -83,29 +83,29 @@ class _Told:
 @dataclass(slots=True)
 class _Lines:
     gathered: Gathered
-    told: list[_Told] = field(default_factory=list)
+    messages: list[_Message] = field(default_factory=list)
     given: dict[str, str] = field(default_factory=dict)
     wrong: list[tuple[int, str]] = field(default_factory=list)
 
     def take(self, words: Sequence[str]) -> None:
-        """A line.
+        """Take a line, split into words.
 
         Raises:
-            ValueError, IndexError: it is not as its name says.
+            ValueError, IndexError: it is malformed.
         """
         name = words[0]
         if name == "PARAM":
             self.given[words[1].lower()] = words[2]
         elif name in OLD:
-            self.told.append(self._old(words))
+            self.messages.append(self._old(words))
         elif name in ROBOT or name in RAW:
-            self.told.append(_new(words, poses=name in ROBOT))
+            self.messages.append(_new(words, poses=name in ROBOT))
         elif name == "ODOM":
-            self.told.append(_Told(_stamp(words, 7), name, None, _pose(words, 1)))
+            self.messages.append(_Message(_stamp(words, 7), name, None, _pose(words, 1)))
         else:
-            self.told.append(_Told(_stamp(words, 7), name, _pose(words, 1), _pose(words, 4)))
+            self.messages.append(_Message(_stamp(words, 7), name, _pose(words, 1), _pose(words, 4)))
 
-    def _old(self, words: Sequence[str]) -> _Told:
+    def _old(self, words: Sequence[str]) -> _Message:
         count = int(words[1])
         ranges = [float(word) for word in words[2 : 2 + count]]
         if count < 2 or len(ranges) < count:
@@ -115,17 +115,18 @@ class _Lines:
         start, step = _spread(count)
         at = 2 + count
         scan = RawScan(words[0].lower(), _MIDDLE, start, step, ranges, most)
-        return _Told(_stamp(words, at + 6), words[0], _pose(words, at), _pose(words, at + 3), scan)
+        stamp, first = _stamp(words, at + 6), _pose(words, at)
+        return _Message(stamp, words[0], first, _pose(words, at + 3), scan)
 
     def close(self) -> None:
         """Put everything in."""
         for number, name in self.wrong[:1]:
             more = f", and {len(self.wrong) - 1} more lines" if len(self.wrong) > 1 else ""
-            self.gathered.remark(f"line {number} is no {name} as known, and was left out{more}")
-        clocks = (one.stamp for one in self.told)
+            self.gathered.remark(f"line {number} is a malformed {name} and was left out{more}")
+        clocks = (one.stamp for one in self.messages)
         stamps = numbered_stamps([None if at is None else round(at * 1e9) for at in clocks])
-        mounts = {name: self._mount(name) for name in {one.name for one in self.told}}
-        pairs = list(zip(stamps, self.told, strict=True))
+        mounts = {name: self._mount(name) for name in {one.name for one in self.messages}}
+        pairs = list(zip(stamps, self.messages, strict=True))
         wheels = {at: one.robot for at, one in pairs if one.name == "ODOM" and one.robot}
         others = {at: one.robot for at, one in pairs if one.name != "ODOM" and one.robot}
         if wheels and _stray(others, wheels):
@@ -144,10 +145,10 @@ class _Lines:
                 self.gathered.scan(stamp, replace(one.scan, base_from_sensor=placed))
 
     def _mount(self, name: str) -> Pose2 | None:
-        """robot_from_scanner as its messages say; None: their first pose is a corrected one."""
+        """robot_from_scanner by its messages; None if their first pose is a corrected one."""
         if name == "TRUEPOS":
             return None
-        found = [one for one in self.told if one.name == name and one.first is not None]
+        found = [one for one in self.messages if one.name == name and one.first is not None]
         if not found:
             return self._offset(name)
         seen = [one.robot.inverse() @ one.first for one in found if one.robot and one.first]
@@ -156,13 +157,13 @@ class _Lines:
         return self._offset(name) if _same(seen[0], Pose2(0.0, 0.0)) else seen[0]
 
     def _offset(self, name: str) -> Pose2:
-        """What the parameters say of where a scanner is; the middle if they do not."""
+        """robot_from_scanner by the PARAM lines; the robot's centre without any."""
         side = "rear" if name in ("RLASER", "ROBOTLASER2", "RAWLASER2") else "front"
         ahead = float(self.given.get(f"robot_{side}laser_offset", 0.0))
         return Pose2(ahead, 0.0, 0.0 if side == "front" else math.pi)
 
 
-def _new(words: Sequence[str], poses: bool) -> _Told:
+def _new(words: Sequence[str], poses: bool) -> _Message:
     start, view, step, most = (float(word) for word in words[2:6])
     count = int(words[8])
     ranges = [float(word) for word in words[9 : 9 + count]]
@@ -176,15 +177,15 @@ def _new(words: Sequence[str], poses: bool) -> _Told:
     most = most if most > 0.0 else _FARTHEST
     scan = RawScan(words[0].lower(), _MIDDLE, start, step, ranges, most)
     if not poses:
-        return _Told(_stamp(rest, 0), words[0], None, None, scan)
-    return _Told(_stamp(rest, 11), words[0], _pose(rest, 0), _pose(rest, 3), scan)
+        return _Message(_stamp(rest, 0), words[0], None, None, scan)
+    return _Message(_stamp(rest, 11), words[0], _pose(rest, 0), _pose(rest, 3), scan)
 
 
 def _spread(count: int) -> tuple[float, float]:
-    """First angle and step of a scan that says only how many beams it has.
+    """First angle and step of a scan of which only the number of beams is known.
 
-    Such scanners looked over 180 degrees in steps of 1 or 0.5 degrees, or over 100 in steps of
-    0.25; counts without the last beam lack it, so that the first is at -90 degrees all the same.
+    Such scanners covered 180 degrees in steps of 1 or 0.5 degrees, or 100 in steps of 0.25. Even
+    counts lack the last beam; the first is at -90 degrees all the same.
     """
     if count == 401:
         return -math.radians(50.0), math.radians(0.25)
@@ -211,7 +212,7 @@ def _level(pose: Pose2) -> Pose3:
 
 
 def _stray(poses: Mapping[int, Pose2], wheels: Mapping[int, Pose2]) -> bool:
-    """Do poses of scans lie elsewhere than the wheels say at the time: are they corrected ones?"""
+    """True if poses of scans differ from odometry of the same stamps: they are corrected ones."""
     stamps = sorted(wheels)
     if not poses:
         return False

@@ -1,4 +1,4 @@
-"""The bytes of a log, packed by gzip or not; what breaks off is read as far as it is whole."""
+"""The bytes of a log, gzipped or not; a truncated file is read as far as it is intact."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from engine.files.finding import mistake
 from engine.files.text import unreadable
 
 LARGEST = 2 << 30
-"""Larger logs are not taken into memory, bytes."""
+"""Largest log that is read into memory, bytes."""
 _PIECE = 1 << 20
 _GZIP = b"\x1f\x8b"
 
 
 def head(path: Path, count: int) -> bytes:
-    """The first bytes of a log, unpacked.
+    """The first bytes of a log, decompressed.
 
     Raises:
         FileError: it cannot be read.
@@ -32,7 +32,7 @@ def head(path: Path, count: int) -> bytes:
 
 
 def content(path: Path) -> tuple[bytes, str | None]:
-    """All bytes of a log, unpacked, and why there are no more of them if it breaks off.
+    """All bytes of a log, decompressed; and a sentence if the file is damaged or cut off.
 
     Raises:
         FileError: it cannot be read, or is too large.
@@ -47,9 +47,9 @@ def content(path: Path) -> tuple[bytes, str | None]:
 
 @contextmanager
 def plain_file(path: Path, ending: str) -> Iterator[tuple[Path, str | None]]:
-    """A log as a file that is not packed and whose name ends so, for readers that go by names.
+    """A log as a plain file with this ending, for readers that go by names.
 
-    With it comes why it breaks off, if it does.
+    Yields its path, and a sentence if the file is damaged or cut off.
 
     Raises:
         FileError: it cannot be read, or is too large.
@@ -69,12 +69,12 @@ def plain_file(path: Path, ending: str) -> Iterator[tuple[Path, str | None]]:
 
 
 def head_of_file(path: Path, count: int = 2) -> bytes:
-    """The first bytes of the file as it is.
+    """The first bytes of the file itself.
 
     Raises:
         FileError: it cannot be read.
     """
-    if path.exists() and not path.is_file():  # a pipe would be waited for
+    if path.exists() and not path.is_file():  # reading a pipe would block
         raise mistake(path, "cannot be read: it is no regular file")
     try:
         with path.open("rb") as stream:
@@ -95,13 +95,13 @@ def _pieces(path: Path, broken: list[str]) -> Iterator[bytes]:
                 try:
                     yield unpack.decompress(piece, _PIECE)
                 except zlib.error:
-                    broken.append("what gzip has packed is damaged")
+                    broken.append("its gzip data is damaged")
                     return
                 piece = unpack.unconsumed_tail or unpack.unused_data
-                if unpack.eof:  # files may be packed in parts
+                if unpack.eof:  # a gzip file may have several members
                     if not piece.startswith(_GZIP[:1]):
                         return
                     unpack = zlib.decompressobj(wbits=31)
         if packed and not unpack.eof:
             yield unpack.flush()
-            broken.append("what gzip has packed breaks off")
+            broken.append("its gzip data is cut off")

@@ -1,7 +1,7 @@
-"""Runs the localization on a log, and tells how good it was.
+"""Runs the localization on a log and computes its errors.
 
-Where a log has no corrected poses, walls are the measure: how far from the nearest one the beams of
-a scan end, from the estimated pose, in the median.
+Without corrected poses the measure is the distance of beam ends from the nearest wall, seen from
+the estimated pose: the median of each scan.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ from states.localization.localizer import Localizer
 from states.localization.trail import displacement_of, velocity_of
 
 _STEADY_NS = 100_000_000
-"""Wheels are told at least so often."""
+"""Longest interval between odometry samples; longer ones are filled."""
 NEAR = 0.05
-"""Scans whose beams end nearer to walls than this, in the median, are counted, m."""
+"""Median distance to walls below which a scan counts as well placed, m."""
 LogClock = Callable[[], float]
 Alignment = Literal["same", "aligned"]
 
 
 @dataclass(frozen=True, slots=True)
 class LocalizedScan:
-    """What was made of one scan.
+    """The result of one scan.
 
     Attributes:
         stamp_ns: of the pose.
         pose: map_from_base, or None while it is unknown.
-        sigma: how sure it is said to be.
-        status: what the localization said of itself.
-        wall: how far beams end from the nearest wall, median, m.
-        took: how long the scan took to compute, s.
-        true: the corrected pose at that instant, where there is one.
+        sigma: its reported standard deviations.
+        status: of the localizer.
+        wall: median distance of beam ends from the nearest wall, m.
+        took: computing time of the scan, s.
+        true: the corrected pose at that stamp, where there is one.
     """
 
     stamp_ns: int
@@ -56,12 +56,12 @@ class LocalizedScan:
 
     @property
     def scored(self) -> bool:
-        """Was the base found by then? A start that was told counts once scans have borne it out."""
+        """True once the base was found; a given start counts once scans have confirmed it."""
         return self.pose is not None and self.status != "starting"
 
     @property
     def error(self) -> tuple[float, float] | None:
-        """From the corrected pose, m and rad."""
+        """Difference from the corrected pose, m and rad."""
         if self.pose is None or self.true is None:
             return None
         return self.pose.distance_to(self.true), abs(wrap(self.pose.yaw - self.true.yaw))
@@ -86,7 +86,7 @@ class Localized:
 
     @property
     def errors(self) -> list[tuple[float, float]]:
-        """From the corrected poses, m and rad."""
+        """Differences from the corrected poses, m and rad."""
         return [step.error for step in self.steps if step.scored and step.error is not None]
 
 
@@ -96,11 +96,11 @@ def localize(
     """Run the localization over a log.
 
     Args:
-        log: what sensors said.
+        log: the samples.
         ground: the map; scans that made it are withheld.
-        start: where the base is told to be at first; None: anywhere.
+        start: start pose of the base; None if unknown.
         seed: of all random numbers.
-        clock: tells time, s.
+        clock: returns the time, s.
     """
     localizer = Localizer(ground.field, log.sensing, Tracking.of(log.sensing), start, seed)
     steps: list[LocalizedScan] = []
@@ -138,8 +138,8 @@ def _between(before: Sample, after: Sample) -> Iterator[Sample]:
     parts = math.ceil(gap_ns / _STEADY_NS)
     if parts < 2:
         return
-    way = before.value.pose.inverse() @ after.value.pose
-    velocity = velocity_of(way, gap_ns * 1e-9)
+    moved = before.value.pose.inverse() @ after.value.pose
+    velocity = velocity_of(moved, gap_ns * 1e-9)
     for part in range(1, parts):
         since_ns = gap_ns * part // parts
         pose = before.value.pose @ displacement_of(velocity, since_ns * 1e-9)
@@ -147,7 +147,7 @@ def _between(before: Sample, after: Sample) -> Iterator[Sample]:
 
 
 def first_pose(ground: Ground) -> Pose2 | None:
-    """Where the base was at the first scan that is scored, as the map was made."""
+    """Pose of the first scored scan in the map made from the log; None for other maps."""
     for one in ground.placed:
         if one.number in ground.scored:
             return one.pose
@@ -167,7 +167,7 @@ def _step(localizer: Localizer, seen: SeenScan, ground: Ground, took: float) -> 
 def _judged(
     steps: Sequence[LocalizedScan], log: SensorLog, ground: Ground
 ) -> tuple[list[LocalizedScan], Alignment]:
-    """With corrected poses; those of another map are laid onto the estimates as a whole."""
+    """Results with corrected poses; those of another map are first aligned as a whole."""
     true = [reference_at(log, step.stamp_ns) for step in steps]
     pairs = [(s.pose, t) for s, t in zip(steps, true, strict=True) if s.pose and t]
     if ground.own or not pairs:
@@ -179,7 +179,11 @@ def _judged(
 
 
 def aligned(poses: Sequence[Pose2], onto: Sequence[Pose2]) -> Pose2:
-    """The motion that brings poses onto others best: least squares of their places (Umeyama)."""
+    """The rigid motion that aligns poses with others: least squares of positions (Umeyama).
+
+    In the plane, with both sets centred, the angle is atan2(sum of cross products, sum of dot
+    products). Where the positions hardly differ, the median difference of yaws is taken.
+    """
     a = np.array([[pose.x, pose.y] for pose in poses])
     b = np.array([[pose.x, pose.y] for pose in onto])
     mean_a, mean_b = a.mean(axis=0), b.mean(axis=0)
@@ -220,7 +224,7 @@ def figures(found: Localized) -> dict[str, Any]:
 
 
 def walls_figures(walls: Sequence[float]) -> dict[str, float] | None:
-    """Of the median distances of beams to walls."""
+    """Statistics of the median distances of beams to walls."""
     if not walls:
         return None
     return {
@@ -232,7 +236,7 @@ def walls_figures(walls: Sequence[float]) -> dict[str, float] | None:
 
 
 def error_figures(found: Localized) -> dict[str, Any] | None:
-    """Of the differences to corrected poses."""
+    """Statistics of the differences from corrected poses."""
     if not found.errors:
         return None
     metres, turns = (np.array(column) for column in zip(*found.errors, strict=True))
@@ -249,7 +253,7 @@ def error_figures(found: Localized) -> dict[str, Any] | None:
 
 
 def time_figures(took: Sequence[float]) -> dict[str, float] | None:
-    """How long scans took, ms."""
+    """Computing times of scans, ms."""
     if not took:
         return None
     return {

@@ -1,4 +1,4 @@
-"""A sensor log: what sensors said, in the product's own samples, in the order of their stamps."""
+"""A sensor log: samples of the product's own types, in order of their stamps."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from states.localization.trail import velocity_of
 
 SCAN, ODOMETRY, IMU, TRACKER = "base.scan", "base.odometry", "base.imu", "rover.tracker"
 _ORDER = (ODOMETRY, IMU, TRACKER, SCAN)
-"""Of samples with one stamp the motion comes first: a scan is seen from where it has led to."""
+"""Order of samples with equal stamps: motion before scans, which are seen from its result."""
 _UNSTAMPED_NS = 100_000_000
-"""From scan to scan of a log that says nothing of time."""
+"""Interval between scans of a log without times."""
 _LEAST_UPRIGHT = math.cos(math.radians(5.0))
-"""Sensors that are tilted by more than 5 degrees do not see the map."""
+"""Sensors tilted by more than 5 degrees do not see the map's plane."""
 _SAME = 1e-3
-"""Mounts that differ by less, m and rad, are one."""
+"""Mounts that differ by less than this, m and rad, are the same."""
 
 
 class ReferencePose(NamedTuple):
-    """Where the base was, as the log's maker has corrected it: map_from_base."""
+    """A corrected pose from the log, map_from_base."""
 
     stamp_ns: int
     pose: Pose2
@@ -39,17 +39,17 @@ class ReferencePose(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class SensorLog:
-    """What was read of a log.
+    """The content of a log.
 
     Attributes:
         path: the file or folder.
-        form: what kind of log it is, in words.
+        form: kind of log, in words.
         samples: `base.odometry`, `base.scan`, `base.imu` and `rover.tracker`; stamps count from
             the first one, in ns.
-        sensing: the scanners with their mounts, and which other sensors there are.
-        reference: corrected or true poses, in order; empty where there are none.
-        remarks: what was left out, and why.
-        room: in which the log was made, where it says so.
+        sensing: scanners with their mounts, and other sensors present.
+        reference: corrected or true poses in order; may be empty.
+        remarks: what was left out and why.
+        room: the room of the log, where it is known.
     """
 
     path: Path
@@ -61,7 +61,7 @@ class SensorLog:
     room: Room | None = None
 
     def count(self, name: str) -> int:
-        """How many samples of a name there are."""
+        """Number of samples of a name."""
         return sum(sample.name == name for sample in self.samples)
 
     @property
@@ -72,9 +72,9 @@ class SensorLog:
 
 @dataclass(frozen=True, slots=True)
 class RawScan:
-    """A scan as a log has it: beam i is at start + i * step, rad, in the sensor's frame.
+    """A scan as logged: beam i is at start + i * step, rad, in the sensor's frame.
 
-    What is nearer than `min_range`, at `max_range` or farther is no measurement; m.
+    Ranges below `min_range`, or at `max_range` and beyond, are no measurements; m.
     """
 
     label: str
@@ -87,7 +87,7 @@ class RawScan:
     beam_time: float = 0.0
 
     def model(self) -> LidarModel:
-        """The scanner that makes such scans; how often is not known yet."""
+        """The scanner of such scans; its rate is set later."""
         at = self.base_from_sensor
         view = abs(self.step) * (len(self.ranges) - 1)
         mount = Mount(at.x, at.y, at.z, at.yaw)
@@ -98,8 +98,8 @@ class RawScan:
 class Gathered:
     """What a reader has found so far, in any order; stamps in ns of any clock.
 
-    `sensing` is that of a robot file, where the log has one; else it is told by the samples.
-    `room` is that of its scene.
+    `sensing` and `room` are those of the robot and scene files, where the log has them; else
+    `sensing` is derived from the samples.
     """
 
     path: Path
@@ -112,11 +112,11 @@ class Gathered:
     room: Room | None = None
 
     def put(self, name: str, stamp_ns: int, value: object) -> None:
-        """Take a sample; one with numbers that are none is left out, and told."""
+        """Take a sample; one with NaN or infinite numbers is left out, with a remark."""
         if is_finite(value):
             self.samples.append(Sample(name, stamp_ns, value))
         else:
-            self.remark(f"{name} with numbers that are none was left out")
+            self.remark(f"{name} with NaN or infinite numbers was left out")
 
     def refer(self, stamp_ns: int, pose: Pose2) -> None:
         """Take a corrected pose."""
@@ -124,7 +124,7 @@ class Gathered:
             self.reference.append(ReferencePose(stamp_ns, pose))
 
     def scan(self, stamp_ns: int, raw: RawScan) -> None:
-        """Take a scan; of one that is tilted it is told that it was left out."""
+        """Take a scan; tilted and empty ones are left out, with a remark."""
         up = _upright(raw.base_from_sensor)
         if abs(up) < _LEAST_UPRIGHT:
             self.remark(f"scans of {raw.label} were left out: it is tilted")
@@ -132,7 +132,7 @@ class Gathered:
         if len(raw.ranges) < 2:
             self.remark(f"scans of {raw.label} without beams were left out")
             return
-        side = 1.0 if up > 0.0 else -1.0  # hanging upside down it turns the other way round
+        side = 1.0 if up > 0.0 else -1.0  # upside down it scans in the opposite direction
         ranges = in_range(raw.ranges, raw.min_range, raw.max_range)
         name = self._scanner(raw)
         self.put(
@@ -154,19 +154,19 @@ class Gathered:
         raise AssertionError("one of the names is free")
 
     def remark(self, text: str) -> None:
-        """Something to be told; the same is told once, with how often it was."""
+        """Add a remark; repeated ones are counted."""
         self.remarks[text] += 1
 
     def finished(self) -> SensorLog:
-        """The log.
+        """The finished log.
 
         Raises:
-            FileError: nothing in it is of use.
+            FileError: it holds nothing usable.
         """
-        told = tuple(t if n == 1 else f"{t} ({n} times)" for t, n in self.remarks.items())
+        remarks = tuple(t if n == 1 else f"{t} ({n} times)" for t, n in self.remarks.items())
         if not self.samples:
-            why = told[0] if told else "no scans, no odometry, no inertial readings"
-            raise mistake(self.path, f"is a {self.form} without anything to go by: {why}")
+            why = remarks[0] if remarks else "no scans, no odometry, no inertial readings"
+            raise mistake(self.path, f"is a {self.form} without usable data: {why}")
         rank = {name: number for number, name in enumerate(_ORDER)}
         ordered = sorted(self.samples, key=lambda s: (s.stamp_ns, rank[s.name]))
         start = ordered[0].stamp_ns
@@ -174,7 +174,7 @@ class Gathered:
         poses = {ref.stamp_ns - start: ref.pose for ref in self.reference}
         sensing = self.sensing or self._sensing(samples)
         reference = tuple(ReferencePose(at, poses[at]) for at in sorted(poses))
-        return SensorLog(self.path, self.form, samples, sensing, reference, told, self.room)
+        return SensorLog(self.path, self.form, samples, sensing, reference, remarks, self.room)
 
     def _sensing(self, samples: Sequence[Sample]) -> Sensing:
         stamps: dict[str, list[int]] = defaultdict(list)
@@ -198,7 +198,7 @@ def _rate(stamps: Sequence[int]) -> float:
 
 
 def numbered_stamps(stamps: Sequence[int | None]) -> list[int]:
-    """Stamps as they are; where any is unknown, all are made up: ten in a second."""
+    """The stamps; if any is unknown, all are replaced by ten per second."""
     known = [stamp for stamp in stamps if stamp is not None]
     if len(known) == len(stamps):
         return known
@@ -206,18 +206,18 @@ def numbered_stamps(stamps: Sequence[int | None]) -> list[int]:
 
 
 def in_range(ranges: Iterable[float], low: float, high: float) -> tuple[float, ...]:
-    """Ranges in m; inf for whatever is no measurement: NaN, 0, below `low`, `high` and above."""
+    """Ranges, m; inf where there is no measurement: NaN, 0, below `low`, at or above `high`."""
     least = max(low, 1e-6)
     return tuple(r if least <= r < high else math.inf for r in ranges)
 
 
 def _upright(pose: Pose3) -> float:
-    """How far up the sensor's z axis points: 1 upright, -1 upside down."""
+    """Vertical component of the sensor's z axis: 1 upright, -1 upside down."""
     return 1.0 - 2.0 * (pose.qx * pose.qx + pose.qy * pose.qy)
 
 
 def odometry_of(poses: Iterable[tuple[int, Pose2]]) -> list[tuple[int, Odometry]]:
-    """Odometry in the order of stamps, with the velocities that its poses tell."""
+    """Odometry in order of stamps, with velocities from differences of poses."""
     found: list[tuple[int, Odometry]] = []
     for stamp, pose in sorted(poses, key=lambda one: one[0]):
         if not is_finite(pose) or (found and stamp == found[-1][0]):

@@ -1,7 +1,7 @@
-"""The map that a log is localized in: a given one, or one from part of the log's own scans.
+"""The map in which a log is localized: a given one, or one made from part of the log's scans.
 
-The first half of the scans makes the map, the second is scored. Where the second half leaves what
-the first has seen, there would be nothing to score: every other scan makes the map then.
+The first half of the scans makes the map, the second is scored. Where the second half leaves the
+area seen by the first, every other scan makes the map instead.
 """
 
 from __future__ import annotations
@@ -33,15 +33,15 @@ Split = Literal["halves", "alternate"]
 _HALVES: Split = "halves"
 _ALTERNATE: Split = "alternate"
 _SEEN = 0.6
-"""Beams of a scan that must end in what a map has seen, if it is to tell where the base is."""
+"""Least share of a scan's beams that end in known cells, for the map to locate it."""
 _POLISHES = 3
-"""How often all scans are matched to the walls that all of them show."""
+"""Number of times all scans are matched to the map made from all of them."""
 _OFTEN = 0.9
-"""Scans of which this must hold."""
+"""Least share of scans for which that holds."""
 
 
 class Placed(NamedTuple):
-    """A scan of a log, by its number among them, with where it was taken: map_from_base."""
+    """A scan of a log, by its number, with the pose from which it was taken, map_from_base."""
 
     number: int
     seen: SeenScan
@@ -50,11 +50,11 @@ class Placed(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ground:
-    """What a log is localized in.
+    """The map of a localization.
 
-    `source` tells where the map is from in words; `map` is that of scans, `room` a drawn one.
-    `scored` are the scans that did not make the map, by their numbers; `placed` says where scans
-    are, if the map was made from them. `own` is true where poses of the log are poses in this map.
+    `source`: origin of the map, in words; `map`: cells made from scans, `room`: a drawn one.
+    `scored`: numbers of the scans that did not make the map; `placed`: poses of all scans, if the
+    map was made from some. `own` is true if poses in the log are poses in this map.
     """
 
     source: str
@@ -71,7 +71,7 @@ def given_ground(place: str, log: SensorLog, resolution: float = RESOLUTION) -> 
     """The ground of a map: map_server YAML, a scene by name or file, or a log with poses.
 
     Raises:
-        FileError: it is none of them, or wrong.
+        FileError: it is none of them, or malformed.
     """
     numbers = frozenset(range(log.count(SCAN)))
     path = Path(place)
@@ -90,13 +90,13 @@ def given_ground(place: str, log: SensorLog, resolution: float = RESOLUTION) -> 
 
 
 def room_ground(log: SensorLog, room: Room) -> Ground:
-    """The ground of the room in which the log was made."""
+    """The ground of the log's own room."""
     numbers = frozenset(range(log.count(SCAN)))
     return Ground("the room of the log", room_field(room), None, room, numbers)
 
 
 def built_ground(log: SensorLog, resolution: float = RESOLUTION) -> Ground:
-    """The ground that part of the log's own scans shows.
+    """The ground made from part of the log's scans.
 
     Raises:
         FileError: there are too few scans, or no poses for them.
@@ -120,7 +120,7 @@ def built_ground(log: SensorLog, resolution: float = RESOLUTION) -> Ground:
 
 
 def placed_by_reference(log: SensorLog) -> list[Placed]:
-    """The scans for whose instants there are corrected poses.
+    """The scans at whose stamps there are corrected poses.
 
     Raises:
         FileError: there are none.
@@ -132,7 +132,7 @@ def placed_by_reference(log: SensorLog) -> list[Placed]:
 
 
 def placed_by_matching(log: SensorLog, resolution: float) -> list[Placed]:
-    """All scans, matched to each other: one after the other, round loops, and all to all.
+    """All scans, matched one after the other, then by closed loops, then each to the map of all.
 
     Raises:
         FileError: they lie too far apart for a map.
@@ -157,7 +157,7 @@ def placed_by_matching(log: SensorLog, resolution: float) -> list[Placed]:
 
 
 def reference_at(log: SensorLog, stamp_ns: int) -> Pose2 | None:
-    """The corrected pose at an instant, between two of them; None where they are far apart."""
+    """The corrected pose at a stamp, interpolated; None in gaps longer than `_LONGEST_NS`."""
     stamps = [ref.stamp_ns for ref in log.reference]
     after = bisect_left(stamps, stamp_ns)
     if after < len(stamps) and stamps[after] == stamp_ns:
@@ -169,7 +169,7 @@ def reference_at(log: SensorLog, stamp_ns: int) -> Pose2 | None:
 
 
 _LONGEST_NS = 500_000_000
-"""Corrected poses that lie farther apart in time say nothing of what is between them."""
+"""Longest gap between corrected poses that is interpolated."""
 
 
 def _map_of(placed: Sequence[Placed], log: SensorLog, resolution: float) -> OccupancyMap:
@@ -184,7 +184,7 @@ def _map_of(placed: Sequence[Placed], log: SensorLog, resolution: float) -> Occu
 
 
 def _is_seen(map_: OccupancyMap, placed: Sequence[Placed]) -> bool:
-    """Do most scans end where the map knows something?"""
+    """True if most scans end in known cells of the map."""
     return float(np.mean([share >= _SEEN for share in _shares(map_, placed)])) >= _OFTEN
 
 
@@ -200,6 +200,6 @@ def _shares(map_: OccupancyMap, placed: Sequence[Placed]) -> Iterator[float]:
 
 
 def _is_map(path: Path) -> bool:
-    """A file that says `image:` is a map."""
+    """True for map_server YAML: it has the key `image`."""
     source = read_file(path)
     return isinstance(source.value, dict) and "image" in source.value

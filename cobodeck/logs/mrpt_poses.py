@@ -1,4 +1,4 @@
-"""Poses, and distributions of poses, in MRPT's archives: of a distribution its mean is read."""
+"""Poses and distributions of poses in MRPT archives; of a distribution the mean is read."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ PoseRows = tuple[tuple[float, ...], ...]
 
 
 def turned(rows: PoseRows, x: float, y: float, z: float) -> Pose3:
-    """A pose from a rotation matrix, by its greatest quaternion component (Shepperd 1978)."""
+    """A pose from a rotation matrix, by the largest quaternion component (Shepperd 1978).
+
+    4 q_w^2 = 1 + trace, and likewise for the others; dividing by the largest one keeps all digits.
+    """
     (a, b, c), (d, e, f), (g, h, i) = (row[:3] for row in rows[:3])
     squares = (1 + a - e - i, 1 - a + e - i, 1 - a - e + i, 1 + a + e + i)
     largest = max(range(4), key=lambda n: squares[n])
@@ -57,7 +60,7 @@ def _matrix(form: str) -> Callable[[ArchiveReader, int], PoseRows]:
     def read(reader: ArchiveReader, _version: int) -> PoseRows:
         rows, columns = reader.numbers("2I")
         if rows > 64 or columns > 64:
-            rows = reader.count(1 << 60)  # no matrix of a pose is as large
+            rows = reader.count(1 << 60)  # larger than any matrix of a pose: refuse
         return tuple(reader.numbers(f"{columns}{form}") for _ in range(rows))
 
     return read
@@ -92,7 +95,7 @@ def _information3(reader: ArchiveReader, _version: int) -> Pose3:
 
 
 def _particles2(reader: ArchiveReader, version: int) -> Pose2:
-    """Their mean: circular for the yaw."""
+    """The weighted mean of particles; circular for the yaw. Weights are logarithms."""
     weights, poses = [], []
     for _ in range(reader.count(16)):
         weights.append(reader.number("d"))
@@ -126,4 +129,4 @@ POSES: Mapping[str, Callable[[Any, int], Any]] = {
     "CPose3DPDFGaussian": _gaussian3,
     "CPose3DPDFGaussianInf": _information3,
 }
-"""How each class is read, by its name: from its fields and their version to a value."""
+"""Readers by class name: from fields and their version to a value."""

@@ -1,4 +1,4 @@
-"""What a robot sensed and how it moved, in MRPT's archives: every version that has been written."""
+"""Sensor readings and movements in MRPT archives, in every version ever written."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ if TYPE_CHECKING:
     from cobodeck.logs.archive import ArchiveReader
 
 BY_WHEELS = 0
-"""Movements that wheels have measured; others were estimated from scans."""
+"""Source of movements measured by wheels; others were estimated from scans."""
 _STEP_NS = 100
 
 
 @dataclass(frozen=True, slots=True)
 class RangeScan:
-    """A planar scan; beams are spread evenly over `aperture`, rad, the middle one ahead."""
+    """A planar scan; beams are evenly spread over `aperture`, rad, the middle one ahead."""
 
     stamp_ns: int | None
     label: str
@@ -33,7 +33,7 @@ class RangeScan:
 
 @dataclass(frozen=True, slots=True)
 class Movement:
-    """How the base moved from the sensory frame before: its pose seen from where it was."""
+    """Movement of the base since the previous sensory frame: its pose in the frame before."""
 
     source: int
     step: Pose2
@@ -41,7 +41,7 @@ class Movement:
 
 @dataclass(frozen=True, slots=True)
 class WheelReadings:
-    """Where the wheels say the base is."""
+    """The pose of the base by its wheels."""
 
     stamp_ns: int | None
     odom_from_base: Pose2
@@ -58,14 +58,14 @@ class Inertial:
 
 @dataclass(frozen=True, slots=True)
 class RobotPose:
-    """Where something else says the base is, map_from_base."""
+    """The pose of the base by another source, map_from_base."""
 
     stamp_ns: int | None
     pose: Pose3
 
 
 def _stamp(ticks: int) -> int | None:
-    """MRPT counts steps of 100 ns from the year 1601; 0 is unknown."""
+    """Stamp, ns, from ticks of 100 ns since the year 1601; 0 means unknown."""
     return ticks * _STEP_NS if ticks else None
 
 
@@ -105,7 +105,7 @@ def _wheels(reader: ArchiveReader, version: int) -> WheelReadings:
 
 
 def _pass_velocities(reader: ArchiveReader, conditional: bool) -> None:
-    """The way tells them, too; and old writers left the flag before them as the memory was."""
+    """Skip velocities: poses give them too, and old writers left their flag uninitialised."""
     known = reader.number("B")
     if conditional:
         reader.take(24 if known else 0)
@@ -132,7 +132,7 @@ def _movement(reader: ArchiveReader, version: int) -> Movement:
 
 
 _MODEL_BYTES = {2: 44, 3: 4 + 5 * 4 + 4 + 4 * 4, 4: 4 + 6 * 4 + 4 + 4 * 4, 5: 4 + 6 * 4 + 4 + 6 * 4}
-"""How long the parameters of the motion model are, by version."""
+"""Size of the motion model's parameters, bytes, by version."""
 
 
 def _movement3(reader: ArchiveReader, version: int) -> Movement:
@@ -187,4 +187,4 @@ SENSORS: Mapping[str, Callable[[Any, int], Any]] = {
     "CActionRobotMovement2D": _movement,
     "CActionRobotMovement3D": _movement3,
 }
-"""How each class is read, by its name: from its fields and their version to a value."""
+"""Readers by class name: from fields and their version to a value."""

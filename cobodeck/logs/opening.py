@@ -1,4 +1,4 @@
-"""Opens a log of whatever kind: told by what is in it, not by its name."""
+"""Opens a log of any known kind, recognised by content, not by name."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ KINDS: tuple[tuple[Callable[[Path], bool], Callable[[Path], SensorLog]], ...] = 
     (is_rawlog, read_rawlog),
     (is_carmen, read_carmen),
 )
-NAMES = "a record (MCAP), an MRPT rawlog or simplemap, a CARMEN log, or a ROS bag; gzip may pack it"
+NAMES = "a record (MCAP), an MRPT rawlog or simplemap, a CARMEN log or a ROS bag, also gzipped"
 
 
 def open_log(path: Path) -> SensorLog:
-    """A log, read as a whole.
+    """Read a whole log.
 
     Raises:
-        FileError: it cannot be read, is of no known kind, or nothing in it is of use.
+        FileError: it cannot be read, is of no known kind, or holds nothing usable.
     """
     if path.is_dir():
         if not is_bag(path):
@@ -37,4 +37,4 @@ def open_log(path: Path) -> SensorLog:
     for is_kind, read in KINDS:
         if is_kind(path):
             return read(path)
-    raise mistake(path, "is no log that is known", hint=f"a log is {NAMES}")
+    raise mistake(path, "is not a known kind of log", hint=f"a log is {NAMES}")

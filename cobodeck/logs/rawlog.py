@@ -1,8 +1,8 @@
 """MRPT rawlogs and simplemaps.
 
-A rawlog is a row of movements and sensory frames, or of single observations with stamps; both are
-read. A simplemap is a row of corrected poses with what was seen from them. It has no odometry: the
-way from pose to pose stands in for it.
+A rawlog is a sequence of movements and sensory frames, or of single observations with stamps; both
+are read. A simplemap is a sequence of corrected poses with the observations made there. It has no
+odometry: the corrected poses replace it.
 """
 
 from __future__ import annotations
@@ -36,19 +36,19 @@ from hw.samples import ImuReading
 
 _MAPS = ("CSimpleMap", "CSensFrameProbSequence")
 _FRAMES = ("CSensoryFrame", "CSensorialFrame")
-STOOD_IN = "it has no odometry: the way from pose to pose stands in for it"
+STOOD_IN = "it has no odometry: its corrected poses are used instead"
 
 
 def is_rawlog(path: Path) -> bool:
-    """Does it begin as MRPT's archives do?"""
+    """True if the file begins like an MRPT archive."""
     return header_at(head(path, 256), 0) is not None
 
 
 def read_rawlog(path: Path) -> SensorLog:
-    """A rawlog or a simplemap.
+    """Read a rawlog or a simplemap.
 
     Raises:
-        FileError: it cannot be read, or nothing in it is of use.
+        FileError: it cannot be read, or holds nothing usable.
     """
     data, broken = content(path)
     first = header_at(data, 0)
@@ -65,7 +65,7 @@ def read_rawlog(path: Path) -> SensorLog:
 
 @dataclass(frozen=True, slots=True)
 class _Seen:
-    """A scan, in which frame it was, and from where: by the movements, and corrected."""
+    """A scan with the number of its sensory frame, its pose by movements, and the corrected one."""
 
     scan: RangeScan
     frame: int
@@ -75,7 +75,7 @@ class _Seen:
 
 @dataclass(slots=True)
 class _Row:
-    """Goes through the objects; stamps may be lacking until all are known."""
+    """Collects the objects; stamps are settled once all are known."""
 
     gathered: Gathered
     seen: list[_Seen] = field(default_factory=list)
@@ -101,7 +101,7 @@ class _Row:
             self._stamped(value)
 
     def _moved(self) -> None:
-        """Of several estimates of one movement that of the wheels counts."""
+        """Apply the movement since the last frame; of several estimates that of the wheels."""
         if self.moves:
             move = next((m for m in self.moves if m.source == BY_WHEELS), self.moves[0])
             self.reckoned = self.reckoned @ move.step
@@ -121,17 +121,17 @@ class _Row:
     def close(self) -> None:
         """Put everything in, with stamps."""
         stamps = numbered_stamps([one.scan.stamp_ns for one in self.seen])
-        ways: dict[int, tuple[int, Pose2]] = {}
+        poses: dict[int, tuple[int, Pose2]] = {}
         for stamp, one in zip(stamps, self.seen, strict=True):
             self._scan(stamp, one.scan)
             if one.corrected is not None:
                 self.gathered.refer(stamp, one.corrected)
-            way = one.corrected if self.moves is None else one.reckoned
-            if way is not None:
-                ways.setdefault(one.frame, (stamp, way))
-        if self.moves is None and ways and not self.wheels:
+            pose = one.corrected if self.moves is None else one.reckoned
+            if pose is not None:
+                poses.setdefault(one.frame, (stamp, pose))
+        if self.moves is None and poses and not self.wheels:
             self.gathered.remark(STOOD_IN)
-        for stamp, odometry in odometry_of(self.wheels or ways.values()):
+        for stamp, odometry in odometry_of(self.wheels or poses.values()):
             self.gathered.put(ODOMETRY, stamp, odometry)
 
     def _scan(self, stamp: int, scan: RangeScan) -> None:

@@ -1,7 +1,7 @@
-"""Logs without scans: where wheels and an inertial sensor say the base has come to.
+"""Dead reckoning for logs without scans: wheels and an inertial sensor.
 
-Both correct one filter in space: the wheels tell the velocity along the base, and that it neither
-lifts off nor slides; the inertial sensor tells turns, accelerations and, if it can, the attitude.
+Both correct one filter in space: the wheels measure the velocity in the plane of the base and none
+along its z; the inertial sensor measures rates of turn, accelerations and, if it can, the attitude.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ _NOISE = (0.03, 0.03, 0.04, 0.03, 0.03, 0.06, 0.025, 0.025, 0.05, 0.02, 0.02, 0.
 _WHEELS_OFF = (1e-3, 1e-3, 1e-3, 1e-2)
 _TURNS_OFF = (1e-4, 1e-4, 1e-4)
 _ATTITUDE_OFF = (1e-4, 1e-4, 1e-4, 0.1, 0.1, 0.1)
-"""Variances of wheels and sensors of the usual kind: (m/s)2, (rad/s)2, rad2, (m/s2)2."""
+"""Variances of usual wheels and sensors: (m/s)2, (rad/s)2, rad2, (m/s2)2."""
 
 
 def reckon(log: SensorLog) -> SpatialFilter:
     """The filter after the whole log; its pose begins at the origin.
 
     Raises:
-        FileError: there are no wheels in the log.
+        FileError: the log has no odometry.
     """
     if log.count(ODOMETRY) == 0:
         hint = "at least one of both is needed"
@@ -64,14 +64,14 @@ def figures(log: SensorLog, found: SpatialFilter) -> dict[str, Any]:
     """The figures for programs; m, rad, s."""
     pose: Pose3 = found.pose
     names = (name for name in (ODOMETRY, IMU) if log.count(name))
-    ways = [sample.value.pose for sample in log.samples if isinstance(sample.value, Odometry)]
+    poses = [sample.value.pose for sample in log.samples if isinstance(sample.value, Odometry)]
     return {
         "log": str(log.path),
         "form": log.form,
         "duration_s": log.duration,
         "remarks": list(log.remarks),
         "samples": {name: log.count(name) for name in names},
-        "way_m": sum(before.distance_to(after) for before, after in pairwise(ways)),
+        "way_m": sum(before.distance_to(after) for before, after in pairwise(poses)),
         "final_position_m": [pose.x, pose.y, pose.z],
         "final_yaw_rad": pose.yaw,
     }

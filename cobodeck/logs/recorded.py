@@ -1,4 +1,4 @@
-"""The product's own records as sensor logs; the truth in them is the reference."""
+"""The product's own records as sensor logs, with the recorded truth as reference."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ _WORTH = (ODOMETRY, IMU, TRACKER, SCAN)
 
 
 def is_record(path: Path) -> bool:
-    """Does it begin as MCAP files do?"""
+    """True if the file begins like MCAP."""
     return head(path, len(_MAGIC)) == _MAGIC
 
 
 def read_record(path: Path) -> SensorLog:
-    """A record of a run.
+    """Read the record of a run.
 
     Raises:
-        FileError: it cannot be read, or nothing in it is of use.
+        FileError: it cannot be read, or holds nothing usable.
     """
     gathered = Gathered(path, "record")
     with plain_file(path, ".mcap") as (plain, broken):
@@ -50,10 +50,10 @@ def read_record(path: Path) -> SensorLog:
 
 
 def surroundings_of(record: Record) -> tuple[RobotModel, Room | None]:
-    """The robot of a run and its room, from the texts in its record.
+    """Robot and room of a run, from the files stored in its record.
 
     Raises:
-        FileError: a text is wrong.
+        FileError: one of them is malformed.
     """
     given = record.header["given"]
     with instead(texts_of(record)):
@@ -70,7 +70,7 @@ class _Taking:
         self._truth: Truth | None = None
 
     def take(self, group: Group) -> None:
-        """One tick."""
+        """Take the messages of one tick."""
         for told in group.told:
             if told.topic in self._readers:
                 name, stamp, value = self._readers[told.topic].read(told.schema, told.data)

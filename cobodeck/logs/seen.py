@@ -1,4 +1,4 @@
-"""The scans of a log as points, each at one instant, with where its wheels said the base was."""
+"""The scans of a log as points, each at one stamp, with the odometry of that stamp."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ ALL_BEAMS = 100_000
 
 
 class SeenScan(NamedTuple):
-    """A scan: its points (n, 2) in the base frame at `stamp_ns`, in the middle of the scan, m.
+    """A scan: points (n, 2), m, in the base frame at `stamp_ns`, the middle of the scan.
 
-    `odom_from_base` is that of the same instant, None in a log without wheels.
+    `odom_from_base` is that of the same stamp, None in a log without odometry.
     """
 
     sensor: str
@@ -27,7 +27,7 @@ class SeenScan(NamedTuple):
 
 
 class WheelPath:
-    """The wheels of a log as a whole: between two words the base moves on an arc."""
+    """The odometry of a whole log; between two samples the base moves on an arc."""
 
     def __init__(self, log: SensorLog) -> None:
         wheels = [one for one in log.samples if isinstance(one.value, Odometry)]
@@ -35,7 +35,7 @@ class WheelPath:
         self._poses = [one.value.pose for one in wheels if isinstance(one.value, Odometry)]
 
     def at(self, stamp_ns: int) -> Pose2 | None:
-        """odom_from_base; before the first word and behind the last it stands."""
+        """odom_from_base at a stamp; constant before the first sample and after the last."""
         if not self._stamps:
             return None
         after = bisect_left(self._stamps, stamp_ns)
@@ -48,7 +48,7 @@ class WheelPath:
         )
 
     def velocity(self, first_ns: int, last_ns: int) -> Twist2:
-        """The mean velocity in the base frame between two instants."""
+        """Mean velocity between two stamps, in the base frame."""
         first, last = self.at(first_ns), self.at(last_ns)
         if first is None or last is None or last_ns <= first_ns:
             return STILL
@@ -57,13 +57,13 @@ class WheelPath:
 
 def scans_of(log: SensorLog) -> list[SeenScan]:
     """All scans of a log, with all their beams, in order."""
-    way, found = WheelPath(log), []
+    wheels, found = WheelPath(log), []
     for sample in log.samples:
         scan = sample.value
         if isinstance(scan, Scan):
-            motion = way.velocity(sample.stamp_ns, sample.stamp_ns + span_ns(scan))
+            motion = wheels.velocity(sample.stamp_ns, sample.stamp_ns + span_ns(scan))
             cloud = cloud_of(scan, sample.stamp_ns, log.sensing, ALL_BEAMS, motion)
             found.append(
-                SeenScan(scan.sensor, cloud.stamp_ns, cloud.points, way.at(cloud.stamp_ns))
+                SeenScan(scan.sensor, cloud.stamp_ns, cloud.points, wheels.at(cloud.stamp_ns))
             )
     return found

@@ -26,12 +26,12 @@ ROBOT = "#f4a522"
 FOAM = "#ffe0a3"
 ROBOT_TRAIL = "#c77700"
 
-_NO_WAY = 0.05
+_NO_PATH = 0.05
 VIEW = "#5c6773"
 
 
 def draw_user(on: Sheet, user: UserPose, keep_off: float) -> None:
-    """The user as a disc, with the direction of view, and how far robots drive around them, m."""
+    """The user as a disc with the direction of view, and the distance robots keep to them, m."""
     place = (user.body.x, user.body.y)
     steps = 4
     for step in range(steps):
@@ -48,11 +48,11 @@ def draw_user(on: Sheet, user: UserPose, keep_off: float) -> None:
     on.axes.add_patch(view)
     on.explain("user, direction of view", Patch(facecolor=USER))
     shade = Patch(facecolor=USER_NEAR, alpha=0.3)
-    on.explain(f"{keep_off:g} m kept off the user", shade)
+    on.explain(f"{keep_off:g} m: distance kept from the user", shade)
 
 
 def draw_zones(on: Sheet, user: UserPose, escape: EscapeSettings) -> None:
-    """Where a robot makes a walking user raise Escape (R104)."""
+    """The zones in which a robot raises Escape while the user walks (R104)."""
     half = escape.half_view
     view = Pose2(user.body.x, user.body.y, view_yaw(user, escape.view))
     ahead = _arc(view, escape.ahead, -half, half)
@@ -98,11 +98,11 @@ def draw_robot(on: Sheet, pose: Pose2, shape: Footprint) -> None:
 
 
 def draw_trail(on: Sheet, points: Sequence[Point], colour: str) -> None:
-    """The way somebody has come, fainter towards its beginning."""
-    if not points or max(math.dist(points[0], point) for point in points) < _NO_WAY:
+    """A past path, fainter towards its beginning."""
+    if not points or max(math.dist(points[0], point) for point in points) < _NO_PATH:
         return
     parts = 12
-    on.explain(f"way come in {TRAIL_S:g} s", Line2D([], [], color=colour, lw=2.4, alpha=0.5))
+    on.explain(f"path of the last {TRAIL_S:g} s", Line2D([], [], color=colour, lw=2.4, alpha=0.5))
     for part in range(parts):
         low, high = (len(points) - 1) * part // parts, (len(points) - 1) * (part + 1) // parts
         if high > low:

@@ -1,4 +1,4 @@
-"""Run time against error of a benchmark, one line for each setting that was changed."""
+"""Run time against error of a benchmark, one line per setting varied."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def draw_bench(rows: TableRows, path: Path) -> None:
 
 
 def _lines(rows: TableRows) -> Iterator[tuple[str, TableRows]]:
-    """Rows of one thing and one knob, named; those that follow each other belong together."""
+    """Titles, each with the successive rows of one benchmark and one setting."""
     whole = (row for row in rows if None not in (row["knob"], row["time_us"], row["error"]))
     for key, line in groupby(whole, key=lambda row: (row["name"], row["variant"], row["knob"])):
         name, variant, knob = key

@@ -1,4 +1,4 @@
-"""A sheet to draw a room on, and files that are the same for the same picture."""
+"""A sheet to draw a room on; the same picture gives the same file."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from engine.draw.style import GREY, INK
 
 FORMS = ("svg", "png", "pdf")
 METRE_IN = 0.62
-"""A metre of the room on paper, inches; less for rooms that would not fit on the sheet."""
+"""A metre of the room on paper, inches; less for rooms that would not fit."""
 LARGEST_IN = 9.0
 LEGEND_IN = 2.75
 NARROWEST_IN, ROOMY_IN = 9.0, 5.5
-"""The least width of a sheet with something below the room; a small room is drawn as wide as it."""
+"""Least widths of a sheet with something below the room, and of a room on it, inches."""
 DPI = 150
 MOST_TICKS = 20
 
@@ -127,7 +127,7 @@ def save_figure(figure: Figure, path: Path) -> None:
 
 
 def form_of(path: Path) -> str:
-    """The form of a picture file.
+    """The format of a picture file.
 
     Raises:
         Problem: there is no such form.

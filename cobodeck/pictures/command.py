@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from cobodeck.arguments import instant, positive, word
 from cobodeck.console import OK, Problem, ProgressLine, show
-from cobodeck.wiring import CHART, PROFILE
+from cobodeck.setup import CHART, PROFILE
 from engine.files.finding import did_you_mean
 
 if TYPE_CHECKING:
@@ -58,9 +58,10 @@ def draw_scene(args: argparse.Namespace) -> int:
     form_of(output)
     spaces = _spaces(args.show)
     profile = load_profile(args.profile)
-    environment = environment_at(place, profile, load_robot(scene.robot))
+    robot = load_robot(scene.robot)
+    environment = environment_at(place, profile, robot)
     if args.at is None and args.user is None:
-        moment = with_next_drive(at_start(scene), environment, profile.settings)
+        moment = with_next_drive(at_start(scene, robot.parked), environment, profile.settings)
     else:
         moment = _simulated(args)
     save(scene_picture(scene, environment, profile.settings, moment, spaces), output)
@@ -82,7 +83,7 @@ def _simulated(args: argparse.Namespace) -> Moment:
     from cobodeck.catalogue import catalogue
     from cobodeck.options import Options
     from cobodeck.pictures.moment import after
-    from cobodeck.wiring import open_setup
+    from cobodeck.setup import open_setup
 
     setup = open_setup(args.chart or CHART, args.scene, args.profile, known=catalogue(own=args.own))
     progress = ProgressLine("render")

@@ -1,28 +1,34 @@
-"""The course of a run, as a picture shows it: who was where, what was done, what was asked for."""
+"""The course of a run as a picture shows it: poses, nodes, requests, contacts."""
 
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from operator import attrgetter
 
+from cobodeck.arm_contact import ArmOutline
 from hw.geometry import Pose2, Pose3
 from hw.robot import Footprint
 from hw.room import Room
+from hw.samples import Joints
 from hw.truth import Contact
 
 
 @dataclass(frozen=True, slots=True)
 class Instant:
-    """One tick: poses in the map; `gap` is between the robot's outline and the person, m."""
+    """One tick: poses in the map; `gap` is between the robot's outline and the person, m.
+
+    `joints` are the arm's, rad; None where nobody knows.
+    """
 
     at_s: float
     robot: Pose2
     person: Pose2 | None = None
     gap: float | None = None
+    joints: Joints | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +43,7 @@ class NodeSpan:
 
 @dataclass(frozen=True, slots=True)
 class TouchRequest:
-    """A touch that was asked for, at the DEEP; `served_s` is when the prop was there, if it was."""
+    """A requested touch at the DEEP; `served_s` is when the prop was there, if it ever was."""
 
     number: int
     start_s: float
@@ -48,7 +54,7 @@ class TouchRequest:
 
 @dataclass(frozen=True, slots=True)
 class Phase:
-    """From when to when one lane, or none, was what the run was about."""
+    """A span of time with one lane, or none, in charge."""
 
     start_s: float
     end_s: float
@@ -61,12 +67,13 @@ class Course:
 
     Attributes:
         title: what was run; `lines` say more.
-        room: where; None if there is no room, `footprint` likewise for a robot.
+        room: None if there is none; `footprint` likewise for the robot.
         charts: the used charts, by the path of the node that uses them, in document order.
-        instants: in order of time; empty where nobody knows where anything was.
+        instants: in order of time; empty if no pose is known.
         spans: in order of entry.
-        sequences: paths of the containers that go from one child to the next.
-        contacts: None where nobody can know of them.
+        sequences: paths of the `states` containers.
+        contacts: None if they cannot be known.
+        arm: None if the robot has none.
     """
 
     title: str
@@ -81,6 +88,7 @@ class Course:
     sequences: frozenset[str] = frozenset()
     requests: tuple[TouchRequest, ...] = ()
     contacts: tuple[Contact, ...] | None = None
+    arm: ArmOutline | None = field(default=None, compare=False)
 
     def between(self, start_s: float | None, end_s: float | None) -> Course:
         """The part from `start_s` to `end_s`; None: from the start, to the end.
@@ -111,7 +119,7 @@ class Course:
 
     @cached_property
     def lanes(self) -> tuple[str, ...]:
-        """The outermost nodes in which no other chart is used: the behaviours, where there are."""
+        """The outermost nodes that use no further chart: the behaviors, if there are any."""
         holders = {above for path in self.charts for above in _above(path)} | {""}
         paths = dict.fromkeys((*self.charts, *(span.path for span in self.spans)))
         return tuple(
@@ -119,11 +127,11 @@ class Course:
         )
 
     def of(self, lane: str) -> tuple[NodeSpan, ...]:
-        """When the lane was taken."""
+        """The spans of a lane."""
         return tuple(span for span in self.spans if span.path == lane)
 
     def steps(self, lane: str) -> tuple[NodeSpan, ...]:
-        """What was done within the lane, one after the other."""
+        """The steps of the sequences within a lane."""
         below = f"{lane}/"
         return tuple(
             span
@@ -132,13 +140,13 @@ class Course:
         )
 
     def begun(self, chart: str) -> tuple[NodeSpan, ...]:
-        """When a used chart was entered."""
+        """The spans of a used chart that begin in the time shown."""
         paths = {path for path, used in self.charts.items() if used == chart}
         return tuple(s for s in self.spans if s.path in paths and s.start_s >= self.start_s)
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
-        """The whole time, cut by what the run was about: of the lanes, the one entered last."""
+        """The whole time, cut by the lane in charge: of those active, the one entered last."""
         lanes = set(self.lanes)
         waiting = [span for span in reversed(self.spans) if span.path in lanes]
         cuts = {self.start_s, self.end_s}
@@ -159,7 +167,7 @@ class Course:
         return self.instants[low : bisect_right(self.instants, end_s, key=attrgetter("at_s"))]
 
     def at(self, at_s: float) -> Instant:
-        """The last instant up to then, or else the first there is."""
+        """The last instant up to `at_s`, else the first."""
         after = bisect_right(self.instants, at_s, key=attrgetter("at_s"))
         return self.instants[max(0, after - 1)]
 

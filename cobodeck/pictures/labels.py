@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from cobodeck.pictures.canvas import Sheet
@@ -11,7 +11,7 @@ from hw.room import Point
 
 _PT = 1.0 / 72.0
 _WIDTH, _HEIGHT = 0.72, 1.2
-"""Of a letter, in sizes of the font; estimated, so that nothing has to be drawn to know it."""
+"""Width and height of a letter in font sizes; estimates, which need no drawing."""
 _AROUND = tuple(math.radians(angle) for angle in (30, -30, 150, -150, 90, -90, 0, 180))
 _AWAY = (1.0, 2.2)
 _APART = 1.5
@@ -32,24 +32,37 @@ class Label:
 
 @dataclass(frozen=True, slots=True)
 class Labels:
-    """Knows what is taken already: x and y from, x and y to, in inches from the map's origin."""
+    """Places words where nothing else is.
+
+    `taken` are areas in inches from the map's origin: least x and y, greatest x and y. A label
+    without room is left out, or with `always` written at its best place all the same.
+    """
 
     on: Sheet
+    always: bool = False
     wanted: list[Label] = field(default_factory=list)
     taken: list[Area] = field(default_factory=list)
 
     def mark(self, place: Point, extent: float, text: str, colour: str, size: float) -> None:
-        """Let nothing be written over a mark of this extent, points, and want words beside it."""
+        """Reserve the area of a mark of this extent, points, and request words beside it."""
         x, y = (self.on.scale * value for value in place)
         half = 0.5 * extent * _PT
         self.taken.append((x - half, y - half, x + half, y + half))
         if text:
             self.wanted.append(Label(place, text, colour, size, 0.5 * extent + _APART))
 
+    def keep_off(self, points: Sequence[Point]) -> None:
+        """Reserve the rectangle around these points, m."""
+        xs, ys = zip(*points, strict=True)
+        s = self.on.scale
+        self.taken.append((s * min(xs), s * min(ys), s * max(xs), s * max(ys)))
+
     def write(self) -> None:
-        """Write what is wanted, in that order; what finds no room is left out."""
+        """Write the requested labels, the first with the first choice of place."""
         for label in self.wanted:
-            area = next(filter(self._is_free, self._areas(label)), None)
+            areas = list(self._areas(label))
+            best = areas[0] if self.always else None
+            area = next(filter(self._is_free, areas), best)
             if area is not None:
                 self.taken.append(area)
                 self._put(label, area)

@@ -28,19 +28,19 @@ LEFT_IN, RIGHT_IN = 1.15, 1.45
 
 _BINS = 1200
 _SMALLEST = 1.0 / 1500.0
-"""Of the time shown: bars nearer to each other are drawn as one."""
+"""Bars closer to each other than this share of the time shown are drawn as one."""
 _UNHAPPY = ("failed", "error", "timeout")
 _FAILED: dict[str, Any] = {"ls": "", "marker": "x", "ms": 4.5, "mew": 1.2, "color": INK}
 
 
 def rows(course: Course) -> list[str]:
-    """What has a row of its own, from above."""
+    """The rows, from top to bottom."""
     own = [("requests", bool(course.requests)), ("contacts", course.contacts is not None)]
     return [name for name, shown in own if shown] + list(course.lanes)
 
 
 def height_in(course: Course) -> float:
-    """How much paper all this needs, inches."""
+    """The height that all this needs, inches."""
     apart = DISTANCE_IN + GAP_IN if _apart(course) else 0.0
     return apart + LANE_IN * len(rows(course)) + FOOT_IN + GAP_IN
 
@@ -64,7 +64,7 @@ def _explain(on: Sheet, course: Course) -> None:
     if any(span.ended in _UNHAPPY for lane in course.lanes for span in course.of(lane)):
         on.explain(f"ended with {', '.join(_UNHAPPY)}", Line2D([], [], **_FAILED))
     if course.requests:
-        on.explain("asked for a touch …", Patch(fc=WAITED))
+        on.explain("touch requested …", Patch(fc=WAITED))
         on.explain("… and served", Patch(fc=BEHAVIOURS["haptic"]))
     if any(request.served_s is None for request in course.requests):
         on.explain("… not served", Patch(fc=UNSERVED, ec=INK, lw=0.7))
@@ -96,7 +96,7 @@ def _rule(axes: Axes, course: Course) -> None:
 
 
 def _draw_distance(axes: Axes, course: Course) -> None:
-    """Between base and person, and between their outlines; contacts stand on the line of no gap."""
+    """Distance from base to person, and gap between their outlines; contacts stand at gap 0."""
     seen = [(i.at_s, i.person, i) for i in course.instants]
     times = np.array([at for at, _, _ in seen])
     far = np.array([np.nan if body is None else i.robot.distance_to(body) for _, body, i in seen])
@@ -128,7 +128,7 @@ def _beside(axes: Axes, y: float, text: str, colour: str) -> None:
 
 
 def thinned(times: Array, values: Array) -> tuple[Array, Array]:
-    """The same curve with at most four points to a bin of time; no least or greatest is lost."""
+    """The same curve with at most four points per bin of time; no extreme is lost."""
     if len(times) <= 4 * _BINS:
         return times, values
     kept: list[int] = []
@@ -177,7 +177,7 @@ def _draw_lane(axes: Axes, course: Course, row: int, lane: str, colour: str) -> 
 
 
 def _draw_steps(axes: Axes, course: Course, row: int, lane: str) -> None:
-    """The names of those that last long enough for it."""
+    """The names of steps, where their bars are long enough."""
     size, span = 6.5, course.end_s - course.start_s
     letter_s = 0.72 * size / 72.0 * span / _width_in(axes)
     for step in course.steps(lane):
@@ -202,7 +202,7 @@ def _failed(ended: Sequence[NodeSpan]) -> str:
 
 
 def _draw_requests(axes: Axes, course: Course, row: int) -> None:
-    """Waiting and served in two greens; what was never served is white."""
+    """Waiting and being served in two greens; white if never served."""
     served = [(r, r.served_s) for r in course.requests if r.served_s is not None]
     unserved = [(r.start_s, r.end_s) for r in course.requests if r.served_s is None]
     _bars(axes, course, [(r.start_s, at) for r, at in served], row, facecolor=WAITED)
@@ -242,7 +242,7 @@ def _bars(
     row: int,
     **style: Any,
 ) -> None:
-    """Bars from one time to another; short ones stay visible, those that all but touch are one."""
+    """Bars from start to end; short ones stay visible, almost adjacent ones are joined."""
     joined: list[tuple[float, float]] = []
     for start, end in times:
         if joined and start - joined[-1][1] < _SMALLEST * (course.end_s - course.start_s):

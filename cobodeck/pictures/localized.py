@@ -1,4 +1,4 @@
-"""A localization run as a picture: the map, where beams ended, the way; distances over time."""
+"""A localization run: map, path and ends of beams; below them distances over time."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from states.maps.occupancy import FREE, UNKNOWN
 if TYPE_CHECKING:
     from cobodeck.logs.localized import Localized
 
-WAY, BEAMS, TRUE = "#c62828", "#1565c0", "#2e7d32"
+PATH, BEAMS, TRUE = "#c62828", "#1565c0", "#2e7d32"
 BELOW_IN = 2.2
 _MOST_BEAMS = 60_000
 _MARGIN_M = 1.0
 _FARTHEST_M = 15.0
-"""Only so much of the map is drawn about the way, m."""
+"""How far from the path the map is drawn, m."""
 
 
 def localized_picture(found: Localized) -> Sheet:
-    """The map with the way in it, and below how far beams end from walls, over time."""
+    """The map with the path, and below it how far from walls beams end, over time."""
     places = [step.pose for step in found.steps if step.pose is not None]
     title = f"{found.log.path.name}: {found.log.form}"
     drawn = sheet(_bounds(found), title, [f"map: {found.ground.source}"], BELOW_IN)
@@ -39,16 +39,16 @@ def localized_picture(found: Localized) -> Sheet:
     if true:
         (line,) = axes.plot([p.x for p in true], [p.y for p in true], color=TRUE, lw=2.0, alpha=0.6)
         drawn.explain("corrected poses", line)
-    (line,) = axes.plot([p.x for p in places], [p.y for p in places], color=WAY, lw=0.9)
-    drawn.explain("estimated way", line)
+    (line,) = axes.plot([p.x for p in places], [p.y for p in places], color=PATH, lw=0.9)
+    drawn.explain("estimated path", line)
     if places:
-        axes.plot(places[0].x, places[0].y, "o", color=WAY, ms=4)
+        axes.plot(places[0].x, places[0].y, "o", color=PATH, ms=4)
     _draw_distances(drawn, found)
     return drawn
 
 
 def _bounds(found: Localized) -> tuple[float, float, float, float]:
-    """The ground, but for what lies far from the way."""
+    """Bounds of the map near the path, m."""
     low, high = _ground_bounds(found)
     places = np.array([[s.pose.x, s.pose.y] for s in found.steps if s.pose is not None])
     if len(places):
@@ -90,7 +90,7 @@ def _draw_map(drawn: Sheet, found: Localized) -> None:
 
 
 def _draw_beams(drawn: Sheet, found: Localized) -> None:
-    """Where the beams of the scored scans ended, thinned to what can be seen."""
+    """End points of the scored scans' beams, thinned to what is visible."""
     scans = scans_of(found.log)
     scored = [scans[number] for number in sorted(found.ground.scored)]
     ends = [
@@ -126,7 +126,7 @@ def _draw_distances(drawn: Sheet, found: Localized) -> None:
         drawn.explain("error of position", line)
     for step in found.steps:
         if step.pose is None:
-            axes.axvline(step.stamp_ns / 1e9, color=WAY, lw=0.6, alpha=0.4)
+            axes.axvline(step.stamp_ns / 1e9, color=PATH, lw=0.6, alpha=0.4)
     axes.axhline(1e2 * NEAR, color=GREY, lw=0.6, ls=(0, (4, 3)))
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("s", fontsize=7, color=GREY, loc="right", labelpad=1)

@@ -18,15 +18,15 @@ from engine.draw.style import INK
 from hw.room import Point
 
 PLACE_M = 0.3
-"""What happens nearer to each other shares a mark."""
+"""Events closer to each other than this share a mark, m."""
 MOST_GHOSTS = 8
-"""Up to so many contacts, both outlines are shown where they touched."""
+"""Largest number of contacts for which both outlines are drawn."""
 
 _LONGEST_LIST = 4
 
 
 def draw_marks(on: Sheet, course: Course) -> None:
-    """All that happened, with labels where there is room: contacts before requests and times."""
+    """All events, labelled where there is room: contacts first, then requests and times."""
     labels = Labels(on)
     _draw_contacts(on, course, labels)
     _draw_requests(on, course, labels)
@@ -36,7 +36,7 @@ def draw_marks(on: Sheet, course: Course) -> None:
 
 
 def _draw_contacts(on: Sheet, course: Course, labels: Labels) -> None:
-    """Where they touched, and whose it was; of few contacts also the outlines then."""
+    """Where contacts happened and by whom; the outlines, too, if there are few."""
     contacts = course.contacts or ()
     if len(contacts) <= MOST_GHOSTS:
         _draw_ghosts(on, course, [contact.at_ns / 1e9 for contact in contacts])
@@ -93,7 +93,7 @@ def _draw_events(on: Sheet, course: Course, labels: Labels) -> None:
 
 
 def _draw_times(on: Sheet, course: Course, labels: Labels) -> None:
-    """Where robot and person are every so many seconds."""
+    """Where robot and person are at regular times."""
     step = time_step(course)
     first, last = math.ceil(course.start_s / step), math.floor(course.end_s / step + 1e-9)
     times = [k * step for k in range(first, last + 1)]
@@ -110,7 +110,7 @@ def _draw_times(on: Sheet, course: Course, labels: Labels) -> None:
 
 
 def clusters(found: Iterable[tuple[Point, int]]) -> list[tuple[Point, list[int]]]:
-    """What is near to each other, together; the first of each has the place."""
+    """Groups of what is close to each other; each stands at the place of its first."""
     together: list[tuple[Point, list[int]]] = []
     for place, number in found:
         near = next((c for c in together if math.dist(c[0], place) <= PLACE_M), None)
@@ -122,7 +122,7 @@ def clusters(found: Iterable[tuple[Point, int]]) -> list[tuple[Point, list[int]]
 
 
 def _stays(known: Sequence[tuple[Point, float]]) -> list[tuple[Point, list[float]]]:
-    """One after another, as long as the place stays about the same."""
+    """Groups of successive times at about the same place."""
     stays: list[tuple[Point, list[float]]] = []
     for place, at in known:
         if stays and math.dist(stays[-1][0], place) <= PLACE_M:
@@ -137,7 +137,7 @@ def _from_to(times: Sequence[float]) -> str:
 
 
 def _listed(numbers: Sequence[int]) -> str:
-    """1, 2, 3, 5 as `requests 1–3, 5`; so many of them where they would make a long list."""
+    """1, 2, 3, 5 as `requests 1–3, 5`; only their number if the list were long."""
     parts: list[list[int]] = []
     for number in numbers:
         if parts and number == parts[-1][-1] + 1:

@@ -15,14 +15,14 @@ from behaviors.settings import Settings
 from behaviors.situation import Situation
 from cobodeck.options import Options
 from cobodeck.plants import Plant
+from cobodeck.setup import Setup
 from cobodeck.stage import stage
-from cobodeck.wiring import Setup
 from engine.board import Board
 from engine.machine import Leaf
 from engine.run import ChartRun
-from hw.geometry import STILL, Pose2, Pose3, wrap
+from hw.geometry import STILL, Pose2, Pose3, Twist2, wrap
 from hw.room import Point
-from hw.samples import UserPose
+from hw.samples import Joints, UserPose
 from hw.scene import Scene
 from states.environment import Environment
 from states.navigation.interfaces import GlobalPlanner
@@ -30,14 +30,16 @@ from states.navigation.states import user_disc
 from states.subsystems import SubsystemName
 
 TRAIL_S = 3.0
-"""For so long the ways that robot and user have come are drawn, s."""
+"""How much of the past paths of robot and user is drawn, s."""
 
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """Poses are map_from_base and the user's in the map; `path` leads the robot to its goal, m.
+    """Poses are map_from_base and the user's in the map; `path` leads the robot to `goal`, m.
 
-    `deep` is where the user reaches, while they ask for a touch. Trails begin at the oldest place.
+    `deep` is where the user reaches while they request a touch. Trails begin at the oldest place.
+    `joints` are the arm's, rad; without them no arm is drawn. `twist` is the robot's velocity in
+    the base frame, `velocity` the user's in the map.
     """
 
     robot: Pose2
@@ -47,34 +49,48 @@ class Moment:
     robot_trail: tuple[Point, ...] = ()
     user_trail: tuple[Point, ...] = ()
     caption: str = ""
+    joints: Joints | None = None
+    goal: Pose2 | None = None
+    twist: Twist2 = STILL
+    velocity: Twist2 = STILL
 
 
-def at_start(scene: Scene) -> Moment:
+def at_start(scene: Scene, joints: Joints | None = None) -> Moment:
     """The poses of the scene's file; a scene without a user's start shows no user."""
     start = scene.user_start
-    return Moment(scene.robot_start, None if start is None else UserPose(start, start.yaw))
+    user = None if start is None else UserPose(start, start.yaw)
+    return Moment(scene.robot_start, user, joints=joints)
 
 
 def with_next_drive(moment: Moment, environment: Environment, settings: Settings) -> Moment:
-    """The moment with the way to where Haptic, or else Chase, would send the robot now."""
+    """The moment with the path to where Haptic, or else Chase, would send the robot now."""
     if moment.user is None:
         return moment
     planners = environment.static_planners
-    now = Situation(environment, settings, moment.robot, STILL, moment.user, STILL, planners)
-    goal: Pose2 | None
+    now = situation_at(moment, moment.user, environment, settings)
     if moment.deep is not None:
         free = poses(settings, planners["haptic"], moment.deep)
         goal = best_pose(now, reachable(now, free), moment.deep)
-        return replace(moment, path=_path(environment, "haptic", planners["haptic"], moment, goal))
+        return _driving(moment, environment, "haptic", planners["haptic"], goal)
     cells = grid(environment, settings)
     around = space(settings, lambda: cells, planners["chase"], moment.user)
     place = best_cell(now, around)
     goal = None if place is None else Pose2(*place, tangent_yaw(around.centre, place, 0.0))
-    return replace(moment, path=_path(environment, "chase", planners["chase"], moment, goal))
+    return _driving(moment, environment, "chase", planners["chase"], goal)
+
+
+def situation_at(
+    moment: Moment, user: UserPose, environment: Environment, settings: Settings
+) -> Situation:
+    """The moment as states see it."""
+    planners = environment.static_planners
+    return Situation(
+        environment, settings, moment.robot, moment.twist, user, moment.velocity, planners
+    )
 
 
 class _Trail:
-    """Where robot and user have been in the last `TRAIL_S`; an observer of a loop."""
+    """Where robot and user were in the last `TRAIL_S`; an observer of a loop."""
 
     def __init__(self, plant: Plant) -> None:
         self._plant = plant
@@ -94,6 +110,27 @@ class _Trail:
     @property
     def user(self) -> tuple[Point, ...]:
         return tuple((body.x, body.y) for _, _, body in self._places if body is not None)
+
+    @property
+    def twist(self) -> Twist2:
+        """The robot's velocity over the last tick, base frame."""
+        if len(self._places) < 2:
+            return STILL
+        (start, before, _), (end, now, _) = self._places[-2], self._places[-1]
+        moved, per_s = before.inverse() @ now, 1e9 / (end - start)
+        return Twist2(per_s * moved.x, per_s * moved.y, per_s * moved.yaw)
+
+    @property
+    def velocity(self) -> Twist2:
+        """The user's velocity over the last tick, in the map."""
+        if len(self._places) < 2:
+            return STILL
+        (start, _, before), (end, _, now) = self._places[-2], self._places[-1]
+        if before is None or now is None:
+            return STILL
+        per_s = 1e9 / (end - start)
+        turn = wrap(now.yaw - before.yaw)
+        return Twist2(per_s * (now.x - before.x), per_s * (now.y - before.y), per_s * turn)
 
 
 def after(
@@ -117,11 +154,14 @@ def after(
         deep=truth.request,
         robot_trail=trail.robot,
         user_trail=trail.user,
+        joints=truth.joints,
+        twist=trail.twist,
+        velocity=trail.velocity,
         caption=f"{loop.now_ns * 1e-9:.1f} s, {_doing(running, loop.wired.run.outcome)}",
     )
     for subsystem, goal in islice(_drives(run), 1):
         planner = _planner(setup.environment, subsystem, loop.wired.board)
-        moment = replace(moment, path=_path(setup.environment, subsystem, planner, moment, goal))
+        moment = _driving(moment, setup.environment, subsystem, planner, goal)
     return moment
 
 
@@ -141,19 +181,20 @@ def _drives(run: ChartRun) -> Iterable[tuple[SubsystemName, Pose2]]:
             yield cast("SubsystemName", subsystem), inputs["goal"]
 
 
-def _path(
+def _driving(
+    moment: Moment,
     environment: Environment,
     subsystem: SubsystemName,
     planner: GlobalPlanner,
-    moment: Moment,
     goal: Pose2 | None,
-) -> tuple[Point, ...]:
+) -> Moment:
+    """The moment with a goal and the path there, if there is one."""
     if goal is None:
-        return ()
+        return moment
     here, there = (moment.robot.x, moment.robot.y), (goal.x, goal.y)
     disc = user_disc(moment.user, environment.navigation.named(subsystem))
     path = planner.plan(here, there, disc)
-    return () if path is None else path.points
+    return replace(moment, goal=goal, path=() if path is None else path.points)
 
 
 def _doing(leaves: Iterable[Leaf], outcome: str | None) -> str:

@@ -1,4 +1,4 @@
-"""The course of a run that is on record, and `cobodeck render X.mcap`: its picture."""
+"""`cobodeck render X.mcap`: the course of a recorded run, and its picture."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cobodeck.record.reader import Group, Record
 from cobodeck.record.replay import written_setup
 from cobodeck.record.samples import TOPIC, SampleReader
 from cobodeck.record.sink import ENDING
-from cobodeck.wiring import Setup
+from cobodeck.setup import Setup
 from engine.board import Board
 from engine.files.visible import visible
 from engine.trace import TraceRecord as Traced
@@ -55,7 +55,9 @@ def draw_run(
     return OK
 
 
-def course_of(record: Record, progress: Callable[[str], None] | None = None) -> Course:
+def course_of(
+    record: Record, progress: Callable[[str, float | None], None] | None = None
+) -> Course:
     """What the record knows of its run: by the truth where there is one, else by its samples.
 
     Raises:
@@ -65,6 +67,7 @@ def course_of(record: Record, progress: Callable[[str], None] | None = None) -> 
     setup, header = written_setup(record, catalogue(own=False)), record.header
     watch, known = CourseWatch(setup.robot), _Known(setup.robot.footprint)
     trace: list[Traced] = []
+    length_s = (record.figures() or {}).get("sim_s")
     for group in record.groups():
         with record.understood(group):
             known.take(group)
@@ -72,7 +75,8 @@ def course_of(record: Record, progress: Callable[[str], None] | None = None) -> 
         if group.ticked.kind in ("grid", "left_out"):
             watch.watch(group.ticked.at_ns, known.truth)
             if progress is not None:
-                progress(f"{group.ticked.at_ns / 1e9:.0f} s")
+                now_s = group.ticked.at_ns / 1e9
+                progress(f"{now_s:.0f} s", now_s / length_s if length_s else None)
     return watch.course(
         visible(_title(setup, header)),
         tuple(map(visible, _lines(record, known.measured))),
@@ -89,7 +93,7 @@ def _traced(group: Group) -> Iterator[Traced]:
 
 
 def _title(setup: Setup, header: Mapping[str, Any]) -> str:
-    """What was run, where and with whom."""
+    """What was run, where and with which user."""
     if header["options"]["tier"] == 0:
         return f"{setup.chart.name}, its logic alone"
     scene, person = setup.scene, header["user"]
@@ -98,7 +102,7 @@ def _title(setup: Setup, header: Mapping[str, Any]) -> str:
 
 
 def _lines(record: Record, measured: bool) -> tuple[str, ...]:
-    """What is said under the title; to be read when all of the record was."""
+    """The lines under the title; complete once the whole record has been read."""
     header: Any = record.header
     about = [
         f"{header['plant']}, {header['profile']['name']}, seed {header['options']['seed']}",
@@ -114,7 +118,7 @@ def _lines(record: Record, measured: bool) -> tuple[str, ...]:
 
 
 class _Known:
-    """Where everything is by the record, tick by tick."""
+    """Follows the poses in a record tick by tick."""
 
     def __init__(self, footprint: Footprint) -> None:
         self._truth: Truth | None = None
@@ -123,7 +127,7 @@ class _Known:
         self._readers = {TOPIC + name: SampleReader(name) for name in SENSED}
 
     def take(self, group: Group) -> None:
-        """Go on by one tick."""
+        """Take the data of one tick."""
         for found in group.of("truth"):
             self._truth = truth_again(found, self._truth)
         if self._truth is not None:
@@ -135,10 +139,10 @@ class _Known:
 
     @property
     def measured(self) -> bool:
-        """Is this what parts measured, and not the truth?"""
+        """True if poses are measured ones because the record holds no truth."""
         return self._truth is None and self._senses.truth.base is not None
 
     @property
     def truth(self) -> Truth:
-        """How everything is, or seems to be."""
+        """The true state, or else the measured one."""
         return self._senses.truth if self._truth is None else self._truth

@@ -1,4 +1,4 @@
-"""The room itself: floor, walls, what inflations leave, where tracking works."""
+"""The room: floor, walls, inflations, tracked area, objects."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from hw.things import Thing
 
 FLOOR = "#ffffff"
 INFLATIONS = ("#e6e9ed", "#cdd3da", "#b4bcc6")
-"""From the widest inflation, beside the free floor, to the narrowest, beside the walls."""
+"""From the widest inflation to the narrowest."""
 TRACKED = "#8a94a0"
 OBJECT = "#b39b7d"
 
@@ -35,28 +35,28 @@ def draw_room(on: Sheet, room: Room) -> None:
 
 
 def draw_inflations(on: Sheet, room: Room, levels: Sequence[tuple[float, str]]) -> None:
-    """What the robot's centre keeps off: m and for whom, the widest first; round corners."""
+    """Strips along walls closed to the robot's centre; widths in m with names, widest first."""
     floor = room.free_space
     for number, (inflation, name) in enumerate(levels):
         left = floor.buffer(-inflation, quad_segs=32)
         colour = INFLATIONS[min(number, len(INFLATIONS) - 1)]
         # narrower ones lie over the wider ones
         add_area(on, floor.difference(left), facecolor=colour, linewidth=0, zorder=1.1 + number / 9)
-        on.explain(f"{inflation:g} m from walls: {name}", Patch(facecolor=colour))
+        on.explain(f"within {inflation:g} m of walls: {name}", Patch(facecolor=colour))
 
 
 def draw_tracked_area(on: Sheet, room: Room) -> None:
-    """The outline of where the person's tracking works, where that is not everywhere."""
+    """The outline of the area in which the person is tracked, if it is limited."""
     if room.tracked_area is None:
         return
     xs, ys = zip(*room.tracked_area, room.tracked_area[0], strict=True)
     style: dict[str, Any] = {"color": TRACKED, "linewidth": 0.8, "linestyle": (0, (1, 2))}
     on.axes.plot(xs, ys, zorder=1.9, **style)
-    on.explain("area of tracking", Line2D([], [], **style))
+    on.explain("tracked area", Line2D([], [], **style))
 
 
 def draw_objects(on: Sheet, objects: Sequence[Thing]) -> None:
-    """What no map shows: circles where they first are, and the ways of those that walk."""
+    """Objects on no map: circles at their first places, and the paths of those that walk."""
     style: dict[str, Any] = {"facecolor": OBJECT, "edgecolor": INK, "linewidth": 0.6}
     for thing in objects:
         on.axes.add_patch(Circle(thing.at, thing.body.radius, zorder=4.0, **style))
@@ -69,7 +69,7 @@ def draw_objects(on: Sheet, objects: Sequence[Thing]) -> None:
 
 def add_area(on: Sheet, area: Any, **style: Any) -> None:
     """A shapely Polygon or MultiPolygon with its holes."""
-    parts = [part for part in shapely.get_parts(area) if part.geom_type == "Polygon"]
+    parts = [p for p in shapely.get_parts(area) if p.geom_type == "Polygon" and not p.is_empty]
     if parts:
         on.axes.add_patch(PathPatch(_outline(parts), **style))
 

@@ -1,4 +1,4 @@
-"""The picture of a run: the room from above with all that happened in it, and below it the time."""
+"""The picture of a run: the room from above with all events, below it everything over time."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from cobodeck.pictures.room import draw_room, draw_tracked_area
 from cobodeck.pictures.tracks import bounds_of, draw_tracks
 from engine.draw.style import GREY
 
-NOWHERE = "it is not known where anything was"
+NOWHERE = "no poses are known"
 _NO_PLACE, _MIDDLE = (0.0, 0.0, 8.0, 2.0), (4.0, 1.0)
 
 

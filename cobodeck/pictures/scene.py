@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from behaviors.settings import Settings
+from cobodeck.judges import arm_outline
 from cobodeck.pictures.actors import (
     ROBOT_TRAIL,
     USER,
@@ -13,10 +14,11 @@ from cobodeck.pictures.actors import (
     draw_user,
     draw_zones,
 )
+from cobodeck.pictures.arm import draw_arm
 from cobodeck.pictures.canvas import Sheet, sheet
-from cobodeck.pictures.moment import Moment
+from cobodeck.pictures.moment import Moment, situation_at
 from cobodeck.pictures.room import draw_inflations, draw_objects, draw_room, draw_tracked_area
-from cobodeck.pictures.spaces import draw_chase, draw_escape, draw_haptic, draw_path
+from cobodeck.pictures.spaces import draw_chase, draw_escape, draw_goal, draw_haptic, draw_path
 from hw.geometry import Pose3
 from hw.scene import Scene
 from states.environment import Environment
@@ -32,8 +34,8 @@ def scene_picture(
 ) -> Sheet:
     """The room with all that is in it at one moment.
 
-    `spaces` are of `command.SPACES`; by default Haptic's while the user asks for a touch, else the
-    others. Haptic's are those for the touch asked for, or for the one that could come next.
+    `spaces` are of `command.SPACES`; by default Haptic's while the user requests a touch, else the
+    others. Haptic's are those for the requested touch, or for the one that could come next.
     """
     shown = spaces if spaces is not None else _present(moment)
     lines = [line for line in (scene.about, moment.caption) if line]
@@ -51,13 +53,18 @@ def scene_picture(
             draw_chase(on, environment, settings, user)
         if "escape" in shown:
             draw_zones(on, user, settings.escape)
-            draw_escape(on, environment, settings, user, robot)
+            now = situation_at(moment, user, environment, settings)
+            draw_escape(on, now, moment.joints)
         if "haptic" in shown:
             deep = moment.deep or next_deep(settings, moment)
-            draw_haptic(on, environment, settings, deep)
+            draw_haptic(on, environment, settings, deep, robot)
     draw_trail(on, moment.robot_trail, ROBOT_TRAIL)
     draw_path(on, moment.path)
+    if moment.goal is not None:
+        draw_goal(on, moment.goal, environment.robot.footprint)
     draw_robot(on, robot, environment.robot.footprint)
+    if moment.joints is not None:
+        draw_arm(on, robot, moment.joints, arm_outline(environment.robot))
     return on
 
 
@@ -70,7 +77,7 @@ def levels(navigation: Navigation) -> list[tuple[float, str]]:
 
 
 def next_deep(settings: Settings, moment: Moment) -> Pose3:
-    """Where the user would reach if they asked for a touch now (R132)."""
+    """Where the user would reach if they requested a touch now (R132)."""
     assert moment.user is not None, "nobody reaches"
     x, y = moment.user.body.transform(settings.haptic.deep_ahead, 0.0)
     return Pose3.from_yaw(x, y, settings.haptic.deep_height, moment.user.body.yaw)

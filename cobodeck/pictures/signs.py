@@ -10,7 +10,7 @@ from engine.draw.style import INK
 
 BEHAVIOURS = {"chase": "#0072b2", "haptic": "#009e73", "escape": "#d55e00", "inform": "#cc79a7"}
 OTHERS = ("#e69f00", "#56b4e9", "#882255", "#999933", "#332288", "#44aa99")
-"""Both of colours that the colour-blind tell apart (Okabe and Ito, Tol)."""
+"""Colour-blind safe palettes (Okabe and Ito, Tol)."""
 NONE = "#9aa5b1"
 WAITED, UNSERVED = "#a8dccb", "#ffffff"
 
@@ -20,7 +20,7 @@ CONTACT = {
     "slow_arm": {"mfc": NONE, **_X},
     "person": {"mfc": "w", **_X},
 }
-"""How a contact is marked, by whose it was."""
+"""The mark of a contact, by who caused it."""
 
 _STEPS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600)
 _MOST_STEPS = 14
@@ -35,6 +35,6 @@ def lane_colours(course: Course) -> dict[str | None, str]:
 
 
 def time_step(course: Course) -> float:
-    """The time between two marks, s: round, and not too many of them."""
+    """Time between two marks, s: a round number that gives at most 14 of them."""
     span = course.end_s - course.start_s
     return next((step for step in _STEPS if span / step <= _MOST_STEPS), _STEPS[-1])

@@ -1,4 +1,7 @@
-"""What an inflation leaves of a room or map, what it closes, and where no touch is possible."""
+"""What an inflation leaves of a room or map, what it closes, and where no touch is possible.
+
+All areas are opaque, so that a colour on the floor is the same in the legend.
+"""
 
 from __future__ import annotations
 
@@ -26,6 +29,10 @@ LEFT = "#ffffff"
 KEPT_OFF = INFLATIONS[1]
 UNKNOWN = "#f3f0ea"
 NO_TOUCH = "#e65100"
+DARKEST = 0.75
+"""How much of `NO_TOUCH` a place without any Haptic pose has."""
+EDGE: dict[str, Any] = {"edgecolor": INK, "linewidth": 0.9, "linestyle": (0, (3, 2))}
+"""The border of what is left; squares may cover the grey beyond it."""
 LABELLED_IN2 = 0.4
 """Pieces that take up so much paper are labelled with their area, square inches."""
 SMALL_SCALE = 0.3
@@ -40,7 +47,8 @@ def space_picture(
         _draw_left_of_room(on, floor, space.inflation)
     else:
         _draw_left_of_map(on, floor, space.inflation)
-    on.explain("left for the robot's centre", Patch(facecolor=LEFT, edgecolor=INK, lw=0.6))
+    edge = EDGE if isinstance(floor, RoomFloor) else {"edgecolor": INK, "linewidth": 0.6}
+    on.explain("left for the robot's centre", Patch(facecolor=LEFT, **edge))
     on.explain(f"{space.inflation:g} m from walls", Patch(facecolor=KEPT_OFF))
     _draw_untouchable(on, untouchable)
     for passage in space.closed:
@@ -65,6 +73,7 @@ def _draw_left_of_room(on: Sheet, floor: RoomFloor, inflation: float) -> None:
     left = floor.usable(inflation)
     shut = floor.room.free_space.difference(left)
     add_area(on, shut, facecolor=KEPT_OFF, lw=0, zorder=1.2)
+    add_area(on, left, fill=False, zorder=4.0, **EDGE)
     for piece in shapely.get_parts(left):
         if piece.area >= _least_labelled(on):
             _label(on, _middle(piece), piece.area)
@@ -103,7 +112,7 @@ def _draw_left_of_map(on: Sheet, floor: MapFloor, inflation: float) -> None:
 
 
 def _draw_untouchable(on: Sheet, found: Untouchable) -> None:
-    """Places as squares, darker the more headings have no Haptic pose."""
+    """Places as opaque squares, darker the more headings have no Haptic pose."""
     some = found.share > 0.0
     if not some.any():
         return
@@ -111,8 +120,16 @@ def _draw_untouchable(on: Sheet, found: Untouchable) -> None:
         _squares(found), extent=_extent(found), origin="lower", interpolation="none", zorder=2.0,
         aspect=on.axes.get_aspect(),
     )  # fmt: skip
-    on.explain("no Haptic pose in any direction", Patch(facecolor=(*to_rgba(NO_TOUCH)[:3], 0.75)))
-    on.explain("… in a quarter of directions", Patch(facecolor=(*to_rgba(NO_TOUCH)[:3], 0.19)))
+    words = ("no Haptic pose in any direction", "… in half of the directions", "… in a quarter")
+    for share, text in zip((1.0, 0.5, 0.25), words, strict=True):
+        on.explain(text, Patch(facecolor=no_touch_colour(share)))
+
+
+def no_touch_colour(share: float) -> tuple[float, float, float]:
+    """The colour of a place where this share of the directions has no Haptic pose."""
+    full = to_rgba(NO_TOUCH)[:3]
+    red, green, blue = (1.0 - DARKEST * share * (1.0 - value) for value in full)
+    return red, green, blue
 
 
 def _squares(found: Untouchable) -> Array:
@@ -120,8 +137,8 @@ def _squares(found: Untouchable) -> Array:
     column = np.rint((found.x - x_low) / found.step - 0.5).astype(int)
     row = np.rint((found.y - y_low) / found.step - 0.5).astype(int)
     image = np.zeros((row.max() + 1, column.max() + 1, 4))
-    image[row, column, :3] = to_rgba(NO_TOUCH)[:3]
-    image[row, column, 3] = 0.75 * found.share
+    image[row, column, :3] = [no_touch_colour(share) for share in found.share.tolist()]
+    image[row, column, 3] = found.share > 0.0
     return image
 
 

@@ -8,28 +8,34 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+import shapely
 from matplotlib.artist import Artist
 from matplotlib.legend_handler import HandlerBase
 from matplotlib.lines import Line2D
-from matplotlib.patches import Arc, Circle, FancyArrowPatch, Patch, Rectangle
+from matplotlib.patches import Arc, Circle, FancyArrowPatch, Patch, PathPatch, Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Affine2D
 
 from behaviors import escape, haptic
 from behaviors.chase_space import grid
 from behaviors.settings import Settings
+from behaviors.situation import Situation
 from cobodeck.pictures.actors import view_yaw
 from cobodeck.pictures.canvas import Sheet
+from cobodeck.pictures.labels import Labels
+from cobodeck.pictures.room import ring_of
 from engine.draw.style import INK, RED
 from hw.geometry import Pose2, Pose3
+from hw.robot import Footprint
 from hw.room import Point, contains
-from hw.samples import UserPose
+from hw.samples import Joints, UserPose
 from states.environment import Environment
 from states.navigation.clearance import Array
 
 DEEP = "#1e66ff"
 HAPTIC = "#2e7d32"
 PATH = "#00838f"
+ESCAPE_ARROW_M, RING_M = 0.42, 0.3
 DROPPED = "#7f8b98"
 BEST_FIRST = mpl.colormaps["rainbow_r"]
 """Purple for the highest weight, red for the lowest (R95)."""
@@ -107,27 +113,48 @@ def _draw_tangents(on: Sheet, centre: Pose2, free: Array, radius: float, cell: f
         on.axes.add_patch(_arrow(start, 0.3, INK, 0.9, zorder=2.7))
 
 
-def draw_escape(
-    on: Sheet, environment: Environment, settings: Settings, user: UserPose, robot: Pose2
-) -> None:
-    """The Escape poses in the room, as arrows along the robot's yaw, in order (R106-R110)."""
-    free = set(escape.poses(settings, environment.static_planners["escape"], user, robot))
+def draw_escape(on: Sheet, now: Situation, joints: Joints | None) -> None:
+    """The Escape poses in the room as arrows along the robot's yaw, in order (R106-R110).
+
+    The one that a robot with its arm at `joints` would drive to now has a ring.
+    """
+    environment, settings, user, robot = now.environment, now.settings, now.user, now.pose
+    free = escape.poses(settings, environment.static_planners["escape"], user, robot)
+    best = escape.choose(now, free, None, joints)
     everywhere = enumerate(escape.all_poses(settings.escape, user, robot), 1)
     shown = [
         (n, pose) for n, pose in everywhere if contains(environment.room.outer, pose.x, pose.y)
     ]
+    labels = Labels(on, always=True)
+    labels.keep_off(_around(robot, environment.robot.footprint))
     for number, pose in shown:
         colour = RED if pose in free else DROPPED
-        on.axes.add_patch(_arrow(pose, 0.42, colour, 2.0, zorder=6.6))
+        on.axes.add_patch(_arrow(pose, ESCAPE_ARROW_M, colour, 2.0, zorder=6.0))
         if pose not in free:
-            _cross(on, pose, 0.1, DROPPED)
-        _number(on, pose.transform(0.0, 0.17), number, colour)
+            _cross(on, pose, 0.1, DROPPED, zorder=6.05)
+        if pose == best:
+            ring = Circle((pose.x, pose.y), RING_M, fill=False, ec=RED, lw=1.8, zorder=8.5)
+            on.axes.add_patch(ring)
+        extent = 2.0 * RING_M if pose == best else 0.55 * ESCAPE_ARROW_M
+        labels.mark((pose.x, pose.y), 72.0 * on.scale * extent, str(number), colour, 7.0)
+    labels.write()
     on.explain("Escape pose, in order", Line2D([], [], color=RED, lw=2.0, marker=">", ms=6))
+    if best is not None:
+        sign = Line2D([], [], lw=0, marker="o", mfc="none", mec=RED, mew=1.8, ms=9)
+        on.explain("… driven to if raised now", sign)
     if len(free) < len(shown):
         on.explain("… not free", Line2D([], [], color=DROPPED, lw=2.0, marker="x", ms=6))
 
 
-def draw_haptic(on: Sheet, environment: Environment, settings: Settings, deep: Pose3) -> None:
+def _around(pose: Pose2, shape: Footprint) -> list[Point]:
+    """The corners of the robot's outline."""
+    signs = ((1, 1), (-1, 1), (-1, -1), (1, -1))
+    return [pose.transform(i * shape.half_length, j * shape.half_width) for i, j in signs]
+
+
+def draw_haptic(
+    on: Sheet, environment: Environment, settings: Settings, deep: Pose3, robot: Pose2
+) -> None:
     """The rover poses on their half circle, numbered in order, and the DEEP (R75-R77)."""
     shape, planner = settings.haptic, environment.static_planners["haptic"]
     free = set(haptic.poses(settings, planner, deep))
@@ -137,31 +164,44 @@ def draw_haptic(on: Sheet, environment: Environment, settings: Settings, deep: P
     dashed: dict[str, Any] = {"color": HAPTIC, "lw": 1.0, "ls": (0, (4, 2.5))}
     ring = Arc(place, size, size, theta1=yaw - half, theta2=yaw + half, zorder=5.2, **dashed)
     on.axes.add_patch(ring)
+    covered = shapely.Polygon(_around(robot, environment.robot.footprint)).buffer(0.1)
     for number, pose in enumerate(haptic.all_poses(shape, deep), 1):
         colour = HAPTIC if pose in free else DROPPED
-        on.axes.add_patch(_arrow(pose @ Pose2(0.17, 0.0), 0.34, colour, 1.6, zorder=8.0))
-        on.axes.add_patch(Circle((pose.x, pose.y), 0.09, fc=colour, lw=0, zorder=8.1))
-        _number(on, pose.transform(-0.23, 0.0), number, colour)
+        on.axes.add_patch(_arrow(pose @ Pose2(0.17, 0.0), 0.34, colour, 1.6, zorder=6.0))
+        on.axes.add_patch(Circle((pose.x, pose.y), 0.09, fc=colour, lw=0, zorder=6.05))
+        behind = pose.transform(-0.23, 0.0)
+        if not covered.contains(shapely.Point(behind)):
+            _number(on, behind, number, colour)
         if pose not in free:
-            _cross(on, pose, 0.15, RED)
+            _cross(on, pose, 0.15, DROPPED, zorder=6.07)
     on.axes.add_patch(Circle(place, 0.1, fc=DEEP, ec="white", lw=0.8, zorder=8.2))
     dot: dict[str, Any] = {"lw": 0, "marker": "o", "mec": "white"}
     on.explain("where the user reaches (DEEP)", Line2D([], [], color=DEEP, ms=7, **dot))
     sign = Line2D([], [], color=HAPTIC, lw=1.6, marker="o", markevery=[0], ms=6)
     on.explain("Haptic pose, in order", sign)
     if len(free) < number:
-        on.explain("… not free", Line2D([], [], lw=0, marker="x", mec=RED, mew=1.8, ms=7))
+        on.explain("… not free", Line2D([], [], lw=0, marker="x", mec=DROPPED, mew=1.8, ms=7))
 
 
 def draw_path(on: Sheet, points: Sequence[Point]) -> None:
-    """The way to the goal, and the goal."""
+    """The path to the goal."""
     if len(points) < 2:
         return
     xs, ys = zip(*points, strict=True)
     on.axes.plot(xs, ys, color="white", lw=4.0, alpha=0.8, zorder=5.0)
     on.axes.plot(xs, ys, color=PATH, lw=2.0, zorder=5.1)
-    on.axes.add_patch(Circle(points[-1], 0.2, fill=False, ec=PATH, lw=2.0, zorder=8.5))
-    on.explain("way and goal", Line2D([], [], color=PATH, lw=2.0, marker="o", mfc="none", ms=7))
+    on.explain("path to the goal", Line2D([], [], color=PATH, lw=2.0))
+
+
+def draw_goal(on: Sheet, goal: Pose2, shape: Footprint) -> None:
+    """The robot's outline at the chosen pose, with a line to its front."""
+    look: dict[str, Any] = {"lw": 1.6, "ls": (0, (3, 1.5))}
+    outline = ring_of(_around(goal, shape))
+    on.axes.add_patch(PathPatch(outline, fc="white", alpha=0.45, lw=0, zorder=5.3))
+    on.axes.add_patch(PathPatch(outline, fill=False, ec=PATH, zorder=8.5, **look))
+    xs, ys = zip((goal.x, goal.y), goal.transform(shape.half_length, 0.0), strict=True)
+    on.axes.plot(xs, ys, color=PATH, lw=1.6, zorder=8.5, marker="o", ms=4, markevery=[0])
+    on.explain("chosen pose", Patch(fc="white", ec=PATH, **look))
 
 
 def _arrow(pose: Pose2, length: float, colour: str, width: float, zorder: float) -> FancyArrowPatch:
@@ -172,11 +212,11 @@ def _arrow(pose: Pose2, length: float, colour: str, width: float, zorder: float)
     )  # fmt: skip
 
 
-def _cross(on: Sheet, pose: Pose2, size: float, colour: str) -> None:
+def _cross(on: Sheet, pose: Pose2, size: float, colour: str, zorder: float = 8.4) -> None:
     x, y = pose.x, pose.y
     for sign in (-1, 1):
         ends = (x - size, x + size), (y - sign * size, y + sign * size)
-        on.axes.plot(*ends, color=colour, lw=1.8, solid_capstyle="round", zorder=8.4)
+        on.axes.plot(*ends, color=colour, lw=1.8, solid_capstyle="round", zorder=zorder)
 
 
 def _number(on: Sheet, place: Point, number: int, colour: str) -> None:

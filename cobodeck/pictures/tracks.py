@@ -1,4 +1,4 @@
-"""The ways of robot and person, seen from above."""
+"""The paths of robot and person, seen from above."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, PathPatch
 
 from cobodeck.pictures.actors import FOAM, USER
+from cobodeck.pictures.arm import draw_arm
 from cobodeck.pictures.canvas import Sheet
 from cobodeck.pictures.course import Course, Instant
 from cobodeck.pictures.room import ring_of
@@ -27,7 +28,7 @@ _ARROW_M = 1.6
 _MOST_ARROWS = 40
 _ROBOT, _PERSON = 2.4, 1.3
 _LONG_M, _FINEST = 250.0, 0.25
-"""Lines get finer where the way is longer than this, down to this share."""
+"""Lines of a path longer than this, m, get finer, down to this share of their width."""
 _DOTS = (0, (1.0, 0.9))
 PERSON_FILL = "#b9cdec"
 
@@ -45,7 +46,7 @@ def person_of(instant: Instant) -> Point | None:
 
 
 def bounds_of(course: Course) -> tuple[float, float, float, float]:
-    """The least x and y, and the greatest, m: the room's, or of all that moved."""
+    """Least x and y, greatest x and y, m: of the room, or of all that moved."""
     if course.room is not None:
         return course.room.bounds
     places = [p for i in course.instants for p in (robot_of(i), person_of(i)) if p is not None]
@@ -54,26 +55,28 @@ def bounds_of(course: Course) -> tuple[float, float, float, float]:
 
 
 def draw_tracks(on: Sheet, course: Course) -> None:
-    """The ways in the colours of the behaviours, where they lead, and both ends."""
+    """The paths in the colours of the behaviors, with arrow heads and both ends."""
     colours = lane_colours(course)
     finer = min(1.0, max(_FINEST, _LONG_M / _length(course)))
     robot = {"lw": finer * _ROBOT, "solid_joinstyle": "round", "zorder": 6.0}
     person = {"lw": finer * _PERSON, "ls": _DOTS, "dash_capstyle": "butt", "zorder": 5.5}
     for place_of, style in ((person_of, person), (robot_of, robot)):
         for lane, colour in colours.items():
-            _draw_way(on, course, lane, place_of, color=colour, **style)
+            _draw_path(on, course, lane, place_of, color=colour, **style)
         _draw_arrows(on, course, place_of, colours)
-    _explain_ways(on, course, colours)
+    _explain_paths(on, course, colours)
     _draw_ends(on, course)
 
 
 def _length(course: Course) -> float:
-    """Of the robot's way, m; a little more than 0 for one that stands."""
+    """Length of the robot's path, m; slightly above 0 for one that stands."""
     steps = zip(course.instants, course.instants[1:], strict=False)
     return 1e-9 + sum(a.robot.distance_to(b.robot) for a, b in steps)
 
 
-def _draw_way(on: Sheet, course: Course, lane: str | None, place_of: PlaceOf, **style: Any) -> None:
+def _draw_path(
+    on: Sheet, course: Course, lane: str | None, place_of: PlaceOf, **style: Any
+) -> None:
     pieces: list[Sequence[Point]] = []
     for phase in course.phases:
         if phase.lane == lane:
@@ -86,7 +89,7 @@ def _draw_way(on: Sheet, course: Course, lane: str | None, place_of: PlaceOf, **
 
 
 def _known(places: Iterable[Point | None]) -> list[list[Point]]:
-    """The places, cut where there is none."""
+    """The places in pieces, cut where one is unknown."""
     pieces: list[list[Point]] = [[]]
     for place in places:
         if place is not None:
@@ -96,23 +99,23 @@ def _known(places: Iterable[Point | None]) -> list[list[Point]]:
     return [piece for piece in pieces if piece]
 
 
-def thinned(way: Sequence[Point]) -> list[Point]:
-    """The same way with fewer points, nowhere farther from it than the width of a thin line."""
-    if len(way) < 3:
-        return list(way)
-    line = shapely.simplify(shapely.LineString(way), _FINE_M, preserve_topology=False)
+def thinned(path: Sequence[Point]) -> list[Point]:
+    """The same path with fewer points, nowhere farther from it than a thin line is wide."""
+    if len(path) < 3:
+        return list(path)
+    line = shapely.simplify(shapely.LineString(path), _FINE_M, preserve_topology=False)
     return [(x, y) for x, y in line.coords]
 
 
 def _draw_arrows(
     on: Sheet, course: Course, place_of: PlaceOf, colours: dict[str | None, str]
 ) -> None:
-    """Where it goes: arrow heads every so often, in the colour of the way."""
+    """Arrow heads at regular distances, in the colour of the path."""
     seen = [(i.at_s, place) for i in course.instants if (place := place_of(i)) is not None]
     if len(seen) < 2:
         return
-    way = np.array([place for _, place in seen])
-    gone = np.concatenate(([0.0], np.hypot(*np.diff(way, axis=0).T).cumsum()))
+    path = np.array([place for _, place in seen])
+    gone = np.concatenate(([0.0], np.hypot(*np.diff(path, axis=0).T).cumsum()))
     spacing = max(_ARROW_M, float(gone[-1]) / _MOST_ARROWS)
     phase_of = iter(course.phases)
     phase = next(phase_of)
@@ -121,11 +124,11 @@ def _draw_arrows(
         before = int(np.searchsorted(gone, gone[here] - 0.15))
         while phase.end_s < seen[here][0]:
             phase = next(phase_of)
-        dx, dy = way[here] - way[max(0, min(before, here - 1))]
+        dx, dy = path[here] - path[max(0, min(before, here - 1))]
         turn = math.degrees(math.atan2(dy, dx)) - 90.0
         size = 6.5 if place_of is robot_of else 5.0
         on.axes.plot(
-            *way[here], marker=(3, 0, turn), ms=size, mfc=colours[phase.lane], mec="white",
+            *path[here], marker=(3, 0, turn), ms=size, mfc=colours[phase.lane], mec="white",
             mew=0.5, ls="", zorder=6.5,
         )  # fmt: skip
 
@@ -137,6 +140,8 @@ def _draw_ends(on: Sheet, course: Course) -> None:
         if course.footprint is not None:
             filled: dict[str, Any] = {"fc": FOAM, "fill": instant is last}
             draw_outline(on, instant.robot, course.footprint, ls=line, lw=1.0, **filled)
+        if instant is last and course.arm is not None and last.joints is not None:
+            draw_arm(on, last.robot, last.joints, course.arm, zorder=4.1)
         if instant.person is not None:
             filled = {"fc": PERSON_FILL, "fill": instant is last}
             draw_disc(on, instant.person, ls=line, lw=1.0, **filled)
@@ -160,13 +165,13 @@ def draw_outline(on: Sheet, pose: Pose2, shape: Footprint, **style: Any) -> None
 
 
 def draw_disc(on: Sheet, body: Pose2, **style: Any) -> None:
-    """The cylinder that stands for the person, and a line to where they face."""
+    """The cylinder that models the person, with a line in the direction they face."""
     on.axes.add_patch(Circle((body.x, body.y), RADIUS, ec=USER, zorder=4.0, **style))
     xs, ys = zip((body.x, body.y), body.transform(RADIUS, 0.0), strict=True)
     on.axes.plot(xs, ys, color=USER, lw=style["lw"], zorder=4.0)
 
 
-def _explain_ways(on: Sheet, course: Course, colours: dict[str | None, str]) -> None:
+def _explain_paths(on: Sheet, course: Course, colours: dict[str | None, str]) -> None:
     present = {phase.lane for phase in course.phases}
     for lane, colour in colours.items():
         if lane in present:

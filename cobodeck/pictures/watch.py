@@ -1,4 +1,4 @@
-"""Makes the course of a run from what is known of each tick, and from the trace."""
+"""Builds the course of a run from the truth of each tick and from the trace."""
 
 from __future__ import annotations
 
@@ -25,17 +25,18 @@ class CourseWatch:
     def __init__(self, robot: RobotModel) -> None:
         self.truth: Truth = NOBODY
         self._footprint = robot.footprint
+        self._arm = None if robot.arm is None else arm_outline(robot)
         self._instants: list[Instant] = []
         self._requests: list[TouchRequest] = []
         self._deep: Pose3 | None = None
         self._end_s = 0.0
         self._judge = Evaluator(self, True)
-        if robot.arm is not None:
+        if self._arm is not None:
             self._judge.requests = RequestWatch(prop_of(robot))
-            self._judge.arm = ArmWatch(arm_outline(robot))
+            self._judge.arm = ArmWatch(self._arm)
 
     def watch(self, now_ns: int, truth: Truth | None) -> None:
-        """Take this instant; None: nobody knows anything of it."""
+        """Take this instant; None if nothing is known of it."""
         self._end_s = at_s = now_ns / 1e9
         if truth is None:
             return
@@ -46,7 +47,7 @@ class CourseWatch:
         base, body = truth.base, truth.body
         if base is not None:
             apart = None if body is None else gap(self._footprint, base, body.x, body.y)
-            self._instants.append(Instant(at_s, base, body, apart))
+            self._instants.append(Instant(at_s, base, body, apart, truth.joints))
 
     def _watch_request(self, at_s: float, deep: Pose3 | None, served: bool) -> None:
         if self._deep is not None:
@@ -81,11 +82,12 @@ class CourseWatch:
             frozenset(record.subject for record in records if record.kind == "move"),
             tuple(self._requests),
             None if contacts is None else tuple(contacts),
+            self._arm,
         )
 
 
 def used_charts(chart: Chart, library: Mapping[str, Chart]) -> dict[str, str]:
-    """The charts that a chart uses, by the paths of the nodes that use them, in document order."""
+    """Names of the used charts by the paths of the nodes that use them, in document order."""
     return dict(_used(chart.root, "", library))
 
 
@@ -100,7 +102,7 @@ def _used(node: Node, path: str, library: Mapping[str, Chart]) -> Iterator[tuple
 
 
 def spans_of(records: Iterable[TraceRecord], end_s: float) -> tuple[NodeSpan, ...]:
-    """When each node was entered and left; what is still running ends at `end_s`."""
+    """The span of each node from entry to exit; a running one ends at `end_s`."""
     found: list[NodeSpan] = []
     running: dict[str, int] = {}
     outcomes: dict[str, str] = {}

@@ -1,4 +1,4 @@
-"""Takes chunks of a file apart; one that holds more than it says is not unpacked to its end."""
+"""Unpacks the chunks of a file, never beyond the size that a chunk declares."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mcap.records import Chunk, McapRecord
 from mcap.stream_reader import breakup_chunk
 
 LARGEST = 64 << 20
-"""No chunk of ours is as large, bytes."""
+"""Larger chunks are refused, bytes; ours are smaller."""
 
 
 def records_of(chunk: Chunk) -> list[McapRecord]:

@@ -1,54 +1,35 @@
-"""How two records differ: in what was run, in what came out, and from which instant on.
+"""Compares two records: what was run, what came out, and when they begin to differ.
 
 Both are read once, side by side, tick by tick; neither is held.
 """
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import zip_longest
 from typing import Any
 
-from cobodeck.record.header import sha256
+from cobodeck.record.header_differences import HeaderDifference, header_differences
 from cobodeck.record.messages import trace_line, truth_again
 from cobodeck.record.reader import Group, Record
 from engine.trace import encode
 from hw.geometry import Pose2, wrap
 
 NEAR_M, NEAR_RAD = 1e-3, 1e-3
-"""Poses that are not farther apart are taken for the same."""
-LEFT_OUT = {"format", "began", "command", "given", "named", "charts", "files"}
-"""Entries that differ between any two runs, that stand in the header twice, or that stand apart."""
-WORDS = {"versions": "version of {}", "code": "code of {}", "parts": "part {}", "options": "{}"}
-"""What an entry inside another is called."""
+"""Poses within these tolerances count as equal, m, rad."""
 ASKED = {"chart", "scene", "robot", "user", "profile", "tier", "seed", "tick_hz"}
-"""Figures that say what was run; the headers have them."""
+"""Figures that say what was run; they are compared in the headers."""
 COMPUTING = {"wall_s", "realtime_factor", "left_out", "missed", "overruns", "signals"}
-"""Figures of the machine, and of what was left out on it; no part of what came out."""
-PROFILE_TEXT = "text of the profile"
-LINES = 3
-"""So many lines of a text are shown of each place of each of the two, and twice as many in all."""
+"""Figures of the computation, not of its result."""
 
 TraceLine = list[Any]
 """A record of the trace."""
 
 
 @dataclass(frozen=True, slots=True)
-class HeaderDifference:
-    """One entry of both headers that differs; `lines` of a text, of which `first` shows some."""
-
-    what: str
-    a: Any
-    b: Any
-    lines: int | None = None
-    first: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
 class Figure:
-    """A figure of both runs by its name in JSON, parts of it behind dots; None: it has none."""
+    """A figure of both runs by its dotted name in JSON; None where a run lacks it."""
 
     name: str
     a: Any
@@ -56,12 +37,12 @@ class Figure:
 
     @property
     def same(self) -> bool:
-        """Is it the same in both?"""
+        """Whether it is the same in both."""
         return encode(self.a) == encode(self.b)
 
     @property
     def computing(self) -> bool:
-        """Is it no part of what came out?"""
+        """Whether it belongs to the computation, not to its result."""
         return self.name.partition(".")[0] in COMPUTING
 
 
@@ -81,11 +62,11 @@ class Traces:
 
     @property
     def same(self) -> bool:
-        """Are they equal to their ends?"""
+        """Whether they are equal to their ends."""
         return self.at_ns is None
 
     def take(self, a: list[TraceLine], b: list[TraceLine]) -> None:
-        """The records of one instant, of which only one has any, or both."""
+        """Compare the records of one instant; one of the two may have none."""
         if self.at_ns is not None and self.a is not None and self.b is not None:
             return
         for one, other in zip_longest(a, b):
@@ -105,7 +86,7 @@ _Poses = tuple[Pose2 | None, Pose2 | None]
 
 @dataclass(slots=True)
 class Motions:
-    """From which instant on, ns, base and person are elsewhere, as far as both know the truth."""
+    """The instants, ns, from which base and person differ, where both records have the truth."""
 
     known: bool = False
     base: tuple[int, Pose2, Pose2] | None = None
@@ -113,7 +94,7 @@ class Motions:
     _poses: list[_Poses] = field(default_factory=lambda: [(None, None), (None, None)])
 
     def know(self, n: int, group: Group) -> None:
-        """What is known of A (0) or B (1) from this tick on."""
+        """Take the truth of A (0) or B (1) at this tick."""
         for found in group.of("truth"):
             truth = truth_again(found, None)
             self._poses[n] = truth.base, truth.body
@@ -130,7 +111,7 @@ class Motions:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """What there is to say of two records.
+    """The differences of two records.
 
     `ends_ns` are the instants of their last ticks, `altered_ns` of the first that was altered.
     """
@@ -144,7 +125,7 @@ class Comparison:
 
     @property
     def same(self) -> bool:
-        """Did the same come out, whatever it took to compute it?"""
+        """Whether the results are the same, whatever the computation took."""
         return self.traces.same and all(f.same or f.computing for f in self.figures)
 
 
@@ -174,14 +155,14 @@ def compare(a: Record, b: Record) -> Comparison:
         if None not in pair:
             motions.take(ends[0])
     figures = tuple(_figures(a.result or {}, b.result or {}))
-    headers = tuple(_headers(a, b))
+    headers = tuple(header_differences(a, b))
     return Comparison(headers, figures, traces, motions, tuple(ends), tuple(altered))
 
 
 def _together(
     a: Iterator[Group], b: Iterator[Group]
 ) -> Iterator[tuple[Group | None, Group | None]]:
-    """The ticks of both in the order of their instants; of equal instants both."""
+    """The ticks of both in the order of their instants; equal instants together."""
     one, other = next(a, None), next(b, None)
     while one is not None or other is not None:
         both = [group.ticked.at_ns for group in (one, other) if group is not None]
@@ -223,90 +204,3 @@ def _flat(found: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any
             yield from _flat(held, f"{before}{name}.")
         else:
             yield before + name, held
-
-
-# headers
-
-
-def _headers(a: Record, b: Record) -> Iterator[HeaderDifference]:
-    one, other = (dict(_entries(record.header)) for record in (a, b))
-    for what in dict.fromkeys((*one, *other)):
-        if one.get(what) != other.get(what):
-            yield HeaderDifference(what, one.get(what), other.get(what))
-    yield from _files(a, b)
-
-
-def _entries(header: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Each entry by its name in words."""
-    for name, held in header.items():
-        if name in LEFT_OUT:
-            continue
-        if not isinstance(held, Mapping):
-            yield name, held
-        elif {"name", "sha256"} <= set(held) <= {"name", "sha256", "values"}:
-            yield name, f"{held['name']} {held['sha256']}"
-            yield from held.get("values", {}).items()
-        else:
-            words = WORDS.get(name, f"{name} {{}}")
-            yield from ((words.format(key), part) for key, part in held.items())
-
-
-def _files(a: Record, b: Record) -> Iterator[HeaderDifference]:
-    """The charts and the profile that were run, wherever they lay; all other files by name."""
-    used = [_used(record) for record in (a, b)]
-    if not all(PROFILE_TEXT in files for files in used):  # one has a base, or values of its own
-        for files in used:
-            files.pop(PROFILE_TEXT, None)
-    apart = {file for files in used for file in files.values()}
-    one, other = (_read(*given, apart) for given in zip((a, b), used, strict=True))
-    for what in sorted({*one, *other}):
-        (before, mine), (after, its) = (found.get(what, (None, None)) for found in (one, other))
-        if before != after:
-            lines = () if mine is None or its is None else _differing(mine, its)
-            yield HeaderDifference(what, before, after, *lines)
-
-
-def _used(record: Record) -> dict[str, str]:
-    """The files of the charts and of the profile that were run, by what they are."""
-    header = record.header
-    found = {f"chart {name}": file for name, file in header["charts"].items()}
-    for file, told in _hashes(record).items():
-        if told == header["profile"]["sha256"]:
-            found[PROFILE_TEXT] = file
-    return found
-
-
-def _read(
-    record: Record, used: Mapping[str, str], apart: Container[str]
-) -> dict[str, tuple[str, list[str] | None]]:
-    """Hash and text of what is used, and of the files that are not kept apart."""
-    hashes = _hashes(record)
-    files = {**used, **{f"file {name}": name for name in hashes if name not in apart}}
-    return {what: (hashes[file], _lines(record, file)) for what, file in files.items()}
-
-
-def _hashes(record: Record) -> dict[str, str]:
-    attached = {name: sha256(data) for name, data in record.attachments.items()}
-    return {**attached, **record.header["files"]}
-
-
-def _lines(record: Record, name: str) -> list[str] | None:
-    """The text of an attached file; None if there is none, or it is no text."""
-    try:
-        return record.attachments[name].decode().splitlines()
-    except (KeyError, UnicodeDecodeError):
-        return None
-
-
-def _differing(a: list[str], b: list[str]) -> tuple[int, tuple[str, ...]]:
-    """How many lines differ, and some of them, from the first place on."""
-    found = difflib.SequenceMatcher(None, a, b, autojunk=False).get_opcodes()
-    places = [(a[i:j], b[k:m], i, k) for tag, i, j, k, m in found if tag != "equal"]
-    count = sum(max(len(mine), len(its)) for mine, its, _, _ in places)
-    if not places:
-        return 0, ("the ends of lines",)
-    shown: list[str] = []
-    for mine, its, i, k in places:
-        shown += [f"A {n}: {line.strip()}" for n, line in enumerate(mine[:LINES], i + 1)]
-        shown += [f"B {n}: {line.strip()}" for n, line in enumerate(its[:LINES], k + 1)]
-    return count, tuple(shown[: 2 * LINES])

@@ -1,4 +1,4 @@
-"""Where a replay has got to in its record, and what the record holds for the tick under way."""
+"""The position of a replay in its record, and what the record holds for the current tick."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ALTERED = "the messages of this tick are not those that were written"
 
 
 class ReplayMismatch(NamedTuple):
-    """The first thing that was not as recorded: when (ns), what, as it was, as it is."""
+    """The first difference from the record: when (ns), what, recorded value, replayed value."""
 
     at_ns: int
     what: str
@@ -35,7 +35,7 @@ class ReplayMismatch(NamedTuple):
 
 @dataclass(slots=True)
 class Fed:
-    """What a record holds for one tick; `samples` are refused ones, too."""
+    """What a record holds for one tick; `samples` include refused ones."""
 
     samples: list[Sample] = field(default_factory=list)
     commands: list[Mapping[str, Any]] = field(default_factory=list)
@@ -47,7 +47,7 @@ class Fed:
 
 
 class RecordFeed:
-    """Goes through a record from tick to tick; what cannot be read is a difference."""
+    """Steps through a record tick by tick; what cannot be read counts as a difference."""
 
     def __init__(self, groups: Iterator[Group]) -> None:
         self._groups = groups
@@ -57,10 +57,10 @@ class RecordFeed:
         self.fed = Fed()
         self.difference: ReplayMismatch | None = None
         if self.next is not None:
-            self.fed.truth = self._truth(self.next)  # how things are before the first tick
+            self.fed.truth = self._truth(self.next)  # the state before the first tick
 
     def move(self) -> Group | None:
-        """Go on to the next tick."""
+        """Step to the next tick."""
         self.now, self.next = self.next, next(self._groups, None)
         self.fed = Fed(truth=self.fed.truth)
         if self.now is not None:
@@ -110,16 +110,16 @@ class RecordFeed:
 
     @property
     def at_end(self) -> bool:
-        """Is the run over, but for what is closed then?"""
+        """Whether the run is over, except for closing."""
         return self.now is not None and self.now.ticked.kind == "end"
 
     @property
     def over(self) -> bool:
-        """Is no tick left, or is there a difference already?"""
+        """Whether no tick is left or a difference was found."""
         return self.difference is not None or self.next is None or self.at_end
 
     def differ(self, what: str, recorded: object, replayed: object) -> None:
-        """Something is not as recorded; only the first counts."""
+        """Note a difference from the record; only the first counts."""
         group = self.now or self.next
         if self.difference is None:
             at = 0 if group is None else group.ticked.at_ns

@@ -1,4 +1,4 @@
-"""What a record says of its run: what was given, what was there, hashes of what was read."""
+"""The header of a record: what was requested, what was there, hashes of what was read."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cobodeck.loop import Loop
 from cobodeck.named_files import KINDS
 from cobodeck.options import Options
 from cobodeck.record.sink import behind_record
-from cobodeck.wiring import Setup
+from cobodeck.setup import Setup
 from engine.files.finding import FileError
 from engine.files.named import own_files
 from engine.files.text import noted, read_bytes
@@ -32,13 +32,13 @@ LIBRARIES = (
 REPLAY = "replay"
 """The kind of plant that is a record."""
 LARGEST = 2 << 20
-"""Larger files are known by their hash alone, bytes."""
+"""Larger files are not attached, only hashed, bytes."""
 LARGEST_READ = 1 << 28
-"""Files that are larger still are not looked at again, bytes."""
+"""Still larger files are not read again, bytes."""
 
 
 def kind_of(options: Options) -> str:
-    """What kind of plant a run is on."""
+    """The kind of plant that a run is on."""
     if options.tier == 0:
         return "logic"
     if options.connection is not None:
@@ -115,12 +115,12 @@ def _connection(setup: Setup) -> dict[str, Any] | None:
 
 
 def read_files() -> list[tuple[Path, bytes]]:
-    """What has been read so far, but for what says which packages are installed."""
+    """All files read so far, except the lists of installed entry points."""
     return [(path, data) for path, data in noted().items() if path.name != "entry_points.txt"]
 
 
 def _of_person(options: Options) -> dict[str, str]:
-    """The hash of the record that the person comes from; it may be too large to be kept."""
+    """The hash of the record that the person comes from; it may be too large to attach."""
     if options.user is None or behind_record(options.user) is None:
         return {}
     with Path(options.user).open("rb") as stream:
@@ -137,7 +137,7 @@ def _plain(options: Options) -> dict[str, Any]:
 
 
 def attachments(setup: Setup) -> dict[str, bytes]:
-    """The texts of all files that were read but recorded walks, by their labels."""
+    """The texts of all files read, except recorded walks, by their labels."""
     found = {
         label(path): data
         for path, data in read_files()
@@ -150,7 +150,7 @@ def attachments(setup: Setup) -> dict[str, bytes]:
 
 
 def label(path: Path) -> str:
-    """A file as a record names it: those that come with the program from its folder on."""
+    """The name of a file in records; shipped ones are relative to the program's folder."""
     try:
         return path.resolve().relative_to(ROOT).as_posix()
     except ValueError:
@@ -163,7 +163,7 @@ def sha256(data: bytes) -> str:
 
 
 def versions() -> dict[str, str]:
-    """Of Python and of what computes."""
+    """The versions of Python and of the numeric libraries."""
     found = {"python": platform.python_version()}
     for name in LIBRARIES:
         try:
@@ -196,7 +196,7 @@ def _folder_sha256(folder: Path) -> str:
 def header_of_replay(
     then: Mapping[str, Any], setup: Setup, command: Iterable[str], began: str
 ) -> dict[str, Any]:
-    """What was run once, by the code and on the machine of today."""
+    """The header of a replay: what was run then, with the present code and machine."""
     return {
         **then,
         "began": began,
@@ -209,7 +209,7 @@ def header_of_replay(
 
 
 def changes(then: Mapping[str, Any], setup: Setup) -> list[str]:
-    """What of versions, machine, code and files is not as it was in an earlier run, in words."""
+    """Which versions, machine, code and files differ from those of an earlier run, in words."""
     now = {"versions": versions(), "machine": machine(), "code": code(setup)}
     found = []
     for name, values in now.items():
@@ -227,7 +227,7 @@ def changes(then: Mapping[str, Any], setup: Setup) -> list[str]:
 
 
 def _hashes_of(name: str) -> set[str]:
-    """What a file of this name holds now, seen from the program and from the present folder."""
+    """Hashes of the present files of this name, in the program's folder and the present one."""
     found = set()
     for file in (ROOT / name, Path(name)):
         with suppress(FileError):
@@ -241,5 +241,5 @@ def _short(value: Any) -> str:
 
 
 def machine() -> dict[str, str]:
-    """What it runs on."""
+    """The present machine."""
     return {"platform": platform.platform(), "processor": platform.machine()}

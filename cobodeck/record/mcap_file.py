@@ -1,4 +1,4 @@
-"""A record as an MCAP file while it is written; a chunk of it ends with about each second."""
+"""A record as an MCAP file being written; about every second a chunk ends."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from cobodeck.record.schemas import MessageSchema
 from cobodeck.record.sink import Sink
 
 FLUSH_NS = 900_000_000
-"""After so much time of the run a chunk ends with the tick: a kill loses less than a second."""
+"""Run time after which a chunk ends with the tick, ns: a kill loses less than a second."""
 CHUNK_BYTES = 16 << 20
-"""Chunks end by time, not by size; this is only a bound."""
+"""Upper bound of a chunk, bytes; chunks end by time."""
 
 
 WriteBytes = Callable[[bytes, int], None]
-"""Writes a message: its bytes, its time in the file, ns."""
+"""Writes a message, given its bytes and its time in the file, ns."""
 
 
 class McapFile:
@@ -68,12 +68,12 @@ class McapFile:
         return channel.base.log  # without the checks of `channel.log`, which take as long again
 
     def end_tick(self, now_ns: int) -> None:
-        """A tick is written; from time to time it ends a chunk."""
+        """A tick has been written; now and then it ends a chunk."""
         if self.saved_ns is None or now_ns - self.saved_ns >= FLUSH_NS:
             self._writer.flush()
             if self._sink.error is None:
                 self.saved_ns = now_ns
 
     def close(self) -> None:
-        """Write what is left, and the summary."""
+        """Write the rest and the summary."""
         self._writer.close()

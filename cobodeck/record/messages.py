@@ -1,4 +1,4 @@
-"""The messages of a record that are no samples: calls, commands, errors, cycles, truth."""
+"""The messages of a record other than samples: calls, commands, errors, cycles, truth."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Replaced = Callable[[Mapping[str, Any]], Machine]
 ERROR_LEVEL = 4
 """Of foxglove.Log."""
 DETAILS = {"outcome": 1, "exit": 1, "move": 3, "data": 2, "error": 1, "note": 1}
-"""So many details has a record of the trace at least; see `engine.trace.TraceRecord`."""
+"""Least number of details of a trace record by kind; see `engine.trace.TraceRecord`."""
 
 
 def call_text(part: str, what: str, args: str, answer: object, raised: object) -> str:
@@ -71,7 +71,7 @@ def _made_up(name: str) -> type[Exception]:
 
 
 def failure_text(part: str, error: BaseException) -> str:
-    """What a part has raised by itself."""
+    """An exception that a part has raised outside of any call."""
     return f'{{"part":{quoted(part)},"raised":{raised_text(error)}}}'
 
 
@@ -83,7 +83,7 @@ def log_text(error: Raised) -> str:
 
 
 def trace_line(found: Mapping[str, Any]) -> list[Any]:
-    """A record of the trace: time in ns, kind, subject, and what else belongs to it.
+    """A record of the trace: time in ns, kind, subject, details.
 
     Raises:
         ValueError: it is none.
@@ -97,7 +97,7 @@ def trace_line(found: Mapping[str, Any]) -> list[Any]:
 
 
 def command_text(command: Command) -> str:
-    """An operator's command; of a change of the chart the texts of the new ones."""
+    """An operator's command; a change of the chart carries the texts of the new charts."""
     if isinstance(command, Replace):
         arguments = text(replacement(command))
     else:
@@ -116,7 +116,7 @@ def replacement(command: Replace) -> dict[str, Any]:
 
 
 def defaults(chart: Chart) -> dict[str, Any]:
-    """The values of its parameters that need not be given."""
+    """The defaults of its parameters."""
     return {p.name: p.default for p in chart.parameters.values() if not p.required}
 
 
@@ -180,7 +180,7 @@ _CYCLE = ("separation", "needed", "allowed", "user_speed", "user_age", "reasons"
 
 
 class TruthWriter:
-    """Writes where everything truly is; remembers the last time, as much stays as it was."""
+    """Writes the ground truth, and only what has changed since the last message."""
 
     def __init__(self) -> None:
         self._held: tuple[object, ...] = (self,) * len(Truth._fields)  # no truth has it
@@ -196,7 +196,7 @@ class TruthWriter:
 
 
 def truth_again(found: Mapping[str, Any], before: Truth | None) -> Truth:
-    """The truth again; what is as before is the same object.
+    """The truth as before; what has not changed is the same object.
 
     Raises:
         TypeError: it is none.

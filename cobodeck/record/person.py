@@ -1,4 +1,4 @@
-"""The person of a record, to walk beside a simulated robot."""
+"""The person of a record, walking beside a simulated robot."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ POSE, REQUEST = "user.pose", "vr.haptic_request"
 
 
 def recalled(source: str, room: Room, requests: int | None, stretch_m: float | None) -> Recalled:
-    """The person of a record, in a room; all else that may be asked of people is refused.
+    """The person of a record, in a room; options that only other people have are refused.
 
     Raises:
         Problem: something is asked of them that they did not do then; FileError: the record
@@ -41,7 +41,7 @@ def recalled(source: str, room: Room, requests: int | None, stretch_m: float | N
 
 
 def past(record: Record) -> Past:
-    """What a record knows of the person: true places where there are some, else measured ones.
+    """What a record knows of the person: true poses where it has them, else measured ones.
 
     Raises:
         FileError: the record cannot be read, or nobody is in it.
@@ -61,7 +61,7 @@ def past(record: Record) -> Past:
 
 
 class _Reading:
-    """Gathers what a record knows of the person; samples that did not flow come from the truth."""
+    """Collects what a record knows of the person; missing samples are made from the truth."""
 
     def __init__(self, record: Record) -> None:
         self.until_ns = 0

@@ -18,9 +18,9 @@ from hw.samples import Sample
 from hw.truth import Truth
 
 KEPT = 4096
-"""Cycles of the safety chain that wait to be read."""
+"""Number of unread cycles of the safety chain that are kept."""
 RECORD = "(record)"
-"""The part that gives all samples; no other has such a name."""
+"""The name of the part that provides all samples; no other part can have it."""
 
 
 class Recorded:
@@ -44,22 +44,22 @@ class Recorded:
 
     @property
     def truth(self) -> Truth | None:
-        """Where everything truly was."""
+        """The recorded ground truth."""
         return self._feed.fed.truth
 
     @property
     def failures(self) -> list[tuple[str, Exception]]:
-        """What parts had raised by the end of this tick."""
+        """Exceptions of parts by the end of this tick."""
         found, self._failures = self._failures, []
         return found
 
     @property
     def finished(self) -> bool:
-        """Is the record at its end?"""
+        """Whether the record is at its end."""
         return self._feed.over
 
     def advance(self, to_ns: int) -> None:
-        """Know what was known at this instant; in virtual time it is that of the next tick."""
+        """Take the state of this instant; in virtual time it is that of the next tick."""
         feed = self._feed
         group = feed.now if self.paced else feed.move()
         if group is None or (not self.paced and group.ticked.at_ns != to_ns):
@@ -68,7 +68,7 @@ class Recorded:
         self.take()
 
     def take(self) -> None:
-        """Know what was known in this tick, but for the truth."""
+        """Take what is recorded for this tick, except the truth."""
         fed = self._feed.fed
         if self.cycles is not None:
             for cycle in fed.cycles:
@@ -88,19 +88,19 @@ class Recorded:
 
 
 class Samples(Inert):
-    """The part that gives all samples again."""
+    """The part that provides all recorded samples."""
 
     def __init__(self, signals: tuple[str, ...], feed: RecordFeed) -> None:
         super().__init__(signals)
         self._feed = feed
 
     def samples(self, now_ns: int) -> tuple[Sample, ...]:  # noqa: ARG002  the feed knows
-        """Those of this tick, refused ones too."""
+        """The samples of this tick, refused ones included."""
         return tuple(self._feed.fed.samples)
 
 
 class RecordedPart:
-    """In place of a part: answers as it was recorded, if it is called as it was recorded."""
+    """Replaces a part: answers as recorded, if it is called as recorded."""
 
     def __init__(self, name: str, feed: RecordFeed) -> None:
         vars(self).update(_name=name, _feed=feed)
@@ -148,7 +148,7 @@ def call_of(found: Mapping[str, Any]) -> str:
 
 
 class RecordedClock:
-    """A clock that tells the recorded instants, one after the other."""
+    """A clock that returns the recorded instants in order."""
 
     waits: ClassVar[bool] = True
 
@@ -161,4 +161,4 @@ class RecordedClock:
         return until_ns if group is None else group.ticked.at_ns
 
     def wake(self) -> None:
-        """Nobody sleeps."""
+        """Nothing sleeps."""

@@ -1,4 +1,4 @@
-"""Reads records, whole ones and those that break off.
+"""Reads records, complete and incomplete ones.
 
 A record is read from its beginning, chunk by chunk, as far as it is whole: of one that was broken
 off all but the last second is there. What follows the last tick belongs to none and is dropped.
@@ -28,9 +28,9 @@ from engine.files.finding import mistake
 from engine.files.text import unreadable
 
 LARGEST = 1 << 28
-"""No attachment of ours is as large, bytes."""
+"""Larger attachments are refused, bytes; ours are smaller."""
 MOST = 1 << 18
-"""No tick of ours has as many messages."""
+"""Ticks with more messages are refused; ours have fewer."""
 
 
 class RecordedMessage(NamedTuple):
@@ -107,7 +107,7 @@ class Record:
             raise mistake(self.path, f"is no record of a run: its header has no right {wrong!r}")
 
     def groups(self) -> Iterator[Group]:
-        """Its ticks, in order, up to the last one that is whole."""
+        """Its ticks in order, up to the last complete one."""
         told: list[RecordedMessage] = []
         crc = 0
         for found in self._records():
@@ -131,7 +131,7 @@ class Record:
                 told.clear()
 
     def figures(self) -> Mapping[str, Any] | None:
-        """The figures at the end of a whole file, by its index; None: the run did not end."""
+        """The figures at the end of a complete file, by its index; None if the run did not end."""
         try:
             with self.path.open("rb") as stream:
                 found = [m for m in make_reader(stream).iter_metadata() if m.name == "result"]
@@ -140,17 +140,17 @@ class Record:
             return None
 
     def require_ticks(self) -> None:
-        """Look that there is something to go by.
+        """Check that the record has ticks.
 
         Raises:
             FileError: no tick is whole.
         """
         if next(self.groups(), None) is None:
-            raise mistake(self.path, f"no tick of it is whole: {self.broken or 'it has none'}")
+            raise mistake(self.path, f"no complete tick: {self.broken or 'it has none'}")
 
     @contextmanager
     def understood(self, group: Group) -> Iterator[None]:
-        """Within it, whatever cannot be done with the messages of a tick is told of the file.
+        """A context that reports any failure on the messages of a tick as one of the file.
 
         Raises:
             FileError: something was raised within.
@@ -163,7 +163,7 @@ class Record:
             raise mistake(self.path, told) from None
 
     def _records(self) -> Iterator[object]:
-        """All that is whole in the file: `RecordedMessage`, `MetadataValues` and other records."""
+        """Everything intact in the file: `RecordedMessage`, `MetadataValues` and other records."""
         if self.path.exists() and not self.path.is_file():  # a pipe would be waited for
             raise mistake(self.path, "cannot be read: it is no regular file")
         try:
@@ -198,7 +198,7 @@ class Record:
 
 
 def _checksums(told: Iterable[RecordedMessage], crc: int) -> Iterator[int]:
-    """The checksum of a tick's messages as they are, and as they are once they are set as ours."""
+    """The checksum of a tick's messages as they are, and as they are in our JSON layout."""
     for again in (lambda one: one.data, _set_again):
         found = crc
         for one in told:
@@ -210,7 +210,7 @@ def _checksums(told: Iterable[RecordedMessage], crc: int) -> Iterator[int]:
 
 
 def _set_again(told: RecordedMessage) -> bytes:
-    """The message with the spaces of ours, whoever has copied it; as it is if it is no JSON."""
+    """The message in our JSON layout, whatever wrote it; unchanged if it is not JSON."""
     if told.schema == "foxglove.LaserScan":
         return told.data
     ascii_only = told.topic != "trace"
@@ -222,7 +222,7 @@ def _set_again(told: RecordedMessage) -> bytes:
 
 
 class _Messages:
-    """Takes chunks apart; topics and schemas are told once, in the first chunk that needs them."""
+    """Unpacks chunks; topics and schemas are stated once, in the first chunk that needs them."""
 
     def __init__(self, schemas: dict[str, MessageSchema]) -> None:
         self._schemas = schemas
@@ -230,7 +230,7 @@ class _Messages:
         self._channels: dict[int, tuple[str, str]] = {}
 
     def taken(self, record: object) -> Iterator[object]:
-        """A record, of which schemas and topics are kept, and messages become `RecordedMessage`."""
+        """Keep schemas and topics, and turn messages into `RecordedMessage`."""
         if isinstance(record, Schema):
             self._names[record.id] = record.name
             self._schemas[record.name] = MessageSchema(record.name, record.encoding, record.data)

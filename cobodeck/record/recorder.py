@@ -1,4 +1,4 @@
-"""Writes a run down while it goes on; asks for nothing, takes what flows.
+"""Records a run while it goes on; requests nothing, takes what flows.
 
 The messages of a tick stand together and the `tick` closes them, so that a file that breaks off
 is whole up to a tick. A chunk of the file ends with each second of the run: a kill loses no more.
@@ -36,7 +36,7 @@ from hw.truth import Truth
 
 
 class RunDescription(NamedTuple):
-    """What is run, as values that JSON has; texts that belong to it, by name; what stands there."""
+    """What is run, as JSON values; attached texts by name; the scene for viewers."""
 
     header: Mapping[str, Any]
     attachments: Mapping[str, bytes]
@@ -49,7 +49,7 @@ Describe = Callable[[Loop], RunDescription]
 class Recorder:
     """Writes one record; see the module.
 
-    Whatever keeps it from writing, full disks included, is told once, and the run goes on.
+    Whatever prevents writing, a full disk included, is reported once, and the run goes on.
 
     Args:
         sink: the file.
@@ -74,7 +74,7 @@ class Recorder:
     # what flows
 
     def attend(self, loop: Loop) -> None:
-        """Take what flows in a loop from now on, before its first tick."""
+        """Record what flows in a loop from now on; call it before the first tick."""
         self._loop = loop
         loop.taps = (*loop.taps, self)
         loop.observers = (*loop.observers, self)
@@ -91,11 +91,11 @@ class Recorder:
             self._log("scene", schemas.SCENE, scene)
 
     def tap(self, name: str, part: Any) -> Any:
-        """A part in front of which each call by a state is written down."""
+        """A wrapper of a part that records each call by a state."""
         return Tapped(name, part, self.call)
 
     def sample(self, sample: Sample, now_ns: int, refused: str | None) -> None:
-        """A sample has arrived; `refused`: why it was not let in."""
+        """A sample has arrived; `refused`: why it was refused, if it was."""
         self._now = now_ns
         self._guarded(lambda: self._sample(sample, refused))
 
@@ -112,13 +112,13 @@ class Recorder:
         self._write(TOPIC + name, kind, data)
 
     def call(self, part: str, what: str, args: str, answer: object, error: object) -> None:
-        """A state has called a part; `args` are JSON already, the rest is what came of it."""
+        """A state has called a part; `args` are JSON already; then its answer and exception."""
         self._guarded(
             lambda: self._log("parts", schemas.CALL, call_text(part, what, args, answer, error))
         )
 
     def failed(self, part: str, error: BaseException) -> None:
-        """A part has raised by itself."""
+        """A part has raised outside of any call."""
         self._guarded(lambda: self._log("failures", schemas.FAILURE, failure_text(part, error)))
 
     def watch(self, now_ns: int) -> None:
@@ -170,7 +170,7 @@ class Recorder:
         self._errors_read = len(run.errors)
 
     def finish(self, figures: Mapping[str, Any] | None = None) -> Path | None:
-        """Write the figures, if there are some, and give the file its name; None: it failed."""
+        """Write the figures, if any, and give the file its name; None if that failed."""
         if figures is not None:
             self._guarded(lambda: self._file.write_metadata("result", figures))
         self._guarded(self._file.close)
@@ -181,7 +181,7 @@ class Recorder:
         return path
 
     def give_up(self) -> None:
-        """There is no run after all: leave no file."""
+        """The run did not take place; leave no file."""
         self._guarded(self._file.close)
         self._sink.remove()
 
@@ -203,7 +203,7 @@ class Recorder:
         write(data, self._now)
 
     def _guarded(self, act: Callable[[], object]) -> None:
-        """Whatever goes wrong, the run goes on."""
+        """Whatever fails, the run goes on."""
         if self._broken:
             return
         try:

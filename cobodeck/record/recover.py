@@ -1,4 +1,4 @@
-"""Makes whole what is left of a record that was broken off or damaged, up to a tick."""
+"""Recovers a record that was cut off or damaged, up to the last intact tick."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Extent:
 
 
 def extent(record: Record) -> Extent:
-    """Read a record to its end, or to the first tick whose messages are not all there."""
+    """Read a record to its end, or to the first tick whose messages are not complete."""
     groups, ticks, end_ns, altered = 0, 0, None, None
     for group in record.groups():
         if group.altered:
@@ -44,9 +44,9 @@ def extent(record: Record) -> Extent:
 
 
 def recover(record: Record, found: Extent, sink: Sink) -> None:
-    """Write what is whole anew, byte by byte the same messages, and that it was recovered.
+    """Write the intact messages, byte by byte the same, and that they were recovered.
 
-    What goes wrong while writing stands in `sink.error`.
+    `sink.error` has what went wrong while writing.
     """
     file = McapFile(sink)
     file.begin(record.header, record.attachments)

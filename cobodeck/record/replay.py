@@ -1,8 +1,7 @@
-"""Does a run again from its record: the record is the plant of the loop.
+"""Replays a run from its record: the record is the plant of the loop.
 
-Samples, ticks, commands and what parts answered are fed again as they were recorded; the trace,
-the kinds and times of ticks, and the calls of parts have to come out equal. The first difference
-ends it.
+Samples, ticks, commands and answers of parts are fed as they were recorded; the trace, the kinds
+and times of ticks, and the calls of parts must come out equal. The first difference ends it.
 """
 
 from __future__ import annotations
@@ -32,7 +31,8 @@ from cobodeck.record.messages import (
 from cobodeck.record.plant import RECORD, Recorded, RecordedClock, RecordedPart, call_of
 from cobodeck.record.reader import Record
 from cobodeck.record.values import value
-from cobodeck.wiring import Setup, ValueTap, open_setup, wire
+from cobodeck.setup import Setup, open_setup
+from cobodeck.wiring import ValueTap, wire
 from engine.clock import TickGrid
 from engine.files.finding import FileError, mistake
 from engine.files.named import with_own_files
@@ -46,7 +46,7 @@ from hw.connection import load_connection
 
 @dataclass(slots=True)
 class ReplayChecker:
-    """Gives commands when they took effect, and compares what comes out.
+    """Issues commands when they took effect, and compares the results.
 
     `ticks`, `calls` of parts and `records` of the trace are counted.
     """
@@ -61,7 +61,7 @@ class ReplayChecker:
     _read: int = 0
 
     def watch(self, now_ns: int) -> None:  # noqa: ARG002
-        """Give the commands of this tick."""
+        """Issue the commands of this tick."""
         for found in self.feed.fed.commands:
             try:
                 arguments = value(found["arguments"])
@@ -80,7 +80,7 @@ class ReplayChecker:
         """As recorded."""
 
     def tick(self, ticked: Ticked) -> None:
-        """Compare a tick that is over."""
+        """Compare a finished tick."""
         feed, group = self.feed, self.feed.now
         if group is None:
             return
@@ -117,12 +117,12 @@ def _shown(t: Ticked) -> str:
 
 
 def counts(line: str) -> bool:
-    """Is a line of the trace part of its hash?"""
+    """Whether a line of the trace is part of its hash."""
     return json.loads(line)[1] not in ("note", "tick")
 
 
 def written_setup(record: Record, known: Catalogue) -> Setup:
-    """What was run, from the texts in the record; its charts may name what is not `known`.
+    """The recorded setup, from the texts in the record; its charts may name unknown states.
 
     Raises:
         FileError: a text is wrong.
@@ -152,7 +152,7 @@ def _own_files(header: Mapping[str, Any], kind: str) -> Mapping[str, Path]:
 
 
 def texts_of(record: Record) -> dict[Path, bytes]:
-    """What the files of a run held, by where they stand today and by where they stood."""
+    """The contents of a run's files, by their present paths and by their recorded ones."""
     texts = record.attachments
     files = {ROOT / name: held for name, held in texts.items()}
     return files | {Path(name): held for name, held in texts.items()}
@@ -179,13 +179,13 @@ def _written_charts(record: Record) -> Library:
 
 
 def setup_of(record: Record, known: Catalogue | None = None) -> Setup:
-    """What was run, from the texts in the record and the code of today.
+    """The recorded setup, from the texts in the record and with the present code.
 
-    What its charts may name is `known`, by default all there is around the present folder: it is
-    not for a record to say what code is imported.
+    `known` is what its charts may name, by default everything around the present folder: a record
+    does not decide which code is imported.
 
     Raises:
-        Problem: states that it needs are not there, or others; FileError: a text is wrong.
+        Problem: states that it needs are missing or have changed; FileError: a text is wrong.
     """
     known = known or catalogue()
     setup = written_setup(record, known)
@@ -201,13 +201,13 @@ def setup_of(record: Record, known: Catalogue | None = None) -> Setup:
     errors = [f for f in findings_of(library, known, files) if f.severity == "error"]
     if errors:
         told = text(errors, library.sources).rstrip()
-        raise Problem(f"{record.path}: cannot run with the states of today\n{told}", FAILED)
+        raise Problem(f"{record.path}: cannot run with the present states\n{told}", FAILED)
     return setup
 
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """A replay that is ready to go."""
+    """A replay, ready to run."""
 
     loop: Loop
     checker: ReplayChecker
@@ -215,7 +215,7 @@ class Replay:
 
     @property
     def difference(self) -> ReplayMismatch | None:
-        """The first one, so far."""
+        """The first difference so far."""
         return self.checker.feed.difference
 
 
@@ -225,9 +225,9 @@ def stage_replay(
     """Everything for a replay, before its first tick.
 
     Args:
-        record: what to do again.
-        setup: as of `setup_of`, if it is there already.
-        around: stands in front of the parts that states are given, as of `wire`.
+        record: what to replay.
+        setup: that of `setup_of`, if it exists already.
+        around: wraps the parts that states are given, as in `wire`.
 
     Raises:
         Problem, FileError: as of `setup_of`.

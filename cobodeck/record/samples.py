@@ -26,7 +26,7 @@ BODY, HEAD, HANDS = "user", "user_head", ("user_left_hand", "user_right_hand")
 
 
 def kind_of(name: str, value: object) -> str:
-    """By which schema a sample is written."""
+    """The schema by which a sample is written."""
     kind = _KINDS.get(name)
     if kind is None or type(value) is not kind:
         return "cobodeck.Value"
@@ -146,7 +146,7 @@ _WRITERS: Mapping[str, Callable[[Any], Callable[[str, str], str]]] = {
 
 
 class SampleReader:
-    """Reads the samples of one signal; repeats are the object that was there before."""
+    """Reads the samples of one signal; a repeat is the very object of the sample before."""
 
     def __init__(self, name: str) -> None:
         self._name = name

@@ -1,4 +1,4 @@
-"""What stands in a scene, for viewers: walls, and the shapes of robot and person."""
+"""A scene for viewers: walls, objects, and the shapes of robot and person."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NOW = {"sec": 0, "nsec": 0}
 def scene_update(scene: Scene, footprint: Footprint) -> str:
     """A foxglove.SceneUpdate with all that a viewer needs besides the transforms.
 
-    Objects stand where they first are.
+    Objects are drawn at their initial places.
     """
     room = scene.room
     walls = [_loop(ring) for ring in (room.outer, *room.obstacles)]

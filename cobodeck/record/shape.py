@@ -1,4 +1,4 @@
-"""What the header of a record holds; it may come from anybody."""
+"""The schema of a record's header; records may come from anywhere."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ HEADER["properties"] |= {
 
 
 def misfit(header: Mapping[str, Any]) -> str | None:
-    """The first entry that is missing or not of its kind, by its name; None: all fit."""
+    """The name of the first entry that is missing or of a wrong type; None if all fit."""
     from jsonschema import Draft202012Validator
     from jsonschema.exceptions import best_match
 

@@ -1,4 +1,4 @@
-"""The file of a record while it is written: never in the way of a run, never over an older file."""
+"""The file of a record being written: it never stops a run and never overwrites a file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 
 ENDING = ".mcap"
 PART = ".part"
-"""The ending of a file that is still being written."""
+"""The suffix of an unfinished file."""
 _PERSON = re.compile(rf".+?{re.escape(ENDING)}({re.escape(PART)})?(?P<behind>[#@].*)?")
 
 
@@ -23,16 +23,16 @@ def behind_record(source: str) -> str | None:
 
 
 def is_record(path: Path | str) -> bool:
-    """Is this the name of a record, or of one that is not finished?"""
+    """Whether this is the name of a record, finished or not."""
     return str(path).endswith((ENDING, ENDING + PART))
 
 
 class Taken(Exception):
-    """There is such a file already."""
+    """The file exists already."""
 
 
 def require_free(path: Path) -> None:
-    """Look that there is no such file, and no link either.
+    """Check that there is neither such a file nor such a link.
 
     Raises:
         Taken: there is.
@@ -42,7 +42,7 @@ def require_free(path: Path) -> None:
 
 
 class Sink:
-    """A file that is written under a temporary name, and named when it is whole.
+    """A file that is written under a temporary name and renamed when it is complete.
 
     What goes wrong while writing stands in `error`; from then on it only counts positions, so that
     whoever writes goes on. The temporary file stays: `cobodeck recover` reads what is in it.
@@ -66,7 +66,7 @@ class Sink:
             raise Taken(f"{self.part} exists: {told}") from None
 
     def write(self, data: bytes | bytearray) -> int:
-        """Write all of it, as far as anybody can tell."""
+        """Write all of it; failures are noted in `error`, not raised."""
         size = len(data)
         try:
             left = memoryview(data)
@@ -79,7 +79,7 @@ class Sink:
         return size
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        """Go to a position."""
+        """Seek to a position."""
         start = (0, self._position, self._end)[whence]
         self._position = start + offset
         if self.error is None:
@@ -87,14 +87,14 @@ class Sink:
         return self._position
 
     def tell(self) -> int:
-        """Where it is."""
+        """The present position."""
         return self._position
 
     def flush(self) -> None:
-        """Nothing is kept back."""
+        """Do nothing; nothing is buffered."""
 
     def finish(self) -> Path | None:
-        """Give the whole file its name, the next one that is free; None if it is not whole."""
+        """Rename the complete file to the next free name; None if it is incomplete."""
         try:
             if self.error is None:
                 os.fsync(self._file.fileno())
@@ -110,14 +110,14 @@ class Sink:
             return None
 
     def close(self) -> None:
-        """Write no more; what there is keeps its temporary name."""
+        """Stop writing; the file keeps its temporary name."""
         try:
             self._file.close()
         except OSError as error:
             self.error = self.error or error
 
     def remove(self) -> None:
-        """Leave nothing behind."""
+        """Remove the file."""
         self.close()
         with suppress(OSError):
             self.part.unlink()
@@ -125,7 +125,7 @@ class Sink:
     def _named(self) -> Path:
         for path in numbered(self.path):
             try:
-                os.link(self.part, path)  # unlike a renaming, never over another file
+                os.link(self.part, path)  # unlike a rename this never replaces a file
             except FileExistsError:
                 continue
             except OSError:  # a file system without links
@@ -146,7 +146,7 @@ def _make_folder(folder: Path) -> None:
 
 
 def numbered(path: Path, ending: str | None = None) -> Iterator[Path]:
-    """A path, and others for when it is taken: `run.mcap`, `run-2.mcap` and so on.
+    """A path, then alternatives if it is taken: `run.mcap`, `run-2.mcap` and so on.
 
     `ending`: what comes after the number, by default the last ending of the name.
     """
@@ -157,7 +157,7 @@ def numbered(path: Path, ending: str | None = None) -> Iterator[Path]:
 
 
 def open_free(path: Path, ending: str | None = None) -> Sink:
-    """A sink of the first name that is free; see `numbered`.
+    """A sink for the first free name; see `numbered`.
 
     Raises:
         OSError: it cannot be made.

@@ -1,4 +1,4 @@
-"""Begins records, under names that tell the runs apart."""
+"""Starts records, under names that distinguish the runs."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from cobodeck.record.reader import Record
 from cobodeck.record.recorder import Describe, Recorder, RunDescription
 from cobodeck.record.scenery import scene_update
 from cobodeck.record.sink import ENDING, Sink, Taken, open_free
-from cobodeck.wiring import Setup
+from cobodeck.setup import Setup
 
 TellLine = Callable[[str], None]
 FOLDER = Path("out")
 _LONGEST = 30
-"""Letters of each part of a default name; file systems take 255 bytes in all."""
+"""Longest part of a default name, in letters; file systems allow 255 bytes in all."""
 
 
 def default_name(setup: Setup, options: Options, at: datetime) -> str:
@@ -38,10 +38,10 @@ def default_name(setup: Setup, options: Options, at: datetime) -> str:
 def recorder(
     setup: Setup, options: Options, path: Path | None, at: datetime, tell: TellLine
 ) -> Recorder | None:
-    """A recorder of a run, by default in `out/`; None, and why, where no file can be made.
+    """A recorder of a run, by default in `out/`; None, with a message, if no file can be made.
 
     Raises:
-        Problem: the file asked for exists.
+        Problem: the requested file exists.
     """
 
     def describe(loop: Loop) -> RunDescription:

@@ -1,4 +1,4 @@
-"""In front of the parts of a run: what states do to them, and what comes of it."""
+"""Wrappers of the parts of a run that report what states call, and the results."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Any
 from cobodeck.record.messages import arguments_text
 
 Told = Callable[[str, str, str, object, object], None]
-"""Is given part, what was called, its arguments as JSON, the answer, and what was raised."""
+"""Takes part, method, arguments as JSON, answer, and exception."""
 
 
 class Tapped:
-    """A part; each call of its methods is told, and each look at another attribute of it."""
+    """A part of which every method call and every attribute access is reported."""
 
     def __init__(self, name: str, part: Any, tell: Told) -> None:
         vars(self).update(_name=name, _part=part, _tell=tell)

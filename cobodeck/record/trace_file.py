@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from cobodeck.record.sink import Sink
+from cobodeck.setup import Setup
 from cobodeck.simulate import RunResult
-from cobodeck.wiring import Setup
 
 FORMAT = "cobodeck trace 1"
 ENDING = ".trace.jsonl"
@@ -46,7 +46,7 @@ def own_version() -> str:
 
 
 def write(sink: Sink, setup: Setup, result: RunResult) -> Path | None:
-    """Write the trace file; where it is. None: `sink.error` says why, and nothing is left."""
+    """Write the trace file; returns its path. None: `sink.error` says why; no file is left."""
     first = json.dumps(header(setup, result.figures), ensure_ascii=False)
     lines = (first, *result.wired.run.trace.lines())
     sink.write("".join(f"{line}\n" for line in lines).encode())

@@ -1,4 +1,4 @@
-"""What was tried before, out of records, and whether that is enough for a real robot."""
+"""What records show was tried before, and whether that is enough for a real robot."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from cobodeck.named_files import kind_of
 from cobodeck.record.header import code, label, read_files, sha256
 from cobodeck.record.reader import Record
 from cobodeck.record.start import FOLDER
-from cobodeck.wiring import PROFILE, TICK_HZ, Setup
+from cobodeck.setup import PROFILE, TICK_HZ, Setup
 from engine.files.finding import FileError
 
 BODY = frozenset(("profile", "robot", "prop", "calibration", "arm"))
-"""Kinds of files that say how a robot behaves, beside charts."""
+"""Kinds of files, besides charts, that determine how a robot behaves."""
 URDF = ".urdf"
 RECORDED = FOLDER / "simulated.mcap"
 
@@ -38,16 +38,16 @@ RECORDED = FOLDER / "simulated.mcap"
 def refuse_untried(
     setup: Setup, dummy: bool, files: Sequence[Path] | None, although: Sequence[str]
 ) -> list[str]:
-    """Look whether a real robot may move; what there is to tell of it.
+    """Check that a real robot may move; returns what to report about it.
 
     Args:
         setup: what is to be run, by a connection.
-        dummy: it is tried with a dummy now.
-        files: the records to look at; None: all in `out/`.
-        although: stages that are done without, in the words of `cobodeck.gate.WORDS`.
+        dummy: this is the stage with a dummy.
+        files: the records to search; None: all in `out/`.
+        although: stages that are skipped, in the words of `cobodeck.gate.WORDS`.
 
     Raises:
-        Problem: a stage is not passed, and it was not said that it is done without.
+        Problem: a stage is neither passed nor skipped.
     """
     wanted = wanted_of(setup)
     found = [
@@ -63,7 +63,7 @@ def refuse_untried(
 
 
 def wanted_of(setup: Setup) -> Wanted:
-    """What is to be run, by its hashes; all its files have been read."""
+    """What is to be run, by hashes; all its files have been read."""
     assert setup.connection is not None
     names = reached({setup.chart.name}, setup.library)
     charts = {
@@ -76,17 +76,18 @@ def wanted_of(setup: Setup) -> Wanted:
         if path.suffix == URDF or kind_of(path) in BODY
     }
     return Wanted(
-        files=charts | body | {f"profile {setup.profile.name}": setup.profile.sha256},
+        files=charts | body,
         code=code(setup),
         limits=asdict(setup.limits),
         tick_hz=setup.tick_hz,
         connection=(setup.connection.name, setup.connection.sha256),
         person=setup.uses().person,
+        profile=setup.profile.sha256,
     )
 
 
 def tried(files: Sequence[Path] | None, stage: Stage, wanted: Wanted) -> Iterator[Tried]:
-    """The records of a stage, the newest first; figures are read only where they can count."""
+    """The records of a stage, newest first; figures are read only where they matter."""
     for record in _records(sorted(FOLDER.glob("*.mcap")) if files is None else files):
         if not is_of(stage, record.header, wanted):
             continue
@@ -105,7 +106,7 @@ def _records(files: Iterable[Path]) -> list[Record]:
 
 
 def _refusal(setup: Setup, lacking: Sequence[StageResult]) -> str:
-    """What is missing, and the commands that would bring it about."""
+    """What is missing, and the commands for it."""
     assert setup.connection is not None
     lines = [
         f"connection {setup.connection.name} is of a real robot, and this was not tried before as "
@@ -124,7 +125,7 @@ def _why(finding: StageResult) -> str:
 
 
 def _command(setup: Setup, finding: StageResult) -> str:
-    """The command line that would bring a passed record of a stage about."""
+    """The command line of a run that could pass a stage."""
     assert setup.connection is not None
     if finding.stage == "simulated":
         words = ["simulate", _chart(setup), "--robot", setup.connection.known_as]
@@ -145,6 +146,6 @@ def _command(setup: Setup, finding: StageResult) -> str:
 
 
 def _chart(setup: Setup) -> str:
-    """The chart as it may be asked for: shipped ones by name."""
+    """The chart for a command line: shipped ones by name."""
     file = Path(setup.chart.file)
     return setup.chart.name if file.parent == CHARTS else str(file)

@@ -1,7 +1,7 @@
-"""Does the arm touch anything: itself, the rover, the floor, walls, a person (R43, R46).
+"""Collision checks of the arm with itself, the rover, the floor, walls and people (R43, R46).
 
-Capsules enclose the maker's meshes, so that what is called free is free; about one free pose in
-six is called a collision for it. Distances are never overestimated.
+Capsules enclose the maker's meshes, so what they call free is free; the price is that about one
+free pose in six counts as a collision. Distances are never overestimated.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from states.arm.kinematics import KinematicChain
 from states.arm.model import LINKS, Manipulator
 
 MARGIN = 0.005
-"""Gap kept to everything, m; half of it is kept between the checks, too."""
+"""Clearance kept to everything at each check, m; between two checks half of it is kept."""
 
 UPPER_ARM = LINKS.index("upper_arm")
 _ROOM_HEIGHT = 3.0
@@ -46,10 +46,10 @@ class Cylinder:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surroundings:
-    """What stands around the rover, in the rover frame.
+    """Obstacles around the rover, in the rover frame.
 
-    `walls` (w, 6) are upright rectangles x1, y1, x2, y2, z_low, z_high: the edges of room and
-    columns suffice, since an arm that starts outside of them cannot get in without crossing one.
+    `walls` (w, 6) are upright rectangles x1, y1, x2, y2, z_low, z_high. The edges of room and
+    columns suffice: an arm that starts outside a column cannot enter it without crossing an edge.
     `cylinders` (c, 5) are x, y, radius, z_low, z_high.
     """
 
@@ -70,9 +70,9 @@ class Surroundings:
         within: float = 2.0,
         height: float = _ROOM_HEIGHT,
     ) -> Surroundings:
-        """Map edges (x1, y1, x2, y2) as walls of this height, and cylinders of the map.
+        """Edges (x1, y1, x2, y2) of the map as walls of this height, and cylinders of the map.
 
-        What is farther than `within` from the rover's centre is left out, m.
+        Those farther than `within` m from the rover's centre are left out.
         """
         seen = map_from_rover.inverse()
         edges = [(*seen.transform(*edge[:2]), *seen.transform(*edge[2:])) for edge in walls]
@@ -87,14 +87,14 @@ class Surroundings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CollisionModel:
-    """The arm's capsules with names for what they belong to."""
+    """The arm's capsules, each with the name of its link or tool."""
 
     body: CapsuleSet
     links: tuple[str, ...]
 
     @classmethod
     def of(cls, model: Manipulator) -> CollisionModel:
-        """Capsules of arm and tool; pairs on one link, neighbours and `apart` ones left out."""
+        """Capsules of arm and tool; pairs on one link, on neighbours or `apart` are not checked."""
         chain = KinematicChain.of(model)
         capsules = sorted((*model.capsules, *model.tool.capsules), key=lambda c: c.link)
         ends = np.array([[c.start, c.end] for c in capsules], dtype=np.float64)
@@ -114,7 +114,7 @@ class CollisionModel:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CollisionChecker:
-    """Answers for one arm in one place. Joints are (6,) or (n, 6) in rad, gaps in m."""
+    """Checks of one arm among fixed obstacles. Joints are (6,) or (n, 6) in rad, gaps in m."""
 
     model: CollisionModel
     around: ArmObstacles
@@ -124,7 +124,7 @@ class CollisionChecker:
     def of(
         cls, model: CollisionModel, surroundings: Surroundings, margin: float = MARGIN
     ) -> CollisionChecker:
-        """The floor is at height 0 of the rover frame."""
+        """A checker of a model among these obstacles; the floor is at height 0."""
         walls, cylinders = (
             np.ascontiguousarray(a, dtype=np.float64)
             for a in (surroundings.walls, surroundings.cylinders)
@@ -132,15 +132,15 @@ class CollisionChecker:
         return cls(model, ArmObstacles(0.0, walls, cylinders), margin)
 
     def clearance(self, joints: ArrayLike) -> Array:
-        """The least gap anywhere, negative where something overlaps: (n,)."""
+        """The least gap of each joint set, (n,); negative where something overlaps."""
         return self._gaps(joints)[0]
 
     def free(self, joints: ArrayLike) -> NDArray[np.bool_]:
-        """Is the margin kept everywhere: (n,)."""
+        """True for joint sets that keep the margin everywhere, (n,)."""
         return np.asarray(self.clearance(joints) >= self.margin)
 
     def tightest(self, joints: ArrayLike) -> tuple[float, str, str]:
-        """The least gap of one set of joints and the two things it is between."""
+        """The least gap of one joint set, and the names of the two parts between which it is."""
         gap, where = self._gaps(joints)
         pairs = self.model.body.pairs
         if where[0] < len(pairs):
@@ -151,13 +151,13 @@ class CollisionChecker:
     def sweep(self, piece: Array, length: float, budget: int = 1_000_000) -> tuple[float, int]:
         """How far along q(x) = piece[0] + piece[1] x + piece[2] x^2 the arm is free, x <= length.
 
-        Exact between samples, too: nowhere is less than half the margin left. Returns the x at
-        which it ends (`length` if all is free) and the number of joint sets examined.
+        Holds between samples too: nowhere is less than half the margin left. Returns the x at
+        which contact comes (`length` if none does) and the number of joint sets checked.
         """
         return sweep(self.model.body, self.around, piece, length, self.margin, budget)
 
     def line_free(self, start: Array, goal: Array) -> bool:
-        """Is the straight joint line free."""
+        """True if the straight joint line is free."""
         piece = np.array([start, goal - start, np.zeros(6)])
         return self.sweep(piece, 1.0)[0] >= 1.0
 
@@ -169,7 +169,7 @@ class CollisionChecker:
 
 
 def outline(model: CollisionModel, joints: ArrayLike) -> tuple[Array, Array]:
-    """The capsules as they stand: ends (m, 2, 3) of their axes in the rover frame, radii (m,)."""
+    """The placed capsules: ends (m, 2, 3) of their axes in the rover frame, and radii (m,)."""
     q = np.ascontiguousarray(joints, dtype=np.float64).reshape(6)
     ends = np.empty((len(model.links), 2, 3))
     body = model.body
@@ -178,7 +178,7 @@ def outline(model: CollisionModel, joints: ArrayLike) -> tuple[Array, Array]:
 
 
 def extent(model: CollisionModel, joints: ArrayLike) -> tuple[float, float, float, float]:
-    """How far the whole arm reaches ahead, back, left and right of base_link, m."""
+    """How far the arm with its prop reaches ahead, back, left and right of base_link, m."""
     ends, radii = outline(model, joints)
     high = (ends[:, :, :2].max(axis=1) + radii[:, None]).max(axis=0)
     low = (ends[:, :, :2].min(axis=1) - radii[:, None]).min(axis=0)
@@ -186,7 +186,7 @@ def extent(model: CollisionModel, joints: ArrayLike) -> tuple[float, float, floa
 
 
 def warm_up(model: CollisionModel) -> None:
-    """Compiles what this module needs, so that no control tick does."""
+    """Compile what this module needs, so that no control tick does."""
     checker = CollisionChecker.of(model, Surroundings.empty())
     checker.clearance(np.zeros(6))
     checker.line_free(np.zeros(6), np.zeros(6))
@@ -205,12 +205,13 @@ def _pairs(capsules: list[Capsule], model: Manipulator) -> Integers:
 
 def _apart(model: Manipulator, first: Capsule, second: Capsule) -> bool:
     names = {first.part, LINKS[first.link]}, {second.part, LINKS[second.link]}
-    if second in model.tool.capsules:  # shown for the links alone: a tool may be larger
+    if second in model.tool.capsules:  # `apart` was proven for bare links; a tool may be larger
         return False
     return any(a in names[0] and b in names[1] for a, b in model.apart)
 
 
 def _reach(chain: KinematicChain, capsules: list[Capsule]) -> Array:
+    """Bound (m, 6) on the distance of a capsule from each joint's axis: the sum of the links."""
     steps = np.linalg.norm(chain.origins[:, :3, 3], axis=1)
     reach = np.zeros((len(capsules), 6))
     for i, capsule in enumerate(capsules):

@@ -1,4 +1,4 @@
-"""XML elements that know their line, so that an error says where it is."""
+"""XML elements with their line numbers, for errors that name the place."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from engine.files.finding import FileError, mistake
 
 @dataclass(frozen=True, slots=True)
 class Element:
-    """An element with its place in the file."""
+    """An XML element with its line in the file."""
 
     tag: str
     attributes: Mapping[str, str]
@@ -26,22 +26,22 @@ class Element:
         return mistake(self.path, f"<{self.tag}>{name} {message}", self.line)
 
     def all(self, tag: str) -> Iterator[Element]:
-        """Children of this kind."""
+        """Children with this tag."""
         return (child for child in self.children if child.tag == tag)
 
     def first(self, tag: str) -> Element | None:
-        """The first child of this kind, None without one."""
+        """The first child with this tag; None without one."""
         return next(self.all(tag), None)
 
     def need(self, tag: str) -> Element:
-        """The first child of this kind; an error without one."""
+        """The first child with this tag; an error without one."""
         found = self.first(tag)
         if found is None:
             raise self.fail(f"has no <{tag}>")
         return found
 
     def named(self, tag: str) -> dict[str, Element]:
-        """Children of this kind by their names, none of which may stand twice."""
+        """Children with this tag by name; a repeated name is an error."""
         found: dict[str, Element] = {}
         for child in self.all(tag):
             name = child.text("name")
@@ -51,7 +51,7 @@ class Element:
         return found
 
     def text(self, attribute: str) -> str:
-        """An attribute that must be there."""
+        """A required attribute."""
         if attribute not in self.attributes:
             raise self.fail(f"has no attribute '{attribute}'")
         return self.attributes[attribute]
@@ -61,7 +61,7 @@ class Element:
         return self.numbers(attribute, (default,))[0]
 
     def numbers(self, attribute: str, default: tuple[float, ...]) -> tuple[float, ...]:
-        """An attribute as as many finite numbers as the default has."""
+        """An attribute as finite numbers, as many as the default has."""
         if attribute not in self.attributes:
             return default
         written = self.attributes[attribute]
@@ -75,7 +75,7 @@ class Element:
 
 
 def elements(text: str, path: str) -> Element:
-    """The outermost element of a file, the others in it.
+    """The root element of a file, with all others as its descendants.
 
     Raises:
         FileError: with file and line.

@@ -1,10 +1,22 @@
-"""Which joints bring the tcp to a pose: closed form, every branch, exact at singularities (R43).
+"""Inverse kinematics in closed form: every branch, exact at singularities (R43).
 
-A UR arm has up to eight branches (shoulder left or right, wrist up or down, elbow up or down). The
-closed form stays exact because nothing divides by a sine: angles come from atan2 of products, the
-elbow's radicand is factorised, and where the wrist is singular (one angle is free) that angle is
-moved just as far as the elbow needs to reach. A calibrated chain is solved by Newton steps from
-the nominal one's branches.
+A UR arm has up to eight branches: shoulder left or right, wrist up or down, elbow up or down. The
+closed form stays exact because nothing is divided by a sine: angles are atan2 of products, and the
+elbow's radicand is factorised. Where the wrist is singular (one angle is free) that angle is moved
+just as far as the elbow needs to reach. A calibrated chain is solved by Newton steps that start
+from the nominal branches (`newton.py`).
+
+With base_from_flange = (R, p), z the last column of R, and si, ci the sine and cosine of joint i,
+the branches of `_solve_one` are found in this order:
+
+1. Wrist centre w = p - d6 z - d1 e_z lies d4 beside the plane of joints 2 to 4, whose normal is
+   (s1, -c1, 0): s1 wx - c1 wy = d4. Two solutions: q1 = atan2(wy, wx) + atan2(d4, +-sqrt(r^2 -
+   d4^2)) with r = |(wx, wy)|; none if r < d4.
+2. That normal, seen from the flange, is m = R^T (s1, -c1, 0) = (c6 s5, -s6 s5, c5). So q5 =
+   +-atan2(|(mx, my)|, mz), and q6 = atan2(-+my, +-mx). At s5 = 0 any q6 will do; atan2(0, 0) = 0.
+3. n = (c5 c6, -c5 s6, -s5), turned by R, is the direction cos(q234) x1 + sin(q234) e_z in the arm's
+   plane, x1 = (c1, s1, 0). That gives q234 = q2 + q3 + q4.
+4. Less d5 along the wrist, what is left is a planar arm of lengths a2, a3 (`_elbow`).
 """
 
 from __future__ import annotations
@@ -29,7 +41,7 @@ from states.arm.newton import polish
 
 BRANCHES = 8
 SEED_REACH = 0.05
-"""A nominal branch that misses by no more, m, may still lead to one of a calibrated chain."""
+"""Nominal branches that miss by no more than this, m, are tried as seeds of a calibrated chain."""
 
 _EXACT = 1e-9
 _SLACK = 5e-10
@@ -38,19 +50,19 @@ _TURN = 2.0 * math.pi
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solutions:
-    """Branches of n poses: joints (n, 8, 6) in rad and which of them are there, (n, 8)."""
+    """Branches of n poses: joints (n, 8, 6) in rad, and which of them exist, (n, 8)."""
 
     joints: Array
     valid: NDArray[np.bool_]
 
     def of(self, pose: int = 0) -> Array:
-        """The branches of one pose: (k, 6), k from 0 to 8."""
+        """The branches of one pose, (k, 6) with k from 0 to 8."""
         return np.asarray(self.joints[pose][self.valid[pose]])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NearSolutions:
-    """The nearest each branch can get: joints (n, 8, 6), errors (n, 8) in m and rad."""
+    """The nearest that each branch gets: joints (n, 8, 6), errors (n, 8) in m and rad."""
 
     joints: Array
     position_error: Array
@@ -65,8 +77,8 @@ class NearSolutions:
 def inverse(chain: KinematicChain, targets: ArrayLike) -> Solutions:
     """All joints that bring the tcp to the targets, rover_from_tcp (4, 4) or (n, 4, 4).
 
-    Angles lie in (-pi, pi]; branches outside the joints' limits in every turn are left out. At a
-    singular wrist, where joint 6 is free, two of its solutions stand for all of them.
+    Angles lie in (-pi, pi]. Branches of which no copy by whole turns is within the joint limits are
+    left out. At a singular wrist, where joint 6 is free, two of its angles stand for all.
     """
     poses = _poses(targets)
     joints, valid = _closed_form(chain, poses, 0.0 if chain.nominal else SEED_REACH)
@@ -75,18 +87,17 @@ def inverse(chain: KinematicChain, targets: ArrayLike) -> Solutions:
         distance, angle = deviation(forward_all(chain, joints), poses[:, None])
         exact = (distance <= _EXACT) & (angle <= _EXACT)
         seeded = exact & valid
-        # near a singular wrist a seed far off may be the only one that leads there
+        # near a singular wrist the only seed that converges may be one that misses by more
         valid = np.where(seeded.any(axis=1, keepdims=True), seeded, exact)
     return Solutions(joints, valid & _has_copy(chain, joints))
 
 
 def inverse_near(chain: KinematicChain, targets: ArrayLike) -> NearSolutions:
-    """Like `inverse`, but a pose out of reach gives joints near it and what they miss.
+    """Like `inverse`, but a pose out of reach gives the joints near it, with their errors.
 
-    Each branch points its shoulder at the pose and stretches (or folds) as far as it can, which
-    misses by a few percent more than the least. The orientation is kept exactly (nominal chain),
-    the position gives way. A branch that cannot
-    be had within the joints' limits misses by infinity.
+    Each branch points its shoulder at the pose and stretches (or folds) as far as it can: a few
+    percent farther from it than the optimum. The orientation is kept exactly (nominal chain), the
+    position gives way. Branches outside the joint limits have an infinite error.
     """
     poses = _poses(targets)
     joints, _ = _closed_form(chain, poses, math.inf)
@@ -98,9 +109,9 @@ def inverse_near(chain: KinematicChain, targets: ArrayLike) -> NearSolutions:
 
 
 def nearest_copies(chain: KinematicChain, joints: Array, near: ArrayLike) -> Array:
-    """Each joint shifted by whole turns to be as near as its limits allow to `near` (6,) rad.
+    """Joints (..., 6) shifted by whole turns, as near to `near` (6,), rad, as the limits allow.
 
-    Joints are (..., 6) with at least one copy inside the limits, as `inverse` gives them.
+    Each must have at least one copy inside the limits, as those of `inverse` do.
     """
     turns = np.round((np.asarray(near) - joints) / _TURN)
     low = np.ceil((chain.lower - joints) / _TURN - 1e-12)
@@ -116,7 +127,7 @@ def forward_all(chain: KinematicChain, joints: Array) -> Array:
 
 
 def warm_up(chain: KinematicChain) -> None:
-    """Compiles what this module and the kinematics need, so that no control tick does."""
+    """Compile what this module and the kinematics need, so that no control tick does."""
     inverse(chain, forward(chain, np.zeros(6)))
     jacobian(chain, np.zeros(6))
     link_frames(chain, np.zeros(6))
@@ -155,7 +166,10 @@ def _solve(dh: Array, flange: Array, reach: float, joints: Array, valid: NDArray
 
 @njit(cache=True)
 def _orthonormal(pose: Array, turn: Array) -> None:
-    """One Newton step to the nearest rotation: undoes rounding to float32, keeps float64."""
+    """One Newton step towards the nearest rotation, R (3 I - R^T R) / 2.
+
+    Undoes rounding to float32; what is a rotation to float64 stays one.
+    """
     for i in range(3):
         for j in range(3):
             turn[i, j] = 1.5 * pose[i, j]
@@ -173,7 +187,7 @@ def _solve_one(
     joints: Array,
     valid: NDArray[np.bool_],
 ) -> None:
-    """Writes the 8 branches of one pose; those that miss by more than `reach` stay invalid."""
+    """Writes the 8 branches of one pose (see the module); `reach` is how far one may miss, m."""
     d1, d4, d6 = dh[0], dh[3], dh[5]
     wx, wy = p[0] - d6 * turn[0, 2], p[1] - d6 * turn[1, 2]
     wz = p[2] - d6 * turn[2, 2] - d1
@@ -183,7 +197,7 @@ def _solve_one(
     for branch in range(8):
         q1 = math.atan2(wy, wx) + math.atan2(d4, side if branch < 4 else -side)
         c1, s1 = math.cos(q1), math.sin(q1)
-        # the axis of joints 2 to 4, seen from the flange
+        # the axis of joints 2 to 4, seen from the flange: (c6 s5, -s6 s5, c5)
         mx = s1 * turn[0, 0] - c1 * turn[1, 0]
         my = s1 * turn[0, 1] - c1 * turn[1, 1]
         mz = s1 * turn[0, 2] - c1 * turn[1, 2]
@@ -211,7 +225,12 @@ def _solve_one(
 
 @njit(cache=True)
 def _elbow(dh: Array, wx: float, wz: float, q234: float, up: float, q: Array) -> float:
-    """Writes q2, q3, q4 of the planar arm and returns how far out of its reach the wrist is, m."""
+    """Writes q2, q3, q4 of the planar arm; returns how far the wrist is out of its reach, m.
+
+    (x, y) is the end of the forearm at distance D. By the law of cosines cos q3 = (D^2 - a2^2 -
+    a3^2) / (2 a2 a3). The radicand of sin q3 is factorised, (far^2 - D^2)(D^2 - near^2), which
+    keeps all digits near a stretched (D = far) and a folded elbow (D = near).
+    """
     a2, a3, d5 = dh[1], dh[2], dh[4]
     x, y = wx - d5 * math.sin(q234), wz + d5 * math.cos(q234)
     distance = math.hypot(x, y)
@@ -231,10 +250,12 @@ def _elbow(dh: Array, wx: float, wz: float, q234: float, up: float, q: Array) ->
 
 @njit(cache=True)
 def _self_motion(dh: Array, wx: float, wz: float, q234: float, s5: float) -> float:
-    """The least change of q2+q3+q4 that brings the elbow into reach where the wrist allows it.
+    """The least change of q234 that brings the elbow into reach, where the wrist allows it; else 0.
 
-    With sin q5 near 0 joints 4 and 6 turn about one axis, and a change of one against the other
-    turns the tool by sin q5 of it only; it is made where that stays below the slack.
+    With s5 near 0 joints 4 and 6 turn about one axis: turning one against the other by t turns the
+    tool by s5 t only, and is done where that stays below the slack. The forearm's end lies at D^2 =
+    c^2 + d5^2 - 2 c d5 sin(q234 - h), with (c, h) the wrist in polar coordinates; D = bound gives
+    two angles, of which the nearer is taken.
     """
     far, near, d5 = abs(dh[1] + dh[2]), abs(dh[1] - dh[2]), dh[4]
     x, y = wx - d5 * math.sin(q234), wz + d5 * math.cos(q234)

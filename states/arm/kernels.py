@@ -1,7 +1,7 @@
-"""The arm's compiled inner loops: frames, distances, sweeps along a path.
+"""The arm's compiled inner loops: link frames, distances, sweeps along a path.
 
-All in one file because numba's cache watches only the file a function stands in: a kernel cached
-with an older version of another file's kernel would go unnoticed. Everything is in the rover frame.
+All stand in one file because numba's cache watches only the file of a function: a kernel compiled
+against an older version of another file's kernel would not be noticed. All is in the rover frame.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ Integers = NDArray[np.int64]
 
 
 class CapsuleSet(NamedTuple):
-    """The arm for collision checks: m capsules, p pairs of them that may meet.
+    """The arm for collision checks: m capsules, and p pairs of them that may touch.
 
-    `base` (4, 4) and `origins` (6, 4, 4) as in the chain; `links` (m,), `ends` (m, 2, 3) in the
-    link's frame, `radii` (m,); `pairs` (p, 2); `reach` (m, 6): no point of a capsule's axis is ever
-    farther than this from the axis of a joint; `boxes` (k, 2, 3) stand on the rover; capsules below
-    `first` belong to what is fixed to it and are not checked against anything but the arm.
+    `base` (4, 4) and `origins` (6, 4, 4) as in `KinematicChain`; `links` (m,); `ends` (m, 2, 3) in
+    the link's frame; `radii` (m,); `pairs` (p, 2); `reach` (m, 6): an upper bound on the distance
+    of a capsule's axis from the axis of each joint, at any joint angles; `boxes` (k, 2, 3) are
+    parts of the rover. Capsules below `first` are fixed to the rover: checked against the arm only.
     """
 
     base: Array
@@ -38,9 +38,9 @@ class CapsuleSet(NamedTuple):
 
 
 class ArmObstacles(NamedTuple):
-    """What stands around the rover: floor height, walls (w, 6) and cylinders (c, 5).
+    """Obstacles around the rover: floor height, walls (w, 6) and cylinders (c, 5).
 
-    A wall is an upright rectangle: x1, y1, x2, y2, z_low, z_high; a cylinder x, y, radius, z_low,
+    A wall is an upright rectangle x1, y1, x2, y2, z_low, z_high; a cylinder is x, y, radius, z_low,
     z_high.
     """
 
@@ -84,7 +84,10 @@ def place_tcp(base: Array, origins: Array, tip: Array, q: Array, poses: Array) -
 
 @njit(cache=True)
 def slopes(base: Array, origins: Array, tip: Array, q: Array, found: Array) -> None:
-    """Writes the geometric Jacobian of joints (n, 6) into found (n, 6, 6)."""
+    """Writes the geometric Jacobian of joints (n, 6) into found (n, 6, 6).
+
+    Column k is (z_k x (tcp - o_k), z_k): axis and origin of joint k, in the rover frame.
+    """
     frames = np.empty((7, 4, 4))
     for n in range(len(q)):
         place_links(base, origins, q[n], frames)
@@ -126,7 +129,11 @@ def pair_gap(pairs: Integers, radii: Array, ends: Array, pair: int) -> float:
 def outer_gap(
     radii: Array, boxes: Array, floor: float, walls: Array, cylinders: Array, ends: Array, i: int
 ) -> float:
-    """Distance of a capsule's surface to rover, floor, walls and cylinders; never too large, m."""
+    """Distance of a capsule's surface to rover, floor, walls and cylinders, m; never too large.
+
+    Walls and cylinders are measured across (seen from above) and upright apart; the root of both
+    squares is a lower bound of the distance, exact where the nearest points coincide.
+    """
     ax, ay, az = ends[i, 0, 0], ends[i, 0, 1], ends[i, 0, 2]
     bx, by, bz = ends[i, 1, 0], ends[i, 1, 1], ends[i, 1, 2]
     low, high = min(az, bz), max(az, bz)
@@ -146,7 +153,7 @@ def outer_gap(
 @njit(cache=True)
 def gaps(body: CapsuleSet, around: ArmObstacles, q: Array, found: Array, which: Integers) -> None:
     """Writes the least gap of each of n joint sets and where it is: a pair, or p + a capsule."""
-    # taken out of the tuples once: handing a tuple on costs more than a distance
+    # unpacked once: passing a tuple to another kernel costs more than a distance
     base, origins, links, local, radii, pairs, _, boxes, first = body
     floor, walls, cylinders = around
     frames, ends = np.empty((7, 4, 4)), np.empty((len(links), 2, 3))
@@ -170,10 +177,11 @@ def sweep(
 ) -> tuple[float, int]:
     """How far along q = piece[0] + piece[1] x + piece[2] x^2, 0 <= x <= length, the arm is free.
 
-    Free: nowhere nearer than half of `margin` to anything, at every x and not only at samples. Each
-    gap tells for how long it must last (a capsule's speed is bounded by its reach) and is measured
-    again only then; one below `margin` ends the way. Returns that x, `length`, or less where the
-    budget of joint sets to examine ran out; and how many were examined.
+    Free means: no nearer than half of `margin` to anything at every x, not only at samples. A gap g
+    that shrinks at most at `rate` per unit of x stays above margin / 2 up to x + (g - margin / 2) /
+    rate, and is measured again only there; a measured gap below `margin` ends the sweep
+    (conservative advancement). Returns that x (`length` if all is free, less where the budget of
+    joint sets ran out) and the number of joint sets checked.
     """
     base, origins, links, local, radii, pairs, reach, boxes, first = body
     floor, walls, cylinders = around
@@ -207,7 +215,12 @@ def sweep(
 
 @njit(cache=True)
 def gap_rates(links: Integers, pairs: Integers, reach: Array, piece: Array, length: float) -> Array:
-    """How fast each gap can shrink at most along a piece, m per unit of x: pairs, then capsules."""
+    """Bound on the rate at which each gap can shrink along a piece, m per unit of x.
+
+    Pairs first, then capsules. A joint that turns at |dq/dx| moves a point at distance r from its
+    axis by at most r |dq/dx|; the joints between both ends of a gap add up. dq/dx is linear in x,
+    so its largest value is at one end of the piece.
+    """
     count = len(pairs)
     rates = np.zeros(count + len(links))
     for k in range(len(rates)):
@@ -221,7 +234,11 @@ def gap_rates(links: Integers, pairs: Integers, reach: Array, piece: Array, leng
 
 @njit(cache=True)
 def segment_distance(ends: Array, i: int, j: int) -> float:
-    """Distance between the axes of capsules i and j of ends (m, 2, 3); an axis may be a point."""
+    """Distance between the axes of capsules i and j of ends (m, 2, 3); an axis may be a point.
+
+    Minimises |w + s u - t v|^2 over the unit square: the stationary s, clamped; the best t for it;
+    where that lies outside, t is clamped and s found anew. Nearly parallel axes begin at s = 0.
+    """
     ax, ay, az = ends[i, 0, 0], ends[i, 0, 1], ends[i, 0, 2]
     cx, cy, cz = ends[j, 0, 0], ends[j, 0, 1], ends[j, 0, 2]
     ux, uy, uz = ends[i, 1, 0] - ax, ends[i, 1, 1] - ay, ends[i, 1, 2] - az
@@ -249,7 +266,7 @@ def segment_distance(ends: Array, i: int, j: int) -> float:
 
 @njit(cache=True)
 def wall_distance(ax: float, ay: float, bx: float, by: float, walls: Array, k: int) -> float:
-    """Distance between the segment a-b and a wall seen from above, 0 where they cross."""
+    """Distance between the segment a-b and a wall, seen from above; 0 where they cross."""
     cx, cy, dx, dy = walls[k, 0], walls[k, 1], walls[k, 2], walls[k, 3]
     ux, uy, vx, vy = bx - ax, by - ay, dx - cx, dy - cy
     c_side, d_side = ux * (cy - ay) - uy * (cx - ax), ux * (dy - ay) - uy * (dx - ax)
@@ -272,7 +289,10 @@ def point_distance(px: float, py: float, ax: float, ay: float, bx: float, by: fl
 
 @njit(cache=True)
 def box_distance(ends: Array, i: int, boxes: Array, k: int, enough: float) -> float:
-    """Distance between a capsule's axis and a box, to a micrometre; beyond `enough` a bound."""
+    """Distance between a capsule's axis and a box, to 1e-6 of its length and never too large.
+
+    A lower bound where even that is at least `enough`.
+    """
     square = 0.0
     for e in range(3):
         low, high = min(ends[i, 0, e], ends[i, 1, e]), max(ends[i, 0, e], ends[i, 1, e])
@@ -280,7 +300,7 @@ def box_distance(ends: Array, i: int, boxes: Array, k: int, enough: float) -> fl
     if math.sqrt(square) >= enough:
         return math.sqrt(square)
     near, far = 0.0, 1.0
-    for _ in range(20):  # the squared distance is convex along the axis: halve on its slope
+    for _ in range(20):  # the squared distance is convex along the axis: bisect on its slope
         t, slope = 0.5 * (near + far), 0.0
         for e in range(3):
             along = ends[i, 1, e] - ends[i, 0, e]

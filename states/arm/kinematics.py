@@ -1,8 +1,8 @@
-"""Where the links are: forward kinematics, Jacobian, deviations between poses (R26).
+"""Forward kinematics, Jacobian, and deviations between poses (R26).
 
-Poses are 4x4 matrices, joints are (6,) or (n, 6) arrays in rad. Everything is given in the rover
-frame of `states.arm.model`. The same compiled code serves one pose and many, so that the same
-joints give the same bits whichever way they are asked for.
+Poses are 4x4 matrices, joints are (6,) or (n, 6) arrays in rad. Everything is in the rover frame
+of `states.arm.model`. One compiled implementation serves one pose and many, so that a joint set
+gives the same bits alone and in a batch.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class KinematicChain:
 
     `base` is rover_from_base and `tip` flange_from_tcp, both (4, 4); `origins` (6, 4, 4) place
     each joint in the link before it; `dh` holds d1, a2, a3, d4, d5, d6 of the nominal chain;
-    `lower`, `upper` and `max_speed` are (6,). `nominal` tells whether `origins` follow `dh`.
+    `lower`, `upper` and `max_speed` are (6,). `nominal` is true where `origins` follow `dh`.
     """
 
     base: Array
@@ -38,7 +38,7 @@ class KinematicChain:
 
     @classmethod
     def of(cls, model: Manipulator) -> KinematicChain:
-        """The chain of a model, calibrated if the model is."""
+        """The chain of a model; calibrated where the model is."""
         dh = model.dh
         return cls(
             base=_fixed(matrix(model.mount)),
@@ -53,7 +53,7 @@ class KinematicChain:
 
 
 def forward(chain: KinematicChain, joints: ArrayLike) -> Array:
-    """rover_from_tcp at these joints: (4, 4) for (6,), (n, 4, 4) for (n, 6)."""
+    """rover_from_tcp of joints (6,) or (n, 6): (4, 4) or (n, 4, 4)."""
     q, single = _rows(joints)
     poses = np.zeros((len(q), 4, 4))
     place_tcp(chain.base, chain.origins, chain.tip, q, poses)
@@ -61,7 +61,7 @@ def forward(chain: KinematicChain, joints: ArrayLike) -> Array:
 
 
 def link_frames(chain: KinematicChain, joints: ArrayLike) -> Array:
-    """rover_from_link of base and links 1 to 6 at one set of joints: (7, 4, 4)."""
+    """rover_from_link of the base and links 1 to 6 at one joint set, (7, 4, 4)."""
     q, _ = _rows(joints)
     frames = np.zeros((7, 4, 4))
     place_links(chain.base, chain.origins, q[0], frames)
@@ -72,7 +72,8 @@ def link_frames(chain: KinematicChain, joints: ArrayLike) -> Array:
 def jacobian(chain: KinematicChain, joints: ArrayLike) -> Array:
     """Velocity of the tcp per joint velocity, in the rover frame: (6, 6) or (n, 6, 6).
 
-    Rows 0 to 2 are the velocity of the tcp's origin in m/s, rows 3 to 5 the turning in rad/s.
+    Rows 0 to 2 give the linear velocity of the tcp's origin, m per rad; rows 3 to 5 the angular
+    velocity, rad per rad.
     """
     q, single = _rows(joints)
     found = np.empty((len(q), 6, 6))
@@ -87,9 +88,11 @@ def deviation(a: Array, b: Array) -> tuple[Array, Array]:
 
 
 def rotation_vector(a: Array, b: Array) -> Array:
-    """The turn that leads from orientation a to b, in the frame both are given in: (..., 3).
+    """Rotation vector from orientation a to b, in the frame in which both are given, (..., 3).
 
-    Exact for small angles; at half a turn the axis is undetermined and the length still right.
+    With R = b a^T: the skew part of R holds axis * sin(angle), and (tr R - 1) / 2 is cos(angle).
+    atan2 of both is exact for small angles too. At half a turn the axis is arbitrary, the angle is
+    right.
     """
     turn = b[..., :3, :3] @ np.swapaxes(a[..., :3, :3], -1, -2)
     sine = 0.5 * np.stack(
@@ -108,7 +111,7 @@ def rotation_vector(a: Array, b: Array) -> Array:
 
 
 def matrix(placement: Placement) -> Array:
-    """A placement as a 4x4 matrix."""
+    """A placement as a 4x4 matrix: R = Rz(yaw) Ry(pitch) Rx(roll), as in URDF."""
     (sr, sp, sy), (cr, cp, cy) = np.sin(placement.rpy), np.cos(placement.rpy)
     pose = np.eye(4)
     pose[:3, :3] = [
@@ -130,7 +133,7 @@ def pose_matrix(pose: Pose3) -> Array:
 
 
 def inverted(pose: Array) -> Array:
-    """The inverse of rigid poses (..., 4, 4)."""
+    """The inverse of rigid poses (..., 4, 4): R^T and -R^T p."""
     found = np.zeros_like(pose)
     turn = np.swapaxes(pose[..., :3, :3], -1, -2)
     found[..., :3, :3] = turn

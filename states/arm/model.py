@@ -1,13 +1,13 @@
-"""What an arm is to the algorithms: chain, limits, capsules, mount and tool, as plain numbers.
+"""The arm as data: chain, limits, capsules, mount and tool.
 
 Frames (metres, radians, right-handed):
 
-* `rover`: the rover's `base_link` projected to the floor, x ahead, z up.
-* `base`: where the chain of the arm starts. It is the `base` of the UR controller, turned by pi
-  about z against the ROS `base_link` of the arm; `mount` is rover_from_base.
-* link 1 ... link 6: turn with joint 1 ... joint 6 about their own z; link 6 is ROS `tool0`.
-* `tcp`: the prop's own frame. It coincides with the DEEP when the prop is presented: x points from
-  the person into the touched surface (against the flange's z), z is up.
+* `rover`: `base_link` of the rover projected to the floor, x ahead, z up.
+* `base`: the start of the arm's chain. It is the `base` of the UR controller, turned by pi about z
+  from the ROS `base_link` of the arm; `mount` is rover_from_base.
+* link 1 ... link 6: each turns with its joint about its own z; link 6 is ROS `tool0`.
+* `tcp`: the prop's own frame, equal to the DEEP when the prop is presented: x points from the
+  person into the touched surface (against the flange's z), z is up.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Dh:
     d6: _DhLength
 
     def placements(self) -> tuple[Placement, ...]:
-        """Each joint's frame in the link before it, at zero angles."""
+        """Frame of each joint in the link before it, at zero angles."""
         quarter = 0.5 * math.pi
         return (
             Placement((0.0, 0.0, self.d1)),
@@ -59,14 +59,14 @@ class Dh:
 
 @dataclass(frozen=True, slots=True)
 class ChassisBox:
-    """A part of the rover the arm must not touch: corners in the rover frame, m."""
+    """A part of the rover that the arm must not touch: corners in the rover frame, m."""
 
     name: str
     low: Point3
     high: Point3
 
     def faults(self) -> Iterator[Fault]:
-        """What does not go together, by key."""
+        """Values that contradict each other, by key."""
         if not all(a < b for a, b in zip(self.low, self.high, strict=True)):
             yield "high", f"{self.high} must be above {self.low} in all three"
 
@@ -76,7 +76,7 @@ class Manipulator:
     """A UR-like arm on its rover with its tool; speeds in rad/s, shoulder first.
 
     `placements` is the calibrated chain, None for the nominal one. `apart` names pairs of links or
-    parts that cannot meet whatever the joints do; neighbours are left out anyway.
+    parts that cannot touch at any joint angles; neighbours are never checked.
     """
 
     name: str
@@ -97,11 +97,11 @@ class Manipulator:
         return replace(self, tool=tool)
 
     def calibrated(self, placements: tuple[Placement, ...] | None) -> Manipulator:
-        """The same arm with the measured chain of one robot, or with the nominal one (None)."""
+        """The same arm with the calibrated chain of one robot, or with the nominal one (None)."""
         return replace(self, placements=placements)
 
     def mounted(self, height: float) -> Manipulator:
-        """The same arm with its base at another height, m; what it stands on grows with it."""
+        """The same arm with its base at another height, m; the box under it grows with it."""
         x, y, z = self.mount.xyz
         top = max(box.high[2] for box in self.body)
         body = tuple(
@@ -112,7 +112,7 @@ class Manipulator:
 
 
 def load_manipulator(path: Path | None = None) -> Manipulator:
-    """An arm from its file with the standard prop; without one the UR10 (CB3) on the RB-KAIROS.
+    """An arm from its file, with the standard prop; by default the UR10 (CB3) on an RB-KAIROS.
 
     Raises:
         FileError: every mistake in it, with file, line, column and what would be right.

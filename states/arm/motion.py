@@ -1,7 +1,7 @@
-"""The arm in its room: what its states ask the planners for, and whether a way is still free.
+"""The arm in its room: planning queries of its states, and re-checks of a running trajectory.
 
-The user is the cylinder of R23, as slim as the granted touch needs: whoever asks for a touch nearer
-than half a metre wants the prop in there.
+The user is the cylinder of R23, made slimmer where a DEEP has been granted: one nearer to the user
+than half a metre would lie inside it.
 """
 
 from __future__ import annotations
@@ -28,30 +28,30 @@ from states.arm.timing import line_durations
 from states.arm.trajectory import ArmLimits, Trajectory
 
 ACCEPTED = (0.02, 0.1)
-"""A DEEP out of reach by less, m and rad, is met as near as it goes (R44)."""
+"""A DEEP that is out of reach by less than this, m and rad, is met as closely as possible (R44)."""
 
 USER_HEIGHT = 2.0
 TOUCH_GAP = 0.15
-"""Kept free between the granted cylinder and the DEEP, m: the arm comes from the other side."""
+"""Gap between the user's cylinder and a granted DEEP, m; the arm comes from the other side."""
 SLIMMEST = 0.25
-"""A person's body, m; no touch is granted inside."""
+"""Least radius of that cylinder, m: a person's body."""
 
 PERIOD = 0.008
-"""Between the points of a course, s: the cycle of a UR controller (CB3)."""
+"""Time between points of a trajectory sent to the arm, s: the cycle of a UR controller (CB3)."""
 
 Wall = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class ArmSituation:
-    """Where everything is: map_from_base, the user's body (None: unknown), the joints at rest."""
+    """map_from_base, the user's body in the map (None: unknown), and the joints at rest."""
 
     base: Pose2
     user: Pose2 | None
     joints: Joints
 
     def is_like(self, other: ArmSituation, distance: float, turn: float) -> bool:
-        """Have base and user moved less than this, m and rad, whatever the joints did?"""
+        """True if base and user have moved less than this, m and rad; joints do not count."""
         if (self.user is None) != (other.user is None):
             return False
         near = self.base.distance_to(other.base) < distance
@@ -62,10 +62,10 @@ class ArmSituation:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Workspace:
-    """One arm on its rover among these walls, within these limits.
+    """One arm on its rover, among fixed walls, with its limits.
 
-    `nominal` is the chain as drawn by the maker: good enough to rank rover poses, and ten times
-    quicker to invert than a calibrated one.
+    `nominal` is the chain of the maker's drawing: accurate enough to rank rover poses, and ten
+    times faster to invert than a calibrated one.
     """
 
     chain: KinematicChain
@@ -79,31 +79,31 @@ class Workspace:
     def of(
         cls, model: Manipulator, arm: ArmModel, limits: MotionLimits, walls: Sequence[Wall]
     ) -> Workspace:
-        """The exact arm with the speeds and the parked pose of a robot file."""
+        """The arm of a model with the speeds and the parked pose of a robot file."""
         jerk = limits.arm_jerk if math.isfinite(limits.arm_jerk) else None
         even = ArmLimits.even(six(arm.max_speed), limits.arm_acceleration, limits.tool_speed, jerk)
         chain, nominal = KinematicChain.of(model), KinematicChain.of(model.calibrated(None))
         return cls(chain, nominal, CollisionModel.of(model), even, walls, arm.parked)
 
     def reaching(self, look: ArmSituation, deep: Pose3) -> Query:
-        """The way to map_from_deep; without goals if it is out of reach."""
+        """The planning query for map_from_deep; without goals if that is out of reach."""
         goals = goals_at(self.chain, rover_from_deep(look.base, deep), look.joints, ACCEPTED)
         return self._query(self.checker(look, deep), look, goals)
 
     def missed(self, look: ArmSituation, deep: Pose3) -> float:
-        """How far the nearest branch stays from map_from_deep, whatever is in the way, m."""
+        """Distance between the nearest branch and map_from_deep, m; obstacles do not count."""
         near = inverse_near(self.chain, rover_from_deep(look.base, deep))
         return float(near.position_error.min())
 
     def parking(self, look: ArmSituation) -> Query:
-        """The way to the parked joints."""
+        """The planning query for the parked joints."""
         return self._query(self.checker(look), look, np.array([self.parked]))
 
     def checker(self, look: ArmSituation, deep: Pose3 | None = None) -> CollisionChecker:
-        """What the arm must not touch on the way to a DEEP, or, without one, on the way back.
+        """What the arm must not touch on its path to a DEEP or, without one, to the parked pose.
 
-        On the way back the user, then the walls, do not count where the arm already touches them:
-        it has to get away from there.
+        On the path back, obstacles that the arm touches already are left out, the user first, then
+        the walls: it has to get out of contact.
         """
         people = [] if look.user is None else [_person(look.user, deep)]
         checker = self._among(look, self.walls, people)
@@ -117,7 +117,7 @@ class Workspace:
     def is_free(
         self, trajectory: Trajectory, since: float, look: ArmSituation, deep: Pose3 | None
     ) -> bool:
-        """May a trajectory still be followed from `since` s on, as things are now?"""
+        """True if a trajectory may still be followed from `since` s on, as things are now."""
         place = float(trajectory.along(np.array([since]))[0][0])
         return first_contact(self.checker(look, deep), trajectory.path, place) is None
 
@@ -129,10 +129,10 @@ class Workspace:
         user: Pose2 | None,
         tolerance: tuple[float, float],
     ) -> int | None:
-        """The pose from which the prop is soonest at the DEEP, as its number; None: out of reach.
+        """Index of the pose from which the prop is soonest at the DEEP; None if none reaches it.
 
-        Of those that reach it from everywhere within the drive's tolerance (m, rad), if there are
-        any, else the one that does so from the largest part of it (R78, R79).
+        Among poses that reach it from everywhere within the drive's tolerance (m, rad); without
+        any, the pose that reaches it from the largest part of that disc (R76, R78, R79).
         """
         drawn = replace(self, chain=self.nominal)
         reach = Reach(self.nominal, self.solid)
@@ -171,7 +171,7 @@ class Workspace:
         return checker.tightest(np.array(look.joints))[0]
 
     def warm_up(self, model: Manipulator) -> None:
-        """Compiles what moving the arm needs, so that no control tick does."""
+        """Compile what moving the arm needs, so that no control tick does."""
         warm_up(model)
         look = ArmSituation(Pose2(0.0, 0.0), Pose2(1.85, 0.0), self.parked)
         deep = Pose3.from_yaw(1.0, 0.0, 1.2, math.pi)
@@ -179,7 +179,7 @@ class Workspace:
 
 
 def waypoints(plan: Plan) -> tuple[TimedJoints, ...]:
-    """The points of a plan for `Arm.follow`; the last is the goal to the last bit."""
+    """Timed joints of a plan for `Arm.follow`; the last equals the goal exactly."""
     trajectory = plan.trajectory
     count = math.ceil(trajectory.duration / PERIOD)
     times = np.linspace(0.0, trajectory.duration, count + 1)

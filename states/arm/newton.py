@@ -1,8 +1,9 @@
-"""Brings the branches of the nominal chain onto a calibrated one by damped Newton steps.
+"""Moves the branches of the nominal chain onto a calibrated one, by Levenberg-Marquardt.
 
-Each real arm differs from the maker's drawing: Robotnik's UR10 by 3.7 mm in the median. Seeds are
-the closed form's branches; a step that makes it worse is dropped and the damping raised
-(Levenberg-Marquardt). Damping that fades with the error keeps the last steps quadratic.
+Every real arm differs from the maker's drawing: Robotnik's UR10 by 3.7 mm (median). Seeds are the
+branches of the closed form. A step dq solves (J^T J + l I) dq = J^T e for the error e (m and rad);
+one that increases |e|^2 is dropped and l raised. l is proportional to |e|^2, so that it fades and
+the last steps converge quadratically.
 """
 
 from __future__ import annotations
@@ -17,14 +18,14 @@ from states.arm.kinematics import KinematicChain, forward, jacobian, rotation_ve
 STEPS = 50
 MORE_STEPS = 200
 RESEED_RANGE = 5e-3
-"""Poses missed by no more (m and rad together) are tried again from along the self-motion."""
+"""Poses missed by at most this (root of m^2 + rad^2) are retried along the wrist's self-motion."""
 
 _DONE = 1e-26
 _TURN = 2.0 * math.pi
 
 
 def polish(chain: KinematicChain, joints: Array, poses: Array) -> Array:
-    """Joints (n, b, 6) of b branches moved onto the poses (n, 4, 4) as far as they get."""
+    """Joints (n, b, 6) of b branches, moved as close to the poses (n, 4, 4) as they get."""
     branches = joints.shape[1]
     seeds = joints.reshape(-1, 6)
     found, worth = _descend(chain, seeds, np.repeat(poses, branches, axis=0), STEPS)
@@ -36,7 +37,10 @@ def polish(chain: KinematicChain, joints: Array, poses: Array) -> Array:
 
 
 def _along_self_motion(chain: KinematicChain, joints: Array, poses: Array) -> Array:
-    """The best of seven turns of joint 4 against joint 6: a singular wrist hides the right one."""
+    """The best result of seven seeds with joint 4 turned against joint 6.
+
+    At a singular wrist these turn about one axis, and the nominal branch is an arbitrary seed.
+    """
     n, branches, _ = joints.shape
     turns = np.arange(1, 8) * (_TURN / 8.0)
     seeds = np.repeat(joints[:, :, None], len(turns), axis=2)

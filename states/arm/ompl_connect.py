@@ -1,7 +1,7 @@
 """RRT-Connect of OMPL in place of our own; needs the extra `ompl`.
 
-OMPL draws and grows; every joint set and every line is looked at by our own checker, so that a way
-it calls free is as free as ours. Its random numbers start anew from the query's seed each time.
+OMPL draws samples and grows trees; every joint set and every line is judged by our own checker, so
+that its paths are as free as ours. Its random numbers start from the query's seed each time.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def connect(
 
 
 class _Counter:
-    """Looks by our checker, counted."""
+    """Our checker, with the number of joint sets checked."""
 
     def __init__(self, checker: CollisionChecker) -> None:
         self.checker = checker
@@ -71,7 +71,7 @@ class _Counter:
 def _problem(
     base: Any, counter: _Counter, box: tuple[Array, Array], start: Array, goals: Array
 ) -> tuple[Any, Any]:
-    """OMPL's problem definition, and a planner that is set up for it."""
+    """The problem definition of OMPL, and a planner set up for it."""
     space = base.RealVectorStateSpace(6)
     bounds = base.RealVectorBounds(6)
     for i, (low, high) in enumerate(zip(*box, strict=True)):

@@ -1,9 +1,10 @@
-"""Ways through joint space: straight lines with rounded corners, without time.
+"""Paths in joint space, without time: straight lines with rounded corners.
 
-A path is a chain of pieces q(x) = p0 + p1 x + p2 x^2 with x from 0 to the piece's length. Lines run
-at unit speed in joint space (the length is the Euclidean one, rad) and a rounded corner is the
-parabola that leaves one line and meets the next with its direction, so that the slope dq/ds has no
-jump except at corners left sharp.
+A path is a chain of pieces q(x) = p0 + p1 x + p2 x^2, x from 0 to the length of the piece. On lines
+|dq/dx| = 1, so lengths are Euclidean, rad. A corner is rounded by the parabola that leaves one line
+with its direction, `cut` before the corner, and meets the next with its own, `cut` behind it: over
+its length of 2 cut the direction u changes linearly to v, so p2 = (v - u) / (4 cut). Thus dq/ds
+jumps only at corners left sharp.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ _SMALLEST_CUT = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointPath:
-    """Pieces (m, 3, 6) and their lengths (m,); m may be 0, then the path is the point `start`."""
+    """Pieces (m, 3, 6) and their lengths (m,); with m = 0 the path is the point `start`."""
 
     start: Array
     pieces: Array
@@ -31,10 +32,10 @@ class JointPath:
 
     @classmethod
     def through(cls, points: ArrayLike, rounding: Sequence[float] = ()) -> JointPath:
-        """Straight lines through points (k, 6), equal neighbours merged.
+        """Straight lines through points (k, 6); equal neighbours are merged.
 
-        rounding[i] is how far before and after the corner at point i + 1 its parabola begins and
-        ends, rad, at most half of each line; 0 or left out: sharp.
+        rounding[i] is how far before and behind the corner at point i + 1 its parabola begins and
+        ends, rad, at most half of each line; 0 or missing leaves the corner sharp.
         """
         corners = _distinct(np.asarray(points, dtype=np.float64))
         steps = np.diff(corners, axis=0)
@@ -59,21 +60,21 @@ class JointPath:
 
     @property
     def length(self) -> float:
-        """Of all pieces, rad."""
+        """Length of all pieces, rad."""
         return float(self.lengths.sum())
 
     @property
     def goal(self) -> Array:
-        """The last joints (6,)."""
+        """Joints (6,) at the end."""
         return np.asarray(self.at(np.array([self.length]))[0][0])
 
     @property
     def knots(self) -> Array:
-        """Where pieces begin and the last one ends, (m + 1,)."""
+        """Arc lengths at which pieces begin and the last one ends, (m + 1,)."""
         return np.concatenate([[0.0], np.cumsum(self.lengths)])
 
     def at(self, s: Array) -> tuple[Array, Array, Array]:
-        """Joints, slope and bend (n, 6) each at s (n,); outside [0, length] the ends count."""
+        """q, dq/ds (slope) and d2q/ds2 (bend), (n, 6) each, at s (n,) clamped to the path."""
         n = len(s)
         if not len(self.pieces):
             return np.repeat(self.start[None], n, axis=0), np.zeros((n, 6)), np.zeros((n, 6))
@@ -84,7 +85,7 @@ class JointPath:
         return p[:, 0] + x * (p[:, 1] + x * p[:, 2]), p[:, 1] + 2.0 * x * p[:, 2], 2.0 * p[:, 2]
 
     def sharp(self) -> Array:
-        """Which of the inner knots are corners left sharp, (m - 1,) booleans."""
+        """True for inner knots at which the slope jumps, (m - 1,)."""
         if len(self.pieces) < 2:
             return np.zeros(0, dtype=np.bool_)
         before = self.pieces[:-1, 1] + 2.0 * self.lengths[:-1, None] * self.pieces[:-1, 2]
@@ -92,7 +93,7 @@ class JointPath:
 
 
 def first_contact(checker: CollisionChecker, path: JointPath, since: float = 0.0) -> float | None:
-    """Where a path, followed from `since` on, first comes too near to something; None: nowhere."""
+    """Arc length at which a path first comes too close to something, from `since` on; or None."""
     knot = 0.0
     for piece, length in zip(path.pieces, path.lengths, strict=True):
         begin = min(max(since - knot, 0.0), length)
@@ -114,10 +115,11 @@ def first_contact(checker: CollisionChecker, path: JointPath, since: float = 0.0
 def rounded(
     checker: CollisionChecker, points: Array, largest: float = 0.6, tries: int = 5
 ) -> tuple[JointPath, int]:
-    """The path through points with corners as round as is free, and the joint sets examined.
+    """The path through points with corners as round as is free, and the joint sets checked.
 
-    Each corner starts at `largest` rad (at most half of the shorter line beside it) and is halved
-    until its parabola is free; after `tries` it stays sharp, and the arm stops there.
+    The cut of each corner starts at `largest` rad (at most half of the shorter line beside it) and
+    is halved until its parabola is free. After `tries` the corner stays sharp, and the arm stops
+    there.
     """
     corners = _distinct(points)
     lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)

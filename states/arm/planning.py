@@ -1,10 +1,10 @@
-"""A free way for the arm to any of several joint goals, fast and the same every time (R43).
+"""Collision-free motion of the arm to any of several joint goals, deterministic (R43).
 
-`lines_first` tries the straight joint lines to all goals, quickest first: nine in ten moves between
-parked and presented need no more. What is left goes to `rrt_connect`; `ompl` does the same with
-another library's trees. Planners are generators: they
-yield after every slice of work, so that a control loop keeps its period, and return a `Plan` or a
-`NoPlan` that says why. Work is counted in joint sets examined for collision, never in time.
+`lines_first` tries the straight joint lines to all goals, quickest first; nine in ten moves between
+the parked pose and a DEEP need no more. The rest goes to `rrt_connect`; `ompl` does the same with
+another library's trees. Planners are generators: they yield after every slice of work, so that a
+control loop keeps its period, and return a `Plan`, or a `NoPlan` that says why. Work is counted in
+joint sets checked for collision, never in time.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ from states.arm.timing import warm_up as timing_warm_up
 from states.arm.trajectory import ArmLimits, Trajectory
 
 BUDGET = 100_000
-"""Joint sets examined before a planner gives up; about a tenth of a second of work."""
+"""Joint sets checked before a planner gives up; about a tenth of a second of work."""
 
 SLICE = 2_000
-"""Joint sets examined between two yields; about two milliseconds of work."""
+"""Joint sets checked between two yields; about two milliseconds of work."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Query:
-    """What is asked: from `start` (6,) to any of `goals` (k, 6), rad, within limits, freely.
+    """A planning problem: from `start` (6,) to any of `goals` (k, 6), rad, within limits.
 
     The same query gives the same answer, bit for bit.
     """
@@ -55,7 +55,7 @@ class Query:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """A free trajectory to goals[goal]; `checks` joint sets were examined."""
+    """A free trajectory to goals[goal]; `checks` joint sets were checked for it."""
 
     trajectory: Trajectory
     goal: int
@@ -64,7 +64,7 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class NoPlan:
-    """There is no way, or none was found; `reason` is for people."""
+    """No plan was found; `reason` says why, for people."""
 
     reason: str
     checks: int = 0
@@ -79,7 +79,7 @@ Connecting = Callable[
 
 
 def lines_first(query: Query) -> Planning:
-    """Straight joint lines in order of their time, then RRT-Connect where none is free."""
+    """Straight joint lines, quickest first; RRT-Connect where none of them is free."""
     checked = _checked(query)
     if isinstance(checked, NoPlan):
         return checked
@@ -108,7 +108,7 @@ def rrt_connect(query: Query) -> Planning:
 
 
 def ompl(query: Query) -> Planning:
-    """Like `rrt_connect`, with the trees of OMPL; for comparison, and where it is wanted."""
+    """Like `rrt_connect`, with the trees of OMPL (extra `ompl`), for comparison."""
     from states.arm.ompl_connect import connect as ompl_connect
 
     checked = _checked(query)
@@ -129,7 +129,7 @@ def planner(name: str) -> Planner:
     """A planner by name.
 
     Raises:
-        ValueError: naming those there are, or what is to be installed.
+        ValueError: unknown name, or a package is missing; says which.
     """
     if name not in PLANNERS:
         raise ValueError(f"no arm planner '{name}'; known: {', '.join(PLANNERS)}")
@@ -139,7 +139,7 @@ def planner(name: str) -> Planner:
 
 
 def plan(query: Query, solver: Planner = lines_first) -> Plan | NoPlan:
-    """The answer, worked out in one go."""
+    """Run a planner to its end."""
     work = solver(query)
     while True:
         try:
@@ -155,9 +155,9 @@ def goals_at(
     near: ArrayLike,
     tolerance: tuple[float, float] = (0.0, 0.0),
 ) -> Array:
-    """Joint goals (k, 6) with the prop at rover_from_tcp (4, 4), in the turn nearest to `near`.
+    """Joint goals (k, 6) with the prop at rover_from_tcp (4, 4), in the turns nearest to `near`.
 
-    Exact ones where there are any; else the nearest within the tolerance in m and rad (R44).
+    Exact ones where they exist, else the nearest within the tolerance, m and rad (R44).
     """
     found = inverse(chain, target).of()
     if not len(found) and tolerance[0] > 0.0:
@@ -166,14 +166,14 @@ def goals_at(
 
 
 def _checked(query: Query) -> tuple[Query, Integers, int] | NoPlan:
-    """The query with its free goals only in mind: margin, their order by time, checks so far."""
+    """The query with its margin settled, the free goals in order of time, and checks so far."""
     goals = query.goals.reshape(-1, 6)
     if not len(goals):
         return NoPlan("out of reach: no joint angles lead there")
     gap, first, second = query.checker.tightest(query.start)
     if gap <= 0.0:
         return NoPlan(f"the arm starts in contact: {first} with {second}, {-gap:.3f} m deep", 1)
-    if gap < query.checker.margin:  # whoever stands close may still leave
+    if gap < query.checker.margin:  # an arm that starts close to something may still leave
         query = replace(query, checker=replace(query.checker, margin=0.9 * gap))
     free = np.flatnonzero(query.checker.free(goals))
     if not len(free):
@@ -211,7 +211,7 @@ def _given_up(query: Query, checks: int) -> NoPlan:
 
 
 def warm_up(model: Manipulator) -> None:
-    """Compiles all that planning needs, so that no control tick does."""
+    """Compile what planning needs, so that no control tick does."""
     chain, solid = KinematicChain.of(model), CollisionModel.of(model)
     inverse_warm_up(chain)
     collision_warm_up(solid)

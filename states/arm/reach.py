@@ -1,8 +1,8 @@
-"""Where the rover must stand for the arm to get to a DEEP, and how high the arm reaches at all.
+"""From which rover poses the arm reaches a DEEP, and how high it reaches at all.
 
-A rover pose is good if the prop gets to the DEEP from everywhere within the drive's tolerance
-around it (R79, R80) and drive and arm together are quick (R76, R78). Everything is by true reach:
-every branch of the inverse kinematics, checked for contact.
+A rover pose is good if the prop reaches the DEEP from everywhere within the drive's tolerance
+around it (R79, R80). Reach is computed exactly: every branch of the inverse kinematics, checked
+for collision.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from states.arm.kernels import Array
 from states.arm.kinematics import KinematicChain, pose_matrix
 
 ANGLES = tuple(math.radians(degrees) for degrees in (0, 30, -30, 60, -60, 90, -90))
-"""The paper's seven directions around the DEEP, 0 is straight behind it (R75)."""
+"""The paper's seven directions around the DEEP; 0 is straight behind it (R75)."""
 
 _RINGS = ((0.0, 1), (0.5, 6), (1.0, 12))
 
@@ -46,20 +46,20 @@ class ReachTable:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reach:
-    """An arm, asked where its prop gets to."""
+    """The reach of one arm with its prop."""
 
     chain: KinematicChain
     model: CollisionModel
 
     def branches(self, checker: CollisionChecker, targets: ArrayLike) -> Solutions:
-        """Joints for rover_from_deep (n, 4, 4) that touch nothing."""
+        """Collision-free branches for rover_from_deep (n, 4, 4)."""
         found = inverse(self.chain, targets)
         valid = found.valid.copy()
         valid[found.valid] = checker.free(found.joints[found.valid])
         return Solutions(found.joints, valid)
 
     def reached(self, poses: Iterable[Pose2], deep: Pose3, place: ReachPlace) -> NDArray[np.bool_]:
-        """From which rover poses the prop gets to map_from_deep: (n,)."""
+        """True for rover poses from which the prop reaches map_from_deep, (n,)."""
         return np.array([self._from(pose, deep, place).valid.any() for pose in poses], np.bool_)
 
     def table(
@@ -69,9 +69,9 @@ class Reach:
         angles: Sequence[float] = ANGLES,
         tolerance: tuple[float, float] = (0.0, 0.0),
     ) -> ReachTable:
-        """Reach of level DEEPs by height and distance in an empty room, with a drive's tolerance.
+        """Reach of level DEEPs by height and distance in an empty room.
 
-        A direction counts where the DEEP is reached from the whole disc.
+        A direction counts where the DEEP is reached from the whole disc of the drive's tolerance.
         """
         checker = CollisionChecker.of(self.model, Surroundings.empty())
         share = np.zeros((len(heights), len(distances)))
@@ -107,7 +107,7 @@ def around(deep: Pose3, angles: Sequence[float], distances: Sequence[float]) -> 
 
 
 def disc(pose: Pose2, radius: float, yaw: float = 0.0) -> list[Pose2]:
-    """The pose and, with a radius in m, 18 more on two rings about it, turned by +-yaw in turn."""
+    """The pose and, for a radius > 0, m, 18 more on two rings around it, turned by up to +-yaw."""
     if radius <= 0.0:
         return [pose]
     found = []

@@ -8,10 +8,10 @@ from states.arm.urdf_arm import described_arm
 
 
 def manipulator_of(robot: RobotModel) -> Manipulator:
-    """The arm of a robot: its mount, its calibration, and what it holds; or that of its URDF.
+    """The arm of a robot file, or of its URDF, with its mount, calibration and prop.
 
     Raises:
-        FileError: the URDF is wrong, or its arm is none that this is made for.
+        FileError: the URDF is wrong, or its arm is not laid out like a UR arm.
         ValueError: the robot has no arm.
     """
     model, held = robot.arm, robot.prop

@@ -1,4 +1,8 @@
-"""RRT-Connect between one start and several goals, and the shortening of what it finds."""
+"""RRT-Connect between one start and several goals, and the shortening of its paths.
+
+Kuffner and LaValle, ICRA 2000: two trees grow in turn; one takes a step towards a random joint set,
+the other then tries to connect to the new node in one line. Lines are checked exactly (`sweep`).
+"""
 
 from __future__ import annotations
 
@@ -11,19 +15,20 @@ from states.arm.kernels import Array
 from states.arm.kinematics import KinematicChain
 
 STEP = 1.0
-"""Longest branch of a tree, rad."""
+"""Longest edge of a tree towards a random joint set, rad."""
 
 SURROUND = 1.5
-"""Joint angles are drawn this far around the box of start and goals, rad."""
+"""Random joint angles are drawn up to this far outside the box of start and goals, rad."""
 
 SHORTCUTS = 80
-"""Shortcuts tried on a path found."""
+"""Shortcuts tried on each path."""
 
+# an edge cut short by an obstacle is kept from this length on, rad
 _NEVER_SHORTER = 0.1
 
 
 class JointTree:
-    """Joint sets that are free and joined by free lines to their parents; roots have none."""
+    """Free joint sets, each joined to its parent by a free line; roots have no parent."""
 
     def __init__(self, roots: Array) -> None:
         self._nodes = np.zeros((max(256, 2 * len(roots)), 6))
@@ -31,7 +36,7 @@ class JointTree:
         self._parents = [-1] * len(roots)
 
     def add(self, joints: Array, parent: int) -> int:
-        """The index of the new node."""
+        """Add a node; its index."""
         count = len(self._parents)
         if count == len(self._nodes):
             self._nodes = np.concatenate([self._nodes, np.zeros_like(self._nodes)])
@@ -40,16 +45,16 @@ class JointTree:
         return count
 
     def at(self, node: int) -> Array:
-        """Its joints (6,)."""
+        """Joints (6,) of a node."""
         return np.asarray(self._nodes[node])
 
     def nearest(self, joints: Array) -> int:
-        """The node nearest to these joints."""
+        """The node nearest to these joints, by Euclidean distance."""
         gaps = self._nodes[: len(self._parents)] - joints
         return int(np.argmin(np.einsum("ij,ij->i", gaps, gaps)))
 
     def path_to_root(self, node: int) -> Array:
-        """From a node to its root: (k, 6)."""
+        """Joints from a node to its root, (k, 6)."""
         chain = []
         while node >= 0:
             chain.append(self._nodes[node])
@@ -66,9 +71,9 @@ def connect(
     budget: int,
     portion: int,
 ) -> Generator[None, None, tuple[Array | None, int]]:
-    """Corners (k, 6) of a free way from start to one of the goals, None if the budget ran out.
+    """Corners (k, 6) of a free path from start to one of the goals; None if the budget ran out.
 
-    Yields about every `portion` joint sets examined; their number comes second.
+    Yields about every `portion` joint sets checked, and returns their number beside the corners.
     """
     trees = JointTree(start[None]), JointTree(goals)
     low, high = drawing_box(chain, start, goals)
@@ -92,7 +97,7 @@ def connect(
 
 
 def drawing_box(chain: KinematicChain, start: Array, goals: Array) -> tuple[Array, Array]:
-    """Lowest and highest joints to draw from."""
+    """Lowest and highest joint angles to draw from."""
     every = np.concatenate([start[None], goals])
     low = np.maximum(every.min(axis=0) - SURROUND, chain.lower)
     return low, np.minimum(every.max(axis=0) + SURROUND, chain.upper)
@@ -101,7 +106,7 @@ def drawing_box(chain: KinematicChain, start: Array, goals: Array) -> tuple[Arra
 def shortened(
     checker: CollisionChecker, corners: Array, rng: np.random.Generator, portion: int
 ) -> Generator[None, None, tuple[Array, int]]:
-    """The same way with free straight lines across its corners; checks examined come second."""
+    """The path with free lines across its corners, and the number of joint sets checked."""
     checks, due = 0, portion
     for _ in range(SHORTCUTS):
         if len(corners) < 3:
@@ -124,19 +129,19 @@ def shortened(
 def _extend(
     checker: CollisionChecker, tree: JointTree, towards: Array, step: float
 ) -> tuple[int | None, int]:
-    """Grows the tree towards joints, by one step at most or as far as is free."""
+    """Grow the tree towards joints, by at most one step, or four fifths of what is free."""
     parent = tree.nearest(towards)
     begin = tree.at(parent)
-    way = towards - begin
-    length = float(np.linalg.norm(way))
+    line = towards - begin
+    length = float(np.linalg.norm(line))
     if length == 0.0:
         return parent, 0
     share = min(1.0, step / length)
-    free, checks = checker.sweep(np.array([begin, share * way, np.zeros(6)]), 1.0)
+    free, checks = checker.sweep(np.array([begin, share * line, np.zeros(6)]), 1.0)
     if free >= 1.0:
-        end = towards if share == 1.0 else begin + share * way
+        end = towards if share == 1.0 else begin + share * line
         return tree.add(end, parent), checks
-    short = begin + 0.8 * free * share * way
+    short = begin + 0.8 * free * share * line
     if 0.8 * free * share * length < _NEVER_SHORTER or not checker.free(short)[0]:
         return None, checks + 1
     return tree.add(short, parent), checks + 1
@@ -147,9 +152,9 @@ def _joined(from_start: Array, to_goal: Array) -> Array:
 
 
 def _cut(corners: Array, rng: np.random.Generator) -> tuple[Array, Array, Array] | None:
-    """Two random places on different lines of the way, and the way straight across."""
+    """Two random points on different lines of the path, and the corners of the shorter path."""
     knots = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
-    # corners themselves are tried as often as places between them
+    # corners are drawn as often as points between them
     places = np.sort(
         [rng.choice(knots) if rng.uniform() < 0.5 else rng.uniform(0.0, knots[-1]) for _ in "ab"]
     )

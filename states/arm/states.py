@@ -34,20 +34,20 @@ READS: dict[str, float | None] = {
     USER_POSE: None,
     STOP_ENGAGED: None,
 }
-"""Who is not tracked is taken to stand where they were seen last."""
+"""An untracked user is assumed to stand where last seen."""
 
 SLICES = 4
 """Slices of planning per tick, some 2 ms each."""
 MOVED, TURNED = 0.01, 0.01
-"""Base or user have moved by so much, m and rad: the way is checked again."""
+"""Motion of base or user, m and rad, from which the running trajectory is checked again."""
 CORRECTIONS, DRIFTED = 3, 0.001
-"""A base that stands so much elsewhere than planned with, m or rad, is made up for so often."""
+"""Corrections at the DEEP at most, and the base's offset from which one is made, m or rad."""
 SURE, SURE_YAW = 0.01, 0.005
-"""A reach waits for a pose of the base that is so sure, m and rad: 1 cm is 1 cm at the prop."""
+"""A reach waits until sigma of the base's pose is below these, m and rad: the prop adds them."""
 LATE_S = 0.5
-"""An arm that is not there so long after it should be does not get there."""
+"""Grace period after the planned end of a move before it counts as failed, s."""
 SLOWEST = 0.05
-"""An arm that runs at less than this share of its speed is not waited for any longer."""
+"""Least share of its speed for which the end of a move is put off; a slower arm fails."""
 
 Frame = Literal["map", "rover", "user"]
 Solver = Literal["lines_first", "rrt_connect", "ompl"]
@@ -59,7 +59,7 @@ Moving = Generator[Yielded, None, Literal["there", "no_solution", "blocked", "fa
 class ParkArm(Action):
     """Fold the arm within the bumper's outline, so that the base may drive (R46, R87).
 
-    `solver` names the planner. `failed`: there is no free way, or the arm did not get there.
+    `solver` names the planner. `failed`: there is no free path, or the arm did not get there.
     """
 
     outcomes = ("parked", "failed")
@@ -80,14 +80,14 @@ class ParkArm(Action):
 
 
 class ReachDeep(Action):
-    """Bring the prop to the DEEP from where the base stands, whatever its error (R47, R80, R84).
+    """Bring the prop to the DEEP from wherever the base stands (R47, R80, R84).
 
-    The DEEP is given in `frame`: the map, the rover (base_link on the floor) or the user (their
-    body's pose on the floor); it is turned into the map once, when the state starts. `solver` names
-    the planner. It waits for up to `settle` until the robot knows well enough where it stands.
+    The DEEP is given in `frame`: the map, the rover (base_link on the floor) or the user (body pose
+    on the floor); it is transformed into the map once, when the state starts. `solver` names the
+    planner. The state waits up to `settle` for a base pose that is certain enough.
 
-    `no_solution`: the DEEP is out of the arm's reach. `blocked`: something stands in every way
-    there. `failed`: the arm did not get there, or the robot does not know where it stands.
+    `no_solution`: the DEEP is out of the arm's reach. `blocked`: every path to it is obstructed.
+    `failed`: the arm did not get there, or the pose of the base stays too uncertain.
     """
 
     outcomes = ("reached", "no_solution", "blocked", "failed")
@@ -120,7 +120,7 @@ class ReachDeep(Action):
 
 
 class HoldProp(Action):
-    """Keep the prop where it is, until something else ends this."""
+    """Hold the prop still until another state ends this one."""
 
     outcomes = ()
     commands = ("arm",)
@@ -131,7 +131,7 @@ class HoldProp(Action):
 
 
 def _sure(ctx: Context, patience: float) -> Generator[Yielded, None, bool]:
-    """Wait until the pose of the base is sure enough to reach from; False: it does not get so."""
+    """Wait for a base pose certain enough to reach from; False if it does not come in time."""
     until = ctx.after(patience)
     while True:
         sigma = ctx.value(BASE_POSE_SIGMA)
@@ -145,14 +145,14 @@ def _sure(ctx: Context, patience: float) -> Generator[Yielded, None, bool]:
 
 
 def _installed(solver: Solver) -> Solver:
-    """The name of a planner that can be used here."""
+    """The name of a planner, if its package is installed."""
     if solver == "ompl" and find_spec("ompl") is None:
         raise ValueError("solver 'ompl' needs the package ompl: pip install 'cobodeck[ompl]'")
     return solver
 
 
 def _move(ctx: Context, deep: Pose3 | None, tolerance: float, solver: str) -> Moving:
-    """Move to a DEEP, or fold; planned anew each time somebody steps into the way."""
+    """Move to a DEEP, or fold; plan anew whenever somebody steps into the path."""
     from states.arm.planning import NoPlan
 
     workspace, corrections = environment_of(ctx).workspace, 0
@@ -176,7 +176,7 @@ def _move(ctx: Context, deep: Pose3 | None, tolerance: float, solver: str) -> Mo
 
 
 def _drifted(ctx: Context, planned: ArmSituation) -> bool:
-    """Does the base stand elsewhere than planned with?"""
+    """True if the base stands elsewhere than at planning time."""
     base = ctx.value(BASE_POSE)
     return base is not None and (
         base.distance_to(planned.base) > DRIFTED or abs(wrap(base.yaw - planned.base.yaw)) > DRIFTED
@@ -184,7 +184,7 @@ def _drifted(ctx: Context, planned: ArmSituation) -> bool:
 
 
 def _at_rest(ctx: Context) -> Generator[Yielded, None, ArmSituation | None]:
-    """Everything's place once the arm stands; None while nothing may move."""
+    """The situation once the arm is at rest; None if a stop line or the arm forbids to move."""
     while ctx.value(STOP_ENGAGED) is None:
         look, arm = _look(ctx), ctx.value(ARM_JOINTS)
         if look is not None and arm is not None:
@@ -208,7 +208,7 @@ def _look(ctx: Context) -> ArmSituation | None:
 
 
 def _planned(query: Query, solver: str) -> Generator[Yielded, None, Plan | NoPlan]:
-    """The answer to a query, worked out in slices."""
+    """Work off a planner, a few slices per tick."""
     from states.arm.planning import planner
 
     work, slices = planner(solver)(query), 0
@@ -226,7 +226,7 @@ def _planned(query: Query, solver: str) -> Generator[Yielded, None, Plan | NoPla
 def _follow(
     ctx: Context, plan: Plan, planned: ArmSituation, deep: Pose3 | None, tolerance: float
 ) -> Generator[Yielded, None, bool | None]:
-    """Follow a plan; whether the arm got there, None: something has come into the way."""
+    """Follow a plan; True if the arm got there, False if not, None if its path is obstructed."""
     from states.arm.motion import waypoints
 
     arm: Arm = ctx.part("arm")
@@ -258,12 +258,12 @@ def _follow(
 
 
 def _stopped(state: ArmState) -> str | None:
-    """Why the arm's own safety system does not let it move, if it does not."""
+    """Why the arm's own safety system forbids motion; None if it does not."""
     return None if state.mode in ARM_MOVES else f"the arm: {state.mode.replace('_', ' ')}"
 
 
 def _refused(state: ArmState | None, number: int | None) -> str | None:
-    """Why the arm does not follow the course of this number, if it does not."""
+    """Why the arm does not follow the trajectory of this number; None if it does."""
     if state is None:
         return None
     if number is not None and state.course == number and state.refused is not None:
@@ -272,7 +272,7 @@ def _refused(state: ArmState | None, number: int | None) -> str | None:
 
 
 def _is_at(state: ArmState | None, joints: Joints, tolerance: float) -> bool:
-    """Does the arm stand still at these angles?"""
+    """True if the arm stands still at these angles."""
     if state is None or state.moving:
         return False
     pairs = zip(state.joints, joints, strict=True)
@@ -280,7 +280,7 @@ def _is_at(state: ArmState | None, joints: Joints, tolerance: float) -> bool:
 
 
 def in_map(look: ArmSituation, deep: Pose3, frame: Frame) -> Pose3 | None:
-    """map_from_deep of a DEEP in one of the frames; None: nobody knows where the frame is (R84)."""
+    """map_from_deep of a DEEP in one of the frames; None if that frame is unknown (R84)."""
     if frame == "map":
         return deep
     here = look.base if frame == "rover" else look.user

@@ -1,4 +1,4 @@
-"""A path with its course in time, and the limits it keeps (R45)."""
+"""Trajectories (a path with its timing) and the limits they keep (R45)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from states.arm.path import JointPath
 
 @dataclass(frozen=True, slots=True)
 class ArmLimits:
-    """Per joint rad/s, rad/s2 and rad/s3, and m/s of the tcp; inf: no limit."""
+    """Limits per joint, rad/s, rad/s2, rad/s3, and of the tcp, m/s; inf means none."""
 
     speed: tuple[float, ...]
     acceleration: tuple[float, ...]
@@ -42,9 +42,9 @@ class ArmLimits:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trajectory:
-    """A path with its course: at times[k] (s) the place s, its rate and its acceleration.
+    """A path with its timing: arc length, its rate and its acceleration at times[k], s.
 
-    All are (n,); in between the jerk (n - 1,) is constant.
+    All are (n,); between two times the jerk of the arc length, (n - 1,), is constant.
     """
 
     path: JointPath
@@ -56,11 +56,11 @@ class Trajectory:
 
     @property
     def duration(self) -> float:
-        """From the first knot to the last, s."""
+        """Time from first to last knot, s."""
         return float(self.times[-1] - self.times[0])
 
     def along(self, t: Array) -> tuple[Array, Array, Array]:
-        """s, its rate and its acceleration at times t (n,); before and after, it stands still."""
+        """Arc length, rate and acceleration at times t (n,); at rest outside the motion."""
         last = max(len(self.times) - 2, 0)
         k = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, last)
         tau = np.clip(t, self.times[0], self.times[-1]) - self.times[k]
@@ -79,7 +79,7 @@ class Trajectory:
 
 
 def with_rates(path: JointPath, times: Array, places: Array, rates: Array) -> Trajectory:
-    """A trajectory with constant acceleration along the path between knots."""
+    """A trajectory with constant acceleration along the path between knots, from its rates."""
     gains = np.diff(rates) / np.diff(times)
     accelerations = np.concatenate([gains, [0.0]])
     return Trajectory(path, times, places, rates, accelerations, np.zeros(len(gains)))

@@ -1,6 +1,6 @@
-"""Robot descriptions in URDF: links, joints, named meshes, and where every link is (R17).
+"""URDF robot descriptions: links, joints, mesh names, and the pose of every link (R17).
 
-Reads what robots are described with: fixed, revolute, continuous, prismatic and mimic joints.
+Reads fixed, revolute, continuous, prismatic and mimic joints.
 Meshes are named, not loaded. xacro must have been expanded before.
 """
 
@@ -30,7 +30,7 @@ _HERE = Placement()
 
 @dataclass(frozen=True, slots=True)
 class Mimic:
-    """A joint that follows another: value = multiplier * other + offset."""
+    """A joint that follows another one: value = multiplier * other + offset."""
 
     joint: str
     multiplier: float = 1.0
@@ -39,7 +39,7 @@ class Mimic:
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """The child's frame is the parent's, moved by `origin`, then turned about or moved along axis.
+    """The child's frame is the parent's, moved by `origin`, then turned about or along `axis`.
 
     Limits in rad or m (infinite where there are none), `speed` in rad/s or m/s.
     """
@@ -57,13 +57,13 @@ class Joint:
 
     @property
     def moves(self) -> bool:
-        """Does it take a value of its own."""
+        """True if the joint has a value of its own."""
         return self.kind != "fixed" and self.mimic is None
 
 
 @dataclass(frozen=True, slots=True)
 class Mesh:
-    """A mesh by its file name as written, where it sits in its link, and its scale."""
+    """A mesh: file name as written, pose in its link, and scale."""
 
     file: str
     origin: Placement
@@ -90,7 +90,7 @@ class Urdf:
     joints: tuple[Joint, ...]
 
     def value(self, joint: Joint, values: Mapping[str, float]) -> float:
-        """What a joint stands at, given those that move (missing ones are 0), rad or m."""
+        """Value of a joint, rad or m, from those of the moving joints (missing ones are 0)."""
         if joint.mimic is None:
             return values.get(joint.name, 0.0)
         followed = next(j for j in self.joints if j.name == joint.mimic.joint)
@@ -105,10 +105,10 @@ class Urdf:
         return found
 
     def chain(self, base: str, tip: str) -> tuple[Joint, ...]:
-        """The joints from one link down to another.
+        """Joints from one link down to another.
 
         Raises:
-            ValueError: a link is unknown, or the tip does not hang on the base.
+            ValueError: a link is unknown, or the tip is not a descendant of the base.
         """
         for link in (base, tip):
             if link not in self.links:
@@ -135,7 +135,7 @@ def read_urdf(path: Path) -> Urdf:
 
 
 def parse_urdf(text: str, path: str = "robot.urdf") -> Urdf:
-    """Like `read_urdf`, for text that is already there."""
+    """Like `read_urdf`, for text."""
     root = elements(text, path)
     if root.tag != "robot":
         raise root.fail("is the outermost element; a URDF has <robot>")
@@ -214,7 +214,7 @@ def _point(values: tuple[float, ...]) -> Point3:
 
 
 def _tree(root: Element, links: dict[str, UrdfLink], joints: list[Joint]) -> Urdf:
-    """Joints in an order in which every parent's place is known before its child's."""
+    """Joints ordered so that every parent comes before its children."""
     children = [joint.child for joint in joints]
     for child in children:
         if children.count(child) > 1:
@@ -255,7 +255,10 @@ def _check_mimics(root: Element, joints: list[Joint]) -> None:
 
 
 def _motion(joint: Joint, value: float) -> Array:
-    """The 4x4 of a joint's own movement (Rodrigues' formula)."""
+    """Transform (4, 4) of a joint at a value, by Rodrigues' formula.
+
+    R = I + sin(t) K + (1 - cos(t)) K^2, with K the cross product matrix of the unit axis.
+    """
     moved = np.eye(4)
     if joint.kind == "fixed":
         return moved

@@ -1,8 +1,8 @@
 """An arm read from a URDF (R17).
 
-Descriptions place their link frames as they like; only the axes of the joints count. The frames of
-`states.arm.model` are laid onto those axes, so that forward kinematics stay exactly those of the
-description, and what differs from the ideal lengths goes into the calibrated chain.
+URDFs place link frames freely; only the joint axes matter. The frames of `states.arm.model` are
+laid onto those axes, so that forward kinematics stay exactly those of the description; deviations
+from the nominal lengths become a calibrated chain.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from states.arm.model import Dh, Manipulator, six
 from states.arm.urdf import Joint, Urdf, read_urdf
 
 _ALIKE = 0.1
-"""How far, rad, an axis may point from where a UR arm has it."""
+"""Largest angle between a joint axis and that of a UR arm, rad."""
 
 # axes of a UR arm stretched out at zero angles, in its base frame
 _DIRECTIONS = ((0, 0, 1), (0, -1, 0), (0, -1, 0), (0, -1, 0), (0, 0, -1), (0, -1, 0))
 
 
 def manipulator_from_urdf(urdf: Urdf, base: str, tip: str, like: Manipulator) -> Manipulator:
-    """The six-joint arm from link `base` to link `tip`, with all else taken from `like`.
+    """The six-joint arm from link `base` to link `tip`; everything else is taken from `like`.
 
     `base` becomes the rover frame and `tip` the tcp: forward kinematics give base_from_tip.
 
     Raises:
-        ValueError: not six turning joints, or not laid out like those of a UR arm.
+        ValueError: not six revolute joints, or not laid out like those of a UR arm.
     """
     joints = _turning(urdf, base, tip)
     root_from = urdf.poses({})
@@ -45,7 +45,7 @@ def manipulator_from_urdf(urdf: Urdf, base: str, tip: str, like: Manipulator) ->
     axes, points = axes @ mount[:3, :3], (points - mount[:3, 3]) @ mount[:3, :3]
     _require_alike(urdf, joints, axes)
     dh = _lengths(axes, points, like.dh.d6)
-    # how much of the shoulder's height is the mount's nobody can tell: the rest is as in `like`
+    # a URDF does not say how much of the shoulder's height belongs to the mount: d1 is as in `like`
     raised = dh.d1 - like.dh.d1
     mount[:3, 3] += raised * mount[:3, 2]
     points[:, 2] -= raised
@@ -71,10 +71,10 @@ def manipulator_from_urdf(urdf: Urdf, base: str, tip: str, like: Manipulator) ->
 
 
 def described_arm(described: UrdfDescription, like: Manipulator) -> Manipulator:
-    """The arm of a robot file's URDF where it stands, with limits and prop as in `like`.
+    """The arm of a robot file's URDF on its mount, with limits and prop as in `like`.
 
     Raises:
-        FileError: the URDF is wrong, or its arm is none that this is made for.
+        FileError: the URDF is wrong, or its arm is not laid out like a UR arm.
     """
     urdf = read_urdf(described.file)
     try:
@@ -110,7 +110,7 @@ def placement(pose: Array) -> Placement:
     pitch = math.atan2(-r[2, 0], level)
     if level > 1e-9:
         roll, yaw = math.atan2(r[2, 1], r[2, 2]), math.atan2(r[1, 0], r[0, 0])
-    else:  # looking straight up or down: roll and yaw turn about one axis
+    else:  # pitch of +-90 degrees: roll and yaw turn about one axis, and yaw is set to 0
         roll, yaw = math.atan2(-r[1, 2], r[1, 1]), 0.0
     return Placement((float(x), float(y), float(z)), (roll, pitch, yaw))
 
@@ -132,7 +132,7 @@ def _unit(joint: Joint) -> Array:
 
 
 def _mount(axes: Array, points: Array) -> Array:
-    """base_from_arm: z on the first axis, at the height of the base link, y against the second."""
+    """base_from_arm: z along the first axis, y against the second, origin level with the link."""
     z = axes[0]
     y = -(axes[1] - (axes[1] @ z) * z)
     mount = np.eye(4)
@@ -154,7 +154,7 @@ def _require_alike(urdf: Urdf, joints: list[Joint], axes: Array) -> None:
 
 
 def _lengths(axes: Array, points: Array, d6: float) -> Dh:
-    """The nominal lengths that come nearest to the axes; d6 has no trace in them."""
+    """Nominal lengths of the axes at zero angles; d6 does not show in them."""
     side = -float(_at(axes[4], points[4], 2, points[3][2])[1])
     across = [_at(axes[i], points[i], 1, 0.0 if i < 3 else -side) for i in (1, 2, 3, 5)]
     (x2, z2), (x3, _), (x4, _), (_, z6) = ((float(p[0]), float(p[2])) for p in across)
@@ -162,12 +162,12 @@ def _lengths(axes: Array, points: Array, d6: float) -> Dh:
 
 
 def _at(axis: Array, point: Array, coordinate: int, value: float) -> Array:
-    """The point of a line at which one coordinate has a value."""
+    """The point of a line at which one coordinate has this value."""
     return np.asarray(point + (value - point[coordinate]) / axis[coordinate] * axis)
 
 
 def _laid(dh: Dh, axes: Array, points: Array) -> list[Array]:
-    """base_from_link of the nominal arm at zero angles, each moved onto the real joint's axis."""
+    """base_from_link of the nominal arm at zero angles, each moved onto the axis of its joint."""
     frame, found = np.eye(4), []
     for origin, axis, point in zip(dh.placements(), axes, points, strict=True):
         frame = frame @ matrix(origin)

@@ -1,9 +1,9 @@
-"""Adaptive Monte Carlo localization: where in the map, without knowing it before.
+"""Adaptive Monte Carlo localization: the pose in a map, without a start pose.
 
-The parameters are those of ROS's amcl, by their names and with their meaning, but for its slips:
-`kld_z` is the quantile it is used as, weights are products in the logarithm, the motion model is
-the one called omni-corrected there. Particles are kept from the corner of the field, so that it
-does not matter where the map lies.
+Parameters have the names and meanings of ROS's amcl, except where that has bugs: `kld_z` is a
+quantile, as it is used; weights are products, summed as logarithms; the motion model is the one
+called omni-corrected. Particles are relative to the corner of the field, so that precision does not
+depend on where the map lies.
 """
 
 from __future__ import annotations
@@ -38,17 +38,17 @@ _Share = Annotated[float, Range(0.0, 1.0)]
 _Alpha = Annotated[float, Range(0.0, 10.0)]
 _Count = Annotated[int, Range(1, 1_000_000)]
 STREAM = 7
-"""What tells the random numbers of particles from those of other sources."""
+"""Distinguishes the particles' random numbers from those of other sources of one seed."""
 
 
 @dataclass(frozen=True, slots=True)
 class AmclValues:
     """The parameters of amcl.
 
-    `kld_z` is a standard normal quantile, 2.33 for 99 %. `odom_alpha1` to 5 are variances: of the
-    turn per turn^2 and per way^2, of the way per way^2 and per turn^2, across the way per way^2.
-    `resolution` is that of the table of likelihoods; `likelihood_power` tells how far beams are
-    taken as independent: 1 wholly, less the more alike their errors are.
+    `kld_z` is a standard normal quantile, 2.33 for 99 %. `odom_alpha1` to 5 are variances of the
+    motion model: of the turn per rad^2 turned (1) and per m^2 travelled (2), along the path per m^2
+    (3) and per rad^2 (4), across it per m^2 (5). `resolution` is that of the likelihood table, m.
+    `likelihood_power`: 1 treats beams as independent; the more their errors correlate, the less.
     """
 
     min_particles: _Count = 100
@@ -76,7 +76,7 @@ class AmclValues:
     likelihood_power: Annotated[float, Range(0.0, 1.0, above=True)] = 0.3
 
     def faults(self) -> Iterator[Fault]:
-        """What does not go together, by key."""
+        """Values that contradict each other, by key."""
         if self.min_particles > self.max_particles:
             yield "min_particles", f"must not be above max_particles, {self.max_particles}"
         if self.z_hit + self.z_rand > 1.0 + 1e-9:
@@ -93,7 +93,7 @@ class AmclValues:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ParticleEstimate:
-    """The heaviest cluster of particles: its mean, covariance (3, 3) in the map, and weight."""
+    """The heaviest cluster of particles: mean, covariance (3, 3) in the map, and weight."""
 
     map_from_base: Pose2
     covariance: Array
@@ -101,10 +101,10 @@ class ParticleEstimate:
 
 
 class Amcl:
-    """A cloud of particles; which base moved how, and what it saw, is told to `update`.
+    """A set of particles, moved and weighed by `update`.
 
     Raises:
-        ValueError: values that do not go together.
+        ValueError: values that contradict each other.
     """
 
     def __init__(self, field: Field, values: AmclValues | None = None, seed: int = 0) -> None:
@@ -136,7 +136,7 @@ class Amcl:
 
     @property
     def effective(self) -> float:
-        """Number of particles that the weights are worth, from 1 to their number."""
+        """Effective number of particles, 1 / sum of squared weights."""
         return float(normalise(self._logs)[1])
 
     def start(self, map_from_base: Pose2, covariance: Array, count: int | None = None) -> None:
@@ -147,7 +147,7 @@ class Amcl:
         pose = corner.inverse() @ map_from_base
         c, s = math.cos(-corner.yaw), math.sin(-corner.yaw)
         turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        # by eigenvectors, for a covariance may be singular
+        # eigenvectors instead of a Cholesky factor: the covariance may be singular
         values, vectors = np.linalg.eigh(turn @ covariance @ turn.T)
         spread = vectors * np.sqrt(np.maximum(values, 0.0))
         self._put(
@@ -155,26 +155,25 @@ class Amcl:
         )
 
     def start_anywhere(self, count: int | None = None) -> None:
-        """Spread particles evenly over the floor, in all directions."""
+        """Spread particles evenly over the floor and over all headings."""
         self._put(self._anywhere(count or self.values.max_particles, self._rng()))
 
     def update(self, odom_from_base: Pose2, points: Array, force: bool = False) -> bool:
-        """Take a scan, points (n, 2) in the base frame, and where odometry was at its instant.
+        """Take a scan, points (n, 2) in the base frame, with the odometry at its instant.
 
-        Nothing is done, and False returned, before the base has moved by `update_min_d` or
-        `update_min_a`, unless forced. Without points the particles only move.
+        Does nothing and returns False until the base has moved by `update_min_d` or `update_min_a`,
+        unless forced. Without points the particles only move.
         """
         before = self._odom_from_base or odom_from_base
-        way = before.inverse() @ odom_from_base
+        moved = before.inverse() @ odom_from_base
         values = self.values
-        small = (
-            math.hypot(way.x, way.y) < values.update_min_d and abs(way.yaw) < values.update_min_a
-        )
+        distance, turn = math.hypot(moved.x, moved.y), abs(moved.yaw)
+        small = distance < values.update_min_d and turn < values.update_min_a
         if small and not force and self._odom_from_base is not None:
             return False
         self._odom_from_base = odom_from_base
         rng = self._rng()
-        self._move(way, rng)
+        self._move(moved, rng)
         if len(points) == 0:
             return True
         fit = self._weigh(points)
@@ -184,14 +183,14 @@ class Amcl:
         return True
 
     def fits(self, points: Array) -> Array:
-        """The log-likelihood of a scan, points (n, 2) in the base frame, for each particle."""
+        """Log-likelihood of a scan, points (n, 2) in the base frame, of each particle."""
         some = points[:: max(1, math.ceil(len(points) / self.values.laser_max_beams))]
         found = np.empty(len(self._particles))
         weigh(self._particles, some, self._likelihoods, self.values.resolution, found)
         return found
 
     def estimate(self, odom_from_base: Pose2 | None = None) -> ParticleEstimate:
-        """The heaviest cluster, moved on to where odometry is now."""
+        """The heaviest cluster, moved on to the given odometry."""
         weights, _ = normalise(self._logs)
         labels = clusters(self._particles)
         shares = np.bincount(labels, weights)
@@ -215,7 +214,7 @@ class Amcl:
         self._slow = self._fast = 0.0
 
     def _rng(self) -> np.random.Generator:
-        """Random numbers of their own for each update."""
+        """A generator of its own for each update, by seed and number of the update."""
         self._draws += 1
         return np.random.default_rng((self._seed, STREAM, self._draws))
 
@@ -230,17 +229,17 @@ class Amcl:
         found[:, 2] = rng.uniform(-math.pi, math.pi, count)
         return found
 
-    def _move(self, way: Pose2, rng: np.random.Generator) -> None:
-        v, length, turn = self.values, math.hypot(way.x, way.y), way.yaw
+    def _move(self, moved: Pose2, rng: np.random.Generator) -> None:
+        v, length, turn = self.values, math.hypot(moved.x, moved.y), moved.yaw
         along = math.sqrt(v.odom_alpha3 * length**2 + v.odom_alpha4 * turn**2)
         across = math.sqrt(v.odom_alpha4 * turn**2 + v.odom_alpha5 * length**2)
         spin = math.sqrt(v.odom_alpha1 * turn**2 + v.odom_alpha2 * length**2)
-        gone = np.array([length, math.atan2(way.y, way.x), turn])
+        gone = np.array([length, math.atan2(moved.y, moved.x), turn])
         normals = rng.standard_normal((len(self._particles), 3))
         move(self._particles, gone, np.array([along, across, spin]), normals)
 
     def _weigh(self, points: Array) -> float:
-        """Adds the scan to the weights; returns the mean likelihood of a beam."""
+        """Add the scan to the weights; returns the mean likelihood of a beam."""
         fits = self.fits(points)
         weights, _ = normalise(self._logs)
         self._logs += self.values.likelihood_power * fits
@@ -249,7 +248,10 @@ class Amcl:
         return float(weights @ np.exp(fits / min(len(points), self.values.laser_max_beams)))
 
     def _share_of_new(self, fit: float) -> float:
-        """By how much the scans fit worse than they used to (augmented MCL, Thrun 8.3.3)."""
+        """Share of random particles to add: 1 - w_fast / w_slow (augmented MCL, Thrun, Table 8.3).
+
+        Both are exponential means of the fit; the fast one falls first when scans stop fitting.
+        """
         slow, fast = self.values.recovery_alpha_slow, self.values.recovery_alpha_fast
         if fast == 0.0:
             return 0.0

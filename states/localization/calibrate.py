@@ -1,9 +1,9 @@
-"""Where the tracking's frame lies in the map, and where the trackers sit on the base.
+"""Calibration of the tracking: its frame in the map, and the trackers' mounts on the base.
 
-From a drive during which trackers told vive_from_tracker and a scan matcher map_from_base:
-both frames are found at once by robust least squares (`hand_eye.py`). What motion in a plane leaves
-open is settled by convention: the tracking's floor is the floor, unless the mounts are known.
-Readings are averaged over windows, so that what is judged is what does not average out.
+From a drive during which trackers gave vive_from_tracker and a scan matcher map_from_base, all
+frames are found at once by robust least squares (`hand_eye.py`). Planar motion leaves the height
+open, which is set by convention: the tracking's floor is the floor, unless mounts are known.
+Readings are averaged over windows, so that residuals show systematic errors, not noise.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from states.localization.tracks import Array, pairs_of
 
 GREATEST_OFFSET = 0.005
 GREATEST_TURN = math.radians(0.1)
-"""Residuals and uncertainties beyond, m and rad, are refused: 0.1 degrees are 1 cm at 5 m."""
+"""Largest residuals and uncertainties accepted, m and rad; 0.1 degrees are 1 cm at 5 m."""
 
 WINDOW_S = 1.0
 LEAST_WINDOWS = 10
-_CLOCK_S = 0.02  # by so much the clocks of trackers and scanners may differ
+_CLOCK_S = 0.02  # expected size of the clock offset between trackers and scanners
 
 
 class TrackerReading(NamedTuple):
-    """What the tracking told of one tracker: vive_from_tracker at a stamp, ns."""
+    """Pose of one tracker, vive_from_tracker, at a stamp, ns."""
 
     stamp_ns: int
     tracker: str
@@ -37,9 +37,9 @@ class TrackerReading(NamedTuple):
 
 
 class BaseReading(NamedTuple):
-    """What a matcher told: map_from_base at a stamp, ns, by the scanner of this name alone.
+    """Matched pose, map_from_base, at a stamp, ns, by the scanner of this name alone.
 
-    Without a name: by several scanners, or none; then there is no scanner's yaw to be found.
+    Without a name it comes from several scanners or another source; no scanner yaw is estimated.
     """
 
     stamp_ns: int
@@ -49,13 +49,12 @@ class BaseReading(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """The frames, how well they fit the log, and how sure each number is.
+    """The frames, how well they fit the log, and the standard deviation of each unknown.
 
-    `mounts`: base_from_tracker. `scanner_yaws`: by how much each scanner is turned against its
-    nominal mount, rad; while the mounts are unknown only the differences can be seen, and their
-    mean is 0. `clock_offset`: by how much stamps of trackers are behind those of scanners, s.
-    `position_rms` (m) and `yaw_rms` (rad) of the windows' means; `sigmas` of each unknown, m or
-    rad, by name.
+    `mounts`: base_from_tracker. `scanner_yaws`: yaw of each scanner relative to its nominal mount,
+    rad; with unknown mounts only differences are observable, and their mean is 0. `clock_offset`:
+    delay of tracker stamps behind scanner stamps, s. `position_rms` (m) and `yaw_rms` (rad) are
+    residuals of the window means; `sigmas` are by name, m, rad or s.
     """
 
     map_from_vive: Pose3
@@ -75,10 +74,10 @@ class Calibration:
 
 @dataclass(frozen=True, slots=True)
 class NoCalibration:
-    """Why a log gives no calibration; what was found all the same, if anything was.
+    """Why a log gives no calibration, and the rejected result, if there is one.
 
-    `data`: too few readings that go together; `motion`: the drive leaves unknowns open, which the
-    text names; `residual`: the readings contradict each other.
+    `data`: too few readings overlap in time; `motion`: the drive does not determine all unknowns,
+    the text names which; `residual`: the readings contradict each other.
     """
 
     reason: Literal["data", "motion", "residual"]
@@ -94,7 +93,7 @@ def calibrate(
     scanners: Mapping[str, Pose2] | None = None,
     window: float = WINDOW_S,
 ) -> Calibration | NoCalibration:
-    """All frames at once; with known `mounts` (base_from_tracker) map_from_vive alone.
+    """All frames at once; with known `mounts` (base_from_tracker) only map_from_vive.
 
     `scanners` has the nominal base_from_scanner of the scanners that the base readings name.
 
@@ -149,7 +148,7 @@ def _judged(
 
 
 def _names(problem: CalibrationProblem) -> list[str]:
-    """Of the unknowns in their order."""
+    """Names of the unknowns, in their order."""
     frames = ["vive", *problem.pairs.trackers][: problem.free]
     moved = [f"{frame} {axis}" for frame in frames for axis in "xyz"]
     turned = [f"{frame} about {axis}" for frame in frames for axis in "xyz"]
@@ -158,9 +157,11 @@ def _names(problem: CalibrationProblem) -> list[str]:
 
 
 def _sigmas(problem: CalibrationProblem, rest: Array, slope: Array) -> list[float]:
-    """By the Jacobian's singular values; directions without any are as good as infinite.
+    """Standard deviations of the unknowns, from the weighted Jacobian J = U S V^T.
 
-    An error of the scans is in the residuals of all trackers, which so count as one.
+    The covariance is s^2 (J^T J)^-1 = s^2 V S^-2 V^T, with s^2 the residual variance; singular
+    values near 0, which are directions left open, give huge sigmas. An error of a scan is in the
+    residuals of all trackers alike, so that these count as one: s^2 is times their number.
     """
     _, values, rows = np.linalg.svd(slope, full_matrices=False)
     variance = float(rest @ rest) / max(len(rest) - slope.shape[1], 1)
@@ -184,5 +185,5 @@ def _contradiction(found: Calibration) -> str:
 
 
 def _upright(pose: Pose3) -> float:
-    """Angle between the z axes."""
+    """Angle between a frame's z axis and the vertical, rad."""
     return 2.0 * math.asin(min(math.hypot(pose.qx, pose.qy), 1.0))

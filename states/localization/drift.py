@@ -1,8 +1,8 @@
-"""Does the tracking's frame still lie where it was calibrated? Watched while the robot drives.
+"""Drift of the tracking's frame since its calibration, watched while the robot drives.
 
 A restart of the tracking can shift its frame by centimetres and turn it by 0.9 degrees; a base
-station that was knocked does so slowly. Where the base is by its trackers and where it is by its
-scanners then differs for as long as one looks, which no filter's gate tells.
+station that was knocked does so slowly. The pose by trackers and the pose by scanners then differ
+permanently, which the gate of a filter does not show.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ bias at the border of its coverage."""
 COMPARED = 0.2
 """Period at which trackers are compared with the estimate, s."""
 LEAST = 8
-"""Comparisons in each half of the window before anything is said."""
+"""Least number of comparisons in each half of the window for a verdict."""
 
 _Difference = tuple[int, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Drift:
-    """Trackers and scanners differ: by how many m, by how many rad, and since when, ns.
+    """A difference between trackers and scanners, m and rad, and since when, ns.
 
-    `jump`: from one comparison to the next; `drift`: little by little, or from the beginning.
+    `jump`: it came within the window; `drift`: slowly, or it was there from the beginning.
     """
 
     kind: Literal["jump", "drift"]
@@ -48,10 +48,10 @@ class Drift:
 
 
 class DriftWatch:
-    """Compares two poses of the base, and tells when they differ by more than the limits.
+    """Compares two poses of the base, and reports a difference above the limits.
 
-    Medians over the halves of a window are compared, so that single jumps, and noise of both
-    sides, are no news. What is found stays found until the newer half is within the limits.
+    Medians over both halves of a window are used, so that outliers and noise of either side do not
+    count. A drift stays reported until the newer half is within the limits.
     """
 
     def __init__(
@@ -63,10 +63,10 @@ class DriftWatch:
         self._found: Drift | None = None
 
     def update(self, stamp_ns: int, by_trackers: Pose2, by_scanners: Pose2) -> Drift | None:
-        """Take map_from_base twice, true at the same time; what is found, None if all is well.
+        """Take map_from_base by both, of the same stamp; the drift, or None within the limits.
 
-        Wants four comparisons a second or more. Stamps that do not rise are left out; after a gap
-        of a window it begins anew.
+        Needs four comparisons a second or more. Stamps that do not increase are ignored; after a
+        gap as long as the window it starts over.
         """
         differences = self._differences
         if differences and stamp_ns <= differences[-1][0]:
@@ -99,7 +99,7 @@ class DriftWatch:
         return Drift("jump" if change > 0.5 * size else "drift", offset, turn, since_ns)
 
     def _size(self, difference: Sequence[float]) -> float:
-        """In units of the limits."""
+        """Size of a difference in units of the limits."""
         offset, turn = self._limits
         x, y, yaw = difference
         return max(math.hypot(x, y) / offset, abs(yaw) / turn)

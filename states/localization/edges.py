@@ -1,6 +1,6 @@
 """Arithmetic of rigid motions as plain tuples (x, y, z, qx, qy, qz, qw).
 
-As `Pose3` has it, without making objects of what lies between: a lookup over five edges makes one.
+The same as `Pose3`'s, without intermediate objects: a lookup over five edges makes one.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from hw.geometry import Pose3
 RigidMotion = tuple[float, float, float, float, float, float, float]
 IDENTITY: RigidMotion = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
-_CLOSE = 1.0 - 1e-10  # cosine of half the angle above which slerp and a straight line are the same
+_CLOSE = 1.0 - 1e-10  # cosine of half the angle above which slerp equals linear interpolation
 
 
 def checked(parent: str, child: str, pose: Pose3) -> RigidMotion:
-    """The pose of a child in its parent, its quaternion made a unit.
+    """The pose of a child in its parent, with its quaternion normalised.
 
     Raises:
         ValueError: a value is not finite, no unit quaternion, or a frame is its own parent.
@@ -37,7 +37,7 @@ def checked(parent: str, child: str, pose: Pose3) -> RigidMotion:
 
 
 def between(a: RigidMotion, b: RigidMotion, share: float) -> RigidMotion:
-    """Straight from a to b and, the short way round, along one turn."""
+    """From a (share 0) to b (1): position linear, orientation by slerp the shorter way."""
     ax, ay, az, ai, aj, ak, aw = a
     bx, by, bz, bi, bj, bk, bw = b
     cosine = ai * bi + aj * bj + ak * bk + aw * bw
@@ -56,7 +56,7 @@ def between(a: RigidMotion, b: RigidMotion, share: float) -> RigidMotion:
 
 
 def product(a: RigidMotion, b: RigidMotion) -> RigidMotion:
-    """The chain of both."""
+    """The motion a @ b."""
     ax, ay, az, ai, aj, ak, aw = a
     x, y, z, bi, bj, bk, bw = b
     tx = 2.0 * (aj * z - ak * y)
@@ -79,7 +79,7 @@ def product(a: RigidMotion, b: RigidMotion) -> RigidMotion:
 
 
 def inverse(a: RigidMotion) -> RigidMotion:
-    """The same relation read the other way round."""
+    """The inverse motion."""
     x, y, z, i, j, k, w = a
     turned = (0.0, 0.0, 0.0, -i, -j, -k, w)
     back = product(turned, (-x, -y, -z, 0.0, 0.0, 0.0, 1.0))

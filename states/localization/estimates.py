@@ -1,4 +1,4 @@
-"""The signals `base.pose` and `base.pose_sigma` of a base that does not know where it is."""
+"""The estimated signals `base.pose` and `base.pose_sigma`."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from hw.samples import PoseSigma
 from states.signals.motion import StampedPlace
 
 SENSED = ("base.odometry", "base.imu", "base.scan", "rover.tracker")
-"""What localization goes by; only the wheels must have been heard before it speaks."""
+"""Inputs of localization; only the wheels must have been heard before there is a pose."""
 
 
 class Localizes(Protocol):
-    """What is asked of a localizer."""
+    """The interface of a localizer."""
 
     @property
     def pose(self) -> Pose2 | None:
@@ -23,12 +23,12 @@ class Localizes(Protocol):
 
     @property
     def sigma(self) -> PoseSigma:
-        """How sure the pose is."""
+        """Standard deviations of the pose."""
         ...
 
     @property
     def stamp_ns(self) -> int | None:
-        """The instant of the pose: that of the newest word from the wheels."""
+        """Stamp of the pose: that of the newest wheel sample."""
         ...
 
     @property
@@ -38,12 +38,12 @@ class Localizes(Protocol):
 
     @property
     def drift(self) -> object | None:
-        """How trackers and scanners differ, as something that can be told; None: they agree."""
+        """How trackers and scanners differ, printable; None while they agree."""
         ...
 
     @property
     def counts(self) -> Mapping[str, int]:
-        """What was computed and what was skipped."""
+        """Numbers of matches computed and skipped, and of corrections."""
         ...
 
     def update(self, name: str, stamp_ns: int, value: object) -> None:
@@ -52,14 +52,14 @@ class Localizes(Protocol):
 
 
 class PoseEstimate(NamedTuple):
-    """map_from_base, and how sure it is."""
+    """map_from_base and its standard deviations."""
 
     pose: Pose2
     sigma: PoseSigma
 
 
 class LocalizationEstimator:
-    """The estimates of a `localizer`; None while it is lost, so that `base.pose` gets old then."""
+    """The estimate of a `localizer`; None while it is lost, so that `base.pose` ages then."""
 
     def __init__(self, localizer: Localizes) -> None:
         self.localizer = localizer
@@ -79,7 +79,7 @@ class LocalizationEstimator:
         return self._value
 
     def stamp(self) -> int | None:
-        """The instant it is of, ns."""
+        """Stamp of the estimate, ns."""
         return self.localizer.stamp_ns
 
 
@@ -100,7 +100,7 @@ class PoseOf:
 
 
 class SigmaOf:
-    """How sure the newest estimate is."""
+    """The standard deviations of the newest estimate."""
 
     def __init__(self) -> None:
         self._value: PoseSigma | None = None
@@ -112,5 +112,5 @@ class SigmaOf:
             self._value = sample.value.sigma
 
     def value(self) -> PoseSigma | None:
-        """Standard deviations of place and yaw."""
+        """Standard deviations of position and yaw."""
         return self._value

@@ -1,10 +1,10 @@
-"""The compiled steps of the Kalman filters: predict by a motion model, correct by one measurement.
+"""Compiled steps of the Kalman filters: predict by a motion model, correct by one measurement.
 
 A state is an array (n + 1, n): the mean in row 0, below it the factors of the covariance
-P = U D Uᵀ, U unit upper triangular, D in its place on the diagonal. So P is symmetric and has no
-negative eigenvalue whatever the numbers are (Bierman, Factorization Methods for Discrete Sequential
-Estimation, 1977: Thornton's time update, Bierman's measurement update). All in one file because
-numba's cache watches only the file a function stands in.
+P = U D Uᵀ, with U unit upper triangular and D stored on its diagonal. So P is symmetric and has no
+negative eigenvalue, whatever the rounding (Bierman, Factorization Methods for Discrete Sequential
+Estimation, 1977: Thornton's time update, Bierman's measurement update). All stand in one file
+because numba's cache watches only the file of a function.
 """
 
 from __future__ import annotations
@@ -20,19 +20,20 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 LEAST_VARIANCE, GREATEST_VARIANCE = 1e-9, 1e9
-"""Variances of measurements are brought into this range (SI units squared)."""
+"""Range to which variances of measurements are clamped (SI units squared)."""
 GREATEST = 1e12
-"""A value beyond is no measurement."""
+"""Values beyond this are ignored."""
 UNUSED = 1e100
-"""A variance beyond says that an axis was not measured."""
+"""Variances beyond this mark an axis as not measured."""
 
 _TURN = 2.0 * math.pi
 
 
 class News(NamedTuple):
-    """A measurement: value k is the state's entry axes[k], covariance (m, m) times `factor`.
+    """A measurement: value k is of the state's entry axes[k]; its covariance is (m, m) * `factor`.
 
-    `gates`: greatest squared distance by number of axes. Values that are no numbers are left out.
+    `gates`: largest squared distance accepted, by number of axes. Values that are not finite are
+    left out. A `trusted` one passes every gate.
     """
 
     axes: Integers
@@ -47,7 +48,7 @@ class News(NamedTuple):
 def planar_step(state: Array, dt: float, noise: Array, news: News, out: Array) -> tuple[float, int]:
     """Predicts a planar state (7, 6) by dt and corrects it; writes `out`.
 
-    State: x, y, yaw in the world, vx, vy, wz in the body. Gives what `_corrected` gives.
+    State: x, y, yaw in the world, vx, vy, wz in the body. Returns what `_corrected` returns.
     """
     if dt > 0.0:
         transition, inputs, weights = np.eye(6), np.zeros((6, 6)), np.empty(6)
@@ -66,7 +67,7 @@ def spatial_step(
     """Predicts a state in space (16, 15) by dt and corrects it; writes `out`.
 
     State: position, then roll, pitch, yaw in the world; velocity, rates of turn and acceleration in
-    the body. Gives what `_corrected` gives.
+    the body. Returns what `_corrected` returns.
     """
     if dt > 0.0:
         transition, weights = np.eye(15), np.empty(15)
@@ -80,7 +81,7 @@ def spatial_step(
 
 @njit(cache=True)
 def covariance_of(state: Array) -> Array:
-    """P (n, n) of a state, exactly symmetric."""
+    """P = U D Uᵀ (n, n) of a state, exactly symmetric."""
     n = state.shape[1]
     whole = np.empty((n, n))
     for i in range(n):
@@ -96,10 +97,11 @@ def covariance_of(state: Array) -> Array:
 
 @njit(cache=True)
 def planar_motion(mean: Array, dt: float, moved: Array, transition: Array) -> None:
-    """The exact arc of a steady body velocity, and its Jacobian, which is to come as the identity.
+    """The exact arc of a steady body velocity, and its Jacobian F; `transition` starts as identity.
 
-    In the body the way is the integral of the turning velocity: dt times (a -b; b a) (vx, vy) with
-    a = sin(t)/t and b = (1 - cos(t))/t for the turn t = wz dt.
+    The velocity turns with the body, so the displacement in the body frame at the start is the
+    integral of R(wz s) (vx, vy) over s: dt (a -b; b a) (vx, vy), with a = sin(t)/t, b = (1 -
+    cos(t))/t for the turn t = wz dt. Both, and their derivatives by t, are series below 1e-3 rad.
     """
     yaw, vx, vy, turn = mean[2], mean[3], mean[4], mean[5] * dt
     if abs(turn) < 1e-3:
@@ -129,10 +131,12 @@ def planar_motion(mean: Array, dt: float, moved: Array, transition: Array) -> No
 
 @njit(cache=True)
 def planar_noise(mean: Array, dt: float, noise: Array, inputs: Array, weights: Array) -> None:
-    """What slip and accelerations add: inputs (6, 6), which is to come as zeros, and weights (6,).
+    """Process noise G W Gᵀ: inputs G (6, 6), which start as zeros, and weights W (6,).
 
-    White acceleration moves the body along with the velocity, by dt/2 per unit; what is left of the
-    exact covariance of that (Bar-Shalom 6.2.2) is dt²/12 of the velocity's variance.
+    Slip is noise of the pose in the directions of the body at mid-step. White acceleration with
+    variance w of the velocity has the covariance w (dt²/3 dt/2; dt/2 1) of position and velocity
+    (Bar-Shalom 6.2.2) = w (dt/2 1)ᵀ(dt/2 1) + (w dt²/12 0; 0 0): the inputs move the pose by dt/2
+    per unit of velocity, and dt²/12 remains as noise of the pose alone.
     """
     speed = math.hypot(mean[3], mean[4])
     _weigh(noise, dt, speed, abs(mean[5]), weights)
@@ -154,18 +158,18 @@ def planar_noise(mean: Array, dt: float, noise: Array, inputs: Array, weights: A
 
 @njit(cache=True)
 def spatial_motion(mean: Array, dt: float, moved: Array, transition: Array) -> None:
-    """One step of the model of robot_localization, and its Jacobian, to come as the identity.
+    """One step of robot_localization's model, and its Jacobian; `transition` starts as identity.
 
-    The position moves by the acceleration, too; rates of turn and accelerations stay. Roll, pitch
-    and yaw are singular at a pitch of 90°, where the step is bounded, not right.
+    The position moves by velocity and acceleration; rates of turn and accelerations are constant.
+    Roll, pitch and yaw are singular at a pitch of 90°, where the step is bounded but wrong.
     """
     roll, pitch, yaw = mean[3], mean[4], mean[5]
     sr, cr = math.sin(roll), math.cos(roll)
     sp, cp = math.sin(pitch), math.cos(pitch)
     sy, cy = math.sin(yaw), math.cos(yaw)
     moved[:] = mean
-    way = dt * (mean[6:9] + 0.5 * dt * mean[12:15])
-    # columns of world_from_body, and what they turn into with roll, pitch and yaw
+    moved_by = dt * (mean[6:9] + 0.5 * dt * mean[12:15])
+    # world_from_body = Rz(yaw) Ry(pitch) Rx(roll)
     turned = np.array(
         (
             (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
@@ -173,18 +177,18 @@ def spatial_motion(mean: Array, dt: float, moved: Array, transition: Array) -> N
             (-sp, cp * sr, cp * cr),
         )
     )
-    along_x, along_y, along_z = turned @ way
+    along_x, along_y, along_z = turned @ moved_by
     moved[0] += along_x
     moved[1] += along_y
     moved[2] += along_z
     for i in range(3):
-        transition[i, 3] = turned[i, 2] * way[1] - turned[i, 1] * way[2]
+        transition[i, 3] = turned[i, 2] * moved_by[1] - turned[i, 1] * moved_by[2]
         for j in range(3):
             transition[i, 6 + j] = dt * turned[i, j]
             transition[i, 12 + j] = 0.5 * dt * dt * turned[i, j]
-    down = -sp * way[0] + cp * sr * way[1] + cp * cr * way[2]
+    down = -sp * moved_by[0] + cp * sr * moved_by[1] + cp * cr * moved_by[2]
     transition[0, 4], transition[1, 4] = cy * down, sy * down
-    transition[2, 4] = -cp * way[0] - sp * sr * way[1] - sp * cr * way[2]
+    transition[2, 4] = -cp * moved_by[0] - sp * sr * moved_by[1] - sp * cr * moved_by[2]
     transition[0, 5], transition[1, 5] = -along_y, along_x
     _turn_in_space(mean, dt, moved, transition)
     for i in range(3):
@@ -194,6 +198,7 @@ def spatial_motion(mean: Array, dt: float, moved: Array, transition: Array) -> N
 
 @njit(cache=True)
 def _turn_in_space(mean: Array, dt: float, moved: Array, transition: Array) -> None:
+    """Roll, pitch and yaw by rates of turn in the body (Euler angle kinematics)."""
     sr, cr = math.sin(mean[3]), math.cos(mean[3])
     sp, cp = math.sin(mean[4]), math.cos(mean[4])
     if abs(cp) < 1e-6:
@@ -220,7 +225,7 @@ def _turn_in_space(mean: Array, dt: float, moved: Array, transition: Array) -> N
 
 @njit(cache=True)
 def _weigh(noise: Array, dt: float, speed: float, rate: float, weights: Array) -> None:
-    """Variances of this step: noise (3, n) holds them per second, per metre and per radian."""
+    """Variances (n,) of a step: noise (3, n) has them per second, per metre and per radian."""
     for i in range(len(weights)):
         weights[i] = dt * (noise[0, i] + speed * noise[1, i] + rate * noise[2, i])
 
@@ -229,7 +234,12 @@ def _weigh(noise: Array, dt: float, speed: float, rate: float, weights: Array) -
 def _propagated(
     factors: Array, transition: Array, inputs: Array, weights: Array, out: Array
 ) -> None:
-    """Factors of F P Fᵀ + G W Gᵀ by weighted Gram-Schmidt (Thornton)."""
+    """Factors of F P Fᵀ + G W Gᵀ (Thornton's time update).
+
+    That sum is Y S Yᵀ with the rows Y = (F U, G) and the weights S = (D, W). Gram-Schmidt with the
+    inner product by S, from the last row up, makes the rows orthogonal: their squared lengths are
+    the new D, the coefficients the new U.
+    """
     n, p = inputs.shape
     rows, spread = np.empty((n, n + p)), np.empty(n + p)
     for j in range(n):
@@ -259,10 +269,11 @@ def _propagated(
 
 @njit(cache=True)
 def _corrected(state: Array, news: News, first_angle: int, angles_end: int) -> tuple[float, int]:
-    """Corrects a state in place; returns the squared Mahalanobis distance and the axes used.
+    """Correct a state in place; returns squared Mahalanobis distance and number of axes used.
 
-    Nothing is done if the distance is beyond gates[number of axes] - or if the news are trusted,
-    what was missed is first added to the state's variance, and no gate asked.
+    A distance beyond gates[number of axes] leaves the state as it is. A trusted measurement has no
+    gate; the squared innovation is added to the state's variance before, so that it is believed.
+    Correlated axes are decorrelated and taken one by one; their squared distances add up.
     """
     used, missed, spread = _usable(state[0], news, first_angle, angles_end)
     m, n = len(used), state.shape[1]
@@ -293,7 +304,12 @@ def _corrected(state: Array, news: News, first_angle: int, angles_end: int) -> t
 
 @njit(cache=True)
 def _take(factors: Array, row: Array, variance: float, missed: float, shift: Array) -> float:
-    """Takes one scalar measurement in (Bierman); adds to the mean's shift; squared distance."""
+    """Take one scalar measurement (Bierman); adds to `shift`, returns its squared distance.
+
+    With f = Uᵀ h and g = D f the innovation variance grows entry by entry, s_j = s_(j-1) + f_j g_j
+    from the measurement's own; D_j shrinks by s_(j-1) / s_j, U's column j by the gain so far. The
+    gain is g / s. h = row, `missed` = innovation before the shift of earlier axes.
+    """
     n = len(row)
     gain = np.empty(n)
     spread, rest = variance, missed
@@ -319,7 +335,7 @@ def _take(factors: Array, row: Array, variance: float, missed: float, shift: Arr
 def _usable(
     mean: Array, news: News, first_angle: int, angles_end: int
 ) -> tuple[Integers, Array, Array]:
-    """Entries of the state that were measured, by how much they were missed, their covariance."""
+    """The measured entries of the state, their innovations, and the covariance (lower half)."""
     values, covariance = news.values, news.covariance
     good = np.empty(len(news.axes), np.int64)
     m = 0
@@ -342,10 +358,11 @@ def _usable(
 
 @njit(cache=True)
 def _decorrelated(spread: Array, missed: Array) -> Array:
-    """The rows of inv(L) for the covariance L D Lᵀ, of which the lower half is given.
+    """The rows of inv(L) for the covariance R = L D Lᵀ, of which the lower half is given.
 
-    Writes D on its diagonal and inv(L) missed into `missed`. A covariance that is not positive
-    definite, or not finite, is taken by its diagonal.
+    inv(L) z has the diagonal covariance D, so its entries can be taken one by one. Writes D onto
+    the diagonal and inv(L) missed into `missed`. Of a covariance that is not positive definite, or
+    not finite, only the diagonal is used.
     """
     m = len(spread)
     lower, pivots, rows = np.zeros((m, m)), np.empty(m), np.eye(m)
@@ -375,7 +392,7 @@ def _norm(vector: Array) -> float:
 
 @njit(cache=True)
 def _wrapped(angle: float) -> float:
-    """The same direction in [-pi, pi]; what lies there already stays as it is."""
+    """The angle in [-pi, pi]; one inside stays bit for bit."""
     if abs(angle) <= math.pi:
         return angle
     return angle - _TURN * math.floor(angle / _TURN + 0.5)

@@ -1,4 +1,4 @@
-"""The frames of a run as one tree with a history: the signal `transforms`."""
+"""The frames of a run as a tree with a history: the signal `transforms`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class FramesEstimator:
 
     Frames: `map`, `vive` (of the tracking), `base`, `arm` and each scanner and tracker by its name
     on it, `user` (their body on the floor) and, where they are tracked, `user_head` and the hands.
-    The buffer grows as poses come; what was looked up at a stamp is the same ever after.
+    The buffer grows as poses arrive; a lookup at a past stamp always gives the same answer.
     """
 
     def __init__(self, robot: RobotModel, tracking: Tracking) -> None:
@@ -51,11 +51,11 @@ class FramesEstimator:
                     self._put(name, stamp, other)
 
     def value(self) -> TransformBuffer:
-        """All frames, to be looked up."""
+        """The buffer with all frames."""
         return self._frames
 
     def stamp(self) -> int | None:
-        """Of the newest pose, ns."""
+        """Stamp of the newest pose, ns."""
         return self._stamp
 
     def _put(self, frame: str, stamp: int, map_from_frame: Pose3) -> None:

@@ -17,22 +17,22 @@ GYRO_NOISE = ProcessNoise(
     (*SLIPPING.per_metre[:2], 1e-5, *SLIPPING.per_metre[3:]),
     (*SLIPPING.per_radian[:2], 1e-4, *SLIPPING.per_radian[3:]),
 )
-"""Slip where a gyroscope knows the turn."""
+"""Process noise by slip where a gyroscope measures the turn."""
 STANDING, MOVING = (1e-3, 1e-3), (5e-3, 1e-2)
-"""What wheels tell wrongly, m/s and rad/s; of slip the process noise knows."""
+"""Standard deviations of wheel velocities, m/s and rad/s; slip is process noise."""
 TURNING = 5e-3
-"""What a gyroscope tells wrongly, rad/s."""
+"""Standard deviation of the gyroscope's rate, rad/s."""
 NOWHERE = 1e-2
-"""Information that stands for none, 1/m2 and 1/rad2."""
+"""Information added so that a match without any can be inverted, 1/m2 and 1/rad2."""
 MATCHES_ALIKE = 0.3
 """Correlation time of match errors on a scanned map, s: its walls are half a cell off."""
 TRACKERS_ALIKE = 5.0
-"""For so long the errors of trackers stay alike, s: each acquisition has an offset of its own."""
+"""Correlation time of tracker errors, s: each acquisition has an offset of its own."""
 UNKNOWN = PoseSigma(math.inf, math.inf)
 """Standard deviations while the pose is unknown."""
 POSE = ("x", "y", "yaw")
 SCANS = ("scan", "leaping scan")
-"""Matches; those that leap away from the prediction are refused at first."""
+"""Matches near their prediction, and those that leap away from it: gated at first."""
 
 
 class Fusion:
@@ -56,13 +56,13 @@ class Fusion:
 
     @property
     def velocity(self) -> Twist2:
-        """The newest, in the base frame."""
+        """The newest velocity, in the base frame."""
         return self._filter.twist
 
     def begin(
         self, stamp_ns: int, map_from_base: Pose2, covariance: Array, moving: Twist2 | None
     ) -> None:
-        """Forget all, and begin with this pose; with any velocity if that is not known."""
+        """Restart with this pose; the velocity is unknown if None."""
         self._filter.reset()
         self._correct(stamp_ns, "start", map_from_base, covariance)
         if moving is not None:
@@ -77,7 +77,7 @@ class Fusion:
         standing: bool,
         rate: float | None = None,
     ) -> None:
-        """The velocity in the base frame; `rate` is the gyroscope's, which knows turns better."""
+        """Correct by the velocity in the base frame; `rate` by a gyroscope replaces its wz."""
         speed, turn = STANDING if standing else MOVING
         wz = velocity.wz
         if rate is not None and not standing:
@@ -88,16 +88,16 @@ class Fusion:
     def scan(
         self, stamp_ns: int, map_from_base: Pose2, information: Array, *, gated: bool
     ) -> Verdict:
-        """A match and its information (3, 3); is it to repeat itself before it is believed?"""
+        """Correct by a match with its information (3, 3); a gated one must be repeated."""
         covariance = inverse(information + NOWHERE * np.eye(3))
         return self._correct(stamp_ns, SCANS[gated], map_from_base, covariance)
 
     def trackers(self, stamp_ns: int, map_from_base: Pose2, sigma: PoseSigma) -> Verdict:
-        """A pose by trackers."""
+        """Correct by a pose from trackers."""
         return self._correct(stamp_ns, "trackers", map_from_base, covariance_of(sigma))
 
     def at(self, stamp_ns: int) -> tuple[Pose2, Array] | None:
-        """map_from_base and its covariance (3, 3) at a stamp; None before all that is known."""
+        """map_from_base and its covariance (3, 3) at a stamp; None before the history."""
         known = self._filter.at(stamp_ns)
         if known is None:
             return None
@@ -110,7 +110,7 @@ class Fusion:
 
 
 def covariance_of(sigma: PoseSigma) -> Array:
-    """Of x, y and yaw (3, 3), with no direction preferred."""
+    """Covariance (3, 3) of x, y and yaw, equal in all directions of the plane."""
     place, yaw = sigma.position**2, sigma.yaw**2
     return np.array([[place, 0.0, 0.0], [0.0, place, 0.0], [0.0, 0.0, yaw]])
 
@@ -126,5 +126,5 @@ def sigma_of(covariance: Array) -> PoseSigma:
 
 
 def inverse(matrix: Array) -> Array:
-    """Of a covariance, or of an information that is nowhere zero."""
+    """Inverse of a covariance, or of a regular information matrix."""
     return np.asarray(np.linalg.inv(matrix), np.float64)

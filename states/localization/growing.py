@@ -1,7 +1,7 @@
-"""The way of a base whose surroundings nobody has mapped: scans are matched to those before them.
+"""Localization without a map: each scan is matched to the walls that earlier scans have shown.
 
-Each scan is laid onto the walls that earlier ones have shown; scans from new places add to them.
-Loops are not closed: what the matching is off by gathers, slowly, as the way gets longer.
+Scans from new places add walls. Loops are not closed here (`loops.py` does), so errors of matching
+accumulate slowly along the path.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from states.maps.field import Field, Table
 from states.maps.mapping import FARTHEST, RESOLUTION, Corner, covering
 
 _REACH = 1.0
-"""Distances are not told apart beyond this, m."""
+"""Distances to walls are capped at this, m."""
 
 
 def _wide() -> TrackerValues:
-    """Of surroundings that begin to be known many beams end elsewhere, and walls are rough."""
+    """While surroundings are only partly known, many beams end elsewhere and walls are rough."""
     return TrackerValues(beams=1000, scale=0.2, inlier_distance=0.2, healthy=0.3)
 
 
 @dataclass(frozen=True, slots=True)
 class GrowingValues:
-    """How walls are added.
+    """How scans are matched and when their walls are added.
 
-    Scans from `way` m or `turn` rad on from the last that was added are. Wheels are taken to be off
-    by `slip` m per m, `twist` rad per m and `spin` rad per rad; a match that is not healthy is not
-    believed.
+    A scan's walls are added once the base is `distance` m or `turn` rad from the last such scan of
+    the sensor. Wheel errors are assumed to be `slip` m per m, `twist` rad per m and `spin` rad per
+    rad. Matches that are not healthy are ignored.
     """
 
-    way: float = 0.25
+    distance: float = 0.25
     turn: float = 0.15
     slip: float = 0.3
     twist: float = 0.15
@@ -46,7 +46,7 @@ class GrowingValues:
 
 
 class Growing:
-    """Follows a base through unknown surroundings; its map begins where odometry does."""
+    """Tracks a base through unknown surroundings, in the frame of its first odometry."""
 
     def __init__(self, resolution: float = RESOLUTION, values: GrowingValues | None = None) -> None:
         self._values = values or GrowingValues()
@@ -56,10 +56,10 @@ class Growing:
         self._added: dict[str, Pose2] = {}
 
     def take(self, odom_from_base: Pose2, sensor: str, points: Array) -> Pose2:
-        """map_from_base, by a scan of a sensor: points (n, 2) in the base frame, m.
+        """map_from_base after a scan of a sensor, points (n, 2) in the base frame, m.
 
         Raises:
-            ValueError: the map gets too large.
+            ValueError: the map becomes too large.
         """
         near = points[np.hypot(points[:, 0], points[:, 1]) < FARTHEST]
         if self._odom is None:
@@ -74,16 +74,16 @@ class Growing:
 
     def _is_new(self, last: Pose2 | None) -> bool:
         values, pose = self._values, self._pose
-        if last is None or last.distance_to(pose) >= values.way:
+        if last is None or last.distance_to(pose) >= values.distance:
             return True
         return abs(wrap(pose.yaw - last.yaw)) >= values.turn
 
     def _move(self, step: Pose2, points: Array) -> None:
         """Predict by the wheels, correct by the walls."""
         values = self._values
-        way, turn = math.hypot(step.x, step.y), abs(step.yaw)
-        off = 0.01 + values.slip * way
-        about = 0.01 + values.twist * way + values.spin * turn
+        distance, turn = math.hypot(step.x, step.y), abs(step.yaw)
+        off = 0.01 + values.slip * distance
+        about = 0.01 + values.twist * distance + values.spin * turn
         self._pose = self._pose @ step
         if len(points) == 0:
             return
@@ -94,7 +94,7 @@ class Growing:
 
 
 class GrowingWalls:
-    """Distances to walls that come one after another, and never go."""
+    """A distance field to which walls are added and never removed."""
 
     def __init__(self, resolution: float) -> None:
         self._cell = resolution
@@ -103,10 +103,10 @@ class GrowingWalls:
         self._floor: Mask = np.zeros((0, 0), np.bool_)
 
     def add(self, points: Array) -> None:
-        """Walls at points (n, 2) of the map, m.
+        """Add walls at points (n, 2) of the map, m.
 
         Raises:
-            ValueError: the map gets too large.
+            ValueError: the map becomes too large.
         """
         if len(points) == 0:
             return
@@ -122,7 +122,7 @@ class GrowingWalls:
 
     @property
     def field(self) -> Field:
-        """The distances so far; it changes as walls are added."""
+        """The field so far; its table changes as walls are added."""
         rows, columns = self._nearest.shape
         none, nobody = np.empty((0, 5)), np.empty(0, np.int32)
         table = Table(
@@ -141,7 +141,10 @@ def points_in(map_from_base: Pose2, points: Array) -> Array:
 
 @njit(cache=True)
 def _brush(nearest: Array, places: Array, cell: float) -> None:
-    """Lower the distances about the cells in which places lie; places count in cells."""
+    """Lower the distances around the cells at `places` (n, 2), given in units of cells.
+
+    A full distance transform per scan would take ten times as long.
+    """
     around = math.ceil(_REACH / cell)
     for i in range(len(places)):
         column, row = math.floor(places[i, 0]), math.floor(places[i, 1])

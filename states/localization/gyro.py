@@ -1,19 +1,19 @@
-"""The rate of turn between two words from the wheels, by the gyroscope."""
+"""The mean rate of turn between two wheel samples, by the gyroscope."""
 
 from __future__ import annotations
 
 import math
 
 SETTLE = 1.0
-"""Time in which the bias follows what a standing base measures, s."""
+"""Time constant with which the bias follows the reading of a standing base, s."""
 OLDEST = 0.1
-"""A gyroscope that is silent for longer is not asked, s."""
+"""Age from which readings are not used, s."""
 STARTS_AT = 0.1
-"""Rates above are no bias, rad/s: the base is being turned."""
+"""Largest rate that may be bias, rad/s; above it the base is being turned."""
 
 
 class Gyro:
-    """Mean rates less a bias that is learnt while the wheels stand."""
+    """Mean rates less a bias that is estimated while the wheels stand."""
 
     def __init__(self) -> None:
         self._sum = 0.0
@@ -22,7 +22,7 @@ class Gyro:
         self.bias = 0.0
 
     def put(self, stamp_ns: int, rate: float, standing: bool) -> None:
-        """A rate of turn about the vertical, rad/s."""
+        """Take a rate of turn about the vertical, rad/s."""
         if self._stamp_ns is not None and stamp_ns <= self._stamp_ns:
             return
         if standing and self._stamp_ns is not None and abs(rate) < STARTS_AT:

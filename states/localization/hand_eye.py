@@ -1,8 +1,13 @@
-"""Two ways to a tracker: over the tracking's frame, and over the base on the floor.
+"""Robot-world hand-eye calibration of trackers on a base that moves in a plane.
 
-map_from_vive @ vive_from_tracker = map_from_base @ base_from_tracker, with two unknown frames
-(Shah's robot-world hand-eye problem), here for a base that moves in a plane. A closed first guess,
-then robust Gauss-Newton steps on the frames themselves.
+A tracker's pose in the map is known by two routes, over the tracking and over the base:
+
+    map_from_vive @ vive_from_tracker = map_from_base @ base_from_tracker
+
+with the first and the last frame unknown (Shah 2013). A closed-form first guess, then robust
+Gauss-Newton steps on the frames. Turns are updated on the left, R <- exp(d) R, so that for nearly
+equal sides the residual rotation vector changes by +d for map_from_vive and, for a mount, by minus
+d turned into the map by the heading.
 """
 
 from __future__ import annotations
@@ -24,10 +29,10 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 @dataclass(frozen=True, slots=True)
 class Frames:
-    """What is looked for: places (f, 3) and turns of map_from_vive, then of each base_from_tracker.
+    """Unknowns: positions (f, 3) and rotations of map_from_vive, then each base_from_tracker.
 
-    `yaws` (s,): by how much each scanner is turned on its mount, rad; `clock`: by how much stamps
-    of trackers are behind those of scanners, s.
+    `yaws` (s,): yaw of each scanner relative to its nominal mount, rad; `clock`: delay of tracker
+    stamps behind scanner stamps, s.
     """
 
     places: Array
@@ -38,10 +43,11 @@ class Frames:
 
 @dataclass(frozen=True, slots=True)
 class CalibrationProblem:
-    """What is known, and which of the frames are to be found.
+    """The readings, and which of the frames are unknown.
 
-    `scales`: a residual of so many m, rad and s counts as 1. `free`: frames from the first on; the
-    rest is known. `named`: scanners whose yaw is looked for; `nominal`: base_from_scanner of all.
+    `scales`: residuals of this size, m, rad and s, count as 1. `free`: number of unknown frames
+    from the first on; the rest are known. `named`: scanners whose yaw is estimated; `nominal`:
+    base_from_scanner of all.
     """
 
     pairs: Pairs
@@ -52,13 +58,13 @@ class CalibrationProblem:
 
     @property
     def unknowns(self) -> int:
-        """How many numbers are looked for: places, turns, yaws, the clock."""
+        """Number of unknowns: positions, rotations, yaws, the clock."""
         return 6 * self.free + len(self.named) + 1
 
     def misses(self, frames: Frames) -> tuple[Array, Array]:
-        """By how much the two ways differ, means over windows (w, 3): m, and turns in rad.
+        """Difference of the two routes, means over windows (w, 3): position, m, and rotation, rad.
 
-        In the map's axes; the last column of the second is the yaw.
+        Both along the map's axes; the last column of the rotations is the yaw.
         """
         pairs = self.pairs
         base, yaw = self._base(frames)
@@ -70,7 +76,11 @@ class CalibrationProblem:
         return pairs.mean(by_vive - by_base), pairs.mean(apart.as_rotvec())
 
     def residuals(self, frames: Frames) -> Array:
-        """In units of the scales; behind them what is settled by convention."""
+        """Residuals in units of the scales, then the conventions.
+
+        Those pin what planar motion leaves open: clock near 0; with unknown mounts the height of
+        the tracking's origin 0, and the sum of the scanners' yaws 0.
+        """
         offset, turn = self.misses(frames)
         length, angle, clock = self.scales
         settled = [frames.clock / clock]
@@ -79,7 +89,12 @@ class CalibrationProblem:
         return np.concatenate((offset.ravel() / length, turn.ravel() / angle, settled))
 
     def jacobian(self, frames: Frames) -> Array:
-        """Of the residuals by the unknowns, for turns that are nearly equal."""
+        """Derivatives of the residuals by the unknowns, for nearly equal sides.
+
+        Moving map_from_vive by d moves the difference by d, turning it by d moves it by d x (the
+        tracker seen from the tracking's origin). A mount does the opposite, turned by the heading.
+        Yaws of scanners and the clock move the base, and swing the tracker about it.
+        """
         pairs, n = self.pairs, len(self.pairs.times)
         _, yaw = self._base(frames)
         heading = headings(yaw)
@@ -115,7 +130,7 @@ class CalibrationProblem:
         return np.vstack((table, settled))
 
     def moved(self, frames: Frames, step: Array) -> Frames:
-        """The frames after a step of all unknowns."""
+        """The frames after a step (n,) of all unknowns."""
         n = 3 * self.free
         places, turns = frames.places.copy(), list(frames.turns)
         places[: self.free] += step[:n].reshape(-1, 3)
@@ -126,10 +141,10 @@ class CalibrationProblem:
         return Frames(places, tuple(turns), yaws, frames.clock + float(step[-1]))
 
     def _base(self, frames: Frames) -> tuple[Array, Array]:
-        """Place (n, 3) and yaw (n,) of the base at the trackers' times."""
+        """Position (n, 3) and yaw (n,) of the base at the trackers' times."""
         base, yaw = self.pairs.base_at(frames.clock)
         for at, (nominal, turned) in enumerate(zip(self.nominal, frames.yaws, strict=True)):
-            # a scanner turned by d on its mount m tells base @ m @ turn(d) @ inv(m) for the base
+            # a scanner turned by d on its mount m reports base @ m @ turn(d) @ inv(m) for the base
             back = nominal @ Pose2(0.0, 0.0, -float(turned)) @ nominal.inverse()
             here = self.pairs.scanner == at
             c, s = np.cos(yaw[here]), np.sin(yaw[here])
@@ -139,7 +154,7 @@ class CalibrationProblem:
         return base, yaw
 
     def _base_slope(self, frames: Frames, moved: int) -> tuple[Array, Array]:
-        """By the yaw of a named scanner, or, behind them, by the clock; from two places."""
+        """Derivative of the base by a named scanner's yaw or, last, the clock, by differences."""
         h = 1e-5
         if moved < len(self.named):
             step = np.zeros(len(frames.yaws))
@@ -153,9 +168,11 @@ class CalibrationProblem:
 
 
 def fit(problem: CalibrationProblem, frames: Frames) -> tuple[Frames, Array, Array]:
-    """The frames of least squares, with residuals and Jacobian as they were weighed at last.
+    """The robust least squares solution, with the weighted residuals and Jacobian of the last step.
 
-    Residuals far above 1 count by their first power (pseudo-Huber), so that jumps spoil little.
+    The loss grows like |r| for residuals far above 1 (pseudo-Huber: rho'(r) = r / sqrt(1 + r^2)),
+    so that outliers do little harm; as iteratively reweighted least squares, rows are multiplied by
+    the root of 1 / sqrt(1 + r^2).
     """
     for _ in range(STEPS):
         residuals, jacobian = problem.residuals(frames), problem.jacobian(frames)
@@ -170,14 +187,15 @@ def fit(problem: CalibrationProblem, frames: Frames) -> tuple[Frames, Array, Arr
 
 
 def headings(yaw: Array) -> Rotation:
-    """Turns about the vertical by yaw (n,)."""
+    """Rotations about the vertical by yaw (n,)."""
     return Rotation.from_rotvec(np.outer(yaw, (0.0, 0.0, 1.0)))
 
 
 def first_guess(pairs: Pairs, mounts: Mapping[str, Pose3] | None) -> Frames:
-    """All frames without any prior knowledge, or map_from_vive alone if the mounts are known.
+    """All frames without prior knowledge, or map_from_vive alone if the mounts are known.
 
-    The axis about which trackers turn is the floor's normal, and with it the rest is linear.
+    The axis about which all trackers turn is the floor's normal. With it upright, the rest is a
+    linear problem in the plane (`_planar`).
     """
     yaws = np.zeros(len(pairs.scanners))
     base, yaw = pairs.base_at(0.0)
@@ -191,7 +209,7 @@ def first_guess(pairs: Pairs, mounts: Mapping[str, Pose3] | None) -> Frames:
     flat = upright.apply(pairs.places)
     turned, x, y, levers = _planar(pairs, base, yaw, flat)
     map_from_level = Rotation.from_rotvec([0.0, 0.0, -turned])
-    # flat = turn(turned) (base + turn(yaw) lever) + (x, y): read the other way round
+    # flat = turn(turned) (base + turn(yaw) lever) + (x, y), solved for base
     place = -map_from_level.apply([x, y, 0.0])
     vive_turn = map_from_level * upright
     heading = headings(yaw)
@@ -213,7 +231,11 @@ def _vive_by_mounts(
 
 
 def _upright(pairs: Pairs, yaw: Array) -> Rotation:
-    """A turn of the tracking's frame that makes the axis of the base's turns the z axis."""
+    """The rotation of the tracking's frame that makes the axis of the base's turns the z axis.
+
+    The axis is the mean of rotation vectors between readings far apart, each with the sign of the
+    base's own turn; small turns (noisy) and those near half a turn (ambiguous) are left out.
+    """
     axis = np.zeros(3)
     for at in range(len(pairs.trackers)):
         here = np.flatnonzero(pairs.tracker == at)
@@ -224,7 +246,7 @@ def _upright(pairs: Pairs, yaw: Array) -> Rotation:
             clear = (np.abs(by) > 0.2) & (np.abs(by) < 2.9)
             axis += (np.sign(by)[:, None] * turned)[clear].sum(axis=0)
     length = float(np.linalg.norm(axis))
-    if length < 1.0:  # hardly any turn: it is believed to count upwards along z
+    if length < 1.0:  # hardly any turn: the tracking's z axis is taken as upright
         return Rotation.identity()
     turn, _ = Rotation.align_vectors([[0.0, 0.0, 1.0]], [axis / length])
     return turn
@@ -233,7 +255,11 @@ def _upright(pairs: Pairs, yaw: Array) -> Rotation:
 def _planar(
     pairs: Pairs, base: Array, yaw: Array, flat: Array
 ) -> tuple[float, float, float, Array]:
-    """The turn, the offset and each tracker's lever (t, 2) in the plane: linear in all of them."""
+    """Turn, offset and each tracker's lever (t, 2) in the plane, by linear least squares.
+
+    flat = T (base + H(yaw) l) + o with T = (c -s; s c): linear in c, s, o and in T l, since plane
+    rotations commute. The levers are turned back at the end.
+    """
     n, t = len(yaw), len(pairs.trackers)
     c, s = np.cos(yaw), np.sin(yaw)
     x, y = base[:, 0], base[:, 1]

@@ -1,9 +1,13 @@
-"""A Kalman filter over measurements that come late, twice, broken or wrong.
+"""A Kalman filter over measurements that may be late, doubled, broken or wrong.
 
-Every measurement gives entries of the state at its own stamp. They are taken in the order of
-stamps, whatever the order in which they come: a late one is put into its place and what came after
-is taken again, so that the result is, bit for bit, that of the right order. A gate keeps out what
-is too far off, but never for good. `planar.py` and `spatial.py` have the two filters.
+Each measurement observes entries of the state at its own stamp. Measurements are applied in the
+order of stamps, whatever their order of arrival: a late one is inserted and later ones are
+replayed, so that the result equals that of the right order bit for bit. A gate rejects outliers,
+but not forever. `planar.py` and `spatial.py` have the two filters.
+
+The gate: with innovation v = z - H x and its covariance S = H P Hᵀ + R, vᵀ S⁻¹ v is chi-square
+distributed with as many degrees of freedom as there are axes; the gate is its quantile at the share
+of correct measurements that are to pass.
 """
 
 from __future__ import annotations
@@ -26,13 +30,13 @@ from states.localization.sources import (
 )
 
 LONGEST = 4096
-"""Measurements remembered at most, whatever the seconds."""
+"""Largest number of measurements in the history."""
 
 FilterStep = Callable[..., tuple[float, int]]
 
 
 class _Entry:
-    """A measurement with the state after it, and per source: rejections in a row, last stamp."""
+    """A measurement, the state after it, and per source: rejections in a row, last stamp."""
 
     __slots__ = ("covariance", "key", "known", "last", "rejections", "state", "values", "verdict")
 
@@ -52,7 +56,7 @@ _NO_NEWS = News(
 
 
 class KalmanFilter:
-    """An extended Kalman filter over the axes and the compiled step of one motion model."""
+    """An extended Kalman filter: the axes and the compiled step of one motion model."""
 
     def __init__(self, config: FilterConfig, axes: tuple[str, ...], step: FilterStep) -> None:
         for what, values in (
@@ -75,7 +79,7 @@ class KalmanFilter:
         self._history_ns = round(config.history * 1e9)
         self._entries: list[_Entry] = []
         self.counts: Counter[tuple[str, UpdateOutcome]] = Counter()
-        # compiled now, not in a tick
+        # compile now, not in a tick
         state = self._beginning(0).state
         self._step(state, 1e-3, self._noise, _NO_NEWS, np.empty_like(state))
         _covariance(state)
@@ -92,26 +96,26 @@ class KalmanFilter:
 
     @property
     def covariance(self) -> Array:
-        """Covariance (n, n) of the newest state, symmetric, no eigenvalue negative."""
+        """Covariance (n, n) of the newest state: symmetric, without negative eigenvalues."""
         return _covariance(self._newest())
 
     def at(self, stamp_ns: int) -> tuple[Array, Array] | None:
-        """Mean (n,) and covariance (n, n) at a stamp, by the measurements up to it.
+        """Mean (n,) and covariance (n, n) at a stamp, from the measurements up to it.
 
-        Behind the newest measurement the state is predicted. None before what is remembered.
+        After the newest measurement the state is predicted; None before the history.
         """
         state = self._predicted(stamp_ns)
         return None if state is None else (state[0], _covariance(state))
 
     def reset(self) -> None:
-        """Forget everything: the next measurement begins anew, so it should be a good one."""
+        """Forget everything; the next measurement starts the filter, so it should be a good one."""
         self._entries.clear()
 
     def correct(self, measurement: Measurement) -> Verdict:
-        """Take a measurement, which may come late.
+        """Apply a measurement, which may be late.
 
         Raises:
-            ValueError: no such source, or not one value, and one variance, per axis.
+            ValueError: unknown source, or not one value and one variance per axis.
         """
         entry = self._entry(measurement)
         entries = self._entries
@@ -186,14 +190,14 @@ class KalmanFilter:
             self._take(entries[at - 1], entries[at])
 
     def _drop(self, place: int) -> None:
-        """Be as if this measurement had never come."""
+        """Undo a measurement, as if it had never come."""
         del self._entries[place]
         self._take_from(place)
         if self._entries[-1].key[1] < 0:  # the beginning that was made for it
             self._entries.clear()
 
     def _take(self, before: _Entry, entry: _Entry) -> None:
-        """Predict from one entry to the next, and correct by its measurement."""
+        """Predict from one entry to the next, and correct by the measurement of that."""
         known, stamp = entry.known, entry.key[0]
         at, last = known.order, before.last[known.order]
         factor = 1.0 if last is None else _factor(known.source.correlation, stamp - last)
@@ -249,10 +253,11 @@ def _with(numbers: tuple[int, ...], places: tuple[int, ...], value: int) -> tupl
 
 
 def _factor(correlation: float, elapsed_ns: int) -> float:
-    """By how much the variance of one of many measurements is to grow if errors stay alike.
+    """Factor on the variance of a measurement whose errors correlate in time.
 
-    The mean of n values of an AR(1) process of correlation r from one to the next has the variance
-    (1 + r)/(1 - r) / n of one value, for large n.
+    The mean of n samples of an AR(1) process with correlation r between neighbours has, for large
+    n, (1 + r) / (1 - r) times the variance of a mean of independent ones. With r = exp(-t / T) for
+    the interval t and the correlation time T that is coth(t / 2T).
     """
     if correlation <= 0.0:
         return 1.0

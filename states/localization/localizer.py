@@ -90,8 +90,7 @@ class Localizer:
         """Standard deviations of the pose; the same object while nothing has changed."""
         if self.pose is None:
             return UNKNOWN
-        if self._sigma is None:
-            self._sigma = sigma_of(self.covariance)
+        self._sigma = self._sigma or sigma_of(self.covariance)
         return self._sigma
 
     @property
@@ -240,17 +239,16 @@ class Localizer:
     def _end_rest(self, stamp_ns: int) -> None:
         """Begin the filter anew from the pose of the rest."""
         assert self._known is not None  # it rested on that
-        pose, covariance = self._known
         self._resting, self._stood = False, 0
-        self._fusion.begin(stamp_ns, pose, covariance, self._wheels.velocity_at(stamp_ns))
+        self._fusion.begin(stamp_ns, *self._known, self._wheels.velocity_at(stamp_ns))
 
     # search
 
     def _search_by(self, cloud: Cloud) -> None:
         """Give a scan to the search; where it finds the base, go on from there."""
         stamp_ns, mode = cloud.stamp_ns, self._health.mode
-        odom_from_base = self._wheels.trail.at(stamp_ns) or Pose2(0.0, 0.0)
-        found = self._search.update(odom_from_base, cloud.points)
+        odom = self._wheels.trail.at(stamp_ns) or Pose2(0.0, 0.0)
+        found = self._search.update(odom, cloud.points)
         guess = self._search.guess
         velocity = self._wheels.velocity_at(stamp_ns)
         if found is None:

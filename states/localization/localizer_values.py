@@ -1,4 +1,4 @@
-"""What a localizer is told once: how matching, particles, filter and trackers work together."""
+"""Parameters of a localizer: matching, particles, filter and trackers."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ _VIVE, _FLOOR = PoseSigma(0.02, 0.015), PoseSigma(0.002, 0.0005)
 
 @dataclass(frozen=True, slots=True)
 class LocalizerValues:
-    """How the parts work together.
+    """Parameters of a localizer.
 
-    `start_sigma` is how far off the told start may be. The base is searched from `patience`
-    unhealthy matches in a row on, and while less than a share `plain` of beams, over about a
-    second, is on walls, unless a search has said within the last `sure_for` s that it is here. A
-    place found elsewhere by `elsewhere` scans in a row is gone to; after `lost_after` s without a
-    fair match there is no pose. The pose of a standing base is settled when it is sure to
-    `rest_sigma`, or after `rest_scans`; then it is looked at every `check` s. Trackers correct it
-    every `vive_period` s, and every `vive_period_turning` s while it turns faster than `turning`,
-    rad/s; `vive_sigma` is what each acquisition may be off by. `floor_sigma` is what no averaging
-    removes.
+    `start_sigma`: standard deviations of the given start pose. A search begins after `patience`
+    unhealthy matches in a row, or when less than a share `plain` of the beams (mean over about a
+    second) is on walls, unless a search has confirmed the pose within the last `sure_for` s. The
+    pose moves to a place found elsewhere by `elsewhere` scans in a row; after `lost_after` s
+    without a fair match there is no pose. A standing base rests when its pose is known to
+    `rest_sigma`, or after `rest_scans` scans; then one scan per `check` s is matched. Trackers
+    correct the pose every `vive_period` s, or `vive_period_turning` s while it turns faster than
+    `turning`, rad/s; `vive_sigma` is the error of one acquisition. `floor_sigma` is the error that
+    no averaging removes.
     """
 
     matching: TrackerValues = field(default_factory=TrackerValues)

@@ -1,9 +1,10 @@
-"""Closes loops: where a way comes back to places seen before, all of it is bent to fit.
+"""Loop closing: where a path returns to a place seen before, the whole path is corrected.
 
-A scan that was taken near a place of long ago is matched to the walls that were seen then, from
-many starts about where it is thought to be. What fits becomes an edge of a graph of poses, beside
-those from scan to scan; the graph is relaxed by Gauss-Newton (Lu and Milios 1997). Edges that
-contradict the others lose their weight, by the loss of Geman and McClure.
+A scan taken near a place of much earlier is matched to the walls seen then, from many start poses
+around its estimate. A good match becomes an edge of a pose graph, beside the edges from scan to
+scan. The graph is solved by Gauss-Newton (Lu and Milios 1997), on errors of each edge in the frame
+of its first pose: R_i^T (p_j - p_i) and yaw_j - yaw_i, less the measured ones, over sigma. Loops
+that contradict the rest lose their weight (Geman and McClure).
 """
 
 from __future__ import annotations
@@ -28,13 +29,14 @@ from states.maps.mapping import FARTHEST, RESOLUTION
 
 @dataclass(frozen=True, slots=True)
 class LoopValues:
-    """What counts as a loop, and how far edges are believed.
+    """What counts as a loop, and the weights of edges.
 
-    A scan is compared with the nearest place from which the base has gone at least `gone` m since,
-    if it lies within `near` m, and `drift` m more for every metre gone. Walls then were seen within
-    `about` m of it. A match counts if a share `sure` of its beams fits, and no other place fits but
-    for `margin` less. Edges between scans are off by `slip` m per m and `twist` rad per m, loops by
-    `sigma`. A search all about is made at most at every `every`-th pose.
+    A scan is compared with the nearest pose at least `gone` m of path earlier, if that lies within
+    `near` m plus `drift` m per metre of path between. The walls are those of scans within `about` m
+    of path around it. A match counts if a share `sure` of its beams fits and every other place fits
+    by `margin` less. Sigmas are `slip` m and `twist` rad per m for edges from scan to scan, `sigma`
+    (m, rad) for loops. Graph nodes are `step` m apart; a search from many starts is made at most at
+    every `every`-th of them; `rounds` bounds how often loops are looked for.
     """
 
     step: float = 0.5
@@ -52,7 +54,7 @@ class LoopValues:
 
 
 class PoseEdge(NamedTuple):
-    """From pose to pose: `first_from_second`, off by so much, m and rad."""
+    """A measured `first_from_second` between two poses, with its sigmas, m and rad."""
 
     first: int
     second: int
@@ -64,13 +66,13 @@ class PoseEdge(NamedTuple):
 _WIDE = TrackerValues(beams=1000, scale=0.2, inlier_distance=0.15, iterations=20, healthy=0.3)
 _SPREAD = np.diag([0.3**2, 0.3**2, 0.1**2])
 _APART = 0.5
-"""Matches that lie farther apart are two places, m."""
+"""Matches farther apart than this are different places, m."""
 
 
 def close_loops(
     poses: Sequence[Pose2], clouds: Sequence[Array], values: LoopValues | None = None
 ) -> list[Pose2]:
-    """The way with its loops closed: map_from_base and points (n, 2) in the base frame per scan."""
+    """Poses of scans, map_from_base, with loops closed; clouds (n, 2) are in the base frame."""
     values = values or LoopValues()
     keys = _keys(poses, values.step)
     kept = [clouds[key] for key in keys]
@@ -87,7 +89,7 @@ def close_loops(
 
 
 def polished(poses: Sequence[Pose2], clouds: Sequence[Array], field: Field) -> list[Pose2]:
-    """The way with each scan matched to the walls that all of them together show."""
+    """Poses with each scan matched to a field made from all scans."""
     spread = np.diag([0.1**2, 0.1**2, 0.03**2])
     found = []
     for pose, cloud in zip(poses, clouds, strict=True):
@@ -98,7 +100,7 @@ def polished(poses: Sequence[Pose2], clouds: Sequence[Array], field: Field) -> l
 
 
 def relaxed(poses: Sequence[Pose2], edges: Sequence[PoseEdge], iterations: int = 20) -> list[Pose2]:
-    """Poses that fit the edges best; the first one stays."""
+    """Poses that fit the edges best (least squares); the first one is held."""
     state = np.array([[pose.x, pose.y, pose.yaw] for pose in poses])
     for _ in range(iterations):
         rows, right = _linear(state, edges)
@@ -119,7 +121,7 @@ def _keys(poses: Sequence[Pose2], step: float) -> list[int]:
 
 
 def _gone(poses: Sequence[Pose2]) -> list[float]:
-    """The way up to each pose, m."""
+    """Path length up to each pose, m."""
     gone = [0.0]
     for before, after in pairwise(poses):
         gone.append(gone[-1] + before.distance_to(after))
@@ -129,8 +131,8 @@ def _gone(poses: Sequence[Pose2]) -> list[float]:
 def _step(
     number: int, poses: Sequence[Pose2], gone: Sequence[float], values: LoopValues
 ) -> PoseEdge:
-    way = gone[number + 1] - gone[number]
-    sigma = (0.01 + values.slip * way, 0.003 + values.twist * way)
+    distance = gone[number + 1] - gone[number]
+    sigma = (0.01 + values.slip * distance, 0.003 + values.twist * distance)
     between = poses[number].inverse() @ poses[number + 1]
     return PoseEdge(number, number + 1, between, sigma, is_loop=False)
 
@@ -138,10 +140,10 @@ def _step(
 def _loops(
     poses: Sequence[Pose2], clouds: Sequence[Array], gone: Sequence[float], values: LoopValues
 ) -> list[PoseEdge]:
-    """Edges to the nearest places of long ago, from all poses that fit what was seen there.
+    """Loop edges: from each pose that matches the walls near an earlier one.
 
-    Where the last loop has moved a pose to, the next one is looked for first; all about only then,
-    and not at each pose.
+    A match is tried first with the correction of the last loop applied; if that fails, from many
+    starts, but not at every pose.
     """
     found: list[PoseEdge] = []
     moved, tried = Pose2(0.0, 0.0), -values.every
@@ -187,13 +189,13 @@ def _sure(found: Match, values: LoopValues) -> Pose2 | None:
 def _best_of_many(
     walls: GrowingWalls, points: Array, here: Pose2, reach: float, values: LoopValues
 ) -> Pose2 | None:
-    """Where a scan fits best, from many starts, if no other place fits as well."""
+    """The best match from many start poses; None unless it is clearly better than other places."""
     field, few = walls.field, points[:: max(1, len(points) // 60)]
-    ways = np.arange(-reach, reach + 0.1, 0.5).tolist()
+    offsets = np.arange(-reach, reach + 0.1, 0.5).tolist()
     turns = np.arange(-0.3, 0.31, 0.1).tolist()
     starts = [
         Pose2(here.x + dx, here.y + dy, here.yaw + turn)
-        for dx in ways for dy in ways for turn in turns if math.hypot(dx, dy) <= reach
+        for dx in offsets for dy in offsets for turn in turns if math.hypot(dx, dy) <= reach
     ]  # fmt: skip
     found = [match(field, few, start, _SPREAD, _WIDE) for start in starts]
     found.sort(key=lambda one: -one.share)
@@ -205,7 +207,11 @@ def _best_of_many(
 
 
 def _linear(state: Array, edges: Sequence[PoseEdge]) -> tuple[coo_matrix, Array]:
-    """Weighted errors of all edges and their derivatives by all poses; the first pose is held."""
+    """Weighted errors of all edges and their Jacobian by all poses; the first pose is held.
+
+    The Jacobian of R_i^T (p_j - p_i) = (ahead, aside) is R_i^T by p_j, -R_i^T by p_i, and (aside,
+    -ahead) by yaw_i.
+    """
     entries, right = [], np.zeros(3 * len(edges) + 3)
     for n, edge in enumerate(edges):
         i, j = edge.first, edge.second
@@ -236,11 +242,11 @@ def _linear(state: Array, edges: Sequence[PoseEdge]) -> tuple[coo_matrix, Array]
 
 
 _LOOSE = 1e3
-"""A loop whose squared error is so many times its variance has half its weight."""
+"""Squared error of a loop, in units of its variance, at which its weight is half."""
 
 
 def _carried(poses: Sequence[Pose2], keys: Sequence[int], bent: Sequence[Pose2]) -> list[Pose2]:
-    """All poses, each bent as the last one of the graph before it."""
+    """All poses, each moved along with the last graph node before it."""
     found, at = [], 0
     for number, pose in enumerate(poses):
         while at + 1 < len(keys) and keys[at + 1] <= number:

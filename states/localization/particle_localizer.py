@@ -1,8 +1,8 @@
-"""The paper's localization, to be chosen by name: AMCL alone, set anew by the trackers (4.2.2).
+"""The paper's localization, chosen by name: AMCL alone, reset by the trackers (4.2.2).
 
-Particles follow wheels and scans; between two updates the wheels move their estimate on. Trackers
-set the particles anew once a second, and up to ten times a second while the base turns (R30). What
-measured better is `Localizer`, the default: there scans are matched, and particles only search.
+Particles follow wheels and scans; between two updates the wheels move the estimate on. Trackers
+reset the particles once a second, and up to ten times a second while the base turns (R30).
+`Localizer` is the default because it measured better: it matches scans, and particles only search.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class ParticleLocalizer:
     """Estimates map_from_base by particles alone; see the module. `counts` is as of `Localizer`."""
 
     drift = None
-    """Nobody compares trackers and scanners here."""
+    """Trackers and scanners are not compared here."""
 
     def __init__(
         self,
@@ -63,12 +63,12 @@ class ParticleLocalizer:
 
     @property
     def sigma(self) -> PoseSigma:
-        """How far the particles are spread."""
+        """Standard deviations of the heaviest cluster."""
         return self._sigma
 
     @property
     def stamp_ns(self) -> int | None:
-        """Of the newest word from the wheels."""
+        """Stamp of the newest wheel sample."""
         return self._trail.stamp_ns
 
     @property
@@ -85,7 +85,7 @@ class ParticleLocalizer:
         return self._counts
 
     def update(self, name: str, stamp_ns: int, value: object) -> None:
-        """Take one sample; what is not finite is left out."""
+        """Take one sample; one with NaN or infinite numbers is ignored."""
         if not is_finite(value):
             return
         if isinstance(value, Odometry):

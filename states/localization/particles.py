@@ -1,7 +1,7 @@
-"""The compiled steps of Monte Carlo localization: move, weigh, resample, count bins, find clusters.
+"""Compiled steps of Monte Carlo localization: move, weigh, resample, count bins, find clusters.
 
 Particles are (n, 3): x, y in m from the corner of the field's table, yaw in rad in [-pi, pi].
-Weights are kept as logarithms: the product over 60 beams is below the least float.
+Weights are kept as logarithms: the product over 60 beams underflows.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from states.maps.field import Table, distance_at
 Integers = NDArray[np.int64]
 
 BIN_M, BIN_RAD = 0.5, math.radians(10.0)
-"""Sides of the bins that are counted for KLD sampling and joined to clusters, as in amcl."""
+"""Bin sizes for KLD sampling and clusters, as in amcl."""
 _TURN = 2.0 * math.pi
 _YAW_BINS = round(_TURN / BIN_RAD)
 _ROW = 1 << 20
@@ -28,7 +28,10 @@ _ROW = 1 << 20
 def log_likelihoods(
     table: Table, cell: float, sigma: float, most: float, hit: float, floor: float
 ) -> Array:
-    """ln(hit exp(-d^2 / 2 sigma^2) + floor) at the centres of cells, d at most `most`."""
+    """Table of ln(hit exp(-d^2 / 2 sigma^2) + floor) at cell centres; d is capped at `most`, m.
+
+    The likelihood field model of Thrun, Burgard and Fox, Probabilistic Robotics, 6.4.
+    """
     rows = math.ceil(table.rows * table.cell / cell)
     columns = math.ceil(table.columns * table.cell / cell)
     found = np.empty((int(rows), int(columns)))
@@ -40,25 +43,25 @@ def log_likelihoods(
 
 
 @njit(cache=True)
-def move(particles: Array, way: Array, spread: Array, normals: Array) -> None:
-    """Moves particles in place by the way since the last time, each with its own error.
+def move(particles: Array, moved: Array, spread: Array, normals: Array) -> None:
+    """Move particles in place by the odometry since the last update, each with its own error.
 
-    way: length, bearing in the base frame as it was, turn. spread: standard deviations along it,
-    across it and of the turn. normals (n, 3): standard normal numbers.
+    moved: distance, bearing in the previous base frame, turn. spread: standard deviations along the
+    path, across it and of the turn. normals (n, 3): standard normal numbers.
     """
     for i in range(len(particles)):
-        bearing = particles[i, 2] + way[1]
-        along = way[0] + spread[0] * normals[i, 0]
+        bearing = particles[i, 2] + moved[1]
+        along = moved[0] + spread[0] * normals[i, 0]
         across = spread[1] * normals[i, 1]
         c, s = math.cos(bearing), math.sin(bearing)
         particles[i, 0] += c * along - s * across
         particles[i, 1] += s * along + c * across
-        particles[i, 2] = wrapped(particles[i, 2] + way[2] + spread[2] * normals[i, 2])
+        particles[i, 2] = wrapped(particles[i, 2] + moved[2] + spread[2] * normals[i, 2])
 
 
 @njit(cache=True)
 def weigh(particles: Array, points: Array, likelihoods: Array, cell: float, out: Array) -> None:
-    """Writes the sum of the log-likelihoods of all points (m, 2) for each particle."""
+    """Write the sum of the log-likelihoods of all points (m, 2) for each particle."""
     rows, columns = likelihoods.shape
     nowhere = likelihoods.min()
     inverse = 1.0 / cell
@@ -78,9 +81,9 @@ def weigh(particles: Array, points: Array, likelihoods: Array, cell: float, out:
 
 @njit(cache=True)
 def normalise(logs: Array) -> tuple[Array, float]:
-    """Weights that add up to 1 of their logarithms, and the effective number of particles.
+    """Weights with sum 1 from their logarithms, and the effective number of particles.
 
-    The greatest is taken out first, so that the sum is at least 1 whatever the logarithms are.
+    The largest logarithm is subtracted first, so that at least one weight does not underflow.
     """
     weights = np.exp(logs - logs.max())
     weights /= weights.sum()
@@ -89,9 +92,9 @@ def normalise(logs: Array) -> tuple[Array, float]:
 
 @njit(cache=True)
 def drawn(weights: Array, count: int, offset: float) -> Integers:
-    """Systematic draw: `count` indices, each particle its share of them to within one.
+    """Systematic resampling: `count` indices, of each particle its share of them to within one.
 
-    `offset` is a number in [0, 1).
+    `offset`, in [0, 1), shifts the comb of count equally spaced quantiles.
     """
     chosen = np.empty(count, np.int64)
     total, i = weights[0], 0
@@ -106,7 +109,7 @@ def drawn(weights: Array, count: int, offset: float) -> Integers:
 
 @njit(cache=True)
 def bins(particles: Array) -> Integers:
-    """The bin of each particle, as one number."""
+    """The bin of each particle, encoded as one number."""
     found = np.empty(len(particles), np.int64)
     for i in range(len(particles)):
         column = math.floor(particles[i, 0] / BIN_M) + _ROW // 2
@@ -118,14 +121,17 @@ def bins(particles: Array) -> Integers:
 
 @njit(cache=True)
 def bin_count(particles: Array, chosen: Integers) -> int:
-    """How many bins the chosen particles are in."""
+    """Number of bins that hold chosen particles."""
     return len(np.unique(bins(particles)[np.unique(chosen)]))
 
 
 def kld_count(bins_: int, error: float, quantile: float) -> float:
-    """Particles that keep the Kullback-Leibler distance to the true distribution below `error`.
+    """Particles needed to keep the Kullback-Leibler divergence from the true belief below `error`.
 
-    Fox 2003, eq. 7, with the probability whose standard normal quantile is given: 2.33 for 99 %.
+    With k occupied bins the likelihood ratio 2 n KL is chi-square distributed with k - 1 degrees of
+    freedom, so n = chi2(k - 1) / (2 error); the chi-square quantile is approximated by Wilson and
+    Hilferty, (k - 1)(1 - a + sqrt(a) z)^3 with a = 2 / (9 (k - 1)) (Fox 2003, eq. 7). z is the
+    standard normal quantile: 2.33 for 99 %.
     """
     if bins_ < 2:
         return 0.0
@@ -135,7 +141,7 @@ def kld_count(bins_: int, error: float, quantile: float) -> float:
 
 @njit(cache=True)
 def clusters(particles: Array) -> Integers:
-    """A number of the cluster of each particle: bins that touch, at corners too, are one."""
+    """Cluster number of each particle; bins that touch, also at corners, form one cluster."""
     own = bins(particles)
     kinds = np.unique(own)
     label = np.full(len(kinds), -1, np.int64)
@@ -165,7 +171,8 @@ def clusters(particles: Array) -> Integers:
 def moments(particles: Array, weights: Array, chosen: NDArray[np.bool_]) -> tuple[Array, Array]:
     """Mean (3,) and covariance (3, 3) of the chosen particles, about the circular mean of yaw.
 
-    The variance of yaw is -2 ln R of the resultant length R: infinite where directions cancel.
+    The variance of yaw is -2 ln R, with R the length of the mean direction vector (that of a
+    wrapped normal distribution); infinite where directions cancel.
     """
     total = cosine = sine = 0.0
     mean, covariance = np.zeros(3), np.zeros((3, 3))
@@ -195,7 +202,7 @@ def moments(particles: Array, weights: Array, chosen: NDArray[np.bool_]) -> tupl
 
 @njit(cache=True)
 def wrapped(angle: float) -> float:
-    """The same direction in [-pi, pi]."""
+    """The angle in [-pi, pi]."""
     if abs(angle) <= math.pi:
         return angle
     return angle - _TURN * math.floor(angle / _TURN + 0.5)

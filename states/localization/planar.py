@@ -2,8 +2,8 @@
 
 Six entries: x, y in m, yaw in rad, vx, vy in m/s, wz in rad/s. The velocity is part of the state,
 so wheels and gyroscopes are sources like all others, each with its axes and its gate, and the pose
-can be told between measurements. Slip is process noise of the pose, in the body's directions, per
-metre and per radian: wheels that turn while the body slides measure their velocity well.
+can be predicted between measurements. Slip is process noise of the pose, along the body's axes, per
+metre and per radian: wheels measure their own velocity well while the body slides.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from states.localization.sources import FilterConfig, MeasurementSource, Process
 AXES = ("x", "y", "yaw", "vx", "vy", "wz")
 
 UNKNOWN = (1e6, 1e6, 1e3, 3.0, 3.0, 3.0)
-"""Standard deviations before the first measurement: anywhere, any way, as fast as a base drives."""
+"""Standard deviations before the first measurement: any pose, any velocity of a base."""
 
 SLIPPING = ProcessNoise(
     # a base that stands keeps its velocity to 3 cm/s in 20 ms, one that drives at 1 m/s to 10 cm/s
@@ -25,7 +25,7 @@ SLIPPING = ProcessNoise(
     per_metre=(1e-3, 1e-3, 5e-4, 0.5, 0.5, 0.5),
     per_radian=(5e-4, 5e-4, 1e-3, 0.1, 0.1, 1.0),
 )
-"""Mecanum wheels on a smooth floor, whose rate of turn is known by the wheels alone."""
+"""Mecanum wheels on a smooth floor, without a gyroscope."""
 
 
 class PlanarFilter(KalmanFilter):
@@ -52,7 +52,7 @@ def planar_config(
     initial: tuple[float, ...] = UNKNOWN,
     history: float = 1.0,
 ) -> FilterConfig:
-    """The filter's defaults about these sources."""
+    """A configuration of these sources, with the planar defaults."""
     return FilterConfig(sources, noise, initial, history)
 
 

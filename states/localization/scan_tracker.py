@@ -1,10 +1,19 @@
-"""Follows the base by laying each scan onto the walls: Gauss-Newton on the distance field.
+"""Scan matching by Gauss-Newton on the distance field of a map.
 
-Minimises the sum over the beams of rho(d_i) / sigma^2 plus the squared distance to the predicted
-pose in terms of its information. rho is the robust loss of Geman and McClure,
-d^2 / (1 + d^2 / scale^2): a beam that ends farther than `scale` from all walls hardly counts. The
-scale of each beam starts at what its end may be off by as predicted, more for long beams, and comes
-down to `scale`, so that beams on people and chairs let go as the pose gets sure.
+For a pose p let d_i(p) be the distance from the end of beam i to the nearest wall. Minimised is
+
+    sum_i rho(d_i) / sigma^2 + (p - p0)^T P^-1 (p - p0)
+
+with the predicted pose p0, its covariance P, and the loss of Geman and McClure, rho(d) = d^2 / (1 +
+d^2 / scale^2), by which a beam that ends farther than `scale` from all walls hardly counts. The
+gradient n of the distance field is the unit normal of the nearest wall, so J_i = (n_x, n_y, n . dq/
+dyaw) with q the beam's end seen from the base. Weights w_i = rho'(d) / 2d = 1 / (1 + d^2 /
+scale^2)^2 turn each step into a linear problem: (sum w J^T J / sigma^2 + P^-1) step = -(sum w J^T d
+/ sigma^2) + P^-1 (p0 - p).
+
+The scale of each beam starts at the predicted error of its end, larger for long beams, and is
+halved per step down to `scale`, so that beams on people and chairs are dropped as the pose
+converges.
 """
 
 from __future__ import annotations
@@ -23,22 +32,21 @@ from states.maps.distance import Array
 from states.maps.field import Field, Table, distance_at, is_floor
 
 LONGEST = 0.5
-"""Of a step, m and rad."""
+"""Longest step of an iteration, m and rad."""
 _Length = Annotated[Length, Range(0.001, 5.0)]
 
 
 @dataclass(frozen=True, slots=True)
 class TrackerValues:
-    """How scans are matched.
+    """Parameters of scan matching.
 
-    `beams` of a scan are used. `sigma_range` is the least that beams are taken to be off, m; that
-    of a scan is measured on those that fit. `scale` is that of the robust loss, m, `widest` the
-    most it starts from. A beam that ends within `inlier_distance` of a wall fits, m; one that ends
-    twice as far behind a wall speaks against the match, as nothing that stands about does, and
-    takes away from the share of those that fit. A match is healthy
-    if at least a share `healthy` of its beams do, `fewest` of them, and fair with a share `fair`.
-    `iterations` bounds the steps; the last of a fair match is below `step`, m and rad, or on a
-    scanned map below what its walls are known to.
+    `beams`: largest number used of a scan. `sigma_range`: least standard deviation of a beam, m;
+    that of a scan is estimated from the beams that fit. `scale`: scale of the robust loss, m;
+    `widest`: its largest start value. A beam fits if it ends within `inlier_distance` of a wall, m;
+    one that ends twice that far behind a wall contradicts the match (clutter cannot cause that) and
+    is subtracted from those that fit. A match is healthy if at least a share `healthy` of its beams
+    fits, and `fewest` of them; fair with a share `fair`. `iterations` bounds the steps; the last
+    one of a fair match is below `step`, m and rad, or below the accuracy of a scanned map's walls.
     """
 
     beams: Annotated[int, Range(3, 10_000)] = 180
@@ -55,12 +63,12 @@ class TrackerValues:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Match:
-    """Where a scan lies in the map.
+    """The pose of a scan in the map.
 
-    `information` (3, 3) is what the beams alone say about x, y (map) and yaw, 1/m2 and 1/rad2; next
-    to nothing in a direction in which walls hold nothing, along a corridor: there the pose is the
-    predicted one. `count` is the number of beams that fit less those that end behind walls,
-    `share` their share, `step` the length of the last iteration's, m and rad.
+    `information` (3, 3) is that of the beams alone about x, y (map) and yaw, 1/m2 and 1/rad2. It is
+    near 0 in directions that walls do not constrain, as along a corridor; there the pose is the
+    predicted one. `count`: beams that fit less those that end behind walls; `share`: their share;
+    `step`: size of the last iteration's step, m and rad.
     """
 
     map_from_base: Pose2
@@ -72,11 +80,11 @@ class Match:
     field_sigma: float = 0.0
 
     def is_healthy(self, values: TrackerValues) -> bool:
-        """Most beams on walls that one can hope for, and no longer on its way?"""
+        """True if the match has converged with about as many beams on walls as one can expect."""
         return self.share >= values.healthy and self.is_fair(values)
 
     def is_fair(self, values: TrackerValues) -> bool:
-        """Enough beams on walls to say something, and no longer on its way?"""
+        """True if the match has converged with enough beams on walls to correct the pose."""
         enough = self.share >= values.fair and self.count >= values.fewest
         return enough and self.step <= max(values.step, self.field_sigma)
 
@@ -88,10 +96,10 @@ def match(
     covariance: Array,
     values: TrackerValues | None = None,
 ) -> Match:
-    """Lay points (n, 2) of the base frame onto the walls of a map, near a predicted pose.
+    """Match points (n, 2) of the base frame to the walls of a map, near a predicted pose.
 
-    `covariance` (3, 3) is that of the prediction: x, y in the map, m2, and yaw, rad2. Without any
-    point the prediction comes back, with no information.
+    `covariance` (3, 3) is that of the prediction: x, y in the map, m2, and yaw, rad2. Without
+    points the result is the prediction, with no information.
     """
     values = values or TrackerValues()
     near = field.map_from_corner.inverse() @ predicted
@@ -114,7 +122,7 @@ def match(
 
 
 def _turned(yaw: float) -> Array | None:
-    """Brings errors of x, y and yaw into a frame in which they are turned by yaw, (3, 3)."""
+    """Rotation (3, 3) of errors of x, y, yaw by a yaw; None for the identity."""
     if yaw == 0.0:
         return None
     c, s = math.cos(yaw), math.sin(yaw)
@@ -131,7 +139,7 @@ def _matched(
     fits: float,
     iterations: int,
 ) -> tuple[float, float, float, Array, int, float, int]:
-    """Pose, information of the beams alone, beams that fit less others, last step, steps made."""
+    """Pose, information of the beams alone, beams that fit less others, last step, steps done."""
     sigma, scale, widest, off, turned = lengths
     x, y, yaw = predicted
     information, gradient = np.zeros((3, 3)), np.zeros(3)
@@ -183,11 +191,10 @@ def _normal_equations(
     information: Array,
     gradient: Array,
 ) -> tuple[float, int]:
-    """Writes sum w J J^T and -sum w J d, J = (nx, ny, n . dp/dyaw); returns spread and inliers.
+    """Write sum w J^T J and -sum w J^T d (see the module); returns spread and inliers.
 
-    w = 1 / (1 + d^2 / scale^2)^2 is the weight by which the robust loss becomes a sum of squares;
-    the scale is raised to what the beam's end may be off by, but not above `widest`. The spread is
-    the root mean square of the distances, so weighted.
+    The scale of a beam is raised to the predicted error of its end, at most to `widest`. The spread
+    is the weighted root mean square of the distances.
     """
     (x, y, yaw), (scale, widest, off, turned, fits) = pose, lengths
     c, s = math.cos(yaw), math.sin(yaw)
@@ -231,7 +238,7 @@ def _normal_equations(
 def _behind_walls(
     points: Array, pose: tuple[float, float, float], table: Table, distance: float
 ) -> int:
-    """How many points lie off the floor, farther than `distance` from all walls."""
+    """Number of points off the floor and farther than `distance` from all walls."""
     c, s = math.cos(pose[2]), math.sin(pose[2])
     count = 0
     for i in range(len(points)):
@@ -244,7 +251,7 @@ def _behind_walls(
 
 @njit(cache=True)
 def _solve(matrix: Array, right: Array) -> None:
-    """Solves a symmetric positive definite 3 x 3 system in place, by Cholesky's factors."""
+    """Solve a symmetric positive definite 3 x 3 system in place, by Cholesky factorisation."""
     for j in range(3):
         for k in range(j):
             matrix[j, j] -= matrix[j, k] * matrix[j, k]

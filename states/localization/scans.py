@@ -1,8 +1,8 @@
-"""Scans as points: beams of one turn, seen from the base at one instant.
+"""Scans as points in the base frame at one instant, corrected for motion during the scan.
 
-A scanner takes its beams one after another while the base moves: at 1.5 m/s the ends of a turn of
-60 ms lie 9 cm apart. Points are given as seen from the base in the middle of the scan, so that a
-wrong velocity shifts the first beams against the last, not all of them.
+A scanner measures its beams one after another while the base moves: at 1.5 m/s and 60 ms per scan
+first and last beam are 9 cm apart. Points are relative to the base in the middle of the scan, so
+that a wrong velocity shifts the first beams against the last, not all of them.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from hw.sensing import Sensing
 from states.maps.distance import Array
 
 FARTHEST = 1000.0
-"""Range of a scanner that the robot file does not name, m."""
+"""Largest range of a scanner that the robot file does not name, m."""
 
 
 @dataclass(frozen=True, slots=True)
 class Cloud:
-    """Where beams ended: points (n, 2) in the base frame as it was at `stamp_ns`, m."""
+    """End points of beams, (n, 2), in the base frame at `stamp_ns`, m."""
 
     stamp_ns: int
     points: Array
 
 
 def span_ns(scan: Scan) -> int:
-    """From the first beam of a scan to its last, ns."""
+    """Time from the first beam of a scan to the last, ns."""
     return round(max(0, len(scan.ranges) - 1) * scan.beam_time * 1e9)
 
 
@@ -43,14 +43,13 @@ def middle_ns(scan: Scan, stamp_ns: int) -> int:
 def cloud_of(
     scan: Scan, stamp_ns: int, sensing: Sensing, beams: int, motion: Twist2 = STILL
 ) -> Cloud:
-    """The points of at most so many beams, evenly spread over the scan.
+    """Points of at most `beams` beams, evenly spread over the scan.
 
-    Beams without an end are left out: not a number, infinite, not above the scanner's least range
-    or not below its greatest. `motion` is the velocity of the base in its own frame, taken as
-    steady over the scan.
+    Beams without a hit are left out: NaN, infinite, or not strictly between the scanner's least and
+    greatest range. `motion` is the velocity of the base in its own frame, constant over the scan.
 
     Raises:
-        ValueError: less than one beam is asked for.
+        ValueError: `beams` is below 1.
     """
     if beams < 1:
         raise ValueError(f"{beams} beams of a scan; at least 1 is needed")
@@ -82,11 +81,11 @@ def points_of(
     motion: tuple[float, float, float],
     times: tuple[float, float],
 ) -> Array:
-    """Ends of beams (n, 2) in the base frame at time 0.
+    """End points (n, 2) of beams in the base frame at time 0.
 
-    Angles, rad in the sensor's frame, and times, s, are those of the first beam and from beam to
-    beam. The base moves along an arc: at time t it has turned by wz t, and gone
-    t (vx, vy) turned by half of that, which is the arc's chord but for the third order.
+    `angles`, rad in the sensor's frame, and `times`, s, are start and step from beam to beam. At
+    time t the base has turned by wz t and moved by t (vx, vy) turned by half of that: the chord of
+    its arc, up to third order in wz t.
     """
     points = np.empty((len(ranges), 2))
     count = 0

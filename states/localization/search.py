@@ -1,10 +1,10 @@
-"""Looks for the base all over the map, or about a place: particles show where, matches how well.
+"""Search for the base on the whole map, or around a place: particles propose, matches decide.
 
-The likeliest particles of a first scan, well apart, become hypotheses. Each is laid onto the walls
-by every further scan, and scored by the log-likelihoods of the latest; those that fall behind are
-dropped.
-Particles alone go to the wrong place where rooms look alike: one that is a hand off the truth fits
-worse than one that happens to lie in the bottom of a wrong place. Polished, both can be compared.
+The likeliest particles of a first scan, well apart from each other, become hypotheses. Each is
+refined by scan matching at every further scan and scored by the log-likelihoods of the latest
+scans; those that fall behind are dropped. Particles alone converge to wrong places where rooms look
+alike: one 10 cm off the truth fits worse than one at the optimum of a wrong place. Refined, both
+can be compared.
 """
 
 from __future__ import annotations
@@ -25,30 +25,30 @@ from states.maps.distance import Array
 from states.maps.field import Field, Table, distance_at, is_floor
 
 PER_SQUARE_METRE, MOST = 150, 100_000
-"""Particles of a search all over the floor, and how many it has at most."""
+"""Particles of a search on the whole floor, per m2 and at most."""
 SEEDS = 100
-"""Hypotheses at the start."""
+"""Number of hypotheses at the start."""
 APART = (0.3, 0.25)
-"""Hypotheses start no closer, m and rad."""
+"""Least distance between hypotheses at the start, m and rad."""
 ONE = (0.1, 0.05)
-"""Hypotheses that come closer are one."""
+"""Hypotheses that come closer than this, m and rad, are merged."""
 BEHIND_WALL = 3.0
-"""A beam that ends behind a wall is less likely than one on something unknown by e to this."""
+"""Penalty of a beam that ends behind a wall, over one on something unmapped (log-likelihood)."""
 WORSE, KEPT = 60.0, 30
-"""A hypothesis is dropped that is less likely by e to this, or not among so many best ones."""
+"""Largest log-likelihood behind the best, and largest number, of hypotheses that are kept."""
 ALIKE = 0.1
-"""Beams of a scan count as so many independent ones."""
+"""Independent beams per beam of a scan: errors of neighbours correlate."""
 KEEP = 0.9
-"""What earlier scans still count when a new one comes: those of one place say the same again."""
+"""Decay of earlier scores per scan: scans from one place repeat the same evidence."""
 SURE = 0.99
-"""Probability at which the best hypothesis is taken."""
+"""Probability from which the best hypothesis is accepted."""
 FEWEST, MORE, PLAIN = 4, 60, 0.6
-"""Scans that a search looks at, so that two scanners have their say; more of them where less than
-such a share of beams is on walls, so that what stands in the way has time to change."""
+"""Least number of scans before an answer, so that both scanners contribute; `MORE` where less than
+a share `PLAIN` of beams is on walls, so that moving obstacles have time to change."""
 PATIENCE = 25
-"""After so many scans in a row to which nothing fits it begins anew, all over the floor."""
+"""Scans in a row that fit no hypothesis, after which the search restarts on the whole floor."""
 CARRIED = 8.0
-"""By so much, in the logarithm, it is likelier that the base was not carried elsewhere."""
+"""Log-odds that the base has not been carried elsewhere."""
 _NEAR, _CLOSE = covariance_of(PoseSigma(0.3, 0.2)), covariance_of(PoseSigma(0.05, 0.03))
 
 
@@ -64,9 +64,9 @@ class _Hypothesis:
 
 
 class Search:
-    """Tell it every scan; it looks everywhere unless told `about` where.
+    """A search on the whole floor, or `about` a pose; give it every scan.
 
-    `guess` is what fits the latest scan best, if it fits well, before enough scans have been seen.
+    `guess` is the best hypothesis while it fits well and too few scans have been seen to be sure.
     """
 
     def __init__(
@@ -83,31 +83,31 @@ class Search:
         self._begun = False
 
     def about(self, map_from_base: Pose2, covariance: Array) -> None:
-        """Look near a pose; covariance (3, 3) in the map."""
+        """Search near a pose, with covariance (3, 3) in the map."""
         self._amcl.start(map_from_base, covariance)
         self._begin(map_from_base)
         self._prior = inverse(covariance)
 
     def anywhere(self, also: Pose2 | None = None) -> None:
-        """Look all over the floor; and where the base would be if nothing had happened."""
+        """Search the whole floor; `also` is a further hypothesis, the pose so far."""
         area = len(self._field.free) * self._field.table.cell**2
         wanted = round(PER_SQUARE_METRE * area)
         self._amcl.start_anywhere(min(max(wanted, self._amcl.values.max_particles), MOST))
         self._begin(also)
 
     def update(self, odom_from_base: Pose2, points: Array) -> Match | None:
-        """Take a scan, points (n, 2) in the base frame; the match where the base was found."""
+        """Take a scan, points (n, 2) in the base frame; the match once the base has been found."""
         if not self._begun:
             self.anywhere()
         self._scans += 1
         if not self._hypotheses:
             self._seed(points)
-        way = (self._odom_from_base or odom_from_base).inverse() @ odom_from_base
+        moved = (self._odom_from_base or odom_from_base).inverse() @ odom_from_base
         self._odom_from_base = odom_from_base
-        self._also = None if self._also is None else self._also @ way
+        self._also = None if self._also is None else self._also @ moved
         about = _NEAR if self._scans < FEWEST else _CLOSE
         for one in self._hypotheses:
-            predicted = one.match.map_from_base @ way
+            predicted = one.match.map_from_base @ moved
             one.match = match(self._field, points, predicted, about, self._matching)
             one.fits = KEEP * one.fits + self._fit(points, one.match.map_from_base)
         self._hypotheses = _kept(self._hypotheses)
@@ -140,7 +140,7 @@ class Search:
             self._hypotheses.append(_Hypothesis(start, self._expected(pose)))
 
     def _expected(self, pose: Pose2) -> float:
-        """Log-likelihood of a place before any scan."""
+        """Log prior of a pose."""
         also = self._also
         if also is None:
             return 0.0
@@ -160,7 +160,7 @@ class Search:
 
 
 def _kept(hypotheses: list[_Hypothesis]) -> list[_Hypothesis]:
-    """The best first; without those far behind it, and those that have come to a better one."""
+    """Hypotheses, best first, without those far behind it or merged into a better one."""
     ordered = sorted(hypotheses, key=lambda one: -one.log)
     kept: list[_Hypothesis] = []
     for one in ordered:
@@ -184,7 +184,7 @@ def _fit(
     hit: float,
     floor: float,
 ) -> float:
-    """Sum of ln(hit exp(-d^2 / 2 sigma^2) + floor); a beam behind a wall is still less likely."""
+    """Sum of ln(hit exp(-d^2 / 2 sigma^2) + floor), with a penalty for beams behind walls."""
     c, s = math.cos(pose[2]), math.sin(pose[2])
     total = 0.0
     for i in range(len(points)):
@@ -199,7 +199,7 @@ def _fit(
 
 @njit(cache=True)
 def _apart(particles: Array, count: int, metres: float, radians: float) -> Array:
-    """The first of the particles (n, 3) that are apart from all chosen before, at most `count`."""
+    """At most `count` of the particles (n, 3), in order, each apart from those chosen before."""
     chosen = np.empty((count, 3))
     found = 0
     for i in range(len(particles)):

@@ -1,4 +1,4 @@
-"""What a filter is told: sources, noise and ignorance once, then measurements; and its verdicts."""
+"""Configuration of a filter (sources, noise, initial state), measurements, and verdicts."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ UpdateOutcome = Literal["accepted", "rejected", "reacquired", "duplicate", "too_
 
 @dataclass(frozen=True, slots=True)
 class MeasurementSource:
-    """Whatever measures `axes`, entries of the state by name.
+    """A source of measurements of `axes`, entries of the state by name.
 
-    `gate`: the share of right measurements that are to pass, or None to let all pass.
-    `reacquire_after`: so many rejections in a row, and the next one is believed: what it was missed
-    by is added to the filter's uncertainty first. `yields_to`: sources by whose acceptance that
-    count starts anew, so that a source that jumped does not take the filter away from one that
-    fits. `correlation`: for so long errors stay alike, s; measurements that come faster count less.
+    `gate`: share of correct measurements that pass; None lets all pass. `reacquire_after`: after
+    this many rejections in a row the next one is believed, with its squared innovation added to the
+    covariance first. `yields_to`: sources whose acceptance resets that count, so that a source that
+    has jumped cannot take over the filter from one that fits. `correlation`: correlation time of
+    its errors, s; faster measurements count less.
     """
 
     name: str
@@ -36,9 +36,9 @@ class MeasurementSource:
 
 @dataclass(frozen=True, slots=True)
 class ProcessNoise:
-    """Variances that a state gains, SI units squared, one per axis.
+    """Variances added to the state, SI units squared, one per axis.
 
-    Per second, per metre gone and per radian turned: slip comes with motion.
+    Per second, per metre travelled and per radian turned: slip comes with motion.
     """
 
     per_second: tuple[float, ...]
@@ -48,10 +48,10 @@ class ProcessNoise:
 
 @dataclass(frozen=True, slots=True)
 class FilterConfig:
-    """What a filter is told once: its sources, its process noise, its ignorance at the start.
+    """Sources, process noise and initial state of a filter.
 
-    `initial`: standard deviations of the state, of mean 0, at the first measurement. `history`: how
-    late a measurement may come, s.
+    `initial`: standard deviations of the state, of mean 0, at the first measurement. `history`:
+    how late a measurement may be, s.
     """
 
     sources: tuple[MeasurementSource, ...]
@@ -63,9 +63,9 @@ class FilterConfig:
 class Measurement(NamedTuple):
     """Values of a source's axes at a stamp, with their covariance (m, m) or variances (m,).
 
-    An axis whose value is not finite, or beyond 1e12, is left out, and so is one whose variance is
-    negative, not finite or beyond 1e100, as drivers mark what they do not measure. Variances are
-    brought into 1e-9 to 1e9.
+    An axis is left out if its value is not finite or beyond 1e12, or if its variance is negative,
+    not finite or beyond 1e100: drivers mark axes so that they do not measure. Variances are clamped
+    to 1e-9 to 1e9.
     """
 
     stamp_ns: int
@@ -75,9 +75,10 @@ class Measurement(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """What became of a measurement, and its Mahalanobis distance, in standard deviations.
+    """The result of a measurement, and its Mahalanobis distance, in standard deviations.
 
-    `empty`: no axis was left; `duplicate`: this source has told of this stamp, the first counts.
+    `empty`: no usable axis; `duplicate`: the source has had a measurement of this stamp already,
+    and the first one counts.
     """
 
     outcome: UpdateOutcome
@@ -85,7 +86,7 @@ class Verdict(NamedTuple):
 
 
 class KnownSource(NamedTuple):
-    """A source as the kernels want it."""
+    """A source in the form that the kernels take."""
 
     order: int
     axes: Integers
@@ -97,7 +98,7 @@ class KnownSource(NamedTuple):
 def known_sources(
     sources: tuple[MeasurementSource, ...], axes: tuple[str, ...]
 ) -> dict[str, KnownSource]:
-    """Sources by name, for the kernels.
+    """Sources by name, checked and in the form of the kernels.
 
     Raises:
         ValueError: a mistake in one of them.
@@ -127,7 +128,7 @@ def known_sources(
 
 
 def _gates(share: float | None, most: int) -> Array:
-    """Greatest squared distance of 0 to `most` axes."""
+    """Gates for 0 to `most` axes: chi-square quantiles of the share."""
     if share is None:
         return np.full(most + 1, np.inf)
     gates = chdtri(np.arange(most + 1, dtype=np.float64).clip(1.0), 1.0 - share)

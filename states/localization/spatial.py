@@ -36,7 +36,7 @@ class SpatialFilter(KalmanFilter):
 
 
 def angles_of(qx: float, qy: float, qz: float, qw: float) -> tuple[float, float, float]:
-    """Roll, pitch and yaw of a unit quaternion, rad; the pitch within 90 degrees."""
+    """Roll, pitch and yaw of a unit quaternion, rad; pitch within +-90 degrees."""
     roll = math.atan2(2.0 * (qw * qx + qy * qz), 1.0 - 2.0 * (qx * qx + qy * qy))
     pitch = math.asin(min(max(2.0 * (qw * qy - qz * qx), -1.0), 1.0))
     yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
@@ -44,7 +44,7 @@ def angles_of(qx: float, qy: float, qz: float, qw: float) -> tuple[float, float,
 
 
 def quaternion_of(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
-    """The unit quaternion (qx, qy, qz, qw) of a turn by roll, then pitch, then yaw."""
+    """The unit quaternion (qx, qy, qz, qw) of Rz(yaw) Ry(pitch) Rx(roll)."""
     cr, sr = math.cos(0.5 * roll), math.sin(0.5 * roll)
     cp, sp = math.cos(0.5 * pitch), math.sin(0.5 * pitch)
     cy, sy = math.cos(0.5 * yaw), math.sin(0.5 * yaw)
@@ -59,7 +59,7 @@ def quaternion_of(roll: float, pitch: float, yaw: float) -> tuple[float, float, 
 def without_gravity(
     acceleration: tuple[float, float, float], roll: float, pitch: float
 ) -> tuple[float, float, float]:
-    """What an accelerometer at rest would not have told, m/s2, in the body frame."""
+    """A reading without gravity, m/s2, in the body frame: R^T (0, 0, g) subtracted."""
     ax, ay, az = acceleration
     level = math.cos(pitch)
     return (

@@ -1,4 +1,4 @@
-"""Poses of the base by the trackers on it, as often as they are wanted (R30)."""
+"""Poses of the base by its trackers, at a requested period (R30)."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from hw.samples import TrackerPose
 from hw.tracking import Tracking
 
 FRESH_NS = 50_000_000
-"""Trackers whose poses lie no farther apart are taken together."""
+"""Largest difference of stamps of tracker poses that are averaged."""
 
 
 class TrackerFeed:
-    """The newest word from each tracker; where the base is by them is computed when asked for.
+    """The newest pose of each tracker; the base is computed from them only when due.
 
-    `each` has map_from_base by each tracker of which the mean was given last.
+    `each` has map_from_base by each tracker in the last mean.
     """
 
     def __init__(self, tracking: Tracking) -> None:
@@ -25,9 +25,9 @@ class TrackerFeed:
         self.each: list[Pose2] = []
 
     def put(self, stamp_ns: int, seen: TrackerPose, period: float) -> Pose2 | None:
-        """Take a pose of a tracker; map_from_base at its stamp if `period`, s, has gone by.
+        """Take a pose of a tracker; map_from_base at its stamp once per `period`, s, else None.
 
-        It is the mean of those by all trackers that were heard lately.
+        It is the mean over all trackers with a fresh pose.
         """
         self._newest[seen.tracker] = stamp_ns, seen
         given = self._given_ns

@@ -1,4 +1,4 @@
-"""Readings of trackers and of the base brought together in time."""
+"""Pairs tracker readings with the base's track in time."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hw.geometry import Pose2, Pose3
 Array = NDArray[np.float64]
 
 LONGEST_GAP_S = 0.25
-"""Between base readings farther apart nothing is interpolated."""
+"""Largest gap between base readings that is interpolated, s."""
 
 
 class OfTracker(Protocol):
@@ -42,9 +42,9 @@ class OfBase(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Pairs:
-    """n readings of trackers, each with the track of a scanner; in the order of their windows.
+    """n tracker readings, each with the track of a scanner, ordered by window.
 
-    `tracks`: per scanner times (s) and x, y, unwrapped yaw (m, 4). `starts`: where windows begin.
+    `tracks`: per scanner time (s), x, y, unwrapped yaw, (m, 4). `starts`: first row of each window.
     """
 
     trackers: list[str]
@@ -59,11 +59,11 @@ class Pairs:
 
     @property
     def windows(self) -> int:
-        """How many windows there are, over all trackers and scanners."""
+        """Number of windows, over all trackers and scanners."""
         return len(self.starts)
 
     def base_at(self, offset: float) -> tuple[Array, Array]:
-        """Place (n, 3) and yaw (n,) of the base at the trackers' times, moved by the offset, s."""
+        """Position (n, 3) and yaw (n,) of the base at the trackers' times plus an offset, s."""
         base = np.zeros((len(self.times), 4))
         for at, track in enumerate(self.tracks):
             here = self.scanner == at
@@ -79,7 +79,7 @@ class Pairs:
 
 
 def pairs_of(trackers: Sequence[OfTracker], bases: Sequence[OfBase], window: float) -> Pairs:
-    """Every reading of a tracker with each scanner's track that is known about its time."""
+    """Each tracker reading with every scanner's track that covers its time."""
     names = sorted({reading.tracker for reading in trackers})
     scanners = sorted({reading.scanner for reading in bases})
     origin = min((reading.stamp_ns for reading in bases), default=0)

@@ -1,4 +1,4 @@
-"""The way of the base by its wheels: where odometry was, and how fast, for the last seconds."""
+"""Odometry poses of the last seconds: interpolated, extrapolated, and the velocities between."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from collections import deque
 from hw.geometry import STILL, Pose2, Twist2, wrap
 
 REMEMBERED = 2.0
-"""How far back the trail reaches, s."""
+"""Length of the trail, s."""
 FASTEST_M, FASTEST_RAD = 20.0, 30.0
-"""Odometry that moves faster, m/s and rad/s, has begun to count anew."""
+"""Odometry that moves faster than this, m/s and rad/s, has been reset."""
 STILL_M, STILL_RAD = 1e-3, 1e-3
-"""Wheels that moved by less since they last moved stand."""
+"""Wheels stand while they stay within this, m and rad, of where they stopped."""
 
 
 class Trail:
-    """odom_from_base by stamps; what comes with a stamp that is not newer is left out."""
+    """odom_from_base by stamp; poses whose stamp is not newer are ignored."""
 
     def __init__(self) -> None:
         self._stamps: deque[int] = deque()
@@ -28,7 +28,7 @@ class Trail:
 
     @property
     def stamp_ns(self) -> int | None:
-        """Of the newest pose."""
+        """Stamp of the newest pose."""
         return self._stamps[-1] if self._stamps else None
 
     @property
@@ -38,14 +38,11 @@ class Trail:
 
     @property
     def standing(self) -> float:
-        """For how long the wheels have not moved, s."""
+        """Time since the wheels last moved, s."""
         return (self._stamps[-1] - self._stood_ns) * 1e-9 if self._stamps else 0.0
 
     def put(self, stamp_ns: int, odom_from_base: Pose2) -> bool:
-        """Add the newest pose; False if it is not newer than the last.
-
-        Odometry that has begun to count anew begins a new trail.
-        """
+        """Add a pose; False if it is not newer than the last. A reset of odometry starts over."""
         if self._stamps and stamp_ns <= self._stamps[-1]:
             return False
         if self._has_jumped(stamp_ns, odom_from_base):
@@ -66,14 +63,15 @@ class Trail:
     def _has_jumped(self, stamp_ns: int, odom_from_base: Pose2) -> bool:
         if not self._stamps:
             return False
-        way = self._poses[-1].inverse() @ odom_from_base
+        moved = self._poses[-1].inverse() @ odom_from_base
         time = (stamp_ns - self._stamps[-1]) * 1e-9
-        return math.hypot(way.x, way.y) > FASTEST_M * time or abs(way.yaw) > FASTEST_RAD * time
+        distance, turn = math.hypot(moved.x, moved.y), abs(moved.yaw)
+        return distance > FASTEST_M * time or turn > FASTEST_RAD * time
 
     def at(self, stamp_ns: int) -> Pose2 | None:
-        """odom_from_base at a stamp, between two poses evenly.
+        """odom_from_base at a stamp, interpolated linearly; None before the trail.
 
-        Behind the newest pose the base is taken to go on as before; None where nothing is known.
+        After the newest pose the base is assumed to keep its velocity.
         """
         stamps = self._stamps
         if not stamps or stamp_ns < stamps[0]:
@@ -89,25 +87,29 @@ class Trail:
         return self._poses[before].between(self._poses[after], share)
 
     def velocity(self, first_ns: int, last_ns: int) -> Twist2:
-        """The mean velocity in the base frame between two stamps; the last one where unknown."""
+        """Mean velocity between two stamps, in the base frame; the last one where unknown."""
         first, last = self.at(first_ns), self.at(last_ns)
         if first is None or last is None or last_ns <= first_ns:
             return self.last_velocity()
         return velocity_of(first.inverse() @ last, (last_ns - first_ns) * 1e-9)
 
     def last_velocity(self) -> Twist2:
-        """The velocity between the newest two poses."""
+        """Velocity between the newest two poses."""
         return self._velocity
 
     def _velocity_to(self, stamp_ns: int, odom_from_base: Pose2) -> Twist2:
         if not self._stamps:
             return STILL
-        way = self._poses[-1].inverse() @ odom_from_base
-        return velocity_of(way, (stamp_ns - self._stamps[-1]) * 1e-9)
+        moved = self._poses[-1].inverse() @ odom_from_base
+        return velocity_of(moved, (stamp_ns - self._stamps[-1]) * 1e-9)
 
 
 def displacement_of(velocity: Twist2, time: float) -> Pose2:
-    """Where a steady velocity in the moving frame leads to: an arc."""
+    """Displacement by a constant velocity in the moving frame, over `time` s: an arc.
+
+    The integral of R(wz s) (vx, vy): (a -b; b a) (vx, vy) time, with a = sin(t)/t and b = (1 -
+    cos(t))/t for the turn t.
+    """
     turn = velocity.wz * time
     if abs(turn) < 1e-9:
         along, across = 1.0, 0.5 * turn
@@ -118,7 +120,10 @@ def displacement_of(velocity: Twist2, time: float) -> Pose2:
 
 
 def velocity_of(moved: Pose2, time: float) -> Twist2:
-    """The steady velocity in the moving frame that gives this displacement in `time` s."""
+    """The constant velocity in the moving frame that gives this displacement in `time` s.
+
+    Inverts `displacement_of`: (h cot h, h; -h, h cot h) / time with h half the turn.
+    """
     half = 0.5 * moved.yaw
     along = 1.0 - half * half / 3.0 if abs(half) < 1e-4 else half / math.tan(half)
     x, y = along * moved.x + half * moved.y, along * moved.y - half * moved.x

@@ -1,9 +1,9 @@
-"""Which frame is where at a time: a tree of frames with a history, after the semantics of tf2.
+"""A tree of frames with a history, with the semantics of tf2.
 
-An edge says where a child frame is in its parent: `parent_from_child`, metres and unit quaternions.
-Static edges hold at all times; dynamic ones are remembered for `cache` seconds and interpolated
-between two stamps, the position along a line, the orientation by slerp. Nothing is extrapolated.
-Stamps are integer nanoseconds of whichever clock the caller uses; they may be negative.
+An edge is the pose of a child frame in its parent: `parent_from_child`, metres and unit
+quaternions. Static edges hold at all times; dynamic ones are kept for `cache` seconds and
+interpolated between two stamps, positions linearly, orientations by slerp. Nothing is extrapolated.
+Stamps are integer nanoseconds of any one clock; they may be negative.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from hw.geometry import Pose3
 from states.localization.edges import IDENTITY, RigidMotion, between, checked, inverse, product
 
 CACHE_S = 10.0
-"""How long a dynamic edge is remembered by default, s."""
+"""Default length of the history of a dynamic edge, s."""
 
 Reason = Literal["unknown", "unconnected", "loop", "one_value", "future", "past"]
 
-_TRIM = 256  # forgotten values are freed in blocks of at least as many
+_TRIM = 256  # least number of expired values that are freed at once
 
 
 @dataclass(frozen=True, slots=True)
 class NoTransform:
-    """Why there is no transform, for programs and for people.
+    """Why there is no transform, for programs (`reason`) and for people (`text`).
 
-    `one_value`, `future` and `past` say that an edge would have had to be extrapolated: it has a
-    single value at another time, its newest value is older, its oldest value is newer.
+    `one_value`, `future` and `past`: an edge would have to be extrapolated, because it has a single
+    value at another time, its newest value is older, or its oldest value is newer.
     """
 
     reason: Reason
@@ -39,9 +39,9 @@ class NoTransform:
 
 
 class _History:
-    """The values of one dynamic edge in the order of their stamps; those before `first` are gone.
+    """The values of one dynamic edge in order of stamps; those before index `first` have expired.
 
-    `parent` is the one parent of all values, or None if it has changed in what is remembered.
+    `parent` is the common parent of all values, or None if it has changed within the history.
     """
 
     __slots__ = ("edges", "first", "parent", "parents", "stamps")
@@ -54,7 +54,7 @@ class _History:
         self.parent: str | None = None
 
     def put(self, stamp: int, parent: str, edge: RigidMotion, cache_ns: int) -> bool:
-        """False if the value is older than what is remembered. An equal stamp is written over."""
+        """Add a value; False if it is older than the history. An equal stamp is overwritten."""
         stamps = self.stamps
         if stamps and stamp < stamps[-1] - cache_ns:
             return False
@@ -89,7 +89,7 @@ class _History:
                 self.parent = self.parents[0]
 
     def find(self, stamp: int) -> int | Reason:
-        """Index of the value at this stamp, or of the one after it; why there is none."""
+        """Index of the value at this stamp, or of the next one; the reason if there is none."""
         stamps, first = self.stamps, self.first
         at = bisect_left(stamps, stamp, first)
         if at == len(stamps):
@@ -102,7 +102,7 @@ class _History:
         return self.parents[at if self.stamps[at] == stamp else at - 1]
 
     def edge_at(self, at: int, stamp: int) -> RigidMotion:
-        """Between values of one parent interpolated; else the older one holds."""
+        """The edge at a stamp: interpolated between values of one parent, else the older value."""
         after = self.stamps[at]
         if after == stamp:
             return self.edges[at]
@@ -122,7 +122,7 @@ class TransformBuffer:
         self._parents: set[str] = set()
 
     def fix(self, parent: str, child: str, parent_from_child: Pose3) -> None:
-        """Tell a static edge; it takes the place of whatever was known of the child.
+        """Set a static edge; it replaces everything known of the child.
 
         Raises:
             ValueError: a value is not finite, no unit quaternion, or a frame is its own parent.
@@ -133,10 +133,10 @@ class TransformBuffer:
         self._parents.add(parent)
 
     def put(self, parent: str, child: str, stamp_ns: int, parent_from_child: Pose3) -> bool:
-        """Tell where a moving child was; False, and nothing done, if older than the cache.
+        """Add a value of a dynamic edge; False, and ignored, if older than the cache.
 
-        May come in any order; a second value for a stamp takes the place of the first. The parent
-        may be another one than before.
+        Values may come in any order; a second one for a stamp replaces the first. The parent may
+        change.
 
         Raises:
             ValueError: a value is not finite, no unit quaternion, or a frame is its own parent.
@@ -152,7 +152,7 @@ class TransformBuffer:
         return history.put(stamp_ns, parent, edge, self._cache_ns)
 
     def lookup(self, target: str, source: str, stamp_ns: int | None = None) -> Pose3 | NoTransform:
-        """target_from_source at a time; None is the newest time at which all edges are known."""
+        """target_from_source at a stamp; None means the newest one at which all edges are known."""
         if stamp_ns is None:
             newest = self.newest_common(target, source)
             if isinstance(newest, NoTransform):
@@ -170,9 +170,9 @@ class TransformBuffer:
         return Pose3(*product(inverse(from_target), from_source))
 
     def newest_common(self, target: str, source: str) -> int | NoTransform:
-        """The newest stamp at which all edges between both frames are known, ns.
+        """The newest stamp at which all edges between two frames are known, ns.
 
-        0 where all of them are static: any time does.
+        0 where all of them are static.
         """
         up, down = self._chain(source, None, target), self._chain(target, None, source)
         meeting = _meeting(up, down)
@@ -183,7 +183,7 @@ class TransformBuffer:
         return min(moving, default=0)
 
     def _chain(self, frame: str, stamp: int | None, goal: str) -> list[str]:
-        """The frame and its ancestors, up to the goal or as far as they are known at the time."""
+        """The frame and its ancestors, up to the goal or as far as they are known at the stamp."""
         static, moving = self._static, self._moving
         chain = [frame]
         longest = len(static) + len(moving)
@@ -205,7 +205,7 @@ class TransformBuffer:
         return chain
 
     def _climb(self, chain: list[str], steps: int, stamp: int) -> RigidMotion:
-        """ancestor_from_frame after so many steps of a chain that is known at the time."""
+        """ancestor_from_frame over the first `steps` edges of a chain known at the stamp."""
         whole = IDENTITY
         for frame in chain[:steps]:
             fixed = self._static.get(frame)
@@ -244,7 +244,7 @@ class TransformBuffer:
 
 
 def _meeting(up: list[str], down: list[str]) -> tuple[int, int] | None:
-    """Where the first common frame stands in both chains."""
+    """Indices of the first common frame in both chains."""
     places = {frame: at for at, frame in enumerate(up)}
     for at, frame in enumerate(down):
         if frame in places:

@@ -70,6 +70,12 @@ class DisturbedResult:
     away: float = 0.0
     acceleration: float = 0.0
 
+    def note(self, acceleration: float, intrusion: float, error: float) -> None:
+        """Keep the worst values, with those of one cycle; `error` is that of the poses, m."""
+        self.acceleration = max(self.acceleration, acceleration)
+        self.intrusion = max(self.intrusion, intrusion)
+        self.beyond = max(self.beyond, intrusion - error)
+
 
 @dataclass(frozen=True, slots=True)
 class DisturbedCase:
@@ -252,12 +258,9 @@ def drive_disturbed(
             break
         sent = command.rotated(true.yaw + 0.25 * (before.wz + command.wz) * dt)
         change = math.dist((before.vx, before.vy), (sent.vx, sent.vy)) / dt
-        result.acceleration, before = max(result.acceleration, change), sent
         inside = _go(body, command, time, dt, lambda at: user and _disc_at(user, walking, at))
-        result.intrusion = max(result.intrusion, inside)
-        wrong = math.hypot(error.x, error.y) + math.hypot(*user_error)
-        result.beyond = max(result.beyond, inside - wrong)
-        result.time = time + dt
+        result.note(change, inside, math.hypot(error.x, error.y) + math.hypot(*user_error))
+        result.time, before = time + dt, sent
     return result
 
 

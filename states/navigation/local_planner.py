@@ -49,14 +49,12 @@ LOST_TRACK = 0.3
 class LocalPlanner(ABC):
     """Drives to one goal after another; `command` is called once per control cycle.
 
-    `status` is that of the last command: `driving`, `arrived` (latched: the robot stays where it
-    stopped until it is pushed out of twice the tolerance) or `blocked` (no path: the robot brakes,
-    or leaves the user's disc if it is inside). `path` is the global planner's, None if there is
-    none. `mode` (R2) and the global `planner` may be changed at any time.
+    `status` is that of the last command: `driving`, `arrived` (latched until the robot is pushed
+    out of twice the tolerance) or `blocked` (no path: it brakes, or leaves the user's disc).
+    `path` is the global planner's, if any. `mode` (R2) and `planner` may be changed at any time.
 
-    Plans start from the reckoned positions of robot and user, so that noise of measured poses does
-    not reach the velocity; see `reckoning`. `latency` is a first guess of the time until the base
-    has a velocity that was sent, s; it is estimated while driving.
+    Plans start from reckoned positions of robot and user, so that noise of measured poses does not
+    reach the velocity; see `reckoning`. `latency` is a first guess of the base's delay, s.
     """
 
     def __init__(
@@ -83,8 +81,7 @@ class LocalPlanner(ABC):
         self._sent: Twist2 | None = None  # in the map
         self._reckoned = ReckonedPose(latency)
         self._reckoned_user = ReckonedPlace()
-        self._user_velocity = (0.0, 0.0)
-        self._margin, self._spread = USER_MARGIN, 0.0
+        self._user_velocity, self._margin, self._spread = (0.0, 0.0), USER_MARGIN, 0.0
 
     def go_to(self, goal: Pose2) -> None:
         """Set the goal, map_from_base; the present one is replaced without stopping.
@@ -125,8 +122,7 @@ class LocalPlanner(ABC):
             dt: period of the control loop, s.
             user_velocity: of the disc in the map, m/s; planners that predict use it.
             sigma: standard deviation of the robot's position relative to the user, m.
-            admitted: what the safety chain left of the last command, in the base frame; None if
-                it left all.
+            admitted: what the safety chain left of the last command (base frame); None: all.
             share: factor on the speed limits, 0 to 1.
 
         Raises:
@@ -153,13 +149,18 @@ class LocalPlanner(ABC):
         safe = self._sent = slowed(safe, share, self._limits.speed, self._limits.turn_rate)
         turn = 0.5 * (now.wz + safe.wz) * dt
         if self.mode == "differential":
-            speed = math.copysign(safe.speed, safe.rotated(-(pose.yaw + turn)).vx)
-            before = math.copysign(now.speed, now.rotated(-pose.yaw).vx)
-            step = self._limits.acceleration * dt
-            command = Twist2(max(before - step, min(before + step, speed)), 0.0, safe.wz)
-            self._sent = command.rotated(pose.yaw + turn)  # along the heading in any case
-            return command
+            return self._along_heading(pose, now, safe, dt)
         return safe.rotated(-(pose.yaw + 0.5 * turn))
+
+    def _along_heading(self, pose: Pose2, now: Twist2, safe: Twist2, dt: float) -> Twist2:
+        """The command (base frame) of a differential base for a velocity in the map."""
+        heading = pose.yaw + 0.5 * (now.wz + safe.wz) * dt
+        speed = math.copysign(safe.speed, safe.rotated(-heading).vx)
+        before = math.copysign(now.speed, now.rotated(-pose.yaw).vx)
+        step = self._limits.acceleration * dt
+        command = Twist2(max(before - step, min(before + step, speed)), 0.0, safe.wz)
+        self._sent = command.rotated(heading)
+        return command
 
     def _reckoned_disc(self, user: Disc | None, dt: float) -> Disc | None:
         if user is None:
@@ -262,8 +263,7 @@ class LocalPlanner(ABC):
     ) -> Twist2:
         """The largest share of the wanted change of velocity from which braking hits nothing.
 
-        If even braking comes too near to something, the robot does not turn either: a corner of it
-        could hit.
+        If even braking comes too near to something, the robot does not turn a corner to it.
         """
         stopped = braked = self._braked(now, dt)
         if self.mode == "omni" or now.speed <= CRAWL:

@@ -44,16 +44,16 @@ class DelayEstimator:
 
     Over any interval the base lacks, of the distance that was sent, the delay times the change of
     velocity: missing = delay * changed. The delay is the least-squares solution over forgotten
-    sums, sum(missing . changed) / sum(changed . changed), with `told` as a prior.
+    sums, sum(missing . changed) / sum(changed . changed), weighted against the `prior` delay.
     """
 
-    def __init__(self, told: float) -> None:
-        self._told = told
+    def __init__(self, prior: float) -> None:
+        self._prior = prior
         self.forget()
 
     def forget(self) -> None:
         """Start again from the given delay: what was missing had another cause."""
-        self.delay = self._told
+        self.delay = self._prior
         self._missing = self._changed = (0.0, 0.0)
         self._products = self._squares = 0.0
 
@@ -65,7 +65,7 @@ class DelayEstimator:
         kept = math.exp(-dt / FORGOTTEN)
         self._products = kept * self._products + dt * (mx * cx + my * cy)
         self._squares = kept * self._squares + dt * (cx * cx + cy * cy)
-        found = (self._products + DOUBT * self._told) / (self._squares + DOUBT)
+        found = (self._products + DOUBT * self._prior) / (self._squares + DOUBT)
         self.delay = min(LONGEST_DELAY, max(0.0, found))
 
 

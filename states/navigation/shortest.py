@@ -218,10 +218,10 @@ def trace(slot: int, query: PathQuery, tree: SearchTree) -> tuple[Array, Integer
 
 @njit(cache=True)
 def shortest(query: PathQuery) -> tuple[float, Array, Integers]:
-    """A* over the tangents; those that are not of the world are held against the walls when met.
+    """A* over the tangents; those that are no links are checked against walls when reached.
 
     Returns:
-        Length (math.inf: no way), the tangents in order (k, 7), and the state each leads to.
+        Length (infinite: no path), the tangents in order (k, 7), and the state each leads to.
     """
     links, discs = len(query.world.links), len(query.discs)
     slots = 12 * discs if query.user.radius > 0.0 else 4 * discs

@@ -12,8 +12,8 @@ import pytest
 
 from cobodeck.loop import Loop
 from cobodeck.options import Options
+from cobodeck.setup import open_setup
 from cobodeck.stage import stage
-from cobodeck.wiring import open_setup
 from engine.node import IDLE
 from hw.geometry import Pose2, wrap
 

@@ -56,7 +56,7 @@ def test_tracks_are_the_predictors_step_by_step(
     vx=st.floats(-1.5, 1.5), vy=st.floats(-1.5, 1.5),
 )  # fmt: skip
 @settings(deadline=None, max_examples=60)
-def test_a_forecast_keeps_the_limits_and_ends_at_its_place(
+def test_a_rollout_keeps_the_limits_and_ends_at_its_place(
     tuned: Profile,
     situation_of: Callable[..., Situation],
     x: float,
@@ -74,7 +74,7 @@ def test_a_forecast_keeps_the_limits_and_ends_at_its_place(
     assert np.hypot(*np.diff(steps, axis=0).T).max() <= 1.0 * STEP_S + 1e-9
 
 
-def test_a_forecast_from_standstill_arrives(
+def test_a_rollout_from_standstill_arrives(
     tuned: Profile, situation_of: Callable[..., Situation]
 ) -> None:
     now = situation_of(tuned, Pose2(10, 10), facing(1, 1, 0))
@@ -86,7 +86,7 @@ def test_a_forecast_from_standstill_arrives(
 
 @given(x=st.floats(-3.0, 3.0), y=st.floats(-3.0, 3.0), yaw=st.floats(-3.1, 3.1))
 @settings(deadline=None, max_examples=100)
-def test_the_gap_of_a_forecast_is_that_of_the_outline(
+def test_the_gap_of_a_rollout_is_that_of_the_outline(
     tuned: Profile, situation_of: Callable[..., Situation], x: float, y: float, yaw: float
 ) -> None:
     pose = Pose2(10.0 + x, 10.0 + y, yaw)
@@ -221,7 +221,7 @@ def test_an_arm_that_is_out_widens_the_outline_and_a_parked_one_does_not(
     x=st.floats(-3.0, 3.0), y=st.floats(-3.0, 3.0), yaw=st.floats(-3.1, 3.1),
 )  # fmt: skip
 @settings(deadline=None, max_examples=60)
-def test_the_gap_of_a_forecast_counts_the_arm(
+def test_the_gap_of_a_rollout_counts_the_arm(
     tuned: Profile,
     situation_of: Callable[..., Situation],
     front: float,

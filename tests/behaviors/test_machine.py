@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from cobodeck.testing import Rehearsal
+from cobodeck.testing import ChartTester
 from hw.geometry import Pose3
 
 ASKED: tuple[str, dict[str, Any]] = ("requested", {"deep": Pose3(1.0, 2.0, 1.5), "since": 7})
@@ -55,14 +55,14 @@ EDGES = [
 ]  # fmt: skip
 
 
-def behaviour(sim: Rehearsal) -> str:
+def behaviour(sim: ChartTester) -> str:
     return sim.active[0].partition("/")[0]
 
 
 @pytest.mark.requirement(58, 60, 61, 62, 63, 64, 65, 66, 82)
 @pytest.mark.parametrize(("route", "script", "target"), EDGES)
 def test_every_edge_of_the_machine_is_taken(
-    sim: Rehearsal, route: dict[str, Any], script: dict[str, Any], target: str
+    sim: ChartTester, route: dict[str, Any], script: dict[str, Any], target: str
 ) -> None:
     sim.start("cobodeck", script=route | script)
 
@@ -73,7 +73,7 @@ def test_every_edge_of_the_machine_is_taken(
 
 
 @pytest.mark.requirement(59)
-def test_it_starts_in_chase(sim: Rehearsal) -> None:
+def test_it_starts_in_chase(sim: ChartTester) -> None:
     sim.start("cobodeck")
     sim.tick()
 
@@ -81,7 +81,7 @@ def test_it_starts_in_chase(sim: Rehearsal) -> None:
 
 
 @pytest.mark.requirement(69)
-def test_ten_quiet_minutes_change_nothing(sim: Rehearsal) -> None:
+def test_ten_quiet_minutes_change_nothing(sim: ChartTester) -> None:
     sim.start("cobodeck", script=PARKED)
 
     sim.wait(600)
@@ -90,7 +90,7 @@ def test_ten_quiet_minutes_change_nothing(sim: Rehearsal) -> None:
 
 
 @pytest.mark.requirement(71, 86)
-def test_danger_goes_before_a_request_of_the_same_tick(sim: Rehearsal) -> None:
+def test_danger_goes_before_a_request_of_the_same_tick(sim: ChartTester) -> None:
     sim.start("cobodeck", script={"chase/request": [ASKED, ASKED], "chase/danger": "required"})
 
     sim.until("escape", timeout=0.1)
@@ -100,7 +100,7 @@ def test_danger_goes_before_a_request_of_the_same_tick(sim: Rehearsal) -> None:
 
 
 @pytest.mark.requirement(86)
-def test_nothing_in_haptic_watches_for_danger(sim: Rehearsal) -> None:
+def test_nothing_in_haptic_watches_for_danger(sim: ChartTester) -> None:
     sim.start("cobodeck")
 
     classes = {
@@ -113,7 +113,7 @@ def test_nothing_in_haptic_watches_for_danger(sim: Rehearsal) -> None:
 @pytest.mark.requirement(68, 71)
 @pytest.mark.parametrize("behind", [{}, PARKED, CHOSEN])
 def test_danger_ends_whatever_chase_is_doing_within_the_tick(
-    sim: Rehearsal, behind: dict[str, Any]
+    sim: ChartTester, behind: dict[str, Any]
 ) -> None:
     sim.start("cobodeck", script=behind)
     sim.tick(3)
@@ -138,7 +138,7 @@ def test_danger_ends_whatever_chase_is_doing_within_the_tick(
     ],
 )
 def test_a_release_is_heard_in_every_phase(
-    sim: Rehearsal, phase: str, script: dict[str, Any]
+    sim: ChartTester, phase: str, script: dict[str, Any]
 ) -> None:
     sim.start("cobodeck", script=TO_HAPTIC | script)
     sim.until(f"haptic/serve/{phase}", timeout=1)
@@ -150,7 +150,7 @@ def test_a_release_is_heard_in_every_phase(
 
 
 @pytest.mark.requirement(47, 87)
-def test_after_a_release_the_arm_folds_before_anything_drives(sim: Rehearsal) -> None:
+def test_after_a_release_the_arm_folds_before_anything_drives(sim: ChartTester) -> None:
     sim.start("cobodeck", script=TO_HAPTIC | {"haptic/release": "released"} | PARKED)
 
     sim.wait(1)
@@ -160,7 +160,7 @@ def test_after_a_release_the_arm_folds_before_anything_drives(sim: Rehearsal) ->
 
 
 @pytest.mark.requirement(87)
-def test_nothing_drives_before_the_arm_is_parked(sim: Rehearsal) -> None:
+def test_nothing_drives_before_the_arm_is_parked(sim: ChartTester) -> None:
     sim.start("cobodeck")
 
     sim.wait(5)
@@ -174,7 +174,7 @@ def test_nothing_drives_before_the_arm_is_parked(sim: Rehearsal) -> None:
 
 
 @pytest.mark.requirement(62, 87)
-def test_escape_does_not_wait_for_the_arm(sim: Rehearsal) -> None:
+def test_escape_does_not_wait_for_the_arm(sim: ChartTester) -> None:
     sim.start("cobodeck")
     sim.tick(2)
     assert "chase/follow/park" in sim.active
@@ -186,7 +186,7 @@ def test_escape_does_not_wait_for_the_arm(sim: Rehearsal) -> None:
 
 
 @pytest.mark.requirement(113)
-def test_an_escape_that_takes_too_long_has_failed(sim: Rehearsal) -> None:
+def test_an_escape_that_takes_too_long_has_failed(sim: ChartTester) -> None:
     sim.start("cobodeck", script=TO_ESCAPE)
 
     sim.until("inform", timeout=3.2)
@@ -195,7 +195,7 @@ def test_an_escape_that_takes_too_long_has_failed(sim: Rehearsal) -> None:
 
 
 @pytest.mark.requirement(72)
-def test_nothing_in_inform_commands_base_or_arm(sim: Rehearsal) -> None:
+def test_nothing_in_inform_commands_base_or_arm(sim: ChartTester) -> None:
     sim.start("cobodeck")
 
     commands = {
@@ -208,7 +208,7 @@ def test_nothing_in_inform_commands_base_or_arm(sim: Rehearsal) -> None:
 
 
 @pytest.mark.requirement(65, 115)
-def test_inform_waits_for_the_user_and_for_the_last_fault(sim: Rehearsal) -> None:
+def test_inform_waits_for_the_user_and_for_the_last_fault(sim: ChartTester) -> None:
     sim.start("cobodeck", script=TO_INFORM | {"inform/ready/user": "restarted"})
     sim.wait(2)
     assert behaviour(sim) == "inform"
@@ -218,7 +218,7 @@ def test_inform_waits_for_the_user_and_for_the_last_fault(sim: Rehearsal) -> Non
 
 
 @pytest.mark.requirement(116)
-def test_chase_escape_inform_go_round_until_chase_finds_a_place(sim: Rehearsal) -> None:
+def test_chase_escape_inform_go_round_until_chase_finds_a_place(sim: ChartTester) -> None:
     rounds = 3
     sim.start(
         "cobodeck",
@@ -237,7 +237,7 @@ def test_chase_escape_inform_go_round_until_chase_finds_a_place(sim: Rehearsal) 
 
 
 @pytest.mark.requirement(60, 61)
-def test_a_request_that_could_not_be_served_is_handed_to_chase_to_ignore(sim: Rehearsal) -> None:
+def test_a_request_that_could_not_be_served_is_handed_to_chase_to_ignore(sim: ChartTester) -> None:
     sim.start("cobodeck", script={"chase/request": ASKED, "haptic/serve/park": "failed"})
 
     sim.wait(0.2)
@@ -246,7 +246,7 @@ def test_a_request_that_could_not_be_served_is_handed_to_chase_to_ignore(sim: Re
 
 
 @pytest.mark.requirement(57)
-def test_the_parameters_of_the_charts_are_numbers_with_units(sim: Rehearsal) -> None:
+def test_the_parameters_of_the_charts_are_numbers_with_units(sim: ChartTester) -> None:
     sim.start("cobodeck")
 
     for chart in sim.run.machine.library.values():

@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
-from cobodeck.testing import Rehearsal
+from cobodeck.testing import ChartTester
 from engine.trace import TraceRecord
 
 BEHAVIOURS = ("chase", "haptic", "escape", "inform")
 
 
-def spans(sim: Rehearsal) -> list[tuple[str, int, int]]:
+def spans(sim: ChartTester) -> list[tuple[str, int, int]]:
     """Behaviours with the time of entry and of leaving, ns."""
     entered = [(r.subject, r.time) for r in sim.run.trace if _is_entry(r)]
     ends = [*(time for _, time in entered[1:]), round(sim.now * 1e9)]
@@ -25,7 +25,7 @@ def _is_entry(record: TraceRecord) -> bool:
 
 
 @pytest.mark.requirement(60, 61, 83, 88, 131, 143)
-def test_three_requests_are_served_one_after_the_other(sim: Rehearsal) -> None:
+def test_three_requests_are_served_one_after_the_other(sim: ChartTester) -> None:
     sim.start("cobodeck", scene="study", requests=3)
 
     sim.wait(170)
@@ -39,7 +39,7 @@ def test_three_requests_are_served_one_after_the_other(sim: Rehearsal) -> None:
 
 
 @pytest.mark.requirement(67)
-def test_the_same_scene_gives_the_same_trace(sim: Rehearsal) -> None:
+def test_the_same_scene_gives_the_same_trace(sim: ChartTester) -> None:
     hashes = set()
     for _ in range(2):
         sim.start("cobodeck", scene="study", requests=1)
@@ -71,7 +71,7 @@ steps:
 
 @pytest.mark.requirement(101, 116, 117)
 def test_a_robot_at_a_dead_end_goes_round_the_loop_and_recovers(
-    sim: Rehearsal, tmp_path: Path
+    sim: ChartTester, tmp_path: Path
 ) -> None:
     (tmp_path / "stuck.yaml").write_text(STUCK)
     (tmp_path / "in_front.yaml").write_text(IN_FRONT)
@@ -90,7 +90,7 @@ def test_a_robot_at_a_dead_end_goes_round_the_loop_and_recovers(
 
 
 @pytest.mark.requirement(72)
-def test_in_inform_the_base_comes_to_rest_and_stays(sim: Rehearsal, tmp_path: Path) -> None:
+def test_in_inform_the_base_comes_to_rest_and_stays(sim: ChartTester, tmp_path: Path) -> None:
     (tmp_path / "lost.yaml").write_text(
         "user: lost\nrepeat: false\nstart: {x: 5.5, y: 5.0, yaw: 0.0}\nsteps:\n"
         "  - stand: 1.5\n  - lose_tracking: 3\n  - stand: 30\n"
@@ -106,7 +106,7 @@ def test_in_inform_the_base_comes_to_rest_and_stays(sim: Rehearsal, tmp_path: Pa
 
 
 @pytest.mark.requirement(18, 114)
-def test_the_robot_is_shown_from_the_tick_inform_begins_until_it_ends(sim: Rehearsal) -> None:
+def test_the_robot_is_shown_from_the_tick_inform_begins_until_it_ends(sim: ChartTester) -> None:
     script = {"chase/danger": "required", "escape/flee": "no_pose"}
     sim.start("cobodeck", script=script, real=["inform/warn"])
     shown = sim.parts["vr"].commands
@@ -123,7 +123,7 @@ def test_the_robot_is_shown_from_the_tick_inform_begins_until_it_ends(sim: Rehea
 
 
 @pytest.mark.requirement(11, 18)
-def test_only_inform_shows_the_robot(sim: Rehearsal) -> None:
+def test_only_inform_shows_the_robot(sim: ChartTester) -> None:
     sim.start("cobodeck")
 
     showing = [v.path for v in sim.run.machine.leaves if "vr" in v.interface.commands]

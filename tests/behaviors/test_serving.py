@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cobodeck.testing import Rehearsal
+from cobodeck.testing import ChartTester
 from tests.repeats import SHORT
 
 PLACES = [
@@ -34,7 +34,7 @@ def person(requests: int) -> str:
     return "\n".join(lines) + "\n"
 
 
-def reaching_times(sim: Rehearsal) -> list[float]:
+def reaching_times(sim: ChartTester) -> list[float]:
     """From the arrival of the rover to the prop at the DEEP, s."""
     times, begin = [], 0
     for record in sim.run.trace:
@@ -49,7 +49,7 @@ def reaching_times(sim: Rehearsal) -> list[float]:
 @pytest.mark.parametrize("count", [7, pytest.param(100 if SHORT else 300, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("profile", ["paper", "tuned"])
 def test_every_request_is_served_to_5_mm_in_the_time_of_the_profile(
-    sim: Rehearsal, tmp_path: Path, profile: str, count: int
+    sim: ChartTester, tmp_path: Path, profile: str, count: int
 ) -> None:
     file = tmp_path / "heights.yaml"
     file.write_text(person(count))

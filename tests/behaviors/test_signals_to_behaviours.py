@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import yaml
 
-from cobodeck.testing import Rehearsal
+from cobodeck.testing import ChartTester
 from hw.geometry import Pose3
 
 CHARTS = Path(__file__).parents[2] / "charts"
@@ -44,7 +44,7 @@ FIGURE_4 = {
 }
 
 
-def behaviour(sim: Rehearsal) -> str:
+def behaviour(sim: ChartTester) -> str:
     return sim.active[0].partition("/")[0]
 
 
@@ -65,7 +65,7 @@ def test_the_top_chart_has_the_edges_of_figure_4_and_no_other() -> None:
 
 @pytest.mark.requirement(68, 71, 102)
 @pytest.mark.parametrize("phase", PHASES)
-def test_danger_leaves_every_phase_of_chase_in_its_tick(sim: Rehearsal, phase: str) -> None:
+def test_danger_leaves_every_phase_of_chase_in_its_tick(sim: ChartTester, phase: str) -> None:
     script, where = PHASES[phase]
     sim.start("cobodeck", script, real=["chase/danger"], signals={"escape.required": False})
     sim.until(where, timeout=1)
@@ -80,7 +80,7 @@ def test_danger_leaves_every_phase_of_chase_in_its_tick(sim: Rehearsal, phase: s
 
 @pytest.mark.requirement(60, 73, 102)
 @pytest.mark.parametrize("phase", PHASES)
-def test_a_request_leaves_every_phase_of_chase_in_its_tick(sim: Rehearsal, phase: str) -> None:
+def test_a_request_leaves_every_phase_of_chase_in_its_tick(sim: ChartTester, phase: str) -> None:
     script, where = PHASES[phase]
     sim.start("cobodeck", script, real=["chase/request"])
     sim.until(where, timeout=1)
@@ -95,7 +95,7 @@ def test_a_request_leaves_every_phase_of_chase_in_its_tick(sim: Rehearsal, phase
 
 
 @pytest.mark.requirement(71, 86)
-def test_danger_and_request_in_one_tick_are_escape_then_haptic(sim: Rehearsal) -> None:
+def test_danger_and_request_in_one_tick_are_escape_then_haptic(sim: ChartTester) -> None:
     sim.start(
         "cobodeck", PARKED, real=["chase/danger", "chase/request"],
         signals={"escape.required": False},
@@ -118,7 +118,7 @@ def test_danger_and_request_in_one_tick_are_escape_then_haptic(sim: Rehearsal) -
     "phase", ["haptic/serve/park", "haptic/serve/choose", "haptic/serve/drive", "haptic/serve/hold"]
 )
 def test_danger_waits_from_the_entry_of_haptic_to_the_release_and_comes_then(
-    sim: Rehearsal, phase: str
+    sim: ChartTester, phase: str
 ) -> None:
     """Escape is off during Haptic, its drive included; after the Release it may come at once."""
     steps = ["park", "choose", "drive", "reach"]
@@ -150,7 +150,7 @@ TIES = [  # the monitor, the action that ends in the same tick, and who wins
 @pytest.mark.requirement(68)
 @pytest.mark.parametrize(("route", "monitor", "action", "outcome"), TIES)
 def test_in_a_tie_the_monitor_wins_over_the_action(
-    sim: Rehearsal, route: dict[str, Any], monitor: Any, action: Any, outcome: str
+    sim: ChartTester, route: dict[str, Any], monitor: Any, action: Any, outcome: str
 ) -> None:
     sim.start("cobodeck", route)
     sim.tick(3)
@@ -165,7 +165,7 @@ def test_in_a_tie_the_monitor_wins_over_the_action(
 
 
 @pytest.mark.requirement(63, 64, 68)
-def test_an_escape_that_is_safe_and_fails_in_one_tick_is_safe(sim: Rehearsal) -> None:
+def test_an_escape_that_is_safe_and_fails_in_one_tick_is_safe(sim: ChartTester) -> None:
     sim.start("cobodeck", {"chase/danger": "required"})
     sim.tick(3)
     assert behaviour(sim) == "escape"
@@ -179,7 +179,7 @@ def test_an_escape_that_is_safe_and_fails_in_one_tick_is_safe(sim: Rehearsal) ->
 
 @pytest.mark.requirement(57)
 def test_an_edit_of_the_yaml_is_enough_to_change_what_the_robot_does(
-    sim: Rehearsal, tmp_path: Path
+    sim: ChartTester, tmp_path: Path
 ) -> None:
     """Escape gives up after 1 s, and a Chase that fails warns the user instead of escaping."""
     for name in ("cobodeck", "escape"):
@@ -201,7 +201,7 @@ def test_an_edit_of_the_yaml_is_enough_to_change_what_the_robot_does(
 
 
 @pytest.mark.requirement(115)
-def test_the_restart_counts_from_the_tick_it_comes_and_only_in_inform(sim: Rehearsal) -> None:
+def test_the_restart_counts_from_the_tick_it_comes_and_only_in_inform(sim: ChartTester) -> None:
     script = {"chase/danger": "required", "escape/flee": "no_pose", "inform/ready/faults": "clear"}
     sim.start("cobodeck", {}, real=["inform/ready/user"])
     sim.signal("vr.restart", True)
@@ -218,7 +218,7 @@ def test_the_restart_counts_from_the_tick_it_comes_and_only_in_inform(sim: Rehea
 
 
 @pytest.mark.requirement(70)
-def test_every_state_of_the_charts_says_what_it_reads_and_commands(sim: Rehearsal) -> None:
+def test_every_state_of_the_charts_says_what_it_reads_and_commands(sim: ChartTester) -> None:
     """States read signals, process, and send commands; what they do not declare is refused."""
     sim.start("cobodeck", real=["chase/danger"], signals={"escape.required": False})
     danger: Any = sim.run.nodes["chase/danger"]

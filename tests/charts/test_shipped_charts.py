@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 
-from cobodeck.wiring import open_setup
+from cobodeck.setup import open_setup
 from engine.board import Board
 from engine.explore import Ended, active, after, explore, initial
 from engine.machine import Machine

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from behaviors.profile import load_profile
-from cobodeck.testing import Rehearsal
-from cobodeck.wiring import open_setup, wire
+from cobodeck.setup import open_setup
+from cobodeck.testing import ChartTester
+from cobodeck.wiring import wire
 from hw.geometry import Pose2, Twist2
 from hw.mock import mock_world
 from hw.people.live import LivePerson
@@ -28,14 +29,14 @@ def turn(arm: MovingArm, joints: Joints) -> None:
     arm.follow([(0.0, here), (1.5, joints)])
 
 
-def base_of(sim: Rehearsal) -> GuardedBase:
+def base_of(sim: ChartTester) -> GuardedBase:
     base = sim.run.parts["base"]
     assert isinstance(base, GuardedBase)
     return base
 
 
 @pytest.fixture(params=["paper", "tuned"])
-def driving(sim: Rehearsal, request: pytest.FixtureRequest) -> Rehearsal:
+def driving(sim: ChartTester, request: pytest.FixtureRequest) -> ChartTester:
     """CoboDeck while Chase drives, Escape at the test's word."""
     script = {"chase/danger": [], "escape/clear": []}
     sim.start("cobodeck", script, scene="study", profile=request.param)
@@ -47,7 +48,7 @@ def driving(sim: Rehearsal, request: pytest.FixtureRequest) -> Rehearsal:
 
 
 @pytest.mark.requirement(46)
-def test_a_drive_is_refused_while_the_arm_is_not_folded_and_says_why(driving: Rehearsal) -> None:
+def test_a_drive_is_refused_while_the_arm_is_not_folded_and_says_why(driving: ChartTester) -> None:
     turn(driving.run.parts["arm"], OUT)
     driving.wait(1.0)
 
@@ -63,7 +64,7 @@ def test_a_drive_is_refused_while_the_arm_is_not_folded_and_says_why(driving: Re
 
 
 @pytest.mark.requirement(46, 87)
-def test_escape_drives_even_if_the_arm_is_not_folded(driving: Rehearsal) -> None:
+def test_escape_drives_even_if_the_arm_is_not_folded(driving: ChartTester) -> None:
     turn(driving.run.parts["arm"], OUT)
     driving.wait(1.0)
     driving.end("danger", "required")

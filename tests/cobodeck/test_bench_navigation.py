@@ -15,7 +15,7 @@ from cobodeck.bench.navigation import (
     answered,
     map_floor,
     outline_lengths,
-    way_rows,
+    path_rows,
 )
 from hw.geometry import Pose2
 from states.maps.occupancy import OccupancyMap
@@ -36,7 +36,7 @@ def around_the_pillar():
 
 
 def rows_of(floor, **how):
-    return list(way_rows(floor, resolutions=(0.1,), queries=4, rounds=1, **how))
+    return list(path_rows(floor, resolutions=(0.1,), queries=4, rounds=1, **how))
 
 
 @pytest.mark.requirement(34)

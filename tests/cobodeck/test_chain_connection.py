@@ -11,7 +11,7 @@ import pytest
 
 from cobodeck.connected import Connected, connect
 from cobodeck.console import Problem
-from cobodeck.wiring import Uses
+from cobodeck.setup import Uses
 from hw.connection import Connection, ServedPart
 from hw.drivers.chain.link import ChainLink
 from hw.geometry import STILL

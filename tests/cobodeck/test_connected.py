@@ -17,7 +17,8 @@ from cobodeck.console import Problem
 from cobodeck.inlet import Inlet
 from cobodeck.loop import Loop
 from cobodeck.opening import finds_itself, is_needed
-from cobodeck.wiring import Uses, Wired
+from cobodeck.setup import Uses
+from cobodeck.wiring import Wired
 from engine.board import Board
 from engine.clock import TickGrid
 from engine.load import load_text

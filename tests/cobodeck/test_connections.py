@@ -14,8 +14,8 @@ from cobodeck.console import FAILED, OK, USAGE, Problem
 from cobodeck.opening import refuse_strange_drivers
 from cobodeck.options import Options
 from cobodeck.record.reader import Record
+from cobodeck.setup import open_setup
 from cobodeck.stage import stage
-from cobodeck.wiring import open_setup
 from hw.connection import connection_names, load_connection
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -9,8 +9,8 @@ from cobodeck.metrics import Evaluator
 from cobodeck.options import Options
 from cobodeck.pictures.course import Course, Instant, NodeSpan, Phase, TouchRequest
 from cobodeck.pictures.watch import CourseWatch, spans_of, used_charts
+from cobodeck.setup import open_setup
 from cobodeck.stage import stage
-from cobodeck.wiring import open_setup
 from engine.load import load_text
 from engine.trace import TraceRecord
 from hw.geometry import Pose2, Pose3

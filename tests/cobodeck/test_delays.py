@@ -8,9 +8,9 @@ import pytest
 
 from cobodeck.loop import Loop
 from cobodeck.options import Options
+from cobodeck.setup import Setup, open_setup
 from cobodeck.simulate import RunResult, simulate
 from cobodeck.stage import stage
-from cobodeck.wiring import Setup, open_setup
 from hw.safety.record import COMMAND_LATE
 from tests.repeats import fewer
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from behaviors.profile import load_profile
-from cobodeck.testing import Rehearsal
+from cobodeck.testing import ChartTester
 from engine.machine import Leaf
 from engine.node import StandIn
 from hw.geometry import Pose2, Twist2
@@ -22,7 +22,7 @@ DRIVE, FLEE = "chase/follow/drive/go", "escape/flee"
 WEST = Twist2(-0.3)
 
 
-def never_lets_go(sim: Rehearsal) -> None:
+def never_lets_go(sim: ChartTester) -> None:
     """Chase's drive is one whose clean-up does nothing."""
     leaf = sim.run.machine.vertices[DRIVE]
     assert isinstance(leaf, Leaf)
@@ -38,7 +38,7 @@ def never_lets_go(sim: Rehearsal) -> None:
 
 
 @pytest.fixture
-def driving(sim: Rehearsal) -> Rehearsal:
+def driving(sim: ChartTester) -> ChartTester:
     """CoboDeck while Chase drives, Escape at the test's word."""
     sim.start("cobodeck", {"chase/danger": [], "escape/clear": []}, scene="study")
     sim.until(DRIVE, timeout=60)
@@ -47,14 +47,14 @@ def driving(sim: Rehearsal) -> Rehearsal:
     return sim
 
 
-def base_of(sim: Rehearsal) -> GuardedBase:
+def base_of(sim: ChartTester) -> GuardedBase:
     base = sim.run.parts["base"]
     assert isinstance(base, GuardedBase)
     return base
 
 
 @pytest.mark.requirement(41, 71)
-def test_escape_drives_in_the_tick_in_which_danger_is_seen(driving: Rehearsal) -> None:
+def test_escape_drives_in_the_tick_in_which_danger_is_seen(driving: ChartTester) -> None:
     driving.end("danger", "required")
     driving.tick()
 
@@ -64,7 +64,7 @@ def test_escape_drives_in_the_tick_in_which_danger_is_seen(driving: Rehearsal) -
 
 @pytest.mark.requirement(42, 71)
 def test_a_navigation_whose_cancel_never_answers_does_not_keep_escape_from_driving(
-    sim: Rehearsal,
+    sim: ChartTester,
 ) -> None:
     script = {"chase/danger": [], "escape/clear": [], "escape/fault": [], "inform/ready/user": []}
     sim.start("cobodeck", script, scene="study")
@@ -91,14 +91,14 @@ def test_a_navigation_whose_cancel_never_answers_does_not_keep_escape_from_drivi
 
 
 @pytest.mark.requirement(42)
-def test_a_drive_that_is_over_has_released_the_base(driving: Rehearsal) -> None:
+def test_a_drive_that_is_over_has_released_the_base(driving: ChartTester) -> None:
     driving.until("chase/follow/wait", timeout=30)
 
     assert base_of(driving).selected.source is None
 
 
 @pytest.mark.requirement(42, 149)
-def test_a_drive_that_says_nothing_any_more_is_stopped(driving: Rehearsal) -> None:
+def test_a_drive_that_says_nothing_any_more_is_stopped(driving: ChartTester) -> None:
     leaf = driving.run.nodes[DRIVE]
     leaf.step = lambda: None
     driving.tick(15)
@@ -113,7 +113,7 @@ def test_a_drive_that_says_nothing_any_more_is_stopped(driving: Rehearsal) -> No
 
 @pytest.mark.requirement(41, 48)
 def test_a_pulled_stop_line_locks_the_base_in_the_tick_in_which_it_is_seen(
-    driving: Rehearsal,
+    driving: ChartTester,
 ) -> None:
     driving.run.parts["stop_line"].pull("button")
     driving.tick()
@@ -122,7 +122,7 @@ def test_a_pulled_stop_line_locks_the_base_in_the_tick_in_which_it_is_seen(
 
 
 @pytest.mark.requirement(41)
-def test_the_operator_s_stop_takes_the_base_from_whoever_drives(driving: Rehearsal) -> None:
+def test_the_operator_s_stop_takes_the_base_from_whoever_drives(driving: ChartTester) -> None:
     driving.operator.stop()
     driving.tick()
 
@@ -131,7 +131,7 @@ def test_the_operator_s_stop_takes_the_base_from_whoever_drives(driving: Rehears
 
 
 @pytest.mark.requirement(41)
-def test_in_a_pause_nobody_drives_and_afterwards_the_drive_goes_on(driving: Rehearsal) -> None:
+def test_in_a_pause_nobody_drives_and_afterwards_the_drive_goes_on(driving: ChartTester) -> None:
     driving.operator.pause()
     driving.tick()
     assert base_of(driving).selected.source is None
@@ -142,7 +142,7 @@ def test_in_a_pause_nobody_drives_and_afterwards_the_drive_goes_on(driving: Rehe
 
 
 @pytest.mark.requirement(35, 41)
-def test_each_behaviour_drives_as_itself(sim: Rehearsal) -> None:
+def test_each_behaviour_drives_as_itself(sim: ChartTester) -> None:
     sim.start("cobodeck", scene="lab_a")
     found: dict[str, set[str]] = {}
     for _ in range(3000):
@@ -155,7 +155,7 @@ def test_each_behaviour_drives_as_itself(sim: Rehearsal) -> None:
 
 
 def test_a_real_drive_works_on_a_stand_in_and_releases_it(
-    sim: Rehearsal, environment: Environment
+    sim: ChartTester, environment: Environment
 ) -> None:
     found = {"pose": Pose2(3.0, 5.0), "user": UserPose(Pose2(9.0, 9.0), 0.0)}
     script = {"park": "parked", "wait/settled": "settled", "choose": ("chosen", found)}

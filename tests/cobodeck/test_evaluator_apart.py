@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from cobodeck.testing import Rehearsal
+from cobodeck.testing import ChartTester
 from hw.geometry import wrap
 
 HALL = (
@@ -31,7 +31,7 @@ ALONE = (
 """A chart without Escape that moves nothing."""
 
 
-def begin(sim: Rehearsal, folder: Path, chart: str, script: dict[str, Any] | None = None) -> None:
+def begin(sim: ChartTester, folder: Path, chart: str, script: dict[str, Any] | None = None) -> None:
     (folder / "hall.yaml").write_text(HALL)
     (folder / "passer.yaml").write_text(PASSES)
     files = {"scene": str(folder / "hall.yaml"), "user": str(folder / "passer.yaml")}
@@ -48,7 +48,7 @@ def in_a_zone(x: float) -> bool:
 
 @pytest.mark.requirement(104, 128)
 def test_without_any_escape_in_the_chart_the_situations_are_counted(
-    sim: Rehearsal, tmp_path: Path
+    sim: ChartTester, tmp_path: Path
 ) -> None:
     begin(sim, tmp_path, "alone")
 
@@ -64,7 +64,7 @@ def test_without_any_escape_in_the_chart_the_situations_are_counted(
 
 @pytest.mark.requirement(104)
 def test_with_the_trigger_silenced_the_situations_are_counted_and_no_escape_is(
-    sim: Rehearsal, tmp_path: Path
+    sim: ChartTester, tmp_path: Path
 ) -> None:
     """CoboDeck's own chart whose monitor of danger says nothing, and a robot that cannot drive."""
     silent = {"chase/danger": [], "chase/follow/park": [], "chase/tracking": []}
@@ -79,7 +79,7 @@ def test_with_the_trigger_silenced_the_situations_are_counted_and_no_escape_is(
 
 @pytest.mark.requirement(104)
 def test_a_signal_that_cries_wolf_makes_escapes_but_no_situations(
-    sim: Rehearsal, tmp_path: Path
+    sim: ChartTester, tmp_path: Path
 ) -> None:
     (tmp_path / "far.yaml").write_text(
         "user: far\nrepeat: false\nstart: {x: 1.5, y: 1.5, yaw: 3.1}\nsteps: [{stand: 20}]\n"

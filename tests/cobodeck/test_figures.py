@@ -8,10 +8,10 @@ import pytest
 
 from cobodeck.figures import Visit, contact_figures, escape_figures, visits
 from cobodeck.options import Options
+from cobodeck.setup import open_setup
 from cobodeck.simulate import simulate
 from cobodeck.summary import summary
-from cobodeck.testing import Rehearsal
-from cobodeck.wiring import open_setup
+from cobodeck.testing import ChartTester
 from hw.truth import Contact
 
 FLEES = """
@@ -23,7 +23,7 @@ states:
 """
 
 
-def test_the_time_of_an_escape_is_from_entering_it_to_being_safe(sim: Rehearsal) -> None:
+def test_the_time_of_an_escape_is_from_entering_it_to_being_safe(sim: ChartTester) -> None:
     sim.start(FLEES)
     for name, seconds, outcome in [
         ("first/flee", 0.5, "safe"),
@@ -44,7 +44,7 @@ def test_the_time_of_an_escape_is_from_entering_it_to_being_safe(sim: Rehearsal)
     assert visits(sim.run, "escape")[-1] == Visit(visits(sim.run, "escape")[-1].entered_ns)
 
 
-def test_without_an_escape_there_is_no_time_of_one(sim: Rehearsal) -> None:
+def test_without_an_escape_there_is_no_time_of_one(sim: ChartTester) -> None:
     sim.start(FLEES)
 
     found = escape_figures(sim.run)
@@ -107,7 +107,7 @@ def test_the_summary_tells_each_contact_those_by_the_robot_first(figures: dict[s
     after = lines.index(f"contacts           {told}") + 1
     assert lines[after : after + 3] == [
         "12.3 s base at (1.2, 3.4), robot 0.40 m/s, person 0.00 m/s",
-        "13.0 s wrist_2 at (1.0, 3.0), robot 0.20 m/s, person 0.10 m/s, in a touch asked for",
+        "13.0 s wrist_2 at (1.0, 3.0), robot 0.20 m/s, person 0.10 m/s, in a requested touch",
         "15.0 s prop at (2.0, 3.0), robot 0.00 m/s, person 0.70 m/s",
     ]
 

@@ -14,9 +14,9 @@ from cobodeck.console import Problem
 from cobodeck.explain import explain
 from cobodeck.figures import visits
 from cobodeck.options import Options
+from cobodeck.setup import Setup, open_setup
 from cobodeck.simulate import RunResult, simulate
 from cobodeck.stage import stage
-from cobodeck.wiring import Setup, open_setup
 from engine.files.finding import FileError
 from hw.sensing import Sensing
 from hw.sim.contact import gap

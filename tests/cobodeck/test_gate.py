@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ NOW = Wanted(
     tick_hz=30,
     connection=("rover", "c1"),
     person=True,
+    profile="v1",
 )
 
 
@@ -32,6 +34,7 @@ def header(stage: Stage = "simulated", **other: Any) -> dict[str, Any]:
         "files": {"charts/a.yaml": "a1", "elsewhere/r.yaml": "r1", "p.yaml": "p1", "x": "y"},
         "code": dict(NOW.code),
         "limits": {"speed": 0.8},
+        "profile": {"name": "p", "sha256": "v1"},
         "tick_hz": 30,
         "connection": None if simulated else {"name": "rover", "sha256": "c1", "real": True},
         "options": {"user": None if simulated else "out/simulated.mcap"},
@@ -61,6 +64,7 @@ DIFFERENT: dict[str, dict[str, Any]] = {
     "the code of own.states has changed": {"code": {"engine": "e1"}},
     "the code of gone has changed": {"code": {"engine": "e1", "own.states": "o1", "gone": "g"}},
     "it had other limits than those of the connection": {"limits": {"speed": None}},
+    "the profile had other values": {"profile": {"name": "p", "sha256": "v0"}},
     "it ticked at 20 Hz": {"tick_hz": 20},
 }
 
@@ -148,7 +152,7 @@ def test_replays_and_runs_on_the_mock_are_no_simulations() -> None:
 
 
 def test_without_a_person_nobody_has_to_be_served_and_there_is_no_dummy() -> None:
-    alone = Wanted(NOW.files, NOW.code, NOW.limits, 30, NOW.connection, person=False)
+    alone = replace(NOW, person=False)
     of_robot = {"errors": [], "outcome": None, "wall_hits": 0, "object_hits": 0}
 
     assert found_for("simulated", [Tried("x.mcap", header(), of_robot)], alone).passed

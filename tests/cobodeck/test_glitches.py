@@ -10,8 +10,8 @@ import pytest
 
 from cobodeck.loop import Loop
 from cobodeck.options import Options
+from cobodeck.setup import open_setup
 from cobodeck.stage import stage
-from cobodeck.wiring import open_setup
 from hw.geometry import Pose2
 from hw.people.user import open_user
 from hw.samples import Sample, UserPose

@@ -10,8 +10,9 @@ import pytest
 from behaviors.profile import load_profile
 from cobodeck.loop import Loop
 from cobodeck.options import Options
+from cobodeck.setup import open_setup
 from cobodeck.stage import stage
-from cobodeck.wiring import guarded, open_setup, wire
+from cobodeck.wiring import guarded, wire
 from hw.geometry import STILL
 from hw.safety.guarded import GuardedBase
 from hw.sim.base import SimBase

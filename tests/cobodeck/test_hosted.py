@@ -17,8 +17,8 @@ from cobodeck.localization import LocalizationWatch
 from cobodeck.metrics import Evaluator
 from cobodeck.operators import ConsoleOperator
 from cobodeck.options import Options
+from cobodeck.setup import open_setup
 from cobodeck.stage import stage
-from cobodeck.wiring import open_setup
 from engine.board import Board
 from engine.signals import Measured, declare
 from hw.connection import Connection, RunInfo, ServedPart

@@ -24,9 +24,10 @@ from cobodeck.inlet import Inlet
 from cobodeck.loop import LATE_NS, Loop
 from cobodeck.options import Options
 from cobodeck.plants import Nothing
+from cobodeck.setup import open_setup
 from cobodeck.simulate import simulate
 from cobodeck.stage import stage
-from cobodeck.wiring import Wired, open_setup
+from cobodeck.wiring import Wired
 from engine.board import Board
 from engine.clock import TickGrid
 from engine.load import load_text

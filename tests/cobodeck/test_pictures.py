@@ -14,13 +14,15 @@ from behaviors.chase_space import grid
 from behaviors.profile import load_profile
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK, USAGE, Problem
+from cobodeck.judges import arm_outline
 from cobodeck.options import Options
+from cobodeck.pictures.arm import ARM, HELD
 from cobodeck.pictures.canvas import form_of, save
-from cobodeck.pictures.moment import Moment, after, at_start, with_next_drive
+from cobodeck.pictures.moment import Moment, after, at_start, situation_at, with_next_drive
 from cobodeck.pictures.room import OBJECT
 from cobodeck.pictures.scene import levels, next_deep, scene_picture
-from cobodeck.pictures.spaces import PATH, colours
-from cobodeck.wiring import open_setup
+from cobodeck.pictures.spaces import DROPPED, PATH, colours
+from cobodeck.setup import open_setup
 from engine.draw.style import RED
 from hw.geometry import Pose2
 from hw.robot import load_robot
@@ -33,9 +35,9 @@ from hw.things import Thing
 class Place:
     """A scene with the values of the paper's profile."""
 
-    def __init__(self, name):
+    def __init__(self, name, profile="paper"):
         self.scene = load_scene(name)
-        self.profile = load_profile("paper")
+        self.profile = load_profile(profile)
         self.settings = self.profile.settings
         self.environment = self.profile.environment(self.scene.room, load_robot(self.scene.robot))
 
@@ -137,7 +139,7 @@ def test_two_of_the_seven_haptic_poses_in_an_obstacle_are_crossed_out(lab):
     on = lab.draw(Moment(moment.robot, person, deep))
 
     assert len(haptic.poses(lab.settings, lab.environment.static_planners["haptic"], deep)) == 5
-    assert len(strokes(on, RED)) == 2 * 2
+    assert len(strokes(on, DROPPED)) == 2 * 2
     numbers = [text.get_text() for text in on.axes.texts]
     assert numbers == ["1", "2", "3", "4", "5", "6", "7"]
     assert "where the user reaches (DEEP)" in on.legend
@@ -147,8 +149,9 @@ def test_two_of_the_seven_haptic_poses_in_an_obstacle_are_crossed_out(lab):
 def test_the_way_leads_from_the_robot_to_the_goal(lab):
     moment = with_next_drive(at_start(lab.scene), lab.environment, lab.settings)
     on = lab.draw(moment)
-    (way,) = [line for line in on.axes.lines if line.get_color() == PATH]
+    way, front = [line for line in on.axes.lines if line.get_color() == PATH]
 
+    assert front.get_xydata()[0] == pytest.approx((moment.goal.x, moment.goal.y))
     assert moment.path[0] == (moment.robot.x, moment.robot.y)
     assert lab.environment.static_planners["chase"].is_free(moment.path[-1])
     assert (way.get_xdata()[-1], way.get_ydata()[-1]) == moment.path[-1]
@@ -162,6 +165,98 @@ def test_the_way_to_a_touch_leads_to_a_free_haptic_pose(lab):
 
     free = haptic.poses(lab.settings, lab.environment.static_planners["haptic"], asking.deep)
     assert found.path[-1] in [(pose.x, pose.y) for pose in free]
+
+
+def test_the_chosen_pose_is_the_robots_outline_at_the_goal(lab):
+    moment = with_next_drive(at_start(lab.scene), lab.environment, lab.settings)
+    shape = lab.environment.robot.footprint
+
+    (outline,) = [p for p in lab.draw(moment).axes.patches if p.get_edgecolor() == to_rgba(PATH)]
+
+    assert (moment.goal.x, moment.goal.y) == moment.path[-1]
+    front = moment.goal.transform(shape.half_length, shape.half_width)
+    assert outline.get_path().vertices[0] == pytest.approx(front)
+
+
+def ring_of_escape(on):
+    circles = [p for p in on.axes.patches if isinstance(p, Circle) and not p.get_fill()]
+    return [p.center for p in circles if p.get_edgecolor() == to_rgba(RED)]
+
+
+@pytest.mark.parametrize("profile", ["paper", "tuned"])
+def test_the_escape_pose_with_a_ring_is_the_one_that_would_be_driven_to(profile):
+    place = Place("lab_a", profile)
+    robot, person = Pose2(1.6, 8.4, 0.0), user(3.5, 7.0, 2.5)
+    moment = Moment(robot, person)
+    planner = place.environment.static_planners["escape"]
+    free = escape.poses(place.settings, planner, person, robot)
+    now = situation_at(moment, person, place.environment, place.settings)
+
+    best = escape.choose(now, free, None, None)
+
+    assert best in free
+    assert ring_of_escape(place.draw(moment, ("escape",))) == [(best.x, best.y)]
+
+
+@pytest.mark.parametrize("robot", [Pose2(1.6, 8.4, -1.57), Pose2(4.0, 5.0, 0.7), Pose2(3.0, 2.0)])
+def test_no_number_of_a_pose_is_written_over_the_robot(lab, robot):
+    on = lab.draw(Moment(robot, user(3.5, 7.0, 2.5)), ("escape",))
+    shape = lab.environment.robot.footprint
+    on.figure.canvas.draw()
+    to_map = on.axes.transData.inverted()
+
+    assert len(on.axes.texts) > 4
+    for text in on.axes.texts:
+        corners = to_map.transform(text.get_window_extent().corners())
+        inside = [robot.inverse().transform(x, y) for x, y in corners]
+        assert not any(abs(x) < shape.half_length and abs(y) < shape.half_width for x, y in inside)
+
+
+@pytest.fixture(scope="module")
+def arm(lab):
+    return arm_outline(lab.environment.robot)
+
+
+def links(on, colours=(ARM, HELD)):
+    faces = [to_rgba(colour) for colour in colours]
+    return [patch for patch in on.axes.patches if patch.get_facecolor() in faces]
+
+
+def test_the_arm_is_drawn_where_its_capsules_are(lab, arm):
+    robot, joints = Pose2(5.0, 8.0, 0.7), lab.environment.robot.parked
+    drawn = links(lab.draw(Moment(robot, joints=joints)))
+    ends, radii = arm.capsules_of(joints)
+    expected = {
+        tuple(np.round(robot.transform(*(0.5 * (start + end))[:2]), 2)): radius
+        for (start, end), radius in zip(ends, radii, strict=True)
+    }
+
+    assert len(drawn) == len(radii)
+    for patch in drawn:
+        (x0, y0), (x1, y1) = patch.get_path().get_extents().get_points()
+        middle = tuple(np.round((0.5 * (x0 + x1), 0.5 * (y0 + y1)), 2))
+        assert any(math.dist(middle, place) < 0.02 for place in expected)
+        assert min(x1 - x0, y1 - y0) >= 2.0 * 0.95 * min(radii)
+
+
+def test_the_prop_is_drawn_where_the_arm_holds_it(lab):
+    robot = Pose2(5.0, 8.0, 0.7)
+    reaching = (0.0, -1.2, 1.2, -1.57, -1.57, 0.0)
+
+    parked, out = (
+        links(lab.draw(Moment(robot, joints=joints)), (HELD,))[0].get_path().get_extents()
+        for joints in (lab.environment.robot.parked, reaching)
+    )
+
+    near, far = (math.dist((robot.x, robot.y), 0.5 * (box.min + box.max)) for box in (parked, out))
+    assert far > near + 0.2
+
+
+def test_without_joints_no_arm_is_drawn(lab):
+    on = lab.draw(at_start(lab.scene))
+
+    assert not links(on)
+    assert "arm" not in on.legend
 
 
 @pytest.mark.requirement(120)
@@ -207,6 +302,11 @@ def test_a_moment_of_a_run_shows_what_goes_on_and_where_to():
     assert asking.caption.startswith("16.0 s, haptic/serve")
     assert asking.robot.distance_to(early.robot) > 1.0
     assert len(asking.robot_trail) == len(asking.user_trail) == 91
+    assert early.joints is not None
+    last, before = asking.robot_trail[-1], asking.robot_trail[-2]
+    assert math.hypot(asking.twist.vx, asking.twist.vy) == pytest.approx(
+        30.0 * math.dist(last, before), rel=1e-6
+    )
 
 
 def test_a_moment_of_a_run_is_the_end_of_it(monkeypatch):
@@ -272,16 +372,16 @@ def test_render_draws_rooms(arguments, tmp_path, monkeypatch, capsys):
 
 WRONG = [  # arguments, exit code, part of the message
     ("", USAGE, "name a CHART, a RECORD, or a room with --scene"),
-    ("--scene nowhere", FAILED, "nowhere: no such scene"),
-    ("--scene nothing.yaml", FAILED, "nothing.yaml: cannot be read"),
+    ("--scene nowhere", USAGE, "nowhere: no such scene"),
+    ("--scene nothing.yaml", USAGE, "nothing.yaml: cannot be read"),
     ("--scene flat.yaml", FAILED, "flat.yaml:3:3: room.outer: has no area"),
     ("--scene lab_a -o room.gif", USAGE, "room.gif: unknown form; allowed: pdf, png, svg"),
     ("--scene lab_a -o flat.yaml/room.svg", FAILED, "flat.yaml"),
     ("--scene lab_a --at -1", USAGE, "-1 is no time"),
     ("--scene lab_a --at nan", USAGE, "nan is no time"),
-    ("--scene lab_a --at 1 --user nobody", FAILED, "nobody: no such user"),
+    ("--scene lab_a --at 1 --user nobody", USAGE, "nobody: no such user"),
     ("--scene lab_a --show chasse", USAGE, "did you mean 'chase'"),
-    ("--scene lab_a --profile nothing", FAILED, "nothing: no such profile"),
+    ("--scene lab_a --profile nothing", USAGE, "nothing: no such profile"),
     ("nothing --scene lab_a --at 1", USAGE, "no chart 'nothing'"),
     ("--scene bare.yaml --at 1", USAGE, "scene bare names no user; give one with --user"),
 ]

@@ -9,10 +9,10 @@ import pytest
 
 from behaviors.profile import FOLDER, load_profile
 from cobodeck.options import Options
+from cobodeck.setup import open_setup
 from cobodeck.simulate import simulate
 from cobodeck.stage import stage
 from cobodeck.warmup import warm_up
-from cobodeck.wiring import open_setup
 from engine.files.finding import FileError
 
 CHOICES = [

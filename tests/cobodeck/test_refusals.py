@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from cobodeck.refusals import IN_TIME, failures, refusals
-from cobodeck.testing import Rehearsal
+from cobodeck.testing import ChartTester
 from hw.geometry import Pose3
 
 SECOND = 10**9
@@ -23,16 +23,16 @@ RETREATED = REACHING | {"haptic/serve/retreat": "parked"}
     [
         (CHOOSING | {"haptic/serve/choose": "none"}, "no Haptic pose"),
         (CHOOSING | {"haptic/serve/choose": "out_of_reach"}, "DEEP out of reach"),
-        (DRIVING | {"haptic/serve/drive": "no_path"}, "no way to the Haptic pose"),
-        (DRIVING | {"haptic/serve/drive": "stuck"}, "stuck on the way"),
+        (DRIVING | {"haptic/serve/drive": "no_path"}, "no path to the Haptic pose"),
+        (DRIVING | {"haptic/serve/drive": "stuck"}, "stuck on the path"),
         (DRIVING | {"haptic/serve/drive": "lost"}, "base or user lost"),
         (RETREATED | {"haptic/serve/reach": "no_solution"}, "DEEP out of reach"),
-        (RETREATED | {"haptic/serve/reach": "blocked"}, "no free way for the arm"),
+        (RETREATED | {"haptic/serve/reach": "blocked"}, "no free path for the arm"),
         ({"haptic/serve/park": "failed"}, "the arm did not get there"),
     ],
 )
 def test_the_reason_is_that_of_the_leaf_with_which_the_haptic_failed(
-    sim: Rehearsal, script: dict[str, Any], reason: str
+    sim: ChartTester, script: dict[str, Any], reason: str
 ) -> None:
     sim.start("cobodeck", script=ASKED | script)
     sim.wait(1)
@@ -40,7 +40,7 @@ def test_the_reason_is_that_of_the_leaf_with_which_the_haptic_failed(
     assert refusals(sim.run, [(0, SECOND)]) == {reason: 1}
 
 
-def test_a_drive_that_takes_too_long_says_so(sim: Rehearsal) -> None:
+def test_a_drive_that_takes_too_long_says_so(sim: ChartTester) -> None:
     sim.start("cobodeck", script=ASKED | DRIVING)
     sim.wait(31)
 
@@ -55,7 +55,7 @@ def test_a_drive_that_takes_too_long_says_so(sim: Rehearsal) -> None:
     ],
 )
 def test_a_haptic_that_was_broken_off_says_by_what(
-    sim: Rehearsal, guard: dict[str, Any], reason: str
+    sim: ChartTester, guard: dict[str, Any], reason: str
 ) -> None:
     sim.start("cobodeck", script=ASKED | DRIVING | guard)
     sim.wait(1)
@@ -63,7 +63,7 @@ def test_a_haptic_that_was_broken_off_says_by_what(
     assert refusals(sim.run, [(0, SECOND)]) == {reason: 1}
 
 
-def test_the_first_reason_counts_not_what_the_retreat_comes_to(sim: Rehearsal) -> None:
+def test_the_first_reason_counts_not_what_the_retreat_comes_to(sim: ChartTester) -> None:
     retreat = {"haptic/serve/reach": "no_solution", "haptic/serve/retreat": "failed"}
     sim.start("cobodeck", script=ASKED | REACHING | retreat)
     sim.wait(1)
@@ -71,7 +71,7 @@ def test_the_first_reason_counts_not_what_the_retreat_comes_to(sim: Rehearsal) -
     assert refusals(sim.run, [(0, SECOND)]) == {"DEEP out of reach": 1}
 
 
-def test_a_haptic_that_was_let_go_has_not_failed(sim: Rehearsal) -> None:
+def test_a_haptic_that_was_let_go_has_not_failed(sim: ChartTester) -> None:
     sim.start("cobodeck", script=ASKED | DRIVING | {"haptic/release": "released"})
     sim.wait(1)
 
@@ -79,7 +79,7 @@ def test_a_haptic_that_was_let_go_has_not_failed(sim: Rehearsal) -> None:
     assert refusals(sim.run, [(0, SECOND)]) == {IN_TIME: 1}
 
 
-def test_each_request_has_its_own_reason_and_counts_once(sim: Rehearsal) -> None:
+def test_each_request_has_its_own_reason_and_counts_once(sim: ChartTester) -> None:
     asked = ("requested", {"deep": Pose3(1.0, 2.0, 1.5), "since": 7})
     leaves = {"chase/request": asked, "haptic/serve/park": "parked", "haptic/serve/choose": "none"}
     sim.start("cobodeck", script={leaf: [end] * 3 for leaf, end in leaves.items()})

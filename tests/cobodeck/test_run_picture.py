@@ -10,10 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_hex
+from matplotlib.colors import to_hex, to_rgba
 from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
 
+from cobodeck.judges import arm_outline
+from cobodeck.pictures.arm import ARM, HELD
 from cobodeck.pictures.canvas import Sheet, save
 from cobodeck.pictures.course import Course, Instant, NodeSpan, TouchRequest
 from cobodeck.pictures.lanes import rows, thinned
@@ -67,6 +69,22 @@ def course(seconds: float = 60.0, *spans: NodeSpan) -> Course:
         frozenset({"chase/follow"}), (reached(1, 28.0, 33.0), reached(2, 45.0)),
         (contact(21.0), contact(24.0, "person"), contact(40.0, "slow_arm")),
     )  # fmt: skip
+
+
+def test_the_arm_is_drawn_at_the_end_of_a_run() -> None:
+    robot = load_robot(LAB.robot)
+    arm, joints = arm_outline(robot), robot.parked
+    *before, last = walk(30.0)
+    shown = replace(course(30.0), instants=(*before, replace(last, joints=joints)), arm=arm)
+
+    on, bare = run_picture(shown), run_picture(course(30.0))
+
+    links = [p for p in on.axes.patches if p.get_facecolor() in map(to_rgba, (ARM, HELD))]
+    assert len(links) == len(arm.parts)
+    places = [0.5 * (box.min + box.max) for p in links if (box := p.get_path().get_extents())]
+    assert all(math.dist(place, (last.robot.x, last.robot.y)) < 1.0 for place in places)
+    assert "arm" in on.legend
+    assert "arm" not in bare.legend
 
 
 def lines(on: Sheet, colour: str) -> list[Line2D]:

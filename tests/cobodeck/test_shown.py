@@ -10,8 +10,9 @@ import pytest
 
 from cobodeck.loop import Loop
 from cobodeck.options import Options
+from cobodeck.setup import open_setup
 from cobodeck.stage import stage
-from cobodeck.wiring import open_setup, wire
+from cobodeck.wiring import wire
 from engine.clock import TickGrid
 from hw.drivers.unity.link import UnityVr
 from hw.geometry import Pose2

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from cobodeck.console import Problem
-from cobodeck.wiring import Uses, open_setup, refuse_slow_ticks
+from cobodeck.setup import Uses, open_setup
+from cobodeck.wiring import refuse_slow_ticks
 
 DRIVES = Uses(frozenset({"base"}), frozenset())
 LOOKS = Uses(frozenset({"arm"}), frozenset({"base.pose"}))

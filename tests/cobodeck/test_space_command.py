@@ -5,11 +5,15 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK, USAGE
+from cobodeck.pictures.space import space_picture
 from hw.scene import load_scene
+from states.floors.floor_plan import RoomFloor
+from states.floors.space import Untouchable, measure
 from states.maps.cells import room_map
 from states.maps.occupancy import save_map
 
@@ -173,9 +177,9 @@ def test_a_picture_is_drawn_and_is_the_same_each_time(folder, capsys, place, for
 
 WRONG = [  # arguments, exit code, part of the message
     ("", USAGE, "SCENE|MAP"),
-    ("nowhere", FAILED, "nowhere: no such scene"),
-    ("lab-a", FAILED, "did you mean 'lab_a'?"),
-    ("nothing.yaml", FAILED, "nothing.yaml: cannot be read"),
+    ("nowhere", USAGE, "nowhere: no such scene"),
+    ("lab-a", USAGE, "did you mean 'lab_a'?"),
+    ("nothing.yaml", USAGE, "nothing.yaml: cannot be read"),
     ("folder/", FAILED, "folder"),
     ("binary.yaml", FAILED, "binary.yaml"),
     ("flat.yaml", FAILED, "flat.yaml:3:3: room.outer: has no area"),
@@ -187,7 +191,7 @@ WRONG = [  # arguments, exit code, part of the message
     ("lab_a --inflation nan", USAGE, "nan is not above 0 m"),
     ("lab_a --inflation wide", USAGE, "is no number of m"),
     ("lab_a --corners oval", USAGE, "invalid choice: 'oval'"),
-    ("lab_a --profile nothing", FAILED, "nothing: no such profile"),
+    ("lab_a --profile nothing", USAGE, "nothing: no such profile"),
     ("lab_a -o lab.gif", USAGE, "lab.gif: unknown form; allowed: pdf, png, svg"),
     ("lab_a -o flat.yaml/x.svg", FAILED, "flat.yaml"),
     ("good.yaml --corners square", USAGE, "good.yaml: a map is inflated cell by cell"),
@@ -245,3 +249,21 @@ def test_drawing_libraries_are_loaded_only_for_drawing():
     result = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True)
 
     assert result.returncode == 0, result.stderr
+
+
+def test_a_colour_on_the_floor_is_the_one_in_the_legend():
+    scene = load_scene("lab_a")
+    floor = RoomFloor(scene.room)
+    share = np.array([0.0, 0.25, 0.5, 1.0])
+    places = Untouchable(np.array([1.0, 1.5, 2.0, 2.5]), np.full(4, 3.0), share, 0.5)
+    on = space_picture(floor, measure(floor, 1.0), places, "lab_a", "")
+    (image,) = on.axes.images
+    shown = image.get_array()[0]
+
+    assert list(shown[:, 3]) == [0.0, 1.0, 1.0, 1.0]
+    words = ("… in a quarter", "… in half of the directions", "no Haptic pose in any direction")
+    legend = [on.legend[text].get_facecolor() for text in words]
+    assert shown[1:].tolist() == pytest.approx(np.array(legend))
+    faces = [tuple(patch.get_facecolor()) for patch in on.axes.patches]
+    assert tuple(on.legend["1 m from walls"].get_facecolor()) in faces
+    assert all(patch.get_alpha() is None for patch in on.axes.patches)

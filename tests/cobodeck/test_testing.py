@@ -9,7 +9,7 @@ import pytest
 
 from cobodeck.console import Problem
 from cobodeck.stub_parts import Parts
-from cobodeck.testing import Rehearsal
+from cobodeck.testing import ChartTester
 
 FETCH = """
 chart: fetch
@@ -32,7 +32,7 @@ any:
 """
 
 
-def test_leaves_do_as_the_script_says_one_outcome_after_the_other(sim: Rehearsal) -> None:
+def test_leaves_do_as_the_script_says_one_outcome_after_the_other(sim: ChartTester) -> None:
     sim.start(FETCH, script={"park": "parked", "drive": ["stuck", "arrived"]})
 
     sim.until("there", timeout=3)
@@ -42,13 +42,13 @@ def test_leaves_do_as_the_script_says_one_outcome_after_the_other(sim: Rehearsal
     assert sim.now == pytest.approx(1.0, abs=0.04)
 
 
-def test_scripts_name_leaves_by_path_or_class(sim: Rehearsal) -> None:
+def test_scripts_name_leaves_by_path_or_class(sim: ChartTester) -> None:
     sim.start(FETCH, script={"ParkArm": "parked", "go/drive": "arrived"})
 
     sim.until("there", timeout=1)
 
 
-def test_what_the_script_leaves_out_stays_busy(sim: Rehearsal) -> None:
+def test_what_the_script_leaves_out_stays_busy(sim: ChartTester) -> None:
     sim.start(FETCH, script={"park": "parked"})
 
     sim.wait(10)
@@ -58,7 +58,7 @@ def test_what_the_script_leaves_out_stays_busy(sim: Rehearsal) -> None:
     sim.until("failed", timeout=0.1)
 
 
-def test_virtual_time_passes_timeouts_at_once(sim: Rehearsal) -> None:
+def test_virtual_time_passes_timeouts_at_once(sim: ChartTester) -> None:
     sim.start(FETCH, script={"park": "parked"})
 
     sim.until("failed", timeout=21)
@@ -66,13 +66,13 @@ def test_virtual_time_passes_timeouts_at_once(sim: Rehearsal) -> None:
     assert sim.now == pytest.approx(20.0, abs=0.04)
 
 
-def test_a_scripted_leaf_may_raise(sim: Rehearsal) -> None:
+def test_a_scripted_leaf_may_raise(sim: ChartTester) -> None:
     sim.start(FETCH, script={"park": RuntimeError("broken")})
 
     sim.until("error", timeout=1)
 
 
-def test_outputs_come_with_outcomes_and_results_out_of_the_chart(sim: Rehearsal) -> None:
+def test_outputs_come_with_outcomes_and_results_out_of_the_chart(sim: ChartTester) -> None:
     text = (
         "chart: ask\noutcomes: [asked]\noutputs: {asked: {since: integer}}\n"
         "data: {since: {type: integer, initial: none}}\nstates:\n"
@@ -85,7 +85,7 @@ def test_outputs_come_with_outcomes_and_results_out_of_the_chart(sim: Rehearsal)
     assert sim.results == {"since": 5}
 
 
-def test_a_real_monitor_sees_scripted_signals(sim: Rehearsal) -> None:
+def test_a_real_monitor_sees_scripted_signals(sim: ChartTester) -> None:
     sim.start(FETCH, script={"park": "parked"}, real=["FaultRaised"])
     sim.signal("stop.engaged", None)
     sim.until("drive", timeout=1)
@@ -95,7 +95,7 @@ def test_a_real_monitor_sees_scripted_signals(sim: Rehearsal) -> None:
     sim.until("failed", timeout=0.1)
 
 
-def test_a_real_action_gets_stand_ins_for_its_parts(sim: Rehearsal, parts: Parts) -> None:
+def test_a_real_action_gets_stand_ins_for_its_parts(sim: ChartTester, parts: Parts) -> None:
     text = (
         "chart: hold\noutcomes: [done]\nany:\n"
         "  lost: {watch: UserLost, next: {lost: .done}}\n"
@@ -111,7 +111,7 @@ def test_a_real_action_gets_stand_ins_for_its_parts(sim: Rehearsal, parts: Parts
     assert ("inform", False) in parts["vr"].commands
 
 
-def test_until_takes_a_condition(sim: Rehearsal) -> None:
+def test_until_takes_a_condition(sim: ChartTester) -> None:
     sim.start(FETCH, script={"park": "parked"})
 
     sim.until(lambda: sim.now > 2.0, timeout=3)
@@ -142,7 +142,7 @@ all:
 """
 
 
-def test_until_a_node_that_was_left_before_is_not_reached(sim: Rehearsal) -> None:
+def test_until_a_node_that_was_left_before_is_not_reached(sim: ChartTester) -> None:
     sim.start(CHAIN, script=dict.fromkeys(("a", "b", "c"), "parked"))
     sim.until("rest", timeout=1)
     sim.tick(8)
@@ -154,7 +154,7 @@ def test_until_a_node_that_was_left_before_is_not_reached(sim: Rehearsal) -> Non
     sim.until("steps", timeout=0.1)
 
 
-def test_until_a_node_that_has_ended_beside_others_is_not_reached(sim: Rehearsal) -> None:
+def test_until_a_node_that_has_ended_beside_others_is_not_reached(sim: ChartTester) -> None:
     sim.start(JOINED, script={"short": "parked"})
     sim.tick(3)
 
@@ -163,7 +163,7 @@ def test_until_a_node_that_has_ended_beside_others_is_not_reached(sim: Rehearsal
     sim.until("long", timeout=0.1)
 
 
-def test_until_a_node_is_entered_once_more(sim: Rehearsal) -> None:
+def test_until_a_node_is_entered_once_more(sim: ChartTester) -> None:
     again = CHAIN.replace(
         "c: {do: ParkArm, next: {parked: rest", "c: {do: ParkArm, next: {parked: a"
     )
@@ -175,7 +175,7 @@ def test_until_a_node_is_entered_once_more(sim: Rehearsal) -> None:
     sim.assert_path("a", "b", "c", "a")
 
 
-def test_a_chart_runs_on_the_simulated_robot_too(sim: Rehearsal) -> None:
+def test_a_chart_runs_on_the_simulated_robot_too(sim: ChartTester) -> None:
     sim.start("cobodeck", scene="lab_a", user="cornering")
 
     sim.until("haptic", timeout=60)
@@ -186,7 +186,7 @@ def test_a_chart_runs_on_the_simulated_robot_too(sim: Rehearsal) -> None:
     assert sim.metrics()["requests"] >= 1
 
 
-def test_on_the_robot_the_script_takes_over_single_leaves(sim: Rehearsal) -> None:
+def test_on_the_robot_the_script_takes_over_single_leaves(sim: ChartTester) -> None:
     sim.start("cobodeck", script={"danger": "required"}, scene="lab_a", user="cornering")
 
     sim.until("escape", timeout=1)
@@ -212,12 +212,12 @@ MISTAKES = [
 
 
 @pytest.mark.parametrize(("mistake", "message"), MISTAKES)
-def test_mistakes_in_a_test_are_named(sim: Rehearsal, mistake: object, message: str) -> None:
+def test_mistakes_in_a_test_are_named(sim: ChartTester, mistake: object, message: str) -> None:
     with pytest.raises(AssertionError, match=f"(?s){message}"):
         mistake(sim)  # type: ignore[operator]
 
 
-def test_a_chart_that_is_not_there_is_named(sim: Rehearsal) -> None:
+def test_a_chart_that_is_not_there_is_named(sim: ChartTester) -> None:
     with pytest.raises(Problem, match="did you mean 'chase'"):
         sim.start("chasse")
 

@@ -10,9 +10,9 @@ import pytest
 from behaviors.escape import SafeOnTheWay
 from cobodeck.catalogue import catalogue
 from cobodeck.options import Options
+from cobodeck.setup import open_setup
 from cobodeck.stage import stage
-from cobodeck.testing import Rehearsal
-from cobodeck.wiring import open_setup
+from cobodeck.testing import ChartTester
 from engine import life
 from engine.board import Board
 from engine.context import LeafContext
@@ -87,7 +87,7 @@ def shipped() -> dict[str, Any]:
 
 
 def test_shipped_states_wait_for_all_that_they_look_at(
-    watched: type[Watched], sim: Rehearsal
+    watched: type[Watched], sim: ChartTester
 ) -> None:
     for scene, user, requests in (("study", None, 1), ("lab_a", "cornering", 2)):
         loop = stage(open_setup("cobodeck", scene), Options(user=user, requests=requests))

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from cobodeck.opening import open_all, own_host
 from cobodeck.options import Options
+from cobodeck.setup import open_setup
 from cobodeck.stage import opening_of
-from cobodeck.wiring import open_setup
 from hw.connection import FOLDER, load_connection
 from hw.links.datagrams import Intake, Outlet
 

@@ -317,6 +317,13 @@ def test_a_box_hands_on_what_its_next_does_not_name() -> None:
     assert ("work:done", ":done") in edges
 
 
+def test_pins_are_grey_whatever_brings_their_outcomes_about() -> None:
+    known = charts_shipped()
+    graph = pygraphviz.AGraph(string=dot(known["cobodeck"], known, 1))
+    for name in ("chase:haptic_request", "chase:fault|user_lost|error", "haptic:released|failed"):
+        assert graph.get_node(name).attr["color"] == GREY
+
+
 def test_outcomes_that_lead_to_one_place_share_a_pin() -> None:
     known = charts_shipped()
     pins = {pin.outcomes for pin in picture(known["cobodeck"], known, 1).root.members[0].pins}

@@ -10,7 +10,7 @@ import pytest
 
 from cobodeck.clocks import RealTime
 from cobodeck.connected import Connected, connect
-from cobodeck.wiring import Uses
+from cobodeck.setup import Uses
 from hw.connection import HostedScene, RunInfo, load_connection
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.robot import MotionLimits, RobotModel

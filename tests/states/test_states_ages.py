@@ -11,8 +11,9 @@ import pytest
 
 from cobodeck.loop import Loop
 from cobodeck.options import Options
+from cobodeck.setup import open_setup
 from cobodeck.stage import stage
-from cobodeck.wiring import open_setup, wire
+from cobodeck.wiring import wire
 from engine.node import LeafNode
 from hw.geometry import Pose2, Twist2
 from hw.safety.guarded import GuardedBase

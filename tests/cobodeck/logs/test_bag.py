@@ -187,7 +187,7 @@ def test_several_scanners_have_their_own_names_and_mounts(tmp_path):
 def test_without_frames_it_is_told_that_the_mount_is_taken_for_the_middle(tmp_path):
     log = open_log(written(tmp_path, ("/scan", scan(1.0, [1.0] * 3))))
 
-    assert log.remarks == ("where laser sits is not in the bag: it is taken to be base_link",)
+    assert log.remarks == ("the pose of laser is not in the bag: it is assumed to be at base_link",)
 
 
 def test_the_odometry_of_the_wheels_is_taken_before_filtered_ones(tmp_path):

@@ -142,14 +142,14 @@ def test_lines_that_break_off_are_told_and_left_out(tmp_path):
     log = opened(tmp_path, *whole, "FLASER 180 1.0 2.0\n", "ODOM 1 2\n", whole[0][:20])
 
     assert log.count("base.scan") == 3
-    assert log.remarks == ("line 7 is no FLASER as known, and was left out, and 2 more lines",)
+    assert log.remarks == ("line 7 is a malformed FLASER and was left out, and 2 more lines",)
 
 
 def test_poses_with_numbers_that_are_none_are_left_out(tmp_path):
     log = opened(tmp_path, odom(1.0, "nan"), odom(2.0, "inf"), flaser(3.0, (0, 0, 0), (0, 0, 0)))
 
     assert log.count("base.odometry") == 1
-    assert "line 4 is no ODOM as known" in log.remarks[0]
+    assert "line 4 is a malformed ODOM" in log.remarks[0]
 
 
 def test_lines_without_stamps_come_one_after_another(tmp_path):
@@ -163,12 +163,12 @@ def test_lines_without_stamps_come_one_after_another(tmp_path):
     ("content", "told"),
     [
         (b"", "is empty"),
-        (b"nothing of use\n", "is no log that is known"),
-        (b"\x00\x01\x02", "is no log that is known"),
-        (gzip.compress(b"abc", mtime=0), "is no log that is known"),
-        (b"FLASER 3 1 2\n", "is a CARMEN log without anything to go by"),
-        (b"FLASER 99999999999 1 2\n", "is a CARMEN log without anything to go by"),
-        (b"PNG \xff\xfe FLASER", "is no log that is known"),
+        (b"nothing of use\n", "is not a known kind of log"),
+        (b"\x00\x01\x02", "is not a known kind of log"),
+        (gzip.compress(b"abc", mtime=0), "is not a known kind of log"),
+        (b"FLASER 3 1 2\n", "is a CARMEN log without usable data"),
+        (b"FLASER 99999999999 1 2\n", "is a CARMEN log without usable data"),
+        (b"PNG \xff\xfe FLASER", "is not a known kind of log"),
     ],
 )
 def test_what_is_no_log_is_told_in_one_sentence(tmp_path, content, told):

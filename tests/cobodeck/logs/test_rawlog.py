@@ -164,7 +164,7 @@ def test_a_simplemap_has_corrected_poses(tmp_path, version, form):
 
     assert [(ref.pose.x, ref.pose.y) for ref in log.reference] == [(0, 0), (1, 0.5), (2, 1)]
     assert [o.pose.x for o in values(log, "base.odometry")] == [0, 1, 2]
-    assert log.remarks == ("it has no odometry: the way from pose to pose stands in for it",)
+    assert log.remarks == ("it has no odometry: its corrected poses are used instead",)
 
 
 def test_twists_between_the_frames_of_new_simplemaps_are_passed(tmp_path):
@@ -201,7 +201,7 @@ def test_a_log_that_breaks_off_is_read_up_to_there(tmp_path, packed):
     log = open_log(path)
 
     assert 8 <= log.count("base.scan") < 20
-    assert any("breaks off" in remark for remark in log.remarks)
+    assert any("cut off" in remark for remark in log.remarks)
 
 
 def test_scans_without_stamps_are_told_apart_in_time_all_the_same(tmp_path):
@@ -227,7 +227,7 @@ def test_numbers_that_are_none_are_left_out(tmp_path):
 
 @pytest.mark.parametrize("content", [frame(), b"\x8dCSensoryFrame\2", pose3(0, 0, 0, (1, 0))])
 def test_an_archive_of_nothing_is_told_in_one_sentence(tmp_path, content):
-    with pytest.raises(FileError, match="MRPT rawlog without anything to go by"):
+    with pytest.raises(FileError, match="MRPT rawlog without usable data"):
         open_log(written(tmp_path, content))
 
 

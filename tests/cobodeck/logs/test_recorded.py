@@ -50,5 +50,5 @@ def test_a_record_without_sensors_is_told(tmp_path):
     path = tmp_path / "tier1.mcap"
     main(["simulate", "--scene", "hall", "--duration", "0.5", "--record", str(path)])
 
-    with pytest.raises(FileError, match="is a record without anything to go by"):
+    with pytest.raises(FileError, match="is a record without usable data"):
         open_log(Path(path))

@@ -156,7 +156,7 @@ def test_a_record_without_a_tick_is_told(
     messages = [found for found in content.messages if found[1].topic != "tick"]
     path = replace(content, messages=messages).write(tmp_path / "x.mcap")
 
-    assert said(command, path) == (1, f"cobodeck: {path}: no tick of it is whole: it has none\n")
+    assert said(command, path) == (1, f"cobodeck: {path}: no complete tick: it has none\n")
 
 
 def test_a_file_of_somebody_else_has_no_header_of_ours(content: Content, tmp_path: Path) -> None:
@@ -224,5 +224,5 @@ def test_a_chunk_that_never_ends_is_not_unpacked(
         stream.write(chunk(told, bomb))
 
     found = Record(path)
-    with pytest.raises(FileError, match="no tick of it is whole: it breaks off"):
+    with pytest.raises(FileError, match="no complete tick: it breaks off"):
         found.require_ticks()

@@ -19,8 +19,8 @@ from cobodeck.options import Options
 from cobodeck.record.person import past
 from cobodeck.record.reader import Group, Record, RecordedMessage
 from cobodeck.record.start import recorder
+from cobodeck.setup import open_setup
 from cobodeck.simulate import RunResult, simulate
-from cobodeck.wiring import open_setup
 from hw.geometry import Pose3
 from hw.people.person import Person
 from hw.people.user import open_user

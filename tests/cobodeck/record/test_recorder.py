@@ -17,8 +17,8 @@ from mcap.reader import make_reader
 from cobodeck.options import Options
 from cobodeck.record.start import recorder
 from cobodeck.record.taps import Tapped
+from cobodeck.setup import open_setup
 from cobodeck.simulate import RunResult, simulate
-from cobodeck.wiring import open_setup
 from engine.files.text import noting
 
 AT = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
@@ -129,7 +129,7 @@ def test_another_library_reads_it(kept: tuple[Path, RunResult]) -> None:
 
 
 def test_the_analysis_on_the_page_works_as_it_stands(kept: tuple[Path, RunResult]) -> None:
-    page = (Path(__file__).parents[3] / "cobodeck/record/README.md").read_text()
+    page = (Path(__file__).parents[3] / "cobodeck/record/FORMAT.md").read_text()
     code = page.partition("```python\n")[2].partition("```")[0]
     command = [sys.executable, "-c", code, str(kept[0])]
     done = subprocess.run(command, capture_output=True, text=True, check=True)

@@ -25,9 +25,10 @@ from cobodeck.record.header import changes
 from cobodeck.record.reader import Record
 from cobodeck.record.replay import Replay, setup_of, stage_replay
 from cobodeck.record.start import recorder
+from cobodeck.setup import Setup, open_setup
 from cobodeck.simulate import RunResult, simulate
-from cobodeck.wiring import Machine, Setup, open_setup
 from engine.files.text import noting
+from engine.machine import Machine
 from engine.operator import Operator
 from engine.run import ChartRun
 from hw.sim.arm import SimArm
@@ -504,7 +505,7 @@ def test_states_that_have_other_outcomes_now_are_told(own_project: Path, tmp_pat
     file.write_text(OWN.replace('"done"', '"weighed"'))
     del sys.modules["weighing_states"]
 
-    with pytest.raises(Problem, match="cannot run with the states of today"):
+    with pytest.raises(Problem, match="cannot run with the present states"):
         replayed(path)
 
 

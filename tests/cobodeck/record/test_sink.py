@@ -20,8 +20,8 @@ from cobodeck.record.reader import Record
 from cobodeck.record.recover import extent
 from cobodeck.record.sink import PART, Sink, Taken, open_free
 from cobodeck.record.start import recorder
+from cobodeck.setup import Setup, open_setup
 from cobodeck.simulate import RunResult, simulate
-from cobodeck.wiring import Setup, open_setup
 from engine.files.text import noting
 
 AT = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)

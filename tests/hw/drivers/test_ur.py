@@ -15,7 +15,7 @@ from statistics import quantiles
 import pytest
 
 from cobodeck.connected import connect
-from cobodeck.wiring import Uses
+from cobodeck.setup import Uses
 from hw.connection import Connection, ServedPart
 from hw.drivers.ur.arm import MISSING, UrArm
 from hw.fakes.peers import Cb3

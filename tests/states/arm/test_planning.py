@@ -290,7 +290,7 @@ def test_ompl_works_in_slices_and_gives_up_when_the_budget_is_used_up(paper_answ
 
 AFTER_WARM_UP = """
 import numpy as np
-from states.arm import inverse, kernels, timing
+from states.arm import inverse, kernels, timing_kernels
 from states.arm.collision import CollisionChecker, CollisionModel, Surroundings
 from states.arm.kinematics import KinematicChain, forward, jacobian, link_frames
 from states.arm.model import load_manipulator
@@ -300,7 +300,8 @@ from states.arm.trajectory import ArmLimits
 
 def compiled():
     entries = [kernels.place_tcp, kernels.place_links, kernels.slopes, kernels.place_capsules,
-               kernels.gaps, kernels.sweep, inverse._solve, timing._passes, timing._line_times]
+               kernels.gaps, kernels.sweep, inverse._solve,
+               timing_kernels.passes, timing_kernels.line_times]
     return [len(entry.signatures) for entry in entries]
 
 arm = load_manipulator()

@@ -83,7 +83,7 @@ def test_steps_aside_lead_out_of_the_users_track(vx, vy, x, y):
         assert along == pytest.approx(0.0, abs=1e-9)
 
 
-def meeting(user_start, velocity, *, foresight=True, start=(-3.0, 0.0), goal=(3.0, 0.0)):
+def meeting(user_start, velocity, *, prediction=True, start=(-3.0, 0.0), goal=(3.0, 0.0)):
     """Drive while somebody walks straight on for 6 s; time, least gap to their disc."""
     driver = ProfilePlanner(FREE, Limits(), Tolerance())
     driver.go_to(Pose2(*goal))
@@ -93,7 +93,7 @@ def meeting(user_start, velocity, *, foresight=True, start=(-3.0, 0.0), goal=(3.
         walking = time < 6.0
         user = Disc(user_start[0] + time * velocity[0], user_start[1] + time * velocity[1], 1.27)
         seen = user if walking else None
-        told = velocity if walking and foresight else (0.0, 0.0)
+        told = velocity if walking and prediction else (0.0, 0.0)
         command = driver.command(pose, motion.rotated(-pose.yaw), seen, dt, told)
         if driver.status == "arrived":
             break
@@ -125,9 +125,9 @@ def test_who_walks_across_is_let_pass(name):
 
 
 @pytest.mark.requirement(51)
-def test_foresight_keeps_further_off_than_going_round_where_the_user_is():
+def test_prediction_keeps_further_off_than_going_round_where_the_user_is():
     seeing = [meeting(*CROSSINGS[name])[1] for name in CROSSINGS]
-    blind = [meeting(*CROSSINGS[name], foresight=False)[1] for name in CROSSINGS]
+    blind = [meeting(*CROSSINGS[name], prediction=False)[1] for name in CROSSINGS]
     assert sum(seeing) > sum(blind) + 0.5
 
 

@@ -1,0 +1,279 @@
+"""What is to be run and where: chart, scene, robot and profile, read and checked."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+from behaviors.profile import Profile, load_profile
+from behaviors.signals import MEASURED, signals
+from cobodeck.catalogue import Catalogue, catalogue
+from cobodeck.console import Problem
+from cobodeck.library import open_chart, reached
+from cobodeck.places import RunPlace, environment_at, open_place
+from engine.chart import Chart
+from engine.files.finding import FileError
+from engine.machine import Box, Leaf, Machine, Vertex
+from engine.signals import Measured, Signal, closure, declare, roots
+from hw.connection import Connection, Narrowed
+from hw.robot import RobotModel, load_robot
+from hw.samples import PoseSigma
+from hw.scene import Scene
+from hw.tracking import Tracking
+from states.environment import Environment
+from states.localization.estimates import Localizes
+
+CHART, SCENE, PROFILE = "cobodeck", "lab_a", "tuned"
+TICK_HZ = 30
+
+
+@dataclass(frozen=True, slots=True)
+class Uses:
+    """What a chart needs of a robot: parts that it commands, signals that parts have to measure.
+
+    `welcome` are all signals that it can make use of, including those that it can do without.
+    """
+
+    commands: frozenset[str]
+    signals: frozenset[str]
+    welcome: frozenset[str] = frozenset()
+
+    @property
+    def person(self) -> bool:
+        """Whether a person is involved."""
+        asked = (*self.commands, *self.signals)
+        return any(name == "vr" or name.startswith(("user.", "vr.")) for name in asked)
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What is to be run, and where, checked.
+
+    `given` are the names and files by which it was requested. `localizing` is the seed of the
+    localization where the base does not know its own pose, else None. Robot and profile have the
+    limits of the `connection`, if one was named.
+    """
+
+    chart: Chart
+    library: Mapping[str, Chart]
+    catalogue: Catalogue
+    place: RunPlace | None
+    robot: RobotModel
+    profile: Profile
+    tick_hz: int = TICK_HZ
+    given: Mapping[str, Any] = field(default_factory=dict)
+    localizing: int | None = None
+    connection: Connection | None = None
+
+    @property
+    def limits(self) -> Narrowed:
+        """The limits of the connection."""
+        return Narrowed() if self.connection is None else self.connection.limits
+
+    @property
+    def scene(self) -> Scene | None:
+        """The room with the people and objects in it."""
+        return None if self.place is None else self.place.scene
+
+    @cached_property
+    def body(self) -> RobotModel:
+        """The robot, with its arm folded as the profile says."""
+        return self.profile.body(self.robot)
+
+    @cached_property
+    def environment(self) -> Environment:
+        """The room, robot and values that states work with.
+
+        Raises:
+            Problem: there is no scene.
+        """
+        if self.place is None:
+            raise Problem(f"chart {self.chart.name} needs a room; give one with --scene")
+        environment = environment_at(self.place, self.profile, self.robot)
+        noise, calibrated = self.profile.plant.pose_noise, self.place.scene.calibration
+        return replace(
+            environment,
+            period=1.0 / self.tick_hz,
+            latency=self.profile.plant.latency,
+            pose_sigma=PoseSigma(noise, 0.5 * noise),
+            calibration=None if calibrated is None else calibrated.poses(),
+        )
+
+    @property
+    def tracking(self) -> Tracking:
+        """The pose of the tracking system in the map, and of its trackers on the robot."""
+        return Tracking.of(self.robot.sensing) if self.place is None else self.environment.tracking
+
+    @cached_property
+    def signals(self) -> dict[str, Signal]:
+        """All signals by name; without a scene, of the shipped ones only those that are measured.
+
+        Raises:
+            Problem: a signal of a project clashes with another, or depends on an unknown one.
+        """
+        return self._declared(scanning=True)
+
+    @cached_property
+    def signals_without_scans(self) -> dict[str, Signal]:
+        """The same where no part gives `base.scan`: planners then do not wait for a pose."""
+        return self._declared(scanning=False)
+
+    def _declared(self, scanning: bool) -> dict[str, Signal]:
+        shipped: tuple[Signal, ...] = MEASURED
+        if self.scene is not None:
+            localizer = None if self.localizing is None else self.localizer
+            settings = self.profile.settings
+            shipped = signals(self.environment, settings, localizer, scanning=scanning)
+        try:
+            return declare((*shipped, *self.catalogue.own_signals))
+        except ValueError as error:
+            raise Problem(str(error)) from None
+
+    def localizer(self) -> Localizes:
+        """A new localizer for one run; it starts at the scene's robot pose."""
+        assert self.scene is not None
+        assert self.localizing is not None
+        return self.environment.localizer(self.scene.robot_start, self.localizing)
+
+    @cached_property
+    def chart_sha256(self) -> str:
+        """Hash of the text of the chart and of all charts it uses."""
+        digest = hashlib.sha256()
+        for name in sorted(reached({self.chart.name}, self.library)):
+            digest.update(self.library[name].source.text.encode() + b"\0")
+        return digest.hexdigest()
+
+    @property
+    def constants(self) -> dict[str, Callable[[], Any]]:
+        """Values that are put on the board once, at the start, if they are read."""
+        found: dict[str, Callable[[], Any]] = {"settings": lambda: self.profile.settings}
+        return found if self.scene is None else {**found, "environment": lambda: self.environment}
+
+    def uses(self, parameters: Mapping[str, Any] | None = None) -> Uses:
+        """What the reachable states of the chart command and read."""
+        leaves = reachable(self.machine(parameters))
+        reads = {name for leaf in leaves for name in leaf.interface.reads}
+        commands = {part for leaf in leaves for part in leaf.interface.commands}
+        known = self.signals
+        used = (known[name] for name in closure(known, reads & known.keys()))
+        welcome = frozenset(s.name for s in used if isinstance(s, Measured))
+        return Uses(frozenset(commands), frozenset(roots(known, reads)), welcome)
+
+    def machine(self, parameters: Mapping[str, Any] | None = None) -> Machine:
+        """The chart with its parameters, ready to run."""
+        known = self.catalogue
+        return Machine(self.chart, self.library, known.interfaces, parameters, known.types)
+
+
+def open_setup(  # noqa: PLR0913  one call says all there is to say
+    chart: str = CHART,
+    scene: str | None = None,
+    profile: str | None = None,
+    tick_hz: int = TICK_HZ,
+    robot: str | Connection | None = None,
+    charts: Mapping[str, Chart] | None = None,
+    known: Catalogue | None = None,
+    sets: Sequence[str] = (),
+) -> Setup:
+    """Read and check everything that a run needs.
+
+    `robot` replaces the scene's; given alone, there is no scene. A connection's robot has its
+    limits and has to be the scene's; the connection may name a scene. `charts`: those of an earlier
+    run by name, in place of files; `chart` is one of them. `known` is what charts may name, by
+    default everything around the present folder. `sets` are single values of the profile,
+    KEY=VALUE.
+
+    Raises:
+        Problem: the chart cannot run; FileError: a file or a value of `sets` is wrong.
+    """
+    known = known or catalogue()
+    with _blaming_sets():
+        used_profile = load_profile(profile or PROFILE, sets)
+    if charts is None:
+        opened, charts = open_chart(chart, known)
+        chart = opened.name
+        with _blaming_sets():
+            used_profile.require_sets(charts)
+    connection = robot if isinstance(robot, Connection) else None
+    named = robot.model if isinstance(robot, Connection) else robot
+    if connection is not None:
+        scene = scene or connection.scene
+    place = open_place(scene or SCENE) if scene is not None or robot is None else None
+    body = load_robot(named or (place.scene.robot if place is not None else ""))
+    if connection is not None:
+        refuse_other_body(connection, body, place)
+        body = connection.limits.body(body)
+        used_profile = used_profile.narrowed(connection.limits)
+    with _blaming_sets():
+        applied = used_profile.apply(charts)
+    return Setup(
+        chart=applied[chart],
+        library=applied,
+        catalogue=known,
+        place=place,
+        robot=_in_place(body, place),
+        profile=used_profile,
+        tick_hz=tick_hz,
+        given={
+            "scene": scene,
+            "profile": profile,
+            "robot": named,
+            "set": list(sets),
+            "connection": None if connection is None else connection.known_as,
+        },
+        connection=connection,
+    )
+
+
+@contextmanager
+def _blaming_sets() -> Iterator[None]:
+    """Turns mistakes that are all in `sets` into one of usage."""
+    try:
+        yield
+    except FileError as error:
+        if all(finding.place.file.startswith("--set ") for finding in error.findings):
+            raise Problem(str(error)) from None
+        raise
+
+
+def refuse_other_body(connection: Connection, body: RobotModel, place: RunPlace | None) -> None:
+    """Check that scene and connection have the same robot; a map has none.
+
+    Raises:
+        Problem: they have different ones.
+    """
+    if connection.model is None or place is None or place.map is not None:
+        return
+    scenes = load_robot(place.scene.robot).name
+    if scenes != body.name:
+        raise Problem(
+            f"scene {place.scene.name} is made for robot {scenes}, connection {connection.name} "
+            f"is of {body.name}; take a scene whose robot is {body.name}"
+        )
+
+
+def _in_place(robot: RobotModel, place: RunPlace | None) -> RobotModel:
+    """The robot with its scanners turned as calibrated for this place."""
+    calibrated = None if place is None else place.scene.calibration
+    if calibrated is None or not calibrated.scanner_yaws:
+        return robot
+    return replace(robot, sensing=robot.sensing.turned(calibrated.scanner_yaws))
+
+
+def reachable(machine: Machine) -> list[Leaf]:
+    """The leaves that can be entered, assuming that every outcome is possible."""
+    seen: dict[Vertex, None] = {}
+    waiting: list[Vertex] = [machine.root]
+    while waiting:
+        vertex = waiting.pop()
+        if vertex in seen:
+            continue
+        seen[vertex] = None
+        waiting += vertex.go.values()
+        if isinstance(vertex, Box):
+            waiting += vertex.children[:1] if vertex.form == "states" else vertex.children
+    return [vertex for vertex in seen if isinstance(vertex, Leaf)]
