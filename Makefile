@@ -19,8 +19,9 @@ test: .venv/installed-dev
 	@$(BESIDE) -m "not slow and not realtime" $(PYTEST) || [ $$? = 5 ]
 	@$(ALONE) -m "not slow and realtime" $(PYTEST) || [ $$? = 5 ]
 
+# properties with all their examples, too; in CI these are what `test` has
 slow: .venv/installed-dev
-	@$(ALONE) -m slow $(PYTEST)
+	@$(if $(CI),$(ALONE) -m slow,THOROUGH=1 $(ALONE) -m "slow or hypothesis") $(PYTEST)
 
 check: .venv/installed-dev
 	@$(BIN)/ruff check .

@@ -8,9 +8,10 @@ from __future__ import annotations
 import codecs
 import io
 import json
+import shutil
 import sys
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from engine.files.visible import escaped, visible
@@ -72,26 +73,52 @@ def table(rows: Iterable[Sequence[object]], right: frozenset[int] = frozenset())
     return "\n".join(lines)
 
 
-class ProgressLine:
-    """One line on standard error that is written over; nothing where nobody looks on."""
+def terminal_width() -> int | None:
+    """The columns of the terminal that results go to; None where they go elsewhere."""
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
 
-    def __init__(self, what: str, every_s: float = 0.2) -> None:
+
+class ProgressLine:
+    """One line on standard error that is written over; nothing where that is no terminal.
+
+    Args:
+        what: the work, as the line names it.
+        every_s: the least time from one writing to the next.
+        clock: seconds, as of `time.monotonic`.
+    """
+
+    def __init__(
+        self, what: str, every_s: float = 0.2, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         self._what = what
         self._every = every_s
-        self._next = time.monotonic() + every_s
+        self._clock = clock
+        self._begin = clock()
+        self._next = self._begin + every_s
         self._shown = False
         self._on = sys.stderr.isatty()
 
-    def at(self, text: str) -> None:
-        """Where the work has got to."""
-        if not self._on or time.monotonic() < self._next:
+    def at(self, text: str, share: float | None = None) -> None:
+        """Show where the work is; with the share that is done, from 0 to 1, the time left too."""
+        now = self._clock()
+        if not self._on or now < self._next:
             return
-        self._next = time.monotonic() + self._every
+        self._next = now + self._every
         self._shown = True
-        line = visible(f"{self._what}: {text}")
+        left = "" if share is None else _left(min(share, 1.0), now - self._begin)
+        line = visible(f"{self._what}: {text}{left}")
         print(f"\r{line}\x1b[K", end="", file=sys.stderr, flush=True)
 
     def done(self) -> None:
         """Take the line away."""
         if self._shown:
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+
+
+def _left(share: float, spent_s: float) -> str:
+    """`, 25 %, 12 s left`, supposing that the rest goes on at the pace so far."""
+    if share <= 0.0:
+        return ", 0 %"
+    left_s = spent_s * (1.0 - share) / share
+    left = f"{left_s:.0f} s" if left_s < 90.0 else f"{left_s / 60.0:.0f} min"
+    return f", {share:.0%}, {left} left".replace("%", " %")

@@ -51,7 +51,7 @@ class RunResult:
 def simulate(
     setup: Setup,
     options: Options,
-    progress: Callable[[str], None] | None = None,
+    progress: Callable[[str, float | None], None] | None = None,
     clock: Clock | None = None,
     around: Callable[[Loop], AbstractContextManager[object]] = nullcontext,
     tell: Callable[[Raised], None] | None = None,
@@ -62,7 +62,7 @@ def simulate(
     Args:
         setup: what to run.
         options: how.
-        progress: is called now and then with how far the run is.
+        progress: called now and then with the time in the run, as text, and the share done.
         clock: virtual time by default.
         around: a context in which the loop runs, such as one that ends it on a signal.
         tell: is called with what states and parts raise, as it happens.
@@ -80,12 +80,29 @@ def simulate(
     figures, begin = None, time.perf_counter_ns()
     try:
         with around(loop):
-            end_ns = loop.go(round(options.duration_s * 1e9), progress)
+            end_ns = loop.go(round(options.duration_s * 1e9), _with_share(loop, options, progress))
         wall_s = (time.perf_counter_ns() - begin) / 1e9
         figures = figures_of(setup, options, loop, end_ns / 1e9, wall_s)
     finally:
         file = None if recorder is None else recorder.finish(figures)
     return RunResult(figures, loop, file)
+
+
+def _with_share(
+    loop: Loop, options: Options, progress: Callable[[str, float | None], None] | None
+) -> Callable[[str], None] | None:
+    """A progress callback that adds the share done: of the duration, or of the requests if more."""
+    if progress is None:
+        return None
+    evaluators = [watch for watch in loop.observers if isinstance(watch, Evaluator)]
+
+    def tell(text: str) -> None:
+        shares = [loop.now_ns / (options.duration_s * 1e9)]
+        if options.requests:
+            shares += [watch.requests.requests / options.requests for watch in evaluators]
+        progress(text, max(shares))
+
+    return tell
 
 
 def _staged(setup: Setup, options: Options, clock: Clock | None, recorder: Recorder | None) -> Loop:

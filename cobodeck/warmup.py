@@ -1,6 +1,7 @@
-"""Does before the first tick what must not happen in one: imports, compiling, plans of the room.
+"""Preparations before the first tick: imports, compiling, plans of the room.
 
-Only what the chart can come to: a chart that never drives loads no planner.
+They would take too long in a tick. Only what the chart can reach is prepared: a chart that never
+drives loads no planner.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ import gc
 import importlib
 import pkgutil
 
+from cobodeck.compiling import compiling
 from cobodeck.setup import Setup, reachable
 from engine.machine import Machine
 from hw.geometry import Pose2, Pose3, Twist2
@@ -16,6 +18,8 @@ from hw.samples import ImuReading, Odometry, Scan, TrackerPose
 
 SCANS, SCAN_NS = 12, 80_000_000
 """After so many scans that fit nowhere a localizer searches; time from one to the next, ns."""
+OF_DRIVING, OF_REACHING = 235, 24
+"""So many functions, about, are compiled where no compiled code is kept."""
 
 
 def warm_up(setup: Setup, machine: Machine) -> None:
@@ -23,10 +27,13 @@ def warm_up(setup: Setup, machine: Machine) -> None:
     leaves = reachable(machine)
     commanded = {part for leaf in leaves for part in leaf.interface.commands}
     in_a_room = any("environment" in leaf.interface.reads for leaf in leaves)
-    if "base" in commanded and in_a_room:
-        _driving(setup)
-    if "arm" in commanded and in_a_room:
-        _reaching(setup)
+    drives, reaches = ("base" in commanded and in_a_room), ("arm" in commanded and in_a_room)
+    if drives or reaches:
+        with compiling(drives * OF_DRIVING + reaches * OF_REACHING):
+            if drives:
+                _driving(setup)
+            if reaches:
+                _reaching(setup)
     if setup.localizing is not None:
         _localizing(setup)
     # what is loaded by now stays: collecting garbage in a tick need not look through it again

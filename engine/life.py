@@ -41,6 +41,7 @@ class Life:
         self.board = board
         self.parts = dict(parts)
         self.trace = Trace()
+        self.add = self.trace.add
         self.entered: dict[Node, None] = {}
         self.data: dict[Cell, Any] = {}
         self.due = NEVER_NS
@@ -69,20 +70,20 @@ class Life:
             self._enter_boxes(parent)
         self._enter(node)
         leaf = node.leaf
-        for name in node.interface.commands:
+        for name in leaf.interface.commands:
             if name in self.parts:
                 self.parts[name].stop()  # rule 7: it stands still before anything new starts
         if node.listens:
             node.context.begin()
         try:
-            state = node.make(**leaf.parameters)
+            state = node.make(**leaf.parameters) if leaf.parameters else node.make()
             if leaf.inputs:
                 found = state.run(node.context, **self.inputs_of(leaf))
             else:
                 found = state.run(node.context)
         except StopIteration as stop:
             raise RuntimeError("raised StopIteration") from stop  # it is no outcome
-        if not isinstance(found, GeneratorType):
+        if type(found) is not GeneratorType:
             return found
         node.generator = found
         node.step = found.__next__
@@ -111,7 +112,7 @@ class Life:
         node.status = RUNNING
         node.entered = board.ticks
         self.entered[node] = None
-        self.trace.add(("enter", board.now, node))
+        self.add(("enter", board.now, node))
         if node.since is None:
             node.since = board.now - board.paused_ns
             timeout = node.vertex.timeout_ns
@@ -123,7 +124,8 @@ class Life:
     def set_deadline(self, node: Node, at: int) -> None:
         """Have `node` end at this chart time, ns, if it has not ended before."""
         node.deadline = at
-        self.due = min(self.due, at)
+        if at < self.due:
+            self.due = at
 
     def clear_deadlines(self, top: Node, *, inclusive: bool = True) -> None:
         """Nothing in `top` can be due any more, with `inclusive` nor `top` itself."""
@@ -138,7 +140,7 @@ class Life:
 
     def due_nodes(self) -> list[Node]:
         """The nodes whose timeout has come, outer ones first."""
-        now = self.board.chart_now
+        now = self.board.now - self.board.paused_ns
         if now < self.due or now < self.first_deadline():
             return []
         return [node for node in self.root.timed if node.deadline <= now]
@@ -147,20 +149,14 @@ class Life:
 
     def end(self, node: Node, outcome: str, writes: Writes) -> Writes:
         """End one node with an outcome; what is to be written outside of it."""
-        closed: tuple[Node, ...] = ()
-        if isinstance(node, BoxNode):
-            if node.kept:
-                children = [c for name, c in node.children.items() if name in node.kept]
-                writes = tuple(write for child in children for write in child.pending) + writes
-            closed = self.close(node, node.order + 1)
-            if node.box.cells and node.parent is not None:
-                self.write(writes, node)
-                named = node.box.outputs.get(outcome, ())
-                writes = tuple((outer, self.data[inner]) for inner, outer in named)
-        else:
-            assert isinstance(node, LeafNode)
+        if isinstance(node, LeafNode):
             node.generator = None
-        self.trace.add(("end", self.board.now, node, outcome, closed))
+            closed: tuple[Node, ...] = ()
+        else:
+            assert isinstance(node, BoxNode)
+            closed = self.close(node, node.order + 1)
+            writes = self._collect(node, outcome, writes)
+        self.add(("end", self.board.now, node, outcome, closed))
         self.entered.pop(node, None)
         node.status = IDLE
         node.step = None
@@ -168,12 +164,23 @@ class Life:
             return ()
         return writes
 
+    def _collect(self, node: BoxNode, outcome: str, writes: Writes) -> Writes:
+        """What is to be written outside of a box that ends; data of its own chart is written."""
+        if node.kept:
+            children = [c for name, c in node.children.items() if name in node.kept]
+            writes = tuple(write for child in children for write in child.pending) + writes
+        if node.box.cells and node.parent is not None:
+            self.write(writes, node)
+            named = node.box.outputs.get(outcome, ())
+            writes = tuple((outer, self.data[inner]) for inner, outer in named)
+        return writes
+
     def lose(self, ends: Mapping[Node, str]) -> list[Node]:
         """Record the leaves whose outcomes are lost, in document order; these leaves."""
         lost: list[Node] = [n for n in ends if isinstance(n, LeafNode) and n in self.entered]
         lost.sort(key=lambda node: node.order)
         for node in lost:
-            self.trace.add(("lost", self.board.now, node, ends[node]))
+            self.add(("lost", self.board.now, node, ends[node]))
             del self.entered[node]
         return lost
 
@@ -181,11 +188,11 @@ class Life:
         """Close all of `top` for `reason`; its outcome, `error` if its own clean-up raised."""
         before = len(self.errors)
         for node in self.close(top, top.order):
-            self.trace.add(("exit", self.board.now, node, reason))
+            self.add(("exit", self.board.now, node, reason))
         top.status = IDLE
         own = isinstance(top, LeafNode) and any(e.path == top.path for e in self.errors[before:])
         ended = "error" if own else outcome
-        self.trace.add(("outcome", self.board.now, top, ended))
+        self.add(("outcome", self.board.now, top, ended))
         return ended
 
     def close(self, top: Node, first: int) -> tuple[Node, ...]:
@@ -233,15 +240,15 @@ class Life:
         """Give data keys their values."""
         for cell, value in writes:
             self.data[cell] = value
-            self.trace.add(("data", self.board.now, box, cell.key, value))
+            self.add(("data", self.board.now, box, cell.key, value))
 
     def note(self, node: Any, text: str) -> None:
         """Something worth knowing; it changes nothing and is not in the hash."""
-        self.trace.add(("note", self.board.now, node, text))
+        self.add(("note", self.board.now, node, text))
 
     def report(self, node: Node, error: BaseException) -> None:
         """Rule 8: record what a state or a part has raised, SystemExit included."""
-        self.trace.add(("error", self.board.now, node, type(error).__name__))
+        self.add(("error", self.board.now, node, type(error).__name__))
         cls = node.interface.make if isinstance(node, LeafNode) else None
         found = raised(self.board.now, node.path, error, cls if isinstance(cls, type) else None)
         self.errors.append(found)

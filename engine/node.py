@@ -142,6 +142,7 @@ class Opening(NamedTuple):
     nodes: tuple[Node, ...]  # all that take part
     turns: tuple[Node, ...]  # leaves, and boxes that keep outcomes, in the order of stepping
     monitors: tuple[Node, ...]  # of `turns`
+    keeping: tuple[BoxNode, ...]  # of `turns`
 
 
 def opening_of(node: Node) -> Opening:
@@ -150,7 +151,9 @@ def opening_of(node: Node) -> Opening:
         nodes = tuple(_starting(node))
         stepped = [n for n in nodes if not isinstance(n, BoxNode) or n.box.keeps]
         turns = tuple(sorted(stepped, key=attrgetter("turn")))
-        node.opening = Opening(nodes, turns, tuple(n for n in turns if n.monitor))
+        monitors = tuple(n for n in turns if n.monitor)
+        keeping = tuple(n for n in turns if isinstance(n, BoxNode))
+        node.opening = Opening(nodes, turns, monitors, keeping)
     return node.opening
 
 

@@ -121,7 +121,7 @@ class ChartRun:
         if life.early and self._begin():
             return self.outcome
         nodes = iter(self.turns.nodes)
-        ended = []
+        first = None
         if now - board.paused_ns < life.due:  # monitors and actions in one pass
             first = self._step(nodes)
             if first is None:
@@ -129,9 +129,7 @@ class ChartRun:
             if not first[0].monitor:
                 self._act(nodes, first)
                 return self.outcome
-            ended.append(first)
-        ended += self._step_all(takewhile(is_monitor, nodes))
-        self._decide(ended)
+        self._decide(self._step_all(takewhile(is_monitor, nodes), first))
         self._rounds()
         if now - board.paused_ns >= life.due:
             self._time_out()
@@ -287,13 +285,14 @@ class ChartRun:
 
     def _take_turn(self, node: Node) -> Any:
         """The turn of a node without a generator: `BEGUN`, `NOTHING`, or what it ends with."""
-        if node.status == WAITING:
+        status = node.status
+        if status == WAITING:
             answer, node.answer = node.answer, None
             return answer or NOTHING
         if isinstance(node, LeafNode):
             return self.life.begin(node)
         assert isinstance(node, BoxNode)
-        if node.status == RETRYING:
+        if status == RETRYING:
             return AGAIN
         if node.news:
             node.news = False
@@ -301,9 +300,9 @@ class ChartRun:
                 return MATCHED
         return NOTHING
 
-    def _step_all(self, nodes: Iterator[Node]) -> list[Ended]:
-        """Step nodes; those that ended."""
-        found = []
+    def _step_all(self, nodes: Iterator[Node], first: Ended | None = None) -> list[Ended]:
+        """Step nodes; those that ended, behind `first`, which has ended before."""
+        found = [] if first is None else [first]
         while (ended := self._step(nodes)) is not None:
             found.append(ended)
         return found
@@ -318,7 +317,8 @@ class ChartRun:
         if ended is None:
             ended = self._step(going)
         while ended is not None:
-            self._take(self.judge.conclude(*ended))
+            node, value = ended
+            self._take(self.judge.conclude(node, value))
             self._settle()
             ended = self._step(going)
         self.turns.acting = False
@@ -327,10 +327,12 @@ class ChartRun:
         """Rule 6: what the action pass has chosen starts in place, monitors first."""
         turns = self.turns
         while turns.fresh:
-            self._rounds()
-            if not turns.fresh:
-                return
-            ended = self._step(iter((turns.take_next(),)))
+            node = turns.fresh[0] if len(turns.fresh) == 1 else turns.first_fresh()
+            if node.monitor:  # these come before actions
+                self._rounds()
+                continue
+            turns.fresh.remove(node)
+            ended = self._step(iter((node,)))
             if ended is not None:
                 self._take(self.judge.conclude(*ended))
 
@@ -344,7 +346,7 @@ class ChartRun:
         if not ended:
             return
         due = [] if self.turns.acting else self.life.due_nodes()
-        routes = [self.judge.conclude(*one) for one in ended]
+        routes = [self.judge.conclude(node, value) for node, value in ended]
         if len(routes) == 1 and not due and routes[0].kind != KEEP:
             self._take(routes[0])
             return
@@ -377,8 +379,7 @@ class ChartRun:
             life.clear_deadlines(top, inclusive=kind not in (HOLD, RETRY, REOPEN))
         box, target = route.box, route.target
         if target is not None and box is not None:
-            name = top.vertex.name
-            self.trace.add(("move", self.board.now, box, name, route.outcome, target.vertex.name))
+            life.add(("move", self.board.now, box, route))
             if writes:
                 life.write(writes, box)
             turns.choose(target)

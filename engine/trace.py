@@ -83,6 +83,10 @@ def _expanded(raw: RawRecord) -> Iterator[TraceRecord]:
         yield TraceRecord(
             time, "exit", subject.path, ("error" if raw[3] == "error" else "outcome",)
         )
+    elif kind == "move":
+        route = raw[3]
+        names = route.top.vertex.name, route.outcome, route.target.vertex.name
+        yield TraceRecord(time, kind, subject.path, names)
     elif kind == "lost":
         yield TraceRecord(time, "outcome", subject.path, (raw[3],))
         yield TraceRecord(time, "exit", subject.path, ("lost",))

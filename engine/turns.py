@@ -61,17 +61,13 @@ class Turns:
 
         `again`: it is a further try, so its tries and its timeout go on.
         """
-        tries, since = node.tries, node.since
         tick = self.board.ticks
         opening = node.opening or opening_of(node)
         for other in opening.nodes:
             if other.entered == tick:
                 self._choose_some(node, again=again)
-                break
-        else:
-            self._select(opening)
-        if again:
-            node.tries, node.since = tries, since
+                return
+        self._select(opening, node if again else None)
 
     def _choose_some(self, node: Node, *, again: bool) -> None:
         """Rule 6: something in `node` has been entered in this tick, and is put off."""
@@ -80,21 +76,29 @@ class Turns:
         elif isinstance(node, BoxNode):
             for child in node.box.first:
                 self.choose(node.children[child.name])
-            self._select(Opening((node,), (node,) if node.box.keeps else (), ()))
+            keeping = (node,) if node.box.keeps else ()
+            self._select(Opening((node,), keeping, (), keeping), node if again else None)
 
-    def _select(self, opening: Opening) -> None:
+    def _select(self, opening: Opening, tried: Node | None) -> None:
+        """Give what starts together its turns; `tried` is tried again."""
         for node in opening.nodes:
-            node.tries = 0
-            node.since = None
+            if node is not tried:
+                node.tries, node.since = 0, None
         for node in opening.turns:
-            node.status = CHOSEN
-            node.step = None
-            node.wake = 0
-            if isinstance(node, BoxNode):
-                node.kept = {}
-                node.news = False
-        if opening.turns:
-            self._add(opening)
+            node.status, node.step, node.wake = CHOSEN, None, 0
+        for box in opening.keeping:
+            box.kept = {}
+            box.news = False
+        nodes, added = self.nodes, opening.turns
+        if not added:
+            return
+        if not nodes or nodes[-1].turn < added[0].turn:
+            self.nodes = [*nodes, *added]
+        else:
+            self.nodes = sorted((*nodes, *added), key=turn_of)
+        self.fresh += added if self.acting else opening.monitors
+        if self.waiting:
+            self._freeze()
 
     def _put_off(self, node: Node) -> None:
         node.status = PUT_OFF
@@ -132,16 +136,6 @@ class Turns:
 
     # -- the list --------------------------------------------------------------------------------
 
-    def _add(self, opening: Opening) -> None:
-        nodes, added = self.nodes, opening.turns
-        if not nodes or nodes[-1].turn < added[0].turn:
-            self.nodes = [*nodes, *added]
-        else:
-            self.nodes = sorted((*nodes, *added), key=turn_of)
-        self.fresh += added if self.acting else opening.monitors
-        if self.waiting:
-            self._freeze()
-
     def _insert(self, node: Node) -> None:
         self.nodes = sorted((*self.nodes, node), key=turn_of)
         if self.waiting:
@@ -171,17 +165,18 @@ class Turns:
 
     def take_monitors(self) -> list[Node]:
         """The monitors chosen since the last round, in the order of stepping."""
-        monitors = [node for node in self.fresh if node.monitor]
-        if monitors:
-            self.fresh = [node for node in self.fresh if not node.monitor]
+        monitors = self.fresh
+        self.fresh = []
+        if self.acting:
+            self.fresh = [node for node in monitors if not node.monitor]
+            monitors = [node for node in monitors if node.monitor]
+        if len(monitors) > 1:
             monitors.sort(key=turn_of)
         return monitors
 
-    def take_next(self) -> Node:
+    def first_fresh(self) -> Node:
         """The first of those that start in place."""
-        node = min(self.fresh, key=turn_of)
-        self.fresh.remove(node)
-        return node
+        return min(self.fresh, key=turn_of)
 
     def _freeze(self) -> None:
         frozen = [node for node in self.nodes if self._blocked(node)]

@@ -4,18 +4,22 @@ import os
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, Phase, settings
+
+from tests.repeats import examples
 
 pytest_plugins = ["cobodeck.pytest_plugin"]
 
 # what depends on how busy the machine is, or on luck, fails no test
 CALM = settings(
     deadline=None,
+    max_examples=examples(100),
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
 )
 settings.register_profile("calm", CALM)
-# a red build must repeat
-settings.register_profile("ci", CALM, derandomize=True)
+# a red build must repeat, and soon: minimal examples are looked for by whoever repeats it
+CI_PHASES = (Phase.explicit, Phase.reuse, Phase.generate, Phase.target)
+settings.register_profile("ci", CALM, derandomize=True, phases=CI_PHASES)
 settings.load_profile("ci" if os.environ.get("CI") else "calm")
 
 
@@ -25,12 +29,20 @@ REAL_TIME = [
     *(
         HERE / "cobodeck" / f"test_{name}.py"
         for name in (
-            "chain_connection", "connected", "console", "dummy_run", "fakes_run", "hosted",
+            "chain_connection", "connected", "dummy_run", "fakes_run", "hosted",
             "kairos_run", "loop", "observe", "whole_robot",
         )
     ),
 ]  # fmt: skip
 """Folders and files whose tests have processes or threads that must not wait for a processor."""
+VIRTUAL_TIME = [
+    HERE / "hw" / "drivers" / f"test_{name}.py"
+    for name in (
+        "can_frames", "can_mecanum", "clocks", "sick_telegram", "unity_messages", "unity_wire",
+        "ur_course",
+    )
+]  # fmt: skip
+"""Files in these folders that have neither."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -40,7 +52,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 @pytest.hookimpl(tryfirst=True)  # before tests are chosen by their marks
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     for item in items:
-        if any(item.path.is_relative_to(place) for place in REAL_TIME):
+        in_real_time = any(item.path.is_relative_to(place) for place in REAL_TIME)
+        if in_real_time and item.path not in VIRTUAL_TIME:
             item.add_marker(pytest.mark.realtime)
     if config.getoption("--hardware"):
         return

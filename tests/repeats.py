@@ -1,4 +1,4 @@
-"""What the short form of the tests does less of, or not at all: that is what CI runs."""
+"""How often tests repeat what they do: by default, in CI, and in `make slow`."""
 
 import os
 from collections.abc import Sequence
@@ -6,12 +6,19 @@ from collections.abc import Sequence
 import pytest
 
 SHORT = bool(os.environ.get("CI"))
+THOROUGH = bool(os.environ.get("THOROUGH")) and not SHORT
+"""Set by `make slow`."""
 TIMES = 2 if SHORT else 20
-"""So often is each fault brought about."""
+"""How often each fault is injected."""
 long_form = pytest.mark.skipif(SHORT, reason="left out of the short form")
-"""Of a test that costs more than it adds to what else runs."""
+"""For tests that cost more than they add to the others."""
 
 
 def fewer(seeds: Sequence[int]) -> Sequence[int]:
-    """All of them, and every fourth in the short form."""
+    """All seeds; in CI every fourth."""
     return seeds[::4] if SHORT else seeds
+
+
+def examples(count: int) -> int:
+    """The number of random examples of a property: `count` in `make slow`, else a quarter."""
+    return count if THOROUGH else max(count // 4, 10)

@@ -1,6 +1,7 @@
 """What the engine costs over the bare work of its states, beside other engines.
 
-The limit is the loop that nobody can undercut: the states' own steps called one after another.
+The limit is the loop that nobody can undercut: the states' own steps called one after another; see
+`engine_works`.
 """
 
 from __future__ import annotations
@@ -13,69 +14,14 @@ from typing import Any
 
 import yaml
 
+from cobodeck.bench import engine_works as works
 from cobodeck.bench import harness
+from cobodeck.bench.engine_works import started, ticking
 from cobodeck.bench.harness import BenchCase, BenchRow, Work
-from cobodeck.bench.states import STATES, Once, Trip, Watch, Working
-from engine.board import Board
-from engine.clock import TickGrid
 from engine.load import load_text
 from engine.machine import Machine
-from engine.run import ChartRun
-from engine.signals import Measured, declare
-from engine.state import interface
 
-GRID = TickGrid(30)
-SIGNALS = 20
 NAME = "engine"
-
-
-INTERFACES = {cls.__name__: interface(cls) for cls in STATES}  # type: ignore[arg-type]
-NOWS = [GRID.instant(n) for n in range(1 << 17)]
-
-PAIR = """
-chart: pair
-outcomes: [done]
-any:
-  guard: {watch: Watch, next: {seen: .done}}
-  work: {do: Working, next: {done: .done}}
-"""
-HUNDRED = "chart: hundred\noutcomes: [done]\nany:\n" + "".join(
-    f"  a{n}: {{do: Working, next: {{done: .done}}}}\n" for n in range(100)
-)
-STEPS = """
-chart: steps
-outcomes: [done]
-any:
-  guard: {watch: Watch, next: {seen: .done}}
-  work:
-    states:
-      a: {do: Once, next: {done: b}}
-      b: {do: Once, next: {done: a}}
-"""
-GUARDED = """
-chart: guarded
-outcomes: [done]
-states:
-  normal:
-    any:
-      guard: {watch: Trip, next: {seen: .tripped}}
-      work: {do: Working, next: {done: .tripped}}
-    next: {tripped: escape}
-  escape:
-    any:
-      guard: {watch: Trip, next: {seen: .tripped}}
-      work: {do: Working, next: {done: .tripped}}
-    next: {tripped: normal}
-"""
-READING = """
-chart: reading
-outcomes: [done]
-data: {value: {type: any}}
-states:
-  give: {do: Give, with: {size: SIZE}, out: {value: value}, next: {given: a}}
-  a: {do: Take, in: {value: value}, next: {done: b}}
-  b: {do: Take, in: {value: value}, next: {done: a}}
-"""
 
 
 def rows(rounds: int = harness.ROUNDS) -> Iterator[BenchRow]:
@@ -89,90 +35,74 @@ def rows(rounds: int = harness.ROUNDS) -> Iterator[BenchRow]:
 
 def cases(others: dict[str, Any]) -> Iterator[BenchCase]:
     """The timed comparisons; `others` are the peers that are installed."""
-    run, steps = started(PAIR)
 
     def beside(kind: str, own: Work) -> dict[str, Work]:
-        works = {name: getattr(peer, kind, None) for name, peer in others.items()}
-        return {"cobodeck": own} | {name: make() for name, make in works.items() if make}
+        made = {name: getattr(peer, kind, None) for name, peer in others.items()}
+        return {"cobodeck": own} | {name: make() for name, make in made.items() if make}
 
-    bare = loop(steps)
-    name = "for step in steps: step()"
-    yield BenchCase("tick_pair", bare, name, beside("pair", ticking(run)), "signals", SIGNALS, 3.5)
-    traced = {"cobodeck": ticking(run, traced=True)}
-    yield BenchCase("tick_pair_traced", bare, name, traced, "signals", SIGNALS, 6)
-    run, steps = started(HUNDRED)
-    yield BenchCase(
-        "parallel_100", loop(steps), name, beside("hundred", ticking(run)), "nodes", 100, 3
-    )
-    run, _ = started(STEPS)
-    name = "the same steps, cls() and run()"
-    yield BenchCase("transition", Work(_bare_steps), name, beside("steps", ticking(run)), goal=4)
-    run, _ = started(GUARDED)
-    yield BenchCase(
-        "guard_exit", Work(_bare_guarded), name, beside("guarded", ticking(run)), goal=8
-    )
+    yield from _ticks(beside)
+    yield from _edges(beside)
     yield _loading(beside)
-    small, _ = started(READING.replace("SIZE", "1"))
-    large, _ = started(READING.replace("SIZE", "10000"))
+    small = started(works.READING.replace("SIZE", "1"))
+    large = started(works.READING.replace("SIZE", "10000"))
     own = {"cobodeck": ticking(large)}
-    yield BenchCase("read_10000", ticking(small), "reading a float", own, "numbers", 10_000, 1.1)
+    yield BenchCase(
+        "read 10000 numbers", ticking(small), "reading a float", own, "numbers", 10_000, 1.1
+    )
 
 
-def _loading(beside: Callable[[str, Work], dict[str, Work]]) -> BenchCase:
+Beside = Callable[[str, Work], dict[str, Work]]
+
+
+def _ticks(beside: Beside) -> Iterator[BenchCase]:
+    """Ticks in which nothing ends."""
+    run = started(works.PAIR)
+    bare, name = works.loop(works.steps_of(run)), "for step in steps: step()"
+    own = beside("pair", ticking(run))
+    yield BenchCase("no new sample", bare, name, own, "signals", works.SIGNALS, 3.5)
+    recorded = {"cobodeck": works.recording(run)}
+    yield BenchCase("every tick recorded", bare, name, recorded, "signals", works.SIGNALS, 6)
+    run = started(works.PAIR)
+    bare = works.loop(works.steps_of(run))
+    sampled = {"cobodeck": works.sampling(run)}
+    yield BenchCase("five fresh samples", bare, name, sampled, "samples", works.FRESH, 20)
+    run = started(works.HUNDRED)
+    bare = works.loop(works.steps_of(run))
+    yield BenchCase("100 in parallel", bare, name, beside("hundred", ticking(run)), "nodes", 100, 3)
+
+
+def _edges(beside: Beside) -> Iterator[BenchCase]:
+    """Ticks in which one transition is taken."""
+    bare, name = Work(works.bare_edge), "the same states made and stepped"
+    run = started(works.STEPS)
+    yield BenchCase("edge without timeout", bare, name, beside("steps", ticking(run)), goal=8)
+    run = started(works.TIMED)
+    yield BenchCase("edge with timeout", bare, name, {"cobodeck": ticking(run)}, goal=8)
+    run = started(works.STEPS, lock="guard")
+    yield BenchCase("a lock set", bare, name, {"cobodeck": ticking(run)}, goal=8)
+    name = "the same states made, stepped, closed"
+    bare, run = Work(works.bare_guard), started(works.GUARDED)
+    own = beside("guarded", ticking(run))
+    yield BenchCase("guard out of a two-leaf any", bare, name, own, goal=9)
+    bare, run = Work(works.bare_chase), started(works.CHASING, works.CHASE)
+    own = {"cobodeck": ticking(run)}
+    yield BenchCase("guard out of a chart as in chase", bare, name, own, "states", 6, 9)
+
+
+def _loading(beside: Beside) -> BenchCase:
     from engine.check import check
 
-    text = large_chart()
+    text = works.large_chart()
 
     def ours() -> None:
         library = load_text(text)
-        found = list(library.findings) + list(check(library, INTERFACES))
+        found = list(library.findings) + list(check(library, works.INTERFACES))
         assert not found, found[0]
 
     bare = Work(times(lambda: yaml.load(text, yaml.CSafeLoader)))
-    own = Work(times(ours))
-    variants = beside("loading", own)
-    return BenchCase("load_1000", bare, "C-YAML parse of the file", variants, "leaves", 1000, 3)
-
-
-def started(text: str) -> tuple[ChartRun, list[Callable[[], Any]]]:
-    """A run of a chart after some ticks, with signals that nobody delivers; its leaves' steps."""
-    library = load_text(text)
-    assert not library.findings, library.findings
-    machine = Machine(next(iter(library.values())), library, INTERFACES)
-    signals = declare(Measured(f"signal_{n}") for n in range(SIGNALS))
-    run = ChartRun(machine, Board(signals))
-    for now in NOWS[:4]:
-        run.tick(now)
-    return run, [node.step for node in run.running if node.step is not None]
-
-
-def ticking(run: ChartRun, *, traced: bool = False) -> Work:
-    """Ticks of a run; `traced`: each writes a record."""
-    add, root = run.trace.add, run.machine.root
-
-    def plain(count: int) -> None:
-        tick = run.tick
-        for now in NOWS[:count]:
-            tick(now)
-
-    def recorded(count: int) -> None:
-        tick = run.tick
-        for now in NOWS[:count]:
-            add(("tick", now, root))
-            tick(now)
-
-    return Work(recorded if traced else plain, run.trace.raw.clear)
-
-
-def loop(steps: list[Callable[[], Any]]) -> Work:
-    """The steps alone."""
-
-    def run(count: int) -> None:
-        for _ in range(count):
-            for step in steps:
-                step()
-
-    return Work(run)
+    variants = beside("loading", Work(times(ours)))
+    name, parse = "load and check 1000 leaves", "C-YAML parse of the file"
+    return BenchCase(name, bare, parse, variants, "leaves", 1000, 1.5)
 
 
 def times(function: Callable[[], Any]) -> Callable[[int], None]:
@@ -185,63 +115,6 @@ def times(function: Callable[[], Any]) -> Callable[[int], None]:
     return run
 
 
-class _NoContext:
-    """What the states of the limits get, who never look at it."""
-
-
-_NO_CONTEXT: Any = _NoContext()
-
-
-def _bare_steps(count: int) -> None:
-    watch = Watch().run(_NO_CONTEXT).__next__
-    step = Once().run(_NO_CONTEXT).__next__
-    step()
-    for _ in range(count):
-        watch()
-        try:
-            step()
-        except StopIteration:
-            step = Once().run(_NO_CONTEXT).__next__
-            step()
-
-
-def _bare_guarded(count: int) -> None:
-    guard, work = Trip().run(_NO_CONTEXT).__next__, Working().run(_NO_CONTEXT)
-    guard()
-    next(work)
-    for _ in range(count):
-        try:
-            guard()
-        except StopIteration:
-            work.close()
-            guard, work = Trip().run(_NO_CONTEXT).__next__, Working().run(_NO_CONTEXT)
-            guard()
-            next(work)
-
-
-def large_chart(boxes: int = 10, steps: int = 99) -> str:
-    """A chart of 1000 leaves: ten guarded sequences, one after the other."""
-    lines = ["chart: large", "outcomes: [done, failed]", "states:"]
-    for box in range(boxes):
-        following = f"box_{box + 1}" if box + 1 < boxes else ".done"
-        lines += [
-            f"  box_{box}:",
-            "    any:",
-            "      guard: {watch: Watch, next: {seen: .failed}}",
-            "      work:",
-            "        states:",
-        ]
-        for step in range(steps):
-            target = f"step_{step + 1}" if step + 1 < steps else ".done"
-            lines.append(
-                f"          step_{step}: {{do: Go, with: {{distance: {step + 1} cm}}, timeout: 5 s,"
-                f" next: {{arrived: {target}, blocked: .failed, timeout: .failed}}}}"
-            )
-        lines.append("        next: {done: .done, failed: .failed}")
-        lines.append(f"    next: {{done: {following}, failed: .failed}}")
-    return "\n".join(lines) + "\n"
-
-
 def costs(others: dict[str, Any]) -> Iterator[BenchRow]:
     """Import time and memory of the engine and of the peers, each import in its own process."""
     modules = {"cobodeck": "engine.run, engine.load, engine.check"}
@@ -252,12 +125,12 @@ def costs(others: dict[str, Any]) -> Iterator[BenchRow]:
     loads = {"cobodeck": lambda: Machine(*_large_machine())}
     loads |= {name: peer.load for name, peer in others.items() if hasattr(peer, "load")}
     for variant, load in loads.items():
-        yield BenchRow(NAME, "memory_1000", variant, "MB", _kept_megabytes(load))
+        yield BenchRow(NAME, "machine of 1000 leaves", variant, "MB", _kept_megabytes(load))
 
 
 def _large_machine() -> tuple[Any, ...]:
-    library = load_text(large_chart())
-    return library["large"], library, INTERFACES
+    library = load_text(works.large_chart())
+    return library["large"], library, works.INTERFACES
 
 
 def _kept_megabytes(make: Callable[[], Any]) -> float:

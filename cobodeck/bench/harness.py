@@ -1,7 +1,8 @@
 """Measures alternatives side by side: in one process, taking turns, as medians and ratios.
 
 Absolute times differ by a factor of two between runs of the same machine; a ratio to work that
-was timed in the same round does not. Garbage collection is off while a clock runs.
+was timed in the same round does not. What counts is the time of this thread, so other programs
+disturb little. Garbage collection is off while a clock runs.
 """
 
 from __future__ import annotations
@@ -49,7 +50,10 @@ class BenchCase:
 
 @dataclass(frozen=True, slots=True)
 class BenchRow:
-    """One line of a result: time in µs, ratio to `ratio_to`, error if there is one."""
+    """One line of a result: time in µs, ratio to `ratio_to`, error if there is one.
+
+    `spread` is the distance between the quartiles of the ratios of all rounds.
+    """
 
     bench: str
     name: str
@@ -63,6 +67,7 @@ class BenchRow:
     error_unit: str | None = None
     reference: str | None = None
     goal: float | None = None
+    spread: float | None = None
 
     def plain(self) -> dict[str, Any]:
         """The row as JSON writes it."""
@@ -89,22 +94,24 @@ def measure(
         limit.take()
         for times in taken.values():
             times.take()
-    return [
-        BenchRow(
-            bench,
-            case.name,
-            variant,
-            case.knob,
-            case.value,
-            time_us=statistics.median(times.seconds) * 1e6,
-            ratio=statistics.median(
-                own / bare for own, bare in zip(times.seconds, limit.seconds, strict=True)
-            ),
-            ratio_to=case.limit_name,
-            goal=case.goal if variant == "cobodeck" else None,
-        )
-        for variant, times in taken.items()
-    ]
+    return [_row(bench, case, variant, times, limit) for variant, times in taken.items()]
+
+
+def _row(bench: str, case: BenchCase, variant: str, times: _Times, limit: _Times) -> BenchRow:
+    ratios = [own / bare for own, bare in zip(times.seconds, limit.seconds, strict=True)]
+    quartiles = statistics.quantiles(ratios, n=4) if len(ratios) > 1 else (0.0, 0.0, 0.0)
+    return BenchRow(
+        bench,
+        case.name,
+        variant,
+        case.knob,
+        case.value,
+        time_us=statistics.median(times.seconds) * 1e6,
+        ratio=statistics.median(ratios),
+        ratio_to=case.limit_name,
+        goal=case.goal if variant == "cobodeck" else None,
+        spread=quartiles[2] - quartiles[0],
+    )
 
 
 def _prepare(work: Work, round_s: float) -> _Times:
@@ -118,11 +125,11 @@ def _prepare(work: Work, round_s: float) -> _Times:
 
 
 def seconds_of(work: Work, count: int) -> float:
-    """How long it takes to do something `count` times."""
+    """How long it takes to do something `count` times, in time of this thread."""
     with _no_collector():
-        begin = time.perf_counter()
+        begin = time.thread_time_ns()
         work.run(count)
-        seconds = time.perf_counter() - begin
+        seconds = (time.thread_time_ns() - begin) / 1e9
     work.reset()
     return seconds
 

@@ -10,13 +10,17 @@ from typing import Any
 RESULT = Path(__file__).with_name("engine.json")
 BEGIN, END = "<!-- bench engine -->\n", "<!-- bench engine end -->"
 ROWS = {
-    "tick_pair": "tick, an action and a monitor",
-    "tick_pair_traced": "… every tick recorded",
-    "parallel_100": "tick, 100 in parallel",
-    "transition": "transition",
-    "guard_exit": "a guard leaves, another `any` is entered",
-    "load_1000": "load and check 1000 leaves (to a C-YAML parse)",
-    "read_10000": "read an input of 10 000 numbers (to a float)",
+    "no new sample": "tick, no new sample",
+    "every tick recorded": "… every tick recorded",
+    "five fresh samples": "… five fresh samples",
+    "100 in parallel": "tick, 100 in parallel",
+    "edge without timeout": "edge without timeout",
+    "edge with timeout": "edge with timeout",
+    "a lock set": "edge, a lock set elsewhere",
+    "guard out of a two-leaf any": "guard out of a two-leaf `any`",
+    "guard out of a chart as in chase": "guard out of a chart as in `chase`",
+    "load and check 1000 leaves": "load and check 1000 leaves (to a C-YAML parse)",
+    "read 10000 numbers": "read an input of 10 000 numbers (to a float)",
 }
 VARIANTS = ("cobodeck", "py_trees", "transitions", "python-statemachine", "sismic")
 

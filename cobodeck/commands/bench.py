@@ -65,13 +65,14 @@ def _measure(names: Iterable[str], rounds: int) -> dict[str, Any]:
 
     rows = []
     progress = ProgressLine("bench", 0.0)
-    for name in names:
+    wanted = list(names)
+    for done, name in enumerate(wanted):
         if name not in BENCHES:
             from engine.files.finding import did_you_mean
 
             raise Problem(f"no bench {name!r}; {did_you_mean(name, BENCHES)}")
         for row in import_module(BENCHES[name]).rows(rounds):
-            progress.at(f"{row.name} {row.variant}")
+            progress.at(f"{row.name} {row.variant}", done / len(wanted))
             rows.append(row.plain())
     progress.done()
     return {"machine": machine(), "rows": rows}

@@ -1,12 +1,16 @@
-"""List what there is: states, signals, charts, scenes, users, profiles, robots, connections."""
+"""List what there is: states, signals, charts, scenes, users, profiles, robots, connections.
+
+A table; on a terminal too narrow for it, one entry after the other.
+"""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+import textwrap
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from cobodeck.console import OK, show, show_json, table
+from cobodeck.console import OK, show, show_json, table, terminal_width
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,16 +25,39 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         show_json(found)
     elif found:
-        heads = [key for key in found[0] if key != "about"]
-        show(table([[*heads, "about"], *([*_shown(item, heads), item["about"]] for item in found)]))
+        show(listing(found, terminal_width()))
     return OK
 
 
-def _shown(item: dict[str, Any], heads: list[str]) -> list[str]:
-    return [
-        ", ".join(map(str, value)) if isinstance(value := item[key], list) else str(value)
-        for key in heads
-    ]
+def listing(items: Sequence[Mapping[str, Any]], width: int | None) -> str:
+    """A table; where that is wider than `width` columns, a wrapped entry for each item."""
+    heads = [*(key for key in items[0] if key != "about"), "about"]
+    rows = [[_shown(item[key]) for key in heads] for item in items]
+    found = table([heads, *rows])
+    if width is None or max(map(len, found.splitlines())) <= width:
+        return found
+    return "\n".join(_entry(dict(zip(heads, row, strict=True)), width) for row in rows)
+
+
+def _entry(item: dict[str, str], width: int) -> str:
+    """Name and description, then what is not empty, a line for each or more if wrapped."""
+    about, (name, *more) = item.pop("about"), item.items()
+    column = max(len(key) for key, _ in more) + 2 if more else 0
+    pairs = [(key, value) for key, value in more if value]
+    lines = [name[1], *_wrapped(about, "    ", "    ", width)]
+    for key, value in pairs:
+        lines += _wrapped(value, f"    {key:{column}}", " " * (column + 4), width)
+    return "\n".join(lines)
+
+
+def _wrapped(text: str, first: str, other: str, width: int) -> list[str]:
+    return textwrap.wrap(
+        text, max(width, 40), initial_indent=first, subsequent_indent=other, break_on_hyphens=False
+    )
+
+
+def _shown(value: object) -> str:
+    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
 def _first_line(text: str) -> str:

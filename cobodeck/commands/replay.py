@@ -8,7 +8,7 @@ equal; if not, the first difference is reported.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +17,7 @@ from cobodeck.arguments import new_record
 from cobodeck.console import FAILED, OK, ProgressLine, complain, show, show_json, table
 
 if TYPE_CHECKING:
+    from cobodeck.loop import Loop
     from cobodeck.record.feed import ReplayMismatch
     from cobodeck.record.reader import Record
     from cobodeck.record.recorder import Recorder
@@ -74,7 +75,7 @@ def _go(
         recorder.attend(loop)
     progress, begin = ProgressLine("replay"), time.perf_counter_ns()
     try:
-        end_ns = loop.go(FOR_EVER_NS, progress.at)
+        end_ns = loop.go(FOR_EVER_NS, _with_share(loop, record, progress))
     finally:
         progress.done()
     wall_s = (time.perf_counter_ns() - begin) / 1e9
@@ -84,6 +85,16 @@ def _go(
         figures["governor"] = guard["governor"] and guard["watched"]
         figures["person_watched"] = guard["watched"]
     return figures, None if recorder is None else recorder.finish(figures)
+
+
+def _with_share(loop: Loop, record: Record, progress: ProgressLine) -> Callable[[str], None]:
+    """A progress callback that adds the share of the recorded run, if the record has its length."""
+    length_s = (record.figures() or {}).get("sim_s")
+
+    def tell(text: str) -> None:
+        progress.at(text, loop.now_ns / 1e9 / length_s if length_s else None)
+
+    return tell
 
 
 def _options(record: Record) -> Any:

@@ -55,7 +55,9 @@ def draw_run(
     return OK
 
 
-def course_of(record: Record, progress: Callable[[str], None] | None = None) -> Course:
+def course_of(
+    record: Record, progress: Callable[[str, float | None], None] | None = None
+) -> Course:
     """What the record knows of its run: by the truth where there is one, else by its samples.
 
     Raises:
@@ -65,6 +67,7 @@ def course_of(record: Record, progress: Callable[[str], None] | None = None) -> 
     setup, header = written_setup(record, catalogue(own=False)), record.header
     watch, known = CourseWatch(setup.robot), _Known(setup.robot.footprint)
     trace: list[Traced] = []
+    length_s = (record.figures() or {}).get("sim_s")
     for group in record.groups():
         with record.understood(group):
             known.take(group)
@@ -72,7 +75,8 @@ def course_of(record: Record, progress: Callable[[str], None] | None = None) -> 
         if group.ticked.kind in ("grid", "left_out"):
             watch.watch(group.ticked.at_ns, known.truth)
             if progress is not None:
-                progress(f"{group.ticked.at_ns / 1e9:.0f} s")
+                now_s = group.ticked.at_ns / 1e9
+                progress(f"{now_s:.0f} s", now_s / length_s if length_s else None)
     return watch.course(
         visible(_title(setup, header)),
         tuple(map(visible, _lines(record, known.measured))),

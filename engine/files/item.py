@@ -14,7 +14,7 @@ from engine.files import source as yaml
 from engine.files.finding import CODE, FileError, Finding, Place, did_you_mean, not_found
 from engine.files.named import known_files
 from engine.files.source import Map, Mark, Seq, SourceFile
-from engine.files.text import is_file
+from engine.files.text import is_file, read_bytes
 from engine.files.values import shown
 
 T = TypeVar("T")
@@ -156,9 +156,10 @@ def load_yaml(path: Path, read: Callable[[Item], T]) -> T:
     """What `read` makes of a file.
 
     Raises:
+        NotFound: there is no such file.
         FileError: every mistake, of form and of content.
     """
-    return _read(yaml.read_file(path), read)
+    return _read(yaml.read(read_bytes(path, yaml.MAX_BYTES), str(path)), read)
 
 
 def parse_yaml(text: str, file: str, read: Callable[[Item], T]) -> T:

@@ -105,7 +105,7 @@ def help_with_name(word: str) -> str:
     if which:
         return f"{which}; write {plain!r} in Latin letters"
     plain = re.sub(r"[^A-Za-z0-9_]+", "_", word.strip(" .,;:'\"")).strip("_")
-    if word != word.lstrip(". ") and plain:
+    if word == f".{plain}":
         return f"write {plain!r}, without the dot"
     rule = "letters, digits and _, not starting with a digit"
     return f"write {plain!r}: {rule}" if plain[:1].isalpha() and plain != word else rule

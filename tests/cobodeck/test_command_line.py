@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from cobodeck.__main__ import COMMANDS, main
-from cobodeck.catalogue import CHARTS
+from cobodeck.catalogue import CHARTS, catalogue
+from cobodeck.commands.list import listing
 from cobodeck.console import FAILED, OK, USAGE
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -177,8 +178,8 @@ WRONG = [  # arguments, exit code, part of the message
     ("replay x.mcap", USAGE, "x.mcap: cannot be read: No such file"),
     ("replay walk.csv", FAILED, "walk.csv: is no record of a run: it is no MCAP file; `run`"),
     ("space no_image.yaml", FAILED, "nothing.pgm: cannot be read"),
-    ("space cut_off.yaml", FAILED, "cut_off.pgm: is cut off: 3 of 100 x 100"),
-    ("space no_size.yaml", FAILED, "no_size.pgm: has 0 x 0 pixels"),
+    ("space cut_off.yaml", FAILED, "cut_off.pgm: is cut off: 3 of 10000 pixels, for 100 x 100"),
+    ("space no_size.yaml", FAILED, "no_size.pgm: has no valid header with a width and height"),
     ("space not_a_map.yaml", FAILED, "walk.csv: is neither PGM"),
     ("space folder_map.yaml", FAILED, "folder: cannot be read: Is a directory"),
     ("space negative.yaml", FAILED, "negative.yaml:2:13: resolution: -0.05"),
@@ -255,6 +256,32 @@ def test_lists_name_everything_and_say_what_it_is(
     assert found
     for item in found:
         assert str(next(iter(item.values()))) in shown
+
+
+@pytest.mark.parametrize("width", [60, 80, 120])
+@pytest.mark.parametrize("kind", ["states", "signals", "charts", "scenes", "robots", "users"])
+def test_lists_fit_the_terminal_and_leave_nothing_out(
+    kind: str, width: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["list", kind, "--json"]) == OK
+    found = json.loads(capsys.readouterr().out)
+
+    shown = listing(found, width)
+
+    assert max(map(len, shown.splitlines())) <= width
+    words = set(shown.split())
+    for item in found:
+        for value in item.values():
+            told = ", ".join(value) if isinstance(value, list) else value
+            assert set(told.split()) <= words
+
+
+def test_a_list_that_is_piped_is_a_table(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["list", "states"]) == OK
+
+    header, *rows = capsys.readouterr().out.splitlines()
+    assert header.split()[0] == "state"
+    assert len(rows) == len(catalogue().classes)
 
 
 def test_a_chart_is_drawn_where_it_is_wanted(

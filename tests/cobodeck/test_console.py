@@ -126,11 +126,11 @@ SHOWN = r"\x1b[2J\x07\u009b31m\u007f\u202e"
         (("validate", "scene.yaml"), FAILED, r"\x1b[2J"),
         (("list", "states"), OK, r"Raises \x1b[2J"),
         (("simulate", f"{EVIL}.yaml", "--duration", "1"), FAILED, r"\x1b[2J\u009b31m broken"),
-        (("simulate", f"{EVIL}.yaml", "--scene", "scene.yaml", "--user", EVIL), FAILED, SHOWN),
+        (("simulate", f"{EVIL}.yaml", "--scene", "scene.yaml", "--user", EVIL), USAGE, SHOWN),
         (("simulate", EVIL), USAGE, "no chart"),
         (("simulate", "--requests", EVIL), USAGE, r"\x07"),
         (("render", f"{EVIL}.yaml", "-o", f"{EVIL}.dot"), OK, f"{SHOWN}.dot"),
-        (("space", f"{EVIL}/x.yaml"), FAILED, f"{SHOWN}/x.yaml"),
+        (("space", f"{EVIL}/x.yaml"), USAGE, f"{SHOWN}/x.yaml"),
         (("new", EVIL), USAGE, "cannot name a package"),
         ((EVIL,), USAGE, "no command"),
     ],
@@ -170,7 +170,7 @@ def test_json_with_hostile_text_can_be_read(
 @pytest.mark.parametrize(
     ("arguments", "code", "shown"),
     [
-        (("space", "危.yaml"), FAILED, rb"\u5371.yaml: cannot be read"),
+        (("space", "危.yaml"), USAGE, rb"\u5371.yaml: cannot be read"),
         (("simulate", "--tier", "危"), USAGE, rb"\u5371"),
         (("schema",), OK, rb"\u00b0"),
     ],
@@ -188,3 +188,28 @@ def test_what_an_encoding_lacks_stands_as_an_escape(
     assert shown in result.stdout + result.stderr
     if result.stdout:
         assert json.loads(result.stdout)
+
+
+def written(*calls: tuple[float, str, float | None]) -> list[str]:
+    """The lines of a progress that is called at these seconds."""
+    now = iter([0.0, *(at for at, _, _ in calls)])
+
+    def show() -> None:
+        progress = console.ProgressLine("work", 0.2, lambda: next(now))
+        for _, text, share in calls:
+            progress.at(text, share)
+
+    return printed(show, Terminal()).replace("\x1b[K", "").split("\r")[1:]
+
+
+def test_progress_tells_the_share_done_and_the_time_left() -> None:
+    assert written((3.0, "a", None), (4.0, "b", 0.25), (100.0, "c", 0.1), (200.0, "d", 1.0)) == [
+        "work: a",
+        "work: b, 25 %, 12 s left",
+        "work: c, 10 %, 15 min left",
+        "work: d, 100 %, 0 s left",
+    ]
+
+
+def test_progress_is_written_seldom() -> None:
+    assert written((0.1, "a", None), (0.3, "b", 0.0), (0.4, "c", None)) == ["work: b, 0 %"]

@@ -87,6 +87,7 @@ def simulated_names(capsys: pytest.CaptureFixture[str], *arguments: str) -> set[
     return set(json.loads(capsys.readouterr().out))
 
 
+@pytest.mark.slow
 @pytest.mark.requirement(9, 48, 114)
 def test_a_request_is_served_on_fakes_and_the_record_replays(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch

@@ -218,6 +218,17 @@ def test_silence_of_tracking_is_noticed_with_its_time(course: Course) -> None:
     assert found == [{"from_s": 0.1, "to_s": 2.0}, {"from_s": 2.0, "to_s": 4.0}]
 
 
+@pytest.mark.parametrize(("silent_s", "found"), [(0.15, 0), (0.16, 1)])
+def test_tracking_is_lost_after_150_ms_of_silence(
+    course: Course, silent_s: float, found: int
+) -> None:
+    course.see(0.1, Pose2(9.0, 0.0))
+    course.see(0.1 + silent_s, Pose2(9.0, 0.0))
+    course.seen.finish()
+
+    assert len(course.seen.report()["dropouts"]) == found
+
+
 def test_what_did_not_occur_is_null(course: Course) -> None:
     course.see(0.1, Pose2(9.0, 0.0), 0.0)
 

@@ -272,16 +272,16 @@ def test_render_draws_rooms(arguments, tmp_path, monkeypatch, capsys):
 
 WRONG = [  # arguments, exit code, part of the message
     ("", USAGE, "name a CHART, a RECORD, or a room with --scene"),
-    ("--scene nowhere", FAILED, "nowhere: no such scene"),
-    ("--scene nothing.yaml", FAILED, "nothing.yaml: cannot be read"),
+    ("--scene nowhere", USAGE, "nowhere: no such scene"),
+    ("--scene nothing.yaml", USAGE, "nothing.yaml: cannot be read"),
     ("--scene flat.yaml", FAILED, "flat.yaml:3:3: room.outer: has no area"),
     ("--scene lab_a -o room.gif", USAGE, "room.gif: unknown form; allowed: pdf, png, svg"),
     ("--scene lab_a -o flat.yaml/room.svg", FAILED, "flat.yaml"),
     ("--scene lab_a --at -1", USAGE, "-1 is no time"),
     ("--scene lab_a --at nan", USAGE, "nan is no time"),
-    ("--scene lab_a --at 1 --user nobody", FAILED, "nobody: no such user"),
+    ("--scene lab_a --at 1 --user nobody", USAGE, "nobody: no such user"),
     ("--scene lab_a --show chasse", USAGE, "did you mean 'chase'"),
-    ("--scene lab_a --profile nothing", FAILED, "nothing: no such profile"),
+    ("--scene lab_a --profile nothing", USAGE, "nothing: no such profile"),
     ("nothing --scene lab_a --at 1", USAGE, "no chart 'nothing'"),
     ("--scene bare.yaml --at 1", USAGE, "scene bare names no user; give one with --user"),
 ]

@@ -136,7 +136,7 @@ def test_wrong_input_is_told_with_what_would_be_right(
     assert "none.mcap" in text
     assert "is no record of a run" in text
     code, text = told(str(tmp_path / "gone.mcap"))
-    assert code == FAILED
+    assert code == USAGE
     assert "gone.mcap" in text
     assert told(str(record), "--to", "-1")[0] == USAGE
     code, text = told(str(record), "-o", str(tmp_path / "a.gif"))

@@ -173,9 +173,9 @@ def test_a_picture_is_drawn_and_is_the_same_each_time(folder, capsys, place, for
 
 WRONG = [  # arguments, exit code, part of the message
     ("", USAGE, "SCENE|MAP"),
-    ("nowhere", FAILED, "nowhere: no such scene"),
-    ("lab-a", FAILED, "did you mean 'lab_a'?"),
-    ("nothing.yaml", FAILED, "nothing.yaml: cannot be read"),
+    ("nowhere", USAGE, "nowhere: no such scene"),
+    ("lab-a", USAGE, "did you mean 'lab_a'?"),
+    ("nothing.yaml", USAGE, "nothing.yaml: cannot be read"),
     ("folder/", FAILED, "folder"),
     ("binary.yaml", FAILED, "binary.yaml"),
     ("flat.yaml", FAILED, "flat.yaml:3:3: room.outer: has no area"),
@@ -187,7 +187,7 @@ WRONG = [  # arguments, exit code, part of the message
     ("lab_a --inflation nan", USAGE, "nan is not above 0 m"),
     ("lab_a --inflation wide", USAGE, "is no number of m"),
     ("lab_a --corners oval", USAGE, "invalid choice: 'oval'"),
-    ("lab_a --profile nothing", FAILED, "nothing: no such profile"),
+    ("lab_a --profile nothing", USAGE, "nothing: no such profile"),
     ("lab_a -o lab.gif", USAGE, "lab.gif: unknown form; allowed: pdf, png, svg"),
     ("lab_a -o flat.yaml/x.svg", FAILED, "flat.yaml"),
     ("good.yaml --corners square", USAGE, "good.yaml: a map is inflated cell by cell"),

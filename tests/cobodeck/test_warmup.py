@@ -4,6 +4,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from cobodeck.compiling import compiling
+
 ROOT = Path(__file__).resolve().parents[2]
 WATCHED = """
 import sys
@@ -35,3 +37,23 @@ def test_nothing_is_compiled_or_imported_in_a_tick() -> None:
     )
 
     assert result.stdout == "[] []\n"
+
+
+def test_compiling_tells_which_function_and_loading_tells_nothing() -> None:
+    """Numba's own events count; a function that is compiled already raises none."""
+    import numba
+
+    told: list[tuple[str, float | None]] = []
+
+    class Line:
+        def at(self, text: str, share: float | None = None) -> None:
+            told.append((text, share))
+
+        def done(self) -> None:
+            told.append(("done", None))
+
+    double = numba.njit(lambda x: 2 * x)
+    for _ in range(2):
+        with compiling(4, Line()):  # type: ignore[arg-type]
+            assert double(3) == 6
+    assert told == [("function 1 of about 4", 0.0), ("done", None), ("done", None)]

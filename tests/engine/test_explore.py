@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from hypothesis import HealthCheck, given, settings
 
-from engine.explore import Ended, active, after, explore, initial
+from engine.explore import Ended, active, after, explore, initial, steps
 from engine.machine import Vertex
 from engine.state import Action, Context, Run
 from tests.engine.conftest import Bench
 from tests.engine.valid_charts import chart_texts
+from tests.repeats import examples
 
 quick = settings(
-    deadline=None, max_examples=150, suppress_health_check=list(HealthCheck), derandomize=True
+    deadline=None,
+    max_examples=examples(150),
+    suppress_health_check=list(HealthCheck),
+    derandomize=True,
 )
 
 
@@ -33,6 +37,27 @@ all:
     assert found.entered == {"left/a", "left/b", "right"}
     assert set(found.outcomes) == {"x"}
     assert found.outcomes["x"] == ((("right", "seen"),),)
+
+
+def test_the_timeout_of_a_monitor_may_come_with_actions_and_not_with_other_monitors(bench):
+    """A list is looked at after each pass: that of the monitors, then timeouts and actions."""
+    text = """
+chart: c
+outcomes: [x, y]
+any:
+  slow: {watch: See, timeout: 1 s}
+  near: {watch: See}
+  work: {do: Do}
+when:
+  - {outcome: x, if: {slow: timeout, work: done}}
+  - {outcome: y, if: {near: seen}}
+"""
+    root = bench(text).machine.root
+    found = set(steps(root, initial(root)))
+    assert (("slow", "timeout"), ("work", "done")) in found
+    assert (("slow", "seen"), ("near", "seen")) in found
+    assert (("slow", "timeout"), ("near", "seen")) not in found
+    assert (("slow", "seen"), ("work", "done")) not in found
 
 
 def test_the_limit_is_kept_and_said(bench):

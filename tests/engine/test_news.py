@@ -13,6 +13,7 @@ from engine.board import Board
 from engine.signals import Derived, Estimated, Measured, declare
 from engine.state import NEVER_NS, Context, Monitor, On, Run
 from tests.engine.conftest import Bench
+from tests.repeats import examples
 
 SAME, OTHER = (tuple(map(float, (1, 2))) for _ in range(2))  # equal, but two objects
 
@@ -290,7 +291,7 @@ def arrivals(chance: random.Random, now: int, values: dict[str, Any]) -> list[tu
     return found
 
 
-@settings(deadline=None, max_examples=200, derandomize=True)
+@settings(deadline=None, max_examples=examples(200), derandomize=True)
 @given(seed=st.integers(0, 10**6))
 def test_values_and_news_depend_neither_on_who_reads_nor_on_ticks_left_out(seed):
     chance = random.Random(seed)

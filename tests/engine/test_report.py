@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from engine.files.finding import Finding, Place
 from engine.files.source import SourceFile
 from engine.report import FORMATS, WIDTH, github, json_list, report, sarif, summary, text
+from tests.repeats import examples
 
 CHART = "chart: chase\nstates:\n  drive: {do: DriveTo, parms: {}}\n"
 
@@ -109,7 +110,7 @@ def test_a_place_without_a_line_shows_the_message_alone() -> None:
     assert text([at(1, 1, 2)], {}).splitlines()[1] == "1 error in 0 files"
 
 
-@settings(derandomize=True, deadline=None, max_examples=300)
+@settings(derandomize=True, deadline=None, max_examples=examples(300))
 @given(
     content=st.text(st.characters(codec="utf-8"), max_size=300),
     line=st.integers(1, 5),
@@ -160,7 +161,7 @@ def test_github_escapes_what_would_end_a_part_of_the_command() -> None:
     )
 
 
-@settings(derandomize=True, deadline=None, max_examples=200)
+@settings(derandomize=True, deadline=None, max_examples=examples(200))
 @given(message=st.text(max_size=50), file=st.text(min_size=1, max_size=20))
 def test_a_github_command_is_one_line_that_decodes_to_the_message(message: str, file: str) -> None:
     shown = github([Finding("C01", message, Place(file, 1, 1, 2))])
@@ -299,7 +300,7 @@ FINDINGS = st.builds(
 )
 
 
-@settings(derandomize=True, deadline=None, max_examples=100)
+@settings(derandomize=True, deadline=None, max_examples=examples(100))
 @given(st.lists(FINDINGS, max_size=5))
 def test_sarif_has_the_structure_of_2_1_0_and_names_every_rule(findings: list[Finding]) -> None:
     log = json.loads(sarif(findings))

@@ -1789,6 +1789,17 @@ def test_rule_11_a_sample_that_comes_in_a_pause_is_noticed_after_it(bench):
     assert Listen.heard == [(0, None), (10**8, "hello")]
 
 
+def test_rule_11_a_state_that_waits_for_a_signal_goes_on_waiting_through_a_replacement(bench):
+    b = listening(bench)
+    new = b.bind(b.chart)
+    assert b.operator.replace(new) == []
+    b.tick(3)
+    assert Listen.heard == [(0, None)]
+    b.run.board.put("voice", "hello", b.now)
+    b.tick(3)
+    assert [value for _, value in Listen.heard] == [None, "hello"]
+
+
 def test_rule_11_a_pause_alone_wakes_nobody(bench):
     b = listening(bench)
     b.operator.pause()

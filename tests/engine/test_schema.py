@@ -19,6 +19,7 @@ from engine.schema.document import chart_schema, schema_text
 from engine.schema.values import value_schema
 from engine.types import Type, builtin_types, convert
 from tests.engine.random_charts import INTERFACES, Spot, charts, library
+from tests.repeats import examples
 
 TYPES = {"Spot": Type("Spot", python=Spot)}
 SCHEMA = chart_schema(INTERFACES, library(), TYPES)
@@ -244,14 +245,14 @@ def shape_errors(value: Any) -> list[Finding]:
     return [finding for finding in errors(library(value)) if seen(finding)]
 
 
-@settings(derandomize=True, deadline=None, max_examples=150)
+@settings(derandomize=True, deadline=None, max_examples=examples(150))
 @given(charts())
 def test_charts_of_a_right_shape_are_right(value: Any) -> None:
     assert not shape_errors(value)
     assert not wrong(value)
 
 
-@settings(derandomize=True, deadline=None, max_examples=1000)
+@settings(derandomize=True, deadline=None, max_examples=examples(1000))
 @given(flawed_charts())
 def test_schema_and_checker_agree_on_mistakes_of_shape(value: Any) -> None:
     shape, complaints = shape_errors(value), wrong(value)
@@ -278,7 +279,7 @@ UNITS_AND_RUBBISH = st.one_of(
 )  # fmt: skip
 
 
-@settings(derandomize=True, deadline=None, max_examples=1500)
+@settings(derandomize=True, deadline=None, max_examples=examples(1500))
 @given(
     st.sampled_from(KINDS), st.one_of(UNITS_AND_RUBBISH, st.lists(UNITS_AND_RUBBISH, max_size=2))
 )

@@ -21,6 +21,7 @@ from engine.state import Run as Steps
 from tests.engine.conftest import Bench, Part
 from tests.engine.test_lifecycle import INTERFACES, bother, decorate
 from tests.engine.valid_charts import chart_texts
+from tests.repeats import examples
 
 GRID = TickGrid(10)
 
@@ -118,7 +119,10 @@ def with_reads(leaf: Leaf) -> Any:
 
 
 @settings(
-    deadline=None, max_examples=150, suppress_health_check=list(HealthCheck), derandomize=True
+    deadline=None,
+    max_examples=examples(150),
+    suppress_health_check=list(HealthCheck),
+    derandomize=True,
 )
 @given(text=chart_texts(timeouts=True), seed=st.integers(0, 10**6))
 def test_rule_13_ticks_before_the_next_that_is_due_may_be_left_out(text, seed):
@@ -227,7 +231,7 @@ def test_rule_13_ticks_that_are_added_do_not_move_the_grid():
     assert entries == [0, 5 * 10**9, 10 * 10**9, 15 * 10**9]
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=examples(200))
 @given(hz=st.integers(1, 2000), at=st.integers(0, 10**13))
 def test_rule_1_the_first_tick_not_before_an_instant(hz, at):
     grid = TickGrid(hz)

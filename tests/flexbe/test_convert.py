@@ -13,6 +13,7 @@ from tests.flexbe.conftest import Play, library_of
 from tests.flexbe.convert import Known, convert
 from tests.flexbe.names import identifier
 from tests.flexbe.writing import text
+from tests.repeats import examples
 
 
 def state(name, transitions, **more):
@@ -80,13 +81,13 @@ def test_outcomes_that_mean_something_to_the_engine_get_another_name():
     assert chart["states"]["a"]["autonomy"] == {"timeout_": "high"}
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=examples(200))
 @given(st.text())
 def test_an_identifier_is_one_that_charts_allow(name):
     assert is_name(identifier(name))
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=examples(200))
 @given(
     st.dictionaries(
         st.sampled_from(("a", "true", "null", "on", "1")),

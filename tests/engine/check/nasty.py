@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import sys
 from collections.abc import Iterator
+from itertools import islice
 
 from engine.check import check
 from engine.files.finding import Finding
@@ -138,8 +139,8 @@ def cases() -> Iterator[tuple[str, list[str]]]:
 
 
 def main() -> None:
-    """Each is refused, at a place; says so for each."""
-    for name, texts in cases():
+    """Each is refused, at a place; says so for each. Argument: of how many each one is run."""
+    for name, texts in islice(cases(), 0, None, int(sys.argv[1])):
         found = findings(texts)
         assert found, name
         assert all(f.place.line > 0 and f.place.column > 0 for f in found), name

@@ -14,6 +14,7 @@ from engine.check import check
 from engine.machine import Machine
 from tests.engine.check.some_charts import FORMS, INTERFACES, Maker, library
 from tests.engine.check.test_sound import play
+from tests.repeats import examples
 
 
 class FlowMaker(Maker):
@@ -115,7 +116,7 @@ def reported(chart: Chart, findings: list[Any]) -> set[tuple[str, str]]:
 
 
 @given(st.integers(0, 2**32))
-@settings(deadline=None, max_examples=300, derandomize=True)
+@settings(deadline=None, max_examples=examples(300), derandomize=True)
 def test_in_sequences_exactly_what_a_walk_can_read_too_early_is_found(seed: int) -> None:
     chart = chart_of(random.Random(seed), ("states",))
     found = library([chart])
@@ -125,7 +126,7 @@ def test_in_sequences_exactly_what_a_walk_can_read_too_early_is_found(seed: int)
 
 
 @given(st.integers(0, 2**32))
-@settings(deadline=None, max_examples=300, derandomize=True)
+@settings(deadline=None, max_examples=examples(300), derandomize=True)
 def test_what_passes_never_reads_what_is_not_written(seed: int) -> None:
     chance = random.Random(seed)
     found = library([chart_of(chance, FORMS)])

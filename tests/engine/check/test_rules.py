@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.check.rules import TooLarge, uncovered
+from tests.repeats import examples
 
 NAMES = "abcd"
 OUTCOMES = ("x", "y", "z")
@@ -31,7 +32,7 @@ def matched(combination: dict[str, str], rules: list[dict[str, str]]) -> bool:
 
 
 @given(st.data(), domains_of_children)
-@settings(deadline=None, max_examples=500)
+@settings(deadline=None, max_examples=examples(500))
 def test_a_combination_is_found_exactly_if_there_is_one(
     data: st.DataObject, domains: dict[str, list[str]]
 ) -> None:

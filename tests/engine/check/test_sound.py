@@ -17,6 +17,7 @@ from engine.machine import Box, Leaf, Machine, Vertex
 from engine.run import ChartRun
 from engine.scripted import LeafScript
 from tests.engine.check.some_charts import INTERFACES, Maker, damage, library
+from tests.repeats import examples
 
 TICK_NS = 100_000_000
 VALUES: Mapping[str, Any] = {"number": 1.0, "text": "word", "any": 2, "boolean": True}
@@ -77,7 +78,7 @@ def play(machine: Machine, chance: random.Random, ticks: int = 40) -> ChartRun:
 
 
 @given(st.integers(0, 2**32), st.integers(0, 2))
-@settings(deadline=None, max_examples=300, derandomize=True)
+@settings(deadline=None, max_examples=examples(300), derandomize=True)
 def test_what_passes_can_be_built_and_every_outcome_leads_somewhere(seed: int, harm: int) -> None:
     chance = random.Random(seed)
     charts = Maker(chance).charts()
@@ -92,7 +93,7 @@ def test_what_passes_can_be_built_and_every_outcome_leads_somewhere(seed: int, h
 
 
 @given(st.integers(0, 2**32))
-@settings(deadline=None, max_examples=150, derandomize=True)
+@settings(deadline=None, max_examples=examples(150), derandomize=True)
 def test_what_passes_runs_and_reads_only_what_was_written(seed: int) -> None:
     chance = random.Random(seed)
     found = library(Maker(chance).charts())
@@ -145,7 +146,7 @@ TOP = (
 
 
 @given(st.fixed_dictionaries({}, optional=dict.fromkeys(TOP, ANYTHING)))
-@settings(deadline=None, max_examples=400, suppress_health_check=list(HealthCheck))
+@settings(deadline=None, max_examples=examples(400), suppress_health_check=list(HealthCheck))
 def test_any_nonsense_is_refused_without_an_exception(chart: dict[str, Any]) -> None:
     found = library([{"chart": "main"} | chart])
     if passing(found):

@@ -17,6 +17,7 @@ from engine.files.source import read
 from engine.load import Library
 from engine.machine import Machine
 from tests.engine.check.some_charts import INTERFACES, Maker, library
+from tests.repeats import examples
 
 
 class PlainMaker(Maker):
@@ -55,7 +56,7 @@ def below(found: Library, findings: list[Finding], code: str) -> list[str]:
 
 
 @given(st.integers(0, 2**32))
-@settings(deadline=None, max_examples=300, derandomize=True)
+@settings(deadline=None, max_examples=examples(300), derandomize=True)
 def test_unreachable_unproduced_and_dead_are_what_no_walk_finds_a_way_for(seed: int) -> None:
     found = library([plain_chart(random.Random(seed))])
     findings = check(found, INTERFACES)
@@ -139,6 +140,15 @@ def test_a_circle_of_instant_states_is_found_through_boxes_and_used_charts() -> 
     assert codes(inner, outer) == ["S03"]
     waiting = outer.replace("next: {y: a, n: a}", "next: {y: w, n: w}")
     assert codes(inner, waiting + "  w: {do: Wait, with: {time: 1 s}, next: {done: a}}\n") == []
+
+
+def test_a_used_chart_that_is_tried_again_is_not_instant() -> None:
+    """A further try is the next tick at the earliest, so no circle through it is endless."""
+    inner = "chart: inner\noutcomes: [p]\nstates:\n  a: {do: Think, next: {yes: .p, no: .p}}\n"
+    outer = "chart: c\nstates:\n  a: {use: inner, next: {p: b}}\n  b: {use: inner, next: {p: a}}\n"
+    assert codes(inner, outer) == ["S03"]
+    again = "retry: {times: 1, on: p, wait: 1 s}"
+    assert codes(inner, outer.replace("a: {use: inner,", f"a: {{use: inner, {again},")) == []
 
 
 def test_parts_are_followed_into_used_charts() -> None:

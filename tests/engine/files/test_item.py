@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from engine.files.finding import FileError, Place, mistake
 from engine.files.item import Item, find_file, gather, load_yaml, parse_yaml
+from tests.repeats import examples
 
 
 def parse(text: str) -> Item:
@@ -150,7 +151,7 @@ def test_a_name_is_looked_up_in_its_folder(tmp_path):
         find_file("rom", tmp_path, "scene")
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=examples(200))
 @given(st.text(max_size=200))
 def test_any_text_is_a_document_or_a_file_error(text):
     try:

@@ -16,6 +16,7 @@ from hw.safety.limits import SafetyLimits
 from hw.samples import ArmState, Odometry, PoseSigma, Sample, UserPose
 from hw.sim.base import SimBase
 from hw.tracking import Tracking
+from tests.repeats import examples
 
 ROBOT = load_robot("rbkairos_ur10")
 CAPS = MotionLimits(1.0, 2.0, base_speed=2.5, base_yaw_rate=1.5)
@@ -499,7 +500,7 @@ commands = st.builds(Twist2, finite, finite, finite)
 
 
 @pytest.mark.requirement(46, 48, 50, 149)
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=examples(200))
 @given(
     st.lists(st.tuples(st.sampled_from(["escape", "chase", "own"]), commands, events), max_size=12),
     st.booleans(), st.booleans(),

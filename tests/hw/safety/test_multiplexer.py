@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from hw.geometry import STILL, Twist2
 from hw.safety.multiplexer import Lock, Multiplexer, Selected, VelocitySource
+from tests.repeats import examples
 
 SECOND = 1_000_000_000
 FAST, SLOW = Twist2(1.0, 0.5, 0.1), Twist2(0.2)
@@ -197,7 +198,7 @@ def expected_selection(log, now):
 
 
 @pytest.mark.requirement(41, 42)
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=examples(300))
 @given(st.lists(events, max_size=25))
 def test_in_every_interleaving_exactly_the_source_by_the_rules_drives(history):
     mux, log, now = Multiplexer(SOURCES, LOCKS), [], 0

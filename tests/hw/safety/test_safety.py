@@ -18,6 +18,7 @@ from hw.safety import limits as safety_limits
 from hw.safety import record as safety_record
 from hw.safety.chain import KEPT, SafetyChain
 from hw.safety.limits import SafetyLimits, Stopping
+from tests.repeats import examples
 
 ROBOT = load_robot("rbkairos_ur10")
 LIMITS = SafetyLimits.of(ROBOT, MotionLimits(1.0, 2.0, base_speed=2.5, base_yaw_rate=1.5))
@@ -90,7 +91,7 @@ cycles = st.lists(
 
 
 @pytest.mark.requirement(48, 50)
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=examples(300))
 @given(cycles, st.booleans(), st.booleans())
 def test_whatever_comes_in_the_chain_only_slows_down_or_stops(script, governor, watched):
     limits = dataclasses.replace(LIMITS, governor=governor, watched=watched)
@@ -133,7 +134,7 @@ def test_whatever_comes_in_the_chain_only_slows_down_or_stops(script, governor, 
 
 
 @pytest.mark.requirement(104)
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=examples(300))
 @given(
     st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(-math.pi, math.pi),
     st.floats(-math.pi, math.pi), st.floats(0.0, 2.5), st.floats(0.0, 3.0),

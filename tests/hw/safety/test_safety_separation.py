@@ -12,6 +12,7 @@ from shapely.geometry import Point, box
 from hw.geometry import Twist2
 from hw.safety.limits import Stopping
 from hw.safety.separation import Nearness, UserTrack, nearness
+from tests.repeats import examples
 
 LENGTH, WIDTH, RADIUS = 0.565, 0.455, 0.5
 OUTLINE = box(-LENGTH, -WIDTH, LENGTH, WIDTH)
@@ -36,14 +37,14 @@ def true_gap(x, y, moved=(0.0, 0.0), turned=0.0):
 
 
 @pytest.mark.requirement(52)
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=examples(200))
 @given(places, places)
 def test_the_gap_is_the_distance_of_outline_and_cylinder(x, y):
     inside = OUTLINE.exterior.distance(Point(x, y)) if OUTLINE.contains(Point(x, y)) else 0.0
     assert near(x, y).gap == pytest.approx(true_gap(x, y) - inside, abs=1e-12)
 
 
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=examples(300))
 @given(places, places, speeds, speeds, st.floats(-2.0, 2.0))
 def test_velocity_and_turn_close_the_gap_as_fast_as_nearness_says(x, y, vx, vy, wz):
     assume(not OUTLINE.buffer(0.01).contains(Point(x, y)))
@@ -68,7 +69,7 @@ def test_the_direction_is_a_unit_vector_wherever_the_user_stands(x, y):
 # ---- holding back
 
 
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=examples(300))
 @given(places, places, speeds, speeds, speeds, st.floats(0.0, 3.0), st.booleans())
 def test_what_is_held_back_is_a_share_of_what_closes_and_nothing_else(
     x, y, vx, vy, wz, allowed, holonomic
@@ -140,7 +141,7 @@ def test_from_the_needed_separation_both_stop_with_the_clearance_between_them(
     )
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=examples(200))
 @given(
     st.floats(-1.0, 8.0), st.floats(0.0, 3.0), st.floats(0.0, 0.15), st.floats(0.2, 6.0),
     st.floats(0.0, 0.5), st.floats(0.0, 1.0),

@@ -10,6 +10,7 @@ from hw.geometry import Pose2
 from hw.people.person import RADIUS
 from hw.robot import load_robot
 from hw.sim.contact import gap, rectangle_segment_distance, swept_gap
+from tests.repeats import examples
 
 FOOTPRINT = load_robot("rbkairos_ur10").footprint
 RECTANGLE = box(-0.565, -0.455, 0.565, 0.455)
@@ -42,14 +43,14 @@ def test_inside_the_outline_the_gap_is_minus_the_radius():
     assert gap(FOOTPRINT, Pose2(0.0, 0.0), 0.1, 0.1) == -RADIUS
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=examples(200))
 @given(near, near, st.floats(-4, 4), near, near)
 def test_the_gap_is_the_distance_of_the_polygon_less_the_radius(x, y, yaw, px, py):
     expected = outline(x, y, yaw).distance(Point(px, py)) - RADIUS
     assert gap(FOOTPRINT, Pose2(x, y, yaw), px, py) == pytest.approx(expected, abs=1e-9)
 
 
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=examples(300))
 @given(near, near, near, near)
 def test_the_distance_of_a_segment_is_that_of_the_polygon(x1, y1, x2, y2):
     expected = RECTANGLE.distance(LineString([(x1, y1), (x2, y2)]))
@@ -57,7 +58,7 @@ def test_the_distance_of_a_segment_is_that_of_the_polygon(x1, y1, x2, y2):
     assert found == pytest.approx(expected, abs=1e-9)
 
 
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=examples(150))
 @given(near, near, st.floats(-4, 4), step, step, st.floats(-0.2, 0.2), near, near, step, step)
 def test_the_swept_gap_is_the_least_of_a_dense_sampling(x, y, yaw, dx, dy, turn, px, py, ux, uy):
     found = swept_gap(
@@ -100,7 +101,7 @@ def test_a_corner_that_turns_into_the_person_is_found():
     assert swept_gap(FOOTPRINT, robot, person) == pytest.approx(-0.01, abs=1e-4)
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=examples(100))
 @given(near, near, st.floats(-4, 4), near, near)
 def test_for_things_that_stand_the_swept_gap_is_the_gap(x, y, yaw, px, py):
     robot, person = Pose2(x, y, yaw), Pose2(px, py)

@@ -24,6 +24,7 @@ from states.arm.collision import (
 )
 from states.arm.kinematics import forward, link_frames
 from states.arm.robot_arm import manipulator_of
+from tests.repeats import examples
 
 coordinate = st.floats(-2, 2).map(lambda v: round(v, 3))
 point3 = st.tuples(coordinate, coordinate, coordinate)
@@ -44,7 +45,7 @@ def between(a, b, n=2001):
     return np.linspace(0.0, 1.0, n)[:, None] * (np.subtract(b, a)) + np.array(a)
 
 
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=examples(300))
 @given(point3, point3, point3, point3)
 def test_the_distance_of_two_axes_is_that_of_their_nearest_points(a, b, c, d):
     ends = np.array([[a, b], [c, d]], float)
@@ -55,7 +56,7 @@ def test_the_distance_of_two_axes_is_that_of_their_nearest_points(a, b, c, d):
     assert grid - coarse - 1e-9 <= found <= grid + 1e-6
 
 
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=examples(300))
 @given(point2, point2, point2, point2)
 def test_the_distance_to_a_wall_seen_from_above_agrees_with_shapely(a, b, c, d):
     walls = np.array([[*c, *d, 0.0, 3.0]])
@@ -63,14 +64,14 @@ def test_the_distance_to_a_wall_seen_from_above_agrees_with_shapely(a, b, c, d):
     assert found == pytest.approx(LineString([a, b]).distance(LineString([c, d])), abs=1e-9)
 
 
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=examples(300))
 @given(point2, point2, point2)
 def test_the_distance_to_a_cylinders_axis_agrees_with_shapely(p, a, b):
     found = kernels.point_distance(*p, *a, *b)
     assert found == pytest.approx(Point(p).distance(LineString([a, b])), abs=1e-9)
 
 
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=examples(300))
 @given(point3, point3)
 def test_the_distance_to_a_box_is_never_too_large_and_hardly_too_small(a, b):
     low, high = np.array([-0.5, -0.4, 0.0]), np.array([0.6, 0.4, 0.5])
@@ -244,7 +245,7 @@ def test_a_sweep_stops_when_its_budget_is_used_up(alone, arm):
     assert used == 2 < checks
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=examples(100))
 @given(
     st.tuples(coordinate, coordinate, st.floats(-3, 3)),
     st.tuples(coordinate, coordinate),

@@ -11,6 +11,7 @@ from states.arm.kinematics import forward, jacobian
 from states.arm.path import JointPath
 from states.arm.timing import line_durations, time_path, warm_up
 from states.arm.trajectory import ArmLimits
+from tests.repeats import examples
 
 SPEED = (2.0943951, 2.0943951, 3.1415926, 3.1415926, 3.1415926, 3.1415926)
 
@@ -46,7 +47,7 @@ limits = st.builds(
 
 
 @pytest.mark.requirement(45, 50)
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=examples(150))
 @given(path=paths(), limit=limits)
 def test_limits_of_joints_and_tool_are_never_exceeded(chain, path, limit):
     trajectory = time_path(chain, path, limit)
@@ -57,7 +58,7 @@ def test_limits_of_joints_and_tool_are_never_exceeded(chain, path, limit):
 
 
 @pytest.mark.requirement(45)
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=examples(100))
 @given(path=paths(), limit=limits)
 def test_velocity_and_acceleration_are_the_derivatives_of_the_joints(chain, path, limit):
     trajectory = time_path(chain, path, limit)
@@ -91,7 +92,7 @@ def trapezoid(steps, speed, gain):
 
 
 @pytest.mark.requirement(45)
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=examples(100))
 @given(seed=st.integers(0, 10_000), gain=st.sampled_from([1.0, 5.0]))
 def test_a_line_takes_the_time_of_its_trapezoid(chain, seed, gain):
     a, b = np.random.default_rng(seed).uniform(-3, 3, (2, 6))

@@ -14,6 +14,7 @@ from states.maps.occupancy import OccupancyMap
 from states.navigation.costmap import Costmap, StaticLayer, StaticValues, sample
 from states.navigation.inflation import FREE, INSCRIBED, LETHAL, NO_INFORMATION, Inflation, inflate
 from states.navigation.unmapped import Obstacles
+from tests.repeats import examples
 
 OUTER = ((0.0, 0.0), (11.5, 0.0), (11.5, 10.1), (0.0, 10.1))
 OBSTACLES = (
@@ -35,7 +36,7 @@ def empty(grid):
 # distance
 
 
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=examples(150))
 @given(hnp.arrays(np.bool_, hnp.array_shapes(min_dims=2, max_dims=2, max_side=25)))
 def test_distances_are_those_of_scipy_to_the_last_bit(occupied):
     expected = distance_transform_edt(~occupied) if occupied.any() else math.inf

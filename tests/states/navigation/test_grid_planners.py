@@ -20,6 +20,7 @@ from states.navigation.planners import GLOBAL_PLANNERS, LOCAL_PLANNERS
 from states.navigation.potential import crossing_costs, potential_from
 from states.navigation.theta_star import line_is_free
 from states.navigation.visibility import ExactPlanner
+from tests.repeats import examples
 
 OUTER = ((0.0, 0.0), (11.5, 0.0), (11.5, 10.1), (0.0, 10.1))
 OBSTACLES = (
@@ -83,7 +84,7 @@ def eight_neighbour_lengths(free, start):
 # lines
 
 
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=examples(300))
 @given(free=worlds, start=spots, end=spots)
 def test_a_line_is_free_where_all_cells_it_passes_are(free, start, end):
     rows, columns = cells_on(start, end)
@@ -108,7 +109,7 @@ def test_a_line_may_touch_the_corner_between_two_blocked_cells_only_from_free_on
 
 
 @pytest.mark.requirement(39)
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=examples(200))
 @given(free=worlds, start=spots, goal=spots)
 def test_theta_star_finds_what_there_is_and_never_more_than_eight_neighbours_need(
     free, start, goal
@@ -172,7 +173,7 @@ def test_crossing_costs_saturate_as_in_global_planner(cost, lethal, allow, cross
     assert crossing_costs(costs, lethal, allow)[0, 1] == math.inf
 
 
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=examples(150))
 @given(free=worlds, picks=st.tuples(st.integers(0, 167), st.integers(0, 167)))
 def test_navfn_finds_a_way_wherever_four_neighbours_lead(free, picks):
     inside = bordered(free)
@@ -303,7 +304,7 @@ def test_the_robot_drives_to_its_goal_whichever_planners_it_has(name, local):
     assert nearest >= USER.radius - 1e-6
 
 
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=examples(150))
 @given(worlds, spots, st.tuples(st.floats(0, 14), st.floats(0, 12), st.floats(0, 3)))
 def test_the_nearest_free_cell_is_the_nearest_of_all_in_sight(free, place, user):
     planner = ThetaStarPlanner(Grid(1.0, *free.shape), costs_of(free), lethal_cost=LETHAL)
