@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,19 +24,20 @@ SHOWN = 6
 DoctorLine = tuple[str, str, str]
 
 
-def room_checks(scene_name: str, profile_name: str | None = None) -> Iterator[DoctorLine]:
+def room_checks(
+    scene_name: str, profile_name: str, sets: Sequence[str] = ()
+) -> Iterator[DoctorLine]:
     """One line per check: what was checked, its state, what that means.
 
     Raises:
         FileError: the scene or the profile is wrong.
     """
-    from behaviors.profile import load_profile
     from cobodeck.floor_report import floor_report
     from cobodeck.places import open_place
-    from cobodeck.setup import PROFILE
+    from cobodeck.setup import profile_with
     from hw.robot import load_robot
 
-    scene, profile = open_place(scene_name).scene, load_profile(profile_name or PROFILE)
+    scene, profile = open_place(scene_name).scene, profile_with(profile_name, sets)
     robot = load_robot(scene.robot)
     yield "robot", FIT, _outline(robot)
     try:

@@ -191,8 +191,7 @@ def open_setup(  # noqa: PLR0913  one call says all there is to say
         Problem: the chart cannot run; FileError: a file or a value of `sets` is wrong.
     """
     known = known or catalogue()
-    with _blaming_sets():
-        used_profile = load_profile(profile or PROFILE, sets)
+    used_profile = profile_with(profile or PROFILE, sets)
     if charts is None:
         opened, charts = open_chart(chart, known)
         chart = opened.name
@@ -227,6 +226,16 @@ def open_setup(  # noqa: PLR0913  one call says all there is to say
         },
         connection=connection,
     )
+
+
+def profile_with(name: str, sets: Sequence[str]) -> Profile:
+    """A profile by name or file, with the values of `--set`.
+
+    Raises:
+        Problem: a value of `sets` is wrong; FileError: the profile is.
+    """
+    with _blaming_sets():
+        return load_profile(name, sets)
 
 
 @contextmanager

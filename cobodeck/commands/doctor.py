@@ -18,10 +18,11 @@ from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 
-from cobodeck.arguments import word
+from cobodeck.arguments import profile, word
 from cobodeck.compiled_code import described
 from cobodeck.console import FAILED, OK, show, show_json, table
 from cobodeck.doctor import BAD, FIT, MISSING, DoctorLine, room_checks, tracking_checks
+from cobodeck.setup import PROFILE
 from cobodeck.shadows import explained, shadows
 
 
@@ -32,7 +33,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--tracking", type=Path, metavar="FILE", help="a calibration that `calibrate` has written"
     )
     parser.add_argument("--robot", type=word, metavar="R", help="name or file of a connection")
-    parser.add_argument("--profile", type=word, help="name or file; default tuned")
+    profile(parser, PROFILE)
     parser.add_argument("--json", action="store_true", help="for programs")
 
 
@@ -40,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
     """Run all checks, with advice for those that fail."""
     found = list(checks())
     if args.scene is not None:
-        found += room_checks(args.scene, args.profile)
+        found += room_checks(args.scene, args.profile, args.sets)
     if args.tracking is not None:
         found += tracking_checks(args.tracking)
     if args.robot is not None:

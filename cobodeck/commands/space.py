@@ -11,10 +11,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from cobodeck.arguments import length, word
+from cobodeck.arguments import length, profile
 from cobodeck.console import FAILED, OK, show, show_json, table
 from cobodeck.floor_report import FloorReport, floor_report
-from cobodeck.setup import PROFILE
+from cobodeck.setup import PROFILE, profile_with
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,9 +30,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--corners", choices=("round", "square"), default="round",
         help="how rooms are inflated around corners; default round, as the planners do",
     )  # fmt: skip
-    parser.add_argument(
-        "--profile", type=word, default=PROFILE, help=f"name or file; default {PROFILE}"
-    )
+    profile(parser, PROFILE)
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="X.svg, .png or .pdf")
     parser.add_argument("--json", action="store_true", help="for programs")
 
@@ -43,11 +41,9 @@ def run(args: argparse.Namespace) -> int:
         from cobodeck.pictures.canvas import form_of
 
         form_of(args.output)
-    from behaviors.profile import load_profile
 
-    found = floor_report(
-        args.place, load_profile(args.profile), inflation=args.inflation, corners=args.corners
-    )
+    values = profile_with(args.profile, args.sets)
+    found = floor_report(args.place, values, inflation=args.inflation, corners=args.corners)
     if args.json:
         show_json(figures(found))
     else:

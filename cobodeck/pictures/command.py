@@ -6,9 +6,9 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cobodeck.arguments import instant, positive, word
+from cobodeck.arguments import instant, positive, profile, word
 from cobodeck.console import OK, Problem, ProgressLine, show
-from cobodeck.setup import CHART, PROFILE
+from cobodeck.setup import CHART, PROFILE, profile_with
 from engine.files.finding import did_you_mean
 
 if TYPE_CHECKING:
@@ -29,9 +29,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--user", type=word, metavar="NAME|FILE[#id][@x,y,yaw]", help="… with this user"
     )
     parser.add_argument("--requests", type=positive, metavar="N", help="… who asks so many times")
-    parser.add_argument(
-        "--profile", type=word, default=PROFILE, help=f"name or file; default {PROFILE}"
-    )
+    profile(parser, PROFILE)
     parser.add_argument(
         "--show",
         metavar="SPACES",
@@ -45,7 +43,6 @@ def draw_scene(args: argparse.Namespace) -> int:
     Raises:
         Problem: an argument is wrong; ValueError of `hw` and `behaviors`: a file is wrong.
     """
-    from behaviors.profile import load_profile
     from cobodeck.pictures.canvas import form_of, save
     from cobodeck.pictures.moment import at_start, with_next_drive
     from cobodeck.pictures.scene import scene_picture
@@ -57,14 +54,14 @@ def draw_scene(args: argparse.Namespace) -> int:
     output: Path = args.output or Path(f"{scene.name}.svg")
     form_of(output)
     spaces = _spaces(args.show)
-    profile = load_profile(args.profile)
+    values = profile_with(args.profile, args.sets)
     robot = load_robot(scene.robot)
-    environment = environment_at(place, profile, robot)
+    environment = environment_at(place, values, robot)
     if args.at is None and args.user is None:
-        moment = with_next_drive(at_start(scene, robot.parked), environment, profile.settings)
+        moment = with_next_drive(at_start(scene, robot.parked), environment, values.settings)
     else:
         moment = _simulated(args)
-    save(scene_picture(scene, environment, profile.settings, moment, spaces), output)
+    save(scene_picture(scene, environment, values.settings, moment, spaces), output)
     show(str(output))
     return OK
 
@@ -85,7 +82,8 @@ def _simulated(args: argparse.Namespace) -> Moment:
     from cobodeck.pictures.moment import after
     from cobodeck.setup import open_setup
 
-    setup = open_setup(args.chart or CHART, args.scene, args.profile, known=catalogue(own=args.own))
+    known = catalogue(own=args.own)
+    setup = open_setup(args.chart or CHART, args.scene, args.profile, known=known, sets=args.sets)
     progress = ProgressLine("render")
     try:
         return after(setup, Options(args.user, args.requests), args.at or 0.0, progress.at)
