@@ -1,4 +1,4 @@
-"""A chart without robot and room: parts are stand-ins, signals come from whoever runs it."""
+"""A chart without robot and room: parts are stubs, signals come from the caller."""
 
 from __future__ import annotations
 
@@ -50,13 +50,13 @@ def loop_alone(
     signals: Mapping[str, Any],
     parameters: Mapping[str, Any] | None = None,
 ) -> Loop:
-    """A loop over a chart whose parts are stand-ins.
+    """A loop over a chart with stub parts.
 
     Args:
         chart: what to run.
         library: the charts that it uses.
         known: the states and signals that it may name.
-        parts: the stand-ins, made when first asked for.
+        parts: the stubs, made on first access.
         signals: values at the start; these signals are measured, whatever they are elsewhere.
         parameters: of the chart.
     """

@@ -1,6 +1,6 @@
 """The pytest plug-in for authors of charts and states.
 
-Fixtures: `sim` runs charts in virtual time (cobodeck.testing), `parts` are stand-ins for the
+Fixtures: `sim` runs charts in virtual time (cobodeck.testing), `parts` are stubs of the
 robot's parts, `golden` compares text with a file. A test that leaves a part moving fails.
 Options: `--update-golden` writes the files that `golden` compares with, `--requirements` lists
 which R numbers the collected tests cover.
@@ -36,7 +36,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def parts() -> Iterator[Parts]:
-    """Stand-ins by name, `parts["base"]`; the test fails if one is left moving."""
+    """Stub parts by name, `parts["base"]`; the test fails if one is left moving."""
     from cobodeck.stub_parts import Parts
 
     found = Parts()

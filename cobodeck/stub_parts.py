@@ -1,4 +1,4 @@
-"""Parts for tests of states: they take every command and remember it."""
+"""Stub parts for tests of states: they accept every command and record it."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 
-class StandIn:
-    """A part that takes every command; it counts as moving from any command until `stop`."""
+class StubPart:
+    """A part that accepts every command; it counts as moving from any command until `stop`."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -15,12 +15,12 @@ class StandIn:
         self.commands: list[tuple[Any, ...]] = []
 
     def stop(self) -> None:
-        """Stands."""
+        """Stop; recorded as a command."""
         self.moving = False
         self.commands.append(("stop",))
 
     def release(self, source: str = "own") -> None:
-        """A source of velocities is done; nobody else drives a stand-in."""
+        """Stop, too: a stub has no other source of velocities."""
         self.moving = False
         self.commands.append(("release", source))
 
@@ -35,11 +35,11 @@ class StandIn:
         return command
 
 
-class Parts(dict[str, StandIn]):
-    """Stand-ins by name, made when first asked for."""
+class Parts(dict[str, StubPart]):
+    """Stub parts by name, made on first access."""
 
-    def __missing__(self, name: str) -> StandIn:
-        self[name] = StandIn(name)
+    def __missing__(self, name: str) -> StubPart:
+        self[name] = StubPart(name)
         return self[name]
 
     @property

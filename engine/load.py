@@ -1,4 +1,4 @@
-"""YAML files to charts. Mistakes of shape become findings; what can be read is kept."""
+"""Loads charts from YAML files. Mistakes of shape become findings; the readable rest is kept."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ NODE_KEYS = frozenset().union(*KEYS.values())
 CHART_KEYS = frozenset(
     ("chart", "about", "parameters", "inputs", "outcomes", "outputs", "data", "when", *CONTAINERS)
 )
-GUESSES = 100  # mistakes of one file for which a near word is looked for
+GUESSES = 100  # mistakes of one file that get a suggestion, at most
 
 
 class Library(dict[str, Chart]):
@@ -52,7 +52,7 @@ class Library(dict[str, Chart]):
         self.sources: dict[str, SourceFile] = {}
 
     def add(self, source: SourceFile) -> Chart | None:
-        """Read the chart in `source`; `None` if there is nothing to go on with."""
+        """Read the chart in `source`; `None` if it is unusable."""
         self.sources[source.file] = source
         chart = _Reader(source).chart()
         self.findings += source.findings
@@ -61,7 +61,7 @@ class Library(dict[str, Chart]):
         if chart.name in self:
             message = f"a chart {chart.name!r} is also in {self[chart.name].file}"
             at = mark_of(source.value, "chart")
-            self.findings.append(Finding("N02", message, source.place(at), "name it otherwise"))
+            self.findings.append(Finding("N02", message, source.place(at), "give it another name"))
             return None
         self[chart.name] = chart
         return chart
@@ -325,7 +325,7 @@ class _Reader:
         return found
 
     def output_keys(self, raw: Map, outputs: Mapping[str, Mapping[str, str]]) -> dict[str, DataKey]:
-        """An output is a key of the chart, whether its data say so or not."""
+        """The keys that `outputs` declares; each is a key of the chart even if not under `data`."""
         found: dict[str, DataKey] = {}
         for outcome, named in outputs.items():
             for name, kind in named.items():

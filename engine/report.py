@@ -35,7 +35,7 @@ def report(findings: Sequence[Finding], sources: Sources, form: Format = "text")
 
 
 def text(findings: Sequence[Finding], sources: Sources) -> str:
-    """For people: each finding with its source line, a caret and what would be right.
+    """For people: each finding with its source line, a caret and how to mend it.
 
     The last line counts. Lines longer than `WIDTH` columns are cut around the caret.
     """
@@ -149,7 +149,7 @@ def _head(shown: str, columns: int) -> str:
 
 
 def _shown(part: str) -> str:
-    """`part` as a terminal may have it: tabs widened, control characters as escapes."""
+    """`part` made safe for a terminal: tabs widened, control characters as escapes."""
     return visible(part.replace("\t", TAB))
 
 

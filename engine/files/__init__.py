@@ -1,1 +1,1 @@
-"""Reads YAML files with places, units and ranges; knows neither charts nor robots."""
+"""Reader of YAML files with places, units and ranges; independent of charts and robots."""

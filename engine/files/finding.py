@@ -1,4 +1,4 @@
-"""What is wrong with a file, where, and what would be right."""
+"""Findings: what is wrong with a file, where, and how to mend it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Values of a YAML file with their places, so that every mistake is told where it stands."""
+"""Values of a YAML file with their places, so that every mistake is reported where it is."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from engine.files.values import shown
 
 T = TypeVar("T")
 Fault = tuple[str, str]
-"""The key of a value that does not go with the others of its mapping, dotted, and why."""
+"""The dotted key of a value that contradicts others of its mapping, and why."""
 SUFFIXES = (".yaml", ".yml", ".txt", ".csv")
 
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A value, where it stands, and the dotted key that leads to it."""
+    """A value with its place and its dotted key."""
 
     source: SourceFile
     value: Any
@@ -34,12 +34,12 @@ class Item:
 
     @property
     def place(self) -> Place:
-        """Where it stands."""
+        """The place of the value."""
         return self.source.place(self.at)
 
     @property
     def folder(self) -> Path:
-        """The folder that paths in this file are told from."""
+        """The folder that paths in this file are relative to."""
         return Path(self.source.file).parent
 
     def error(self, message: str, hint: str = "") -> FileError:
@@ -48,7 +48,7 @@ class Item:
         return FileError([Finding(CODE, told, self.place, hint)])
 
     def inner(self, dotted: str) -> Item:
-        """What stands under a dotted key (`walls.0`); the nearest around it if there is none."""
+        """The value at a dotted key (`walls.0`); the innermost existing one around it otherwise."""
         found = self
         for key in dotted.split("."):
             if isinstance(found.value, Map) and key in found.value:
@@ -73,12 +73,12 @@ class Item:
         ]
 
     def key_place(self, key: str) -> Place:
-        """Where a key of this mapping stands."""
+        """The place of a key of this mapping."""
         source: SourceFile = self.value.files.get(key, self.source)
         return source.place(self.value.keys_at[key])
 
     def require(self, faults: Iterable[Fault]) -> None:
-        """Refuse what has faults.
+        """Refuse values with faults.
 
         Raises:
             FileError: every fault, at its key.
@@ -88,7 +88,7 @@ class Item:
             raise FileError(findings)
 
     def target(self) -> str:
-        """The name or path of a file that this text is; paths are told from this file's folder.
+        """This text as the name or path of a file; paths are relative to this file's folder.
 
         Raises:
             FileError: it is no text.
@@ -98,7 +98,7 @@ class Item:
         return str(self.folder / self.value) if is_path(self.value) else self.value
 
     def refer(self, load: Callable[[], T]) -> T:
-        """What another file holds that this item names.
+        """The content of another file that this item names.
 
         Raises:
             FileError: its mistakes, at their own places, with a note of this one; that there is no
@@ -126,9 +126,9 @@ class Item:
 
 
 def is_path(name: str) -> bool:
-    """Is a file meant, and not a name of one in a known folder?
+    """True if `name` is the path of a file, not the name of one in a known folder.
 
-    What may follow the file of a recording, `#id@x,y,yaw`, does not count.
+    A suffix of a recording, `#id@x,y,yaw`, is ignored.
     """
     file = re.split("[#@]", name)[0]
     return "/" in file or file.endswith(SUFFIXES)
@@ -153,7 +153,7 @@ def find_file(name: str, folder: Path, kind: str) -> Path:
 
 
 def load_yaml(path: Path, read: Callable[[Item], T]) -> T:
-    """What `read` makes of a file.
+    """A file read by `read`.
 
     Raises:
         NotFound: there is no such file.
@@ -180,10 +180,10 @@ def _read(source: SourceFile, read: Callable[[Item], T]) -> T:
 
 
 def gather(reads: Iterable[Callable[[], T]]) -> list[T]:
-    """What some calls return.
+    """The results of some calls.
 
     Raises:
-        FileError: what all those that failed have found.
+        FileError: the findings of all calls that failed.
     """
     findings: list[Finding] = []
     found = []
@@ -197,7 +197,7 @@ def gather(reads: Iterable[Callable[[], T]]) -> list[T]:
 
 @contextmanager
 def noted(findings: list[Finding]) -> Iterator[None]:
-    """Takes the findings of a FileError that ends the block."""
+    """Collects the findings of a FileError that ends the block."""
     try:
         yield
     except FileError as error:

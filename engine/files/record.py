@@ -46,11 +46,11 @@ from engine.files.words import nearest
 T = TypeVar("T")
 Read = Callable[[Item], Any]
 GUESSES = 100
-"""Unknown keys of one mapping for which a near word is looked for."""
+"""Unknown keys of one mapping that get a suggestion, at most."""
 
 
 def record(item: Item, kind: type[T], *, more: bool = False) -> T:
-    """A mapping as a dataclass; `more`: keys that it does not know are passed over.
+    """A mapping as a dataclass; `more`: unknown keys are ignored.
 
     Raises:
         FileError: every mistake in it.
@@ -99,7 +99,7 @@ def _missing_keys(
     item: Item, content: Mapping[str, Item], known: Mapping[str, _Field], *, more: bool
 ) -> list[Finding]:
     unknown = [key for key in content if key not in known][:GUESSES]
-    # one slip of the pen is one mistake, of the key that is there
+    # a misspelt key is one mistake, not also a missing one
     meant = set() if more else {nearest(key, known) for key in unknown}
     missing = [key for key in known if known[key].required and key not in content]
     errors = [item.error(f"the key '{key}' is missing") for key in missing if key not in meant]
@@ -128,7 +128,7 @@ def _fields(kind: type) -> dict[str, _Field]:
 
 
 def reader_of(annotation: Any) -> Read:
-    """The function that reads what an annotation says.
+    """The function that reads values of an annotated type.
 
     Raises:
         TypeError: for annotations that stand for no value in a file.
@@ -166,7 +166,7 @@ def _unmarked(annotation: Any, origin: Any, arguments: tuple[Any, ...]) -> Read:
 
 
 def converted(convert: Callable[[Any], Any]) -> Read:
-    """A reader from a function that raises Mismatch where a value is not what is wanted."""
+    """A reader made from a conversion that raises Mismatch for unsuitable values."""
 
     def read_value(item: Item) -> Any:
         try:
@@ -184,7 +184,7 @@ _SCALARS: dict[Any, Read] = {
 }
 
 Name = Annotated[str, converted(name)]
-"""What a thing is called; files may be named after it."""
+"""The name of a scene, a robot, a user …; files may be named after it."""
 
 
 def _number(kind: type, marks: tuple[Any, ...]) -> Read:

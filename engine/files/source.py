@@ -36,7 +36,7 @@ ONE_FILE: Mapping[str, SourceFile] = MappingProxyType({})
 
 
 class Map(dict[str, Any]):
-    """A mapping that knows where it, its keys and its values stand.
+    """A mapping with the places of itself, its keys and its values.
 
     `files`: those of the keys that come from another file than the mapping itself (`merge.py`).
     """
@@ -52,7 +52,7 @@ class Map(dict[str, Any]):
 
 
 class Seq(list[Any]):
-    """A list that knows where it and its items stand."""
+    """A list with the places of itself and its items."""
 
     __slots__ = ("at", "values_at")
 
@@ -64,7 +64,7 @@ class Seq(list[Any]):
 
 @dataclass(slots=True)
 class SourceFile:
-    """One file as read: `value` is `None` where nothing usable was found."""
+    """A file as read; `value` is `None` if nothing in it is usable."""
 
     file: str
     text: str
@@ -110,7 +110,7 @@ def read(data: bytes, file: str) -> SourceFile:
 
 
 class _GiveUp(Exception):
-    """Nothing after this mistake can be read."""
+    """Raised after a mistake that makes the rest of the file unreadable."""
 
 
 def _compose(source: SourceFile) -> None:
@@ -132,7 +132,7 @@ def _compose(source: SourceFile) -> None:
 
 
 def _report_form(source: SourceFile, error: yaml.MarkedYAMLError) -> None:
-    """Why the text is no YAML, with a note of where libyaml gave up if that is another line."""
+    """Report why the text is not YAML, with a note of where libyaml noticed it."""
     lines = source.text.split("\n")
     at = _within(lines, error.problem_mark or error.context_mark)
     begun = _within(lines, error.context_mark) if error.context_mark else None
@@ -147,7 +147,7 @@ def _report_form(source: SourceFile, error: yaml.MarkedYAMLError) -> None:
 
 
 def _within(lines: list[str], mark: Any) -> Mark:
-    """A mark of libyaml; one behind the end of the text stands at its last line."""
+    """A mark of libyaml, moved to the last line if it is beyond the end of the text."""
     if mark is None:
         return (1, 1, 2)
     if mark.line < len(lines):

@@ -1,4 +1,4 @@
-"""The bytes and the text of files; only regular files up to a limit are read."""
+"""Bytes and text of files. Only regular files are read, and only up to a size limit."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _instead: ContextVar[Mapping[Path, bytes]] = ContextVar("instead", default={})  
 
 @contextmanager
 def noting() -> Iterator[dict[Path, bytes]]:
-    """Keeps what files hold that are read meanwhile, by their paths as they are named."""
+    """Collects the contents of the files read within the block, by path as given."""
     found: dict[Path, bytes] = {}
     token = _noted.set(found)
     try:
@@ -26,13 +26,13 @@ def noting() -> Iterator[dict[Path, bytes]]:
 
 
 def noted() -> Mapping[Path, bytes]:
-    """What has been read so far, where somebody keeps it."""
+    """The contents read so far, inside of `noting`; else nothing."""
     return _noted.get() or {}
 
 
 @contextmanager
 def instead(contents: Mapping[Path, bytes]) -> Iterator[None]:
-    """Files that hold something else meanwhile, as another run has read them."""
+    """Replaces the contents of files within the block, for example by those of a recorded run."""
     token = _instead.set(contents)
     try:
         yield
@@ -41,7 +41,7 @@ def instead(contents: Mapping[Path, bytes]) -> Iterator[None]:
 
 
 def is_file(path: Path) -> bool:
-    """Is there a regular file; names that no file can have count as those of none."""
+    """True if there is such a regular file; False also for impossible names."""
     try:
         return path in _instead.get() or path.is_file()
     except (OSError, ValueError):
@@ -49,7 +49,7 @@ def is_file(path: Path) -> bool:
 
 
 def read_bytes(path: Path, limit: int) -> bytes:
-    """What a file holds.
+    """The content of a file.
 
     Raises:
         NotFound: there is none.

@@ -1,4 +1,4 @@
-"""Units, and what they measure.
+"""Units and their dimensions.
 
 Numbers are SI and radians; text with a unit (`5 s`, `30 deg`, `20 cm`) is converted once, at load.
 """
@@ -71,12 +71,12 @@ DIMENSIONS = tuple(dict.fromkeys(dimension for dimension, _, _ in UNITS.values()
 
 
 def si_unit(dimension: str) -> str:
-    """The unit in which numbers of a dimension are kept; empty if they have none."""
+    """The SI unit of a dimension; empty if it has none."""
     return next((u for u, (d, n, per) in UNITS.items() if d == dimension and n == per), "")
 
 
 def quantity(text: str) -> tuple[float, str] | None:
-    """`"20 cm"` as (0.2, "length"); `None` if it is no number with a known unit."""
+    """`"20 cm"` as (0.2, "length"); `None` for anything but a number with a known unit."""
     match = _QUANTITY.match(text.strip())
     if match is None or match[2].strip() not in UNITS:
         return None

@@ -1,4 +1,4 @@
-"""One value as it is written, as what is wanted: numbers with units, text, choices; ranges."""
+"""Conversion of single values from files: numbers with units, text, choices; ranges."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from engine.files.units import UNITS, quantity, respelt, si_unit
 from engine.files.words import plain_word
 
 PLAIN, ANY = "", "number"
-"""Stand for a dimension: of numbers without a unit, and of those that may have any."""
+"""In place of a dimension: numbers without a unit, and numbers with any unit."""
 NAME = "[A-Za-z_][A-Za-z0-9_]*"
-"""What charts, their nodes and whatever else a file describes may be called."""
+"""Pattern of the names of charts, nodes and everything else that files describe."""
 _NAME = re.compile(NAME)
 LONGEST = 60
-"""Letters of the name of a scene, a robot, a user…: several have to fit into the name of a file."""
+"""Longest name of a scene, a robot, a user …, letters; file names contain several of them."""
 
 
 class Mismatch(ValueError):
-    """A value that is not what is wanted; the message says what would be right."""
+    """A value of the wrong kind; the message says what would be right."""
 
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """From `low` to `high`, SI units and rad; `above`: `low` itself is not allowed."""
+    """From `low` to `high`, in SI units and rad; `above`: `low` itself is excluded."""
 
     low: float
     high: float
     above: bool = False
 
     def admits(self, value: float) -> bool:
-        """Is the value in it?"""
+        """True if the value is in the range."""
         return (self.low < value if self.above else self.low <= value) and value <= self.high
 
     def require(self, value: float, dimension: str = PLAIN) -> None:
-        """Refuse a value outside.
+        """Refuse a value outside the range.
 
         Raises:
             Mismatch: with what is allowed.
@@ -55,7 +55,7 @@ class Range:
 
 @dataclass(frozen=True, slots=True)
 class Count:
-    """How many items a list has, from `least` to `most`."""
+    """The number of items of a list, from `least` to `most`."""
 
     least: int
     most: int = 100_000
@@ -75,7 +75,7 @@ class Count:
 
 
 def above_0(high: float) -> Range:
-    """More than nothing, up to `high`."""
+    """The range above 0, up to `high`."""
     return Range(0.0, high, above=True)
 
 
@@ -118,7 +118,7 @@ def text(value: Any) -> str:
 
 
 def name(value: Any) -> str:
-    """Text by which a thing is called, and a file may be.
+    """Text that can serve as a name, also in the name of a file.
 
     Raises:
         Mismatch: it is none.
@@ -131,7 +131,7 @@ def name(value: Any) -> str:
 
 
 def is_name(word: str) -> bool:
-    """May a thing be called so?"""
+    """True if the word can be a name."""
     return _NAME.fullmatch(word) is not None
 
 
@@ -165,7 +165,7 @@ def choice(value: Any, choices: Iterable[Any]) -> Any:
 
 
 def shown(value: Any) -> str:
-    """A value as a message names it."""
+    """A value as messages show it."""
     if value is None:
         return "nothing"
     if isinstance(value, Mapping):

@@ -1,4 +1,4 @@
-"""Text that may be shown: what a terminal obeys, or a reader cannot see, stands as an escape."""
+"""Text made safe to show: control and invisible characters become escapes."""
 
 from __future__ import annotations
 

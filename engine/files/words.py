@@ -1,4 +1,4 @@
-"""Help with a word that is not known: one table from what is odd about it to what to write.
+"""Suggestions for unknown words: one table from what is odd about a word to what to write.
 
 Used by `finding.did_you_mean`, so that keys, names, choices and outcomes of all files get the same
 help.
@@ -84,7 +84,7 @@ def plain_word(value: object) -> str:
 
 
 def foreign_letter(word: str) -> str:
-    """Says which letter of a word is not Latin though it looks so; empty if there is none."""
+    """Names the first letter of a word that only looks Latin; empty if there is none."""
     for letter in word:
         if unicodedata.name(letter, "").startswith("FULLWIDTH"):
             return f"{letter!r} in it is a full-width character"
@@ -112,7 +112,7 @@ def help_with_name(word: str) -> str:
 
 
 def invisible(text: str) -> re.Match[str] | None:
-    """The first character of a text that is not seen, or seen as a plain space."""
+    """The first character of a text that is invisible or looks like a plain space."""
     return _INVISIBLE.search(text)
 
 
@@ -124,7 +124,7 @@ def name_of(character: str) -> str:
 
 
 def smart_quote(text: str) -> int:
-    """Where a text has its first typographic quotation mark; -1 without one."""
+    """The index of the first typographic quotation mark in a text; -1 without one."""
     return next((n for n, character in enumerate(text) if character in _QUOTES), -1)
 
 

@@ -1,4 +1,4 @@
-"""JSON Schema (draft-07) of chart files, for editors: completion, hovers, lines under mistakes.
+"""JSON Schema (draft-07) of chart files, for editors: completion, hovers, marked mistakes.
 
 A node is the union of all properties, narrowed by `if do is X, then …`. `oneOf` and `anyOf` never
 occur: with them editors offer each key several times and report mistakes that are none.
@@ -27,7 +27,7 @@ def schema_text(
     charts: Mapping[str, Chart],
     types: Mapping[str, Type] | None = None,
 ) -> str:
-    """The schema as text; the same classes and charts give the same text, in whatever order."""
+    """The schema as text; its order does not depend on that of the classes and charts."""
     return json.dumps(chart_schema(interfaces, charts, types), indent=1, ensure_ascii=False) + "\n"
 
 
@@ -78,7 +78,7 @@ def _definitions(targets: list[_Target], types: Mapping[str, Type]) -> Schema:
 
 @dataclass(frozen=True, slots=True)
 class _Target:
-    """A state class or chart, as the nodes that name it see it."""
+    """The interface of a state class or chart to the nodes that name it."""
 
     form: str
     name: str
@@ -94,7 +94,7 @@ class _Target:
         return f"{self.form}.{self.name}"
 
     def when_named(self, then: Schema) -> Schema:
-        """`then`, for nodes that name this."""
+        """The schema of nodes that name this, to be used as `then`."""
         named = {"properties": {self.form: {"const": self.name}}, "required": [self.form]}
         return {"if": named, "then": then}
 
@@ -104,7 +104,7 @@ class _Target:
         return self.when_named({"required": ["next"], "properties": required})
 
     def narrowed(self) -> Schema:
-        """The properties of a node that names this; which outcomes must be mapped is apart."""
+        """The properties of a node that names this; `next` requires nothing here."""
         endings = [*sorted(self.outcomes), "error"]
         on = {"if": {"type": "array"}, "else": {"enum": endings}, "items": {"enum": endings}}
         required = {"with": _required(self.parameters), "in": _required(self.inputs)}
@@ -173,7 +173,7 @@ def _closed(properties: Mapping[str, Schema], required: Iterable[str] = ()) -> S
 
 
 def _node(targets: list[_Target]) -> Schema:
-    """What holds for every node, whatever it names."""
+    """The properties of every node, whatever it names."""
     properties = _properties(NODE_SCHEMAS, NODE_KEYS)
     for form in ("do", "watch", "use"):
         named = [target for target in targets if target.form == form]

@@ -1,4 +1,4 @@
-"""Every key of the chart language: what it means, what may stand there, and ready-made nodes."""
+"""Every key of the chart language: its meaning, its schema, and snippets of nodes."""
 
 from __future__ import annotations
 
@@ -73,9 +73,9 @@ NODE_SCHEMAS: dict[str, Schema] = {
     "with": _key("Values of parameters: `5 s`, `20 cm`, or `$parameter`.", type="object"),
     "in": _words("Inputs and the data keys they are read from."),
     "out": _words("Outputs and the data keys they are written to."),
-    "next": _words("Where each outcome leads: a sibling, or `.x` to end the container with x."),
+    "next": _words("The target of each outcome: a sibling, or `.x` to end the container with x."),
     "timeout": _key(
-        "Give up after this long; `next` must say where `timeout` leads.",
+        "Give up after this long; `next` must map `timeout`.",
         **_DURATION,
         exclusiveMinimum=0,
     ),
@@ -91,17 +91,19 @@ NODE_SCHEMAS: dict[str, Schema] = {
         additionalProperties=False,
     ),
     "autonomy": _key(
-        "Per outcome: the level from which on nobody is asked.",
+        "Per outcome: above this level of autonomy it is taken without asking the operator.",
         type="object",
         additionalProperties={"enum": list(AUTONOMY)},
     ),
-    "priority": _key("Which of two guards that trip together wins; higher first.", type="integer"),
+    "priority": _key(
+        "Decides between guards that trip in the same tick; the higher one wins.", type="integer"
+    ),
 }
 CHART_SCHEMAS: dict[str, Schema] = {
     **_SHARED,
     "chart": _key("The name of the chart.", type="string", pattern=f"^{NAME}$"),
-    "parameters": _declared("What `use` may set: `$name` inside.", default={}),
-    "inputs": _declared("Data keys that whoever uses the chart fills."),
+    "parameters": _declared("Parameters that `use` can set; `$name` inside the chart.", default={}),
+    "inputs": _declared("Data keys that the using chart provides."),
     "data": _declared("Data keys of the chart.", initial={}),
     "outcomes": _key(
         "How the chart can end.",

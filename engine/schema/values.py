@@ -1,4 +1,4 @@
-"""What may be written for a value of some type, as JSON Schema."""
+"""JSON Schema of the values of a type."""
 
 from __future__ import annotations
 

@@ -85,41 +85,43 @@ class Workspace:
         chain, nominal = KinematicChain.of(model), KinematicChain.of(model.calibrated(None))
         return cls(chain, nominal, CollisionModel.of(model), even, walls, arm.parked)
 
-    def reaching(self, look: ArmSituation, deep: Pose3) -> Query:
+    def reaching(self, situation: ArmSituation, deep: Pose3) -> Query:
         """The planning query for map_from_deep; without goals if that is out of reach."""
-        goals = goals_at(self.chain, rover_from_deep(look.base, deep), look.joints, ACCEPTED)
-        return self._query(self.checker(look, deep), look, goals)
+        goals = goals_at(
+            self.chain, rover_from_deep(situation.base, deep), situation.joints, ACCEPTED
+        )
+        return self._query(self.checker(situation, deep), situation, goals)
 
-    def missed(self, look: ArmSituation, deep: Pose3) -> float:
+    def missed(self, situation: ArmSituation, deep: Pose3) -> float:
         """Distance between the nearest branch and map_from_deep, m; obstacles do not count."""
-        near = inverse_near(self.chain, rover_from_deep(look.base, deep))
+        near = inverse_near(self.chain, rover_from_deep(situation.base, deep))
         return float(near.position_error.min())
 
-    def parking(self, look: ArmSituation) -> Query:
+    def parking(self, situation: ArmSituation) -> Query:
         """The planning query for the parked joints."""
-        return self._query(self.checker(look), look, np.array([self.parked]))
+        return self._query(self.checker(situation), situation, np.array([self.parked]))
 
-    def checker(self, look: ArmSituation, deep: Pose3 | None = None) -> CollisionChecker:
+    def checker(self, situation: ArmSituation, deep: Pose3 | None = None) -> CollisionChecker:
         """What the arm must not touch on its path to a DEEP or, without one, to the parked pose.
 
         On the path back, obstacles that the arm touches already are left out, the user first, then
         the walls: it has to get out of contact.
         """
-        people = [] if look.user is None else [_person(look.user, deep)]
-        checker = self._among(look, self.walls, people)
-        if deep is None and people and self._gap(checker, look) <= 0.0:
-            checker = self._among(look, self.walls, [])
-        if deep is None and self._gap(checker, look) <= 0.0:
-            checker = self._among(look, (), [])
-        gap = self._gap(checker, look)
+        people = [] if situation.user is None else [_person(situation.user, deep)]
+        checker = self._among(situation, self.walls, people)
+        if deep is None and people and self._gap(checker, situation) <= 0.0:
+            checker = self._among(situation, self.walls, [])
+        if deep is None and self._gap(checker, situation) <= 0.0:
+            checker = self._among(situation, (), [])
+        gap = self._gap(checker, situation)
         return replace(checker, margin=0.9 * gap) if 0.0 < gap < checker.margin else checker
 
     def is_free(
-        self, trajectory: Trajectory, since: float, look: ArmSituation, deep: Pose3 | None
+        self, trajectory: Trajectory, since: float, situation: ArmSituation, deep: Pose3 | None
     ) -> bool:
         """True if a trajectory may still be followed from `since` s on, as things are now."""
         place = float(trajectory.along(np.array([since]))[0][0])
-        return first_contact(self.checker(look, deep), trajectory.path, place) is None
+        return first_contact(self.checker(situation, deep), trajectory.path, place) is None
 
     def best(
         self,
@@ -152,30 +154,32 @@ class Workspace:
                 best, most = i, share
         return best
 
-    def _arm_time(self, look: ArmSituation, deep: Pose3) -> float:
-        query = self.reaching(look, deep)
+    def _arm_time(self, situation: ArmSituation, deep: Pose3) -> float:
+        query = self.reaching(situation, deep)
         goals = query.goals[query.checker.free(query.goals)] if len(query.goals) else query.goals
         if not len(goals):
             return math.inf
         return float(line_durations(self.chain, query.start, goals, self.limits).min())
 
-    def _query(self, checker: CollisionChecker, look: ArmSituation, goals: Array) -> Query:
-        return Query(self.chain, checker, self.limits, np.array(look.joints), goals)
+    def _query(self, checker: CollisionChecker, situation: ArmSituation, goals: Array) -> Query:
+        return Query(self.chain, checker, self.limits, np.array(situation.joints), goals)
 
     def _among(
-        self, look: ArmSituation, walls: Sequence[Wall], people: Sequence[Cylinder]
+        self, situation: ArmSituation, walls: Sequence[Wall], people: Sequence[Cylinder]
     ) -> CollisionChecker:
-        return CollisionChecker.of(self.solid, Surroundings.seen_from(look.base, walls, people))
+        return CollisionChecker.of(
+            self.solid, Surroundings.seen_from(situation.base, walls, people)
+        )
 
-    def _gap(self, checker: CollisionChecker, look: ArmSituation) -> float:
-        return checker.tightest(np.array(look.joints))[0]
+    def _gap(self, checker: CollisionChecker, situation: ArmSituation) -> float:
+        return checker.tightest(np.array(situation.joints))[0]
 
     def warm_up(self, model: Manipulator) -> None:
         """Compile what moving the arm needs, so that no control tick does."""
         warm_up(model)
-        look = ArmSituation(Pose2(0.0, 0.0), Pose2(1.85, 0.0), self.parked)
+        situation = ArmSituation(Pose2(0.0, 0.0), Pose2(1.85, 0.0), self.parked)
         deep = Pose3.from_yaw(1.0, 0.0, 1.2, math.pi)
-        self.best([look.base], [0.0], deep, look.user, (0.1, 0.1))
+        self.best([situation.base], [0.0], deep, situation.user, (0.1, 0.1))
 
 
 def waypoints(plan: Plan) -> tuple[TimedJoints, ...]:

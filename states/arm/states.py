@@ -109,10 +109,10 @@ class ReachDeep(Action):
     def run(self, ctx: Context, deep: Pose3) -> Run:
         if not (yield from _sure(ctx, self.settle)):
             return "failed"
-        look = yield from _at_rest(ctx)
-        if look is None:
+        situation = yield from _at_rest(ctx)
+        if situation is None:
             return "failed"
-        placed = in_map(look, deep, self.frame)
+        placed = in_map(situation, deep, self.frame)
         if placed is None:
             return "failed"
         end = yield from _move(ctx, placed, self.tolerance, self.solver)
@@ -157,19 +157,21 @@ def _move(ctx: Context, deep: Pose3 | None, tolerance: float, solver: str) -> Mo
 
     workspace, corrections = environment_of(ctx).workspace, 0
     while True:
-        look = yield from _at_rest(ctx)
-        if look is None:
+        situation = yield from _at_rest(ctx)
+        if situation is None:
             return "failed"
-        query = workspace.parking(look) if deep is None else workspace.reaching(look, deep)
+        query = (
+            workspace.parking(situation) if deep is None else workspace.reaching(situation, deep)
+        )
         if deep is not None and not len(query.goals):
-            yield f"the DEEP is {workspace.missed(look, deep):.3f} m out of reach"
+            yield f"the DEEP is {workspace.missed(situation, deep):.3f} m out of reach"
             return "no_solution"
         plan = yield from _planned(query, solver)
         if isinstance(plan, NoPlan):
             yield plan.reason
             return "blocked"
-        there = yield from _follow(ctx, plan, look, deep, tolerance)
-        if there and corrections < CORRECTIONS and deep is not None and _drifted(ctx, look):
+        there = yield from _follow(ctx, plan, situation, deep, tolerance)
+        if there and corrections < CORRECTIONS and deep is not None and _drifted(ctx, situation):
             corrections += 1  # the base was still coming to rest
         elif there is not None:
             return "there" if there else "failed"
@@ -186,19 +188,19 @@ def _drifted(ctx: Context, planned: ArmSituation) -> bool:
 def _at_rest(ctx: Context) -> Generator[Yielded, None, ArmSituation | None]:
     """The situation once the arm is at rest; None if a stop line or the arm forbids to move."""
     while ctx.value(STOP_ENGAGED) is None:
-        look, arm = _look(ctx), ctx.value(ARM_JOINTS)
-        if look is not None and arm is not None:
+        situation, arm = _situation(ctx), ctx.value(ARM_JOINTS)
+        if situation is not None and arm is not None:
             refused = _stopped(arm)
             if refused is not None:
                 yield refused
                 return None
             if not arm.moving:
-                return look
+                return situation
         yield On(ARM_JOINTS, BASE_POSE, USER_POSE, STOP_ENGAGED)
     return None
 
 
-def _look(ctx: Context) -> ArmSituation | None:
+def _situation(ctx: Context) -> ArmSituation | None:
     from states.arm.motion import ArmSituation
 
     base, arm, user = ctx.value(BASE_POSE), ctx.value(ARM_JOINTS), ctx.value(USER_POSE)
@@ -245,11 +247,11 @@ def _follow(
             if state is not None and state.scaling < slowest:
                 slowest = max(SLOWEST, state.scaling)
                 late = begun + round((points[-1][0] / slowest + LATE_S) * 1e9)
-            look = _look(ctx)
-            if look is not None and not look.is_like(checked, MOVED, TURNED):
-                checked, since = look, (ctx.now - begun) * 1e-9 * slowest
+            situation = _situation(ctx)
+            if situation is not None and not situation.is_like(checked, MOVED, TURNED):
+                checked, since = situation, (ctx.now - begun) * 1e-9 * slowest
                 workspace = environment_of(ctx).workspace
-                if not workspace.is_free(plan.trajectory, since, look, deep):
+                if not workspace.is_free(plan.trajectory, since, situation, deep):
                     return None
             yield On(ARM_JOINTS, BASE_POSE, USER_POSE, STOP_ENGAGED, until=late)
         return False
@@ -279,9 +281,9 @@ def _is_at(state: ArmState | None, joints: Joints, tolerance: float) -> bool:
     return all(abs(angle - wanted) <= tolerance for angle, wanted in pairs)
 
 
-def in_map(look: ArmSituation, deep: Pose3, frame: Frame) -> Pose3 | None:
+def in_map(situation: ArmSituation, deep: Pose3, frame: Frame) -> Pose3 | None:
     """map_from_deep of a DEEP in one of the frames; None if that frame is unknown (R84)."""
     if frame == "map":
         return deep
-    here = look.base if frame == "rover" else look.user
+    here = situation.base if frame == "rover" else situation.user
     return None if here is None else Pose3.from_yaw(here.x, here.y, 0.0, here.yaw) @ deep

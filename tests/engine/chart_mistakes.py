@@ -64,8 +64,8 @@ _PARKED = "next: {parked: choose, failed: .failed, timeout: .failed}"
 _DRIVEN = "next: {arrived: look, no_path: .failed, stuck: .failed, lost: .failed, timeout: .failed}"
 
 FORM = [
-    ("tab", "        do: ParkArm", "¦\t\tdo: ParkArm", "tab"),
-    ("tab after spaces", "        do: ParkArm", "      ¦\tdo: ParkArm", "tab"),
+    ("tab", "        do: ParkArm", "¦\t\tdo: ParkArm", "not with tabs"),
+    ("tab after spaces", "        do: ParkArm", "      ¦\tdo: ParkArm", "not with tabs"),
     ("a key dedented by one", "        timeout: 15 s", "       ¦timeout: 15 s", "indent"),
     ("a key indented by one more", "        timeout: 15 s", "         ¦timeout: 15 s", "indent"),
     ("the first key indented less", "        do: ChooseChase", "       ¦do: ChooseChase", "indent"),

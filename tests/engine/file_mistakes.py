@@ -46,7 +46,7 @@ SCENES = [
     ("an unclosed [", "[[4.0, 8.0], [4.2, 8.0], [4.2, 9.0], [4.0, 9.0]]", "¦[[4.0, 8.0]", "`]`"),
     ("the robot in a wall", "start: {x: 8.0, y: 6.0", "¦start: {x: 4.1, y: 8.5", "free floor"),
     ("the robot outside", "start: {x: 8.0, y: 6.0", "¦start: {x: 80.0, y: 6.0", "free floor"),
-    ("a tab", "  corner:", "¦\tcorner:", "tab"),
+    ("a tab", "  corner:", "¦\tcorner:", "not with tabs"),
     ("a colon in text", "A room with", "Room¦: with", "quotes"),
 ]  # fmt: skip
 

@@ -175,9 +175,9 @@ def _bounded(model: BaseModel, timeout: float, ramp: float) -> float:
     told = f"it drives on for {timeout:g} s, then brakes with {ramp:g} m/s2"
     if model.max_speed > _SLACK * most:
         cut = math.floor(1000.0 * most) / 1000.0
-        raise ValueError(f"limits: speed: {cut:g} m/s is most for a stop in {STOP_M:g} m: {told}")
+        raise ValueError(f"limits: speed: {cut:g} m/s at most for a stop in {STOP_M:g} m: {told}")
     if model.brake_deceleration > _SLACK * ramp:
-        raise ValueError(f"limits: brakes: {ramp:g} m/s2 is most: {told}")
+        raise ValueError(f"limits: brakes: {ramp:g} m/s2 at most: {told}")
     return most
 
 

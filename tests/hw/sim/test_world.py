@@ -156,6 +156,24 @@ def test_a_robot_that_a_person_leans_on_is_pushed_off_and_can_be_reset(tmp_path,
     assert 0.0 < moved < 0.6
 
 
+def test_a_touch_that_is_over_and_reset_is_not_pushed_off_any_more():
+    person = LivePerson(LAB.user_start)
+    world = World(LAB, ROBOT, person)
+    start = world.base.pose
+
+    def stand(n, away):
+        person.push(tick(n), UserPose(Pose2(start.x + away, start.y), 0.0))
+        world.advance(tick(n))
+
+    for n in range(1, 60):
+        stand(n, 0.9 if n < 10 else 1.2)
+    assert world.parts["stop_line"].reason is None  # touched, free again, reset
+    assert len(world.collisions.contacts) == 1
+    world.push_off()
+
+    assert world.base.pose == start
+
+
 def test_nobody_pushes_a_robot_that_is_not_touched():
     person = LivePerson(Pose2(3.0, 8.4))
     world = World(LAB, ROBOT, person)
