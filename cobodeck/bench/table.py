@@ -22,6 +22,10 @@ ROWS = {
     "load and check 1000 leaves": "load and check 1000 leaves (to a C-YAML parse)",
     "read 10000 numbers": "read an input of 10 000 numbers (to a float)",
 }
+NOTE = (
+    "py_trees makes the 1000 leaves in Python, without a file; transitions and python-statemachine "
+    "read JSON."
+)
 VARIANTS = ("cobodeck", "py_trees", "transitions", "python-statemachine", "sismic")
 
 
@@ -34,7 +38,7 @@ def table(result: Mapping[str, Any]) -> str:
         lines.append(f"| {about} | {' | '.join(cells)} |")
     machine = result["machine"]
     named = f"{machine['name']}, {machine['cores']} cores, {machine['system']}, {machine['python']}"
-    return "\n".join([*lines, "", f"Machine: {named}."]) + "\n"
+    return "\n".join([*lines, "", f"{NOTE}\n\nMachine: {named}."]) + "\n"
 
 
 def _shown(ratio: float | None) -> str:
