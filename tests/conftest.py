@@ -49,12 +49,27 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--hardware", action="store_true", help="run tests that move a real robot")
 
 
+def of_few(items: list[pytest.Item]) -> dict[str, list[pytest.Item]]:
+    """The cases of each test that is marked `few`, in their order."""
+    found: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        if item.get_closest_marker("few"):
+            found.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    return found
+
+
 @pytest.hookimpl(tryfirst=True)  # before tests are chosen by their marks
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     for item in items:
         in_real_time = any(item.path.is_relative_to(place) for place in REAL_TIME)
         if in_real_time and item.path not in VIRTUAL_TIME:
             item.add_marker(pytest.mark.realtime)
+    for cases in of_few(items).values():
+        keep = cases[0].get_closest_marker("few").args[0]
+        kept = {n * len(cases) // keep for n in range(keep)}
+        for number, item in enumerate(cases):
+            if number not in kept:
+                item.add_marker(pytest.mark.slow)
     if config.getoption("--hardware"):
         return
     skip = pytest.mark.skip(reason="moves a real robot; run it with --hardware")

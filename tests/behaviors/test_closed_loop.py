@@ -84,6 +84,7 @@ def hall(x: float, y: float, yaw: float = 0.0) -> str:
 
 @pytest.mark.requirement(50, 110, 111, 129)
 @pytest.mark.parametrize("profile", ["paper", "tuned"])
+@pytest.mark.few(1)
 def test_no_behaviour_drives_faster_than_its_limit_and_escape_keeps_the_yaw(
     start: Callable[..., Watched], profile: str
 ) -> None:
@@ -112,6 +113,7 @@ def test_no_behaviour_drives_faster_than_its_limit_and_escape_keeps_the_yaw(
 
 @pytest.mark.requirement(34, 52, 120)
 @pytest.mark.parametrize("profile", ["paper", "tuned"])
+@pytest.mark.few(1)
 def test_chase_and_haptic_keep_a_metre_from_walls_and_escape_77_cm(
     start: Callable[..., Watched], profile: str
 ) -> None:
@@ -200,6 +202,7 @@ def test_beside_a_walking_user_the_robot_keeps_3_to_4_m(
 
 @pytest.mark.requirement(88)
 @pytest.mark.parametrize("profile", ["paper", "tuned"])
+@pytest.mark.few(1)
 def test_chase_goes_on_for_ten_minutes(start: Callable[..., Watched], profile: str) -> None:
     """A user who steps to and fro, too slowly to be in danger; Chase alone, no transition."""
     steps = [f"walk: {{x: {x}, y: 7.0, speed: 0.15}}\n  - stand: 8" for x in (7.6, 7.0)]
@@ -310,6 +313,7 @@ def test_a_robot_shut_into_a_corner_warns_and_recovers_when_the_user_goes(
 @pytest.mark.requirement(112, 117)
 @pytest.mark.parametrize("profile", ["paper", "tuned"])
 @pytest.mark.parametrize(("scene", "seed"), [("lab_a", None), ("lab_a", 3), ("lab_b", 4)])
+@pytest.mark.few(2)
 def test_behaviours_do_not_flicker(
     start: Callable[..., Watched], profile: str, scene: str, seed: int | None
 ) -> None:

@@ -120,6 +120,7 @@ def test_a_drive_has_rows_of_its_time_and_where_there_is_a_user_of_intrusion():
 
 
 @pytest.mark.requirement(50, 52)
+@pytest.mark.slow
 def test_drives_by_estimated_poses_have_rows_of_time_and_intrusion_with_their_goals():
     rows = [*disturbed_rows(CASES[1], [0]), *disturbed_rows(WALKERS[0], [0])]
     assert [

@@ -211,6 +211,7 @@ WRONG = [  # arguments, exit code, part of the message
 
 
 @pytest.mark.parametrize(("arguments", "code", "message"), WRONG)
+@pytest.mark.few(20)
 def test_wrong_input_is_told_without_a_traceback(
     folder: Path,
     capsys: pytest.CaptureFixture[str],

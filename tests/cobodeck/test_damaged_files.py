@@ -115,6 +115,7 @@ OTHER_KINDS = sorted(kind for kind in SHIPPED if kind not in ("chart", "connecti
 
 @pytest.mark.parametrize("kind", OTHER_KINDS)
 @pytest.mark.parametrize("wrong", [b"1e30", b"-1e30", b".nan", b".inf", b"3 ly", b"true"])
+@pytest.mark.few(12)
 def test_every_number_has_bounds_and_a_unit_that_fits(
     tmp_path: Path, kind: str, wrong: bytes
 ) -> None:

@@ -34,6 +34,7 @@ def test_beside_a_person_who_corners_the_robot_every_edge_of_the_machine_is_take
 
 
 @pytest.mark.parametrize("scene", ["lab_a", "lab_b", "hall"])
+@pytest.mark.few(1)
 def test_the_demo_serves_every_request_without_a_contact(scene, capsys):
     assert main(["simulate", "--scene", scene, "--user", "demo", "--requests", "5", "--json"]) == 0
     result = json.loads(capsys.readouterr().out)

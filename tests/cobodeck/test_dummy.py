@@ -33,6 +33,7 @@ COMMANDS = {
 
 @pytest.mark.requirement(24, 56)
 @pytest.mark.parametrize("robot", COMMANDS)
+@pytest.mark.few(1)
 def test_the_same_recording_runs_beside_either_robot(
     walk: str, robot: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

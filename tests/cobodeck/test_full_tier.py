@@ -95,6 +95,7 @@ LENGTHS = pytest.mark.parametrize(
 
 @LENGTHS
 @pytest.mark.requirement(67)
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_run_and_another_another(duration_s: float) -> None:
     first, again, other = (run("study", 1, s, duration_s=duration_s) for s in (5, 5, 6))
 

@@ -58,6 +58,7 @@ def test_its_chart_runs_by_name(project: Path) -> None:
     assert "outcome            met" in result.stdout
 
 
+@pytest.mark.slow
 def test_the_commands_of_its_readme_work_as_they_are_typed(project: Path, tmp_path: Path) -> None:
     for program in ("cobodeck", "pytest"):
         file = tmp_path / program

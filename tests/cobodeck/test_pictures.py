@@ -332,6 +332,7 @@ def test_a_run_that_ends_before_the_moment_shows_its_end(tmp_path):
 
 
 @pytest.mark.parametrize("form", ["svg", "png", "pdf"])
+@pytest.mark.few(1)
 def test_the_same_moment_gives_the_same_file(lab, tmp_path, form):
     moment = with_next_drive(at_start(lab.scene), lab.environment, lab.settings)
     files = [tmp_path / f"{name}.{form}" for name in ("one", "two")]

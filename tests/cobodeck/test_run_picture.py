@@ -109,6 +109,7 @@ def bars(on: Sheet, row: str, drawn: Course) -> list[tuple[float, float]]:
 
 
 @pytest.mark.parametrize("form", ["svg", "png", "pdf"])
+@pytest.mark.few(1)
 def test_the_same_run_gives_the_same_file(tmp_path: Path, form: str) -> None:
     first, second = tmp_path / f"a.{form}", tmp_path / f"b.{form}"
     save(run_picture(course()), first)
@@ -155,6 +156,7 @@ def test_a_thinned_curve_keeps_each_least_and_greatest_value() -> None:
     assert (few_times[np.nanargmin(few)], few_times[np.nanargmax(few)]) == (777.0, 12_345.0)
 
 
+@pytest.mark.slow
 def test_no_contact_of_a_long_run_is_thinned_away(tmp_path: Path) -> None:
     times = [3600.0 * k / 400 for k in range(400)]
     instants = walk(3600.0)
@@ -250,6 +252,7 @@ def test_a_request_has_a_bar_until_it_is_served_and_another_until_it_ends() -> N
     assert bars(run_picture(run), "requests", run) == [(28.0, 33.0), (33.0, 38.0), (45.0, 55.0)]
 
 
+@pytest.mark.slow
 def test_what_repeats_fifty_times_in_an_hour_has_fifty_bars() -> None:
     spans = [NodeSpan("inform", 72.0 * k, 72.0 * k + 0.5, "restarted") for k in range(50)]
     run = course(3600.0, *spans)
@@ -257,6 +260,7 @@ def test_what_repeats_fifty_times_in_an_hour_has_fifty_bars() -> None:
     assert bars(run_picture(run), "inform", run) == [(s.start_s, s.end_s) for s in spans]
 
 
+@pytest.mark.slow
 def test_bars_that_all_but_touch_are_one_and_cover_the_same_time() -> None:
     spans = [NodeSpan("inform", 0.5 * k, 0.5 * k + 0.4, "restarted") for k in range(200)]
     run = course(3600.0, *spans)

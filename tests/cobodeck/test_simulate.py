@@ -105,6 +105,7 @@ def test_the_same_seed_gives_the_same_trace_with_skipping_on_and_off(simulated: 
 
 
 @pytest.mark.parametrize("scene", ["lab_a", "lab_b", "study"])
+@pytest.mark.few(1)
 def test_skipping_changes_no_trace_in_any_scene(simulated: Any, scene: str) -> None:
     arguments = ("--scene", scene, "--duration", "30")
 
@@ -248,6 +249,7 @@ def test_at_a_virtual_wall_requests_arise_from_walking(simulated: Any, tmp_path:
     assert "inform" not in (tmp_path / figures["trace_file"]).read_text()
 
 
+@pytest.mark.slow
 def test_a_random_user_goes_by_the_seed(simulated: Any) -> None:
     runs = [
         simulated("--user", "random", "--duration", "40", "--seed", seed)

@@ -79,6 +79,7 @@ def test_beside_the_same_robot_the_run_is_the_same(demo: Any, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("scene", ["lab_b", "hall"])
+@pytest.mark.few(1)
 def test_they_walk_ask_and_are_seen_alike_whatever_the_robot_does(
     demo: Any, tmp_path: Path, scene: str
 ) -> None:
@@ -91,6 +92,7 @@ def test_they_walk_ask_and_are_seen_alike_whatever_the_robot_does(
     assert now.ways == then.ways
 
 
+@pytest.mark.slow
 def test_what_tracking_missed_by_then_it_misses_by_again(demo: Any, tmp_path: Path) -> None:
     text = (ROOT / "charts/profiles/tuned.yaml").read_text()
     for name, value in (("tracking_delay", "50 ms"), ("tracking_noise", "1 cm")):
@@ -241,6 +243,7 @@ def test_a_record_without_a_person_is_refused(
     assert "a.mcap: has no person in it; take the record" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_mock_and_pictures_take_them_too(
     demo: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -125,6 +125,7 @@ def test_a_record_cut_in_its_summary_keeps_its_figures(
     assert found["ticks"] == len(whole.ticks) - 1  # and the end
 
 
+@pytest.mark.slow
 def test_a_chunk_ends_within_a_second(whole: Whole, tmp_path: Path) -> None:
     """Wherever the file is cut, what is lost of the part before is less than a second."""
     rng, path = random.Random(1), tmp_path / "cut.mcap.part"
@@ -148,6 +149,7 @@ def test_a_chunk_ends_within_a_second(whole: Whole, tmp_path: Path) -> None:
     assert all(after - before < SECOND_NS for before, after in pairwise(ends))
 
 
+@pytest.mark.slow
 def test_wherever_a_byte_is_damaged_what_is_recovered_is_a_beginning(
     whole: Whole, tmp_path: Path
 ) -> None:

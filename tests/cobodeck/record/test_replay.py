@@ -223,6 +223,7 @@ RUNS: dict[str, Callable[[Path, Path], RunResult]] = {
 
 @pytest.mark.requirement(19, 57)
 @pytest.mark.parametrize("name", RUNS)
+@pytest.mark.few(6)
 def test_a_run_done_again_is_the_same(name: str, tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     result = RUNS[name](path, tmp_path)
@@ -234,6 +235,7 @@ def test_a_run_done_again_is_the_same(name: str, tmp_path: Path) -> None:
     assert replay.checker.records > 0
 
 
+@pytest.mark.slow
 def test_a_part_that_raises_raises_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def follow(self: SimArm, points: object) -> None:
         raise RuntimeError("the controller is gone", 7)

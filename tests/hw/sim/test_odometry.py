@@ -66,6 +66,7 @@ def test_a_base_that_slips_gives_no_pose_and_drives_as_its_wheels_are_told() -> 
 
 
 @pytest.mark.requirement(29)
+@pytest.mark.slow
 def test_drift_grows_with_the_way_and_with_turns() -> None:
     errors = replace(PERFECT, slip=Slip())
 

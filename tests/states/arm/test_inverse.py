@@ -69,6 +69,7 @@ def test_the_joints_a_pose_came_from_are_among_the_branches(chain, sets, kind):
 
 
 @pytest.mark.requirement(43)
+@pytest.mark.slow
 def test_no_branch_is_missed_that_a_numeric_search_finds(chain, screws, sets):
     targets = screws.tcp(sets.anywhere(12))
     found = inverse(chain, targets)

@@ -108,6 +108,7 @@ def test_every_request_is_served_to_5_mm_wherever_the_rover_stands_in_its_tolera
 
 @pytest.mark.requirement(44, 82, 147)
 @pytest.mark.parametrize("height", [1.6, 1.65, 1.7, 1.8, 2.0])
+@pytest.mark.few(2)
 def test_high_deeps_are_met_within_the_tolerance_or_it_is_told_by_how_much_they_are_missed(
     environment: Environment, context: Any, screws: Any, height: float
 ) -> None:

@@ -235,6 +235,7 @@ def first_of(drive):
 
 
 @pytest.mark.parametrize("seed", range(4))
+@pytest.mark.few(2)
 def test_a_base_that_was_carried_elsewhere_is_found_again(seed):
     world = Carried(seed)
     followed = Run(world, world.ways[0].pose(0.0), seed=seed)
@@ -328,6 +329,7 @@ def test_without_scans_sigma_grows_and_trackers_bound_the_error():
 
 
 @pytest.mark.requirement(31)
+@pytest.mark.slow
 def test_one_tracker_lost_does_not_double_the_error():
     names = ("base.odometry", "base.imu", "rover.tracker")
     both, one = (

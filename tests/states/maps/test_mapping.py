@@ -33,6 +33,7 @@ def test_beams_end_in_walls_and_pass_the_floor():
 
 
 @pytest.mark.parametrize("seed", range(4))
+@pytest.mark.few(1)
 def test_passed_cells_are_those_that_lie_on_a_beam(seed):
     dice = np.random.default_rng(seed)
     origin, ends = dice.uniform(-1.0, 1.0, 2), dice.uniform(-4.0, 4.0, (30, 2))

@@ -77,6 +77,7 @@ def check_walks(name: str, case: DisturbedCase, seeds: range) -> None:
 
 @pytest.mark.requirement(51, 52)
 @pytest.mark.parametrize("case", WALKERS, ids=lambda case: case.name)
+@pytest.mark.few(1)
 def test_drives_beside_walkers_of_estimated_velocity_keep_off_them(case: DisturbedCase) -> None:
     check_walks("profile", case, range(1))
 

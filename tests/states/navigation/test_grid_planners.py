@@ -286,6 +286,7 @@ def test_either_way_round_the_user_can_be_asked_for(name, side, below):
 
 @names
 @pytest.mark.parametrize("local", list(LOCAL_PLANNERS))
+@pytest.mark.few(2)
 def test_the_robot_drives_to_its_goal_whichever_planners_it_has(name, local):
     walls = {"walls": (OUTER, *OBSTACLES), "wall_distance": 0.77} if local == "teb" else {}
     driver = LOCAL_PLANNERS[local](LAB[name], Limits(), Tolerance(), **walls)
