@@ -1,7 +1,8 @@
 """Runs a machine, tick by tick. The rules are those of engine/README.md, by the same numbers.
 
 A tick is: operator commands, monitors, timeouts, actions. Monitors all have their turn before
-anything is decided; actions decide in place. How nodes start and end: `life.py`.
+anything is decided; actions decide in place. How nodes are stepped:
+`stepping.py`; how they start and end: `life.py`; when the next tick is needed: `schedule.py`.
 """
 
 from __future__ import annotations
@@ -16,25 +17,19 @@ from engine.board import Board
 from engine.contest import Contest
 from engine.context import Part
 from engine.decide import (
-    AGAIN,
     HOLD,
     KEEP,
-    MATCHED,
-    RAISED,
     REOPEN,
     RETRY,
     Judge,
     Route,
-    Token,
 )
-from engine.life import BEGUN, Life
+from engine.life import Life
 from engine.machine import Machine
 from engine.node import (
     CHOSEN,
     ENDED,
     IDLE,
-    RETRYING,
-    WAITING,
     BoxNode,
     LeafNode,
     RunNode,
@@ -42,16 +37,14 @@ from engine.node import (
     Writes,
     nodes_of,
 )
+from engine.schedule import Schedule
 from engine.state import NEVER_NS
+from engine.stepping import StepEnd, Stepper
 from engine.turns import Turns
-from engine.waiting import still_heard, wait
 
 if TYPE_CHECKING:
     from engine.commands import Command
 
-NOTHING = Token("nothing")
-BUSY_TICKS = 3  # a node may be put off in so many ticks running before it is called a busy loop
-StepEnd = tuple[RunNode, Any]  # and the value, or token, with which its step has ended
 is_monitor = attrgetter("monitor")
 
 
@@ -70,6 +63,7 @@ class ChartRun:
         nodes: the run state of all nodes, by path.
         outcome: of the chart, once there is one; `results` are its outputs.
         ended_by: the path of the node that led to it, and that node's own outcome.
+        schedule: when the next tick is needed.
         carried_out: the operator's commands, with the instants at which they took effect, ns.
     """
 
@@ -89,15 +83,15 @@ class ChartRun:
         self.parts, self.entered = self.life.parts, self.life.entered
         self.judge = Judge(level, dict(freezers or {}), self.life.report)
         self.turns = Turns(self.life)
+        self.stepper = Stepper(self.life)
         self.outcome: str | None = None
         self.ended_by: tuple[str, str] | None = None
         self.results: dict[str, Any] = {}
         self.paused = False
         self._paused_until = 0
         self.carried_out: list[tuple[int, Command]] = []
-        self._commands: deque[Command] = deque()
-        self._acting = False  # the actions have their turn
-        self._rests = (-1, 0)  # tick, and until when nothing is due after it
+        self.commands: deque[Command] = deque()
+        self.schedule = Schedule(self)
         self.stand_ins = dict(stand_ins or {})
         self.nodes: dict[str, RunNode] = {}
         self.adopt(machine, nodes_of(machine, {}))
@@ -122,11 +116,11 @@ class ChartRun:
             return self.outcome
         nodes = iter(self.turns.nodes)
         if now - board.paused_ns >= life.due:
-            self._decide(self._step_all(takewhile(is_monitor, nodes)))
+            self._decide(self.stepper.step_all(takewhile(is_monitor, nodes)))
             self._rounds()
             self._time_out()
             nodes = iter(self.turns.actions)
-        ended = self._step(nodes)  # without a timeout, monitors and actions in one go
+        ended = self.stepper.step(nodes)  # without a timeout, monitors and actions in one go
         if ended is not None:
             self._go_on(nodes, ended)
         return self.outcome
@@ -153,69 +147,19 @@ class ChartRun:
             return is_new or looks or waited(node)
 
         monitors = takewhile(is_monitor, turns.nodes)
-        self._decide(self._step_all(filter(waited, monitors)))
+        self._decide(self.stepper.step_all(filter(waited, monitors)))
         self._rounds()
         if board.chart_now >= self.life.due:
             self._time_out()
         self._act(filter(has_to_act, turns.actions))
         return self.outcome
 
-    def wants_news(self) -> bool:
-        """Whether something has arrived that a state waits for: it deserves a tick between."""
-        if self.paused or self.outcome is not None:
-            return False
-        arrived = self.board.arrived()
-        return any(node.wake and node.mask & arrived for node in self.turns.nodes)
-
-    def next_deadline(self) -> int:
-        """The instant of the first timeout, ns; `NEVER_NS` if there is none."""
-        if self.paused or self.outcome is not None:
-            return NEVER_NS
-        return min(self.life.first_deadline() + self.board.paused_ns, NEVER_NS)
-
-    def leave_out(self, now: int) -> bool:
-        """Let an instant of the grid pass without a tick, if nothing is due and nothing is new.
-
-        What has arrived is taken all the same. False: this instant needs its tick.
-        """
-        board = self.board
-        if self._commands or self.life.interrupt is not None:
-            return False
-        if self._rests[0] != board.ticks or now >= self._rests[1]:
-            self._rests = board.ticks, self._due_inside()
-        return now < self._rests[1] and board.rest(now)
-
-    def next_due(self) -> int:
-        """The instant from which on a tick has something to do, ns, if nothing comes from outside.
-
-        Rule 13: ticks before it change nothing and may be left out, unless a sample or a command
-        comes for them. At most the present instant: the next tick is needed. `NEVER_NS`: none is.
-        """
-        if self.outcome is None and (self._commands or self.board.inbox):
-            return self.board.now
-        return self._due_inside()
-
-    def _due_inside(self) -> int:
-        board, turns = self.board, self.turns
-        if self.outcome is not None or self.paused:
-            return NEVER_NS
-        if turns.put_off:
-            return board.now
-        due = self.life.first_deadline()
-        for node in turns.nodes:
-            if node.wake:
-                still_heard(node, board)
-                due = min(due, node.wake)
-            elif node.status != WAITING and (not isinstance(node, BoxNode) or node.news):
-                return board.now
-        return min(due + board.paused_ns, NEVER_NS)
-
     def command(self, command: Command) -> None:
         """Have it carried out at the start of the next tick, before anything is stepped.
 
         Safe to call from other threads.
         """
-        self._commands.append(command)
+        self.commands.append(command)
         self.life.early = True
 
     def _begin(self) -> bool:
@@ -230,8 +174,8 @@ class ChartRun:
             self.board.paused_ns += self.board.now - self._paused_until
             self._paused_until = self.board.now
         life.early = False  # before the commands are looked at: others may come meanwhile
-        while self._commands:
-            command = self._commands.popleft()
+        while self.commands:
+            command = self.commands.popleft()
             self.carried_out.append((self.board.now, command))
             command.carry_out(self)
             if self.outcome is not None:
@@ -260,62 +204,9 @@ class ChartRun:
             if not ended[0].monitor:
                 self._act(nodes, ended)
                 return
-            self._decide(self._step_all(takewhile(is_monitor, nodes), ended))
+            self._decide(self.stepper.step_all(takewhile(is_monitor, nodes), ended))
             nodes = iter([*turns.take_monitors(), *turns.actions])
-            ended = self._step(nodes)
-
-    def _step(self, nodes: Iterator[RunNode]) -> StepEnd | None:
-        """Step nodes until one ends; going on with the same iterator goes on behind that one."""
-        board = self.board
-        now, fresh = board.now - board.paused_ns, board.fresh
-        for node in nodes:
-            if node.wake:
-                if not node.mask & fresh and (node.wake > now or still_heard(node, board)):
-                    continue
-                node.wake = 0
-            try:
-                step = node.step
-                if step is None:
-                    value = self._take_turn(node)
-                    if value is NOTHING:
-                        continue
-                    if value is not BEGUN:
-                        return node, value
-                    step = node.step
-                    assert step is not None
-                yielded = step()
-                if yielded is not None:
-                    wait(node, yielded, self.life)
-            except StopIteration as stop:
-                return node, stop.value
-            except BaseException as error:  # noqa: BLE001  rule 8: whatever a state raises is an outcome
-                self.life.report(node, error)
-                return node, RAISED
-        return None
-
-    def _take_turn(self, node: RunNode) -> Any:
-        """The turn of a node without a generator: `BEGUN`, `NOTHING`, or what it ends with."""
-        status = node.status
-        if status == WAITING:
-            answer, node.answer = node.answer, None
-            return answer or NOTHING
-        if isinstance(node, LeafNode):
-            return self.life.begin(node)
-        assert isinstance(node, BoxNode)
-        if status == RETRYING:
-            return AGAIN
-        if node.news:
-            node.news = False
-            if node.box.match(node.kept) is not None:
-                return MATCHED
-        return NOTHING
-
-    def _step_all(self, nodes: Iterator[RunNode], first: StepEnd | None = None) -> list[StepEnd]:
-        """Step nodes; those that ended, behind `first`, which has ended before."""
-        found = [] if first is None else [first]
-        while (ended := self._step(nodes)) is not None:
-            found.append(ended)
-        return found
+            ended = self.stepper.step(nodes)
 
     def _act(self, nodes: Iterable[RunNode], ended: StepEnd | None = None) -> None:
         """Step actions; each that ends is decided in place.
@@ -326,11 +217,11 @@ class ChartRun:
         turns.acting = True
         going = self._in_place(iter(nodes))
         if ended is None:
-            ended = self._step(going)
+            ended = self.stepper.step(going)
         while ended is not None:
             node, value = ended
             self._take(self.judge.conclude(node, value))
-            ended = self._step(going)
+            ended = self.stepper.step(going)
         turns.acting = False
 
     def _in_place(self, nodes: Iterator[RunNode]) -> Iterator[RunNode]:
@@ -356,7 +247,7 @@ class ChartRun:
     def _rounds(self) -> None:
         """Step monitors that have just been chosen, decide, and again until none is left."""
         while self.turns.fresh and (monitors := self.turns.take_monitors()):
-            self._decide(self._step_all(iter(monitors)))
+            self._decide(self.stepper.step_all(iter(monitors)))
 
     def _decide(self, ended: list[StepEnd]) -> None:
         """Rule 4: what the monitors that ended in one round lead to."""
