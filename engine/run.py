@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from itertools import takewhile
+from itertools import chain, starmap, takewhile
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
@@ -40,12 +40,10 @@ from engine.node import (
 from engine.schedule import Schedule
 from engine.state import NEVER_NS
 from engine.stepping import StepEnd, Stepper
-from engine.turns import Turns
+from engine.turns import Turns, is_monitor
 
 if TYPE_CHECKING:
     from engine.commands import Command
-
-is_monitor = attrgetter("monitor")
 
 
 class ChartRun:
@@ -83,7 +81,8 @@ class ChartRun:
         self.parts, self.entered = self.life.parts, self.life.entered
         self.judge = Judge(level, dict(freezers or {}), self.life.report)
         self.turns = Turns(self.life)
-        self.stepper = Stepper(self.life)
+        stepper = Stepper(self.life)
+        self._step, self._step_all = stepper.step, stepper.step_all
         self.outcome: str | None = None
         self.ended_by: tuple[str, str] | None = None
         self.results: dict[str, Any] = {}
@@ -116,13 +115,19 @@ class ChartRun:
             return self.outcome
         nodes = iter(self.turns.nodes)
         if now - board.paused_ns >= life.due:
-            self._decide(self.stepper.step_all(takewhile(is_monitor, nodes)))
+            self._decide(self._step_all(takewhile(is_monitor, nodes)))
             self._rounds()
             self._time_out()
-            nodes = iter(self.turns.actions)
-        ended = self.stepper.step(nodes)  # without a timeout, monitors and actions in one go
+            nodes = self.turns.actions
+        ended = self._step(nodes)  # without a timeout, monitors and actions in one go
+        if ended is None:
+            return self.outcome
+        while ended is not None and ended[0].monitor:
+            self._decide(self._step_all(takewhile(is_monitor, nodes), ended))
+            nodes = chain(self.turns.take_monitors(), self.turns.actions)
+            ended = self._step(nodes)  # the monitors chosen by it, and the actions
         if ended is not None:
-            self._go_on(nodes, ended)
+            self._act(nodes, ended)
         return self.outcome
 
     def recorded_tick(self, now: int) -> str | None:
@@ -147,7 +152,7 @@ class ChartRun:
             return is_new or looks or waited(node)
 
         monitors = takewhile(is_monitor, turns.nodes)
-        self._decide(self.stepper.step_all(filter(waited, monitors)))
+        self._decide(self._step_all(filter(waited, monitors)))
         self._rounds()
         if board.chart_now >= self.life.due:
             self._time_out()
@@ -193,21 +198,6 @@ class ChartRun:
 
     # -- passes --------------------------------------------------------------------------------
 
-    def _go_on(self, nodes: Iterator[RunNode], ended: StepEnd | None) -> None:
-        """A node has ended; the rest of the tick.
-
-        When a monitor ends, the other monitors are stepped and one round is decided; then those
-        that were chosen by it have their turn, and the actions.
-        """
-        turns = self.turns
-        while ended is not None:
-            if not ended[0].monitor:
-                self._act(nodes, ended)
-                return
-            self._decide(self.stepper.step_all(takewhile(is_monitor, nodes), ended))
-            nodes = iter([*turns.take_monitors(), *turns.actions])
-            ended = self.stepper.step(nodes)
-
     def _act(self, nodes: Iterable[RunNode], ended: StepEnd | None = None) -> None:
         """Step actions; each that ends is decided in place.
 
@@ -217,11 +207,11 @@ class ChartRun:
         turns.acting = True
         going = self._in_place(iter(nodes))
         if ended is None:
-            ended = self.stepper.step(going)
+            ended = self._step(going)
         while ended is not None:
             node, value = ended
             self._take(self.judge.conclude(node, value))
-            ended = self.stepper.step(going)
+            ended = self._step(going)
         turns.acting = False
 
     def _in_place(self, nodes: Iterator[RunNode]) -> Iterator[RunNode]:
@@ -247,15 +237,14 @@ class ChartRun:
     def _rounds(self) -> None:
         """Step monitors that have just been chosen, decide, and again until none is left."""
         while self.turns.fresh and (monitors := self.turns.take_monitors()):
-            self._decide(self.stepper.step_all(iter(monitors)))
+            self._decide(self._step_all(iter(monitors)))
 
     def _decide(self, ended: list[StepEnd]) -> None:
         """Rule 4: what the monitors that ended in one round lead to."""
         if not ended:
             return
         due = [] if self.turns.acting else self.life.due_nodes()
-        conclude = self.judge.conclude
-        routes = [conclude(node, value) for node, value in ended]
+        routes = list(starmap(self.judge.conclude, ended))
         if len(routes) == 1 and not due and routes[0].kind != KEEP:
             self._take(routes[0])
             return
