@@ -151,7 +151,7 @@ class ChooseChasePose(Action):
             now, space = situation(ctx, "chase"), ctx.value(CHASE_SPACE)
             if now is not None and space is not None:
                 break
-            yield On(planner_key("chase"), *CHANGES)
+            yield On(planner_key("chase"), CHASE_SPACE, *CHANGES)
         found = best_cell(now, space)
         if found is None:
             return "none", {"user": now.user}

@@ -158,6 +158,8 @@ class _Reader:
             self.unknown_keys(raw, NODE_KEYS, f"node {name!r}")
             what = f"{forms[0]!r} and {forms[1]!r}" if forms else "none of them"
             hint = "a node has exactly one of do, watch, use, states, any, all"
+            if name in NODE_KEYS and not forms:
+                hint = f"{name!r} belongs to a node: indent it as far as that node's other keys"
             self.report(
                 "C04", f"{what} in node {name!r}", raw.keys_at[forms[1]] if forms else at, hint
             )

@@ -182,7 +182,7 @@ def test_logs_without_trackers_or_scans_are_told(log, name):
 def test_a_log_without_a_room_needs_a_map(monkeypatch, log, capsys):
     run(monkeypatch, replace(log, room=None))
 
-    assert "--map MAP does" in capsys.readouterr().err
+    assert "give it with --map MAP" in capsys.readouterr().err
     assert command.figures(NoCalibration("data", "too few")) == {
         "fits": False,
         "refused": "too few",

@@ -154,7 +154,7 @@ def test_the_world_is_told_the_room_the_person_and_how_sensors_err() -> None:
 def test_without_a_user_it_is_the_one_of_the_scene() -> None:
     plant_of(staged(Options(connection=connection()))).close()
 
-    assert OPENED["world"].play.user == "cornering"
+    assert OPENED["world"].play.user == "demo"
 
 
 def test_a_run_on_fakes_is_judged_by_the_truth_and_ends_with_its_person() -> None:

@@ -59,7 +59,7 @@ class Vr(UnityVr):
 def staged() -> tuple[Loop, Link]:
     """CoboDeck in the simulation, seen through the driver of the VR link."""
     setup = open_setup("cobodeck", "lab_a")
-    loop, link = stage(setup, Options(seed=1)), Link()
+    loop, link = stage(setup, Options("cornering", seed=1)), Link()
     parts = dict(loop.plant.parts)
     parts["vr"] = Vr(link, parts["vr"], lambda: loop.now_ns)
     loop.wired = wire(setup, parts)

@@ -82,7 +82,7 @@ def test_the_figures_have_the_agreed_names(simulated: Any) -> None:
     assert (figures["chart"], figures["scene"], figures["user"]) == (
         "cobodeck",
         "lab_a",
-        "cornering",
+        "demo",
     )
     assert (figures["profile"], figures["tier"], figures["seed"]) == ("tuned", 1, 0)
 

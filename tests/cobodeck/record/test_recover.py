@@ -212,7 +212,7 @@ def test_of_a_whole_record_nothing_is_written(
 
 @pytest.mark.parametrize(
     ("size", "told"),
-    [(0, "is no record of a run"), (50, "is no record of a run"), (20_000, "no tick of it")],
+    [(0, "is no record of a run"), (50, "is no record of a run"), (20_000, "no complete tick")],
 )
 def test_what_holds_no_tick_is_told_in_a_sentence(
     size: int, told: str, whole: Whole, tmp_path: Path, capsys: pytest.CaptureFixture[str]
