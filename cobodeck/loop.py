@@ -156,7 +156,7 @@ class Loop:
         if self.leave_out and not self.clock.waits:
             self._jump(end_ns)
         due = self.next_ns
-        until = min(due, self.wired.run.next_deadline()) if self.clock.waits else due
+        until = min(due, self.wired.run.schedule.next_deadline()) if self.clock.waits else due
         now = self.clock.wait(until)
         if now >= due:
             self._tick(now)
@@ -167,7 +167,7 @@ class Loop:
         """Leave out ticks before which the plant has nothing to do or to report."""
         if self._stopping or self.plant.quiet_until() <= self.next_ns:
             return
-        until = min(self.plant.quiet_until(), self.wired.run.next_due(), end_ns)
+        until = min(self.plant.quiet_until(), self.wired.run.schedule.next_due(), end_ns)
         skipped = self.grid.first(until) - self.ticks
         if skipped > 0:
             self.ticks += skipped
@@ -239,7 +239,7 @@ class Loop:
         if self._stopping:
             self._stopping = False
             Operator(self.wired.run).stop()
-        nothing = self.leave_out and not self.clock.waits and self.wired.run.leave_out(now)
+        nothing = self.leave_out and not self.clock.waits and self.wired.run.schedule.leave_out(now)
         if nothing:
             self.left_out += 1
             self.wired.pass_on(self._stamp(now))
@@ -251,8 +251,8 @@ class Loop:
     def _add(self, now: int) -> None:
         """A tick off the grid: a sample that a state waits for has arrived, or a timeout is due."""
         self.wired.inlet.take(now)
-        run = self.wired.run
-        if now <= self.now_ns or not (run.next_deadline() <= now or run.wants_news()):
+        schedule = self.wired.run.schedule
+        if now <= self.now_ns or not (schedule.next_deadline() <= now or schedule.wants_news()):
             self._end(Ticked(now, self.ticks, "taken"))
             return
         begin = self.busy_since = time.perf_counter_ns()

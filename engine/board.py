@@ -187,13 +187,10 @@ class Board:
     def _take(self, tick: int) -> None:
         """Hand the inbox to the slots, and find out what of it is news."""
         self.version += 1
-        arrived = []
         changed = repeated = 0
         now, inbox = self.now, self.inbox
-        for _ in range(len(inbox)):
-            arrival = inbox.popleft()
-            arrived.append(arrival)
-            slot, value, _, _ = arrival
+        arrived = [inbox.popleft() for _ in range(len(inbox))]  # others may put more meanwhile
+        for slot, value, _, _ in arrived:
             slot.heard = now
             if slot.repeats(value, now):
                 repeated |= slot.roots

@@ -64,10 +64,6 @@ class Life:
 
     def begin(self, node: LeafNode) -> Any:
         """Enter a leaf, and what encloses it; `BEGUN`, or what it gives back without a `yield`."""
-        parent = node.parent
-        assert parent is not None
-        if parent.status != RUNNING:
-            self._enter_boxes(parent)
         self._enter(node)
         leaf = node.leaf
         for name in leaf.interface.commands:
@@ -93,33 +89,35 @@ class Life:
         """The present values of a leaf's inputs, by name."""
         return {name: self.data[cell] for name, cell in leaf.inputs}
 
-    def _enter_boxes(self, box: BoxNode) -> None:
-        above: list[BoxNode] = []
-        inner: BoxNode | None = box
-        while inner is not None and inner.status != RUNNING:
-            above.append(inner)
-            inner = inner.parent
-        for entered in reversed(above):
-            for cell in entered.box.cells.values():
-                self.data[cell] = cell.initial
-            for cell, outer in entered.box.inputs:
-                self.data[cell] = self.data[outer]
-            self._enter(entered)
-
     def _enter(self, node: RunNode) -> None:
-        """The timeout of a node spans all its tries, so it counts from the first of them."""
+        """Enter a node, and before it the boxes around it that do not run yet.
+
+        The timeout of a node spans all its tries, so it counts from the first of them.
+        """
+        parent = node.parent
+        if parent is not None and parent.status != RUNNING:
+            self._enter(parent)
+        if isinstance(node, BoxNode) and node.box.cells:
+            self._open_scope(node)
         board = self.board
+        now = board.now
         node.status = RUNNING
         node.entered = board.ticks
         self.entered[node] = None
-        self.add(("enter", board.now, node))
+        self.add(("enter", now, node))
         if node.since is None:
-            node.since = board.now - board.paused_ns
+            node.since = now - board.paused_ns
             timeout = node.vertex.timeout_ns
             if timeout is not None:
-                node.deadline = at = node.since + timeout
-                if at < self.due:
-                    self.due = at
+                self.set_deadline(node, node.since + timeout)
+
+    def _open_scope(self, node: BoxNode) -> None:
+        """Give the data of the chart that begins with a box its first values."""
+        data = self.data
+        for cell in node.box.cells.values():
+            data[cell] = cell.initial
+        for cell, outer in node.box.inputs:
+            data[cell] = data[outer]
 
     # -- deadlines -----------------------------------------------------------------------------
 
@@ -151,7 +149,8 @@ class Life:
         else:
             assert isinstance(node, BoxNode)
             closed = self.close(node, node.order + 1)
-            writes = self._collect(node, outcome, writes)
+            if node.kept or node.box.cells:
+                writes = self._collect(node, outcome, writes)
         self.add(("end", self.board.now, node, outcome, closed, route))
         self.entered.pop(node, None)
         node.status = IDLE

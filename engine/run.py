@@ -1,14 +1,15 @@
 """Runs a machine, tick by tick. The rules are those of engine/README.md, by the same numbers.
 
 A tick is: operator commands, monitors, timeouts, actions. Monitors all have their turn before
-anything is decided; actions decide in place. How nodes start and end: `life.py`.
+anything is decided; actions decide in place. How nodes are stepped:
+`stepping.py`; how they start and end: `life.py`; when the next tick is needed: `schedule.py`.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from itertools import takewhile
+from itertools import chain, starmap, takewhile
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
@@ -16,25 +17,19 @@ from engine.board import Board
 from engine.contest import Contest
 from engine.context import Part
 from engine.decide import (
-    AGAIN,
     HOLD,
     KEEP,
-    MATCHED,
-    RAISED,
     REOPEN,
     RETRY,
     Judge,
     Route,
-    Token,
 )
-from engine.life import BEGUN, Life
+from engine.life import Life
 from engine.machine import Machine
 from engine.node import (
     CHOSEN,
     ENDED,
     IDLE,
-    RETRYING,
-    WAITING,
     BoxNode,
     LeafNode,
     RunNode,
@@ -42,17 +37,13 @@ from engine.node import (
     Writes,
     nodes_of,
 )
+from engine.schedule import Schedule
 from engine.state import NEVER_NS
-from engine.turns import Turns
-from engine.waiting import still_heard, wait
+from engine.stepping import StepEnd, Stepper
+from engine.turns import Turns, is_monitor
 
 if TYPE_CHECKING:
     from engine.commands import Command
-
-NOTHING = Token("nothing")
-BUSY_TICKS = 3  # a node may be put off in so many ticks running before it is called a busy loop
-StepEnd = tuple[RunNode, Any]  # and the value, or token, with which its step has ended
-is_monitor = attrgetter("monitor")
 
 
 class ChartRun:
@@ -70,6 +61,7 @@ class ChartRun:
         nodes: the run state of all nodes, by path.
         outcome: of the chart, once there is one; `results` are its outputs.
         ended_by: the path of the node that led to it, and that node's own outcome.
+        schedule: when the next tick is needed.
         carried_out: the operator's commands, with the instants at which they took effect, ns.
     """
 
@@ -89,15 +81,16 @@ class ChartRun:
         self.parts, self.entered = self.life.parts, self.life.entered
         self.judge = Judge(level, dict(freezers or {}), self.life.report)
         self.turns = Turns(self.life)
+        stepper = Stepper(self.life)
+        self._step, self._step_all = stepper.step, stepper.step_all
         self.outcome: str | None = None
         self.ended_by: tuple[str, str] | None = None
         self.results: dict[str, Any] = {}
         self.paused = False
         self._paused_until = 0
         self.carried_out: list[tuple[int, Command]] = []
-        self._commands: deque[Command] = deque()
-        self._acting = False  # the actions have their turn
-        self._rests = (-1, 0)  # tick, and until when nothing is due after it
+        self.commands: deque[Command] = deque()
+        self.schedule = Schedule(self)
         self.stand_ins = dict(stand_ins or {})
         self.nodes: dict[str, RunNode] = {}
         self.adopt(machine, nodes_of(machine, {}))
@@ -125,10 +118,16 @@ class ChartRun:
             self._decide(self._step_all(takewhile(is_monitor, nodes)))
             self._rounds()
             self._time_out()
-            nodes = iter(self.turns.actions)
+            nodes = self.turns.actions
         ended = self._step(nodes)  # without a timeout, monitors and actions in one go
+        if ended is None:
+            return self.outcome
+        while ended is not None and ended[0].monitor:
+            self._decide(self._step_all(takewhile(is_monitor, nodes), ended))
+            nodes = chain(self.turns.take_monitors(), self.turns.actions)
+            ended = self._step(nodes)  # the monitors chosen by it, and the actions
         if ended is not None:
-            self._go_on(nodes, ended)
+            self._act(nodes, ended)
         return self.outcome
 
     def recorded_tick(self, now: int) -> str | None:
@@ -160,62 +159,12 @@ class ChartRun:
         self._act(filter(has_to_act, turns.actions))
         return self.outcome
 
-    def wants_news(self) -> bool:
-        """Whether something has arrived that a state waits for: it deserves a tick between."""
-        if self.paused or self.outcome is not None:
-            return False
-        arrived = self.board.arrived()
-        return any(node.wake and node.mask & arrived for node in self.turns.nodes)
-
-    def next_deadline(self) -> int:
-        """The instant of the first timeout, ns; `NEVER_NS` if there is none."""
-        if self.paused or self.outcome is not None:
-            return NEVER_NS
-        return min(self.life.first_deadline() + self.board.paused_ns, NEVER_NS)
-
-    def leave_out(self, now: int) -> bool:
-        """Let an instant of the grid pass without a tick, if nothing is due and nothing is new.
-
-        What has arrived is taken all the same. False: this instant needs its tick.
-        """
-        board = self.board
-        if self._commands or self.life.interrupt is not None:
-            return False
-        if self._rests[0] != board.ticks or now >= self._rests[1]:
-            self._rests = board.ticks, self._due_inside()
-        return now < self._rests[1] and board.rest(now)
-
-    def next_due(self) -> int:
-        """The instant from which on a tick has something to do, ns, if nothing comes from outside.
-
-        Rule 13: ticks before it change nothing and may be left out, unless a sample or a command
-        comes for them. At most the present instant: the next tick is needed. `NEVER_NS`: none is.
-        """
-        if self.outcome is None and (self._commands or self.board.inbox):
-            return self.board.now
-        return self._due_inside()
-
-    def _due_inside(self) -> int:
-        board, turns = self.board, self.turns
-        if self.outcome is not None or self.paused:
-            return NEVER_NS
-        if turns.put_off:
-            return board.now
-        due = self.life.first_deadline()
-        for node in turns.nodes:
-            if node.wake:
-                still_heard(node, board)
-                due = min(due, node.wake)
-            elif node.status != WAITING and (not isinstance(node, BoxNode) or node.news):
-                return board.now
-        return min(due + board.paused_ns, NEVER_NS)
-
     def command(self, command: Command) -> None:
         """Have it carried out at the start of the next tick, before anything is stepped.
 
         Safe to call from other threads.
         """
-        self._commands.append(command)
+        self.commands.append(command)
         self.life.early = True
 
     def _begin(self) -> bool:
@@ -230,8 +179,8 @@ class ChartRun:
             self.board.paused_ns += self.board.now - self._paused_until
             self._paused_until = self.board.now
         life.early = False  # before the commands are looked at: others may come meanwhile
-        while self._commands:
-            command = self._commands.popleft()
+        while self.commands:
+            command = self.commands.popleft()
             self.carried_out.append((self.board.now, command))
             command.carry_out(self)
             if self.outcome is not None:
@@ -248,74 +197,6 @@ class ChartRun:
         return False
 
     # -- passes --------------------------------------------------------------------------------
-
-    def _go_on(self, nodes: Iterator[RunNode], ended: StepEnd | None) -> None:
-        """A node has ended; the rest of the tick.
-
-        When a monitor ends, the other monitors are stepped and one round is decided; then those
-        that were chosen by it have their turn, and the actions.
-        """
-        turns = self.turns
-        while ended is not None:
-            if not ended[0].monitor:
-                self._act(nodes, ended)
-                return
-            self._decide(self._step_all(takewhile(is_monitor, nodes), ended))
-            nodes = iter([*turns.take_monitors(), *turns.actions])
-            ended = self._step(nodes)
-
-    def _step(self, nodes: Iterator[RunNode]) -> StepEnd | None:
-        """Step nodes until one ends; going on with the same iterator goes on behind that one."""
-        board = self.board
-        now, fresh = board.now - board.paused_ns, board.fresh
-        for node in nodes:
-            if node.wake:
-                if not node.mask & fresh and (node.wake > now or still_heard(node, board)):
-                    continue
-                node.wake = 0
-            try:
-                step = node.step
-                if step is None:
-                    value = self._take_turn(node)
-                    if value is NOTHING:
-                        continue
-                    if value is not BEGUN:
-                        return node, value
-                    step = node.step
-                    assert step is not None
-                yielded = step()
-                if yielded is not None:
-                    wait(node, yielded, self.life)
-            except StopIteration as stop:
-                return node, stop.value
-            except BaseException as error:  # noqa: BLE001  rule 8: whatever a state raises is an outcome
-                self.life.report(node, error)
-                return node, RAISED
-        return None
-
-    def _take_turn(self, node: RunNode) -> Any:
-        """The turn of a node without a generator: `BEGUN`, `NOTHING`, or what it ends with."""
-        status = node.status
-        if status == WAITING:
-            answer, node.answer = node.answer, None
-            return answer or NOTHING
-        if isinstance(node, LeafNode):
-            return self.life.begin(node)
-        assert isinstance(node, BoxNode)
-        if status == RETRYING:
-            return AGAIN
-        if node.news:
-            node.news = False
-            if node.box.match(node.kept) is not None:
-                return MATCHED
-        return NOTHING
-
-    def _step_all(self, nodes: Iterator[RunNode], first: StepEnd | None = None) -> list[StepEnd]:
-        """Step nodes; those that ended, behind `first`, which has ended before."""
-        found = [] if first is None else [first]
-        while (ended := self._step(nodes)) is not None:
-            found.append(ended)
-        return found
 
     def _act(self, nodes: Iterable[RunNode], ended: StepEnd | None = None) -> None:
         """Step actions; each that ends is decided in place.
@@ -363,8 +244,7 @@ class ChartRun:
         if not ended:
             return
         due = [] if self.turns.acting else self.life.due_nodes()
-        conclude = self.judge.conclude
-        routes = [conclude(node, value) for node, value in ended]
+        routes = list(starmap(self.judge.conclude, ended))
         if len(routes) == 1 and not due and routes[0].kind != KEEP:
             self._take(routes[0])
             return

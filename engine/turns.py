@@ -5,7 +5,8 @@ The list is replaced, never changed, so that a pass can go on over the one it be
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from itertools import dropwhile
 from operator import attrgetter
 
 from engine.life import Life
@@ -26,6 +27,8 @@ from engine.node import (
 
 BUSY_TICKS = 3  # a node may be put off in so many ticks running before it is called a busy loop
 turn_of = attrgetter("turn")
+is_monitor = attrgetter("monitor")
+NO_OPENING = Opening((), (), (), ())
 
 
 class Turns:
@@ -65,40 +68,42 @@ class Turns:
         opening = node.opening or opening_of(node)
         for other in opening.nodes:
             if other.entered == tick:
-                self._choose_some(node, again=again)
-                return
-        self._select(opening, node if again else None)
-
-    def _choose_some(self, node: RunNode, *, again: bool) -> None:
-        """Rule 6: something in `node` has been entered in this tick, and is put off."""
-        if node.entered == self.board.ticks and not again:
-            self._put_off(node)
-        elif isinstance(node, BoxNode):
-            for child in node.box.first:
-                self.choose(node.children[child.name])
-            keeping = (node,) if node.box.keeps else ()
-            self._select(Opening((node,), keeping, (), keeping), node if again else None)
-
-    def _select(self, opening: Opening, tried: RunNode | None) -> None:
-        """Give what starts together its turns; `tried` is tried again."""
-        for node in opening.nodes:
-            if node is not tried:
-                node.tries, node.since = 0, None
-        for node in opening.turns:
-            node.status, node.step, node.wake = CHOSEN, None, 0
-        for box in opening.keeping:
+                opening = self._choose_some(node, again=again)
+                break
+        chosen, added, monitors, keeping = opening
+        for other in chosen:
+            if other is not node or not again:
+                other.tries, other.since = 0, None
+        for other in added:
+            other.status, other.step, other.wake = CHOSEN, None, 0
+        for box in keeping:
             box.kept = {}
             box.news = False
-        nodes, added = self.nodes, opening.turns
         if not added:
             return
+        nodes = self.nodes
         if not nodes or nodes[-1].turn < added[0].turn:
             self.nodes = [*nodes, *added]
         else:
             self.nodes = sorted((*nodes, *added), key=turn_of)
-        self.fresh += added if self.acting else opening.monitors
+        self.fresh += added if self.acting else monitors
         if self.waiting:
             self._freeze()
+
+    def _choose_some(self, node: RunNode, *, again: bool) -> Opening:
+        """Rule 6: something in `node` has been entered in this tick, and is put off.
+
+        Chooses what is not, below `node`; what is left to be chosen is `node` itself, or nothing.
+        """
+        if node.entered == self.board.ticks and not again:
+            self._put_off(node)
+            return NO_OPENING
+        if not isinstance(node, BoxNode):
+            return NO_OPENING
+        for child in node.box.first:
+            self.choose(node.children[child.name])
+        keeping = (node,) if node.box.keeps else ()
+        return Opening((node,), keeping, (), keeping)
 
     def _put_off(self, node: RunNode) -> None:
         node.status = PUT_OFF
@@ -145,7 +150,9 @@ class Turns:
         """Nothing in `top` has a turn any more."""
         if isinstance(top, LeafNode):
             top.status = IDLE
-            self.nodes = [node for node in self.nodes if node is not top]
+            if top in self.nodes:
+                self.nodes = self.nodes.copy()
+                self.nodes.remove(top)
         else:
             self.nodes = _without(self.nodes, top)
         if self.fresh:
@@ -164,9 +171,9 @@ class Turns:
         self.fresh, self.put_off, self.waiting, self.frozen = [], [], [], []
 
     @property
-    def actions(self) -> list[RunNode]:
+    def actions(self) -> Iterator[RunNode]:
         """The nodes behind the monitors."""
-        return [node for node in self.nodes if not node.monitor]
+        return dropwhile(is_monitor, self.nodes)
 
     def take_monitors(self) -> list[RunNode]:
         """The monitors chosen since the last round, in the order of stepping."""

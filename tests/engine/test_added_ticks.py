@@ -234,10 +234,10 @@ def test_rule_13_timeouts_are_due_in_an_added_tick_too():
   first: {do: Poll, timeout: 130 ms, next: {done: .x, timeout: second}}
   second: {do: Answer, next: {done: .x}}
 """)
-    assert bench.run.next_deadline() == 130 * MS
+    assert bench.run.schedule.next_deadline() == 130 * MS
     assert between(bench, 129 * MS) == []
     assert between(bench, 130 * MS) == [("enter", 130 * MS)]
-    assert bench.run.next_deadline() == NEVER_NS
+    assert bench.run.schedule.next_deadline() == NEVER_NS
 
 
 def test_rule_13_commands_wait_for_the_grid_and_in_a_pause_nothing_is_stepped():
@@ -248,8 +248,8 @@ def test_rule_13_commands_wait_for_the_grid_and_in_a_pause_nothing_is_stepped():
     paused.operator.pause()
     paused.tick()
     assert between(paused, 150 * MS, voice=1) == []
-    assert paused.run.next_deadline() == NEVER_NS
-    assert not paused.run.wants_news()
+    assert paused.run.schedule.next_deadline() == NEVER_NS
+    assert not paused.run.schedule.wants_news()
     paused.operator.resume()
     paused.tick()
     assert ("hark", paused.run.board.chart_now) in LOG
@@ -258,13 +258,13 @@ def test_rule_13_commands_wait_for_the_grid_and_in_a_pause_nothing_is_stepped():
 def test_rule_13_a_sample_deserves_a_tick_if_somebody_waits_for_it():
     bench = at(BUSY)
     run = bench.run
-    assert not run.wants_news()
+    assert not run.schedule.wants_news()
     run.board.put("other", 1, 0)
-    assert not run.wants_news()
+    assert not run.schedule.wants_news()
     run.board.put("voice", None, 0)
-    assert run.wants_news()
+    assert run.schedule.wants_news()
     bench.tick()
-    assert not run.wants_news()
+    assert not run.schedule.wants_news()
 
 
 def test_rule_13_a_repeat_deserves_no_tick():
@@ -272,16 +272,16 @@ def test_rule_13_a_repeat_deserves_no_tick():
     bench.run.board.put("voice", "hello", 0)
     bench.tick()
     bench.run.board.put("voice", "hello", 0)
-    assert not bench.run.wants_news()
+    assert not bench.run.schedule.wants_news()
     bench.run.board.put("voice", "you", 0)
-    assert bench.run.wants_news()
+    assert bench.run.schedule.wants_news()
 
 
 def test_rule_13_an_event_deserves_a_tick_though_its_value_is_always_the_same():
     bench = at("states:\n  a: {watch: Bell, next: {rung: .x}}\n")
     for now in (50 * MS, 60 * MS):
         bench.run.board.put("bell", True, now)
-        assert bench.run.wants_news()
+        assert bench.run.schedule.wants_news()
         bench.run.tick(now, between=True)
     assert bench.run.outcome == "x"
 
@@ -294,7 +294,7 @@ def test_rule_13_a_repeat_that_ends_a_silence_deserves_a_tick():
     bench.tick(3)
     assert LOG == [("silent", 300 * MS)]
     bench.run.board.put("voice", "hello", 340 * MS)
-    assert bench.run.wants_news()
+    assert bench.run.schedule.wants_news()
     bench.run.tick(340 * MS, between=True)
     assert bench.run.outcome == "x"
 
@@ -308,10 +308,10 @@ def test_rule_13_a_deadline_is_later_by_the_pauses_there_were():
     bench.tick()
     pause = bench.run.board.paused_ns
     assert pause == 200 * MS
-    assert bench.run.next_deadline() == 230 * MS + pause
-    bench.run.tick(bench.run.next_deadline() - 1, between=True)
+    assert bench.run.schedule.next_deadline() == 230 * MS + pause
+    bench.run.tick(bench.run.schedule.next_deadline() - 1, between=True)
     assert bench.run.outcome is None
-    bench.run.tick(bench.run.next_deadline(), between=True)
+    bench.run.tick(bench.run.schedule.next_deadline(), between=True)
     assert bench.run.outcome == "x"
 
 

@@ -221,11 +221,11 @@ def test_rule_11_a_pause_does_not_delay_what_falls_silent_in_it():
 
 def test_rule_13_silence_is_due_when_it_would_be_long_enough():
     bench = waiting(older=0.25)
-    assert bench.run.next_due() == 250_000_001
+    assert bench.run.schedule.next_due() == 250_000_001
     for _ in range(3):
         bench.run.board.put("place", SAME, bench.now)
         bench.tick()
-    assert bench.run.next_due() == 550_000_001
+    assert bench.run.schedule.next_due() == 550_000_001
 
 
 class Window:

@@ -105,7 +105,7 @@ def play(text: str, seed: int, leave_out: bool) -> tuple[ChartRun, int]:
             board.put("a", level, now - outside.randrange(10**8))
         if outside.random() < 0.1:
             bother(operator, machine, outside)
-        if leave_out and run.leave_out(now):
+        if leave_out and run.schedule.leave_out(now):
             continue
         run.tick(now)
         ticks += 1
@@ -175,32 +175,32 @@ def test_rule_13_what_is_due_next_is_known(what):
     node, due = DUE[what]
     bench = one(node)
     bench.tick()
-    assert bench.run.next_due() == due
+    assert bench.run.schedule.next_due() == due
 
 
 def test_rule_13_the_first_tick_is_due_and_none_after_the_end():
     bench = one("{do: Nap, next: {done: .x}}")
-    assert bench.run.next_due() == 0
+    assert bench.run.schedule.next_due() == 0
     bench.tick()
     bench.operator.stop()
-    assert bench.run.next_due() <= bench.now
+    assert bench.run.schedule.next_due() <= bench.now
     bench.tick()
-    assert bench.run.next_due() == NEVER_NS
+    assert bench.run.schedule.next_due() == NEVER_NS
 
 
 def test_rule_13_samples_and_commands_are_due_at_once_and_a_pause_moves_the_rest():
     bench = one("{do: Hark, next: {done: .x}}")
     bench.tick()
     bench.operator.pause()
-    assert bench.run.next_due() <= bench.now
+    assert bench.run.schedule.next_due() <= bench.now
     bench.tick()
-    assert bench.run.next_due() == NEVER_NS
+    assert bench.run.schedule.next_due() == NEVER_NS
     bench.tick(9)
     bench.operator.resume()
     bench.tick()
-    assert bench.run.next_due() == 8 * 10**9
+    assert bench.run.schedule.next_due() == 8 * 10**9
     bench.run.board.put("voice", 1, bench.now)
-    assert bench.run.next_due() <= bench.now
+    assert bench.run.schedule.next_due() <= bench.now
 
 
 def test_rule_13_an_outcome_that_waits_for_consent_is_not_due():
@@ -208,9 +208,9 @@ def test_rule_13_an_outcome_that_waits_for_consent_is_not_due():
     bench = one(node, level=2, scripted=True)
     bench.end("a", "done")
     bench.tick()
-    assert bench.run.next_due() == NEVER_NS
+    assert bench.run.schedule.next_due() == NEVER_NS
     bench.operator.consent("a")
-    assert bench.run.next_due() <= bench.now
+    assert bench.run.schedule.next_due() <= bench.now
 
 
 def test_rule_13_a_further_try_is_due_when_its_wait_is_over():
@@ -220,7 +220,7 @@ def test_rule_13_a_further_try_is_due_when_its_wait_is_over():
     bench = one(node, scripted=True)
     bench.end("a", "done")
     bench.tick()
-    assert bench.run.next_due() == 3 * 10**9
+    assert bench.run.schedule.next_due() == 3 * 10**9
 
 
 def test_rule_13_ticks_that_are_added_do_not_move_the_grid():
@@ -267,7 +267,7 @@ def test_rule_13_who_waits_while_a_signal_repeats_needs_no_tick(end):
         now = GRID.instant(number)
         if number < 50 or end == "another value":
             board.put("voice", 1.5 if number < 50 else number + 0.5, now)
-        if not run.leave_out(now):
+        if not run.schedule.leave_out(now):
             ticked.append(number)
             run.tick(now)
     assert ticked[:2] == [0, 50 if end == "another value" else 52]

@@ -1,0 +1,76 @@
+"""What is due next in a run, and which ticks may be left out (rule 13)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from engine.node import WAITING, BoxNode
+from engine.state import NEVER_NS
+from engine.waiting import still_heard
+
+if TYPE_CHECKING:
+    from engine.run import ChartRun
+
+
+class Schedule:
+    """When a run needs its next tick."""
+
+    __slots__ = ("_rests", "_run")
+
+    def __init__(self, run: ChartRun) -> None:
+        self._run = run
+        self._rests = (-1, 0)  # tick, and until when nothing is due after it
+
+    def wants_news(self) -> bool:
+        """Whether something has arrived that a state waits for: it deserves a tick between."""
+        run = self._run
+        if run.paused or run.outcome is not None:
+            return False
+        arrived = run.board.arrived()
+        return any(node.wake and node.mask & arrived for node in run.turns.nodes)
+
+    def next_deadline(self) -> int:
+        """The instant of the first timeout, ns; `NEVER_NS` if there is none."""
+        run = self._run
+        if run.paused or run.outcome is not None:
+            return NEVER_NS
+        return min(run.life.first_deadline() + run.board.paused_ns, NEVER_NS)
+
+    def leave_out(self, now: int) -> bool:
+        """Let an instant of the grid pass without a tick, if nothing is due and nothing is new.
+
+        What has arrived is taken all the same. False: this instant needs its tick.
+        """
+        run = self._run
+        if run.commands or run.life.interrupt is not None:
+            return False
+        if self._rests[0] != run.board.ticks or now >= self._rests[1]:
+            self._rests = run.board.ticks, self._due_inside()
+        return now < self._rests[1] and run.board.rest(now)
+
+    def next_due(self) -> int:
+        """The instant from which on a tick has something to do, ns, if nothing comes from outside.
+
+        Rule 13: ticks before it change nothing and may be left out, unless a sample or a command
+        comes for them. At most the present instant: the next tick is needed. `NEVER_NS`: none is.
+        """
+        run = self._run
+        if run.outcome is None and (run.commands or run.board.inbox):
+            return run.board.now
+        return self._due_inside()
+
+    def _due_inside(self) -> int:
+        run = self._run
+        board = run.board
+        if run.outcome is not None or run.paused:
+            return NEVER_NS
+        if run.turns.put_off:
+            return board.now
+        due = run.life.first_deadline()
+        for node in run.turns.nodes:
+            if node.wake:
+                still_heard(node, board)
+                due = min(due, node.wake)
+            elif node.status != WAITING and (not isinstance(node, BoxNode) or node.news):
+                return board.now
+        return min(due + board.paused_ns, NEVER_NS)

@@ -1,0 +1,77 @@
+"""Steps nodes: the only place where the generators of states run, and what they raise is caught."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from engine.decide import AGAIN, MATCHED, RAISED, Token
+from engine.life import BEGUN, Life
+from engine.node import RETRYING, WAITING, BoxNode, LeafNode, RunNode
+from engine.waiting import still_heard, wait
+
+NOTHING = Token("nothing")
+StepEnd = tuple[RunNode, Any]  # and the value, or token, with which its step has ended
+
+
+class Stepper:
+    """Steps the nodes of one run."""
+
+    __slots__ = ("board", "life")
+
+    def __init__(self, life: Life) -> None:
+        self.life = life
+        self.board = life.board
+
+    def step(self, nodes: Iterator[RunNode]) -> StepEnd | None:
+        """Step nodes until one ends; going on with the same iterator goes on behind that one."""
+        board = self.board
+        now, fresh = board.now - board.paused_ns, board.fresh
+        for node in nodes:
+            if node.wake:
+                if not node.mask & fresh and (node.wake > now or still_heard(node, board)):
+                    continue
+                node.wake = 0
+            try:
+                step = node.step
+                if step is None:
+                    value = self._take_turn(node)
+                    if value is NOTHING:
+                        continue
+                    if value is not BEGUN:
+                        return node, value
+                    step = node.step
+                    assert step is not None
+                yielded = step()
+                if yielded is not None:
+                    wait(node, yielded, self.life)
+            except StopIteration as stop:
+                return node, stop.value
+            except BaseException as error:  # noqa: BLE001  rule 8: whatever a state raises is an outcome
+                self.life.report(node, error)
+                return node, RAISED
+        return None
+
+    def step_all(self, nodes: Iterator[RunNode], first: StepEnd | None = None) -> list[StepEnd]:
+        """Step nodes; those that ended, behind `first`, which has ended before."""
+        found = [] if first is None else [first]
+        while (ended := self.step(nodes)) is not None:
+            found.append(ended)
+        return found
+
+    def _take_turn(self, node: RunNode) -> Any:
+        """The turn of a node without a generator: `BEGUN`, `NOTHING`, or what it ends with."""
+        status = node.status
+        if status == WAITING:
+            answer, node.answer = node.answer, None
+            return answer or NOTHING
+        if isinstance(node, LeafNode):
+            return self.life.begin(node)
+        assert isinstance(node, BoxNode)
+        if status == RETRYING:
+            return AGAIN
+        if node.news:
+            node.news = False
+            if node.box.match(node.kept) is not None:
+                return MATCHED
+        return NOTHING
