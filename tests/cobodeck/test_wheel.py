@@ -66,7 +66,7 @@ def test_a_wheel_simulates_validates_and_begins_projects_elsewhere(tmp_path: Pat
         [*cobodeck, "list", "connections", "--json"], elsewhere, PYTHONPATH=str(environment)
     )
     assert {one["connection"] for one in json.loads(listed)} == set(connection_names())
-    assert list((environment / "hw" / "drivers").glob("*.dbc"))
+    assert list((environment / "hw" / "drivers" / "can").glob("*.dbc"))
     run([*cobodeck, "new", "own"], elsewhere, PYTHONPATH=str(environment))
     assert "no errors" in run(
         [*cobodeck, "validate"], elsewhere / "own", PYTHONPATH=str(environment)
