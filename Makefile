@@ -7,6 +7,8 @@ BESIDE := $(ALONE) -n auto --dist worksteal
 PAIRED := $(ALONE) -n 2 --dist loadfile
 LONG := $(if $(CI),slow,slow or hypothesis)
 THOROUGH := $(if $(CI),,THOROUGH=1)
+# tests start many processes: their modules are compiled once, whatever the shell says
+export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: demo test slow check format schema bench clean
 

@@ -1,6 +1,7 @@
 """Switches for all tests."""
 
 import os
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -49,6 +50,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--hardware", action="store_true", help="run tests that move a real robot")
 
 
+@cache
+def in_real_time(path: Path) -> bool:
+    return path not in VIRTUAL_TIME and any(path.is_relative_to(place) for place in REAL_TIME)
+
+
 def of_few(items: list[pytest.Item]) -> dict[str, list[pytest.Item]]:
     """The cases of each test that is marked `few`, in their order."""
     found: dict[str, list[pytest.Item]] = {}
@@ -61,8 +67,7 @@ def of_few(items: list[pytest.Item]) -> dict[str, list[pytest.Item]]:
 @pytest.hookimpl(tryfirst=True)  # before tests are chosen by their marks
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     for item in items:
-        in_real_time = any(item.path.is_relative_to(place) for place in REAL_TIME)
-        if in_real_time and item.path not in VIRTUAL_TIME:
+        if in_real_time(item.path):
             item.add_marker(pytest.mark.realtime)
     for cases in of_few(items).values():
         keep = cases[0].get_closest_marker("few").args[0]
