@@ -313,7 +313,7 @@ def test_a_robot_shut_into_a_corner_warns_and_recovers_when_the_user_goes(
 @pytest.mark.requirement(112, 117)
 @pytest.mark.parametrize("profile", ["paper", "tuned"])
 @pytest.mark.parametrize(("scene", "seed"), [("lab_a", None), ("lab_a", 3), ("lab_b", 4)])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_behaviours_do_not_flicker(
     start: Callable[..., Watched], profile: str, scene: str, seed: int | None
 ) -> None:

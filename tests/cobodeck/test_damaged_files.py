@@ -86,6 +86,7 @@ DAMAGES: list[Callable[[bytes, random.Random], bytes]] = [
 
 
 @pytest.mark.parametrize("kind", sorted(SHIPPED))
+@pytest.mark.few(4)
 def test_a_damaged_file_is_accepted_or_refused_with_places(tmp_path: Path, kind: str) -> None:
     chance = random.Random(kind)
     refused = 0
@@ -115,7 +116,7 @@ OTHER_KINDS = sorted(kind for kind in SHIPPED if kind not in ("chart", "connecti
 
 @pytest.mark.parametrize("kind", OTHER_KINDS)
 @pytest.mark.parametrize("wrong", [b"1e30", b"-1e30", b".nan", b".inf", b"3 ly", b"true"])
-@pytest.mark.few(12)
+@pytest.mark.few(6)
 def test_every_number_has_bounds_and_a_unit_that_fits(
     tmp_path: Path, kind: str, wrong: bytes
 ) -> None:

@@ -97,6 +97,7 @@ def run_and_watch(loop: Loop, seconds: float) -> list[str]:
         pytest.param(during(6, 9, 1, shifted(40.0)), id="outside of the room"),
     ],
 )
+@pytest.mark.few(4)
 def test_a_user_who_seems_to_jump_makes_no_violent_motion(
     loop_of: Callable[..., Loop], profile: str, change: Any
 ) -> None:

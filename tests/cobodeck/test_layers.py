@@ -74,6 +74,7 @@ def test_every_contract_is_tried() -> None:
 
 
 @pytest.mark.parametrize(("contract", "file", "line"), VIOLATIONS)
+@pytest.mark.few(5)
 def test_a_violation_is_reported(checkout: Path, contract: str, file: str, line: str) -> None:
     violation = checkout / file
     before = violation.read_text() if violation.exists() else None

@@ -211,6 +211,7 @@ def test_a_drive_across_a_real_map(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", REAL)
+@pytest.mark.few(2)
 def test_planners_find_the_same_ways_on_a_real_map(name: str) -> None:
     if not MAPS.exists():
         pytest.skip("no ../shared/data/maps")

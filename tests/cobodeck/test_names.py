@@ -30,6 +30,7 @@ NO_NAMES = ["../../out", "a/b", r'"a\\b"', r'"a\e[2J"', "a b", "C:a", "-a", "9a"
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", NO_NAMES)
+@pytest.mark.few(40)
 def test_every_kind_of_file_has_a_name_that_is_one(
     kind: str, name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -48,6 +48,7 @@ def test_requests_are_served_with_every_choice(tmp_path: Path, planner: str, loc
     assert figures["response_s"]["max"] < 6.5
 
 
+@pytest.mark.slow
 def test_nothing_is_compiled_in_a_tick_on_cells_either(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -85,6 +86,7 @@ def test_a_planner_that_there_is_not_is_named_with_its_place(
 
 
 @pytest.mark.requirement(67)
+@pytest.mark.slow
 def test_the_same_trace_with_and_without_skipping_on_cells(tmp_path: Path) -> None:
     setup = open_setup("cobodeck", "lab_a", chosen(tmp_path, "theta_star", "profile"))
     runs = [simulate(setup, Options(duration_s=40.0, eager=eager)) for eager in (False, True)]

@@ -38,7 +38,7 @@ def check(figures: dict[str, Any], requests: int) -> None:
 
 
 @pytest.mark.requirement(56, 64, 65, 116)
-@pytest.mark.parametrize("scene", ["lab_a", "lab_b"])
+@pytest.mark.parametrize("scene", ["lab_a", pytest.param("lab_b", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("requests", [5, pytest.param(10, marks=pytest.mark.slow)])
 def test_requests_of_a_random_person_are_answered_without_a_contact(
     wandered: Any, scene: str, requests: int
@@ -47,6 +47,7 @@ def test_requests_of_a_random_person_are_answered_without_a_contact(
 
 
 @pytest.mark.requirement(49, 116)
+@pytest.mark.slow
 def test_after_a_contact_the_run_goes_on_and_the_contact_stays_counted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -174,6 +174,7 @@ def test_no_contact_of_a_long_run_is_thinned_away(tmp_path: Path) -> None:
     assert (tmp_path / "long.svg").stat().st_size < 1_500_000
 
 
+@pytest.mark.slow
 def test_however_often_all_that_is_said_beside_the_lanes_is_on_the_sheet() -> None:
     ends = [NodeSpan(name, 2.0 * k, 2.0 * k + 1.9, "failed") for k in range(999) for name in CHARTS]
     contacts = tuple(contact(2.0 * k) for k in range(999))

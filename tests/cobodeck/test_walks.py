@@ -42,6 +42,7 @@ WALKS: list[tuple[object, tuple[str, ...]]] = [
 
 @pytest.mark.requirement(24, 91)
 @pytest.mark.parametrize(("user", "arguments"), WALKS)
+@pytest.mark.few(2)
 def test_the_base_keeps_near_a_walking_person_and_touches_nobody(
     walked: Any, user: object, arguments: tuple[str, ...]
 ) -> None:
@@ -68,6 +69,7 @@ def test_drop_outs_of_tracking_are_noticed_and_named(walked: Any) -> None:
 
 
 @pytest.mark.requirement(67)
+@pytest.mark.slow
 def test_a_walk_gives_the_same_trace_twice_and_without_skipping(walked: Any) -> None:
     hashes = {walked(PEOPLE, *more)["trace_sha256"] for more in ((), (), ("--no-skip",))}
 

@@ -178,7 +178,7 @@ MESSAGES: dict[str, bytes] = {
 
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("topic", MESSAGES)
-@pytest.mark.few(7)
+@pytest.mark.few(4)
 def test_whatever_a_message_is_the_commands_end_in_order(
     topic: str,
     command: str,

@@ -223,7 +223,7 @@ RUNS: dict[str, Callable[[Path, Path], RunResult]] = {
 
 @pytest.mark.requirement(19, 57)
 @pytest.mark.parametrize("name", RUNS)
-@pytest.mark.few(6)
+@pytest.mark.few(3)
 def test_a_run_done_again_is_the_same(name: str, tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     result = RUNS[name](path, tmp_path)
@@ -596,6 +596,7 @@ def forced(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("what", ALTERATIONS)
+@pytest.mark.few(7)
 def test_what_was_altered_is_told_at_its_place(what: str, forced: Path) -> None:
     first = ALTERATIONS[what]
     replay = replayed(altered(forced, first))

@@ -103,6 +103,7 @@ def fault_and_recovery(made, case, velocity):
 
 @pytest.mark.requirement(4, 5, 49)
 @pytest.mark.parametrize("case", FAULTS)
+@pytest.mark.few(6)
 def test_a_fault_stops_all_drives_in_time_and_nothing_moves_until_it_is_acknowledged(case):
     with rig() as made:
         fault_and_recovery(made.ready(), case, AHEAD)

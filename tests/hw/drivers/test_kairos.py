@@ -123,6 +123,7 @@ def test_no_faster_command_leaves_than_stops_in_half_a_metre():
 
 
 @pytest.mark.requirement(15)
+@pytest.mark.slow
 def test_a_chain_that_is_gone_leaves_a_stop_of_half_a_metre():
     with Rig() as rig:
         rig.until(lambda: rig.speed > 0.515, Twist2(0.52, 0.0, 0.0))

@@ -60,6 +60,7 @@ class Rig:
 
 @pytest.mark.requirement(8)
 @pytest.mark.parametrize("ros", [1, 2])
+@pytest.mark.few(1)
 def test_scans_of_both_scanners_come(ros):
     with Rig(ros=ros) as rig:
         rig.part.wait()

@@ -172,6 +172,7 @@ def test_the_body_goes_where_drives_say(shared, peer):
     advance(shared, lambda: shared.truth.distance_m > 0.1)
 
 
+@pytest.mark.slow
 def test_the_person_begins_with_the_run_and_the_end_is_told(world, peer):
     client = peer("vr_client", world)
     client.until(lambda: len(client.heard) > 100)
@@ -191,6 +192,7 @@ def test_the_person_begins_with_the_run_and_the_end_is_told(world, peer):
     assert world.truth_ns <= now()
 
 
+@pytest.mark.slow
 def test_a_world_that_has_died_is_told_once(world):
     held = world.truth
     advance(world, lambda: world.truth is not held)

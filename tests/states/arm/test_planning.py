@@ -83,6 +83,7 @@ def test_nearly_every_reachable_deep_is_planned_to(profile, request):
 
 @pytest.mark.requirement(43)
 @pytest.mark.parametrize("profile", ["tuned_answers", "paper_answers"])
+@pytest.mark.few(1)
 def test_no_plan_touches_anything_looked_at_every_hundredth_of_a_radian(profile, request):
     for query, answer in solved(request.getfixturevalue(profile)):
         path = answer.trajectory.path

@@ -55,6 +55,7 @@ def rmse(errors):
 
 
 @pytest.mark.parametrize(("sigma", "bound"), [(0.2, 0.06), (0.05, 0.03)])
+@pytest.mark.few(1)
 def test_500_particles_of_60_beams_follow_a_drive(sigma, bound):
     assert rmse(follow(30, replace(FIXED, sigma_hit=sigma), 10.0)) < bound
 

@@ -49,6 +49,7 @@ def test_drives_by_estimated_poses_are_fast_and_keep_off_the_user(case: Disturbe
 
 
 @pytest.mark.requirement(50, 52, 146)
+@pytest.mark.slow
 def test_teb_is_as_good_under_everything_at_once() -> None:
     check("teb", CASES[3], HELD_BACK[:1], 30.0)
 

@@ -4,6 +4,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 CODE = """
 import gc
 import numpy as np
@@ -60,6 +62,7 @@ print([name for name in after if after[name] > before.get(name, 0)])
 """
 
 
+@pytest.mark.slow
 def test_nothing_is_compiled_after_the_warm_up():
     run = subprocess.run(
         [sys.executable, "-c", CODE],

@@ -36,6 +36,7 @@ def test_every_subsystem_keeps_off_a_keepout_as_off_a_wall(planner: str) -> None
 
 
 @pytest.mark.parametrize("local_planner", ["profile", "teb"])
+@pytest.mark.few(1)
 def test_in_a_speed_zone_no_drive_is_faster_and_it_is_braked_for_before(
     local_planner: str,
 ) -> None:
