@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 
 import networkx as nx
@@ -21,8 +22,13 @@ def modules() -> Iterator[tuple[str, str]]:
                 yield name, file.read_text(encoding="utf-8")
 
 
+@cache
+def trees() -> dict[str, ast.Module]:
+    return {name: ast.parse(text) for name, text in modules()}
+
+
 def homes_of(is_it: Callable[[ast.AST], bool]) -> set[str]:
-    return {name for name, text in modules() if any(map(is_it, ast.walk(ast.parse(text))))}
+    return {name for name, tree in trees().items() if any(map(is_it, ast.walk(tree)))}
 
 
 def test_the_grid_of_ticks_has_one_home() -> None:
@@ -61,9 +67,9 @@ def test_one_module_loops_over_ticks() -> None:
     assert found == {"cobodeck/loop.py"} | by_hand
 
 
-def named_types(text: str) -> Iterator[tuple[str, bool]]:
+def named_types(tree: ast.Module) -> Iterator[tuple[str, bool]]:
     """Public classes of a module and the types that it gives a name; True for a class."""
-    for node in ast.parse(text).body:
+    for node in tree.body:
         if isinstance(node, ast.ClassDef):
             yield node.name, True
         elif isinstance(node, ast.Assign):
@@ -73,8 +79,8 @@ def named_types(text: str) -> Iterator[tuple[str, bool]]:
 
 def test_no_public_class_has_the_name_of_another_type() -> None:
     homes: dict[str, list[tuple[str, bool]]] = {}
-    for module, text in modules():
-        for name, is_class in named_types(text):
+    for module, tree in trees().items():
+        for name, is_class in named_types(tree):
             if not name.startswith("_"):
                 homes.setdefault(name, []).append((module, is_class))
 
@@ -89,8 +95,11 @@ def test_no_public_class_has_the_name_of_another_type() -> None:
 def imported_at_run_time(node: ast.AST) -> Iterator[str]:
     """What a module imports when it is loaded or later; imports for type checkers left out."""
     for child in ast.iter_child_nodes(node):
-        if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test):
-            continue
+        match child:
+            case ast.If(test=ast.Name("TYPE_CHECKING")):
+                continue
+            case ast.expr():  # has no statement in it
+                continue
         if isinstance(child, ast.Import):
             yield from (alias.name for alias in child.names)
         elif isinstance(child, ast.ImportFrom) and child.module:
@@ -100,15 +109,15 @@ def imported_at_run_time(node: ast.AST) -> Iterator[str]:
 
 
 def test_modules_do_not_import_each_other_in_a_circle() -> None:
-    trees = {
-        file.removesuffix(".py").removesuffix("/__init__").replace("/", "."): ast.parse(text)
-        for file, text in modules()
+    found = {
+        file.removesuffix(".py").removesuffix("/__init__").replace("/", "."): tree
+        for file, tree in trees().items()
     }
     graph = nx.DiGraph(
         (name, other)
-        for name, tree in trees.items()
+        for name, tree in found.items()
         for other in imported_at_run_time(tree)
-        if other in trees
+        if other in found
     )
 
     circles = [sorted(c) for c in nx.strongly_connected_components(graph) if len(c) > 1]

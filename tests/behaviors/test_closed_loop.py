@@ -180,6 +180,7 @@ def test_after_a_far_user_the_robot_goes_until_3_m_and_waits(start: Callable[...
 @pytest.mark.parametrize(
     ("profile", "speed", "share"), [("paper", 0.6, 0.8), ("tuned", 0.6, 0.9), ("tuned", 0.8, 0.8)]
 )
+@pytest.mark.few(1)
 def test_beside_a_walking_user_the_robot_keeps_3_to_4_m(
     start: Callable[..., Watched], profile: str, speed: float, share: float
 ) -> None:
@@ -251,6 +252,7 @@ def test_an_escape_that_cannot_be_driven_is_over_after_3_s_and_the_user_is_warne
 
 @pytest.mark.requirement(114)
 @pytest.mark.parametrize("profile", ["paper", "tuned"])
+@pytest.mark.few(1)
 def test_while_the_robot_is_shown_its_pose_of_100_ms_ago_says_where_it_is(
     start: Callable[..., Watched], profile: str
 ) -> None:

@@ -143,6 +143,7 @@ def test_doctor_refuses_what_does_not_fit(tmp_path, found, capsys):
     assert "5 mm and 0.1 deg are allowed" in last["about"]
 
 
+@pytest.mark.slow
 def test_trackers_that_contradict_the_scans_are_refused(monkeypatch, log, tmp_path, capsys):
     shaken = [
         _moved(one, 0.05 * (one.stamp_ns // 4_000_000_000 % 2))

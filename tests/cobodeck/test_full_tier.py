@@ -60,6 +60,7 @@ def test_the_estimate_is_good_and_as_good_as_it_says() -> None:
 
 
 @pytest.mark.requirement(146)
+@pytest.mark.slow
 def test_wheels_alone_would_lose_the_robot() -> None:
     """The floor is slippery: what the estimate makes up for is not small."""
     loop = stage(open_setup(scene="study"), Options(requests=1, tier=2))
@@ -105,6 +106,7 @@ def test_the_same_seed_gives_the_same_run_and_another_another(duration_s: float)
 
 
 @LENGTHS
+@pytest.mark.slow
 def test_skipping_changes_no_trace(duration_s: float) -> None:
     asked = run("study", 1, duration_s=duration_s)
     all_of_it = run("study", 1, duration_s=duration_s, eager=True)

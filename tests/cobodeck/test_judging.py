@@ -80,6 +80,7 @@ def figures(loop: Loop, *, measured: bool = False) -> dict[str, Any]:
     return found.report()
 
 
+@pytest.mark.slow
 def test_over_recorded_truth_the_figures_are_the_same(touched: tuple[Loop, Kept]) -> None:
     loop, kept = touched
     again = Evaluator(kept, True, RequestWatch(prop_of(ROBOT)), ArmWatch(arm_outline(ROBOT)))
@@ -327,6 +328,7 @@ def real(
     return run
 
 
+@pytest.mark.slow
 def test_a_run_on_real_parts_has_the_figures_of_what_was_measured(real: Any) -> None:
     found = json.loads(real("--json"))
 

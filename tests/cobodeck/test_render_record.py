@@ -67,6 +67,7 @@ def test_the_course_on_record_is_that_of_the_run(record: Path) -> None:
     assert then.room == now.room
 
 
+@pytest.mark.slow
 def test_without_truth_the_course_is_that_of_the_samples(record: Path) -> None:
     seen, true = course_of(WithoutTruth(record)), course_of(Record(record))
 
@@ -103,6 +104,7 @@ def test_the_picture_has_the_name_of_the_record_and_stands_in_the_working_direct
     assert [path.name for path in tmp_path.iterdir()] == ["two.svg"]
 
 
+@pytest.mark.slow
 def test_of_a_record_that_breaks_off_what_is_whole_is_drawn(
     record: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

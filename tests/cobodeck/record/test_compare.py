@@ -156,6 +156,7 @@ def test_a_chart_is_compared_with_that_of_the_same_name_wherever_both_lay(
     assert told[3] == ""
 
 
+@pytest.mark.slow
 def test_of_texts_some_lines_that_differ_are_shown(tmp_path: Path, capsys: Any) -> None:
     text = (ROOT / "charts/profiles/tuned.yaml").read_text()
     profile = tmp_path / "mine.yaml"

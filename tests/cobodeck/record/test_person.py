@@ -111,6 +111,7 @@ def test_what_tracking_missed_by_then_it_misses_by_again(demo: Any, tmp_path: Pa
     assert now.ways == then.ways == past(Record(demo[0])).ways[: len(now.ways)]
 
 
+@pytest.mark.slow
 def test_requests_between_two_ticks_are_made_there_again(tmp_path: Path) -> None:
     text = (ROOT / "charts/profiles/tuned.yaml").read_text()
     profile = tmp_path / "late.yaml"
@@ -125,6 +126,7 @@ def test_requests_between_two_ticks_are_made_there_again(tmp_path: Path) -> None
     assert [row.at_ns * 30 % 10**9 > 3 * 10**8 for row in now.asked] == [False, True, True]
 
 
+@pytest.mark.slow
 def test_a_drop_out_stays_one(tmp_path: Path) -> None:
     script = tmp_path / "someone.yaml"
     script.write_text(SCRIPT)

@@ -182,6 +182,7 @@ def test_the_process_of_the_nodes_is_killed_and_all_is_a_fault(running):
     assert not running.base.acknowledge()
 
 
+@pytest.mark.slow
 def test_the_same_over_tcp_where_no_multicast_is():
     host, port = own_address(), 24_680
     running = Running(

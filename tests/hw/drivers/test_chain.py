@@ -237,6 +237,7 @@ def until_free(host):
     nobody.close()
 
 
+@pytest.mark.slow
 def test_garbage_at_the_port_does_no_harm(rig):
     rig.driving()
     strange = Outlet("engine", [rig.chain.address])

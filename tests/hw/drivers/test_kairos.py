@@ -83,6 +83,7 @@ class Rig:
 
 @pytest.mark.requirement(10)
 @pytest.mark.parametrize("ros", [1, 2])
+@pytest.mark.few(1)
 def test_it_drives_and_counts_its_way_from_where_it_began(ros):
     with Rig(ros=ros) as rig:
         rig.cycle()
@@ -235,6 +236,7 @@ def impatient(monkeypatch):
         {"topics": {"odom": STOP}},
     ],
 )
+@pytest.mark.few(1)
 def test_a_silent_subscription_is_told_with_its_topic(given, impatient):
     with pytest.raises(OSError, match=r"no odom on /r\S+ within 0.5 s \(nav_msgs/Odometry\)"):
         Rig(**given).__enter__()

@@ -39,6 +39,7 @@ def rig() -> Iterator[Rig]:
 
 @pytest.mark.requirement(7, 13, 14, 15, 16)
 @pytest.mark.parametrize("answers", [True, False])
+@pytest.mark.few(1)
 def test_a_user_is_tracked_asks_and_lets_go_by_a_clock_of_their_own(rig, answers) -> None:
     offset_s = 1000.5
     app = rig.application(offset_ns=int(offset_s * 1e9), answers=answers)

@@ -104,6 +104,7 @@ def test_a_course_that_begins_elsewhere_or_in_mid_move_is_refused_with_the_reaso
 
 
 @needs_rtde
+@pytest.mark.slow
 def test_a_long_course_arrives_in_pieces(calm):
     points = course(PARKED, OUT, 2.0)
     number = calm.arm.follow([(0.2 * time, joints) for time, joints in points])
@@ -207,6 +208,7 @@ def test_the_controller_knows_what_the_arm_carries(calm):
         pytest.param("emergency_stop", None, "EMERGENCY", marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.few(3)
 def test_a_controller_that_cannot_be_used_is_an_error_that_says_why(stack, fault, value, told):
     host = own_address()
     fake = Cb3(host, joints=PARKED)
