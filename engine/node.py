@@ -140,9 +140,9 @@ class Opening(NamedTuple):
     """What starts together when a node is chosen."""
 
     nodes: tuple[RunNode, ...]  # all that take part
-    turns: tuple[RunNode, ...]  # leaves, and boxes that keep outcomes, in the order of stepping
-    monitors: tuple[RunNode, ...]  # of `turns`
-    keeping: tuple[BoxNode, ...]  # of `turns`
+    queued: tuple[RunNode, ...]  # leaves, and boxes that keep outcomes, in the order of stepping
+    monitors: tuple[RunNode, ...]  # of `queued`
+    keeping: tuple[BoxNode, ...]  # of `queued`
 
 
 def opening_of(node: RunNode) -> Opening:
@@ -150,10 +150,10 @@ def opening_of(node: RunNode) -> Opening:
     if node.opening is None:
         nodes = tuple(_starting(node))
         stepped = [n for n in nodes if not isinstance(n, BoxNode) or n.box.keeps]
-        turns = tuple(sorted(stepped, key=attrgetter("turn")))
-        monitors = tuple(n for n in turns if n.monitor)
-        keeping = tuple(n for n in turns if isinstance(n, BoxNode))
-        node.opening = Opening(nodes, turns, monitors, keeping)
+        queued = tuple(sorted(stepped, key=attrgetter("turn")))
+        monitors = tuple(n for n in queued if n.monitor)
+        keeping = tuple(n for n in queued if isinstance(n, BoxNode))
+        node.opening = Opening(nodes, queued, monitors, keeping)
     return node.opening
 
 

@@ -74,7 +74,7 @@ def take_over(run: ChartRun, new: Machine) -> None:
             now = node.box.cells
             cells |= {cell: now[key] for key, cell in old.cells.items() if key in now}
     run.life.data |= {cell: values[old] for old, cell in cells.items()}
-    run.turns.renew(run.entered)
+    run.queue.renew(run.entered)
     for node, old in before.items():
         node.pending = tuple((cells[cell], value) for cell, value in node.pending if cell in cells)
         if node in run.entered:
@@ -82,7 +82,7 @@ def take_over(run: ChartRun, new: Machine) -> None:
             if isinstance(node, BoxNode) and isinstance(old, Box):
                 _open_up(run, node, old)
     if not before:
-        run.turns.put_off.append(nodes[""])
+        run.queue.put_off.append(nodes[""])
     run.life.early = True
 
 
@@ -91,7 +91,7 @@ def _open_up(run: ChartRun, node: BoxNode, old: Box) -> None:
     node.news = node.box.keeps
     if node.box.form != "states":
         known = {child.name for child in old.children}
-        run.turns.put_off += [child for name, child in node.children.items() if name not in known]
+        run.queue.put_off += [child for name, child in node.children.items() if name not in known]
 
 
 def _set_deadline(run: ChartRun, node: RunNode) -> None:

@@ -37,10 +37,10 @@ from engine.node import (
     Writes,
     nodes_of,
 )
+from engine.run_queue import RunQueue, is_monitor
 from engine.schedule import Schedule
 from engine.state import NEVER_NS
 from engine.stepping import StepEnd, Stepper
-from engine.turns import Turns, is_monitor
 
 if TYPE_CHECKING:
     from engine.commands import Command
@@ -80,7 +80,7 @@ class ChartRun:
         self.trace, self.errors, self.notes = self.life.trace, self.life.errors, self.life.notes
         self.parts, self.entered = self.life.parts, self.life.entered
         self.judge = Judge(level, dict(freezers or {}), self.life.report)
-        self.turns = Turns(self.life)
+        self.queue = RunQueue(self.life)
         stepper = Stepper(self.life)
         self._step, self._step_all = stepper.step, stepper.step_all
         self.outcome: str | None = None
@@ -94,7 +94,7 @@ class ChartRun:
         self.stand_ins = dict(stand_ins or {})
         self.nodes: dict[str, RunNode] = {}
         self.adopt(machine, nodes_of(machine, {}))
-        self.turns.put_off.append(self.nodes[""])
+        self.queue.put_off.append(self.nodes[""])
 
     # -- ticks ---------------------------------------------------------------------------------
 
@@ -113,18 +113,18 @@ class ChartRun:
             board.refresh()
         if life.early and self._begin():
             return self.outcome
-        nodes = iter(self.turns.nodes)
+        nodes = iter(self.queue.nodes)
         if now - board.paused_ns >= life.due:
             self._decide(self._step_all(takewhile(is_monitor, nodes)))
             self._rounds()
             self._time_out()
-            nodes = self.turns.actions
+            nodes = self.queue.actions
         ended = self._step(nodes)  # without a timeout, monitors and actions in one go
         if ended is None:
             return self.outcome
         while ended is not None and ended[0].monitor:
             self._decide(self._step_all(takewhile(is_monitor, nodes), ended))
-            nodes = chain(self.turns.take_monitors(), self.turns.actions)
+            nodes = chain(self.queue.take_monitors(), self.queue.actions)
             ended = self._step(nodes)  # the monitors chosen by it, and the actions
         if ended is not None:
             self._act(nodes, ended)
@@ -136,12 +136,12 @@ class ChartRun:
         return self.tick(now)
 
     def _tick_between(self, now: int) -> str | None:
-        board, turns = self.board, self.turns
+        board, queue = self.board, self.queue
         board.begin(now, between=True)
         if self.outcome is not None or self.paused:
             return self.outcome
         fresh = board.fresh
-        chosen = {node for node in turns.nodes if node.status == CHOSEN}
+        chosen = {node for node in queue.nodes if node.status == CHOSEN}
 
         def waited(node: RunNode) -> bool:
             return bool(node.wake and node.mask & fresh)
@@ -151,12 +151,12 @@ class ChartRun:
             looks = isinstance(node, BoxNode) and node.news
             return is_new or looks or waited(node)
 
-        monitors = takewhile(is_monitor, turns.nodes)
+        monitors = takewhile(is_monitor, queue.nodes)
         self._decide(self._step_all(filter(waited, monitors)))
         self._rounds()
         if board.chart_now >= self.life.due:
             self._time_out()
-        self._act(filter(has_to_act, turns.actions))
+        self._act(filter(has_to_act, queue.actions))
         return self.outcome
 
     def command(self, command: Command) -> None:
@@ -188,12 +188,12 @@ class ChartRun:
         if self.outcome is not None or self.paused:
             life.early = True
             return True
-        turns = self.turns
-        put_off, turns.put_off = turns.put_off, []
+        queue = self.queue
+        put_off, queue.put_off = queue.put_off, []
         for node in put_off:
             node.status = IDLE
-            turns.choose(node)
-        turns.fresh.clear()
+            queue.choose(node)
+        queue.fresh.clear()
         return False
 
     # -- passes --------------------------------------------------------------------------------
@@ -203,8 +203,8 @@ class ChartRun:
 
         `ended` has ended already, before the first of `nodes`.
         """
-        turns = self.turns
-        turns.acting = True
+        queue = self.queue
+        queue.acting = True
         going = self._in_place(iter(nodes))
         if ended is None:
             ended = self._step(going)
@@ -212,38 +212,38 @@ class ChartRun:
             node, value = ended
             self._take(self.judge.conclude(node, value))
             ended = self._step(going)
-        turns.acting = False
+        queue.acting = False
 
     def _in_place(self, nodes: Iterator[RunNode]) -> Iterator[RunNode]:
         """The nodes that still have a turn; before each of them what was chosen meanwhile.
 
         Rule 6: what the action pass chooses starts in place, monitors first.
         """
-        turns = self.turns
+        queue = self.queue
         while True:
-            while turns.fresh:
-                fresh = turns.first_fresh()
+            while queue.fresh:
+                fresh = queue.first_fresh()
                 if fresh.monitor:
                     self._rounds()
                 else:
-                    turns.fresh.remove(fresh)
+                    queue.fresh.remove(fresh)
                     yield fresh
             node = next(nodes, None)
             if node is None:
                 return
-            if turns.still_has(node):
+            if queue.still_has(node):
                 yield node
 
     def _rounds(self) -> None:
         """Step monitors that have just been chosen, decide, and again until none is left."""
-        while self.turns.fresh and (monitors := self.turns.take_monitors()):
+        while self.queue.fresh and (monitors := self.queue.take_monitors()):
             self._decide(self._step_all(iter(monitors)))
 
     def _decide(self, ended: list[StepEnd]) -> None:
         """Rule 4: what the monitors that ended in one round lead to."""
         if not ended:
             return
-        due = [] if self.turns.acting else self.life.due_nodes()
+        due = [] if self.queue.acting else self.life.due_nodes()
         routes = list(starmap(self.judge.conclude, ended))
         if len(routes) == 1 and not due and routes[0].kind != KEEP:
             self._take(routes[0])
@@ -252,7 +252,7 @@ class ChartRun:
         contest.hold(routes)
         ends = {node: outcome for route in contest.losers for node, outcome in route.ends}
         for node in self.life.lose(ends):
-            self.turns.drop(node)
+            self.queue.drop(node)
         for winner in contest.winners:
             self._take(winner)
 
@@ -268,11 +268,11 @@ class ChartRun:
 
     def _take(self, route: Route) -> None:
         """Carry out a route: end what ends, and choose, keep, ask, try again or finish."""
-        life, turns = self.life, self.turns
+        life, queue = self.life, self.queue
         top, kind, writes = route.top, route.kind, route.writes
         for node, outcome in route.ends:
             writes = life.end(node, outcome, writes, route)
-        turns.drop(top)
+        queue.drop(top)
         if top.timed:
             again = kind in (HOLD, RETRY, REOPEN)
             for timed in top.timed:
@@ -286,22 +286,22 @@ class ChartRun:
             life.add(("move", self.board.now, box, route))
         if writes:
             life.write(writes, box)
-        turns.choose(target)
+        queue.choose(target)
 
     def _take_other(self, route: Route, writes: Writes) -> None:
         """Carry out what leads to no other node: keep, ask, try again or finish."""
-        turns, top, kind, box = self.turns, route.top, route.kind, route.box
+        queue, top, kind, box = self.queue, route.top, route.kind, route.box
         if kind == KEEP and box is not None:
             top.status = ENDED
             top.pending = writes
             box.kept[top.vertex.name] = route.outcome
             box.news = True
         elif kind == HOLD:
-            turns.ask(top, route.outcome, writes)
+            queue.ask(top, route.outcome, writes)
         elif kind == RETRY:
-            turns.try_again(top, counted=bool(route.ends))
+            queue.try_again(top, counted=bool(route.ends))
         elif kind == REOPEN:
-            turns.choose(top, again=True)
+            queue.choose(top, again=True)
         else:
             self.life.write(writes, self.life.root)
             self.ended_by = (route.cause.path, route.came)
@@ -326,7 +326,7 @@ class ChartRun:
         """Go on after a pause."""
         if self.paused:
             self.paused = False
-            self.turns.notice(self.turns.nodes)
+            self.queue.notice(self.queue.nodes)
 
     def finish(self, outcome: str) -> None:
         """End the run; the robot is held."""
@@ -335,7 +335,7 @@ class ChartRun:
         life.early = True
         for key in self.machine.chart.outputs.get(outcome, ()):
             self.results[key] = life.data[self.machine.root.cells[key]]
-        self.turns.drop(life.root)
+        self.queue.drop(life.root)
         for node in life.root.timed:
             node.deadline = NEVER_NS
         life.hold()

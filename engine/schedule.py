@@ -27,7 +27,7 @@ class Schedule:
         if run.paused or run.outcome is not None:
             return False
         arrived = run.board.arrived()
-        return any(node.wake and node.mask & arrived for node in run.turns.nodes)
+        return any(node.wake and node.mask & arrived for node in run.queue.nodes)
 
     def next_deadline(self) -> int:
         """The instant of the first timeout, ns; `NEVER_NS` if there is none."""
@@ -64,10 +64,10 @@ class Schedule:
         board = run.board
         if run.outcome is not None or run.paused:
             return NEVER_NS
-        if run.turns.put_off:
+        if run.queue.put_off:
             return board.now
         due = run.life.first_deadline()
-        for node in run.turns.nodes:
+        for node in run.queue.nodes:
             if node.wake:
                 still_heard(node, board)
                 due = min(due, node.wake)

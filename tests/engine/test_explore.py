@@ -124,7 +124,7 @@ def run_script(bench, script):
             assert bench.run.outcome == here.outcome
             return
         expected = [leaf.path for leaf in active(root, here)]
-        while bench.run.turns.put_off:
+        while bench.run.queue.put_off:
             bench.tick()
         assert bench.active == sorted(expected, key=lambda p: bench.machine.vertices[p].order)
 

@@ -35,8 +35,8 @@ from engine.node import (
 )
 from engine.operator import Operator
 from engine.run import ChartRun
+from engine.run_queue import RunQueue
 from engine.state import Until
-from engine.turns import Turns
 from tests.engine.conftest import STATES, Part, interface
 from tests.engine.valid_charts import chart_texts
 from tests.repeats import examples
@@ -210,16 +210,16 @@ def check_now(run: ChartRun, ledger: Ledger) -> None:
     active = [leaf.path for leaf in run.running if leaf.generator is not None]
     assert running == sorted(active), f"rule 7: never closed: {running}, active: {active}"
     assert active == run.active
-    check_turns(run)
+    check_queue(run)
 
 
-def check_turns(run: ChartRun) -> None:
+def check_queue(run: ChartRun) -> None:
     """Nothing has two turns, and just what goes on has one."""
-    turns = run.turns
-    named = [*turns.nodes, *turns.frozen, *turns.put_off]
+    queue = run.queue
+    named = [*queue.nodes, *queue.frozen, *queue.put_off]
     assert len(named) == len(set(named)), "rule 6: something has two turns"
-    assert turns.nodes == sorted(turns.nodes, key=lambda node: node.turn)
-    assert turns.fresh == []
+    assert queue.nodes == sorted(queue.nodes, key=lambda node: node.turn)
+    assert queue.fresh == []
     for node in run.nodes.values():
         going = node.status in (CHOSEN, RUNNING, WAITING, RETRYING, PUT_OFF)
         if isinstance(node, LeafNode) or node.status in (WAITING, RETRYING, PUT_OFF):
@@ -307,7 +307,7 @@ class ClosesTheLastOnly(Life):
         return tuple(inside)
 
 
-class ForgetfulTurns(Turns):
+class ForgetfulQueue(RunQueue):
     """Drops nothing."""
 
     __slots__ = ()
@@ -337,7 +337,7 @@ class KeepsTheTurnOfTheClosed(ChartRun):
 
     def __init__(self, *given: Any, **named: Any) -> None:
         super().__init__(*given, **named)
-        self.turns.__class__ = ForgetfulTurns
+        self.queue.__class__ = ForgetfulQueue
 
 
 class EntersAgain(ChartRun):

@@ -31,7 +31,7 @@ is_monitor = attrgetter("monitor")
 NO_OPENING = Opening((), (), (), ())
 
 
-class Turns:
+class RunQueue:
     """The nodes that have a turn.
 
     Attributes:
