@@ -1,6 +1,7 @@
 """Switches for all tests."""
 
 import os
+import signal
 from functools import cache
 from pathlib import Path
 
@@ -23,6 +24,8 @@ CI_PHASES = (Phase.explicit, Phase.reuse, Phase.generate, Phase.target)
 settings.register_profile("ci", CALM, derandomize=True, phases=CI_PHASES)
 settings.load_profile("ci" if os.environ.get("CI") else "calm")
 
+# a job in the background of a shell ignores Ctrl-C, and so would the programs that tests start
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 HERE = Path(__file__).parent
 REAL_TIME = [

@@ -352,7 +352,7 @@ def test_a_tick_that_breaks_leaves_no_part_moving() -> None:
     for name, part in loop.wired.run.parts.items():
         part.stop = partial(noted, stopped, name, part.stop)
 
-    loop.wired.run.turns = None  # type: ignore[assignment]  # a bug of the engine
+    loop.wired.run.queue = None  # type: ignore[assignment]  # a bug of the engine
     loop.leave_out = False
     with pytest.raises(AttributeError):
         loop.tick()
