@@ -40,6 +40,7 @@ from typing import Annotated, Any, Literal
 from engine.files.item import Fault, Item, find_file, gather, load_yaml
 from engine.files.named import known_files
 from engine.files.record import Name, record
+from engine.files.source import plain
 from engine.files.units import Acceleration, AngularAcceleration, AngularSpeed, Speed
 from engine.files.values import Range, shown
 from hw.robot import MotionLimits, RobotModel, load_robot
@@ -285,7 +286,7 @@ def _served(item: Item, links: tuple[str, ...]) -> ServedPart:
             there = ", ".join(links) or "there are none"
             raise content[key].error(f"{shown(content[key].value)} is no link", f"links: {there}")
     module, _, driver = named.value.partition(":")
-    arguments = {key: inner.value for key, inner in content.items()}
+    arguments = {key: plain(inner.value) for key, inner in content.items()}
     return ServedPart(module, driver, arguments, str(named.place))
 
 

@@ -62,6 +62,15 @@ class Seq(list[Any]):
         self.values_at: list[Mark] = []
 
 
+def plain(value: Any) -> Any:
+    """A copy of a value without places: dicts, lists, text and numbers."""
+    if isinstance(value, Map):
+        return {str(key): plain(inner) for key, inner in value.items()}
+    if isinstance(value, Seq):
+        return [plain(inner) for inner in value]
+    return value
+
+
 @dataclass(slots=True)
 class SourceFile:
     """A file as read; `value` is `None` if nothing in it is usable."""

@@ -48,6 +48,7 @@ class Child:
 
     def __init__(self, module: str, settings: Any) -> None:
         self.module = module
+        data = pickle.dumps(settings)
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", module],  # -P: do not import from the working directory
             env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
@@ -56,7 +57,6 @@ class Child:
             start_new_session=True,  # Ctrl-C at the terminal is handled by the parent
         )
         assert self._process.stdin is not None
-        data = pickle.dumps(settings)
         with suppress(BrokenPipeError):  # it has ended already; `wait` reports that
             self._process.stdin.write(_SIZE.pack(len(data)) + data)
             self._process.stdin.flush()

@@ -73,12 +73,8 @@ class _World:
         return self._rig.now_ns
 
     @property
-    def contacts(self) -> Any:
-        return self._rig.hosted.truth.contacts
-
-    @property
-    def wall_hits(self) -> Any:
-        return self._rig.hosted.truth.wall_hits
+    def collisions(self) -> Any:
+        return self._rig.hosted.truth
 
 
 class FakesRig:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 
 import pytest
@@ -44,6 +45,8 @@ def test_every_connection_that_is_shipped_can_be_read() -> None:
         assert found.file == str(FOLDER / f"{name}.yaml")
         assert found.about
         assert not (found.real and found.peers)
+        for served in (found.parts | found.links | found.peers).values():  # to other processes
+            assert pickle.loads(pickle.dumps(served.arguments)) == served.arguments
 
 
 def test_one_of_ones_own_is_found_by_its_file_and_known_by_its_text(tmp_path: Path) -> None:
