@@ -1,7 +1,7 @@
-"""The signals of one run: what has arrived, what of it is news, and the values there are.
+"""The signals of one run: arrived samples, which of them are news, and the current values.
 
-Only what somebody can ask for is built, and a derived value is computed when a state asks, at most
-once per tick, and again only if an input changed.
+Only signals that can be read are built. A derived value is computed on demand, at most once per
+tick, and again only if an input has changed.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from engine.live_signals import DerivedSlot, EstimatedSlot, MeasuredSlot, Slot, 
 from engine.signals import Derived, Measured, Signal, closure
 from engine.state import NEVER_NS
 
-Arrival = tuple[MeasuredSlot, Any, int, int]  # and value, stamp, number of the interval
-CATCH_UP = 256  # samples that may wait for an estimator
-_EAGER = 1 << 4000  # in `fresh` of an eager board; no signal has this bit
+Arrival = tuple[MeasuredSlot, Any, int, int]  # slot, value, stamp in ns, number of the interval
+CATCH_UP = 256  # pending samples with which an estimator is updated even if nobody reads it
+_EAGER = 1 << 4000  # always set in `fresh` of an eager board; no signal has this bit
 
 
 @dataclass(frozen=True, slots=True)
 class Usage:
-    """How often a signal was computed, how often it was not, and the time it took."""
+    """How often a signal was computed, how often it was not, and the total time, ns."""
 
     built: bool
     evaluated: int
@@ -39,13 +39,13 @@ def _no_clock() -> int:
 class Board:
     """The signals of one run.
 
-    `wanted` names what states, safety chain and recorder may ask for; without it, or with
-    `eager`, everything declared is built, and `eager` computes all of it in every tick.
-    `clock` (ns) only serves to report where the time goes.
+    `wanted` names the signals that states, safety chain and recorder may read; without it, or with
+    `eager`, all declared signals are built. `eager` computes all of them in every tick. `clock`
+    (ns) only serves to measure computing times. `now` and `paused_ns` are ns of run time.
 
-    `fresh` has a bit for each measured signal with news in this tick. A repeat is none: a sample of
-    a level signal with the value object that is there already. It only makes values younger, unless
-    that was too old for some reader, or an estimator over it has another value by it.
+    `fresh` has a bit for each measured signal with news in this tick. A repeat is not news: a
+    sample of a level signal (not `event`) with the value object that is held already. It only
+    renews the stamp, unless the held value was too old for some reader, or an estimate changes.
     """
 
     declared: Mapping[str, Signal] = field(default_factory=dict)
@@ -59,8 +59,8 @@ class Board:
     ticks: int = 0
     slots: dict[str, Slot] = field(init=False)
     inbox: deque[Arrival] = field(default_factory=deque)
-    _ahead: int = 0  # of the interval's number over that of the ticks
-    _taken: int = 0  # fresh bits of what `rest` has taken
+    _ahead: int = 0  # number of the interval minus `ticks`
+    _taken: int = 0  # bits of the news that `rest` has taken
     inlets: dict[str, MeasuredSlot] = field(init=False)
     _measured: list[MeasuredSlot] = field(init=False)
     _estimated: list[EstimatedSlot] = field(init=False)
@@ -87,15 +87,17 @@ class Board:
             estimated.begin()
 
     def needs(self, name: str) -> bool:
-        """Whether anybody can ask for this signal; a part need not measure it otherwise."""
+        """Whether this signal can be read at all; if not, a part need not measure it."""
         return name in self.slots
 
     def put(self, name: str, value: Any, stamp: int) -> None:
         """Deliver a sample for the next tick; safe to call from other threads.
 
+        `stamp` is when the value was true, ns of run time. Signals that were not built are ignored.
+
         Raises:
-            LookupError: nothing measured has this name.
-            ValueError: a constant is given a second time.
+            LookupError: no measured signal has this name.
+            ValueError: a constant has a value already.
         """
         slot = self.inlets.get(name)
         if slot is None:
@@ -111,9 +113,9 @@ class Board:
             raise LookupError(f"no measured signal {name!r}; {did_you_mean(name, measured)}")
 
     def arrived(self) -> int:
-        """The bits of what waits for the next tick and is no plain repeat.
+        """The bits of the samples that wait for the next tick and are no plain repeats.
 
-        What waits came after the last tick, and not before its own stamp.
+        A waiting sample arrived after the last tick, and not before its own stamp.
         """
         bits = 0
         for slot, value, stamp, _ in self.inbox.copy():
@@ -122,7 +124,7 @@ class Board:
         return bits
 
     def accept(self, name: str, age: int) -> None:
-        """Somebody takes a signal up to this age, ns: what ends a longer silence is news."""
+        """Register a reader that accepts values up to `age`, ns: repeats of older ones are news."""
         roots = self.slots[name].roots
         for slot in self._measured:
             if slot.roots & roots:
@@ -130,9 +132,9 @@ class Board:
 
     @property
     def interval(self) -> int:
-        """The number of the interval of the grid in which samples arrive now.
+        """The number of the grid interval that samples arriving now belong to.
 
-        It counts the ticks of the grid; a loop that misses ticks sets it.
+        It counts the ticks of the grid; a loop that skips ticks sets it.
         """
         return self.ticks + self._ahead
 
@@ -142,14 +144,14 @@ class Board:
 
     @property
     def chart_now(self) -> int:
-        """Chart time: run time less all pauses."""
+        """Chart time, ns: run time less all pauses."""
         return self.now - self.paused_ns
 
     def begin(self, now: int, *, between: bool = False) -> None:
-        """Start a tick: take what has arrived, and hold it still until the next one.
+        """Start a tick at `now`, ns: take the waiting samples; values then stay until the next one.
 
-        `between`: the tick is none of the grid. Estimators go on at once, so that what arrives
-        later in the same interval meets them alike, whoever reads them now.
+        `between`: the tick is added, off the grid. Estimators are updated at once, so that samples
+        later in the same interval find them in the same state, whoever reads them now.
         """
         self.now = now
         if between:
@@ -162,7 +164,7 @@ class Board:
                 compute(slot)
 
     def refresh(self) -> None:
-        """The part of `begin` that is due after news."""
+        """The part of `begin` that is needed if samples wait or `fresh` has bits to clear."""
         self.fresh, self._taken = self._taken | (_EAGER if self.eager else 0), 0
         if self.inbox:
             self._take(self.ticks)
@@ -171,9 +173,9 @@ class Board:
                 compute(slot)
 
     def rest(self, now: int) -> bool:
-        """Take what has arrived, as a tick at this instant of the grid would.
+        """Take the waiting samples as a tick of the grid at `now`, ns, would.
 
-        True if none of it is news: the instant is over. Else the tick has to follow.
+        True if none of them is news, so that the tick may be left out. Otherwise it has to follow.
         """
         self.now = now
         self.fresh = self._taken
@@ -185,7 +187,7 @@ class Board:
         return not self._taken
 
     def _take(self, tick: int) -> None:
-        """Hand the inbox to the slots, and find out what of it is news."""
+        """Move the inbox into the slots, and set `fresh` to what of it is news."""
         self.version += 1
         changed = repeated = 0
         now, inbox = self.now, self.inbox
@@ -212,7 +214,7 @@ class Board:
                 compute(estimated)
 
     def _changed_by(self, watched: list[tuple[EstimatedSlot, object]], repeated: int) -> int:
-        """The bits of repeats that are news all the same: they changed an estimate."""
+        """The bits of repeats that are news after all, because they changed an estimate."""
         changed = 0
         for estimated, known in watched:
             compute(estimated)
@@ -221,7 +223,7 @@ class Board:
         return changed
 
     def _watched(self, repeated: int, changed: int) -> list[tuple[EstimatedSlot, object]]:
-        """The estimators that only repeats reach, and what each of them gives before these."""
+        """The estimators that get nothing but repeats, each with its value before these."""
         found = []
         for slot in self._estimated:
             if slot.roots & repeated and not slot.roots & changed:
@@ -235,16 +237,19 @@ class Board:
         return any(slot.roots & mask and slot.tick > since for slot in self._measured)
 
     def silent_at(self, mask: int, older: int, since: int) -> int:
-        """When a signal of `mask`, not silent for `older` ns at `since`, has been for longer."""
+        """First run time, ns, at which a signal of `mask` is silent for more than `older` ns.
+
+        Signals that are silent for longer at `since` already do not count; `NEVER_NS` without any.
+        """
         heard = [slot.heard + older for slot in self._measured if slot.roots & mask]
         return min((at for at in heard if at >= since), default=NEVER_NS - 1) + 1
 
     def bits(self, names: Iterable[str]) -> int:
-        """The measured signals that these rest on, as bits of `fresh`."""
+        """The measured signals that these depend on, as bits of `fresh`."""
         return union(self.slots[name] for name in names)
 
     def usage(self) -> dict[str, Usage]:
-        """What was built and computed, and at how many instants of the grid it was not."""
+        """How often each declared signal was computed, and in how many grid intervals not."""
         found = {}
         for name in self.declared:
             slot = self.slots.get(name)

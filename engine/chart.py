@@ -1,6 +1,6 @@
 """A chart as data: what the YAML says, checked for shape only.
 
-Names are still names here; `engine.check` looks them up, `engine.machine` binds them.
+Names are not resolved here: `engine.check` looks them up, `engine.machine` binds them.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Retry(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Node:
-    """One node of a chart. `raw` is what the file says, with places."""
+    """One node of a chart. `raw` is its YAML mapping, with source positions."""
 
     name: str
     form: Form
@@ -71,7 +71,7 @@ class Node:
 
     @property
     def rules(self) -> tuple[Rule, ...]:
-        """The rules of `when`; `all` alone is one that waits for every child."""
+        """The rules of `when`; `all` without `when` has one, `done` once every child has ended."""
         if self.form == "all" and not self.when:
             return (Rule("done", {}, self.at),)
         return self.when
@@ -99,7 +99,7 @@ class Parameter:
 class DataKey:
     """A key of a chart's data, one of its inputs, or one of its outputs.
 
-    `optional`: `initial: none`, there may be nothing in it until somebody writes it.
+    `optional`: declared with `initial: none`, it may be empty until a node writes it.
     """
 
     name: str
@@ -126,12 +126,12 @@ class Chart:
 
     @property
     def file(self) -> str:
-        """The file the chart stands in."""
+        """The file that the chart is in."""
         return self.source.file
 
     @property
     def inputs(self) -> dict[str, DataKey]:
-        """The keys that whoever uses the chart fills."""
+        """The keys that are filled by the chart or program that uses this one."""
         return {name: key for name, key in self.keys.items() if key.is_input}
 
     def place(self, mark: Mark) -> Place:
@@ -140,7 +140,7 @@ class Chart:
 
 
 def mark_of(raw: Map, key: str, entry: str | None = None) -> Mark:
-    """Where the value of `key` stands in `raw`, or the value of `entry` inside it."""
+    """Position of the value of `key` in `raw`, or of the value of `entry` inside it."""
     at = raw.values_at.get(key, raw.at)
     if entry is None:
         return at
@@ -149,7 +149,7 @@ def mark_of(raw: Map, key: str, entry: str | None = None) -> Mark:
 
 
 def key_mark_of(raw: Map, key: str, entry: str | None = None) -> Mark:
-    """Where `key` itself stands in `raw`, or the key `entry` of the mapping inside it."""
+    """Position of `key` itself in `raw`, or of the key `entry` of the mapping inside it."""
     at = raw.keys_at.get(key, raw.at)
     if entry is None:
         return at

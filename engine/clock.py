@@ -11,7 +11,7 @@ SECOND_NS = 10**9
 class TickGrid:
     """Tick n is at `n * 10**9 // hz` ns since the start of the run.
 
-    Instants are found from n, never by adding up periods, so no error gathers.
+    Instants are computed from n, never by summing periods, so rounding errors do not accumulate.
     """
 
     hz: int = 30
@@ -22,11 +22,14 @@ class TickGrid:
 
     @property
     def period_ns(self) -> int:
-        """From tick to tick, ns, rounded down."""
+        """The time between two ticks, ns, rounded down."""
         return SECOND_NS // self.hz
 
     def last(self, at: int) -> int:
-        """The number of the last tick that is not after `at`, ns."""
+        """The number of the last tick that is not after `at`, ns.
+
+        n * S // hz <= at  iff  n * S < (at + 1) * hz, with S = `SECOND_NS` and all integers.
+        """
         return ((at + 1) * self.hz - 1) // SECOND_NS
 
     def first(self, at: int) -> int:

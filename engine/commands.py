@@ -1,7 +1,7 @@
 """The operator's commands as values (rule 11): a run carries them out at the start of a tick.
 
-What was carried out, and when, stands in `ChartRun.carried_out`, so that a record can tell it and a
-replay can give the same commands at the same instants. `Operator` makes them, and says why not.
+Those carried out are kept with their times in `ChartRun.carried_out`, so that they can be recorded
+and replayed at the same instants. `Operator` issues them, or returns why one is refused.
 """
 
 from __future__ import annotations
@@ -114,13 +114,13 @@ class ForceOutcome(Command):
 
 @dataclass(frozen=True, slots=True)
 class SetLock(Command):
-    """Let every outcome inside `path` wait for consent, or no longer."""
+    """Lock `path`, so that every outcome inside it waits for consent, or unlock it."""
 
     path: str
     locked: bool = True
 
     def carry_out(self, run: ChartRun) -> None:
-        """Set or take away the lock; what waited only because of it goes on."""
+        """Set or remove the lock; nodes that waited only because of it continue."""
         if self.locked:
             run.judge.locks.add(self.path)
         else:
@@ -131,12 +131,12 @@ class SetLock(Command):
 
 @dataclass(frozen=True, slots=True)
 class SetLevel(Command):
-    """Set the autonomy level, a number of `engine.chart.AUTONOMY`; None: nobody is asked."""
+    """Set the autonomy level, a number of `engine.chart.AUTONOMY`; None: only locks ask."""
 
     level: int | None
 
     def carry_out(self, run: ChartRun) -> None:
-        """Set it; what waited only because of the old one goes on."""
+        """Set it; nodes that waited only because of the old level continue."""
         run.judge.level = self.level
         run.forget_routes()
         _release_waiting(run)
@@ -150,7 +150,7 @@ class Answer(Command):
     granted: bool
 
     def carry_out(self, run: ChartRun) -> None:
-        """The node acts on it at its next turn."""
+        """Record the answer; the node acts on it when it is next stepped."""
         node = run.nodes.get(self.path)
         if node is not None and node.status == WAITING:
             node.answer = GRANTED if self.granted else REFUSED
@@ -163,7 +163,7 @@ class Replace(Command):
     machine: Machine
 
     def carry_out(self, run: ChartRun) -> None:
-        """Replace it, unless something has come into the way; a note tells what."""
+        """Replace the chart, unless obstacles have arisen meanwhile; these are noted."""
         found = obstacles(run, self.machine)
         if found:
             for reason in found:
@@ -179,7 +179,7 @@ def _release_waiting(run: ChartRun) -> None:
 
 
 def outcomes_of(vertex: Vertex) -> set[str]:
-    """The outcomes that a node can end with, `error` aside."""
+    """The outcomes that a node can end with, except `error`."""
     if isinstance(vertex, Leaf):
         return set(vertex.interface.outcomes)
     assert isinstance(vertex, Box)

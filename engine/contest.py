@@ -1,4 +1,4 @@
-"""Rule 4: which of the outcomes that come together in one round are taken, and which are lost."""
+"""Rule 4: which of the outcomes that coincide in one round are taken, and which are lost."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from engine.node import BoxNode, RunNode
 
 @dataclass(slots=True)
 class _Rivals:
-    """What is to happen in one container: its guards end it, or outcomes of children are kept."""
+    """Routes that compete in one container: its guards end it, or children's outcomes are kept."""
 
     ending: list[Route] = field(default_factory=list)
     keeping: dict[RunNode, Route] = field(default_factory=dict)  # by the child that ends
@@ -23,8 +23,8 @@ class _Rivals:
 class Contest:
     """Sorts the routes of one round into winners, in the order they are taken, and losers.
 
-    `due` are the nodes whose timeout has come. A guard that ends a due node wins over the timeout;
-    one that only hands over inside it loses (rule 5).
+    `due` are the nodes whose timeout has expired. A guard that ends a due node wins over the
+    timeout; one whose transition stays inside that node loses (rule 5).
     """
 
     judge: Judge
@@ -66,7 +66,7 @@ class Contest:
             self.losers += here.ending[1:]
 
     def _pass_on(self, route: Route) -> None:
-        """Let a route compete where it leads to."""
+        """Let a route compete in the box that would keep its outcome; others go to step (d)."""
         if route.kind != KEEP or route.box is None:
             self._left.append(route)
             return

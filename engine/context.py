@@ -1,4 +1,4 @@
-"""What a running state sees of its run."""
+"""What a running state can access of its run: time, signals, events and parts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from engine.state import ALWAYS_NS, NEVER_NS, Stamped
 
 
 class Part(Protocol):
-    """All that the engine asks of a part of the robot."""
+    """The only method that the engine requires of a robot part."""
 
     def stop(self) -> None:
         """Stop moving. Returns at once."""
@@ -46,7 +46,7 @@ class LeafContext:
                 board.accept(name, age)
 
     def begin(self) -> None:
-        """The leaf is entered: events count from now on."""
+        """On entry of the leaf: deliver events from this tick on."""
         for reader in self._readers.values():
             reader.begin(self._board.ticks)
 
@@ -63,7 +63,7 @@ class LeafContext:
         return self.now + round(seconds * 1e9)
 
     def value(self, signal: str) -> Any:
-        """The newest value that is not older than the class accepts, else `None`."""
+        """The newest value; `None` if there is none or it is older than the class accepts."""
         age = self._age(signal)
         newest = self._board.slots[signal].read()
         if newest is None or self._board.now - newest.stamp > age:
@@ -76,9 +76,9 @@ class LeafContext:
         return self._board.slots[signal].read()
 
     def age(self, signal: str) -> float:
-        """How old the newest value is, s, whatever its age; infinite if there is none.
+        """Age of the newest value, s, even if not accepted; infinite without one.
 
-        A value that does not age is always of now.
+        It is 0 for a value that does not age.
         """
         self._age(signal)
         newest = self._board.slots[signal].read()
@@ -87,7 +87,7 @@ class LeafContext:
         return 0.0 if newest.stamp == ALWAYS_NS else (self._board.now - newest.stamp) * 1e-9
 
     def events(self, signal: str) -> tuple[Stamped, ...]:
-        """What arrived since this state last asked; at first, since it was entered."""
+        """Samples that arrived since this state last asked; at first, since its entry."""
         self._age(signal)
         reader = self._readers.get(signal)
         assert reader is not None, f"{signal} is no event signal"
@@ -101,7 +101,7 @@ class LeafContext:
         return self._parts[name]
 
     def bits(self, names: tuple[str, ...]) -> int:
-        """The measured signals to wait for, as bits."""
+        """Bit mask of the measured signals that these depend on; see `Board.bits`."""
         found = self._bits.get(names)
         if found is None:
             for name in names:

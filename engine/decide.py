@@ -29,15 +29,15 @@ GO, KEEP, HOLD, RETRY, REOPEN, FINISH = range(6)
 
 
 class Route:
-    """Where the end of `cause` with the outcome `came` leads.
+    """What follows when `cause` ends with the outcome `came`.
 
     Attributes:
-        kind: `GO` to `target`, `KEEP` the outcome in its box, `HOLD` until somebody consents,
+        kind: `GO` to `target`, `KEEP` the outcome in its box, `HOLD` until the operator consents,
             `RETRY`, `REOPEN` a box for its further try, or `FINISH` the run.
         top: the outermost node that ends, or tries again, or waits.
         outcome: what `top` ends with.
-        box: the container in which the transition is; None for the end of the run.
-        ends: the nodes that end with it and their outcomes, inside out.
+        box: the container of the transition; None at the end of the run.
+        ends: the nodes that end with it and their outcomes, inner ones first.
         writes: outputs that come with it.
     """
 
@@ -55,11 +55,11 @@ class Route:
         self.writes: Writes = ()
 
     def precedence(self) -> tuple[int, int, int]:
-        """Rule 4 (c), between the guards of one container: smaller goes first."""
+        """Sort key of rule 4 (c), among the guards of one container: the smallest is taken."""
         return -self.cause.vertex.priority, self._depth(), self.cause.order
 
     def rank(self) -> tuple[int, int, int]:
-        """Rule 4 (d), between all that is left: the outer transition, then the outer monitor."""
+        """Sort key of rule 4 (d), among all that is left: outer transition, then outer monitor."""
         return self._depth(), self.cause.depth, self.cause.order
 
     def _depth(self) -> int:
@@ -67,18 +67,18 @@ class Route:
 
 
 class UndeclaredOutcome(Exception):
-    """A state returned something that its class does not declare."""
+    """A state returned an outcome, or outputs, that its class does not declare."""
 
 
 class Judge:
-    """Follows outcomes to what they lead to, for one run.
+    """Resolves the outcomes of one run into routes.
 
     Attributes:
-        level: the operator's autonomy level; `None` means that nobody is asked.
+        level: the operator's autonomy level; `None`: no outcome waits for consent, unless locked.
         locks: paths in which every outcome waits for consent.
 
-    Routes are cached at the nodes. They depend on level and locks: whoever changes these clears
-    the caches.
+    Routes are cached in the nodes. They depend on level and locks, so every change of these has to
+    clear the caches (`ChartRun.forget_routes`).
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class Judge:
         self._report = report
 
     def conclude(self, node: RunNode, value: Any) -> Route:
-        """What follows from the value, or the token, with which a step has ended."""
+        """The route that follows from the value, or the token, that a step has ended with."""
         if type(value) is str:
             known = node.routes.get(value)
             if known is not None:
@@ -109,7 +109,7 @@ class Judge:
         route = self.resolve(node, outcome)
         route.writes = writes
         if outcome == value and not any(end.vertex.retry for end, _ in route.ends):
-            node.routes[outcome] = route  # not of a node with `retry`: it depends on its tries
+            node.routes[outcome] = route  # with `retry`, it would depend on the tries made
         return route
 
     def _follow(self, node: RunNode, token: Token) -> Route:
@@ -149,10 +149,10 @@ class Judge:
     def resolve(
         self, node: RunNode, outcome: str, *, ended: bool = False, free: bool = False
     ) -> Route:
-        """Follow `outcome` outwards to the one thing that it leads to.
+        """Follow `outcome` outwards until a transition, a box that keeps it, or a reason to stop.
 
         `ended`: the end of the node itself is recorded already; it neither waits nor tries again.
-        `free`: no lock holds it on its way out; see `must_ask`.
+        `free`: no lock holds the outcome on its way out; see `must_ask`.
         """
         cause, came = node, outcome
         free = free or node.guard or outcome in ("error", "timeout")
@@ -183,10 +183,10 @@ class Judge:
             return route
 
     def must_ask(self, node: RunNode, outcome: str, free: bool = False) -> bool:
-        """Rule 12, and locks: whether somebody has to consent first.
+        """Whether the operator has to consent first, by autonomy level (rule 12) or lock.
 
-        `free`: it began with an error, a timeout or a guard, which locks do not hold on their way
-        out, whatever they are called there; or somebody has consented to it further inside.
+        `free`: no lock holds the outcome, because it began as an error, a timeout or a guard's
+        outcome, under whatever name it goes on, or because of a consent given further inside.
         """
         if node.guard or outcome in ("error", "timeout"):
             return False
@@ -197,8 +197,8 @@ class Judge:
     def match(self, box: BoxNode, keeping: list[Route]) -> Route | None:
         """How `box` ends if these outcomes of its children are kept, too; None: it goes on.
 
-        It competes as the best of its causes: the outermost, by priority where these are its own
-        guards.
+        The route competes as the best of its causes: the outermost, then the one of the highest
+        priority if they are guards of `box` itself, then the first in document order.
         """
         keeping = sorted(keeping, key=lambda route: route.top.order)
         kept = box.kept | {route.top.vertex.name: route.outcome for route in keeping}

@@ -1,4 +1,4 @@
-"""What states and parts have raised, told with its place."""
+"""Exceptions that states and parts have raised, with their places in the source."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ ENGINE = str(Path(__file__).parent)
 
 
 class Raised(NamedTuple):
-    """An exception: when (ns), in which node (a part's: the whole chart's), class, text, place."""
+    """An exception: run time, ns; path of the node (for a part, the root); class, text, place."""
 
     time: int
     path: str
@@ -26,17 +26,18 @@ class Raised(NamedTuple):
 
 
 def raised(time: int, path: str, error: BaseException, cls: type | None = None) -> Raised:
-    """What `error` tells; `cls` is the class of the state that raised it, if one did.
+    """`error` as a record; `cls` is the class of the state that raised it, if one did.
 
-    The place is the innermost one in the folder of the state's own file, because that is where
-    whoever wrote it will look; without such a place the innermost one outside the engine.
+    The place is that of the innermost frame in the folder of the state's own file, because that is
+    where its author will look; without such a frame, the innermost one outside the engine, else
+    the class.
     """
     file, line = _place(error, cls)
     return Raised(time, path, type(error).__name__, text_of(error), file, line)
 
 
 def text_of(error: BaseException) -> str:
-    """The text of an exception, whose text may be an error, too."""
+    """The text of an exception; empty if asking for it raises, too."""
     try:
         return str(error)
     except Exception:  # noqa: BLE001

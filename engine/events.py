@@ -1,7 +1,7 @@
-"""What has arrived on an event signal, and how far each reader has got.
+"""Samples of an event signal, and how far each reader has read them.
 
 A reader gets what arrived since it was entered or last asked, however long it slept or was paused
-meanwhile; what arrived in the tick in which it was entered counts.
+meanwhile, including what arrived in the tick of its entry.
 """
 
 from __future__ import annotations
@@ -11,13 +11,13 @@ from collections.abc import Callable
 from engine.state import Stamped
 
 LEAST, MOST = 64, 1 << 16
-"""Samples up to LEAST are never dropped; of more than MOST the oldest always are."""
+"""A log of up to LEAST samples is never trimmed; trimming leaves the newest MOST at most."""
 
 
 class EventLog:
     """The samples of one event signal that a running reader can still ask for.
 
-    Positions count all samples ever, from 0.
+    A position is the index of a sample among all that ever arrived, from 0.
     """
 
     __slots__ = ("_before", "_first", "_limit", "_samples", "_tick", "readers")
@@ -39,11 +39,11 @@ class EventLog:
         return self._first + len(self._samples)
 
     def begin_of(self, tick: int) -> int:
-        """The position of the first sample of this tick, which is not over."""
+        """The position of the first sample of `tick`, the current one, whether arrived or not."""
         return self._before if self._tick == tick else self.end
 
     def add(self, sample: Stamped, tick: int) -> None:
-        """A sample has arrived."""
+        """Append a sample that has arrived for `tick`."""
         if self._tick != tick:
             self._tick, self._before = tick, self.end
         if len(self._samples) >= self._limit:
@@ -51,7 +51,7 @@ class EventLog:
         self._samples.append(sample)
 
     def between(self, start: int, end: int) -> tuple[Stamped, ...]:
-        """The samples from one position to another, as far as they are kept."""
+        """The samples from position `start` up to, not including, `end`, as far as still kept."""
         first = self._first
         return tuple(self._samples[max(0, start - first) : end - first])
 
@@ -65,7 +65,7 @@ class EventLog:
 
 
 class EventReader:
-    """How far one state has got in a log; `running` says whether it may still ask."""
+    """How far one state has read a log; `running` tells whether it may still read."""
 
     __slots__ = ("_asked", "_end", "_log", "running", "start")
 
@@ -76,14 +76,14 @@ class EventReader:
         self._asked = -1  # in which tick
 
     def begin(self, tick: int) -> None:
-        """The state is entered in this tick."""
+        """Start reading with the samples of `tick`, in which the state is entered."""
         self.start = self._end = self._log.begin_of(tick)
         self._asked = -1
         if self not in self._log.readers:
             self._log.readers.append(self)
 
     def read(self, tick: int) -> tuple[Stamped, ...]:
-        """What is new; the same for the rest of the tick."""
+        """The new samples; further calls in the same tick return the same ones."""
         if self._asked != tick:
             self._asked, self.start, self._end = tick, self._end, self._log.end
         return self._log.between(self.start, self._end)

@@ -1,4 +1,4 @@
-"""How nodes start and end: what runs, since when and until when, with its data and its trace.
+"""How nodes start and end: entry, deadlines, data, clean-up, and the trace of it.
 
 The rules are those of engine/README.md. Which node is stepped when, and what its end leads to,
 is not decided here.
@@ -23,18 +23,18 @@ BEGUN = Token("begun")
 
 
 class Life:
-    """The nodes of one run that have begun and not ended.
+    """The nodes of one run that have been entered and have not ended.
 
     Attributes:
         entered: these nodes, in the order of their start.
         data: the values of all data keys.
-        due: no timeout comes before this chart time, ns. It is lowered when a node with a timeout
-            is entered, and found anew only once it is reached.
+        due: lower bound of all deadlines, chart time, ns. It is lowered when a node with a timeout
+            is entered, and computed anew only once it is reached.
         early: the next tick has something to do before anything is stepped.
-        interrupt: a Ctrl-C that came while a state was stepped; raised again by the next tick, so
+        interrupt: a Ctrl-C caught while a state was stepped; raised again by the next tick, so
             that no tick is left half done.
-        errors: all that states and parts have raised.
-        notes: what states say they are doing, by path.
+        errors: all exceptions that states and parts have raised.
+        notes: the last text that each state has yielded, or its last error, by path.
     """
 
     def __init__(self, board: Board, parts: Mapping[str, Part]) -> None:
@@ -52,7 +52,7 @@ class Life:
         self.root: RunNode
 
     def adopt(self, nodes: Mapping[str, RunNode]) -> None:
-        """Take in the nodes of a machine; those that run already go on."""
+        """Take over the nodes of a machine; all data keys get their initial values."""
         self.root, self.data = nodes[""], {}
         for node in nodes.values():
             if isinstance(node, BoxNode):
@@ -63,7 +63,7 @@ class Life:
     # -- starting ------------------------------------------------------------------------------
 
     def begin(self, node: LeafNode) -> Any:
-        """Enter a leaf, and what encloses it; `BEGUN`, or what it gives back without a `yield`."""
+        """Enter a leaf and its enclosing boxes; returns `BEGUN`, or an instant state's result."""
         self._enter(node)
         leaf = node.leaf
         for name in leaf.interface.commands:
@@ -78,7 +78,7 @@ class Life:
             else:
                 found = state.run(node.context)
         except StopIteration as stop:
-            raise RuntimeError("raised StopIteration") from stop  # it is no outcome
+            raise RuntimeError("raised StopIteration") from stop  # not to be taken for an outcome
         if type(found) is not GeneratorType:
             return found
         node.generator = found
@@ -86,11 +86,11 @@ class Life:
         return BEGUN
 
     def inputs_of(self, leaf: Leaf) -> dict[str, Any]:
-        """The present values of a leaf's inputs, by name."""
+        """The current values of a leaf's inputs, by name."""
         return {name: self.data[cell] for name, cell in leaf.inputs}
 
     def _enter(self, node: RunNode) -> None:
-        """Enter a node, and before it the boxes around it that do not run yet.
+        """Enter a node, after those of its enclosing boxes that do not run yet.
 
         The timeout of a node spans all its tries, so it counts from the first of them.
         """
@@ -112,7 +112,7 @@ class Life:
                 self.set_deadline(node, node.since + timeout)
 
     def _open_scope(self, node: BoxNode) -> None:
-        """Give the data of the chart that begins with a box its first values."""
+        """Initialize the data of the chart that begins with this box; inputs come from outside."""
         data = self.data
         for cell in node.box.cells.values():
             data[cell] = cell.initial
@@ -122,18 +122,18 @@ class Life:
     # -- deadlines -----------------------------------------------------------------------------
 
     def set_deadline(self, node: RunNode, at: int) -> None:
-        """Have `node` end at this chart time, ns, if it has not ended before."""
+        """Let `node` time out at this chart time, ns."""
         node.deadline = at
         if at < self.due:
             self.due = at
 
     def first_deadline(self) -> int:
-        """The chart time of the first timeout, ns; `due` is that, too, from now on."""
+        """The earliest deadline, chart time, ns; `due` is set to it."""
         self.due = min((node.deadline for node in self.root.timed), default=NEVER_NS)
         return self.due
 
     def due_nodes(self) -> list[RunNode]:
-        """The nodes whose timeout has come, outer ones first."""
+        """The nodes whose timeout has expired, outer ones first."""
         now = self.board.now - self.board.paused_ns
         if now < self.due or now < self.first_deadline():
             return []
@@ -142,7 +142,7 @@ class Life:
     # -- ending --------------------------------------------------------------------------------
 
     def end(self, node: RunNode, outcome: str, writes: Writes, route: Route) -> Writes:
-        """End one node, as part of a route; what is to be written outside of it."""
+        """End one node, as part of a route; returns the outputs to be written outside of it."""
         if isinstance(node, LeafNode):
             node.generator = None
             closed: tuple[RunNode, ...] = ()
@@ -160,7 +160,7 @@ class Life:
         return writes
 
     def _collect(self, node: BoxNode, outcome: str, writes: Writes) -> Writes:
-        """What is to be written outside of a box that ends; data of its own chart is written."""
+        """The outputs of an ending box for outside of it; keys of its own chart are written now."""
         if node.kept:
             children = [c for name, c in node.children.items() if name in node.kept]
             writes = tuple(write for child in children for write in child.pending) + writes
@@ -171,7 +171,7 @@ class Life:
         return writes
 
     def lose(self, ends: Mapping[RunNode, str]) -> list[RunNode]:
-        """Record the leaves whose outcomes are lost, in document order; these leaves."""
+        """Record the leaves whose outcomes are lost, and return them, in document order."""
         lost: list[RunNode] = [n for n in ends if isinstance(n, LeafNode) and n in self.entered]
         lost.sort(key=lambda node: node.order)
         for node in lost:
@@ -180,7 +180,7 @@ class Life:
         return lost
 
     def abort(self, top: RunNode, reason: str, outcome: str) -> str:
-        """Close all of `top` for `reason`; its outcome, `error` if its own clean-up raised."""
+        """Close all of `top` for `reason`; returns `outcome`, or `error` if leaf `top` raised."""
         before = len(self.errors)
         for node in self.close(top, top.order):
             self.add(("exit", self.board.now, node, reason))
@@ -191,7 +191,7 @@ class Life:
         return ended
 
     def close(self, top: RunNode, first: int) -> tuple[RunNode, ...]:
-        """Rule 7: close what runs in `top` from `first` on, last started first."""
+        """Rule 7: close what runs in `top`, from `order` `first` on; last started first."""
         last = top.last
         closed = tuple([node for node in reversed(self.entered) if first <= node.order <= last])
         for node in closed:
@@ -213,16 +213,16 @@ class Life:
             self.report(node, error)
 
     def close_all(self) -> None:
-        """Nothing ticks any more: clean up what still runs, last started first.
+        """After the last tick: let all that still runs clean up, last started first.
 
-        It ends nothing and leaves no records, but for what a clean-up raises.
+        No node ends, and nothing is recorded except what a clean-up raises.
         """
         for node in reversed(list(self.entered)):
             if isinstance(node, LeafNode):
                 self.close_leaf(node)
 
     def hold(self) -> None:
-        """Stop every part; one that cannot does not keep the others from it."""
+        """Stop every part, even if one of them raises."""
         for part in self.parts.values():
             try:
                 part.stop()
@@ -232,13 +232,13 @@ class Life:
     # -- recording -----------------------------------------------------------------------------
 
     def write(self, writes: Writes, box: RunNode) -> None:
-        """Give data keys their values."""
+        """Write values to data keys, and record them."""
         for cell, value in writes:
             self.data[cell] = value
             self.add(("data", self.board.now, box, cell.key, value))
 
     def note(self, node: Any, text: str) -> None:
-        """Something worth knowing; it changes nothing and is not in the hash."""
+        """Add a note to the trace; it affects neither the run nor the hash."""
         self.add(("note", self.board.now, node, text))
 
     def report(self, node: RunNode, error: BaseException) -> None:

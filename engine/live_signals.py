@@ -1,4 +1,4 @@
-"""The signals of one run: what each holds, and how it comes to a value."""
+"""Slots: the state of each signal in one run, and how its value is computed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ new_tuple = tuple.__new__  # makes a `Stamped` in 60 % of the time that its cons
 
 
 class Slot:
-    """One signal of one run: `newest`, a `version` that grows with it, and its roots as bits."""
+    """One signal of one run: its `newest` sample, and a `version` that grows with each.
+
+    `roots` has the bits of the measured signals that it depends on.
+    """
 
     __slots__ = ("evaluated", "name", "newest", "roots", "time_ns", "version")
 
@@ -46,11 +49,14 @@ class MeasuredSlot(Slot):
         self.log = EventLog()
         self.tick = -1  # of the last news
         self.heard = -NEVER_NS  # instant of the last arrival, news or not
-        self.patience = NEVER_NS  # the least age, ns, that some reader does not accept any more
+        self.patience = NEVER_NS  # the smallest of the maximum ages that readers accept, ns
         self.followers: list[tuple[EstimatedSlot, int]] = []
 
     def repeats(self, value: Any, now: int) -> bool:
-        """Does a sample that comes now tell nothing new? Not even that it is still so."""
+        """True if a sample arriving at `now`, ns, holds the known object, and in time.
+
+        In time means: before the known value became too old for any reader.
+        """
         newest = self.newest
         if newest is None or newest.value is not value or self.event:
             return False
@@ -86,7 +92,7 @@ class DerivedSlot(Slot):
         self.board = board
 
     def read(self) -> Stamped | None:
-        """The value for the present inputs; what `function` raises, every reader gets."""
+        """The value for the current inputs; what `function` raises is raised to every reader."""
         if self.checked == self.board.version:
             return self.newest
         inputs, versions = [], []
@@ -119,9 +125,9 @@ class DerivedSlot(Slot):
 
 
 class EstimatedSlot(Slot):
-    """Feeds its estimator every sample once: by interval of arrival, stamp, order of declaration.
+    """Feeds its estimator every sample once, sorted by interval of arrival, stamp, order in `of`.
 
-    An estimator that has raised has lost count: from then on every reader gets what it raised.
+    Once an estimator has raised, its state is undefined: every later read raises the same again.
     """
 
     __slots__ = (
@@ -137,7 +143,7 @@ class EstimatedSlot(Slot):
         self.needed = frozenset(signal.needed)
         self.sources = sources
         self.pending: list[tuple[int, int, int, Stamped]] = []
-        self.stamps: dict[str, int] = {}  # the newest of each input that is needed
+        self.stamps: dict[str, int] = {}  # the newest of each needed input, ns
         self.failure: Exception | None = None
         self.followers: list[tuple[EstimatedSlot, int]] = []
         self.board = board
@@ -146,13 +152,13 @@ class EstimatedSlot(Slot):
             source.followers.append((self, index))
 
     def begin(self) -> None:
-        """Before any sample: who needs none has a value already."""
+        """Before any sample: publish the value of an estimator that needs no input."""
         if not self.needed:
             self._speak(0, 0)
 
     @property
     def known(self) -> object:
-        """What a reader gets: the value, or what the estimator has raised."""
+        """What a reader gets: the value, or the exception of the estimator."""
         return self.failure if self.newest is None or self.failure else self.newest.value
 
     def read(self) -> Stamped | None:
@@ -197,7 +203,7 @@ class EstimatedSlot(Slot):
         stamp = self.stamp()
         before, stamp = self.newest, ALWAYS_NS if stamp is None else stamp
         if before is not None and before.value is value and before.stamp == stamp:
-            return  # those who rest on it have heard that
+            return  # followers have this sample already
         self.newest = Stamped(value, stamp)
         for follower, index in self.followers:
             follower.pending.append((interval, arrived, index, self.newest))
@@ -211,7 +217,7 @@ def _arrival(waiting: tuple[int, int, int, Stamped]) -> tuple[int, int, int]:
 
 
 def union(slots: Iterable[Slot]) -> int:
-    """The roots of all of these."""
+    """The roots of all `slots`, as one bit mask."""
     roots = 0
     for slot in slots:
         roots |= slot.roots
@@ -219,7 +225,7 @@ def union(slots: Iterable[Slot]) -> int:
 
 
 def compute(slot: Slot) -> None:
-    """Bring a slot up to date though nobody has asked; what it raises, its readers will get."""
+    """Update a slot that nobody has read; an exception is left to its readers."""
     try:  # noqa: SIM105  a context manager takes twice as long, in every tick
         slot.read()
     except Exception:  # noqa: BLE001

@@ -1,8 +1,8 @@
-"""A checked chart, bound for running: every name looked up, every value converted.
+"""A checked chart, bound for running: every name resolved, every value converted.
 
-A machine is a tree of vertices. `use` is expanded: the nodes of the used chart stand below the node
-that uses it, with data of their own. A machine is never changed, so any number of runs can share
-it; what a run knows of a vertex stands in its `engine.node.RunNode`.
+A machine is a tree of vertices. `use` is expanded: the nodes of the used chart are placed below the
+node that uses it, with data of their own. A machine is never changed, so any number of runs can
+share it; the run-time state of a vertex is in its `engine.node.RunNode`.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ class Cell:
 
 
 class Vertex:
-    """What leaves and boxes share.
+    """What leaves and boxes have in common.
 
-    `order` is the place in the document, `last` that of the last vertex below. `turn` is the place
-    in the order of stepping: all monitors (rule 3), then actions and boxes in document order, each
-    box behind its content. `depth` counts the boxes around it.
+    `order` is the index in document order, `last` that of the last vertex below. `turn` is the
+    index in stepping order: all monitors (rule 3), then actions and boxes in document order, each
+    box after its content. `depth` counts the enclosing boxes.
 
     An outcome either leads to a sibling (`go`) or ends the parent (`leave`); in a box that keeps
     outcomes it may do neither.
@@ -77,7 +77,7 @@ class Leaf(Vertex):
 
 
 class Box(Vertex):
-    """A container. `cells` are the data of the chart that begins here, if one does."""
+    """A container. `cells` are the data keys of the chart that begins here, if one does."""
 
     __slots__ = ("cells", "chart", "children", "form", "inputs", "keeps", "kinds", "rules")
 
@@ -89,18 +89,18 @@ class Box(Vertex):
         self.rules = tuple((rule.outcome, dict(rule.conditions)) for rule in node.rules)
         self.chart = ""
         self.cells: dict[str, Cell] = {}
-        self.kinds: dict[str, str] = {}  # types of `cells`, as the chart says
+        self.kinds: dict[str, str] = {}  # type names of `cells`, as in the chart
         self.inputs: tuple[tuple[Cell, Cell], ...] = ()  # inner, outer
 
     @property
     def first(self) -> tuple[Vertex, ...]:
-        """The children that begin with it: the first of a sequence, else all of them."""
+        """The children that start with it: the first one of a sequence, otherwise all."""
         return self.children[:1] if self.form == "states" else self.children
 
     def match(self, ended: Mapping[str, str]) -> str | None:
-        """The outcome that the first fulfilled rule gives; an error comes first.
+        """The outcome of the first rule that holds, else None; a child's `error` goes before all.
 
-        `ended` has the outcomes of the children that have ended, by name.
+        `ended` maps the names of the children that have ended to their outcomes.
         """
         if "error" in ended.values():
             return "error"
@@ -156,7 +156,7 @@ class Machine:
         given: Mapping[str, Any],
         used: Chart | None,
     ) -> Box:
-        """A container; `used` is the chart that begins here, `given` its parameters."""
+        """Build a container; `used`: the chart that begins here; `given`: parameter values."""
         inner = used.root if used is not None else node
         box = Box(node.name, path, parent, inner)
         self.vertices[path] = box
@@ -283,7 +283,7 @@ def walk(vertex: Vertex) -> Iterator[Vertex]:
 
 
 def monitor_order(box: Box) -> Iterator[Leaf]:
-    """Monitors in the order they are stepped: a box's own ones, then those of its boxes."""
+    """Monitors in stepping order: those directly in a box, then those of the boxes inside it."""
     for child in box.children:
         if isinstance(child, Leaf) and child.monitor:
             yield child

@@ -1,6 +1,6 @@
-"""What one run knows of the vertices of its machine: the state of each node.
+"""Nodes: the run-time state of each vertex of a machine, in one run.
 
-A chart never changes while it runs; all that does stands here. Numbers that are needed in every
+A machine never changes while it runs; everything that does is kept here. Numbers needed in every
 tick are copied from the vertex.
 """
 
@@ -19,36 +19,37 @@ if TYPE_CHECKING:
     from engine.decide import Route, Token
 
 IDLE, CHOSEN, RUNNING, ENDED, WAITING, RETRYING, PUT_OFF = range(7)
-"""A node is idle; chosen, to be stepped; running; or it has ended in a box that keeps outcomes. It
-may wait for consent or for its next try, or be put off to the next tick (rule 6)."""
+"""Status of a node: idle; chosen to be entered; running; ended, in a box that keeps its outcome;
+waiting for consent; waiting for its next try; put off to the next tick (rule 6)."""
 
 Writes = tuple[tuple[Cell, Any], ...]
 NEVER_ENTERED = -1
 
 
 class Substitute(NamedTuple):
-    """What runs in place of a leaf's state: makes it, and the types of its outputs."""
+    """A stand-in for a leaf's state: its factory, and its output types by outcome and name."""
 
     make: Callable[..., State]
     outputs: Mapping[str, Mapping[str, Type]]
 
 
 class RunNode:
-    """The run state that leaves and boxes share.
+    """Run-time state that leaves and boxes share.
 
     Attributes:
-        step: the `__next__` of the generator; None where the engine has the next step itself.
-        wake: not stepped before this chart time, ns, nor before news of `mask`; 0: at every tick.
-        asked: the tick in which it began to wait for what `mask` says.
-        silence: what it waits to fall silent, and since which instant of the run, ns.
+        step: the `__next__` of the generator; None while the engine handles the next step itself.
+        wake: skipped until this chart time, ns, or until news of `mask`; 0: stepped every tick.
+        mask: bits of the measured signals whose news wake it.
+        asked: the tick in which it began to wait for `mask`.
+        silence: the `On` that waits for silence, and the run time at which it was yielded, ns.
         entered: the tick in which it was last entered.
         since: chart time of its first entry since it was chosen, ns; `timeout` counts from there.
-        tries: further tries made, refusals aside.
-        put_off: the last tick in which it was put off, and in how many running.
+        tries: further tries made, not counting those after a refusal.
+        put_off: the last tick in which it was put off, and in how many consecutive ticks.
         waiting: the outcome that waits for consent, and its outputs.
-        pending: outputs of an outcome that is kept, to be written when the box ends.
-        timed: the nodes with a timeout from here on downwards, outer ones first.
-        routes: where outcomes lead, once found out.
+        pending: outputs of a kept outcome, to be written when the box ends.
+        timed: the nodes with a timeout among this one and those below, outer ones first.
+        routes: routes found so far, by outcome.
     """
 
     __slots__ = (
@@ -74,7 +75,7 @@ class RunNode:
         self.pending: Writes = ()
 
     def bind(self, vertex: Vertex, parent: BoxNode | None) -> None:
-        """Stand for this vertex from now on; a replacement of the chart gives another one."""
+        """Attach to this vertex; called again when the chart is replaced."""
         self.vertex = vertex
         self.parent = parent
         self.path = vertex.path
@@ -86,7 +87,7 @@ class RunNode:
         self.opening: Opening | None = None
 
     def holds(self, other: RunNode) -> bool:
-        """Whether `other` is this node or stands below it."""
+        """Whether `other` is this node or below it."""
         return self.order <= other.order <= self.last
 
     def __repr__(self) -> str:
@@ -94,7 +95,7 @@ class RunNode:
 
 
 class LeafNode(RunNode):
-    """The run state of a leaf; `make` and `produces` may be a stand-in's."""
+    """Run-time state of a leaf; `make` and `produces` are its stand-in's, if it has one."""
 
     __slots__ = ("context", "generator", "interface", "leaf", "listens", "make", "produces")
 
@@ -107,7 +108,7 @@ class LeafNode(RunNode):
         self.listens = bool(leaf.interface.reads)
 
     def bind(self, vertex: Vertex, parent: BoxNode | None) -> None:
-        """Stand for this leaf from now on."""
+        """Attach to this leaf."""
         super().bind(vertex, parent)
         assert isinstance(vertex, Leaf)
         self.leaf = vertex
@@ -115,9 +116,9 @@ class LeafNode(RunNode):
 
 
 class BoxNode(RunNode):
-    """The run state of a box: the outcomes of its children that it keeps, by their names.
+    """Run-time state of a box. `kept`: the outcomes it keeps, by name of the ended child.
 
-    `news`: one was kept since its rules were last looked at.
+    `news`: an outcome was kept since the rules were last evaluated.
     """
 
     __slots__ = ("box", "children", "kept", "news")
@@ -129,7 +130,7 @@ class BoxNode(RunNode):
         self.news = False
 
     def bind(self, vertex: Vertex, parent: BoxNode | None) -> None:
-        """Stand for this box from now on."""
+        """Attach to this box; `nodes_of` fills in the children."""
         super().bind(vertex, parent)
         assert isinstance(vertex, Box)
         self.box = vertex
@@ -137,16 +138,16 @@ class BoxNode(RunNode):
 
 
 class Opening(NamedTuple):
-    """What starts together when a node is chosen."""
+    """The nodes that start together when one is chosen."""
 
-    nodes: tuple[RunNode, ...]  # all that take part
+    nodes: tuple[RunNode, ...]  # all of them
     queued: tuple[RunNode, ...]  # leaves, and boxes that keep outcomes, in the order of stepping
     monitors: tuple[RunNode, ...]  # of `queued`
     keeping: tuple[BoxNode, ...]  # of `queued`
 
 
 def opening_of(node: RunNode) -> Opening:
-    """What starts with a node, found once."""
+    """The nodes that start with `node`; computed once."""
     if node.opening is None:
         nodes = tuple(_starting(node))
         stepped = [n for n in nodes if not isinstance(n, BoxNode) or n.box.keeps]
@@ -165,7 +166,7 @@ def _starting(node: RunNode) -> Iterator[RunNode]:
 
 
 def nodes_of(machine: Machine, known: Mapping[str, RunNode]) -> dict[str, RunNode]:
-    """Nodes for all vertices of a machine, by path; those in `known` are taken over."""
+    """Nodes for all vertices of a machine, by path; those in `known` are reused."""
     nodes: dict[str, RunNode] = {}
 
     def grow(vertex: Vertex, parent: BoxNode | None) -> list[RunNode]:

@@ -1,4 +1,4 @@
-"""What the operator may do to a run (rule 11): the engine's own commands, never asked of a child.
+"""What the operator may do to a run (rule 11): carried out by the engine, never left to a state.
 
 A command takes effect at the start of the next tick. Those that can be refused return the reason,
 or `None` when they are accepted.
@@ -29,7 +29,7 @@ class Operator:
         self._run.command(End("stopped"))
 
     def preempt(self) -> None:
-        """End the run with outcome `preempted`, because something else goes first."""
+        """End the run with outcome `preempted`, because something else takes precedence."""
         self._run.command(End("preempted"))
 
     def pause(self) -> None:
@@ -58,14 +58,14 @@ class Operator:
         return None
 
     def unlock(self, path: str) -> str | None:
-        """Take a lock away; what waited only because of it goes on."""
+        """Remove a lock; nodes that waited only because of it continue."""
         if path not in self._run.judge.locks:
             return f"{path!r} is not locked; {did_you_mean(path, self._run.judge.locks)}"
         self._run.command(SetLock(path, locked=False))
         return None
 
     def set_level(self, level: str | None) -> str | None:
-        """Set the autonomy level: off, low, high or full; `None`: nobody is asked."""
+        """Set the autonomy level: off, low, high or full; `None`: only locks ask."""
         if level is not None and AUTONOMY.get(level, -1) < 0:
             return f"no level {level!r}; {did_you_mean(level, ('off', 'low', 'high', 'full'))}"
         self._run.command(SetLevel(None if level is None else AUTONOMY[level]))
@@ -85,7 +85,7 @@ class Operator:
         return self._answer(path, granted=False)
 
     def replace(self, machine: Machine) -> list[str]:
-        """Go on with another chart; the reasons why not, if there are any."""
+        """Continue with another chart; returns the reasons if that is impossible, else []."""
         found = obstacles(self._run, machine)
         if not found:
             self._run.command(Replace(machine))

@@ -1,4 +1,4 @@
-"""What states and operators hand out: of the declared types, and immutable (rule 9)."""
+"""Checks of the outputs that states and operators give: declared type, immutable (rule 9)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def checked(
     """The outputs, made immutable.
 
     Raises:
-        TypeError: a value is not of its type, or somebody else could change it later.
+        TypeError: a value is not of its declared type, or is mutable.
     """
     found = {}
     for name, value in given.items():
@@ -29,7 +29,7 @@ def checked(
 
 @cache
 def admits(kind: Type) -> Callable[[Any], bool]:
-    """The test whether a value is of a type."""
+    """A function that tells whether a value is of type `kind`."""
     if kind.name == "any":
         return lambda _: True
     test = _test_of(kind)

@@ -1,4 +1,4 @@
-"""Change of a running chart between two ticks (rule 11).
+"""Replaces a running chart between two ticks (rule 11).
 
 A node that runs is bound to the vertex of the new machine that has the same path: its generator,
 the outcomes it keeps, its tries and what it waits for stay as they are.
@@ -39,7 +39,7 @@ def obstacles(run: ChartRun, new: Machine) -> list[str]:
 
 
 def _differences(node: RunNode, new: Machine) -> list[str]:
-    """What keeps an active node from going on in the new machine."""
+    """Why an active node cannot continue in the new machine."""
     old, other = node.vertex, new.vertices.get(node.path)
     if other is None:
         return [f"{node.path!r} is active and has no counterpart in the new chart"]
@@ -87,7 +87,7 @@ def take_over(run: ChartRun, new: Machine) -> None:
 
 
 def _open_up(run: ChartRun, node: BoxNode, old: Box) -> None:
-    """The rules of a box may have changed, and new children start in the next tick."""
+    """Let the next tick evaluate the rules of a box again, and start its new children."""
     node.news = node.box.keeps
     if node.box.form != "states":
         known = {child.name for child in old.children}
@@ -95,7 +95,7 @@ def _open_up(run: ChartRun, node: BoxNode, old: Box) -> None:
 
 
 def _set_deadline(run: ChartRun, node: RunNode) -> None:
-    """A timeout counts from the entry, whatever it was before."""
+    """Set the deadline by the new timeout, counted from the original entry."""
     node.deadline = NEVER_NS
     if node.vertex.timeout_ns is not None and node.since is not None:
         run.life.set_deadline(node, node.since + node.vertex.timeout_ns)

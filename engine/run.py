@@ -1,7 +1,7 @@
 """Runs a machine, tick by tick. The rules are those of engine/README.md, by the same numbers.
 
-A tick is: operator commands, monitors, timeouts, actions. Monitors all have their turn before
-anything is decided; actions decide in place. How nodes are stepped:
+A tick is: operator commands, monitors, timeouts, actions. All monitors are stepped before anything
+is decided; an action's outcome is decided as soon as it ends. How nodes are stepped:
 `stepping.py`; how they start and end: `life.py`; when the next tick is needed: `schedule.py`.
 """
 
@@ -51,16 +51,16 @@ class ChartRun:
 
     Args:
         machine: the chart; other runs may share it.
-        board: the signals; by default none.
+        board: the signals; by default there are none.
         parts: the robot's parts by name, to be commanded by the states that declare them.
-        level: the operator's autonomy level; `None` means that nobody is asked.
-        freezers: makes values of a class immutable, by class.
-        stand_ins: what runs in place of leaves' states, by path.
+        level: the operator's autonomy level; `None`: no outcome waits for consent, unless locked.
+        freezers: functions that make values immutable, by class of the value.
+        stand_ins: replacements for the states of leaves, by path.
 
     Attributes:
         nodes: the run state of all nodes, by path.
         outcome: of the chart, once there is one; `results` are its outputs.
-        ended_by: the path of the node that led to it, and that node's own outcome.
+        ended_by: the path of the node that caused it, and that node's own outcome.
         schedule: when the next tick is needed.
         carried_out: the operator's commands, with the instants at which they took effect, ns.
     """
@@ -99,10 +99,10 @@ class ChartRun:
     # -- ticks ---------------------------------------------------------------------------------
 
     def tick(self, now: int, between: bool = False) -> str | None:
-        """Run one tick at `now`, in ns since the start; the outcome once there is one.
+        """Run one tick at `now`, in ns since the start; returns the outcome once there is one.
 
-        `between`: it is none of the grid. Only leaves that wait with `On` for news that came are
-        stepped, timeouts end what is due, and what that leads to is entered.
+        `between`: an added tick, off the grid (rule 13). Only leaves whose `On` has got news are
+        stepped, nodes with a due timeout end, and what these lead to is entered.
         """
         if between:
             return self._tick_between(now)
@@ -131,7 +131,7 @@ class ChartRun:
         return self.outcome
 
     def recorded_tick(self, now: int) -> str | None:
-        """Like `tick`, and leaves a record of it."""
+        """Like `tick`, but adds the tick itself to the trace, too."""
         self.trace.add(("tick", now, self.life.root))
         return self.tick(now)
 
@@ -160,7 +160,7 @@ class ChartRun:
         return self.outcome
 
     def command(self, command: Command) -> None:
-        """Have it carried out at the start of the next tick, before anything is stepped.
+        """Queue a command for the start of the next tick, before anything is stepped.
 
         Safe to call from other threads.
         """
@@ -168,7 +168,7 @@ class ChartRun:
         self.life.early = True
 
     def _begin(self) -> bool:
-        """Commands, and what was put off; whether the tick ends here."""
+        """Carry out commands, and choose what was put off; True if the tick ends here."""
         life = self.life
         if life.interrupt is not None:
             interrupt, life.interrupt = life.interrupt, None
@@ -199,9 +199,9 @@ class ChartRun:
     # -- passes --------------------------------------------------------------------------------
 
     def _act(self, nodes: Iterable[RunNode], ended: StepEnd | None = None) -> None:
-        """Step actions; each that ends is decided in place.
+        """Step actions; the outcome of each is decided as soon as it ends.
 
-        `ended` has ended already, before the first of `nodes`.
+        `ended`, a node that ended before the first of `nodes` was stepped, is decided first.
         """
         queue = self.queue
         queue.acting = True
@@ -215,9 +215,9 @@ class ChartRun:
         queue.acting = False
 
     def _in_place(self, nodes: Iterator[RunNode]) -> Iterator[RunNode]:
-        """The nodes that still have a turn; before each of them what was chosen meanwhile.
+        """The nodes still to be stepped, each preceded by those chosen meanwhile.
 
-        Rule 6: what the action pass chooses starts in place, monitors first.
+        Rule 6: what is chosen during the action pass starts within it, monitors first.
         """
         queue = self.queue
         while True:
@@ -235,12 +235,12 @@ class ChartRun:
                 yield node
 
     def _rounds(self) -> None:
-        """Step monitors that have just been chosen, decide, and again until none is left."""
+        """Step the monitors just chosen and decide; repeat until none is left."""
         while self.queue.fresh and (monitors := self.queue.take_monitors()):
             self._decide(self._step_all(iter(monitors)))
 
     def _decide(self, ended: list[StepEnd]) -> None:
-        """Rule 4: what the monitors that ended in one round lead to."""
+        """Rule 4: decide which of the monitors that ended in one round win, and carry it out."""
         if not ended:
             return
         due = [] if self.queue.acting else self.life.due_nodes()
@@ -257,7 +257,7 @@ class ChartRun:
             self._take(winner)
 
     def _time_out(self) -> None:
-        """Rule 5: what is due ends, the outer one first."""
+        """Rule 5: end the nodes whose timeout is due, outer ones first."""
         for node in self.life.due_nodes():
             if node.deadline == NEVER_NS or self.outcome is not None:
                 continue
@@ -282,14 +282,14 @@ class ChartRun:
         if target is None or box is None:
             self._take_other(route, writes)
             return
-        if not route.ends:  # else the last end tells it
+        if not route.ends:  # else the record of the last end has the move
             life.add(("move", self.board.now, box, route))
         if writes:
             life.write(writes, box)
         queue.choose(target)
 
     def _take_other(self, route: Route, writes: Writes) -> None:
-        """Carry out what leads to no other node: keep, ask, try again or finish."""
+        """Carry out a route without a target: keep, ask, try again or finish."""
         queue, top, kind, box = self.queue, route.top, route.kind, route.box
         if kind == KEEP and box is not None:
             top.status = ENDED
@@ -310,7 +310,7 @@ class ChartRun:
     # -- what commands do ------------------------------------------------------------------------
 
     def follow(self, node: RunNode, outcome: str, writes: Writes = ()) -> None:
-        """Carry out what the outcome of a node leads to whose end is recorded already."""
+        """Carry out what `outcome` leads to; the end of `node` itself is recorded already."""
         route = self.judge.resolve(node, outcome, ended=True)
         route.writes = writes
         self._take(route)
@@ -329,7 +329,7 @@ class ChartRun:
             self.queue.notice(self.queue.nodes)
 
     def finish(self, outcome: str) -> None:
-        """End the run; the robot is held."""
+        """End the run, and stop all parts."""
         self.outcome = outcome
         life = self.life
         life.early = True
@@ -341,12 +341,12 @@ class ChartRun:
         life.hold()
 
     def forget_routes(self) -> None:
-        """After a change of locks or level: outcomes may lead elsewhere now."""
+        """Clear the cached routes, after a change of locks or level."""
         for node in self.nodes.values():
             node.routes.clear()
 
     def adopt(self, machine: Machine, nodes: dict[str, RunNode]) -> None:
-        """Go on with these nodes of a machine; those that run keep what they have."""
+        """Continue with these nodes of a machine; running nodes keep their state."""
         self.machine, self.nodes = machine, nodes
         self.life.adopt(nodes)
         for path, stand_in in self.stand_ins.items():
@@ -362,16 +362,16 @@ class ChartRun:
     # -- the whole -----------------------------------------------------------------------------
 
     def close(self) -> None:
-        """Nothing ticks any more: clean up what still runs, and hold the parts."""
+        """After the last tick: let running states clean up, and stop all parts."""
         self.life.close_all()
         self.life.hold()
 
     def hold(self) -> None:
-        """Stop every part; one that cannot does not keep the others from it."""
+        """Stop every part, even if one of them raises."""
         self.life.hold()
 
     def note(self, node: Any, text: str) -> None:
-        """Something worth knowing; it changes nothing and is not in the hash."""
+        """Add a note to the trace; it affects neither the run nor the hash."""
         self.life.note(node, text)
 
     def value_of(self, key: str, path: str = "") -> Any:

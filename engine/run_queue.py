@@ -1,6 +1,6 @@
 """Which nodes are stepped in a run, in which order, and what is stepped next.
 
-The list is replaced, never changed, so that a pass can go on over the one it began with.
+The list of nodes is replaced, never modified, so that a pass can continue over its own list.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ from engine.node import (
     opening_of,
 )
 
-BUSY_TICKS = 3  # a node may be put off in so many ticks running before it is called a busy loop
+BUSY_TICKS = 3  # a node put off in more consecutive ticks than this is noted as a busy loop
 turn_of = attrgetter("turn")
 is_monitor = attrgetter("monitor")
 NO_OPENING = Opening((), (), (), ())
 
 
 class RunQueue:
-    """The nodes that have a turn.
+    """The nodes to be stepped.
 
     Attributes:
         acting: the action pass is under way, so what is chosen starts in this very pass.
-        nodes: in the order of stepping: monitors, then actions and the boxes that keep outcomes,
-            whose rules are looked at.
-        fresh: chosen since the last round of monitors, or during the action pass, and to be
-            stepped in place.
+        nodes: in stepping order: monitors, then actions and the boxes that keep outcomes, whose
+            rules are evaluated.
+        fresh: chosen since the last round of monitors, or during the action pass, and still to be
+            stepped in this tick.
         put_off: to be chosen at the start of the next tick (rule 6).
         waiting: children of an `any` that wait for consent.
-        frozen: the other actions in those `any`, which have no turn meanwhile (rule 12).
+        frozen: the other actions in those `any`, which are not stepped meanwhile (rule 12).
     """
 
     __slots__ = ("acting", "board", "fresh", "frozen", "life", "nodes", "put_off", "waiting")
@@ -57,12 +57,12 @@ class RunQueue:
         self.waiting: list[RunNode] = []
         self.frozen: list[RunNode] = []
 
-    # -- who has one -----------------------------------------------------------------------------
+    # -- choosing --------------------------------------------------------------------------------
 
     def choose(self, node: RunNode, *, again: bool = False) -> None:
-        """Make `node` the next to be stepped, with all that starts with it.
+        """Queue `node`, with all that starts with it, to be entered.
 
-        `again`: it is a further try, so its tries and its timeout go on.
+        `again`: it is a further try, so its number of tries and its timeout continue.
         """
         tick = self.board.ticks
         opening = node.opening or opening_of(node)
@@ -91,9 +91,10 @@ class RunQueue:
             self._freeze()
 
     def _choose_some(self, node: RunNode, *, again: bool) -> Opening:
-        """Rule 6: something in `node` has been entered in this tick, and is put off.
+        """Rule 6: choose `node` although part of it was entered in this tick already.
 
-        Chooses what is not, below `node`; what is left to be chosen is `node` itself, or nothing.
+        Puts that part off to the next tick and chooses the rest below `node`; returns what is left
+        to be chosen, `node` itself or nothing.
         """
         if node.entered == self.board.ticks and not again:
             self._put_off(node)
@@ -116,7 +117,10 @@ class RunQueue:
         self.life.early = True
 
     def try_again(self, node: RunNode, *, counted: bool) -> None:
-        """Rule 12: a further try, at the earliest in the next tick."""
+        """Schedule a further try, in the next tick or later; `counted`: by `retry`, after its wait.
+
+        Without `counted` it follows a refusal (rule 12).
+        """
         retry = node.vertex.retry
         wait = retry[2] if counted and retry else 0
         node.tries += 1 if counted else 0
@@ -127,7 +131,7 @@ class RunQueue:
         self._insert(node)
 
     def ask(self, node: RunNode, outcome: str, writes: Writes) -> None:
-        """`node` waits for consent: the other actions of its `any` have no turn meanwhile."""
+        """Let `node` wait for consent; the other actions of its `any` are not stepped meanwhile."""
         node.status = WAITING
         node.waiting, node.answer = (outcome, writes), None
         node.wake = 0
@@ -147,7 +151,7 @@ class RunQueue:
             self._freeze()
 
     def drop(self, top: RunNode) -> None:
-        """Nothing in `top` has a turn any more."""
+        """Remove `top` and all nodes below it."""
         if isinstance(top, LeafNode):
             top.status = IDLE
             if top in self.nodes:
@@ -165,18 +169,18 @@ class RunQueue:
             self._thaw()
 
     def renew(self, entered: Iterable[RunNode]) -> None:
-        """The chart was replaced: what goes on has its turns at new places."""
+        """After a replacement of the chart: queue the entered nodes in its order of stepping."""
         going = [n for n in entered if not isinstance(n, BoxNode) or n.box.keeps]
         self.nodes = sorted(going, key=turn_of)
         self.fresh, self.put_off, self.waiting, self.frozen = [], [], [], []
 
     @property
     def actions(self) -> Iterator[RunNode]:
-        """The nodes behind the monitors."""
+        """The nodes after the monitors."""
         return dropwhile(is_monitor, self.nodes)
 
     def take_monitors(self) -> list[RunNode]:
-        """The monitors chosen since the last round, in the order of stepping."""
+        """Remove from `fresh` the monitors, and return them in the order of stepping."""
         monitors = self.fresh
         self.fresh = []
         if self.acting:
@@ -187,7 +191,7 @@ class RunQueue:
         return monitors
 
     def first_fresh(self) -> RunNode:
-        """The first of those that start in place."""
+        """The first of `fresh` in the order of stepping."""
         fresh = self.fresh
         return fresh[0] if len(fresh) == 1 else min(fresh, key=turn_of)
 
@@ -215,7 +219,7 @@ class RunQueue:
         )
 
     def notice(self, nodes: Iterable[RunNode]) -> None:
-        """Wake those for which news came while they had no turn; silence is looked for anew."""
+        """Wake the nodes that got news while they were not stepped; check silence again."""
         for node in nodes:
             if node.mask and self.board.news(node.mask, node.asked):
                 node.wake = 0
@@ -230,7 +234,7 @@ class RunQueue:
 
 
 def _without(nodes: list[RunNode], top: RunNode) -> list[RunNode]:
-    """The nodes outside of `top`; those inside are idle."""
+    """The nodes outside of `top`; sets those inside to idle."""
     first, last = top.order, top.last
     kept = []
     for node in nodes:

@@ -19,10 +19,10 @@ class Schedule:
 
     def __init__(self, run: ChartRun) -> None:
         self._run = run
-        self._rests = (-1, 0)  # tick, and until when nothing is due after it
+        self._rests = (-1, 0)  # a tick, and until when nothing is due after it, ns
 
     def wants_news(self) -> bool:
-        """Whether something has arrived that a state waits for: it deserves a tick between."""
+        """Whether news has arrived that a state waits for, so that a tick should be added."""
         run = self._run
         if run.paused or run.outcome is not None:
             return False
@@ -30,16 +30,16 @@ class Schedule:
         return any(node.wake and node.mask & arrived for node in run.queue.nodes)
 
     def next_deadline(self) -> int:
-        """The instant of the first timeout, ns; `NEVER_NS` if there is none."""
+        """The run time of the first timeout, ns; `NEVER_NS` if there is none."""
         run = self._run
         if run.paused or run.outcome is not None:
             return NEVER_NS
         return min(run.life.first_deadline() + run.board.paused_ns, NEVER_NS)
 
     def leave_out(self, now: int) -> bool:
-        """Let an instant of the grid pass without a tick, if nothing is due and nothing is new.
+        """Let an instant of the grid, ns, pass without a tick if nothing is due and nothing news.
 
-        What has arrived is taken all the same. False: this instant needs its tick.
+        Samples that have arrived are taken all the same. False: this instant needs its tick.
         """
         run = self._run
         if run.commands or run.life.interrupt is not None:
@@ -49,10 +49,11 @@ class Schedule:
         return now < self._rests[1] and run.board.rest(now)
 
     def next_due(self) -> int:
-        """The instant from which on a tick has something to do, ns, if nothing comes from outside.
+        """The first run time, ns, at which a tick has something to do if nothing arrives before.
 
-        Rule 13: ticks before it change nothing and may be left out, unless a sample or a command
-        comes for them. At most the present instant: the next tick is needed. `NEVER_NS`: none is.
+        Rule 13: earlier ticks change nothing and may be left out, unless a sample or a command
+        arrives. If it is not after the current instant, the next tick is needed; if `NEVER_NS`,
+        none is.
         """
         run = self._run
         if run.outcome is None and (run.commands or run.board.inbox):

@@ -1,7 +1,7 @@
-"""States that do as a script says: any chart can be run without its robot.
+"""Scripted stand-ins for states, with which any chart can be run without its robot.
 
-`LeafScript.end(path, outcome)` makes the leaf at `path` end at its next step; until told otherwise
-leaves stay busy. Everything else, order of stepping included, is the engine's own.
+`LeafScript.end(path, outcome)` makes the leaf at `path` end at its next step; otherwise leaves stay
+busy. Everything else, including the order of stepping, is done by the engine itself.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from engine.types import Type
 
 
 class LeafScript:
-    """What the leaves of one machine are to do, and what they did.
+    """A script of what the leaves of one machine do, and a log of what they did.
 
     Attributes:
         log: what happened: ("start" | "step" | "stop", path).
         inputs: the inputs with which a path was last entered.
-        stand_ins: of all leaves, to be given to the run.
+        stand_ins: one for each leaf, by path, to be passed to the run.
     """
 
     def __init__(self, machine: Machine) -> None:
@@ -39,7 +39,7 @@ class LeafScript:
     def end(self, path: str, outcome: str | Exception, **outputs: Any) -> None:
         """Have the leaf at `path` return `outcome`, or raise it; outputs not given are `None`.
 
-        Several calls for one path are used up one after the other.
+        Several calls for one path are consumed in order, one per entry of the leaf.
         """
         leaf = self._leaves[path]
         if isinstance(outcome, Exception):
@@ -50,19 +50,19 @@ class LeafScript:
         self._ends.setdefault(path, []).append((outcome, given) if given else outcome)
 
     def play(self, script: Mapping[str, list[str]]) -> None:
-        """Give several paths their outcomes at once."""
+        """Queue outcomes for several paths at once."""
         for path, outcomes in script.items():
             for outcome in outcomes:
                 self.end(path, outcome)
 
     def next_end(self, path: str) -> Any:
-        """What the leaf at `path` ends with now, if it does."""
+        """Take the next scripted end of the leaf at `path`; None: it stays busy."""
         ends = self._ends.get(path)
         return ends.pop(0) if ends else None
 
 
 def perhaps(outputs: Mapping[str, Mapping[str, Type]]) -> dict[str, dict[str, Type]]:
-    """Outputs of which a stand-in may leave some out, as `None`."""
+    """The same outputs with all types optional, since a stand-in may leave some `None`."""
     return {
         outcome: {name: replace(kind, optional=True) for name, kind in produced.items()}
         for outcome, produced in outputs.items()

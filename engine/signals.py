@@ -1,6 +1,6 @@
 """Named, stamped values: measured by parts, derived by pure functions, estimated with memory.
 
-Here they are declared; those of one run stand on its board (`engine.board`).
+This module declares them; the values of one run are on its board (`engine.board`).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from engine.state import Stamped
 class Measured:
     """A signal that a part delivers.
 
-    `event`: each reader gets every sample once. `constant`: it is given once and does not age.
+    `event`: each reader gets every sample once. `constant`: it is set once and does not age.
     """
 
     name: str
@@ -30,7 +30,7 @@ class Measured:
 class Derived:
     """A signal that is a pure function of others; `None` while one of them has no value.
 
-    It is as old as the oldest of them; over constants alone it does not age either.
+    It has the stamp of the oldest of them; of constants alone, it does not age either.
     """
 
     name: str
@@ -41,13 +41,13 @@ class Derived:
 
 
 class Estimator(Protocol):
-    """Something with memory that takes every sample once, in order.
+    """A filter with memory that is fed every sample once, in order.
 
-    While nothing has changed it gives the same value object: then samples that repeat what is known
-    are no news.
-    It may have a method `stamp() -> int | None`: the instant its value is of, ns; `None` for a
-    value that does not age. Without it the value is as old as the oldest of the inputs it needs,
-    each counted by its newest sample.
+    While its estimate is unchanged, `value` has to return the same object, so that samples that
+    repeat a known value are not taken for news.
+    An optional method `stamp() -> int | None` gives the run time, ns, that the value refers to, or
+    `None` if it does not age. Without it the stamp is the oldest among the newest stamps of the
+    inputs it needs.
     """
 
     def update(self, signal: str, sample: Stamped) -> None:
@@ -55,7 +55,7 @@ class Estimator(Protocol):
         ...
 
     def value(self) -> Any:
-        """The present estimate; reading changes nothing. `None` while there is none."""
+        """The current estimate, `None` while there is none; must not change the estimator."""
         ...
 
 
@@ -63,8 +63,8 @@ class Estimator(Protocol):
 class Estimated:
     """A signal with memory: `make` gives a new estimator for each run.
 
-    It has no value before every input in `needs` has been heard; by default all of them. One that
-    needs none speaks from the start.
+    It has no value before every input in `needs` (by default all of `of`) has delivered one. With
+    empty `needs` it can have a value from the start.
     """
 
     name: str
@@ -87,8 +87,8 @@ def declare(signals: Iterable[Signal]) -> dict[str, Signal]:
     """Signals by name.
 
     Raises:
-        ValueError: for a name given twice, an unknown input, a circle, a function of events, or an
-            estimator that needs what it does not rest on.
+        ValueError: for a duplicate name, an unknown input, a cycle, a derived signal over an event,
+            an estimator over a derived signal, or one that needs what is not among its inputs.
     """
     named: dict[str, Signal] = {}
     for signal in signals:
@@ -116,10 +116,10 @@ def _inputs(signal: Signal) -> tuple[str, ...]:
 
 
 def closure(declared: Mapping[str, Signal], wanted: Iterable[str]) -> list[str]:
-    """The wanted signals and all they rest on, inputs first, in a fixed order.
+    """The wanted signals and all they depend on, inputs first, in a deterministic order.
 
     Raises:
-        ValueError: for signals that rest on themselves.
+        ValueError: for cyclic dependencies.
     """
     order: dict[str, bool] = {}
 
@@ -137,9 +137,9 @@ def closure(declared: Mapping[str, Signal], wanted: Iterable[str]) -> list[str]:
 
 
 def roots(declared: Mapping[str, Signal], wanted: Iterable[str]) -> set[str]:
-    """The measured signals that somebody must give for every wanted signal to have a value.
+    """The measured signals that must be delivered for every wanted signal to have a value.
 
-    What an estimator takes without needing it is not among them, a name that is not declared is.
+    Inputs that an estimator takes without needing them are left out; undeclared names are included.
     """
     found: set[str] = set()
     waiting, seen = [*wanted], set()

@@ -16,7 +16,8 @@ outcome; `finally` stops what was started. A new instance is made for each entry
                 yield On("user.distance")
             return "seen"
 
-Parameters are the annotated arguments of `__init__`, inputs those of `run`; nothing is said twice.
+Parameters are the annotated arguments of `__init__`, inputs those of `run`; neither is declared
+again elsewhere.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ ALWAYS_NS = NEVER_NS  # stamp of a value that does not age: later than any other
 
 
 class Until:
-    """Yielded by a state: not before this instant of chart time, rounded to ns."""
+    """Yielded by a state: do not step me before this chart time, ns; rounded to whole ns."""
 
     __slots__ = ("ns",)
 
@@ -51,12 +52,12 @@ class Until:
 
 
 class On:
-    """Yielded by a state: not before news of a signal, silence of one, or the instant `until`.
+    """Yielded by a state: do not step me before news or silence of a signal, or before `until`.
 
-    News is a new value of a measured signal, or of one that a derived or estimated signal rests on;
-    the same value object once more is none. Silence is that for longer than `older` s nothing has
-    come of one of these; what was silent before is not waited for. Name every signal that the
-    decision to go on looks at.
+    News is a new value of a measured signal, or of one that a derived or estimated signal depends
+    on; the same value object again is not news. Silence means that one of these has delivered
+    nothing for longer than `older` s; one that is already silent when the wait begins does not
+    count. `until` is chart time, ns. Name every signal that the decision to continue depends on.
     """
 
     __slots__ = ("older", "signals", "until")
@@ -67,13 +68,13 @@ class On:
         self.older = NEVER_NS if older is None else round(older * 1e9)
 
 
-Yielded = Until | On | str | None  # text is a note for whoever looks on
-Outcome = str | tuple[str, Mapping[str, Any]]  # with the outputs of this outcome
+Yielded = Until | On | str | None  # text is a note shown to observers
+Outcome = str | tuple[str, Mapping[str, Any]]  # alone, or with its outputs by name
 Run = Generator[Yielded, None, Outcome]
 
 
 class Stamped(NamedTuple, Generic[V]):
-    """One value of a signal and the instant it was true, in ns; `ALWAYS_NS`: it does not age."""
+    """A signal value and when it was true, ns of run time; `ALWAYS_NS`: it does not age."""
 
     value: V
     stamp: int
@@ -85,7 +86,7 @@ class Key(str, Generic[V]):
         USER_POSE: Key[UserPose] = Key("user.pose")
 
     `ctx.value(USER_POSE)` is then a `UserPose | None`; with plain text it is `Any`. At run time a
-    key is plain `str`, so looking one up costs what any text costs.
+    key is a plain `str`, so a lookup costs the same as with any text.
     """
 
     __slots__ = ()
@@ -100,11 +101,11 @@ class Context(Protocol):
 
     @property
     def now(self) -> int:
-        """Chart time in ns, the same for all states of a tick; stands still in a pause."""
+        """Chart time in ns, the same for all states of a tick; stops while the run is paused."""
         ...
 
     def after(self, seconds: float) -> int:
-        """The instant `seconds` from now, rounded to ns."""
+        """The chart time `seconds` from now, in ns, rounded."""
         ...
 
     @overload
@@ -124,7 +125,7 @@ class Context(Protocol):
         ...
 
     def age(self, signal: str) -> float:
-        """How old the newest value is, s, whatever its age; infinite if there is none."""
+        """Age of the newest value, s, even if `reads` does not accept it; infinite without one."""
         ...
 
     @overload
@@ -132,7 +133,7 @@ class Context(Protocol):
     @overload
     def events(self, signal: str) -> tuple[Stamped, ...]: ...
     def events(self, signal: str) -> tuple[Stamped, ...]:
-        """What arrived on an event signal since this state last asked, or was entered."""
+        """Samples of an event signal since this state last asked; at first, since its entry."""
         ...
 
     def part(self, name: str) -> Any:
@@ -146,7 +147,7 @@ class State:
     outcomes: ClassVar[tuple[str, ...]] = ()
     inputs: ClassVar[Mapping[str, Any]] = {}  # only where `run` takes them as **inputs
     outputs: ClassVar[Mapping[str, Mapping[str, Any]]] = {}  # outcome -> name -> type
-    reads: ClassVar[Mapping[str, float | None]] = {}  # signal -> greatest accepted age in s
+    reads: ClassVar[Mapping[str, float | None]] = {}  # signal -> maximum accepted age, s; None: any
     commands: ClassVar[tuple[str, ...]] = ()  # parts
 
     def run(self, ctx: Context) -> Run:
@@ -163,7 +164,7 @@ class Monitor(State):
 
 
 class StateError(TypeError):
-    """A state class that no chart could use; the message says what to mend."""
+    """A state class that no chart could use; the message says what to fix."""
 
 
 _REQUIRED: Any = inspect.Parameter.empty
@@ -184,7 +185,7 @@ class Argument:
 
 @dataclass(frozen=True, slots=True)
 class Interface:
-    """What a chart must know of a state class."""
+    """What the engine needs to know about a state class."""
 
     name: str
     monitor: bool
@@ -204,7 +205,7 @@ RESERVED_OUTCOMES = ("error", "timeout", "stopped", "preempted")
 
 @cache
 def interface(cls: type[State]) -> Interface:
-    """Read a state class.
+    """The interface of a state class, from its attributes, docstring and annotations.
 
     Raises:
         StateError: for a class without docstring, outcomes or usable annotations.

@@ -1,4 +1,4 @@
-"""Steps nodes: the only place where the generators of states run, and what they raise is caught."""
+"""Steps nodes: the only place that advances state generators and catches what they raise."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from engine.node import RETRYING, WAITING, BoxNode, LeafNode, RunNode
 from engine.waiting import still_heard, wait
 
 NOTHING = Token("nothing")
-StepEnd = tuple[RunNode, Any]  # and the value, or token, with which its step has ended
+StepEnd = tuple[RunNode, Any]  # node, and the value or token that its step has ended with
 
 
 class Stepper:
@@ -24,7 +24,10 @@ class Stepper:
         self.board = life.board
 
     def step(self, nodes: Iterator[RunNode]) -> StepEnd | None:
-        """Step nodes until one ends; going on with the same iterator goes on behind that one."""
+        """Step nodes until one ends, and return that end; None if none does.
+
+        Another call with the same iterator continues after that node.
+        """
         board = self.board
         now, fresh = board.now - board.paused_ns, board.fresh
         for node in nodes:
@@ -53,14 +56,14 @@ class Stepper:
         return None
 
     def step_all(self, nodes: Iterator[RunNode], first: StepEnd | None = None) -> list[StepEnd]:
-        """Step nodes; those that ended, behind `first`, which has ended before."""
+        """Step all nodes; returns the ends of those that ended, after `first`, an earlier one."""
         found = [] if first is None else [first]
         while (ended := self.step(nodes)) is not None:
             found.append(ended)
         return found
 
     def _take_turn(self, node: RunNode) -> Any:
-        """The turn of a node without a generator: `BEGUN`, `NOTHING`, or what it ends with."""
+        """Step a node without a generator: `BEGUN`, `NOTHING`, or what it ends with."""
         status = node.status
         if status == WAITING:
             answer, node.answer = node.answer, None

@@ -1,7 +1,7 @@
-"""What happened in a run: a numbered stream of values, always on, that can be replayed.
+"""What happened in a run: an ordered stream of records, always on.
 
-The runner appends one record per edge, with vertices in it; paths and values are written out only
-when somebody reads. Times are ns since the run's start. `sha256` covers everything but notes.
+The runner appends raw records that refer to nodes; they are expanded to paths and values only when
+read. Times are ns since the run's start. `sha256` covers everything but notes and ticks.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ class TraceRecord(NamedTuple):
     data     path of the scope           key, value
     error    path                        class of the exception
     note     path                        text; not in the hash
+    tick     path of the root            –; not in the hash
     ======== =========================== ===============================
     """
 
@@ -52,13 +53,13 @@ class Trace:
             yield from _expanded(record)
 
     def lines(self, start: int = 0) -> Iterator[str]:
-        """Each record in the canonical encoding; `start`: from this raw record on."""
+        """Each record in the canonical encoding, beginning with raw record `start`."""
         for raw in self.raw[start:]:
             for record in _expanded(raw):
                 yield encode((record.time, record.kind, record.subject, *record.detail))
 
     def sha256(self) -> str:
-        """The hash of the run; notes do not count."""
+        """The hash of the run, in hexadecimal, without notes and ticks."""
         digest = hashlib.sha256()
         for record in self:
             if record.kind not in ("note", "tick"):
@@ -125,6 +126,6 @@ def plain(value: Any) -> Any:
     if isinstance(value, Enum):
         return {type(value).__name__: value.name}
     kind: Any = type(value)
-    if kind.__repr__ is object.__repr__:  # it holds an address, another one in each process
+    if kind.__repr__ is object.__repr__:  # that one has an address, which differs per process
         return {type(value).__name__: plain(getattr(value, "__dict__", {}))}
     return {type(value).__name__: repr(value)}

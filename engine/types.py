@@ -22,7 +22,7 @@ class Type:
     """What a parameter or key holds.
 
     `name` is a dimension, `number`, `integer`, `boolean`, `text`, `choice`, `list`, `any`, or the
-    name of a Python class, which charts can pass on but not write down.
+    name of a Python class, whose values charts can pass on but not write down.
     """
 
     name: str
@@ -54,7 +54,7 @@ def from_annotation(annotation: Any) -> Type:
     """The type a Python annotation stands for.
 
     Raises:
-        TypeError: for annotations that no chart value could meet.
+        TypeError: for annotations that no chart value could satisfy.
     """
     if annotation in _SCALARS:
         return _SCALARS[annotation]
@@ -111,10 +111,10 @@ def _kinds(choices: tuple[Any, ...]) -> set[tuple[type, Any]]:
 
 
 def convert(value: Any, wanted: Type) -> Any:
-    """A value as written in a chart, as `wanted`.
+    """Convert a value, as written in a chart, to the type `wanted`.
 
     Raises:
-        Mismatch: when it is not one.
+        Mismatch: when it is not of that type.
     """
     if value is None:
         if wanted.optional:
@@ -154,7 +154,7 @@ _READERS: dict[str, Callable[[Any, Type], Any]] = {
 
 
 def builtin_types() -> dict[str, Type]:
-    """The type names every chart knows."""
+    """The types that every chart can name."""
     named = {name: Type(name) for name in (*DIMENSIONS, "number", "integer", "boolean", "text")}
     return named | {"any": ANY}
 
@@ -173,7 +173,7 @@ def freeze(value: Any, freezers: Mapping[type, Callable[[Any], Any]]) -> Any:
     """`value`, made immutable where a freezer is registered for its class.
 
     Raises:
-        TypeError: for values that somebody else could change later.
+        TypeError: for mutable values of a class without a freezer.
     """
     kind = type(value)
     if kind in freezers:

@@ -11,10 +11,11 @@ from engine.state import NEVER_NS, On, Until
 
 
 def wait(node: RunNode, yielded: Any, life: Life) -> None:
-    """A state has yielded `Until`, `On` or a note.
+    """Apply what a state has yielded: `Until`, `On` or a note.
 
     Raises:
-        TypeError, LookupError: it yielded something without meaning.
+        TypeError: it is none of these.
+        LookupError: it names a signal that is not among the state's `reads`.
     """
     kind, board = type(yielded), life.board
     if kind is str:
@@ -39,10 +40,10 @@ def wait(node: RunNode, yielded: Any, life: Life) -> None:
 
 
 def still_heard(node: RunNode, board: Board) -> bool:
-    """Whether a leaf that waits for silence, or for an instant, has to go on waiting.
+    """Whether a leaf that waits for silence has to go on waiting; sets its next wake-up.
 
-    It wakes when the signals would have been silent for too long if nothing came; when something
-    did, it is put off.
+    That is when one of the signals will have been silent for too long if nothing arrives; whatever
+    has arrived since postpones it. The `until` of its `On` is the latest.
     """
     if node.silence is None:
         return False
