@@ -31,21 +31,24 @@ if TYPE_CHECKING:
 TRIES = 30
 """How many of the best free cells are tried for a path before giving up."""
 AT_A_TIME = 256
-"""Cells tested for being free at a time."""
+"""Number of cells that are tested for being free in one call."""
 ChaseCell = tuple[float, float, float]
 CellSource = Callable[[], "Array"]
 
 
 @dataclass(frozen=True)
 class ChaseSpace:
-    """The Chase space at one instant; `centre` is the user's position with the yaw of `view`."""
+    """The Chase space at one instant; `centre` is the user's position with the yaw of `view`.
+
+    `cells` gives all cells, (n, 3), in the user's frame; `are_free` tests (n, 2) places in the map.
+    """
 
     centre: Pose2
     cells: CellSource = field(repr=False)
     are_free: Callable[[Array], NDArray[np.bool_]] = field(repr=False)
 
     def free(self) -> Iterator[ChaseCell]:
-        """x, y in the map and weight of the free cells, best first (R100)."""
+        """x, y in the map, m, and weight of the free cells, best first (R100)."""
         from behaviors.chase_space import placed
 
         cells = self.cells()
@@ -57,14 +60,17 @@ class ChaseSpace:
 def space(
     settings: Settings, cells: CellSource, planner: GlobalPlanner, user: UserPose
 ) -> ChaseSpace:
-    """The Chase space of the present user pose, with which it moves and turns (R93)."""
+    """The Chase space for the current user pose; it moves and turns with the user (R93)."""
     yaw = user.head_yaw if settings.chase.view == "head" else user.body.yaw
     centre = Pose2(user.body.x, user.body.y, yaw)
     return ChaseSpace(centre, cells, planner.are_free)
 
 
 def tangent_yaw(centre: Pose2, place: Point, now: float) -> float:
-    """The yaw that turns a long side to the user with the smaller turn from `now` (R99)."""
+    """Yaw at `place` with a long side facing the user at `centre`, rad (R99).
+
+    Of the two possible ones it is the one that takes the smaller turn from the yaw `now`.
+    """
     radial = math.atan2(place[1] - centre.y, place[0] - centre.x)
     options = (wrap(radial + 0.5 * math.pi), wrap(radial - 0.5 * math.pi))
     return min(options, key=lambda yaw: abs(wrap(yaw - now)))
@@ -98,15 +104,19 @@ def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
 def _sampled(cells: Sequence[ChaseCell], seed: int, user: UserPose) -> list[ChaseCell]:
     """Cells in a random order weighted by their weights (R96), the same for the same user pose.
 
-    Sorting by u^(1 / weight), u uniform, is weighted sampling without replacement (Efraimidis and
-    Spirakis 2006).
+    Sorting by u^(1 / weight), u uniform, descending, is weighted sampling without replacement
+    (Efraimidis and Spirakis 2006).
     """
     chance = random.Random(repr((seed, user.body)))
     return sorted(cells, key=lambda cell: -(chance.random() ** (1.0 / max(cell[2], 1e-9))))
 
 
 def place_at(path: Sequence[Point], user: Point, near: float) -> Point:
-    """The first point of a path within `near` of the user, or its end."""
+    """The first point of a path within `near`, m, of the user; without one, the path's end.
+
+    With d the segment and f from the user to its start, |f + share d| = near is a quadratic in
+    `share`; the smaller root is where the path enters the circle.
+    """
     for start, end in itertools.pairwise(path):
         if math.dist(end, user) > near:
             continue
@@ -160,7 +170,7 @@ class ChooseChasePose(Action):
 
 
 def user_soon(now: Situation, ahead: float) -> Pose2:
-    """The user's pose `ahead` seconds from now, by the first of the likely predictors."""
+    """The user's pose in the map `ahead` seconds from now, by the first likely predictor."""
     predictor = PREDICTORS[now.settings.user.likely[0]]
     return predictor.at(now.user.body, now.velocity, ahead, now.pose)
 
@@ -226,7 +236,7 @@ class Approach(Action):
         return "lost"
 
     def _goal(self, now: Situation) -> Pose2 | None:
-        """The first place within `near` on the path to the user."""
+        """The first place within `near` on the path to the predicted user; None without a path."""
         planner, soon = now.planners["chase"], user_soon(now, self.ahead)
         user = (soon.x, soon.y)
         end = user if planner.is_free(user) else planner.nearest_free(user)

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 def grid(environment: Environment, settings: Settings) -> Array:
-    """All cells, (n, 3) x, y, weight, best first; centres are at (i + 1/2) times the cell size."""
+    """All cells, (n, 3): x, y, weight; best first. Centres are at (i + 1/2) times the cell size."""
     chase = settings.chase
     cells = ring(chase)
     if chase.margin is not None and chase.margin_angle is not None:
@@ -35,14 +35,14 @@ def grid(environment: Environment, settings: Settings) -> Array:
 
 
 def placed(cells: Array, centre: Pose2) -> Array:
-    """The cells in the map, around this pose."""
+    """The cells, (n, 3), moved from the user's frame to the map, around the pose `centre`."""
     c, s = math.cos(centre.yaw), math.sin(centre.yaw)
     x, y, weight = cells.T
     return np.column_stack((centre.x + c * x - s * y, centre.y + s * x + c * y, weight))
 
 
 def ring(chase: ChaseSettings) -> Array:
-    """Cells of the two arcs: between the radii, without the sectors in front and behind, (n, 2)."""
+    """Cells of the two arcs, (n, 2): between the radii, without the sectors in front and behind."""
     reach = math.ceil(chase.outer / chase.cell)
     centres = (np.arange(-reach, reach) + 0.5) * chase.cell
     x, y = (axis.ravel() for axis in np.meshgrid(centres, centres, indexing="ij"))
@@ -63,10 +63,10 @@ def angle_radius(_environment: Environment, settings: Settings, cells: Array) ->
 
 
 def time_to_haptic(environment: Environment, settings: Settings, cells: Array) -> Array:
-    """room^2 / (1 + t), t the time to the nearest Haptic pose for a request made now, s.
+    """room^2 / (1 + t), with t the time, s, to the nearest Haptic pose if a request came now.
 
     `room` is radius / best_radius, at most 1: nearer to the user there is less time to escape. The
-    drive and the turn take place together, so t is the longer of both, from rest to rest.
+    robot drives and turns at the same time, so t is the longer of the two, from rest to rest.
     """
     subsystem, limits = environment.navigation.haptic, environment.limits
     haptic = settings.haptic

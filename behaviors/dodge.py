@@ -15,15 +15,15 @@ from hw.room import Point
 from states.navigation.clearance import distance_to_nearest
 
 KEEP_S = 0.2
-"""Hysteresis: another Escape pose has to be safe earlier than the present one by this, s."""
+"""Hysteresis: another Escape pose has to be safe earlier than the current one by this, s."""
 
 RINGS = (0.6, 1.2, 2.0)
 DIRECTIONS = 16
 """Candidate places to make room: rings around the robot, m, with this many directions each."""
 TOUCH, DREAD = 1.8, 10.0
-"""Distances to the user below TOUCH, m, cost DREAD times more."""
+"""For distances to the user below TOUCH, m, the squared deficit is added DREAD times."""
 OPEN, CORNERED = 2.5, 6.0
-"""A clearance from walls below OPEN, m, costs CORNERED times the square of the deficit."""
+"""A clearance from walls below OPEN, m, costs CORNERED times the squared deficit."""
 EFFORT = 0.5
 """Cost of driving, per m."""
 AROUND = np.array(
@@ -43,9 +43,10 @@ def safest_goal(
 ) -> Pose2 | None:
     """The Escape pose with which the user is safe soonest, without a touch on the way.
 
-    If every drive ends in a touch, the one with the largest gap, as long as the user can still be
-    warned in time later; None otherwise. `present` is the present goal, one of `goals`; `outline`
-    that of rover and arm if the arm is unfolded.
+    If every drive ends in a touch, the one with the largest gap. None if on every drive the touch
+    is less than `escape.warning` ahead, so that the user has to be warned now, or if all come too
+    near to walls. `present` is the current goal, one of `goals`; `outline` that of rover and arm,
+    None for the rover alone.
     """
     if not goals:
         return None
@@ -67,9 +68,9 @@ def safest_goal(
 
 
 def place_with_room(now: Situation, band: tuple[float, float], present: Point | None) -> Point:
-    """The place around the robot that keeps the predicted distance to the user in a band best.
+    """The place around the robot that best keeps the predicted distance to the user in a band.
 
-    `band` is the least and the greatest distance wanted, m; `present` the present goal. If every
+    `band` is the smallest and the largest distance wanted, m; `present` the current goal. If every
     drive comes too near to walls, it is the place where the robot comes to rest.
     """
     environment, pose, user = now.environment, now.pose, now.settings.user
@@ -90,7 +91,7 @@ def place_with_room(now: Situation, band: tuple[float, float], present: Point | 
 
 @njit(cache=True)
 def _efforts(places: Array, x: float, y: float, walls: Array) -> Array:
-    """Cost of driving to each place and of its proximity to walls, (n,)."""
+    """Cost of driving from x, y to each place (n, 2), and of its nearness to walls, (n,)."""
     found = np.empty(len(places))
     for i in range(len(places)):
         px, py = places[i, 0], places[i, 1]

@@ -25,7 +25,7 @@ LOOKAHEAD_S = 3.0
 
 
 def in_zone(escape: EscapeSettings, user: UserPose, base: Pose2, margin: float = 0.0) -> bool:
-    """Is the robot's centre in one of the two zones around the user (R104), grown by `margin`?"""
+    """True if the robot's centre is in one of the user's two zones (R104), grown by `margin`, m."""
     dx, dy = base.x - user.body.x, base.y - user.body.y
     distance = math.hypot(dx, dy)
     if distance >= max(escape.ahead, escape.around) + margin:
@@ -39,7 +39,7 @@ def in_zone(escape: EscapeSettings, user: UserPose, base: Pose2, margin: float =
 def is_required(
     environment: Environment, settings: Settings, user: UserPose, base: Pose2, velocity: Twist2
 ) -> bool:
-    """Escape Required: the user moves, and the robot is in a zone or about to be walked into."""
+    """True if the user moves, and the robot is in a zone or about to be walked into (R104)."""
     escape = settings.escape
     if velocity.speed < escape.moving:
         return False
@@ -51,7 +51,7 @@ def is_required(
 def is_safe(
     environment: Environment, settings: Settings, user: UserPose, base: Pose2, velocity: Twist2
 ) -> bool:
-    """The robot is outside both zones, with hysteresis, and no contact is predicted (R112)."""
+    """True if the robot is outside both zones, with hysteresis, and no contact predicted (R112)."""
     escape = settings.escape
     if in_zone(escape, user, base, escape.hysteresis):
         return False
@@ -61,10 +61,10 @@ def is_safe(
 def will_be_reached(
     environment: Environment, escape: EscapeSettings, user: Pose2, base: Pose2, velocity: Twist2
 ) -> bool:
-    """Would the user, walking straight on, reach the robot before it could have moved aside?
+    """True if the user, walking straight on, would reach the robot before it could move aside.
 
-    The user passes the robot's centre at `offset`; `contact` less that has to be driven sideways
-    from standstill, which takes sqrt(2 aside / a), plus `reaction`.
+    The user's line passes the robot's centre at the distance `offset`, |r x v| / |v|. The robot has
+    to drive the rest of `contact` sideways from standstill, aside = a t^2 / 2, after `reaction`.
     """
     relative = (user.x - base.x, user.y - base.y)
     until = time_to_contact(relative, (velocity.vx, velocity.vy), escape.contact)
@@ -123,7 +123,7 @@ class SafeOnTheWay(Monitor):
         return "safe"
 
     def _can_stop(self, ctx: Context) -> bool:
-        """Is the place where the robot would come to rest free?"""
+        """True if the place where the robot would come to rest is free."""
         now = situation(ctx, "escape")
         return now is not None and now.planners["escape"].is_free((now.rest.x, now.rest.y))
 

@@ -35,7 +35,7 @@ def poses(settings: Settings, planner: GlobalPlanner, deep: Pose3) -> tuple[Pose
 
 
 def reachable(now: Situation, free: tuple[Pose2, ...]) -> dict[Pose2, float]:
-    """The poses that the robot can drive to, in order, with the times of the drives, s."""
+    """The poses that the robot can drive to, in order, each with the time of the drive, s."""
     planner, here = now.planners["haptic"], (now.pose.x, now.pose.y)
     found = {}
     for goal in free:
@@ -62,7 +62,7 @@ def best_pose(now: Situation, times: dict[Pose2, float], deep: Pose3) -> Pose2 |
 
 
 def drive_time(now: Situation, length: float, turn: float) -> float:
-    """Time of a drive from standstill to standstill, turning meanwhile, s."""
+    """Time of a drive of `length`, m, from rest to rest, while turning by `turn`, rad; s."""
     from states.navigation.speed import rest_to_rest
 
     limits, fastest = now.environment.limits, now.environment.navigation.haptic.max_speed

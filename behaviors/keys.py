@@ -21,7 +21,7 @@ CHASE_SPACE: Key[ChaseSpace] = Key("chase.space")
 
 
 def settings_of(ctx: SignalReader) -> Settings:
-    """The settings of the run, a constant that is there before the first tick."""
+    """The settings of the run, a constant that is set before the first tick."""
     found = ctx.value(SETTINGS)
     assert found is not None
     return found

@@ -9,15 +9,15 @@ from states.keys import BASE_REFUSAL
 from states.signals.prediction import PREDICTORS
 
 THINK_S = 0.2
-"""Interval at which the place to drive to is chosen anew, s."""
+"""Interval at which the place to drive to is chosen again, s."""
 SLACK = 0.2
-"""Hysteresis: room is made until the user is farther away than `room` by this, m."""
+"""Hysteresis: the robot makes room until the user is farther away than `room` by this, m."""
 
 
 def is_crowded(now: Situation, room: float, ahead: float, walking: float) -> bool:
-    """True if the user walks and is nearer than `room`, or likely will be in `ahead` seconds.
+    """True if the user walks and is nearer than `room`, m, or likely will be in `ahead` seconds.
 
-    The robot's position is the one where it would come to rest.
+    Walking means faster than `walking`, m/s. Distances are to where the robot would come to rest.
     """
     speed = now.velocity.speed
     if speed <= walking:

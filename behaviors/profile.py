@@ -1,4 +1,4 @@
-"""Profiles: YAML files that give every settled reading a value.
+"""Profiles: YAML files that give every parameter a value.
 
     profile: tuned
     about: what it is good for
@@ -9,8 +9,8 @@
     user: …  escape: …  chase: …  haptic: …      # behaviors.settings.Settings
     charts: {chase: {patience: 20 s}}            # parameters of charts, in place of their defaults
 
-Values may carry units, as in charts. All sections but `charts` are complete, in the file itself or
-together with its `base` (`profile_layers.py`).
+Values may have units, as in charts. All sections but `charts` have to be complete, in the file
+itself or together with its `base` (`profile_layers.py`).
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ from states.subsystems import Localization, Navigation, SubsystemName
 class Profile:
     """A checked profile.
 
-    `places` says where every key stands, and `values` what was written there, by its dotted name;
-    `sets` are the values that were set on top of the file, as KEY=VALUE.
+    `places` has the position of every key in its file, and `values` what is written there, by the
+    key's dotted name; `sets` are the values that were set on top of the file, as KEY=VALUE.
     """
 
     name: str
@@ -78,7 +78,7 @@ class Profile:
         return dataclasses.replace(robot, arm=arm)
 
     def narrowed(self, limits: Narrowed) -> Profile:
-        """The same for a robot that may only go as fast as these limits say."""
+        """This profile with the base's speeds and accelerations lowered to these limits."""
         motion = limits.motion(self.robot.limits)
         robot = dataclasses.replace(
             self.robot,
@@ -90,7 +90,7 @@ class Profile:
         return dataclasses.replace(self, robot=robot)
 
     def environment(self, room: Room, robot: RobotModel) -> Environment:
-        """What the states need of a place, with the values of this profile."""
+        """The states' environment in this room, with the values of this profile."""
         robot = self.body(robot)
         fastest = min(self.robot.base_speed, robot.base.max_speed)
         navigation = self.navigation.capped(fastest)
@@ -101,11 +101,11 @@ class Profile:
     def apply(self, library: Mapping[str, Chart]) -> dict[str, Chart]:
         """The charts with this profile's values as defaults of their parameters.
 
-        Charts that the profile does not know, and parameters that a chart of one's own has not,
-        stay as they are.
+        Charts that the profile does not name stay as they are; its values for parameters that a
+        chart does not have are ignored.
 
         Raises:
-            FileError: values that are not what their parameters take.
+            FileError: values that do not have the types of their parameters.
         """
         applied = gather(partial(self._applied, chart) for chart in library.values())
         return dict(zip(library, applied, strict=True))
@@ -131,10 +131,10 @@ class Profile:
             raise self._error(f"charts.{chart.name}.{name}", str(mismatch)) from None
 
     def require(self, library: Mapping[str, Chart]) -> None:
-        """Look whether every chart and parameter it names is there.
+        """Check that every chart and parameter that this profile names exists.
 
         Raises:
-            FileError: those that are not, or have another type.
+            FileError: those that do not, and values of another type than their parameter.
         """
         self._require_all(library, lambda _: True)
         self.apply(library)
@@ -165,14 +165,14 @@ class Profile:
             raise self._error(key, "no such parameter", did_you_mean(name, known))
 
     def require_robot(self, robot: RobotModel, *, beside_person: bool = True) -> None:
-        """Look whether its values go with a robot that drives, beside a person or alone.
+        """Check that the values suit a robot that drives, beside a person or alone.
 
-        A robot that turns on the spot sweeps a disc of half its diagonal: every subsystem keeps
-        that from walls, and that and the person's own radius from the user. Its arm must be able
-        to fold.
+        A robot that turns on the spot sweeps a disc whose radius is half its diagonal: every
+        subsystem has to keep that from walls, and that plus the person's own radius from the user.
+        The arm has to admit the parked joints.
 
         Raises:
-            FileError: the values that do not, each with what the robot needs.
+            FileError: the values that do not suit, each with what the robot needs.
         """
         swept = robot.footprint.half_diagonal
         least = {"inflation": swept}
@@ -200,12 +200,12 @@ class Profile:
 
 
 def profile_names() -> tuple[str, ...]:
-    """The shipped profiles and a project's own."""
+    """The names of the shipped profiles and of a project's own."""
     return tuple(known_files(FOLDER, "profile"))
 
 
 def load_profile(name_or_path: str | Path, sets: Sequence[str] = ()) -> Profile:
-    """A profile by name or by file, on its base, with single values set on top as KEY=VALUE.
+    """A profile by name or by file, merged with its base and the single values of `sets`.
 
     Raises:
         FileError: every mistake in it, with file, line, column and what would be right.

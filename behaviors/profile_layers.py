@@ -1,4 +1,4 @@
-"""What a profile's values are put together from: its base, its own file, single values.
+"""The layers that a profile is merged from: its base, its own file, single values on top.
 
     profile: mine
     base: tuned              # by name, or a path from this file's folder; may have a base itself
@@ -26,7 +26,7 @@ from engine.files.source import Map
 
 FOLDER = Path(__file__).parent.parent / "charts" / "profiles"
 HEAD = ("profile", "about", "base")
-"""Keys that speak of one file; nothing inherits them, and `KEY=VALUE` cannot set them."""
+"""Keys that describe one file; they are not inherited, and `KEY=VALUE` cannot set them."""
 _ANYWHERE = (1, 1, 1)
 
 
@@ -34,7 +34,7 @@ _ANYWHERE = (1, 1, 1)
 class Layers:
     """The values of a profile as one mapping, `item`; `texts` are those it was made from.
 
-    `about`: what the file says, or how it differs from its base.
+    `about`: how the file differs from its base; empty without a base.
     """
 
     item: Item
@@ -43,30 +43,30 @@ class Layers:
 
     @property
     def sha256(self) -> str:
-        """Hash of all the texts; that of the file's text if there is no other."""
+        """Hash of all the texts; without other layers, the hash of the file's text."""
         return hashlib.sha256("\0".join(self.texts).encode()).hexdigest()
 
     @property
     def values(self) -> dict[str, Any]:
-        """Every plain value and list as it was written, by its dotted key; the head left out."""
+        """Every plain value and list as written, by its dotted key, without the keys of `HEAD`."""
         return {key: value for key, value in _leaves(self.item) if key not in HEAD}
 
     @property
     def places(self) -> dict[str, Place]:
-        """Where each key stands, by its dotted name."""
+        """The position of each key in its file, by its dotted name."""
         return dict(_places(self.item))
 
 
 def layered(own: Item, sets: Sequence[str] = ()) -> Layers:
-    """A profile's file on its base, with single values on top; nothing of it is checked yet.
+    """A profile's file merged with its base, and with single values on top; not yet checked.
 
     Raises:
-        FileError: the base is not there, is no YAML, or leads back to a profile above it; a text
-            is not KEY=VALUE.
+        FileError: the base does not exist, is not YAML, or leads back to a profile above it; a
+            text is not KEY=VALUE.
     """
     found = _on_base(own, ())
     item = reduce(merged, map(_setting, sets), found.item)
-    # what is missing in the whole is reported for the file, not for the last value set
+    # keys missing in all layers are reported for the file, not for the last value set
     item = dataclasses.replace(item, source=own.source, at=own.at)
     return dataclasses.replace(found, item=item, texts=(*found.texts, *sets))
 

@@ -1,7 +1,7 @@
 """Rollouts of straight drives to candidate places beside a user who keeps walking.
 
 The robot drives straight without turning, at the limits of its speed and acceleration, starting
-with its present velocity; the user follows each predicted trajectory. m, s, rad, in the map.
+with its current velocity; the user follows each predicted trajectory. m, s, rad, in the map.
 """
 
 from __future__ import annotations
@@ -30,22 +30,23 @@ STEPS = round(HORIZON_S / STEP_S)
 CLOSEST = 0.12
 """A predicted gap to the user below this, m, counts as a touch."""
 WITH_USER = RADIUS + 0.2
-"""Within this distance of the user's centre, m, the arm is at their hand."""
+"""With the user's centre nearer than this to the outline of rover and arm, m, the arm is taken to
+be at the user's hand."""
 SLACK = 0.01
-"""Decrease of the clearance that a robot which starts too near to a wall may have, m."""
+"""How much nearer to a wall a robot may come that starts too near to it, m."""
 BREAK_OFF = (0, 2, 4)
-"""Steps after which the drive may be aborted, so that the robot brakes."""
+"""Steps after which the drive is assumed to be aborted, so that the robot brakes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rollouts:
-    """Simulated drives: positions of the robot after each step, (n, steps, 2)."""
+    """Simulated drives: positions of the robot after each step, (n, steps, 2), in the map."""
 
     trajectories: Array
     acceleration: float
 
     def keeps_off(self, index: int, planner: GlobalPlanner) -> bool:
-        """Does a trajectory keep clear of walls, also if it is aborted soon and the robot brakes?
+        """True if a trajectory stays clear of walls, even if it is soon aborted by braking.
 
         A robot that starts too near to a wall may take some steps to leave it, but not come nearer.
         """
@@ -66,9 +67,9 @@ class RolloutEvaluation:
     """Evaluation of n drives against all trajectories of the user.
 
     `safe_after` (n,): time until both Escape zones stay clear, s, on the worst of the user's
-    trajectories (infinite: never). `gap` (n,): least gap between robot and user on any of them, m,
-    negative in contact. `touch_after` (n,): time until the gap is below CLOSEST, s, on the best of
-    them (infinite: never).
+    trajectories (infinite: never). `gap` (n,): smallest gap between robot and user on any of them,
+    m, negative in contact. `touch_after` (n,): time until the gap is below CLOSEST, s, on the best
+    of them (infinite: never).
     """
 
     safe_after: Array
@@ -77,7 +78,7 @@ class RolloutEvaluation:
 
 
 def roll_out(now: Situation, places: Sequence[Point] | Array, max_speed: float) -> Rollouts:
-    """Simulate the drives from here to each place (n, 2)."""
+    """Simulate the drives from the current pose to each place (n, 2), at up to `max_speed`, m/s."""
     pose, motion = now.pose, now.twist.rotated(now.pose.yaw)
     acceleration = now.environment.limits.base_acceleration
     goals = np.array(places, dtype=np.float64).reshape(-1, 2)
@@ -118,8 +119,8 @@ def evaluate(
 def command_towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
     """The command (base frame) that drives like a rollout, at the speed of a subsystem.
 
-    Standstill instead, if braking straight on from the next tick would come too near to a wall:
-    the drive may be aborted then.
+    Standstill instead, if braking straight ahead from the next tick on would end too near to a
+    wall, because the drive may be aborted then.
     """
     environment, pose, twist = now.environment, now.pose, now.twist
     acceleration = environment.limits.base_acceleration
@@ -134,7 +135,7 @@ def command_towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
     ax, ay = wanted_x - motion.vx, wanted_y - motion.vy
     share = min(1.0, 2.0 * acceleration * environment.period / max(1e-9, math.hypot(ax, ay)))
     vx, vy = motion.vx + share * ax, motion.vy + share * ay
-    braking = math.hypot(vx, vy) / (2.0 * acceleration)
+    braking = math.hypot(vx, vy) / (2.0 * acceleration)  # times v: the distance v^2 / (2 a)
     rest = (pose.x + braking * vx, pose.y + braking * vy)
     if not now.planners[name].allows((pose.x, pose.y), rest):
         return STILL
@@ -150,10 +151,10 @@ def crowding(
     touch: float,
     dread: float,
 ) -> Array:
-    """Cost of distances to the user outside of `room` to `far` along trajectories, (n,), m2.
+    """Cost of distances to the user outside of `room` to `far`, m, along trajectories, (n,), m2.
 
     Sum over the steps of the squared deficit or excess, averaged over the user's trajectories; the
-    squared deficit below `touch` is added `dread` times.
+    squared deficit below `touch`, m, is added `dread` times.
     """
     found = np.zeros(len(trajectories))
     for i in range(len(trajectories)):
@@ -217,6 +218,7 @@ def _evaluate(
                 dx = trajectories[i, step, 0] - user[step, 0]
                 dy = trajectories[i, step, 1] - user[step, 1]
                 distance = math.hypot(dx, dy)
+                # the user in the base frame, and the distance from the rectangle `outline`
                 x, y = -c * dx - s * dy, s * dx - c * dy
                 along = max(0.0, x - outline.front, -outline.back - x)
                 across = max(0.0, y - outline.left, -outline.right - y)

@@ -35,7 +35,8 @@ from states.signals.prediction import PREDICTORS
 
 _QUARTER = 0.5 * math.pi + 1e-9
 Behind = Annotated[Angle, Range(-_QUARTER, _QUARTER)]
-"""Angle off the direction away from the user; beyond a right angle a pose would be nearer."""
+"""Angle off the direction away from the user, rad; beyond a right angle the pose would be nearer
+to the user."""
 
 
 def _predictor(item: Item) -> str:
@@ -50,10 +51,10 @@ PredictorName = Annotated[str, _predictor]
 
 @dataclass(frozen=True, slots=True)
 class RobotSettings:
-    """Limits of the robot; the lower of these and its own counts.
+    """Limits of the robot; the lower of these and the robot's own applies.
 
-    `arm_jerk`: of each joint, rad/s3; None: no limit. `arm_parked`: joints of the folded arm; None:
-    those of the robot's prop.
+    `arm_jerk`: of each joint, rad/s3; None: no limit. `tool_speed`: m/s; None: no limit.
+    `arm_parked`: joint angles of the folded arm, rad; None: those of the robot's prop.
     """
 
     base_acceleration: Annotated[Acceleration, above_0(10.0)]
@@ -67,7 +68,7 @@ class RobotSettings:
 
     @property
     def limits(self) -> MotionLimits:
-        """The same for `hw`."""
+        """These limits as `hw` takes them."""
         return MotionLimits(
             base_acceleration=self.base_acceleration,
             base_yaw_acceleration=self.base_yaw_acceleration,
@@ -91,7 +92,7 @@ class SafetySettings:
     overlap: Annotated[Length, Range(0.0, 0.5)]
 
     def limits(self, robot: RobotModel, motion: MotionLimits) -> SafetyLimits:
-        """The same for `hw`."""
+        """The limits of the safety chain for this robot, with these settings."""
         own = SafetyLimits.of(robot, motion)
         return replace(own, governor=self.governor, overlap=self.overlap)
 
@@ -100,10 +101,10 @@ class SafetySettings:
 class PlantSettings:
     """Imperfections of the simulated robot and its surroundings; real parts ignore them.
 
-    `latency`: from a tick to the instant at which the robot receives its commands, s.
-    `tracking_delay`: age of the person's pose on arrival, s. `tracking_noise`, `pose_noise`:
-    standard deviation of each coordinate of the person's and the base's pose, m, and half as much
-    of the yaws, in rad. `sensing`: errors of the sensors that replace the base's pose in the full
+    `latency`: time from a tick until the robot receives its commands, s. `tracking_delay`: age of
+    the person's pose on arrival, s. `tracking_noise`, `pose_noise`: standard deviation of each
+    coordinate of the person's and the base's pose, m; half that number is the standard deviation of
+    the yaws, rad. `sensing`: errors of the sensors that replace the base's pose in the full
     simulation.
     """
 
@@ -114,7 +115,7 @@ class PlantSettings:
     sensing: SensorErrors = field(default_factory=SensorErrors)
 
     def sensors(self, seed: int) -> SensorModel:
-        """The same for `hw`."""
+        """The delay and noise as `hw` takes them; `seed` is that of the noise."""
         return SensorModel(self.tracking_delay, self.tracking_noise, self.pose_noise, seed)
 
 
@@ -122,9 +123,9 @@ class PlantSettings:
 class UserSettings:
     """Estimation and prediction of the user's motion.
 
-    `window`: over which the velocity is estimated, s. Slower than `still_speed` and `still_turn`
-    counts as still (R89). `likely` and `possible` name predictors (`states.signals.prediction`):
-    Escape considers the likely ones, making room the possible ones too.
+    `window`: time over which the velocity is estimated, s. A user slower than `still_speed`, m/s,
+    and `still_turn`, rad/s, counts as still (R89). `likely` and `possible` name predictors
+    (`states.signals.prediction`): Escape uses the likely ones, making room the possible ones too.
     """
 
     window: Annotated[Duration, above_0(5.0)]
@@ -138,10 +139,10 @@ class UserSettings:
 class EscapeSettings:
     """The trigger (R104), the Escape poses (R105-R108) and when the user is safe (R112).
 
-    `moving`: a user slower than this triggers nothing; 0 is the literal rule of the paper.
-    `reaction` is added to the time that the robot needs to move aside. `warning`: the user is
-    warned of an unavoidable touch once it is less than this ahead, s. Poses: all distances, each
-    with all angles off the direction away from the user.
+    `moving`: a user slower than this, m/s, triggers nothing; 0 is the literal rule of the paper.
+    `reaction`, s, is added to the time that the robot needs to move aside. `warning`: the user is
+    warned of an unavoidable touch once it is less than this ahead, s. Poses: each of `distances`
+    with each of `angles`, off the direction away from the user.
     """
 
     view: Literal["head", "body"]
@@ -186,7 +187,7 @@ class ChaseSettings:
     seed: Annotated[int, Range(0, 2**63)]
 
     def faults(self) -> Iterator[Fault]:
-        """Combinations that are not allowed, by key."""
+        """Invalid combinations of values, each with its key."""
         if self.inner >= self.outer:
             yield "inner", f"{self.inner:g} is not below outer, {self.outer:g}"
         if self.front + self.rear >= 2.0 * math.pi:

@@ -45,7 +45,7 @@ OBSTACLES = "floor.obstacles"
 TYPES = {kind.__name__: Type(kind.__name__, python=kind) for kind in (Pose2, Pose3, UserPose)}
 
 ESTIMATE = "base.localization"
-"""The estimate that `base.pose` and `base.pose_sigma` are taken from, if they are estimated."""
+"""Signal with the estimate that `base.pose` and `base.pose_sigma` come from if not measured."""
 
 MEASURED = (
     Measured("environment", Environment, constant=True, about="room, robot and limits"),
@@ -79,8 +79,8 @@ def signals(
 ) -> tuple[Signal, ...]:
     """All signals; only those that are read are computed.
 
-    With `localizer`, which makes a new one, `base.pose` is estimated from the base's sensors.
-    `scanning`: is there a source of `base.scan`?
+    `localizer` makes a new localizer; if given, `base.pose` is estimated from the base's sensors.
+    `scanning`: whether there is a source of `base.scan`.
     """
     user = settings.user
     return (
@@ -105,7 +105,7 @@ def signals(
 
 
 def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ...]:
-    """What CoboDeck's own decisions rest on: zones, poses and spaces."""
+    """The signals that CoboDeck's own decisions are based on: zones, poses and spaces."""
     cells = cache(partial(_cells, environment, settings))
     return (
         Derived("user.distance", ("user.pose", "base.pose"), _distance, float,
@@ -163,9 +163,10 @@ def localized(localizer: Callable[[], Localizes]) -> tuple[Signal, ...]:
 def planning(
     environment: Environment, scanning: bool = True, located: str = "base.pose"
 ) -> tuple[Signal, ...]:
-    """Scanned obstacles, and the costmaps and planner of each subsystem with them.
+    """Scanned obstacles, and each subsystem's costmaps and planner, which take them into account.
 
-    Without scanners, planners use map or room alone. `located` is the signal with the base's pose.
+    Without `scanning`, planners use the map or room alone. `located` names the signal with the
+    base's pose.
     """
     sensed = (located, "user.pose", "base.scan")
     obstacles = Estimated(

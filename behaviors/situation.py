@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from states.navigation.interfaces import GlobalPlanner
 
 AGE_S = OLD_S
-"""Greatest age of poses and velocities, s; see `states.ages`."""
+"""Maximum age of poses and velocities, s; see `states.ages`."""
 
 SPARE = 0.02
-"""Extra clearance from the user with which paths are chosen, m, so that the drive is possible."""
+"""Extra clearance from the user when a path is chosen, m, so that driving it stays possible."""
 
 READS: Mapping[str, float | None] = {ENVIRONMENT: None, SETTINGS: None, **ages.READS}
 """`reads` of a state that asks for a situation."""
@@ -34,16 +34,17 @@ WAYS: Mapping[str, float | None] = {**READS, **PLANNERS}
 """`reads` of a state that asks for a situation with planners."""
 
 CHANGES = tuple(ages.READS)
-"""The signals that a situation changes with: a state that watches it waits for these."""
+"""The signals that a situation depends on: a state that watches it waits for news of these."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Situation:
     """Robot and user now, with environment, settings and planners.
 
-    `pose` is map_from_base, `twist` the robot's velocity in the base frame, `user` the user's pose,
-    `velocity` theirs in the map with the turn rate of the body as wz. `share` is the admissible
-    share of the speed by the age of the poses. `planners` are those requested, by subsystem.
+    `pose` is map_from_base, `twist` the robot's velocity in the base frame, `user` the user's pose
+    in the map, `velocity` the user's in the map frame, with the body's turn rate as wz. `share` is
+    the fraction of the speed that the age of the poses admits. `planners` are those requested, by
+    subsystem.
     """
 
     environment: Environment
@@ -62,19 +63,19 @@ class Situation:
 
     @property
     def rest(self) -> Pose2:
-        """Where the robot comes to rest if it brakes now."""
+        """Where the robot comes to rest if it brakes now, map_from_base."""
         return self.environment.standstill(self.pose, self.twist)
 
     @property
     def around(self) -> ages.RobotAndUser:
-        """The same in the form that local planners take."""
+        """Robot and user as local planners take them."""
         walking = (self.velocity.vx, self.velocity.vy)
         return ages.RobotAndUser(self.pose, self.twist, self.user, walking, self.share)
 
     def user_disc(self, name: SubsystemName, goal: Point) -> Disc:
-        """The disc that a path of a subsystem to this goal keeps out of.
+        """The disc around the user that a subsystem's path to this goal avoids, in the map.
 
-        SPARE is added, but not so that the disc would cover the robot or the goal.
+        It is grown by SPARE, but never so far that it would cover the robot or the goal.
         """
         body, radius = self.user.body, self.environment.navigation.named(name).user_radius
         return Disc(body.x, body.y, radius).grown(SPARE, (self.pose.x, self.pose.y), goal)
@@ -85,7 +86,7 @@ class Situation:
 
 
 def situation(ctx: Context, *subsystems: SubsystemName) -> Situation | None:
-    """The present situation with these planners; None while any of it is unknown or too old."""
+    """The current situation with these planners; None while any of it is unknown or too old."""
     robot, user = ages.robot(ctx), ages.user(ctx)
     if robot is None or user is None or user.velocity is None:
         return None

@@ -2,9 +2,9 @@
 
 Leaves have finitely many outcomes and any timeout may fire, so a chart has finitely many
 configurations. In one step one leaf ends, or a timeout fires, or several children of one box that
-keeps outcomes end together. A leaf may also end with `error` where some `next` around it says what
-then; everywhere else that ends the run. Nothing of the runner is used: the two are tested against
-each other.
+keeps outcomes end together. A leaf may also end with `error` where a `next` of it or around it maps
+that; everywhere else it would end the run. No code of the runner is used: the two are tested
+against each other.
 
 A configuration is nested tuples: a leaf is `None`; a sequence is (index of the child, its
 configuration); a parallel box is a tuple with one entry per child, the outcome as text where the
@@ -27,7 +27,7 @@ Configuration = Any
 Event = tuple[str, str]  # path, outcome
 Step = tuple[Event, ...]  # what ends at the same time
 LIMIT = 100_000
-TOGETHER = 6  # children that may end in one step; more are walked one after the other
+TOGETHER = 6  # children of a box that may end in one step; in larger boxes they end one by one
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,15 +39,15 @@ class Ended:
 
 @dataclass(slots=True)
 class Exploration:
-    """What was found.
+    """The result of an exploration. A script is a sequence of steps from the start.
 
     Attributes:
-        configurations: how many there are, or were seen.
-        complete: whether that is all of them, and all that can end together did.
+        configurations: how many were visited.
+        complete: whether these are all, with every combination of children that end together.
         moves: the shortest script to each edge (path, outcome) that is taken.
         outcomes: the shortest script to each outcome of the chart.
         entered: the leaves that can become active.
-        stuck: scripts to configurations in which nothing can end any more, but for errors.
+        stuck: scripts to configurations in which nothing can end any more, except by an error.
     """
 
     configurations: int = 0
@@ -106,7 +106,7 @@ def _script(came: dict[Configuration, Any], here: Configuration) -> tuple[Step, 
 
 
 def initial(vertex: Vertex) -> Configuration:
-    """The configuration in which a vertex begins."""
+    """The configuration of a vertex at its entry."""
     if not isinstance(vertex, Box):
         return None
     if vertex.form == "states":
@@ -133,7 +133,7 @@ def _running(box: Box, here: Configuration) -> Iterator[tuple[int, Vertex, Confi
 
 
 def steps(vertex: Vertex, here: Configuration) -> Iterator[Step]:
-    """Everything that can happen next."""
+    """All steps that are possible next."""
     if vertex.timeout_ns is not None:
         yield ((vertex.path, "timeout"),)
     if isinstance(vertex, Leaf):
@@ -152,7 +152,7 @@ def steps(vertex: Vertex, here: Configuration) -> Iterator[Step]:
 
 
 def _caught(vertex: Vertex) -> bool:
-    """Whether a `next` of it, or of something around it, says where its error leads."""
+    """Whether a `next` of this vertex, or of one around it, maps its error."""
     around: Vertex | None = vertex
     while around is not None:
         if "error" in around.go or "error" in around.leave:
@@ -162,7 +162,7 @@ def _caught(vertex: Vertex) -> bool:
 
 
 def _together(running: list[tuple[int, Vertex, Configuration]], monitors: bool) -> Iterator[Step]:
-    """Several children of one box end in the same pass: that of the monitors, or of the rest."""
+    """Steps in which several children of a box end in one pass: of the monitors, or of the rest."""
     choices: list[list[Event | None]] = []
     for _, child, below in running:
         watching = {leaf.path for leaf in active(child, below) if leaf.monitor}
@@ -172,7 +172,7 @@ def _together(running: list[tuple[int, Vertex, Configuration]], monitors: bool) 
             if len(step) > 1 or (path in watching and outcome != "timeout") != monitors:
                 continue
             if outcome == "error":
-                continue  # it goes before all that ends with it
+                continue  # it takes precedence over whatever ends with it
             there = after(child, below, step, [])
             if isinstance(there, Ended) and there.outcome not in child.leave:
                 kept.setdefault(there.outcome, step[0])

@@ -1,4 +1,4 @@
-"""Loads charts from YAML files. Mistakes of shape become findings; the readable rest is kept."""
+"""Loads charts from YAML files. Errors of shape become findings; all that is readable is kept."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ NODE_KEYS = frozenset().union(*KEYS.values())
 CHART_KEYS = frozenset(
     ("chart", "about", "parameters", "inputs", "outcomes", "outputs", "data", "when", *CONTAINERS)
 )
-GUESSES = 100  # mistakes of one file that get a suggestion, at most
+GUESSES = 100  # with more findings than this in a file, unknown keys get no suggestion
 
 
 class Library(dict[str, Chart]):
-    """Charts by name, and what was wrong with their files."""
+    """Charts by name, with the findings and sources of their files."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -35,9 +35,9 @@ def report(findings: Sequence[Finding], sources: Sources, form: Format = "text")
 
 
 def text(findings: Sequence[Finding], sources: Sources) -> str:
-    """For people: each finding with its source line, a caret and how to mend it.
+    """For people: each finding with its source line, a caret and how to fix it.
 
-    The last line counts. Lines longer than `WIDTH` columns are cut around the caret.
+    The last line is the summary. Lines longer than `WIDTH` columns are cut around the caret.
     """
     lines = _Lines(sources)
     blocks = [line for finding in findings for line in _block(finding, lines)]
@@ -93,7 +93,7 @@ class _Lines:
         self.split: dict[str, list[str]] = {}
 
     def at(self, place: Place) -> str | None:
-        """The line of `place`; `None` where there is none to show."""
+        """The line of `place`; `None` if it is empty or does not exist."""
         if place.file not in self.split:
             source = self.sources.get(place.file)
             self.split[place.file] = _BREAK.split(source.text) if source else []
@@ -154,7 +154,7 @@ def _shown(part: str) -> str:
 
 
 def _width(shown: str) -> int:
-    """The columns `shown` takes in a terminal: two for wide characters, none for accents."""
+    """The columns that `shown` takes in a terminal: two for wide characters, none for accents."""
     if shown.isascii():
         return len(shown)
     return sum(
@@ -185,8 +185,8 @@ def _command(finding: Finding) -> str:
 
 
 def _escaped(value: str, also: str = "") -> str:
-    """`value` with the characters that would end a workflow command's part percent-encoded."""
-    for character in "%\r\n" + also:  # the percent sign first, it stands in all the others
+    """`value` with the characters that would end a field of a workflow command percent-encoded."""
+    for character in "%\r\n" + also:  # the percent sign first: all the other codes contain it
         value = value.replace(character, f"%{ord(character):02X}")
     return value
 

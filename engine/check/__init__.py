@@ -1,8 +1,8 @@
 """All static checks of charts, done before anything moves.
 
-Each chart is checked once, used charts before those that use them. What users need to know of a
-used chart is summarized in `Facts`, so `use` is never expanded and nothing recurses. Rules about
-single nodes apply to every chart, rules about paths only to charts in which all names are known.
+Each chart is checked once, used charts before those that use them. What these need to know about
+it is summarized in `Facts`, so `use` is never expanded and nothing recurses. Rules about single
+nodes apply to every chart, rules about paths only to charts without errors so far.
 engine/CODES.md lists the codes.
 """
 
@@ -39,11 +39,11 @@ def check(
 ) -> list[Finding]:
     """All findings in the charts of a library, sorted by place.
 
-    Without an error among them, an `engine.machine.Machine` can be built from each chart whose
-    parameters are given, and a run has a target for every outcome.
+    If there is no error among them, an `engine.machine.Machine` can be built from each chart, given
+    values for its parameters, and every outcome in a run leads somewhere.
 
     Args:
-        library: charts as loaded; findings of loading are part of the result.
+        library: charts as loaded; their findings of loading are part of the result.
         interfaces: the state classes by name.
         types: types beyond the built-in ones, by name.
         signals: the declared signals; `None`: what classes read is not checked.

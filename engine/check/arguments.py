@@ -1,4 +1,4 @@
-"""Values and data at nodes: `with`, `in`, `out`, `timeout`, `retry` (N08–N11, F02, S11)."""
+"""Checks values and data at nodes: `with`, `in`, `out`, `timeout`, `retry` (N08–N11, F02, S11)."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def _report_missing(
 
 
 def _check_value(checked: CheckedChart, value: Any, wanted: Type, at: Mark, what: str) -> None:
-    """N09: `value` as written can be converted to the type `wanted`."""
+    """N09: a value as written in the chart can be converted to the type `wanted`."""
     if isinstance(value, Reference):
         _check_reference(checked, value, wanted, at, what)
         return
@@ -104,7 +104,7 @@ def _check_reference(
 
 
 def _check_deadline(checked: CheckedChart, value: Any, at: Mark, *, is_timeout: bool) -> None:
-    """S11: timeouts are positive and waits not negative, also where a parameter gives them."""
+    """S11: timeouts are positive and waits not negative, also if given by a parameter."""
     if isinstance(value, Reference):
         before = checked.deadlines.get(value.name, False)
         checked.deadlines[value.name] = is_timeout or before
@@ -112,7 +112,7 @@ def _check_deadline(checked: CheckedChart, value: Any, at: Mark, *, is_timeout: 
     try:
         seconds = convert(value, _DURATION)
     except Mismatch:
-        return  # reported as such
+        return  # reported by `_check_value`
     if seconds > LONGEST:
         checked.error("S11", f"{seconds:g} s is too long", at, f"at most {LONGEST:g} s")
     elif is_timeout and seconds <= 0:
@@ -181,7 +181,7 @@ def _check_outputs(checked: CheckedChart, placed: PlacedNode, callee: Callee) ->
 def _give(
     checked: CheckedChart, placed: PlacedNode, outcome: str, kind: Type, binding: tuple[str, str]
 ) -> None:
-    """Note that an output of type `kind` is written to a key; `binding`: the names of both."""
+    """Note that an output of type `kind` is written to a key; `binding`: output name, key name."""
     (name, real), data = binding, checked.data
     key, held, bit = checked.chart.keys[real], data.kinds[real], data.bits[real]
     data.written |= bit

@@ -18,12 +18,12 @@ class Facts:
 
     Attributes:
         commands: the parts that are commanded in it.
-        unmapped: True if an error of something that commands a part can leave it.
+        unmapped: True if an error of a node that commands a part can leave it.
         instant: the outcomes it can end with in the tick of its entry.
         vertices: the number of vertices that a machine has for it.
-        depth: how deep these are nested.
-        deadlines: its parameters that the chart uses as durations: True for a timeout, which must
-            be positive, False for a wait.
+        depth: the number of levels of these.
+        deadlines: the parameters used as durations in it: True for a timeout, which must be
+            positive, False for a wait.
     """
 
     commands: frozenset[str] = frozenset()
@@ -65,10 +65,9 @@ def _required(arguments: Mapping[str, Argument]) -> frozenset[str]:
 
 @dataclass(slots=True, eq=False)
 class KnownNames:
-    """Everything that names in charts can refer to; `None` where that is not known.
+    """Everything that names in charts can refer to; `None`: not known, hence not checked.
 
-    `classes` and `charts` cache what was looked up; `unread` has the names of files in which no
-    chart was found.
+    `classes` and `charts` are caches; `unread` has the names of files in which no chart was found.
     """
 
     library: Library
@@ -125,7 +124,7 @@ def _of_chart(chart: Chart, types: Mapping[str, Type]) -> Callee:
 
 
 def parameter_type(parameter: Parameter, types: Mapping[str, Type]) -> Type:
-    """The type of a chart's parameter; a default of nothing makes it optional."""
+    """The type of a chart's parameter; an empty default makes it optional."""
     kind = types.get(parameter.type, ANY)
     if parameter.required or parameter.default is not None:
         return kind

@@ -12,7 +12,7 @@ from engine.files.finding import Finding, Severity, did_you_mean
 from engine.files.source import Mark
 from engine.types import ANY, Type
 
-EFFORT = 10_000  # names compared for the suggestions of one chart, at most
+EFFORT = 10_000  # maximum number of names compared for the suggestions of one chart
 
 Origin = tuple[Node, str] | Mark  # an entry of a node's `next`, or a place
 
@@ -21,14 +21,14 @@ class PlacedNode:
     """A node of a chart with what its names refer to, and what the checks find out about it.
 
     Attributes:
-        callee: what a leaf or `use` names; `None` for containers and for unknown names.
-        names: the key of the chart that each data name refers to here, `None` if unknown.
+        callee: the class or chart that it names; `None` for containers and for unknown names.
+        names: the chart's data key that each name refers to here, `None` if unknown.
         ends: the outcomes it may end with besides `error`, and where in the text they come from.
-        produced: those of `ends` that can really occur.
+        produced: those of `ends` that can actually occur.
         reached: the children that can be entered.
         routes: the targets of its outcomes, a sibling or `.x`.
         rules: the items of `when` that can match.
-        commands: the parts that are commanded by it or inside it.
+        commands: the parts that it, or any node inside it, commands.
         instant: the outcomes it can end with in the tick of its entry.
         needs: the keys that must be written before its entry, as bits.
         gives: the keys written between its entry and each outcome, as bits, by outcome.
@@ -92,7 +92,10 @@ class PlacedNode:
 
 
 class Data:
-    """The keys of a chart, each with its own bit in the masks of `PlacedNode`."""
+    """The keys of a chart, each with its own bit in the masks of `PlacedNode`.
+
+    Masks: `start`, set before the first node; `read`, `written`, by any node.
+    """
 
     __slots__ = ("bits", "keys", "kinds", "nullable", "read", "start", "written")
 
@@ -139,20 +142,20 @@ class CheckedChart:
 
     @property
     def sound(self) -> bool:
-        """True if all names are known, so that checks of paths make sense."""
+        """True if there is no error so far, so that checks of paths make sense."""
         findings = (*self.chart.source.findings, *self.findings)
         return not any(finding.severity == "error" for finding in findings)
 
     def error(
         self, code: str, message: str, mark: Mark, hint: str = "", *related: tuple[Mark, str]
     ) -> None:
-        """Note a mistake at `mark`; `related`: other places that have to do with it, and how."""
+        """Add an error at `mark`; `related`: other places that it involves, each with a note."""
         self._add("error", code, message, mark, hint, related)
 
     def warning(
         self, code: str, message: str, mark: Mark, hint: str = "", *related: tuple[Mark, str]
     ) -> None:
-        """Note something that can run but is hardly intended."""
+        """Add a warning about something that can run but is hardly intended."""
         self._add("warning", code, message, mark, hint, related)
 
     def _add(
@@ -168,7 +171,7 @@ class CheckedChart:
         self.findings.append(Finding(code, message, place(mark), hint, severity, notes))
 
     def near(self, word: str, *known: Iterable[str]) -> str:
-        """A suggestion for an unknown `word`; empty once a chart has too many mistakes."""
+        """A suggestion for an unknown `word`; empty once the chart's `effort` is used up."""
         if self.effort <= 0:
             return ""
         names = [name for names in known for name in names]
@@ -199,7 +202,7 @@ def _resolve(
 
 
 def _aliases(checked: CheckedChart, placed: PlacedNode) -> Mapping[str, str | None]:
-    """Keys by the names that `in` and `out` of a container give them."""
+    """The chart's keys by name inside a container, whose `in` and `out` may rename them."""
     names = placed.names
     for section, entries in (("in", placed.node.inputs), ("out", placed.node.outputs)):
         for inner, outer in entries.items():
@@ -219,7 +222,7 @@ def unknown_key(
     key: str,
     known: Iterable[str],
 ) -> None:
-    """N11: `in` or `out` names a key that does not exist."""
+    """Report N11: `in` or `out` names a key that does not exist."""
     hint = checked.near(key, known)
     checked.error("N11", f"no data key {key!r}", mark_of(placed.node.raw, section, entry), hint)
 
@@ -228,7 +231,7 @@ def _state_class(checked: CheckedChart, node: Node) -> Callee | None:
     scope, at = checked.scope, mark_of(node.raw, node.form)
     found = scope.state_class(node.target)
     if found is None:
-        if node.raw[node.form] == node.target:  # else reported when the file was loaded
+        if node.raw[node.form] == node.target:  # otherwise reported on loading
             is_chart = node.target in scope.library
             hint = f"`use: {node.target}`, it is a chart" if is_chart else ""
             hint = hint or checked.near(node.target, scope.interfaces)

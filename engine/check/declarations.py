@@ -12,7 +12,7 @@ from engine.types import ANY, Type, convert, fits
 
 
 def check_declarations(checked: CheckedChart) -> None:
-    """Check that types exist, that values have them, and that nothing is declared twice."""
+    """Check that types exist, that values have these types, and that nothing is declared twice."""
     _check_parameters(checked)
     _check_keys(checked)
     _check_outputs(checked)
@@ -35,7 +35,7 @@ def _check_keys(checked: CheckedChart) -> None:
     for name, key in checked.chart.keys.items():
         section = "inputs" if key.is_input else "data"
         if not _declares(raw, section, name):
-            continue  # an output, see there
+            continue  # declared by `outputs`, see `_check_outputs`
         kind = _type(checked, key.type, _mark(raw, section, name, "type"))
         if key.has_initial and not _can_be_written(kind):
             at, hint = _mark(raw, section, name, "initial"), "`initial: none`"
@@ -94,7 +94,7 @@ def _declares(raw: Map, section: str, name: str) -> bool:
 
 
 def _mark(raw: Map, section: str, name: str, entry: str) -> Mark:
-    """The place of an `entry` of a declaration, or of the declaration if that is one word."""
+    """Mark of an `entry` of a declaration; of the whole declaration if it has no such entry."""
     item = raw[section][name]
     if isinstance(item, Map) and entry in item:
         return mark_of(item, entry)

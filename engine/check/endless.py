@@ -1,4 +1,4 @@
-"""Charts that run on for ever: busy loops (S03) and dead ends (S04)."""
+"""Charts that never end: busy loops (S03) and dead ends (S04)."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ MOST_BESIDE = 100
 def check_endless(checked: CheckedChart) -> None:
     """Check all containers, the inner ones first.
 
-    Dead ends are only noted here: whether something outside ends them is known once all charts
-    have been checked.
+    Dead ends are only noted here: whether something outside ends them is known only once all
+    charts have been checked.
     """
     for placed in reversed(checked.nodes):
         placed.instant = _instant(placed)
@@ -64,7 +64,7 @@ def _instant_edges(placed: PlacedNode) -> dict[PlacedNode, list[PlacedNode]]:
 
 
 def _check_busy(checked: CheckedChart, placed: PlacedNode) -> None:
-    """S03: nothing in a cycle of instant states ever waits."""
+    """S03: a cycle of instant states, in which nothing ever waits."""
     edges = _instant_edges(placed)
     order = {child: index for index, child in enumerate(placed.children)}
     for component in components(edges):
@@ -79,7 +79,7 @@ def _check_busy(checked: CheckedChart, placed: PlacedNode) -> None:
 
 
 def _note_dead_end(checked: CheckedChart, placed: PlacedNode) -> None:
-    """S04: some children of a sequence have no path out of it."""
+    """S04: note the first child of a sequence from which no path leads out of it."""
     named = {child.node.name: child for child in placed.children}
     sources: dict[PlacedNode, list[PlacedNode]] = {child: [] for child in placed.children}
     leaving: dict[PlacedNode, None] = {}
@@ -103,8 +103,8 @@ def _note_dead_end(checked: CheckedChart, placed: PlacedNode) -> None:
 
 
 def report_dead_ends(charts: list[CheckedChart]) -> None:
-    """S04, for all charts, used ones before those that use them."""
-    ended: dict[str, list[bool]] = {}  # by chart, for each use: does something there end it?
+    """Report S04 for all charts; `charts` has used ones before those that use them."""
+    ended: dict[str, list[bool]] = {}  # by chart, for each use: whether something there ends it
     for checked in reversed(charts):
         around = ended.get(checked.chart.name, [])
         outside = bool(around) and all(around)
@@ -142,7 +142,7 @@ class _Enders:
         return False
 
     def _enders(self, container: PlacedNode) -> list[PlacedNode]:
-        """Children of a container that can end it, two at most."""
+        """Children of a container that can end it; the search stops at two."""
         if container not in self.found:
             able = (child for child in container.children if _can_end(child, container))
             self.found[container] = [child for child, _ in zip(able, range(2), strict=False)]
@@ -150,7 +150,7 @@ class _Enders:
 
 
 def _can_end(child: PlacedNode, container: PlacedNode) -> bool:
-    """True if some outcome of `child` is sure to end the container when it occurs."""
+    """True if an outcome of `child` ends the container; where outcomes are kept, if each does."""
     ending = [outcome in child.node.next for outcome in child.produced]
     return bool(ending) and (not container.node.keeps or all(ending))
 
@@ -158,7 +158,7 @@ def _can_end(child: PlacedNode, container: PlacedNode) -> bool:
 def _ends_without(container: PlacedNode, placed: PlacedNode) -> bool:
     """True if the container ends with every combination of outcomes of the other children.
 
-    Assumed for containers with more than `MOST_BESIDE` children, where it would take too long.
+    Assumed to hold with more than `MOST_BESIDE` children, where deciding it would take too long.
     """
     if len(container.children) > MOST_BESIDE:
         return True

@@ -1,8 +1,8 @@
 """Data flow along the paths through a chart (F01–F04).
 
-A key never becomes undefined again. So the keys surely written after a node are those written
+A key that is written stays written. So the keys certainly written after a node are those written
 before it plus a set that depends on the node alone. One pass from the inside out computes that set
-for every outcome, a second one from the outside in computes what is written before each node.
+for every outcome; a second one, from the outside in, the keys written before each node.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def check_flow(checked: CheckedChart) -> None:
 
 
 def _complete(leaf: PlacedNode) -> None:
-    """Set `gives` to nothing for outcomes without outputs or whose outputs are dropped."""
+    """Let outcomes without outputs, or whose outputs are not bound, give no keys."""
     for outcome in (*leaf.ends, "error"):
         leaf.gives.setdefault(outcome, 0)
 
@@ -42,7 +42,7 @@ def _sequence(placed: PlacedNode) -> dict[str, int]:
     rank = {child: index for index, child in enumerate(order)}
     ends: dict[str, int] = {}
     order[0].entry = 0
-    work = [0]  # a heap, in topological order: only loops are visited twice
+    work = [0]  # a heap, in topological order: only nodes in loops are visited twice
     while work:
         child = order[heappop(work)]
         here = child.entry or 0
@@ -58,7 +58,7 @@ def _sequence(placed: PlacedNode) -> dict[str, int]:
 
 
 def _downstream(placed: PlacedNode, named: Mapping[str, PlacedNode]) -> list[PlacedNode]:
-    """The children that can be entered, in topological order (but for loops)."""
+    """The children that can be entered, in topological order, except for loops."""
     first = placed.children[0]
     seen = {first}
     left: list[PlacedNode] = []
@@ -97,7 +97,7 @@ def _with_timeout(placed: PlacedNode, ends: dict[str, int]) -> dict[str, int]:
 
 
 def _parallel(placed: PlacedNode) -> dict[str, int]:
-    """The winner's outputs; where outcomes are kept, those of the children that a rule names."""
+    """Keys written at each outcome: by the winner, or by the children that a rule names."""
     ends: dict[str, int] = {}
     keeps = placed.node.keeps
     for child in placed.children:
@@ -127,7 +127,7 @@ def _always(child: PlacedNode) -> int:
 
 
 def _note_writes(placed: PlacedNode) -> None:
-    """Note the keys written while a container runs, and those written only when it ends."""
+    """Note the keys that are written while a container runs (`inner`) and at its end (`final`)."""
     for child in placed.children:
         placed.inner |= child.inner
         leads_on = placed.form == "states" and any(t[0] != "." for _, t in child.routes)
@@ -199,7 +199,7 @@ def _report_read(
 def _path(
     checked: CheckedChart, placed: PlacedNode, bit: int, before: dict[PlacedNode, int]
 ) -> str:
-    """Names a path to `placed` on which the key of `bit` is not written, by its last edge."""
+    """Names the last edge of a path to `placed` on which the key of `bit` is not written."""
     while placed.parent is not None:
         parent, around = placed.parent, before[placed.parent]
         checked.effort -= len(parent.children)

@@ -29,7 +29,7 @@ def check_outcomes(checked: CheckedChart) -> None:
 
 def _leaf_ends(placed: PlacedNode) -> Mapping[str, Sequence[Origin]]:
     node, callee = placed.node, placed.callee
-    if callee is None:  # unknown: taken to have the outcomes that are mapped
+    if callee is None:  # unknown: assumed to have the outcomes that are mapped
         return {outcome: () for outcome in node.next if outcome != "error"}
     return {**callee.ends, "timeout": ()} if "timeout" in node.raw else callee.ends
 
@@ -55,7 +55,7 @@ def _container_ends(placed: PlacedNode) -> dict[str, list[Origin]]:
 
 
 def _outcome_marks(node: Node) -> Mapping[Mark, Mark]:
-    """Where the items of `when` name their outcomes, by where they begin."""
+    """The marks of the outcomes in the items of `when`, by the marks of these items."""
     if not node.when:
         return {}
     listed = node.raw["when"]
@@ -116,7 +116,7 @@ def _check_unmapped(checked: CheckedChart, placed: PlacedNode, parent: PlacedNod
 
 
 def _check_limits(checked: CheckedChart, placed: PlacedNode) -> None:
-    """`retry`, `autonomy` and `priority`."""
+    """Check `retry`, `autonomy` and `priority`."""
     node = placed.node
     if node.retry is not None:
         for outcome in node.retry.on:
@@ -182,11 +182,11 @@ def _check_top(checked: CheckedChart) -> None:
 
 
 def _top_hint(checked: CheckedChart, outcome: str, parent: PlacedNode | None) -> str:
-    """Help with an outcome of the chart that is not declared; `parent`: of the node it leaves."""
+    """Hint for an undeclared outcome of the chart; `parent` is that of the node it comes from."""
     outcomes = checked.chart.outcomes
     if not outcomes:
         return f"`outcomes: [{outcome}]`"
-    if parent is None:  # of `when`, where outcomes have no dot
+    if parent is None:  # it comes from `when`, where outcomes have no dot
         return checked.near(outcome, outcomes)
     if parent.form == "states" and outcome in parent.node.raw["states"]:
         return f"did you mean {outcome!r}, without the dot? `.{outcome}` ends the container"

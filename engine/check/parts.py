@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Sequence
 from engine.chart import mark_of
 from engine.check.checked_chart import CheckedChart, PlacedNode
 
-MOST_NOTES = 7  # further nodes that one finding names
+MOST_NOTES = 7  # maximum number of further nodes that one finding names
 
 
 def check_parts(checked: CheckedChart) -> None:
@@ -37,7 +37,7 @@ def _check_shared(checked: CheckedChart, placed: PlacedNode) -> None:
 
 
 def _check_known(checked: CheckedChart) -> None:
-    """N12: signals and parts exist; one finding for a class, with all nodes that name it."""
+    """N12: signals and parts exist; one finding per class and name, with the nodes concerned."""
     scope = checked.scope
     if scope.signals is None and scope.parts is None:
         return
@@ -70,9 +70,9 @@ def _check_names(
 
 
 def unmapped(placed: PlacedNode) -> list[PlacedNode]:
-    """The leaves and `use` nodes inside that command a part and whose errors come out of it.
+    """The leaves and `use` nodes in `placed` that command a part and whose errors leave it.
 
-    Nodes to which errors lead are left out: they are the ones that handle them.
+    Nodes that errors lead to are left out, as they are the ones that handle them.
     """
     if "error" in placed.node.next:
         return []
@@ -85,7 +85,7 @@ def unmapped(placed: PlacedNode) -> list[PlacedNode]:
 
 
 def report_unmapped(charts: Sequence[CheckedChart]) -> None:
-    """S10, for charts that no other one uses; the others can have it mapped where they are used."""
+    """S10, for charts that no other chart uses; errors of the others can be mapped at the `use`."""
     used = {s.node.target for checked in charts for s in checked.nodes if s.form == "use"}
     for checked in charts:
         found = unmapped(checked.root) if checked.chart.name not in used else []

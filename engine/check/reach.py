@@ -8,7 +8,7 @@ _UNREACHED = "map an outcome to it, or delete it"
 
 
 def check_reach(checked: CheckedChart) -> None:
-    """Check all nodes, the inner ones first; notes what can be reached and produced."""
+    """Check all nodes, the inner ones first, and note what can be reached and produced."""
     for placed in reversed(checked.nodes):
         if placed.is_container:
             placed.reached = _reached(placed)
@@ -28,7 +28,7 @@ def check_reach(checked: CheckedChart) -> None:
 
 
 def _routes(placed: PlacedNode) -> list[tuple[str, str]]:
-    """Outcomes with their targets, a sibling or `.x`, also for those handed on or kept.
+    """Outcomes with their targets, a sibling or `.x`, including those passed on or kept.
 
     An unmapped `error` is left out; every node can end with it.
     """

@@ -1,4 +1,4 @@
-"""The items of `when` against all combinations of outcomes (S06, S07, S12)."""
+"""Checks the items of `when` against all combinations of outcomes (S06, S07, S12)."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from engine.chart import Rule
 from engine.check.checked_chart import CheckedChart, PlacedNode
 
-MOST_STEPS = 20_000  # conditions looked at, beyond some times their number, before giving up
-MOST_COMPARED = 300  # items compared with each other
+MOST_STEPS = 20_000  # conditions examined, on top of 20 per condition, before giving up
+MOST_COMPARED = 300  # earlier items that each item is compared with, at most
 MOST_SHOWN = 8  # children of a combination named in a message
 
 Conditions = Mapping[str, str]  # child -> outcome
@@ -33,7 +33,7 @@ def check_rules(checked: CheckedChart) -> None:
 def _matching(
     checked: CheckedChart, placed: PlacedNode, kept: Mapping[str, Sequence[str]]
 ) -> list[Rule]:
-    """The items that can match first; S07 for the others."""
+    """The items that can match before all others; S07 for the rest."""
     found: list[Rule] = []
     for rule in placed.node.rules:
         conditions = rule.conditions.items()
@@ -56,7 +56,7 @@ def _matching(
 def _check_covered(
     checked: CheckedChart, placed: PlacedNode, kept: Mapping[str, Sequence[str]]
 ) -> None:
-    """S06: an item matches whatever the children end with."""
+    """S06: an item matches for every combination of the children's outcomes."""
     domains = {name: list(outcomes) for name, outcomes in kept.items() if outcomes}
     rules = [rule.conditions for rule in placed.rules]
     if not domains or not all(rules):  # `all` alone waits for every child
@@ -128,9 +128,9 @@ class _Search:
     def _simplify(
         self, domains: dict[str, list[str]], rules: Sequence[Conditions]
     ) -> list[Conditions] | None:
-        """The rules without conditions that are certain; `None` if one always matches.
+        """The rules without the conditions that are certain to hold; `None` if one always matches.
 
-        A rule with a single condition removes that outcome from its child's domain.
+        A rule with a single open condition removes that outcome from its child's domain.
         """
         while True:
             left: list[Conditions] = []
@@ -156,7 +156,7 @@ class _Search:
 
 
 def _open(rule: Conditions, domains: Mapping[str, Sequence[str]]) -> Conditions | None:
-    """The conditions that may or may not hold; `None` if one cannot."""
+    """The conditions of a rule that may or may not hold; `None` if one of them cannot hold."""
     found = {}
     for name, outcome in rule.items():
         if outcome not in domains[name]:

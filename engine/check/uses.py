@@ -1,4 +1,4 @@
-"""Charts that use each other (S05, S12), and cycles in graphs."""
+"""Recursion and size of charts that use others (S05, S12), and cycles in graphs."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from engine.check.callee import Facts
 from engine.check.checked_chart import CheckedChart, PlacedNode
 
 MOST_VERTICES = 10_000  # of a machine, with all used charts expanded
-MOST_LEVELS = 100
+MOST_LEVELS = 100  # likewise
 
 _LEAF = Facts()
 _T = TypeVar("_T", bound=Hashable)
 
 
 def uses(checked: CheckedChart) -> list[str]:
-    """The charts that a chart names, each once."""
+    """The names of the charts that a chart uses, each once."""
     targets = [placed.node.target for placed in checked.nodes if placed.form == "use"]
     return list(dict.fromkeys(target for target in targets if target in checked.scope.library))
 
@@ -85,7 +85,7 @@ def cycle_in(graph: Mapping[_T, Iterable[_T]], component: Sequence[_T]) -> list[
 
 
 def check_recursion(charts: Mapping[str, CheckedChart], graph: Mapping[str, list[str]]) -> set[str]:
-    """S05: no chart uses itself, directly or through others; the charts that do."""
+    """S05: no chart uses itself, directly or through others; returns the charts that do."""
     recursive: set[str] = set()
     order = {name: index for index, name in enumerate(charts)}
     for component in components(graph):
@@ -103,9 +103,9 @@ def check_recursion(charts: Mapping[str, CheckedChart], graph: Mapping[str, list
 
 
 def measure(checked: CheckedChart) -> tuple[int, int]:
-    """Vertices and levels of a machine of this chart; S12 where there are too many.
+    """Vertices and levels of a machine of this chart; S12 if there are too many.
 
-    Used charts are not measured again: the time grows with the file, not with the machine.
+    Used charts are not measured again, so the time grows with the file, not with the machine.
     """
     vertices, levels, reported = 0, 0, False
     depth: dict[PlacedNode, int] = {}

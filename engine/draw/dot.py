@@ -32,7 +32,7 @@ _HEADER = f"""\
 
 @dataclass(frozen=True, slots=True)
 class Active:
-    """What is going on: the active paths, and the node and outcome taken last."""
+    """What to highlight of a run: the active paths, and the last node and outcome taken."""
 
     paths: Collection[str] = ()
     last: tuple[str, str] | None = None
@@ -56,7 +56,7 @@ def dot(
     Args:
         chart: the chart.
         library: the charts it uses, by name.
-        depth: how many levels of `use` are expanded; all with `None`.
+        depth: how many levels of `use` are expanded; `None`: all.
         active: what to highlight.
     """
     return "\n".join(_Writer(picture(chart, library, depth), active or Active()).lines()) + "\n"
@@ -65,8 +65,8 @@ def dot(
 class _Writer:
     """Writes the shapes of a box, then the boxes inside it, then the edges between them.
 
-    Graphviz puts a shape into the box that names it first, so an edge must not come before both
-    of its ends; and it keeps an edge's label inside the box in which the edge is written.
+    Graphviz puts a shape into the box that mentions it first, so an edge must not be written before
+    both of its ends; and it keeps an edge's label inside the box in which the edge is written.
     """
 
     def __init__(self, shown: Picture, active: Active) -> None:
@@ -150,7 +150,7 @@ class _Writer:
         return f"{_quoted(leaf.path)} [label=<{label}>, {_listed(attributes)}]"
 
     def order(self, box: BoxShape) -> Iterator[str]:
-        """The arrow from the start dot, and invisible edges that keep pins below all else."""
+        """The arrow from the start dot, and invisible edges that keep the pins at the bottom."""
         if box.start:
             first = box.members[0].path
             beside = {} if first in self.boxes else {"minlen": "0"}
@@ -162,9 +162,9 @@ class _Writer:
                 yield f"{_quoted(low)} -> {_quoted(box.pins[0].id)} [{_listed(hidden)}]"
 
     def edge(self, edge: Edge) -> Iterator[str]:
-        """An edge; in two halves if it has a label, which then is a shape between them.
+        """An edge; in two halves if it has a label, which is then a shape between them.
 
-        Graphviz places a label of its own after the routes, sometimes outside of the frame.
+        Graphviz places its own edge labels after routing, sometimes outside of the frame.
         """
         name = f"{edge.path}:{'|'.join(edge.outcomes)}"
         look = self.look(edge)
@@ -193,16 +193,16 @@ class _Writer:
         return look
 
     def freedom(self, edge: Edge) -> dict[str, str]:
-        """How far down the head of an edge has to be.
+        """Attributes for how far below the tail the head of an edge has to be.
 
-        Boxes stand beside each other; what else follows a box stands just below its pins.
+        Boxes are placed side by side; any other shape that follows a box, just below its pins.
         """
         if edge.path in self.boxes and edge.head in self.boxes:
             return {"constraint": "false"}
         return {"minlen": "0"} if edge.path in self.boxes or edge.head in self.boxes else {}
 
     def arrow(self, tail: str, head: str, attributes: dict[str, str], *, up: bool = False) -> str:
-        """An arrow, which ends at the border of a box; `up`: its head stands above its tail."""
+        """An arrow, which ends at the border of a box; `up`: its head is above its tail."""
         end, box = head, self.boxes.get(head)
         if box is not None:
             end = (up and box.exit) or box.entry

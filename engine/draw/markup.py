@@ -12,7 +12,7 @@ from engine.draw.style import AMBER, CAUSES, FILLS, FRAME, GREY, KINDS, LINE, LI
 Holds = Callable[[str], bool]
 ABOUT_WIDTH = 80
 BIG, MIDDLE, SMALL = 15, 10.5, 9
-"""Sizes of letters, points."""
+"""Font sizes, points."""
 BARE = {"BORDER": "0", "CELLSPACING": "0", "CELLPADDING": "0"}
 
 
@@ -22,7 +22,7 @@ def shape_label(title: str, notes: Sequence[str]) -> str:
 
 
 def outcomes_label(labels: Iterable[OutcomeLabel]) -> str:
-    """Outcomes as they stand at an edge or in a row."""
+    """Outcomes as written at an edge or in a row."""
     return " | ".join(map(_outcome, labels))
 
 
@@ -65,7 +65,7 @@ def table_label(table: TableShape, holds: Holds) -> str:
 
 
 def _columns(rows: Sequence[LeafShape | TableShape], holds: Holds) -> str:
-    """Rows below each other; the guards in a column of their own, on the right."""
+    """Rows one below the other; the guards in a column of their own, on the right."""
     guards = [row for row in rows if isinstance(row, LeafShape) and row.kind == "watch"]
     others = [row for row in rows if row not in guards]
     columns = [[_row(row, holds) for row in column] for column in (others, guards) if column]
@@ -103,7 +103,7 @@ def _leaf_cell(leaf: LeafShape, *, lit: bool) -> str:
 
 
 def _ending(ending: Ending) -> str:
-    """`→ outcome`, or `own outcomes → outcome` where the row calls it otherwise."""
+    """`→ outcome`, or `own outcomes → outcome` if the row's are named differently."""
     own = outcomes_label(ending.labels)
     same = all(label.text == ending.outcome for label in ending.labels)
     shown = f"→ {own}" if same else f"{own} → {text(ending.outcome)}"
@@ -111,7 +111,7 @@ def _ending(ending: Ending) -> str:
 
 
 def legend() -> str:
-    """What the colours mean, in one line."""
+    """The meaning of the colours, in one line."""
     words = [
         f'<FONT COLOR="{KINDS["do"][0]}">action</FONT>',
         f'<FONT COLOR="{AMBER}">monitor → outcome it causes</FONT>',
@@ -141,10 +141,10 @@ def small(note: str) -> str:
 
 
 def text(value: str) -> str:
-    """`value` inside an HTML-like label, where no element may be empty."""
+    """`value` escaped for an HTML-like label; a space if empty, as no element may be empty."""
     return html.escape(printable(value)).replace("\\", "\\\\") or " "
 
 
 def printable(value: str) -> str:
-    """`value` with a space for each control character."""
+    """`value` with a space instead of each character that is not printable."""
     return "".join(c if c.isprintable() else " " for c in value)

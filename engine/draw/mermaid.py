@@ -1,4 +1,4 @@
-"""Charts as Mermaid text, which many web pages draw by themselves.
+"""Charts as Mermaid text, which many web pages render by themselves.
 
 A flowchart, not a state diagram: state diagrams cannot have edges that end at a box inside
 something parallel.
@@ -45,7 +45,7 @@ def mermaid(chart: Chart, library: Mapping[str, Chart], depth: int | None = 0) -
 class _Writer:
     def __init__(self, shown: Picture) -> None:
         self.shown = shown
-        self.names: dict[str, str] = {}  # Mermaid stumbles over words of its own, such as `end`
+        self.names: dict[str, str] = {}  # paths could be keywords of Mermaid, such as `end`
 
     def lines(self) -> Iterator[str]:
         yield "flowchart TB"
@@ -57,7 +57,7 @@ class _Writer:
         yield from self.colours(len(arrows) - len(self.shown.edges))
 
     def colours(self, first: int) -> Iterator[str]:
-        """The looks of the edges, of which the first has this number."""
+        """The styles of the edges, which Mermaid numbers, from `first` on."""
         numbers: dict[Cause, list[str]] = {}
         for number, edge in enumerate(self.shown.edges, first):
             numbers.setdefault(edge.cause, []).append(str(number))
@@ -111,7 +111,7 @@ class _Writer:
 
 
 def _lines(shape: LeafShape | TableShape) -> Iterator[str]:
-    """A leaf's name and notes, or those of each row of a table; then how it ends its container."""
+    """A leaf's name and notes, or a table's with its rows; then how it ends its container."""
     if isinstance(shape, LeafShape):
         yield f"<b>{_text(shape.name)}</b>"
         yield from map(_small, shape.notes)
@@ -150,5 +150,5 @@ def _small(note: str) -> str:
 
 
 def _text(text: str) -> str:
-    """`text` with everything that Mermaid or HTML would read as a sign of its own encoded."""
+    """`text` with all characters encoded that have a meaning in Mermaid or HTML."""
     return "".join(c if c.isalnum() or c in " _.,:/" else f"#{ord(c)};" for c in text) or " "

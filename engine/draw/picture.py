@@ -32,12 +32,12 @@ Outcomes = dict[str, Cause]
 
 
 def picture(chart: Chart, library: Mapping[str, Chart], depth: int | None = 0) -> Picture:
-    """What to draw of `chart`.
+    """The shapes and edges of `chart`.
 
     Args:
         chart: the chart.
         library: the charts it uses, by name.
-        depth: how many levels of `use` are expanded; all with `None`.
+        depth: how many levels of `use` are expanded; `None`: all.
     """
     painter = _Painter(library)
     root = painter.root(chart, depth)
@@ -46,7 +46,7 @@ def picture(chart: Chart, library: Mapping[str, Chart], depth: int | None = 0) -
 
 @dataclass(frozen=True, slots=True)
 class _Scope:
-    """The values of a chart's parameters, levels of `use` left to expand, and charts around it."""
+    """Values of a chart's parameters, levels of `use` left to expand, names of enclosing charts."""
 
     values: Values
     depth: int | None
@@ -55,7 +55,7 @@ class _Scope:
 
 @dataclass(frozen=True, slots=True)
 class _Member:
-    """A child, its shape, its outcomes with their causes, and where each leads.
+    """A child, its shape, the labels of its outcomes, and where each outcome leads.
 
     A target is the name of a sibling, or `.outcome` of the parent, or "" if the parent keeps it.
     """
@@ -67,7 +67,7 @@ class _Member:
 
 
 class _Painter:
-    """Goes through a chart, children first."""
+    """Builds shapes and edges from a chart, children first."""
 
     def __init__(self, library: Mapping[str, Chart]) -> None:
         self.library = library
@@ -125,7 +125,7 @@ class _Painter:
         return TableShape(path, body.name, _mode(body), (), "", rows, tuple(rules))
 
     def row(self, member: _Member, path: str) -> LeafShape | TableShape:
-        """The shape of a member with the outcomes of the container at `path` that it causes."""
+        """A member's shape with the outcomes of the container at `path` that it brings about."""
         assert not isinstance(member.shape, BoxShape), "boxes have edges"
         bundles: dict[str, list[OutcomeLabel]] = {}
         for outcome, target in member.targets.items():
@@ -176,7 +176,7 @@ def _own_outcomes(
 def _pins(
     body: Node, path: str, labels: Mapping[str, OutcomeLabel], targets: Mapping[str, str]
 ) -> tuple[Pin, ...]:
-    """A pin for each place that outcomes lead to; outcomes of rules have one of their own."""
+    """One pin for each target of outcomes; each outcome of a rule has a pin of its own."""
     notes: dict[str, tuple[str, ...]] = {}
     for rule in body.rules if body.keeps else ():
         notes[rule.outcome] = (*notes.get(rule.outcome, ()), condition_text(rule))
@@ -218,7 +218,7 @@ def _edges(body: Node, path: str, members: list[_Member], pins: tuple[Pin, ...])
 
 
 def _levels(parent: Node) -> dict[str, int]:
-    """How many hops each child of a sequence is away from the first."""
+    """The number of edges from the first child of a sequence to each of its children."""
     ways = {child.name: child.next.values() for child in parent.children}
     levels: dict[str, int] = {}
     for start in ways:
@@ -235,7 +235,7 @@ def _levels(parent: Node) -> dict[str, int]:
 def _step(
     levels: Mapping[str, int], member: _Member, target: str, shapes: Mapping[str, Shape]
 ) -> int:
-    """How far an edge leads away from the start; between leaves document order breaks ties."""
+    """How many levels an edge leads away from the start; for leaves, document order breaks ties."""
     name = member.node.name
     step = levels.get(target, 1 << 30) - levels[name]
     if step or not isinstance(shapes[target], LeafShape) or not isinstance(member.shape, LeafShape):
@@ -245,7 +245,7 @@ def _step(
 
 
 def _merged(edges: list[Edge]) -> Iterator[Edge]:
-    """Edges between the same two shapes become one; those from a pin have no label."""
+    """Merge edges between the same two shapes into one; those from a pin have no label."""
     bundles: dict[tuple[str, str], list[Edge]] = {}
     for edge in edges:
         bundles.setdefault((edge.tail, edge.head), []).append(edge)

@@ -1,4 +1,4 @@
-"""DOT text as a picture file."""
+"""Renders DOT text as a picture file."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ class CannotRender(RuntimeError):
 
 
 def render(text: str, form: FileForm = "svg") -> bytes:
-    """DOT text laid out by Graphviz.
+    """DOT text laid out by Graphviz, as the content of a file.
 
     Raises:
-        CannotRender: with neither `pygraphviz` (which brings Graphviz along) nor a `dot` program.
+        CannotRender: there is neither `pygraphviz` (which includes Graphviz) nor a `dot` program,
+            or that has failed.
     """
     try:
         import pygraphviz

@@ -1,9 +1,9 @@
 """What a picture of a chart consists of, before anything is laid out.
 
-A sequence (`states`) is a box: its children stand inside, edges lead from one to the next, and a
-pin on the lower border stands for each way out. A container whose children run in parallel is a
-table, one row per child; a row says in words which outcome of the container it brings about. A
-parallel container that holds a sequence is a box with its other children as rows at its head.
+A sequence (`states`) is a box: its children are inside, edges lead from one to the next, and each
+way out is a pin on the lower border. A container whose children run in parallel is a table, one row
+per child; a row says in words which outcome of the container it brings about. A parallel container
+that holds a sequence is a box with its other children as rows at its head.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from engine.draw.style import Cause
 
 
 class OutcomeLabel(NamedTuple):
-    """An outcome as it is written at an edge or in a row."""
+    """An outcome as written at an edge or in a row."""
 
     text: str
     cause: Cause = ""
@@ -60,7 +60,7 @@ class TableShape:
 
 @dataclass(frozen=True, slots=True)
 class Pin:
-    """Outcomes of a box that lead to the same place; `notes` say when they come about."""
+    """Outcomes of a box that lead to the same place; `notes` say when they occur."""
 
     path: str
     outcomes: tuple[str, ...]
@@ -69,12 +69,12 @@ class Pin:
 
     @property
     def id(self) -> str:
-        """Where edges from and to this pin end."""
+        """The id that edges from and to this pin refer to."""
         return f"{self.path}:{'|'.join(self.outcomes)}"
 
     @property
     def cause(self) -> Cause:
-        """The cause that all of its outcomes have in common."""
+        """The cause that all of its outcomes share, else ""."""
         return common(label.cause for label in self.labels)
 
 
@@ -93,17 +93,17 @@ class BoxShape:
 
     @property
     def start(self) -> str:
-        """The dot from which a sequence begins; "" where all members begin at once."""
+        """The id of the start dot of a sequence; "" if all members start at once."""
         return f"{self.path}:" if self.mode == "states" and self.members else ""
 
     @property
     def entry(self) -> str:
-        """A shape inside at which edges to the box end."""
+        """The id of the shape inside at which edges to the box end."""
         return self.start or next((entry_of(member) for member in self.members), self.exit)
 
     @property
     def exit(self) -> str:
-        """A shape on the lower border, if there is one."""
+        """The id of a pin on the lower border, "" without pins."""
         return self.pins[len(self.pins) // 2].id if self.pins else ""
 
     def boxes(self) -> Iterator[BoxShape]:
@@ -119,11 +119,11 @@ Shape = LeafShape | TableShape | BoxShape
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """From a shape to a shape: `tail` and `head` are paths of nodes or ids of pins.
+    """An edge between two shapes: `tail` and `head` are paths of nodes or ids of pins.
 
     `outcomes` are those of the node at `path`, `within` is the path of the box that holds both
     ends. An edge to a pin inside the picture is only half of the route and has no arrow. `step` is
-    by how many hops the head is farther from the start than the tail.
+    the number of levels by which the head is farther from the start than the tail.
     """
 
     path: str
@@ -149,7 +149,7 @@ class Picture:
     passed_on: Mapping[tuple[str, str], tuple[str, str]]
 
     def route(self, path: str, outcome: str) -> Iterator[Edge]:
-        """The edges that an outcome of the node at `path` takes, through pins to the end."""
+        """The edges that an outcome of the node at `path` follows, through pins to the end."""
         while (path, outcome) in self.passed_on:
             path, outcome = self.passed_on[path, outcome]
         tails = {edge.tail: edge for edge in self.edges}
@@ -160,11 +160,11 @@ class Picture:
 
 
 def common(causes: Iterable[Cause]) -> Cause:
-    """The cause that all have in common, else ""."""
+    """The cause that all share, else ""."""
     found = set(causes)
     return found.pop() if len(found) == 1 else ""
 
 
 def entry_of(shape: Shape) -> str:
-    """Where edges to a shape end."""
+    """The id of the shape at which edges to `shape` end: itself, or one inside of a box."""
     return shape.entry if isinstance(shape, BoxShape) else shape.path

@@ -12,12 +12,12 @@ from engine.draw.shapes import OutcomeLabel
 from engine.draw.style import Cause
 
 Values = Mapping[str, Any]
-"""Values of a chart's parameters; one that is not known is missing."""
+"""Values of a chart's parameters, without those that are not known."""
 LONGEST_NOTE = 44
 
 
 def values_of(chart: Chart, given: Values, outer: Values) -> dict[str, Any]:
-    """The values of a chart's parameters where it is used with `given`, itself part of `outer`."""
+    """Values of a chart's parameters when used with `given`, whose references `outer` resolves."""
     known = {name: p.default for name, p in chart.parameters.items() if not p.required}
     for name, value in given.items():
         from_outer = isinstance(value, Reference) and value.name in outer
@@ -43,7 +43,7 @@ def _notes(node: Node, values: Values) -> Iterator[str]:
 
 
 def outcome_label(node: Node, outcome: str, values: Values, cause: Cause = "") -> OutcomeLabel:
-    """An outcome with its time limit and autonomy; `cause` is what a container's comes from."""
+    """An outcome with its time limit and autonomy; `cause` is that of a container's outcome."""
     text = outcome
     if outcome == "timeout" and node.timeout is not None:
         text = f"timeout {value_text(node.timeout, values)}"
@@ -57,13 +57,13 @@ def cause_of(outcome: str) -> Cause:
 
 
 def condition_text(rule: Rule) -> str:
-    """When a rule of `when` holds."""
+    """Text that tells when a rule of `when` holds."""
     shown = [f"{child} {outcome}" for child, outcome in rule.conditions.items()]
     return f"if {' and '.join(shown)}" if shown else "all have ended"
 
 
 def value_text(value: Any, values: Values) -> str:
-    """A value as the chart writes it; a parameter by its value, or by its name if that is open."""
+    """A value as written in the chart; a parameter as its value, or as `$name` if not known."""
     if isinstance(value, Reference):
         return value_text(values[value.name], {}) if value.name in values else f"${value.name}"
     if isinstance(value, list | tuple):

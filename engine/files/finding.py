@@ -1,4 +1,4 @@
-"""Findings: what is wrong with a file, where, and how to mend it."""
+"""Findings: what is wrong with a file, where, and how to fix it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from engine.files.words import advice
 Severity = Literal["error", "warning"]
 
 CODE = "D01"
-"""The code of mistakes in keys and values of files other than charts."""
+"""The code of mistakes in files other than charts, in their keys and values."""
 
 
 class Place(NamedTuple):
@@ -69,7 +69,7 @@ def not_found(name: object, message: str, hint: str = "", code: str = CODE) -> N
 def mistake(
     file: object, message: str, line: int = 0, hint: str = "", code: str = CODE
 ) -> FileError:
-    """The error for one mistake in a line of a file, or in the whole of it (line 0)."""
+    """The error for one mistake in a line of a file, or in the file as a whole (line 0)."""
     place = Place(str(file), line, 1, 2) if line else Place(str(file), 1, 1, 1)
     return FileError([Finding(code, message, place, hint)])
 
@@ -83,7 +83,7 @@ def _notes(finding: Finding) -> str:
 
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:
-    """A suggestion for an unknown `word`, or the allowed values when nothing is near."""
+    """A suggestion for an unknown `word`, or the allowed words if none is similar."""
     return advice(str(word), known)
 
 

@@ -1,4 +1,4 @@
-"""Text that libyaml refuses, and the lines in it that are indented wrongly."""
+"""Text that libyaml rejects, and the wrongly indented lines in it."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ Spot = tuple[int, int]  # line and column, from 1
 KEY = re.compile(
     r"[ \t]*(?:- +)*(?:\"[^\"]*\"|'[^']*'|[^\s:#\[\]{},&*!|>'\"%@`][^:#]*?) *:(?=\s|\Z)"
 )
-"""A line up to the colon of its key."""
+"""Matches a line up to the colon after its key."""
 
 
 class Malformed(NamedTuple):
-    """Text that libyaml refuses: what it says, where, and where the construct in question began."""
+    """Text that libyaml rejects: its message, where, and where the construct in question began."""
 
     lines: list[str]
     problem: str
@@ -29,7 +29,7 @@ class Malformed(NamedTuple):
 
     @property
     def before(self) -> str:
-        """That line up to the problem."""
+        """The text of that line before the problem."""
         return self.line[: self.at[1] - 1]
 
     @property
@@ -44,7 +44,7 @@ class Malformed(NamedTuple):
 
 
 class Diagnosis(NamedTuple):
-    """The place of a mistake, what it is, and the mend."""
+    """The place of a mistake, what it is, and how to fix it."""
 
     at: Spot
     message: str
@@ -52,7 +52,7 @@ class Diagnosis(NamedTuple):
 
 
 def indentation(text: Malformed) -> Diagnosis | None:
-    """A line that stands deeper than the one above allows, or at a depth that nothing has."""
+    """A line indented deeper than the line above allows, or to a depth that no other line has."""
     is_deeper = "mapping values are not allowed" in text.problem
     if not is_deeper and "expected key" not in text.problem:
         return None
@@ -95,7 +95,7 @@ def _below(text: Malformed) -> int | None:
 
 
 def _levels(text: Malformed) -> list[int]:
-    """The depths at which a key could stand in the line of the problem."""
+    """The depths that a key in the line of the problem could have."""
     levels: list[int] = []
     for line in text.lines[: text.at[0] - 1]:
         if KEY.match(line):
@@ -105,7 +105,7 @@ def _levels(text: Malformed) -> list[int]:
 
 
 def _dedented_above(text: Malformed) -> int | None:
-    """The line that ended too early the block that the problem's line continues."""
+    """The line that ended a block too early, if the problem's line continues that block."""
     here = depth(text.line)
     keys = [n for n in range(text.at[0] - 1, 0, -1) if KEY.match(text.lines[n - 1])]
     ending = next((n for n in keys if depth(text.lines[n - 1]) < here), 0)

@@ -19,13 +19,13 @@ from engine.files.values import shown
 
 T = TypeVar("T")
 Fault = tuple[str, str]
-"""The dotted key of a value that contradicts others of its mapping, and why."""
+"""The dotted key of a value that is inconsistent with others of its mapping, and why."""
 SUFFIXES = (".yaml", ".yml", ".txt", ".csv")
 
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A value with its place and its dotted key."""
+    """A value of a file with its place and its dotted key."""
 
     source: SourceFile
     value: Any
@@ -48,7 +48,7 @@ class Item:
         return FileError([Finding(CODE, told, self.place, hint)])
 
     def inner(self, dotted: str) -> Item:
-        """The value at a dotted key (`walls.0`); the innermost existing one around it otherwise."""
+        """The value at a dotted key (`walls.0`), or the innermost existing one around it."""
         found = self
         for key in dotted.split("."):
             if isinstance(found.value, Map) and key in found.value:
@@ -58,13 +58,21 @@ class Item:
         return found
 
     def mapping(self) -> dict[str, Item]:
-        """The values of a mapping with free keys."""
+        """The values of a mapping, by key; any keys are allowed.
+
+        Raises:
+            FileError: it is not a mapping.
+        """
         if not isinstance(self.value, Map):
             raise self.error(f"needs a mapping (key: value), not {shown(self.value)}")
         return {key: self._child(key) for key in self.value}
 
     def items(self) -> list[Item]:
-        """The items of a list."""
+        """The items of a list.
+
+        Raises:
+            FileError: it is not a list.
+        """
         if not isinstance(self.value, Seq):
             raise self.error(f"needs a list, not {shown(self.value)}")
         pairs = zip(self.value, self.value.values_at, strict=True)
@@ -78,7 +86,7 @@ class Item:
         return source.place(self.value.keys_at[key])
 
     def require(self, faults: Iterable[Fault]) -> None:
-        """Refuse values with faults.
+        """Accept the values only without faults.
 
         Raises:
             FileError: every fault, at its key.
@@ -91,7 +99,7 @@ class Item:
         """This text as the name or path of a file; paths are relative to this file's folder.
 
         Raises:
-            FileError: it is no text.
+            FileError: it is not text.
         """
         if not isinstance(self.value, str):
             raise self.error(f"{shown(self.value)} is not the name of a file")
@@ -101,8 +109,8 @@ class Item:
         """The content of another file that this item names.
 
         Raises:
-            FileError: its mistakes, at their own places, with a note of this one; that there is no
-                such file, here.
+            FileError: that file's mistakes, at their own places, with a note that refers to this
+                item; a file that does not exist is reported at this item.
         """
         try:
             return load()
@@ -135,10 +143,11 @@ def is_path(name: str) -> bool:
 
 
 def find_file(name: str, folder: Path, kind: str) -> Path:
-    """A file by its path, or by its name: a project's own, or one in the shipped folder.
+    """Path of a file given by path or by name: a project's own, or one in the shipped folder.
 
     Raises:
-        NotFound: there is no such name.
+        NotFound: no file has this name, or a path that does not exist is a known name with an
+            ending other than `.yaml`.
     """
     known = known_files(folder, kind)
     if is_path(name):
@@ -157,13 +166,13 @@ def load_yaml(path: Path, read: Callable[[Item], T]) -> T:
 
     Raises:
         NotFound: there is no such file.
-        FileError: every mistake, of form and of content.
+        FileError: every mistake, of syntax and of content.
     """
     return _read(yaml.read(read_bytes(path, yaml.MAX_BYTES), str(path)), read)
 
 
 def parse_yaml(text: str, file: str, read: Callable[[Item], T]) -> T:
-    """Like `load_yaml`, for text that is already there."""
+    """Like `load_yaml`, for text in memory; `file` names it in messages."""
     return _read(yaml.read(text.encode(), file), read)
 
 
@@ -180,7 +189,7 @@ def _read(source: SourceFile, read: Callable[[Item], T]) -> T:
 
 
 def gather(reads: Iterable[Callable[[], T]]) -> list[T]:
-    """The results of some calls.
+    """The results of all calls.
 
     Raises:
         FileError: the findings of all calls that failed.
@@ -197,7 +206,7 @@ def gather(reads: Iterable[Callable[[], T]]) -> list[T]:
 
 @contextmanager
 def noted(findings: list[Finding]) -> Iterator[None]:
-    """Collects the findings of a FileError that ends the block."""
+    """Adds the findings of a FileError raised in the block to `findings`, and goes on."""
     try:
         yield
     except FileError as error:

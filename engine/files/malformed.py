@@ -1,7 +1,7 @@
-"""What is probably wrong with text that is not YAML: one table from what libyaml says to help.
+"""What is probably wrong with text that is not YAML: a table of checks for typical mistakes.
 
-libyaml reports where it gave up, often lines below the mistake. Each row of the table looks at the
-problem and the lines around it, and gives the place of the mistake and the mend.
+libyaml reports where it gave up, often lines below the mistake. Each check looks at the problem and
+the lines around it; if it applies, it returns the place of the mistake and how to fix it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _PAIR = {"{": "}", "[": "]"}
 
 
 def diagnose(text: Malformed) -> Diagnosis:
-    """The first row of the table that applies; else what libyaml says, at its place."""
+    """The result of the first check that applies; otherwise libyaml's message, at its place."""
     for looks_for in _TABLE:
         found = looks_for(text)
         if found is not None:
@@ -97,7 +97,7 @@ def _text_after_quotes(text: Malformed) -> Diagnosis | None:
 
 
 def _opened(text: Malformed, closing: int) -> Spot | None:
-    """Where the quotation mark was opened that closes at this index of the problem's line."""
+    """Where the quotation mark that closes at index `closing` of the problem's line was opened."""
     opened: Spot | None = None
     for number, line in enumerate(text.lines[: text.at[0]], 1):
         end = closing if number == text.at[0] else len(line)
@@ -129,7 +129,7 @@ def _flow(text: Malformed) -> Diagnosis | None:
 
 
 def _is_next_key(text: Malformed, begun: int) -> bool:
-    """True if the problem's line is a key of the block around the flow mapping, not part of it."""
+    """True if the problem's line is a key of the block around the flow mapping, not inside it."""
     return text.at[0] > begun and depth(text.line) <= depth(text.lines[begun - 1])
 
 
@@ -175,7 +175,7 @@ def _no_colon(at: Spot, key: str) -> Diagnosis:
 
 
 def _simple_key(text: Malformed) -> Diagnosis | None:
-    """A line that should be `key: value` and has no colon with a space behind."""
+    """A line that should be `key: value` and has no colon followed by a space."""
     if "could not find expected ':'" not in text.problem or text.begun is None:
         return None
     number = text.begun[0]

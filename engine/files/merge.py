@@ -9,7 +9,7 @@ from engine.files.source import Map
 
 
 def merged(base: Item, own: Item) -> Item:
-    """`base` with the keys of `own` in place of its own, mapping by mapping.
+    """`base` with its values replaced by those of `own`, key by key, in nested mappings too.
 
     Lists and plain values are replaced as a whole.
 
@@ -31,7 +31,7 @@ def merged(base: Item, own: Item) -> Item:
 
 
 def single(dotted: str, value: Item) -> Item:
-    """The mapping that has nothing but a value under a dotted key; all of it stands at `value`."""
+    """Nested mappings with a single value under a dotted key; all have the place of `value`."""
     outer, _, inner = dotted.rpartition(".")
     made = Map(value.at)
     made[inner] = value.value

@@ -1,4 +1,4 @@
-"""Files that are known by name: those in a shipped folder and, before them, a project's own."""
+"""Files known by name: those in a shipped folder and, with precedence, a project's own."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ OwnFiles = Callable[[str], Mapping[str, Path]]
 
 
 def no_files(_kind: str) -> Mapping[str, Path]:
-    """Where there is no project."""
+    """The `OwnFiles` of no project: none."""
     return {}
 
 
@@ -21,7 +21,7 @@ _own: ContextVar[OwnFiles] = ContextVar("own", default=no_files)
 
 @contextmanager
 def with_own_files(own: OwnFiles) -> Iterator[None]:
-    """Within the block, names also stand for these files; they hide shipped ones of their name."""
+    """Within the block, names also refer to these files, before shipped ones of the same name."""
     token = _own.set(own)
     try:
         yield
@@ -35,7 +35,7 @@ def own_files(kind: str) -> Mapping[str, Path]:
 
 
 def known_files(folder: Path, kind: str) -> dict[str, Path]:
-    """All files of a kind by name: those in the shipped folder, and a project's own."""
+    """All files of a kind by name, sorted: those in the shipped folder, and a project's own."""
     shipped = {path.stem: path for path in folder.glob("*.yaml")}
     found = {**shipped, **own_files(kind)}
     return {name: found[name] for name in sorted(found)}

@@ -10,9 +10,9 @@ out, and annotations give dimension, range, choices and length:
 
         def faults(self) -> Iterator[Fault]: ...  # what does not go together, by key
 
-`record(item, Wheel)` is a `Wheel`, or a FileError with every mistake in it. A
+`record(item, Wheel)` returns a `Wheel`, or raises a FileError with every mistake in it. A
 function among the annotations, `Annotated[Pose2, pose]`, reads its value itself; a field of type
-`Item` stays as it is. A field `from_` is the key `from`.
+`Item` is passed on unread. A field `from_` is the key `from`.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from engine.files.words import nearest
 T = TypeVar("T")
 Read = Callable[[Item], Any]
 GUESSES = 100
-"""Unknown keys of one mapping that get a suggestion, at most."""
+"""At most this many unknown keys of one mapping get a suggestion."""
 
 
 def record(item: Item, kind: type[T], *, more: bool = False) -> T:
@@ -87,7 +87,7 @@ def _unknown_keys(
 
 
 def _meant(item: Item, key: str, known: Mapping[str, _Field]) -> str:
-    """Help with an unknown key; `x: 8,5` in braces is the keys `x` and `5`."""
+    """Help with an unknown key; in braces, YAML reads `x: 8,5` as the keys `x` and `5`."""
     keys = list(item.value)
     before = keys[keys.index(key) - 1] if key.isdigit() and keys[0] != key else ""
     if before and item.value[key] is None and type(item.value[before]) is int:
@@ -131,7 +131,7 @@ def reader_of(annotation: Any) -> Read:
     """The function that reads values of an annotated type.
 
     Raises:
-        TypeError: for annotations that stand for no value in a file.
+        TypeError: for annotations of values that files cannot hold.
     """
     marks: tuple[Any, ...] = ()
     if typing.get_origin(annotation) is Annotated:

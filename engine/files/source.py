@@ -1,8 +1,8 @@
-"""YAML text to plain values with a side table of places.
+"""YAML text to plain values with a side table of their places.
 
-One pass over libyaml's events, on a stack of our own: the composer of libyaml calls itself for
-each level and crashes on deep nesting, and it expands aliases before anyone can refuse them.
-Only `true`, `false`, `null`, numbers and text exist here; `on`, `yes`, `12:30` and dates are text.
+One pass over libyaml's events with an explicit stack: libyaml's composer recurses once per level
+and crashes on deep nesting, and it expands aliases before they can be refused.
+Scalars are `true`, `false`, `null`, numbers or text; `on`, `yes`, `12:30` and dates are text.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ ONE_FILE: Mapping[str, SourceFile] = MappingProxyType({})
 class Map(dict[str, Any]):
     """A mapping with the places of itself, its keys and its values.
 
-    `files`: those of the keys that come from another file than the mapping itself (`merge.py`).
+    `files`: the sources of keys that come from another file than the mapping itself (`merge.py`).
     """
 
     __slots__ = ("at", "files", "keys_at", "values_at")
@@ -73,7 +73,7 @@ def plain(value: Any) -> Any:
 
 @dataclass(slots=True)
 class SourceFile:
-    """A file as read; `value` is `None` if nothing in it is usable."""
+    """A file as read; `value` is `None` if nothing in the file is usable."""
 
     file: str
     text: str
@@ -85,7 +85,7 @@ class SourceFile:
         return Place(self.file, *mark)
 
     def report(self, code: str, message: str, mark: Mark, hint: str = "") -> None:
-        """Note a mistake at `mark`."""
+        """Add a finding at `mark`."""
         self.findings.append(Finding(code, message, self.place(mark), hint))
 
 
@@ -141,7 +141,7 @@ def _compose(source: SourceFile) -> None:
 
 
 def _report_form(source: SourceFile, error: yaml.MarkedYAMLError) -> None:
-    """Report why the text is not YAML, with a note of where libyaml noticed it."""
+    """Report why the text is not YAML, with a note on where libyaml detected it."""
     lines = source.text.split("\n")
     at = _within(lines, error.problem_mark or error.context_mark)
     begun = _within(lines, error.context_mark) if error.context_mark else None

@@ -26,13 +26,13 @@ def noting() -> Iterator[dict[Path, bytes]]:
 
 
 def noted() -> Mapping[Path, bytes]:
-    """The contents read so far, inside of `noting`; else nothing."""
+    """The contents read so far within `noting`; elsewhere empty."""
     return _noted.get() or {}
 
 
 @contextmanager
 def instead(contents: Mapping[Path, bytes]) -> Iterator[None]:
-    """Replaces the contents of files within the block, for example by those of a recorded run."""
+    """Replaces the contents of files within the block, for example with those of a recorded run."""
     token = _instead.set(contents)
     try:
         yield
@@ -52,8 +52,8 @@ def read_bytes(path: Path, limit: int) -> bytes:
     """The content of a file.
 
     Raises:
-        NotFound: there is none.
-        FileError: it cannot be read, is a folder, a pipe or a device, or is larger than `limit`.
+        NotFound: there is no such file.
+        FileError: it cannot be read, is a folder, a pipe or a device, or exceeds `limit` bytes.
     """
     data = _instead.get().get(path)
     if data is None:
@@ -70,7 +70,7 @@ def _read(path: Path, limit: int) -> bytes:
     try:
         status = path.stat()
         kind = stat.S_IFMT(status.st_mode)
-        if kind not in (stat.S_IFREG, stat.S_IFDIR):  # a pipe would be waited for
+        if kind not in (stat.S_IFREG, stat.S_IFDIR):  # reading a pipe would block
             raise mistake(path, "cannot be read: it is no regular file", code="Y01")
         with path.open("rb") as stream:
             data = stream.read(limit + 1)
@@ -86,7 +86,7 @@ def read_text(path: Path, limit: int) -> str:
     """The text of a file in UTF-8, with or without a byte order mark.
 
     Raises:
-        FileError: as of `read_bytes`, or a byte is not UTF-8.
+        FileError: as for `read_bytes`, or a byte is not UTF-8.
     """
     data = read_bytes(path, limit)
     try:
@@ -98,7 +98,7 @@ def read_text(path: Path, limit: int) -> str:
 
 
 def unreadable(path: Path, failure: Exception) -> FileError:
-    """The error for a file that the system does not let us read; NotFound where there is none."""
+    """The error for a file that the system cannot read; NotFound if it does not exist."""
     message = f"cannot be read: {getattr(failure, 'strerror', None) or failure}"
     if isinstance(failure, FileNotFoundError):
         return not_found(path, message, code="Y01")

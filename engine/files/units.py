@@ -9,7 +9,7 @@ import re
 from dataclasses import dataclass
 from typing import Annotated
 
-# unit: (dimension, numerator, denominator); a quotient rounds once, so `20 cm` is exactly 0.2
+# unit: (dimension, numerator, denominator); dividing rounds only once, so `20 cm` is exactly 0.2
 UNITS: dict[str, tuple[str, float, float]] = {
     "ns": ("duration", 1, 1e9), "us": ("duration", 1, 1e6), "ms": ("duration", 1, 1e3),
     "s": ("duration", 1, 1), "min": ("duration", 60, 1), "h": ("duration", 3600, 1),
@@ -42,7 +42,7 @@ _SPELLINGS = {
     "gram": "g", "grams": "g", "newton": "N", "newtons": "N", "hertz": "Hz",
     "percent": "%", "pct": "%", "per cent": "%",
 }  # fmt: skip
-"""Other spellings of units, lower case, with the one that is read."""
+"""Other spellings of units, in lower case, with the accepted one."""
 _QUANTITY = re.compile(r"([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\s\d].*)\Z")
 _COMMA = re.compile(r"(\d),(\d)")
 
@@ -71,12 +71,12 @@ DIMENSIONS = tuple(dict.fromkeys(dimension for dimension, _, _ in UNITS.values()
 
 
 def si_unit(dimension: str) -> str:
-    """The SI unit of a dimension; empty if it has none."""
+    """The SI unit of a dimension; empty if it has none. SI units have the factor 1."""
     return next((u for u, (d, n, per) in UNITS.items() if d == dimension and n == per), "")
 
 
 def quantity(text: str) -> tuple[float, str] | None:
-    """`"20 cm"` as (0.2, "length"); `None` for anything but a number with a known unit."""
+    """`"20 cm"` as (0.2, "length"), in SI units and rad; `None` unless it has a known unit."""
     match = _QUANTITY.match(text.strip())
     if match is None or match[2].strip() not in UNITS:
         return None
@@ -86,7 +86,7 @@ def quantity(text: str) -> tuple[float, str] | None:
 
 
 def respelt(text: str) -> str:
-    """`"15 sec"` as `"15 s"`, `"1,5 s"` as `"1.5 s"`; empty if it is not clear what is meant."""
+    """`"15 sec"` as `"15 s"`, `"1,5 s"` as `"1.5 s"`; empty if unclear or spelt correctly."""
     pointed = _COMMA.sub(r"\1.\2", text.strip().rstrip(",;").replace("\u00a0", " "))
     match = _QUANTITY.match(pointed)
     if match is None:

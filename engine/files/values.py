@@ -27,7 +27,7 @@ class Mismatch(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """From `low` to `high`, in SI units and rad; `above`: `low` itself is excluded."""
+    """Numbers from `low` to `high`, in SI units and rad; `above`: `low` itself is excluded."""
 
     low: float
     high: float
@@ -38,10 +38,10 @@ class Range:
         return (self.low < value if self.above else self.low <= value) and value <= self.high
 
     def require(self, value: float, dimension: str = PLAIN) -> None:
-        """Refuse a value outside the range.
+        """Check that a value is in the range.
 
         Raises:
-            Mismatch: with what is allowed.
+            Mismatch: it is not; the message has the allowed range, in the unit of `dimension`.
         """
         if self.admits(value):
             return
@@ -61,10 +61,10 @@ class Count:
     most: int = 100_000
 
     def require(self, count: int) -> None:
-        """Refuse a list of another length.
+        """Check the length of a list.
 
         Raises:
-            Mismatch: with what is allowed.
+            Mismatch: it has another length; the message has the allowed one.
         """
         if self.least <= count <= self.most:
             return
@@ -80,10 +80,10 @@ def above_0(high: float) -> Range:
 
 
 def number(value: Any, dimension: str = PLAIN) -> float:
-    """A number; text with a unit of this dimension counts, in SI units.
+    """A number in SI units; text with a unit of this dimension is converted.
 
     Raises:
-        Mismatch: it is none.
+        Mismatch: it is not a number of this dimension.
     """
     if isinstance(value, str):
         return _with_unit(value, dimension)
@@ -96,7 +96,7 @@ def whole(value: Any) -> int:
     """A whole number.
 
     Raises:
-        Mismatch: it is none.
+        Mismatch: it is not one.
     """
     if isinstance(value, str):
         raise Mismatch(f"{value!r} is not a whole number")
@@ -110,7 +110,7 @@ def text(value: Any) -> str:
     """Text.
 
     Raises:
-        Mismatch: it is none.
+        Mismatch: it is not text.
     """
     if isinstance(value, str):
         return value
@@ -121,7 +121,7 @@ def name(value: Any) -> str:
     """Text that can serve as a name, also in the name of a file.
 
     Raises:
-        Mismatch: it is none.
+        Mismatch: it cannot.
     """
     found = text(value)
     if not is_name(found) or len(found) > LONGEST:

@@ -8,14 +8,14 @@ import unicodedata
 
 _UNUSUAL = re.compile(r"[^ -~]")
 _HIDDEN = frozenset(("Cc", "Cf", "Cs", "Zl", "Zp"))
-"""Controls, formats (bidirectional overrides too), surrogates, line and paragraph separators."""
+"""Unicode categories: control, format (with bidirectional overrides), surrogate, separators."""
 
 
 def visible(text: str, keep: str = "") -> str:
-    r"""The text with hidden characters as `\x1b` or `\u202e`, but for those to `keep`.
+    r"""The text with hidden characters escaped as `\x1b` or `\u202e`, except those in `keep`.
 
-    Text in JSON stays what it means: there C0 is escaped anyway, and the others become JSON's own
-    escapes.
+    JSON text keeps its meaning: C0 characters are escaped in it anyway, and the others become
+    JSON's own escapes.
     """
     if text.isascii() and text.isprintable():
         return text

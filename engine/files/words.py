@@ -1,4 +1,4 @@
-"""Suggestions for unknown words: one table from what is odd about a word to what to write.
+"""Suggestions for unknown words: a table of checks, each of which may know what to write instead.
 
 Used by `finding.did_you_mean`, so that keys, names, choices and outcomes of all files get the same
 help.
@@ -11,7 +11,7 @@ import re
 import unicodedata
 from collections.abc import Callable, Iterable, Sequence
 
-LONGEST_GUESS = 60  # letters of a word that is compared with others; it takes their square
+LONGEST_GUESS = 60  # letters of a word that are compared with others, in quadratic time
 MOST_SHOWN = 12  # names listed where none is near
 
 _LOOK_ALIKE = str.maketrans(
@@ -50,11 +50,11 @@ SYNONYMS = {
     "distance": "length", "metres": "length", "meters": "length", "degrees": "angle",
     "radians": "angle",
 }  # fmt: skip
-"""Words of other chart languages and of Python, with the word that has this meaning here."""
+"""Words of other chart languages and of Python, with the word for the same thing here."""
 
 
 def advice(word: str, known: Iterable[str]) -> str:
-    """What to write instead of an unknown `word`; the known words where none is near."""
+    """What to write instead of an unknown `word`; the known words if none is similar."""
     names = sorted(set(known))
     for notice in _TABLE:
         found = notice(word, names)
@@ -78,13 +78,13 @@ def nearest(word: object, known: Iterable[str]) -> str | None:
 
 
 def plain_word(value: object) -> str:
-    """`true` or `false` for what other readers of YAML take for it, else nothing."""
+    """`true` or `false` for a word that other YAML readers take for that; otherwise empty."""
     meant = _WORDS.get(str(value).lower(), "") if isinstance(value, str) else ""
     return meant if meant in ("true", "false") else ""
 
 
 def foreign_letter(word: str) -> str:
-    """Names the first letter of a word that only looks Latin; empty if there is none."""
+    """Names the first letter of a word that looks Latin but is not; empty if there is none."""
     for letter in word:
         if unicodedata.name(letter, "").startswith("FULLWIDTH"):
             return f"{letter!r} in it is a full-width character"
@@ -117,7 +117,7 @@ def invisible(text: str) -> re.Match[str] | None:
 
 
 def name_of(character: str) -> str:
-    """What an unusual character is called: `non-breaking space`, `zero width space` …."""
+    """The name of an unusual character: `non-breaking space`, `zero width space` …."""
     if character == "\u00a0":
         return "non-breaking space"
     return unicodedata.name(character, f"U+{ord(character):04X}").lower()

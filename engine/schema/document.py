@@ -1,8 +1,8 @@
 """JSON Schema (draft-07) of chart files, for editors: completion, hovers, marked mistakes.
 
-A node is the union of all properties, narrowed by `if do is X, then …`. `oneOf` and `anyOf` never
-occur: with them editors offer each key several times and report mistakes that are none.
-The schema knows classes and charts; which names exist inside a file only `engine.check` knows.
+A node is the union of all properties, narrowed by `if do is X, then …`. `oneOf` and `anyOf` are not
+used: with them editors offer each key several times and report false mistakes.
+The schema knows classes and charts; only `engine.check` knows which names exist inside a file.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def schema_text(
     charts: Mapping[str, Chart],
     types: Mapping[str, Type] | None = None,
 ) -> str:
-    """The schema as text; its order does not depend on that of the classes and charts."""
+    """The schema as JSON text; it does not depend on the order of the classes and charts."""
     return json.dumps(chart_schema(interfaces, charts, types), indent=1, ensure_ascii=False) + "\n"
 
 
@@ -69,7 +69,7 @@ def _definitions(targets: list[_Target], types: Mapping[str, Type]) -> Schema:
         "child-of-states": {"properties": {"next": _TO_SIBLING_OR_OUT}},
         "child-of-any": {"properties": {"next": _TO_OUT}, **_NO_CONSENT},
         "mapped": {"allOf": [*(t.mapped() for t in targets if t.outcomes), _TIMED_OUT]},
-        # classes come first: of several descriptions an editor shows the first it meets
+        # classes come first: of several descriptions, an editor shows the first one
         "known": {"allOf": [*(t.when_named(_ref_to(t.key)) for t in targets), _ref_to("node")]},
         "node": _node(targets),
         **{target.key: target.narrowed() for target in targets},
@@ -78,7 +78,7 @@ def _definitions(targets: list[_Target], types: Mapping[str, Type]) -> Schema:
 
 @dataclass(frozen=True, slots=True)
 class _Target:
-    """The interface of a state class or chart to the nodes that name it."""
+    """The interface of a state class or chart, as nodes that name it see it."""
 
     form: str
     name: str
@@ -90,21 +90,21 @@ class _Target:
 
     @property
     def key(self) -> str:
-        """The name of its definition."""
+        """The name of its definition in the schema."""
         return f"{self.form}.{self.name}"
 
     def when_named(self, then: Schema) -> Schema:
-        """The schema of nodes that name this, to be used as `then`."""
+        """A schema that applies `then` to the nodes that name this."""
         named = {"properties": {self.form: {"const": self.name}}, "required": [self.form]}
         return {"if": named, "then": then}
 
     def mapped(self) -> Schema:
-        """Every outcome must be in `next`."""
+        """Requires every outcome in `next`."""
         required = {"next": {"required": sorted(self.outcomes)}}
         return self.when_named({"required": ["next"], "properties": required})
 
     def narrowed(self) -> Schema:
-        """The properties of a node that names this; `next` requires nothing here."""
+        """The properties of a node that names this; it does not require any outcome in `next`."""
         endings = [*sorted(self.outcomes), "error"]
         on = {"if": {"type": "array"}, "else": {"enum": endings}, "items": {"enum": endings}}
         required = {"with": _required(self.parameters), "in": _required(self.inputs)}
@@ -173,7 +173,7 @@ def _closed(properties: Mapping[str, Schema], required: Iterable[str] = ()) -> S
 
 
 def _node(targets: list[_Target]) -> Schema:
-    """The properties of every node, whatever it names."""
+    """The properties of every node, regardless of what it names."""
     properties = _properties(NODE_SCHEMAS, NODE_KEYS)
     for form in ("do", "watch", "use"):
         named = [target for target in targets if target.form == form]
@@ -198,7 +198,7 @@ def _properties(schemas: Mapping[str, Schema], keys: Iterable[str]) -> dict[str,
 
 
 def _forms(forms: Iterable[str], known: frozenset[str], usual: str) -> Iterable[Schema]:
-    """Exactly one of `forms`, and with it only the keys that belong to it."""
+    """Require exactly one of `forms`, and allow only the keys that belong to it."""
     for form in forms:
         foreign = sorted(known & NODE_KEYS - KEYS[form] - {"about"})
         closed = {"properties": dict.fromkeys(foreign, False)}
@@ -220,7 +220,7 @@ def _ref_to(name: str) -> Schema:
 
 
 def _narrowing(properties: Mapping[str, Schema]) -> Schema:
-    """Properties that are described elsewhere, and should not be offered twice."""
+    """Properties that are described elsewhere too, and must not be offered twice."""
     return {"properties": {key: {**s, "doNotSuggest": True} for key, s in properties.items()}}
 
 

@@ -14,7 +14,7 @@ _NAMES = {"pattern": f"^{NAME}$"}
 
 
 def said(text: str) -> Schema:
-    """`text` as a hover; `markdownDescription` is what most editors show."""
+    """`text` as a hover text; most editors show `markdownDescription`."""
     return {"description": text, "markdownDescription": text}
 
 

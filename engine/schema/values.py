@@ -1,4 +1,4 @@
-"""JSON Schema of the values of a type."""
+"""JSON Schema of the values that a type allows in charts."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _WRITTEN = {"text": ["string"], "boolean": ["boolean", "string"], "list": ["arra
 
 
 def value_schema(kind: Type) -> Schema:
-    """The schema of values of type `kind`, or of `$parameter` in their place."""
+    """The schema of values of type `kind`, or of a `$parameter` instead of one."""
     schema = _plain(kind)
     if kind.optional and "type" in schema:
         schema["type"] = [*schema["type"], "null"]
@@ -46,7 +46,7 @@ def _matching(types: list[str], pattern: str, kind: Type) -> Schema:
 
 
 def _choice(kind: Type) -> Schema:
-    """One of the choices; `if` spares `$parameter`, so that editors still offer the choices."""
+    """One of the choices; `if` exempts `$parameter`, so that editors still offer the choices."""
     choices = [*kind.choices, None] if kind.optional else [*kind.choices]
     reference = {"type": "string", "pattern": f"^{REFERENCE}$"}
     offered = [{"label": str(choice), "body": choice} for choice in kind.choices]
@@ -62,7 +62,7 @@ def _number_pattern(kind: Type) -> str:
 
 
 def written(kind: Type) -> str:
-    """How values of type `kind` are written, for hovers."""
+    """How values of type `kind` are written, for hover texts."""
     units = [unit for unit, (dimension, _, _) in UNITS.items() if dimension == kind.name]
     if units:
         return f"{kind}, in {', '.join(units)}; a bare number is SI"
