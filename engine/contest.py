@@ -31,7 +31,7 @@ class Contest:
     due: list[RunNode]
     winners: list[Route] = field(default_factory=list)
     losers: list[Route] = field(default_factory=list)
-    _left: list[Route] = field(default_factory=list)  # for the last step, (d)
+    _left: list[Route] = field(default_factory=list)  # for step (d) of rule 4
     _rivals: defaultdict[BoxNode, _Rivals] = field(default_factory=lambda: defaultdict(_Rivals))
 
     def hold(self, routes: Iterable[Route]) -> None:

@@ -149,7 +149,7 @@ class Judge:
     def resolve(
         self, node: RunNode, outcome: str, *, ended: bool = False, free: bool = False
     ) -> Route:
-        """Follow `outcome` outwards until a transition, a box that keeps it, or a reason to stop.
+        """Follow `outcome` outwards until it is kept, held, retried, ends the run, or leads on.
 
         `ended`: the end of the node itself is recorded already; it neither waits nor tries again.
         `free`: no lock holds the outcome on its way out; see `must_ask`.

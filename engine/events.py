@@ -28,7 +28,7 @@ class EventLog:
         self._first = 0  # position of the oldest sample kept
         self._limit = LEAST
         self._tick = -1  # of the last arrival
-        self._before = 0  # the end before that tick
+        self._before = 0  # `end` before that tick
 
     def __len__(self) -> int:
         return len(self._samples)
@@ -73,7 +73,7 @@ class EventReader:
         self.running = running
         self.start = self._end = 0
         self._log = log
-        self._asked = -1  # in which tick
+        self._asked = -1  # tick of the last `read`
 
     def begin(self, tick: int) -> None:
         """Start reading with the samples of `tick`, in which the state is entered."""

@@ -29,7 +29,7 @@ class Life:
         entered: these nodes, in the order of their start.
         data: the values of all data keys.
         due: lower bound of all deadlines, chart time, ns. It is lowered when a node with a timeout
-            is entered, and computed anew only once it is reached.
+            is entered, and computed again only once it is reached.
         early: the next tick has something to do before anything is stepped.
         interrupt: a Ctrl-C caught while a state was stepped; raised again by the next tick, so
             that no tick is left half done.
@@ -68,7 +68,7 @@ class Life:
         leaf = node.leaf
         for name in leaf.interface.commands:
             if name in self.parts:
-                self.parts[name].stop()  # rule 7: it stands still before anything new starts
+                self.parts[name].stop()  # rule 7: it stands still before a new state starts
         if node.listens:
             node.context.begin()
         try:
@@ -160,7 +160,7 @@ class Life:
         return writes
 
     def _collect(self, node: BoxNode, outcome: str, writes: Writes) -> Writes:
-        """The outputs of an ending box for outside of it; keys of its own chart are written now."""
+        """Outputs of an ending box for outside; those of its own chart are written here."""
         if node.kept:
             children = [c for name, c in node.children.items() if name in node.kept]
             writes = tuple(write for child in children for write in child.pending) + writes
@@ -191,7 +191,7 @@ class Life:
         return ended
 
     def close(self, top: RunNode, first: int) -> tuple[RunNode, ...]:
-        """Rule 7: close what runs in `top`, from `order` `first` on; last started first."""
+        """Rule 7: close what runs in `top` with an `order` of at least `first`, last started first."""
         last = top.last
         closed = tuple([node for node in reversed(self.entered) if first <= node.order <= last])
         for node in closed:

@@ -98,7 +98,7 @@ class Box(Vertex):
         return self.children[:1] if self.form == "states" else self.children
 
     def match(self, ended: Mapping[str, str]) -> str | None:
-        """The outcome of the first rule that holds, else None; a child's `error` goes before all.
+        """The outcome of the first rule that holds, else None; a child's `error` has precedence.
 
         `ended` maps the names of the children that have ended to their outcomes.
         """
@@ -121,7 +121,7 @@ class Machine:
         library: the charts it uses, by name.
         interfaces: the state classes it names.
         parameters: values for the chart's own parameters, as in a chart.
-        types: names of types beyond the built-in ones.
+        types: types beyond the built-in ones, by name.
     """
 
     def __init__(

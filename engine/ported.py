@@ -13,7 +13,7 @@ from engine.state import Action, Context, Run
 
 
 class UserData:
-    """The inputs of a state, as attributes, and what it gives back."""
+    """The inputs of a state, as attributes; its outputs are attributes that it sets."""
 
     def __init__(self, inputs: dict[str, Any]) -> None:
         self.__dict__.update(inputs)

@@ -212,7 +212,7 @@ class RunQueue:
         if node.monitor or node.status == WAITING:
             return False
         if isinstance(node, BoxNode) and node.status != RETRYING:
-            return False  # it steps nothing
+            return False  # stepping it runs no state
         return any(
             waiting.parent is not None and waiting.parent.holds(node) and not waiting.holds(node)
             for waiting in self.waiting

@@ -37,9 +37,9 @@ class Schedule:
         return min(run.life.first_deadline() + run.board.paused_ns, NEVER_NS)
 
     def leave_out(self, now: int) -> bool:
-        """Let an instant of the grid, ns, pass without a tick if nothing is due and nothing news.
+        """Let an instant of the grid, ns, pass without a tick if nothing is due or news.
 
-        Samples that have arrived are taken all the same. False: this instant needs its tick.
+        True: it has passed, and the samples that had arrived are taken. False: it needs its tick.
         """
         run = self._run
         if run.commands or run.life.interrupt is not None:

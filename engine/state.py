@@ -43,7 +43,7 @@ ALWAYS_NS = NEVER_NS  # stamp of a value that does not age: later than any other
 
 
 class Until:
-    """Yielded by a state: do not step me before this chart time, ns; rounded to whole ns."""
+    """Yielded by a state: step me at this chart time, ns, not before; rounded to whole ns."""
 
     __slots__ = ("ns",)
 
@@ -52,7 +52,7 @@ class Until:
 
 
 class On:
-    """Yielded by a state: do not step me before news or silence of a signal, or before `until`.
+    """Yielded by a state: step me on news or silence of a signal or at `until`, not before.
 
     News is a new value of a measured signal, or of one that a derived or estimated signal depends
     on; the same value object again is not news. Silence means that one of these has delivered

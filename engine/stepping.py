@@ -56,7 +56,7 @@ class Stepper:
         return None
 
     def step_all(self, nodes: Iterator[RunNode], first: StepEnd | None = None) -> list[StepEnd]:
-        """Step all nodes; returns the ends of those that ended, after `first`, an earlier one."""
+        """Step all nodes; returns the ends of those that ended, preceded by `first` if given."""
         found = [] if first is None else [first]
         while (ended := self.step(nodes)) is not None:
             found.append(ended)

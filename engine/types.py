@@ -1,4 +1,4 @@
-"""The types of parameters and data keys, and how a value in a chart becomes one.
+"""The types of parameters and data keys, and the conversion of chart values to them.
 
 Numbers are SI and radians; text with a unit (`5 s`, `30 deg`, `20 cm`) is converted once, at load.
 """

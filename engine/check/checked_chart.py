@@ -86,7 +86,7 @@ class PlacedNode:
         return self.form == "watch" and self.parent is not None and self.parent.form != "states"
 
     def kept(self) -> list[str]:
-        """The outcomes that its parent keeps, if that is a container with `when`."""
+        """The outcomes that its parent keeps, if that is a container that keeps outcomes."""
         routes = self.node.next
         return [outcome for outcome in self.ends if outcome not in routes]
 

@@ -1,4 +1,4 @@
-"""Declarations at the top of a chart: parameters, data, outputs (N05, N09, N11, F02)."""
+"""Checks of the declarations of a chart: parameters, data, outputs (N05, N09, N11, F02)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Targets of outcomes (N03, N05, N06, N07, S09).
+"""Checks of the targets of outcomes (N03, N05, N06, N07, S09).
 
 Containers collect the outcomes of their children, so that an outcome without a target is reported
 where it originates.

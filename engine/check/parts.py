@@ -1,4 +1,4 @@
-"""Signals and parts (N12, S08, S10)."""
+"""Checks of signals and parts (N12, S08, S10)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reachable nodes and outcomes (S01, S02)."""
+"""Checks that nodes and outcomes can be reached (S01, S02)."""
 
 from __future__ import annotations
 

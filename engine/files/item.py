@@ -206,7 +206,7 @@ def gather(reads: Iterable[Callable[[], T]]) -> list[T]:
 
 @contextmanager
 def noted(findings: list[Finding]) -> Iterator[None]:
-    """Adds the findings of a FileError raised in the block to `findings`, and goes on."""
+    """Adds the findings of a FileError raised in the block to `findings`, and suppresses it."""
     try:
         yield
     except FileError as error:

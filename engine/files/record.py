@@ -8,7 +8,7 @@ out, and annotations give dimension, range, choices and length:
         radius: Annotated[Length, Range(0.01, 1.0)]
         kind: Literal["mecanum", "plain"] = "plain"
 
-        def faults(self) -> Iterator[Fault]: ...  # what does not go together, by key
+        def faults(self) -> Iterator[Fault]: ...  # inconsistent values, by key
 
 `record(item, Wheel)` returns a `Wheel`, or raises a FileError with every mistake in it. A
 function among the annotations, `Annotated[Pose2, pose]`, reads its value itself; a field of type

@@ -1,4 +1,4 @@
-"""Suggestions for unknown words: a table of checks, each of which may know what to write instead.
+"""Suggestions for unknown words: a table of checks for typical mistakes.
 
 Used by `finding.did_you_mean`, so that keys, names, choices and outcomes of all files get the same
 help.
@@ -12,7 +12,7 @@ import unicodedata
 from collections.abc import Callable, Iterable, Sequence
 
 LONGEST_GUESS = 60  # letters of a word that are compared with others, in quadratic time
-MOST_SHOWN = 12  # names listed where none is near
+MOST_SHOWN = 12  # names listed if none is similar
 
 _LOOK_ALIKE = str.maketrans(
     "аАВсСеЕНіІјЈКМоОрРѕЅТуУхХԁԛԝһαΑΒΕΖΗιΙΚΜνΝοΟρΡΤυΥΧ",
@@ -26,7 +26,7 @@ _WORDS = {
     **dict.fromkeys(("no", "off", "n", "false"), "false"),
     **dict.fromkeys(("none", "nil", "null", "nothing", "~"), "none"),
 }
-"""Words that YAML 1.1 or Python take for a truth value or for nothing, lower case."""
+"""Words that YAML 1.1 or Python read as a boolean or as null, in lower case."""
 _COMMENT = re.compile(r"#.*")
 
 SYNONYMS = {

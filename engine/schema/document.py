@@ -41,7 +41,7 @@ def chart_schema(
     Args:
         interfaces: the state classes, by name.
         charts: the charts that `use` may name.
-        types: names of types beyond the built-in ones.
+        types: types beyond the built-in ones, by name.
     """
     known = known_types(types or {})
     targets = [_class(interfaces[name]) for name in sorted(interfaces)]
