@@ -84,7 +84,7 @@ class RobotSettings:
 class SafetySettings:
     """The safety chain in front of the wheels.
 
-    `governor` switches the separation step; the rest of the chain is always on. `overlap`: within
+    `governor` enables the separation step; the rest of the chain is always on. `overlap`: within
     this distance of a touch's pose, m, the rover may drive with the arm unfolded (R46); 0: never.
     """
 
@@ -200,8 +200,8 @@ class ChaseSettings:
 class HapticSettings:
     """The Haptic rover poses (R75-R77): a half circle in front of the DEEP.
 
-    `order`: as given, or by the time until the prop is at the DEEP. `deep_ahead` and `deep_height`
-    are where Chase expects the next request (R132).
+    `order`: as given, or by the time until the prop is at the DEEP. `deep_ahead` and `deep_height`:
+    where Chase expects the next DEEP, m ahead of the user and above the floor (R132).
     """
 
     radius: Annotated[Length, above_0(3.0)]

@@ -191,7 +191,7 @@ class Life:
         return ended
 
     def close(self, top: RunNode, first: int) -> tuple[RunNode, ...]:
-        """Rule 7: close what runs in `top` with an `order` of at least `first`, last started first."""
+        """Rule 7: close what runs in `top`, from the `order` `first` up, last started first."""
         last = top.last
         closed = tuple([node for node in reversed(self.entered) if first <= node.order <= last])
         for node in closed:
