@@ -137,7 +137,7 @@ def _plain(options: Options) -> dict[str, Any]:
 
 
 def attachments(setup: Setup) -> dict[str, bytes]:
-    """The texts of all files read, except recorded walks, by their labels."""
+    """All files read, by label, except recorded walks, TOML, and those above `LARGEST`."""
     found = {
         label(path): data
         for path, data in read_files()
