@@ -35,7 +35,7 @@ class Observer(Protocol):
     """Runs at each instant, after the samples and before the chart."""
 
     def watch(self, now_ns: int) -> None:
-        """Take what is of interest at this instant, ns."""
+        """Observe the plant at this instant, ns."""
         ...
 
 
@@ -229,7 +229,7 @@ class Loop:
         self.plant.advance(self._plant_ns)
 
     def _stamp(self, now: int) -> int:
-        """The instant at which the robot receives what is decided now, ns."""
+        """The instant at which the robot receives commands decided at `now`; both ns."""
         return now if self.plant.paced else min(now, self._plant_ns)
 
     def _decide(self, now: int) -> bool:

@@ -50,7 +50,7 @@ class BenchCase:
 
 @dataclass(frozen=True, slots=True)
 class BenchRow:
-    """One row of a result: time in µs, ratio to `ratio_to`, error if there is one.
+    """One row of a result: time in µs, its ratio to `ratio_to`, and the error, if any.
 
     `knob` and `value` are the varied setting; `spread` is the interquartile range of the ratios.
     """

@@ -65,7 +65,7 @@ class McapFile:
             message_encoding=schema.message_encoding,
             context=self._context,
         )
-        return channel.base.log  # without the checks of `channel.log`, which take as long again
+        return channel.base.log  # skips the checks of `channel.log`, which would double the time
 
     def end_tick(self, now_ns: int) -> None:
         """Note that a tick has been written; end the chunk if it is due."""

@@ -86,7 +86,7 @@ def trace_line(found: Mapping[str, Any]) -> list[Any]:
     """A record of the trace: time in ns, kind, subject, details.
 
     Raises:
-        ValueError: it is none.
+        ValueError: the message is no trace record.
     """
     line: list[Any] = found["line"]
     time_ns, kind, subject, *detail = line
