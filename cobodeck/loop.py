@@ -208,7 +208,7 @@ class Loop:
             self.overruns += 1
 
     def _begin(self, now: int) -> int:
-        """Advance the plant to the grid; returns the instant of the tick, ns."""
+        """Advance the plant to the latest instant of the grid; returns the tick's instant, ns."""
         number = self.ticks
         instant = self.grid.instant(number)
         if now - instant > LATE_NS:
@@ -229,7 +229,7 @@ class Loop:
         self.plant.advance(self._plant_ns)
 
     def _stamp(self, now: int) -> int:
-        """The instant at which the robot receives commands decided at `now`; both ns."""
+        """The instant from which commands decided at `now` apply, ns: never ahead of the plant."""
         return now if self.plant.paced else min(now, self._plant_ns)
 
     def _decide(self, now: int) -> bool:

@@ -79,8 +79,8 @@ class Wired:
     def tick(self, now_ns: int, stamp_ns: int, between: bool = False) -> str | None:
         """Tick the run, then the base; returns the chart's outcome, None while it runs.
 
-        `stamp_ns` is when the robot receives the commands; with a latency it lies between two
-        ticks. `between`: this tick is off the grid (rule 13).
+        `stamp_ns` is the instant from which the base is commanded, which may lie between two ticks
+        of the grid. `between`: this tick is off the grid (rule 13).
         """
         try:
             return self.run.tick(now_ns, between)

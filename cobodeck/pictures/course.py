@@ -146,7 +146,7 @@ class Course:
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
-        """The whole time, split wherever the lane in charge changes: the active one entered last."""
+        """The whole time, split by the lane in charge, which is the active one entered last."""
         lanes = set(self.lanes)
         waiting = [span for span in reversed(self.spans) if span.path in lanes]
         cuts = {self.start_s, self.end_s}
