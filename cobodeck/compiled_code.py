@@ -1,7 +1,7 @@
 """Where numba caches compiled code, so that only the first start takes long.
 
-A checkout keeps the cache beside its modules. Once installed, the user's cache folder is used:
-uninstalling would leave files behind in the package's folder.
+A checkout keeps the cache beside its modules if it is writable. Otherwise, and once installed, the
+user's cache folder is used: uninstalling would leave files behind in the package's folder.
 """
 
 from __future__ import annotations

@@ -66,7 +66,7 @@ def sheet(
     lines: Iterable[str],
     below_in: float = 0.0,
 ) -> Sheet:
-    """An empty sheet for a room with these bounds, m, with a title and lines of text under it.
+    """An empty sheet for a room with these bounds, m, headed by a title and lines of text.
 
     `below_in`, inches, is left free below the room for drawings over the whole width.
     """
