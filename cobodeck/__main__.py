@@ -52,7 +52,7 @@ COMMANDS = {
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; the exit code."""
+    """Run one command; returns the exit code."""
     show_what_can_be_shown()
     given = list(sys.argv[1:] if argv is None else argv)
     try:

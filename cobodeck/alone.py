@@ -31,7 +31,7 @@ def chart_of_text(text: str, known: Catalogue) -> tuple[Chart, Mapping[str, Char
     """The first chart of a YAML text, and all the charts that it may use.
 
     Raises:
-        AssertionError: it has errors; the message shows them.
+        AssertionError: the chart has errors; the message shows them.
     """
     library = load_text(text, _FILE)
     for name, other in load_beside([], known).items():
@@ -57,7 +57,7 @@ def loop_alone(
         library: the charts that it uses.
         known: the states and signals that it may name.
         parts: the stubs, made on first access.
-        signals: values at the start; these signals are measured, whatever they are elsewhere.
+        signals: values at the start; these signals become measured ones, even if derived elsewhere.
         parameters: of the chart.
     """
     machine = Machine(chart, library, known.interfaces, parameters, known.types)
@@ -73,9 +73,9 @@ def loop_alone(
 def _declared(
     machine: Machine, known: Catalogue, taken_over: Mapping[str, Any]
 ) -> dict[str, Signal]:
-    """The signals that the chart reads: a project's own as they are, all others measured.
+    """The signals that the chart reads: a project's own as declared, all others as measured ones.
 
-    With an `environment` among the given values, its planners are there too.
+    If the given values include an `environment`, its planners are declared too.
     """
     from behaviors.signals import MEASURED, planning
 

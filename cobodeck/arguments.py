@@ -1,4 +1,4 @@
-"""Kinds of arguments that several commands take; what is wrong is said in the field's words."""
+"""Parsers of arguments that several commands take, with error messages in the field's terms."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from hw.geometry import Pose2
 
 LONGEST_S = 1e7
-"""Four months: longer runs are a mistake."""
+"""Longest accepted duration, s: about four months."""
 FARTHEST_M = 1000.0
 
 
@@ -48,7 +48,7 @@ def length(text: str) -> float:
 
 
 def pose(text: str) -> Pose2:
-    """Where something stands: x, y, m, and yaw, rad."""
+    """A pose in the map, `x,y,yaw`; m, m, rad."""
     from hw.geometry import Pose2
 
     try:
@@ -60,7 +60,7 @@ def pose(text: str) -> Pose2:
 
 
 def word(text: str) -> str:
-    """A name or file; an empty text, as of a variable that is not set, is none."""
+    """A name or file; an empty text, as from an unset shell variable, is refused."""
     if not text.strip():
         raise argparse.ArgumentTypeError("is empty; give a name or a file")
     return text
@@ -82,7 +82,7 @@ def profile(parser: argparse.ArgumentParser, default: str) -> None:
 
 
 def kept_file(text: str) -> Path:
-    """A file for a record or a trace; not one that is only half written."""
+    """A path for a record or a trace; the suffix of unfinished files is refused."""
     if text.endswith(PART):
         raise argparse.ArgumentTypeError(
             f"{text}: names that end in {PART} are of unfinished files"
@@ -91,7 +91,7 @@ def kept_file(text: str) -> Path:
 
 
 def new_record(text: str) -> Path:
-    """Where a record is to be written."""
+    """A path for a new record."""
     if not text.endswith(ENDING):
         raise argparse.ArgumentTypeError(f"{text!r} does not end in {ENDING}, as records do")
     return Path(text)

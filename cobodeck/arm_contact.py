@@ -1,9 +1,9 @@
-"""Does the arm touch the person? Judged on true poses, like the metrics.
+"""Detects contacts between the arm and people, on true poses, like the metrics.
 
-The person is the cylinder of R23 without an upper end, the arm its capsules. While a touch is asked
-for, what the arm holds is meant to meet the hand, and so is what is left of that meeting until it
-has come away once; nothing else of the arm is. What touches inside the outline of the rover is the
-outline's business.
+A person is the cylinder of R23 with unlimited height, the arm a set of capsules. While a touch is
+requested, the held prop is meant to meet the hand, so its contact does not count, nor does it
+afterwards until the prop has come away once. Any other part of the arm counts. Contact inside the
+rover's outline is left to the check of the outline itself.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ CapsulesOf = Callable[[Joints], tuple[Array, Array]]
 """Ends (m, 2, 3) of the capsules' axes in the rover frame, and their radii (m,); m."""
 
 LOOKS = 4
-"""The motion since the tick before is looked at so many times."""
+"""Number of interpolated configurations checked between two ticks."""
 SLACK = 0.5
-"""Between two ticks the arm may reach so much farther than at both of them, m."""
+"""Margin for the arm reaching farther between two ticks than at either of them, m."""
 _NOTHING = 1e-12
 
 
@@ -37,7 +37,7 @@ _NOTHING = 1e-12
 class ArmOutline:
     """The arm as capsules, on a rover with this outline.
 
-    `parts` has a name for each capsule, `held` is the name of what the arm holds.
+    `parts` has a name for each capsule; `held` is the name of the prop that the arm holds.
     """
 
     capsules_of: CapsulesOf
@@ -63,7 +63,7 @@ class _Look(NamedTuple):
 
 
 class _Touch(NamedTuple):
-    """A capsule that meets the person: how deep, m below 0, and where along its axis."""
+    """A capsule in contact: `gap` to the person, m, at most 0; `share` along its axis, 0 to 1."""
 
     gap: float
     capsule: int
@@ -71,7 +71,10 @@ class _Touch(NamedTuple):
 
 
 class ArmWatch:
-    """Notes each touch of arm and anybody once; `watch` once per tick."""
+    """Records each contact of the arm with a person once; call `watch` once per tick.
+
+    Other people in the scene get a watch of their own, without granted touches.
+    """
 
     def __init__(self, outline: ArmOutline, who: str = USER) -> None:
         self.contacts: list[Contact] = []
@@ -84,7 +87,7 @@ class ArmWatch:
         self._touching = self._met = self._meant = False
 
     def watch(self, now_ns: int, truth: Truth) -> None:
-        """Look at this instant, and at the motion since the one before."""
+        """Check this instant and the motion since the previous one."""
         for who, body in truth.others:
             other = self._others.setdefault(who, ArmWatch(self._outline, who))
             other.contacts = self.contacts
@@ -119,7 +122,7 @@ class ArmWatch:
         self._touching = touching  # one touch counts once
 
     def _is_near(self, last: _Look, now: _Look) -> bool:
-        """Does the arm come out of the outline, and can it have touched the person?"""
+        """True if the arm extends beyond the outline and may have reached the person."""
         before = self._reach
         if before is None or now.joints != last.joints:
             self._reach = self._reach_of(now.joints)
@@ -131,7 +134,7 @@ class ArmWatch:
         return now.base.distance_to(now.body) - RADIUS <= reach
 
     def _reach_of(self, joints: Joints) -> float:
-        """How far the arm reaches from base_link over the floor, m; 0 within the outline."""
+        """Horizontal reach of the arm from base_link, m; 0 if it stays within the outline."""
         ends, radii = self._outline.capsules_of(joints)
         beyond = (np.abs(ends[:, :, :2]) - self._half).max(axis=(1, 2)) + radii
         if not (beyond > 0.0).any():
@@ -162,13 +165,13 @@ class ArmWatch:
         return self._outline.parts[touch.capsule]
 
     def _point(self, look: _Look, touch: _Touch) -> tuple[float, float]:
-        """The point of the axis, in the map."""
+        """The touching point of the capsule's axis, in the map, m."""
         start, end = self._outline.capsules_of(look.joints)[0][touch.capsule]
         x, y, _ = start + touch.share * (end - start)
         return look.base.transform(float(x), float(y))
 
     def _touches(self, look: _Look) -> list[_Touch]:
-        """What of the arm meets the person, but for what does so within the outline."""
+        """Contacts of the arm with the person, except those within the rover's outline."""
         ends, radii = self._outline.capsules_of(look.joints)
         person = np.array(look.base.inverse().transform(look.body.x, look.body.y))
         shares, away = _nearest(ends[:, :, :2], person)
@@ -183,7 +186,10 @@ class ArmWatch:
 
 
 def _nearest(axes: Array, point: Array) -> tuple[Array, Array]:
-    """For each axis (m, 2, 2): the share at which it is nearest to a point, and the way to it."""
+    """The nearest point of each axis (m, 2, 2) to a point (2,), as a share of the axis, 0 to 1.
+
+    Returns the shares (m,) and the vectors from there to the point (m, 2).
+    """
     start, way = axes[:, 0], axes[:, 1] - axes[:, 0]
     square = np.maximum((way * way).sum(axis=1), _NOTHING)
     shares = np.clip(((point - start) * way).sum(axis=1) / square, 0.0, 1.0)

@@ -1,7 +1,7 @@
-"""What charts can name: state classes, types and signals, shipped ones and those of projects.
+"""What charts can name: state classes, types and signals, both shipped and from projects.
 
-Modules are listed as text and imported when the catalogue is built, so that importing this one
-costs nothing. A module provides all subclasses of `Action` and `Monitor` defined in it; a project's
+Modules are listed by name and imported when the catalogue is built, so importing this module is
+cheap. A module provides all subclasses of `Action` and `Monitor` defined in it; a project's
 module may also have `SIGNALS` (a tuple of signals), `TYPES` (types by the name for charts) and
 `PARTS` (parts of a robot by name: classes that, called without arguments, give the simulated part).
 """
@@ -58,7 +58,7 @@ class Catalogue:
 
     @property
     def signal_names(self) -> set[str]:
-        """The names of all signals; they depend on neither place nor profile."""
+        """The names of all signals; they are the same for any place and profile."""
         from behaviors.profile import load_profile
         from behaviors.signals import signals
         from hw.robot import load_robot
@@ -76,7 +76,7 @@ class Catalogue:
 
 
 def catalogue(start: Path | None = None, *, own: bool = True) -> Catalogue:
-    """Everything shipped and, if `own`, what projects around `start` and installed ones add.
+    """Everything shipped and, if `own`, what the project around `start` and installed ones add.
 
     Raises:
         Problem: a module cannot be imported, a class is not a valid state, or a name is taken.
@@ -146,7 +146,7 @@ def _types(modules: Iterable[ModuleType]) -> dict[str, Type]:
 
 
 def _imported(name: str) -> ModuleType:
-    """Import a module; whatever it raises is reported with its place."""
+    """Import a module; any exception becomes a Problem with file and line."""
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError as error:

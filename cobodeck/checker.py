@@ -1,4 +1,4 @@
-"""Says what is wrong with scenes, users, robots, props, profiles, calibrations, connections."""
+"""Checks YAML files of all kinds but charts: scenes, users, robots, profiles, connections etc."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 
 class FileChecker:
-    """Loads files of every kind but charts, and says what is wrong with them.
+    """Loads files of every kind but charts, and returns their mistakes as findings.
 
     Args:
-        known: where the charts are that profiles name.
-        robots: the robot files that are checked too; profiles must go with one of them, or with a
-            shipped one if there are none.
+        known: gives the charts that profiles may name.
+        robots: the robot files that are checked too; profiles must fit one of them, or a shipped
+            robot if there are none.
     """
 
     def __init__(self, known: Catalogue, robots: Sequence[Path]) -> None:
@@ -44,7 +44,7 @@ class FileChecker:
         }
 
     def findings(self, file: Path, kind: str) -> tuple[Finding, ...]:
-        """All mistakes in a file and in those that it names."""
+        """All mistakes in a file and in the files that it names."""
         try:
             self._loaders[kind](file)
         except FileError as error:
@@ -72,7 +72,7 @@ class FileChecker:
         gather((lambda: profile.require(self._charts), lambda: self._fits(profile)))
 
     def _fits(self, profile: Profile) -> None:
-        """Whether a profile goes with a robot at all; else why it does not with the first."""
+        """Check that a profile fits any robot; otherwise raise why it does not fit the first."""
         errors = []
         for robot in self._known_robots:
             try:
@@ -92,7 +92,7 @@ class FileChecker:
 
         found = []
         for robot in self._robots or robot_names():
-            with suppress(FileError):  # told where the robot is checked
+            with suppress(FileError):  # reported where the robot itself is checked
                 found.append(load_robot(robot))
         return found
 
@@ -139,7 +139,7 @@ class FileChecker:
         gather(checks)
 
     def _driver(self, at: Item, driver: str) -> None:
-        """Whether its module is there; it is not imported, as it may need its vendor's library."""
+        """Check that a driver's module exists; importing it might need the vendor's library."""
         module = driver.partition(":")[0]
         package = module.partition(".")[0]
         if package not in self._known.packages:

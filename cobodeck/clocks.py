@@ -1,4 +1,4 @@
-"""The clocks of a loop: virtual time, which takes none, and real time, in which it sleeps."""
+"""The clocks of a loop: virtual time, which never waits, and real time, which sleeps."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Clock(Protocol):
     waits: ClassVar[bool]
 
     def wait(self, until_ns: int) -> int:
-        """Wait until an instant, ns since the start, or until woken; returns the time then, ns."""
+        """Wait until an instant, ns since the start, or until woken; returns the time reached."""
         ...
 
     def wake(self) -> None:
@@ -33,7 +33,7 @@ class Virtual:
         return until_ns
 
     def wake(self) -> None:
-        """Nothing sleeps."""
+        """Do nothing; nothing sleeps."""
 
 
 class RealTime:
@@ -47,7 +47,7 @@ class RealTime:
         self._woken = SimpleQueue[None]()  # can be filled from a signal handler, unlike an Event
 
     def wait(self, until_ns: int) -> int:
-        """Sleep; see `Clock`. A deadline that has passed costs no sleep."""
+        """Sleep; see `Clock`. Returns at once if the instant has passed."""
         if self._start is None:
             self._start = self._reading()
         left = until_ns - self.now()
@@ -63,5 +63,5 @@ class RealTime:
         return 0 if self._start is None else self._reading() - self._start
 
     def wake(self) -> None:
-        """A sample has arrived; see `Clock`."""
+        """End the wait, as after the arrival of a sample; see `Clock`."""
         self._woken.put(None)

@@ -1,7 +1,7 @@
-"""Where numba keeps the code that it has compiled, so that only the first start takes long.
+"""Where numba caches compiled code, so that only the first start takes long.
 
-A checkout keeps it beside its modules. Installed, nothing is written into the package's folder,
-where uninstalling would leave it behind, but into the user's cache.
+A checkout keeps the cache beside its modules if it is writable. Otherwise, and once installed, the
+user's cache folder is used: uninstalling would leave files behind in the package's folder.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ VARIABLE = "NUMBA_CACHE_DIR"
 def keep_compiled_code(
     environment: MutableMapping[str, str] = os.environ, root: Path | None = None
 ) -> str | None:
-    """Tell numba where to keep compiled code; the message to show if there is no such place.
+    """Tell numba where to cache compiled code; returns a message if there is no such place.
 
-    To be called before numba is imported. Without a place the code of this run goes to a temporary
-    folder: numba would refuse to work otherwise.
+    Call it before numba is imported. Without a place the code of this run goes to a temporary
+    folder, because numba would refuse to work otherwise.
     """
     if VARIABLE in environment:
         return None
@@ -40,7 +40,7 @@ def keep_compiled_code(
 
 
 def cache_places(environment: Mapping[str, str], root: Path | None = None) -> list[Path]:
-    """The folders that may hold compiled code; the first that can be written to counts."""
+    """Folders that may hold compiled code; the first writable one is used."""
     root = ROOT if root is None else root
     places = [root / "states"] if (root / "pyproject.toml").is_file() else []
     if "XDG_CACHE_HOME" in environment:
@@ -53,7 +53,7 @@ def cache_places(environment: Mapping[str, str], root: Path | None = None) -> li
 
 
 def described(environment: Mapping[str, str] = os.environ) -> str:
-    """Where compiled code is kept, for people."""
+    """Where compiled code is kept, as text for people."""
     if VARIABLE in environment:
         return f"in {environment[VARIABLE]}, as {VARIABLE} says"
     place = next(filter(_is_writable, cache_places(environment)), None)

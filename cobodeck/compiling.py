@@ -1,4 +1,4 @@
-"""Progress while numba compiles, which takes minutes at the first start and nothing later."""
+"""Progress while numba compiles, which takes minutes at the first start only."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ WHAT = "compiling, at the first start only"
 
 @contextmanager
 def compiling(functions: int, line: ProgressLine | None = None) -> Iterator[None]:
-    """Shows which of about so many functions is being compiled; loading from the cache shows none.
+    """Show which function is being compiled within the block; loading from the cache shows nothing.
 
     Args:
-        functions: how many are compiled inside the block where nothing is cached.
-        line: where to show it; by default one on standard error.
+        functions: approximate number compiled inside the block if nothing is cached.
+        line: where to show it; by default a line on standard error.
     """
     from numba.core import event
 

@@ -1,4 +1,4 @@
-"""Real parts as a plant of the loop: opened by a connection, guarded, closed at the end."""
+"""Parts behind drivers as the loop's plant: opened by a connection, guarded, closed at the end."""
 
 from __future__ import annotations
 
@@ -59,10 +59,10 @@ class Stops:
                 try_to(part.stop)
 
     def stop(self) -> None:
-        """A stop line has nothing to stop."""
+        """Do nothing; a stop line moves nothing."""
 
     def reset(self) -> bool:
-        """Let the robot move again; False while the cause persists."""
+        """Let the robot move again; returns False while the cause persists."""
         asked = [part for part in self._parts.values() if hasattr(part, "acknowledge")]
         answers = [part.acknowledge() for part in asked]
         if not all(answers):
@@ -105,7 +105,7 @@ class Connected:
     """Parts behind drivers; the guard of the wheels cycles in a thread or process of its own.
 
     `world` is the simulated world around fakes, None with real devices. It alone knows the ground
-    truth, and when the run is over.
+    truth. `beside` are the open links and peers.
     """
 
     def __init__(
@@ -156,7 +156,7 @@ class Connected:
         return [self._failures.popleft() for _ in range(len(self._failures))]
 
     def advance(self, to_ns: int) -> None:
-        """Take the news of the fakes' world, which runs by itself, and step the operator."""
+        """Take the newest messages of the fakes' world, which runs by itself; step the operator."""
         if self.world is not None:
             self.world.advance()
             self._failures += [("world", error) for error in self.world.failures[self._taken :]]
@@ -165,7 +165,7 @@ class Connected:
             self.attendant.step(to_ns)
 
     def quiet_until(self) -> int:
-        """Anything may happen at any time: no tick can be left out."""
+        """Return 0: anything may happen at any time, so no tick can be left out."""
         return 0
 
     def close(self) -> None:
@@ -183,7 +183,7 @@ class Connected:
                 self._try(type(shared).__name__, shared.close)
 
     def _cycle(self) -> None:
-        """Cycle the chain. An exception of the driver stops the robot; the chain goes on."""
+        """Cycle the chain. A driver's exception stops the robot; the chain goes on."""
         assert self.guard is not None
         reported = None
         while not self._over.wait(0.8e-9 * CYCLE_NS):
@@ -203,7 +203,7 @@ class Connected:
 
 
 def connect(connection: Connection, opening: RunInfo, uses: Uses) -> Connected:
-    """Open the parts of a connection that a chart uses, and those that its stop depends on.
+    """Open the parts of a connection that a chart uses, and those needed for stopping.
 
     `opening.safety.watched` is ignored: whether people are tracked follows from the parts.
 
@@ -211,7 +211,7 @@ def connect(connection: Connection, opening: RunInfo, uses: Uses) -> Connected:
         Problem: a driver cannot be found or opened; what was opened before is closed again.
     """
     needed = {name: d for name, d in drivers_of(connection).items() if is_needed(name, d, uses)}
-    # links may hold the safety chain, so that they are told before any part is opened
+    # links may hold the safety chain, so they must know `watched` before any part is opened
     opening = _watching(opening, needed.values())
     links = needed_links(connection, needed)
     beside: dict[str, Any] = {}
@@ -228,7 +228,7 @@ def connect(connection: Connection, opening: RunInfo, uses: Uses) -> Connected:
 
 
 def _watching(opening: RunInfo, givers: Iterable[Any]) -> RunInfo:
-    """The run, watched if one of these parts, or of their drivers, gives the user's pose."""
+    """The run info; `watched` is set if one of these parts or drivers gives the user's pose."""
     watched = any("user.pose" in (given_by(giver) or ()) for giver in givers)
     return replace(opening, safety=replace(opening.safety, watched=watched))
 

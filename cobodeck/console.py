@@ -1,6 +1,7 @@
-"""What all commands share: exit codes, problems that a user can mend, tables, progress.
+"""Shared by all commands: exit codes, problems that a user can fix, tables, progress.
 
-Whatever names, files, exceptions and arguments hold, a terminal is shown text and never commands.
+Control characters in names, files, exceptions and arguments are shown as escapes, so that nothing
+printed can command the terminal.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ OK, FAILED, USAGE, REFUSED = range(4)
 
 
 class Problem(Exception):
-    """Something a user can mend: the text says where, what, and what would be right."""
+    """Something a user can fix; the text says where, what, and what would be right."""
 
     def __init__(self, message: str, code: int = USAGE) -> None:
         super().__init__(message)
@@ -37,7 +38,7 @@ def show(text: str = "") -> None:
 
 
 def show_json(value: Any) -> None:
-    """Print a result for programs."""
+    """Print a result as JSON, for programs."""
     show(json.dumps(value, indent=2, ensure_ascii=False))
 
 
@@ -47,7 +48,7 @@ def complain(message: str) -> None:
 
 
 def show_what_can_be_shown() -> None:
-    """Have what a stream's encoding lacks stand as an escape, rather than end the program."""
+    """Print characters that a stream's encoding lacks as escapes, instead of raising."""
     codecs.register_error("cobodeck", _as_escapes)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -74,17 +75,17 @@ def table(rows: Iterable[Sequence[object]], right: frozenset[int] = frozenset())
 
 
 def terminal_width() -> int | None:
-    """The columns of the terminal that results go to; None where they go elsewhere."""
+    """The terminal's width, columns; None if results do not go to a terminal."""
     return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
 
 
 class ProgressLine:
-    """One line on standard error that is written over; nothing where that is no terminal.
+    """A progress line on standard error, overwritten in place; silent if that is no terminal.
 
     Args:
         what: the work, as the line names it.
-        every_s: the least time from one writing to the next.
-        clock: seconds, as of `time.monotonic`.
+        every_s: least time between two updates, s.
+        clock: returns the time, s, like `time.monotonic`.
     """
 
     def __init__(
@@ -99,7 +100,7 @@ class ProgressLine:
         self._on = sys.stderr.isatty()
 
     def at(self, text: str, share: float | None = None) -> None:
-        """Show where the work is; with the share that is done, from 0 to 1, the time left too."""
+        """Show progress; with the `share` done, 0 to 1, also the estimated time left."""
         now = self._clock()
         if not self._on or now < self._next:
             return
@@ -110,13 +111,13 @@ class ProgressLine:
         print(f"\r{line}\x1b[K", end="", file=sys.stderr, flush=True)
 
     def done(self) -> None:
-        """Take the line away."""
+        """Clear the line."""
         if self._shown:
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
 def _left(share: float, spent_s: float) -> str:
-    """`, 25 %, 12 s left`, supposing that the rest goes on at the pace so far."""
+    """`, 25 %, 12 s left`, assuming that the pace so far continues."""
     if share <= 0.0:
         return ", 0 %"
     left_s = spent_s * (1.0 - share) / share

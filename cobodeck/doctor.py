@@ -1,4 +1,4 @@
-"""Is a robot with the values of a profile fit for a room (R3, R124, R126)?"""
+"""Checks whether a robot with a profile's values fits a room (R3, R124, R126)."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 FIT, MISSING, BAD = "ok", "missing", "bad"
 PRINTED = 60
-"""The Haptic pose that the paper names for a user who faces a wall, deg (5.2.2)."""
+"""Angle of the Haptic pose that the paper names for a user facing a wall, deg (5.2.2)."""
 SHOWN = 6
-"""How many places without a Haptic pose are listed."""
+"""Number of places without a Haptic pose that are listed."""
 
 DoctorLine = tuple[str, str, str]
 
@@ -27,7 +27,7 @@ DoctorLine = tuple[str, str, str]
 def room_checks(
     scene_name: str, profile_name: str, sets: Sequence[str] = ()
 ) -> Iterator[DoctorLine]:
-    """One line per check: what was checked, its state, what that means.
+    """One line per check: what was checked, its state, an explanation.
 
     Raises:
         FileError: the scene or the profile is wrong.
@@ -49,7 +49,7 @@ def room_checks(
 
 
 def tracking_checks(path: Path) -> Iterator[DoctorLine]:
-    """Whether a calibrated tracking system can be used.
+    """Check that the residuals of a calibrated tracking system are small enough.
 
     Raises:
         FileError: the file is wrong.
@@ -76,7 +76,10 @@ def _outline(robot: RobotModel) -> str:
 
 
 def _getting_away(robot: RobotModel, profile: Profile) -> str:
-    """Time to move aside from standstill, at the profile's acceleration and at the brakes'."""
+    """Time to move aside from standstill, at the profile's acceleration and at the brakes'.
+
+    From rest at constant acceleration a, a distance d takes sqrt(2 d / a).
+    """
     away, own = profile.settings.escape.contact, robot.base.brake_deceleration
     chosen = profile.robot.base_acceleration
     slow, fast = (math.sqrt(2.0 * away / limit) for limit in (chosen, max(chosen, own)))

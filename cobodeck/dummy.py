@@ -1,4 +1,4 @@
-"""The dummy stage: a connection beside a person out of a record, with nobody in the room (R56)."""
+"""The dummy stage: a connection with a recorded person, and nobody in the room (R56)."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from hw.connection import REFERS, Connection, ServedPart
 from hw.people.person import Person
 
 OF_PERSON = frozenset(("user.pose", "vr.haptic_request", "vr.release", "vr.restart"))
-"""The signals that only the dummy gives then."""
+"""The signals that only the dummy gives in this stage."""
 LINK = "dummy"
 
 
 def with_dummy(connection: Connection, person: Person) -> Connection:
-    """The connection with this person: all other parts that report a person are left out.
+    """The connection with this person; all other parts that report a person are left out.
 
-    A link that such parts share with others, like the VR application's with trackers on the robot,
-    keeps reporting those to the safety chain; the dummy filters what concerns people.
+    A link that such a part shares with others, like the VR application's with trackers on the
+    robot, goes on reporting the others to the safety chain; the dummy filters out people.
 
     Raises:
         Problem: a driver cannot be found.

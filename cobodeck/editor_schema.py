@@ -1,4 +1,4 @@
-"""The schemas that charts name for editors, held against the one that `cobodeck schema` writes."""
+"""Compares schema files that charts name for editors with what `cobodeck schema` would write."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _LARGEST = 10_000_000  # bytes of a schema
 
 
 def schema_for(known: Catalogue) -> str:
-    """The JSON Schema of charts that name the states and charts of a catalogue."""
+    """The JSON Schema of charts, with the states and charts of a catalogue."""
     return schema_text(known.interfaces, load_files(chart_names(known).values()), known.types)
 
 
 def schema_notes(charts: Iterable[SourceFile], known: Catalogue) -> Iterator[str]:
-    """What is to be said of the schema files that charts name: missing, or out of date."""
+    """A message for each schema file named by charts that is missing or out of date."""
     named: dict[Path, str] = {}
     for chart in charts:
         found = _MODELINE.search(chart.text)
@@ -39,7 +39,7 @@ def schema_notes(charts: Iterable[SourceFile], known: Catalogue) -> Iterator[str
 
 
 def _is_current(schema: Path, known: Catalogue) -> bool:
-    """True if a file is what would be written; the shipped one knows no project."""
+    """True if a file has the text that would be written; the shipped one is without projects."""
     is_shipped = schema.resolve().parent == CHARTS.resolve()
     if is_shipped and known.projects:
         known = catalogue(own=False)

@@ -1,4 +1,4 @@
-"""What a run needed: signals built, evaluated and skipped, and where the time went."""
+"""What a run used: signals built, evaluated and skipped, and where the time went."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from states.localization.estimates import LocalizationEstimator
 
 
 def explain(result: RunResult) -> str:
-    """A table of signals and a list of those that nothing read."""
+    """A table of the signals built, and lists of signals not built, parts and times."""
     usage, run = result.usage, result.wired.run
     leaves = reachable(run.machine)
     readers: dict[str, set[str]] = {}
@@ -44,7 +44,7 @@ def explain(result: RunResult) -> str:
 
 
 def _scans(result: RunResult) -> list[str]:
-    """What localization did with scans, if there is any."""
+    """Counts of what localization did with scans and trackers; empty without localization."""
     slot = result.wired.board.slots.get(ESTIMATE)
     estimator = getattr(slot, "estimator", None)
     if not isinstance(estimator, LocalizationEstimator):

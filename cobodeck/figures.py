@@ -1,4 +1,4 @@
-"""Figures of a run: statistics, contacts, and what follows from the trace alone.
+"""Figures of a run: statistics, contacts, and figures from the trace alone.
 
 Figures of events that did not occur are `None`, never 0.
 """
@@ -31,7 +31,7 @@ def spread(values: Iterable[float], names: tuple[str, ...]) -> dict[str, float |
 
 
 def contact_figures(contacts: Sequence[Contact] | None) -> dict[str, Any]:
-    """The number of contacts, by cause, and each of them; None where they are not known."""
+    """The numbers of contacts, in all and by cause, and a list; None where they are not known."""
     causes = None if contacts is None else [contact.by for contact in contacts]
     return {
         "contacts": None if causes is None else len(causes),
@@ -56,7 +56,7 @@ def _listed(contact: Contact) -> dict[str, Any]:
 
 
 class Visit(NamedTuple):
-    """One visit of a chart that another uses: entry, end, outcome; ns since the start.
+    """One execution of a used chart: entry and end, ns since the start, and its outcome.
 
     End and outcome are None if it has not ended or was aborted.
     """
@@ -67,7 +67,7 @@ class Visit(NamedTuple):
 
 
 def visits(run: ChartRun, chart: str) -> list[Visit]:
-    """The visits of a used chart, in the order of entry."""
+    """The executions of a used chart, in order of entry."""
     paths = {
         vertex.path
         for vertex in run.machine.vertices.values()
@@ -88,7 +88,7 @@ def visits(run: ChartRun, chart: str) -> list[Visit]:
 
 
 def escape_figures(run: ChartRun) -> dict[str, Any]:
-    """Number of Escapes, of failed ones, and the times of those that ended `safe`."""
+    """Numbers of Escapes and of failed ones; durations, s, of those that ended `safe`."""
     escapes = visits(run, "escape")
     times = (
         (escape.ended_ns - escape.entered_ns) / 1e9

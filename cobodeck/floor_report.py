@@ -21,9 +21,10 @@ if TYPE_CHECKING:
 class FloorReport:
     """A measured room or map.
 
-    `untouchable` counts only Haptic poses that Haptic can drive to. `wall_ahead` is how far from a
-    user who faces it a wall must be for each Haptic pose, by the pose's angle in whole degrees, m.
-    `shortcoming` says why the floor is too small for all behaviours; None: it is large enough.
+    `untouchable` considers only Haptic poses that Haptic can drive to. `wall_ahead`: for each
+    Haptic pose, by its angle in whole degrees, the distance that a user facing a wall must keep
+    from it, m. `shortcoming` says why the floor is too small for all behaviours; None: it is large
+    enough.
     """
 
     name: str
@@ -43,12 +44,12 @@ def floor_report(
 
     Args:
         place: name or file.
-        profile: whose Haptic poses, tolerance and inflation count.
-        inflation: kept from walls, m; None: that of the profile's Haptic subsystem.
+        profile: gives Haptic poses, tolerance and inflation.
+        inflation: distance kept from walls, m; None: that of the profile's Haptic subsystem.
         corners: how a room is inflated around corners, "round" or "square".
 
     Raises:
-        Problem: square corners of a map.
+        Problem: square corners are requested for a map.
         FileError: the scene or map is wrong.
     """
     from states.floors.space import measure, room_ahead, shortcoming, without_haptic_pose
@@ -57,7 +58,7 @@ def floor_report(
     name, floor, remarks = _floor(place, corners)
     kept = drive.inflation if inflation is None else inflation
     poses = haptic_places(profile)
-    # a drive keeps out of the user's disc, so it cannot end at a pose inside
+    # drives keep out of the disc around the user, so poses inside it cannot be reached
     drivable = [pose for pose in poses if math.hypot(*pose) >= drive.user_radius]
     return FloorReport(
         name,
@@ -75,7 +76,7 @@ def floor_report(
 
 
 def haptic_places(profile: Profile) -> list[tuple[float, float]]:
-    """The Haptic rover poses seen from the user, x ahead and y left, m."""
+    """Positions of the Haptic rover poses in the user's frame, x ahead and y left, m."""
     from behaviors.haptic import all_poses
     from hw.geometry import Pose3
 

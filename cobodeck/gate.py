@@ -1,8 +1,8 @@
-"""The stages to pass before a real robot moves, by records of earlier runs (R53, R56).
+"""The stages to pass before a real robot moves, shown by records of earlier runs (R53, R56).
 
-Every change is tried in two stages, each with a record: first a simulation, then the robot beside a
-dummy, a recorded person who is not in the room. Program, charts, profile, robot and limits must be
-those of the run to come. Nothing here opens a file.
+Every change is tried in two stages, each with a record: first in simulation, then on the robot with
+a dummy, a recorded person who is not in the room. Program, charts, profile, robot and limits must
+be those of the planned run. Nothing here opens a file.
 """
 
 from __future__ import annotations
@@ -13,24 +13,24 @@ from typing import Any, Literal
 
 Stage = Literal["simulated", "dummy"]
 SERVED: Mapping[Stage, int] = {"simulated": 20, "dummy": 1}
-"""Requests to be served for passing a stage, if the chart deals with people."""
+"""Number of requests that must be served to pass a stage, if the chart deals with people."""
 WORDS: Mapping[Stage, str] = {
     "simulated": "it was not simulated",
     "dummy": "it was not tried with a dummy",
 }
-"""The words that `--although` needs for skipping a stage."""
+"""The words after `--although` that skip a stage."""
 ENDED_BADLY = ("error", "failed")
 SIMULATION = "simulation"
-"""The kind of plant of a simulated run."""
+"""The kind of plant in the header of a simulated run."""
 
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """The run to come.
+    """The planned run on a real robot.
 
-    `files` are the hashes of charts, profile and robot by label, `code` those of the program's
-    packages and of modules with states; `connection` is its name and hash; `person`: the chart
-    deals with people. `profile` is the hash of all its values.
+    `files` are the hashes of charts, profile and robot files by label, `code` those of the
+    program's packages and of modules with states; `connection` is its name and hash; `person`: the
+    chart deals with people; `profile` is the hash of all its values.
     """
 
     files: Mapping[str, str]
@@ -46,7 +46,7 @@ class Wanted:
 class Tried:
     """A record: its file, its header, and its figures if the run was completed.
 
-    `looked`: the figures were read; they are not where the header does not match.
+    `looked`: the figures were read; they are not read if the header does not match.
     """
 
     file: str
@@ -56,13 +56,13 @@ class Tried:
 
 
 def is_dummy(header: Mapping[str, Any]) -> bool:
-    """True if its person was one of a record."""
+    """True if the run's person was replayed from a record."""
     user = header["options"]["user"]
     return isinstance(user, str) and user.endswith(".mcap")
 
 
 def is_of(stage: Stage, header: Mapping[str, Any], wanted: Wanted) -> bool:
-    """True for a record of this stage, passed or not."""
+    """True if a record is an attempt at this stage, passed or not."""
     if stage == "simulated":
         return bool(header["plant"] == SIMULATION)
     found = header.get("connection") or {}
@@ -70,7 +70,7 @@ def is_of(stage: Stage, header: Mapping[str, Any], wanted: Wanted) -> bool:
 
 
 def differences(stage: Stage, header: Mapping[str, Any], wanted: Wanted) -> Iterator[str]:
-    """What differs between a record and the run to come, in words."""
+    """What differs between a record and the planned run, in words."""
     known = set(header["files"].values())
     for label, hashed in wanted.files.items():
         if hashed not in known:
@@ -78,7 +78,7 @@ def differences(stage: Stage, header: Mapping[str, Any], wanted: Wanted) -> Iter
     for name in sorted({*header["code"], *wanted.code}):
         if header["code"].get(name) != wanted.code.get(name):
             yield f"the code of {name} has changed"
-    if header["profile"]["sha256"] != wanted.profile:  # a value may be set without any file
+    if header["profile"]["sha256"] != wanted.profile:  # `--set` changes values without any file
         yield "the profile had other values"
     if header.get("limits") != wanted.limits:
         yield "it had other limits than those of the connection"
@@ -89,7 +89,7 @@ def differences(stage: Stage, header: Mapping[str, Any], wanted: Wanted) -> Iter
 
 
 def shortcomings(stage: Stage, figures: Mapping[str, Any] | None, person: bool) -> Iterator[str]:
-    """Why the figures of a record do not pass the stage, in words."""
+    """Why figures do not pass the stage, in words; `figures` is None for an incomplete run."""
     if figures is None:
         yield "it did not come to its end"
         return
@@ -117,7 +117,7 @@ def _beside_a_person(stage: Stage, figures: Mapping[str, Any]) -> Iterator[str]:
 
 @dataclass(frozen=True, slots=True)
 class StageResult:
-    """The result of a stage: the record `file` that passes it, or why the best one does not."""
+    """The result of a stage: the record `file` that passes it, or comes nearest and `why` not."""
 
     stage: Stage
     file: str | None
@@ -130,7 +130,7 @@ class StageResult:
 
 
 def found_for(stage: Stage, tried: Sequence[Tried], wanted: Wanted) -> StageResult:
-    """The first record that passes a stage; otherwise the one with the fewest shortcomings."""
+    """The first record that passes a stage, otherwise the one with the fewest objections."""
     best = StageResult(stage, None)
     for one in tried:
         if not is_of(stage, one.header, wanted):
@@ -146,7 +146,7 @@ def found_for(stage: Stage, tried: Sequence[Tried], wanted: Wanted) -> StageResu
 
 
 def stages_of(wanted: Wanted, with_dummy: bool) -> tuple[Stage, ...]:
-    """The stages to pass before a run; without a person, or with the dummy, only the first."""
+    """The stages to pass before a run; only the first if it has no person or is with a dummy."""
     if with_dummy or not wanted.person:
         return ("simulated",)
     return ("simulated", "dummy")

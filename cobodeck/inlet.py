@@ -1,4 +1,4 @@
-"""The only entry of samples: from the parts to the board of a run."""
+"""The only path of samples into a run: from the parts to its board."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from hw.interfaces import RobotPart
 from hw.samples import Sample
 
 Hears = tuple[str, Callable[[Sample, int], None]]
-"""A signal, and a function that takes its samples with the instant of arrival, ns."""
+"""A signal's name, and a function that takes each sample and its instant of arrival, ns."""
 SampleTap = Callable[[Sample, int, str | None], None]
-"""Takes a sample, the instant of its arrival, ns, and why it was refused (None: it was not)."""
+"""Takes a sample, its instant of arrival, ns, and why it was refused (None: accepted)."""
 AHEAD_NS = 20_000_000
 """Tolerated clock difference, ns; a sample stamped further ahead is refused."""
 
@@ -24,10 +24,10 @@ class Inlet:
 
     A sample is refused if a number in it is NaN or infinite, if its value is not of its signal's
     type, or if its stamp is not an integer or more than `ahead_ns` ahead; `refused` counts these by
-    signal. A part that raises is not polled again; `failures` has what it raised. `taps` receive
+    signal. A part that raises is not polled again; `failures` has the exception. `taps` receive
     every sample, and every estimate that is passed to listeners (`tell`).
 
-    With `begins`, parts have measured before the run began; only the newest of that counts.
+    Set `begins` if parts measured before the run began: of those samples only the newest count.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class Inlet:
             self.listen(name, listener)
 
     def listen(self, name: str, listener: Callable[[Sample, int], None]) -> None:
-        """Call `listener` with samples of a signal, if they flow; no part is polled for them."""
+        """Call `listener` with the samples of a signal; this causes no part to be polled."""
         self._hears.setdefault(name, []).append(listener)
 
     @property
@@ -62,7 +62,7 @@ class Inlet:
         return {name for part in self.sources.values() for name in part.signals}
 
     def take(self, now_ns: int) -> None:
-        """Take all samples that have arrived by now."""
+        """Poll the parts and take all samples that have arrived by now."""
         begins, self.begins = self.begins, False
         for name, part in list(self.sources.items()):
             try:
@@ -98,9 +98,9 @@ class Inlet:
             listener(sample, now_ns)
 
     def tell(self, sample: Sample, now_ns: int) -> None:
-        """Pass an estimate to listeners; it comes from the board and does not go to it.
+        """Pass an estimate from the board to listeners; it is not put back on the board.
 
-        The same estimate is passed on once.
+        The same object is passed on once.
         """
         if self._fit.get(sample.name) is sample.value:
             return
@@ -111,7 +111,7 @@ class Inlet:
             listener(sample, now_ns)
 
     def put(self, name: str, value: Any, stamp_ns: int) -> None:
-        """Put a value on the board that no part measures: a constant, or one from a test."""
+        """Put a value on the board that no part measures: a constant, or a value from a test."""
         self.board.put(name, value, stamp_ns)
 
     def _fits(self, name: str, value: object) -> bool:

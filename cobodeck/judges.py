@@ -1,4 +1,4 @@
-"""Who judges a run: evaluators by the ground truth of the plant, or by its samples alone."""
+"""Selects the evaluators of a run: by the plant's ground truth, or by its samples alone."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from hw.truth import BASE
 
 
 def watchers(plant: Plant, wired: Wired, robot: RobotModel) -> list[Observer]:
-    """The observers that judge a run: by ground truth where the plant knows it, else by samples."""
+    """The observers that evaluate a run: by ground truth if the plant has it, else by samples."""
     truth, seen = plant.truth, "user.pose" in wired.inlet.flowing
-    if truth is None or (truth.body is None and seen):  # a dummy is part of no world
+    if truth is None or (truth.body is None and seen):  # a world does not contain the dummy
         found: list[Observer] = [_by_samples(wired.inlet, robot)]
     else:
         found = [_by_truth(plant, robot, truth.body is not None)]
@@ -51,7 +51,7 @@ def _by_samples(inlet: Inlet, robot: RobotModel) -> Evaluator:
 
 
 def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:
-    """A function that gives map_from_prop for a pose of the base and joint angles."""
+    """A function that gives map_from_prop for map_from_base and the joint angles, rad."""
     from states.arm.kinematics import KinematicChain, forward
     from states.arm.robot_arm import manipulator_of
 
@@ -66,7 +66,7 @@ def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:
 
 
 def arm_outline(robot: RobotModel) -> ArmOutline:
-    """The arm as capsules, with the names of its parts."""
+    """The robot's arm as capsules, with the names of its parts."""
     from states.arm.collision import CollisionModel, outline
     from states.arm.robot_arm import manipulator_of
 
@@ -79,8 +79,8 @@ def arm_outline(robot: RobotModel) -> ArmOutline:
 def pose_of(m: list[list[float]]) -> Pose3:
     """The pose of a homogeneous 4 x 4 matrix, its rotation as a unit quaternion (Shepperd)."""
     trace = m[0][0] + m[1][1] + m[2][2]
-    # 4 qw^2 - 1 = trace, 4 qx^2 - 1 = 2 m00 - trace, …: the largest component is computed from
-    # the diagonal and the others divided by it, so that no divisor is near 0
+    # 4 qw^2 - 1 = trace, 4 qx^2 - 1 = 2 m00 - trace, …: the largest of trace, m00, m11, m22 tells
+    # the largest component; q is the quaternion times 4 of it, so its length is at least 2
     squares = [trace, m[0][0], m[1][1], m[2][2]]
     largest = squares.index(max(squares))
     if largest == 0:

@@ -1,7 +1,7 @@
 """Charts from files: those that are requested, and those that they may use.
 
-Charts name each other by `use`. What is not among the given files is looked up beside them, then in
-the projects, then among the shipped charts; the first of a name counts.
+Charts refer to each other by `use`. A chart that is not among the given files is looked up in
+their folders, then in the projects, then among the shipped charts; the first match counts.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ SKIPPED = frozenset((".git", ".venv", "venv", "node_modules", "build", "dist", "
 
 
 def files_in(paths: Iterable[Path]) -> list[tuple[Path, str]]:
-    """Files with their kinds; of folders only the YAML files of a known kind.
+    """The files given, with their kinds; of a folder only the YAML files of a known kind.
 
-    A file of no known kind counts as a chart, so that its findings say what is missing.
+    A given file of no known kind counts as a chart, so that its findings say what is missing.
 
     Raises:
         Problem: a path does not exist, is no regular file, or is a folder without such files.
@@ -51,14 +51,14 @@ def files_in(paths: Iterable[Path]) -> list[tuple[Path, str]]:
 
 
 def yaml_files(folder: Path) -> Iterator[Path]:
-    """The YAML files in a folder and below, hidden and foreign folders left out."""
+    """The YAML files in a folder and below; hidden folders and those in `SKIPPED` are left out."""
     for place, folders, files in os.walk(folder):
         folders[:] = sorted(f for f in folders if not f.startswith(".") and f not in SKIPPED)
         yield from (Path(place, f) for f in sorted(files) if f.endswith((".yaml", ".yml")))
 
 
 def load_beside(files: Sequence[Path], catalogue: Catalogue) -> Library:
-    """The charts of `files`, first, and those they may use; findings are those of `files`."""
+    """The charts of `files`, then those they may use; the findings are those of `files` alone."""
     library = load_files(files)
     beside = _Beside(files)
     while names := used_charts(library.values(), library) & beside.files.keys():
@@ -66,14 +66,14 @@ def load_beside(files: Sequence[Path], catalogue: Catalogue) -> Library:
             _add(library, beside.files.pop(name))
     for file in (*_own_charts(catalogue), *shipped_charts()):
         _add(library, file)
-    if used_charts(library.values(), library):  # a misspelt name: which could be meant?
+    if used_charts(library.values(), library):  # a misspelt name: load more for `did you mean`
         for file in beside.files.values():
             _add(library, file)
     return library
 
 
 class _Beside:
-    """The charts in the folders of some files, by the name that their heads give."""
+    """Chart files in the same folders as the given files, by the chart's name."""
 
     def __init__(self, files: Sequence[Path]) -> None:
         self.files: dict[str, Path] = {}
@@ -85,7 +85,7 @@ class _Beside:
 
 
 def _add(library: Library, file: Path) -> None:
-    """Add the chart in a file unless its name is taken; its mistakes are left out."""
+    """Add the charts in a file whose names are not taken; their findings are left out."""
     for name, chart in load_files([file]).items():
         if name not in library:
             library[name] = chart
@@ -98,13 +98,13 @@ def _own_charts(catalogue: Catalogue) -> list[Path]:
 
 
 def used_charts(charts: Iterable[Chart], known: Container[str]) -> set[str]:
-    """The names under `use` in some charts that are not among the `known`."""
+    """The names of charts that these charts `use` and that are not `known`."""
     named = {node.target for c in charts for node in c.root.walk() if node.form == "use"}
     return {name for name in named if name not in known}
 
 
 def findings_of(library: Library, catalogue: Catalogue, files: Iterable[Path]) -> list[Finding]:
-    """All findings in the charts of `files`, in order."""
+    """Check a library; returns the findings in `files`, in order."""
     named = {str(file) for file in files}
     found = check(
         library,
@@ -149,7 +149,7 @@ def chart_names(catalogue: Catalogue) -> dict[str, Path]:
 
 
 def open_chart(name_or_path: str, catalogue: Catalogue) -> tuple[Chart, Library]:
-    """A chart that can run, and the charts that it uses.
+    """A chart that can run, and the library of charts that it may use.
 
     Raises:
         Problem: it cannot run; the text shows every error.
@@ -166,7 +166,7 @@ def open_chart(name_or_path: str, catalogue: Catalogue) -> tuple[Chart, Library]
 
 
 def errors_in_used(library: Library, catalogue: Catalogue, files: Iterable[Path]) -> list[Finding]:
-    """Errors that keep the charts in `files` from running, in the other charts they use."""
+    """Errors outside `files`, in used charts, that keep the charts in `files` from running."""
     named = {str(file) for file in files}
     own = {name for name, chart in library.items() if chart.file in named}
     used = {library[name].file for name in reached(own, library)} - named
@@ -177,7 +177,7 @@ def errors_in_used(library: Library, catalogue: Catalogue, files: Iterable[Path]
 
 
 def reached(names: Iterable[str], library: Mapping[str, Chart]) -> set[str]:
-    """Some charts and all that they use, directly or not, by name."""
+    """The names of these charts and of all that they use, directly or indirectly."""
     found = set(names)
     while more := used_charts([library[name] for name in found], found) & library.keys():
         found |= more

@@ -1,4 +1,4 @@
-"""Localization errors of a run: its estimates against the truth, tick by tick."""
+"""Localization errors of a run: its pose estimates against the truth, tick by tick."""
 
 from __future__ import annotations
 
@@ -15,15 +15,16 @@ from hw.truth import Truth
 from states.localization.estimates import LocalizationEstimator, PoseEstimate
 
 KEPT = 32
-"""Ticks for which the truth is kept: estimates refer to the past."""
+"""Number of ticks for which the truth is kept, because estimates refer to the past."""
 STILL_M = 1e-4
-"""Largest motion per tick of a base that counts as standing, m."""
+"""A base that moves less than this in a tick counts as standing, m."""
 
 
 class LocalizationWatch:
     """Compares each estimate with the true pose at its stamp; call `watch` once per tick.
 
-    Errors while the base stands and the arm moves are also reported apart: the prop has them.
+    Errors while the base stands and the arm moves are also reported separately, as `reaching`:
+    they shift the prop.
     """
 
     def __init__(self, plant: PoseSource, board: Board) -> None:
@@ -47,7 +48,7 @@ class LocalizationWatch:
         self._now = now_ns
         if truth is None or truth.base is None:
             return
-        known_ns = getattr(self._plant, "truth_ns", None)  # of a world in another process: older
+        known_ns = getattr(self._plant, "truth_ns", None)  # a world in another process lags behind
         self._truths.append((now_ns if known_ns is None else known_ns, truth.base))
         compute(self._slot)
         sample = self._slot.newest
@@ -65,7 +66,7 @@ class LocalizationWatch:
                 self._compare(estimate, true, truth)
 
     def report(self) -> dict[str, Any]:
-        """Errors of position, m, and yaw, rad; None for what did not occur."""
+        """Errors of position, m, and yaw, rad; None where nothing was compared."""
         known = self._errors
         offs, turns = [off for off, _ in known], [turned for _, turned in known]
         reaching = self._reaching
@@ -105,7 +106,7 @@ class LocalizationWatch:
         return before.distance_to(now) < STILL_M
 
     def _true(self, stamp: int) -> Pose2 | None:
-        """The true pose at a stamp, interpolated between ticks; None if it is too old."""
+        """The true pose at a stamp, ns, interpolated between ticks; None if it is not kept."""
         later: tuple[int, Pose2] | None = None
         for then, pose in reversed(self._truths):
             if then <= stamp:

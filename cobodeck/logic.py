@@ -1,7 +1,7 @@
 """Tier 0: the logic of a chart alone, without robot, room, user or signals.
 
-Every leaf ends after a time and with an outcome drawn by chance from its own stream of the seed, so
-that a run takes many ways through a chart, fast, and the same ways for the same seed.
+Every leaf ends after a random time with a random outcome, drawn from its own stream of the seed, so
+that a run quickly takes many paths through a chart, and the same paths for the same seed.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from engine.state import NEVER_NS, Context, State, Until
 from engine.state import Run as Steps
 
 DWELL_S = 5.0
-"""Mean time that a leaf stays busy, s."""
+"""Mean of the exponentially distributed time for which a leaf runs, s."""
 
 
 class Wandering(State):
@@ -51,7 +51,7 @@ class _Idle:
 
 
 def wander(setup: Setup, seed: int) -> Wired:
-    """A run of the setup's chart in which every leaf ends by chance."""
+    """A run of the setup's chart in which every leaf ends at random."""
     machine = setup.machine()
     stand_ins = {}
     for leaf in machine.leaves:

@@ -35,17 +35,17 @@ class Observer(Protocol):
     """Runs at each instant, after the samples and before the chart."""
 
     def watch(self, now_ns: int) -> None:
-        """Take what is of interest at this instant, ns."""
+        """Observe the plant at this instant, ns."""
         ...
 
 
 class Ticked(NamedTuple):
-    """A tick that is over.
+    """A finished tick.
 
-    `kind` says what it was: one of the `grid`; an instant of the grid `left_out`, at which samples
-    were taken and the chart was not asked; one `added` off the grid; samples `taken` off the grid
-    without a tick; or the `end` of the run, when what still ran was closed. `number` is that of the
-    grid, `missed` how many of its ticks were skipped before, `late_ns` how late the clock was.
+    `kind`: a tick of the `grid`; an instant of the grid `left_out`, at which samples were taken
+    but the chart did not run; a tick `added` off the grid; samples `taken` off the grid without a
+    tick; or the `end` of the run, when the nodes still running were closed. `number` is that of
+    the grid, `missed` the ticks of the grid skipped just before, `late_ns` how late the clock was.
     """
 
     at_ns: int
@@ -72,14 +72,14 @@ class Loop:
     """One run on one plant; see the module.
 
     Attributes:
-        leave_out: leave out ticks in which nothing is due, where time is virtual.
-        tell: is called with what states and parts raise, as it happens.
-        taps: are notified of each tick.
-        ticks: instants of the grid so far; `left_out` of them without the chart, `missed` not at
-            all. `added` are those off the grid.
+        leave_out: leave out ticks in which nothing is due; only in virtual time.
+        tell: called with each error of states and parts, as it occurs.
+        taps: notified of each tick.
+        ticks: instants of the grid so far; at `left_out` of them the chart did not run, `missed`
+            were skipped altogether. `added` counts ticks off the grid.
         overruns: ticks that took longer than a period.
-        spent_ns: wall time spent in the plant, on samples, in observers, and in chart, states and
-            signals.
+        spent_ns: wall time, ns, spent in the plant; on samples; in observers; and in chart, states
+            and signals.
         busy_since: start of the current tick by the wall clock, ns; None between ticks.
     """
 
@@ -114,7 +114,7 @@ class Loop:
         return self.wired.run.outcome is not None or self.plant.finished
 
     def stop(self) -> None:
-        """End the run in order, at the next tick; may be called from a signal handler."""
+        """End the run cleanly at the next tick; may be called from a signal handler."""
         self._stopping = True
         self.clock.wake()
 
@@ -164,7 +164,7 @@ class Loop:
             self._add(now)
 
     def _jump(self, end_ns: int) -> None:
-        """Leave out ticks before which the plant has nothing to do or to report."""
+        """Skip ticks up to the next instant at which plant or chart has something to do."""
         if self._stopping or self.plant.quiet_until() <= self.next_ns:
             return
         until = min(self.plant.quiet_until(), self.wired.run.schedule.next_due(), end_ns)
@@ -200,7 +200,7 @@ class Loop:
             tap.tick(ticked)
 
     def _spend(self, begin: int, decided: int) -> None:
-        """A tick is over. Wall clock, ns: its start, and the start of the chart's part of it."""
+        """Account for a finished tick; `begin` and `decided` (chart start) are wall clock, ns."""
         end = time.perf_counter_ns()
         self.spent_ns[3] += end - decided
         self.busy_since = None
@@ -208,7 +208,7 @@ class Loop:
             self.overruns += 1
 
     def _begin(self, now: int) -> int:
-        """Advance the plant to the grid; returns the instant of the tick, ns."""
+        """Advance the plant to the latest instant of the grid; returns the tick's instant, ns."""
         number = self.ticks
         instant = self.grid.instant(number)
         if now - instant > LATE_NS:
@@ -224,12 +224,12 @@ class Loop:
         return instant
 
     def _advance(self, to_ns: int) -> None:
-        """Advance the plant; with a latency it may be there already, and stays."""
+        """Advance the plant to an instant, ns; with a latency it may be beyond it already."""
         self._plant_ns = max(self._plant_ns, to_ns)
         self.plant.advance(self._plant_ns)
 
     def _stamp(self, now: int) -> int:
-        """The instant at which the robot receives what is decided now, ns."""
+        """The instant from which commands decided at `now` apply, ns: never ahead of the plant."""
         return now if self.plant.paced else min(now, self._plant_ns)
 
     def _decide(self, now: int) -> bool:
@@ -249,7 +249,7 @@ class Loop:
         return not nothing
 
     def _add(self, now: int) -> None:
-        """A tick off the grid: a sample that a state waits for has arrived, or a timeout is due."""
+        """Take samples off the grid; tick if a state waits for one of them or a timeout is due."""
         self.wired.inlet.take(now)
         schedule = self.wired.run.schedule
         if now <= self.now_ns or not (schedule.next_deadline() <= now or schedule.wants_news()):
@@ -264,7 +264,7 @@ class Loop:
         self._spend(begin, begin)
 
     def _tell(self) -> None:
-        """Report what was raised since; a part that has raised stops the robot."""
+        """Report new errors; a part that has raised stops the robot."""
         errors = self.wired.run.errors
         failures, self.wired.inlet.failures = self.wired.inlet.failures, []
         for name, failure in (*failures, *self.plant.failures):

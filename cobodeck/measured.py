@@ -1,6 +1,7 @@
-"""Poses of robot and person from the samples that flow, on a plant without ground truth.
+"""Poses of robot and person from the samples that arrive, on a plant without ground truth.
 
-No signal is requested: what does not flow stays None. Contacts and energy are not measured.
+No signal is requested: values whose signals do not arrive stay None. Contacts and energy are not
+measured.
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ WINDOW_S = 0.2
 LOST_NS = 500_000_000
 """The person's position is unknown after a longer silence of tracking, ns."""
 STRIDE_M = 0.05
-"""Travelled distance is summed in strides of this length, m, so that noise adds nothing."""
+"""Travelled distance is summed in steps of at least this length, m, so that noise adds nothing."""
 
 
 class Senses:
-    """Listens at an inlet; `truth` is the latest state by the samples so far."""
+    """Listens to the samples of an inlet; `truth` is the latest state that they give."""
 
     def __init__(self, inlet: Inlet, footprint: Footprint) -> None:
         self._footprint = footprint
@@ -44,7 +45,7 @@ class Senses:
 
     @property
     def truth(self) -> Truth:
-        """The measured state, in the place of the ground truth."""
+        """The measured state, in place of the ground truth."""
         user, base = self._user if self._is_seen() else None, self._base
         velocity = self._velocity.value()
         return Truth(

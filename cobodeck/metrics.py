@@ -20,16 +20,16 @@ from hw.truth import Contact, Truth
 AHEAD_M, HALF_VIEW_RAD, AROUND_M = 2.5, math.pi / 5, 1.5
 """The Escape zones: radius and half angle within the view, radius elsewhere, m, rad (R104)."""
 MOVING = 0.2
-"""A slower user is in no Escape situation and does not count as walking, m/s."""
+"""A slower user starts no Escape situation and does not count as walking, m/s."""
 NEAR_M, BEYOND_M, FAR_M = 1.5, 3.0, 4.0
-"""Distance band for the base while the user walks, m (R90, R91, R97); best beyond BEYOND_M."""
+"""Distance band of the base from a walking user, m (R90, R91, R97); best beyond BEYOND_M."""
 STALE_NS = 150_000_000
-"""A longer silence of tracking is a drop-out, ns (R149)."""
+"""A longer time without a tracked pose is a drop-out, ns (R149)."""
 NOBODY = Truth()
 
 
 class PoseSource(Protocol):
-    """A source of the state of robot and person: a plant, or what is measured on one."""
+    """A source of the state of robot and person: a plant, or its measured samples."""
 
     @property
     def truth(self) -> Truth | None:
@@ -38,7 +38,7 @@ class PoseSource(Protocol):
 
 
 class MotionHash:
-    """Hash over the exact bits of the poses of base and person and of the joints at each tick."""
+    """SHA-256 over the exact bits of base pose, person's pose and joints at each tick."""
 
     def __init__(self) -> None:
         self._hash = hashlib.sha256()
@@ -66,8 +66,8 @@ class MotionHash:
 class Evaluator:
     """Evaluates a plant from outside; call `watch` once per tick.
 
-    `person`: whether there is one. `arm` follows touches of the arm, where they can be known.
-    `measured`: the plant's state is measured, not the ground truth.
+    `person`: whether there is one. `arm` detects touches by the arm; None where they cannot be
+    known. `measured`: the plant's state is measured, not the ground truth.
     """
 
     plant: PoseSource
@@ -133,7 +133,7 @@ class Evaluator:
             self._danger_since = None
 
     def finish(self) -> None:
-        """Count a drop-out and a request that are still open at the end."""
+        """Count a drop-out and a request that are still open at the end of the run."""
         self.requests.end(self._now)
         if self._now - self._seen > STALE_NS:
             self.dropouts.append((self._seen, self._now))

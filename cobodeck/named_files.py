@@ -1,7 +1,7 @@
-"""YAML files by kind and name, as their first line says, and those that a project brings.
+"""YAML files by the kind and name in their first line, including those of projects.
 
-`scene: office` makes a file the scene `office`. Every YAML file in a package of a project is known
-so, and counts before a shipped one of the same kind and name.
+`scene: office` makes a file the scene `office`. Every YAML file in a project's package can be named
+this way, and takes precedence over a shipped one of the same kind and name.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ KINDS = (
 )
 ROOT = Path(__file__).parent.parent
 SHIPPED = ("charts", "hw", "states")
-"""The packages that shipped files are in."""
+"""The packages that contain shipped files."""
 _HEAD_BYTES = 4096
 
 
 def head_of(file: Path) -> tuple[str, str] | None:
-    """What a YAML file is, and its name: the first line that begins with one of the `KINDS`."""
+    """Kind and name of a YAML file, from the first line that begins with one of the `KINDS`."""
     try:
-        if not file.is_file():  # a pipe would have to be waited for
+        if not file.is_file():  # reading a pipe would block
             return None
         with file.open("rb") as stream:
             head = stream.read(_HEAD_BYTES)
@@ -49,15 +49,15 @@ def head_of(file: Path) -> tuple[str, str] | None:
 
 
 def kind_of(file: Path) -> str | None:
-    """What a YAML file is."""
+    """The kind of a YAML file; None if it is of no known kind."""
     head = head_of(file)
     return None if head is None else head[0]
 
 
 def own_files_around(start: Path | None = None) -> OwnFiles:
-    """The files of the projects around a folder, by default the present one, and installed ones.
+    """The files of the project around a folder, by default the current one, and of installed ones.
 
-    They are looked for when the first name is asked for; names that clash are then reported.
+    They are searched when the first name is looked up; clashing names are reported then.
     """
 
     @cache
@@ -76,7 +76,7 @@ def own_files_around(start: Path | None = None) -> OwnFiles:
 def _by_name(
     found: Iterable[Project],
 ) -> tuple[dict[str, dict[str, Path]], list[str]]:
-    """The files of projects by kind and name, and what has to be said of names that clash."""
+    """The files of projects by kind and name, and a message for each clash of names."""
     files: dict[str, dict[str, Path]] = {}
     clashes = []
     for file in (file for project in found for file in project.yaml_files()):
@@ -106,4 +106,4 @@ def _shipped_heads() -> Iterator[tuple[str, str]]:
 
 
 def _nobody(_message: str) -> None:
-    """Reported where the project's code is imported."""
+    """Report nothing: `catalogue` reports it where the project's code is imported."""

@@ -15,9 +15,9 @@ from hw.safety.guarded import HEARD
 
 Kind = Literal["peer", "link", "part"]
 ALWAYS = frozenset(("stop_line", "operator"))
-"""Opened whatever the chart uses."""
+"""Parts that are opened even if the chart does not use them."""
 OWN_HOST = "loopback"
-"""Stands in a connection file for an address of this machine that no other run uses."""
+"""Stands in a connection file for a loopback address that no other run on this machine uses."""
 
 
 def refuse_strange_drivers(connection: Connection, packages: Container[str]) -> None:
@@ -46,9 +46,10 @@ def open_all(
     beside: Mapping[str, Any],
     opened: dict[str, Any],
 ) -> None:
-    """Open some entries of one kind; those that start in the background start in parallel.
+    """Open the named entries of one kind, then wait for those that start in the background.
 
-    Each is added to `opened` as soon as it is open; `beside` are the links and peers to refer to.
+    Each is added to `opened` as soon as it is open; `beside` are the links and peers that entries
+    may refer to.
 
     Raises:
         Problem: a driver cannot be found or opened.
@@ -72,7 +73,7 @@ def drivers_of(connection: Connection) -> dict[str, Any]:
 
 
 def needed_links(connection: Connection, needed: Container[str]) -> list[str]:
-    """The links that the needed parts refer to, directly or by other links, in file order."""
+    """The links that the needed parts refer to, directly or through other links, in file order."""
     wanted: set[str] = set()
     entries = [served for name, served in connection.parts.items() if name in needed]
     while entries:
@@ -84,7 +85,7 @@ def needed_links(connection: Connection, needed: Container[str]) -> list[str]:
 
 
 def is_needed(name: str, driver: Any, uses: Uses) -> bool:
-    """True if the part is commanded or read, or if its signals are not known beforehand."""
+    """True if the part is commanded or read, or if its signals are unknown until it is opened."""
     given = given_by(driver)
     if name in ALWAYS or name in uses.commands or given is None:
         return True
@@ -93,10 +94,10 @@ def is_needed(name: str, driver: Any, uses: Uses) -> bool:
 
 
 def finds_itself(connection: Connection) -> bool:
-    """True if the base of a connection gives odometry and no pose, so that it must be localized.
+    """True if a connection's base gives odometry but no pose, so that it must be localized.
 
     Raises:
-        Problem: their driver cannot be found.
+        Problem: its driver cannot be found.
     """
     served = connection.parts.get("base")
     given = None if served is None else signals_of("base", served)
@@ -104,7 +105,7 @@ def finds_itself(connection: Connection) -> bool:
 
 
 def signals_of(name: str, served: ServedPart) -> tuple[str, ...] | None:
-    """The signals that a part declares, before it is opened; None: not known by then.
+    """The signals that a part's driver class declares; None: not known before it is opened.
 
     Raises:
         Problem: its driver cannot be found.
@@ -119,7 +120,7 @@ def given_by(driver: Any) -> tuple[str, ...] | None:
 
 
 def try_to(act: Callable[[], object]) -> Exception | None:
-    """Call it; the exception it raised, or None."""
+    """Call `act`; returns the exception it raised, or None."""
     try:
         act()
     except Exception as error:  # noqa: BLE001  a driver may raise anything
@@ -154,7 +155,7 @@ def _opened(
 
 
 def _placed(value: Any) -> Any:
-    """A value of a connection file, with an address of this run in place of `loopback`."""
+    """A value of a connection file, with `loopback` replaced by this process's address."""
     if isinstance(value, dict):
         return {key: _placed(inner) for key, inner in value.items()}
     if isinstance(value, list):
@@ -163,7 +164,11 @@ def _placed(value: Any) -> Any:
 
 
 def own_host() -> str:
-    """A loopback address that no other process uses: each machine owns all of 127.0.0.0/8."""
+    """A loopback address unique to this process.
+
+    All of 127.0.0.0/8 is local; the process id, modulo 2^22 - 2, selects one of the addresses from
+    127.64.0.1 to 127.127.255.254.
+    """
     number = os.getpid() % 0x3F_FF_FE + 1
     return f"127.{64 + (number >> 16)}.{number >> 8 & 255}.{number & 255}"
 

@@ -1,4 +1,4 @@
-"""The operator at the console: acknowledges faults, stops, resets, ends the run (R48, R49)."""
+"""The operator's console: acknowledges faults, stops, resets, ends the run (R48, R49)."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ class ConsoleOperator:
         threading.Thread(target=self._read, args=(stream,), daemon=True).start()
 
     def report(self, fault: str) -> None:
-        """A fault that has to be acknowledged; see `Operator`."""
+        """Show a fault that has to be acknowledged; see `Operator`."""
         self.faults.append(fault)
         self._show(f"fault: {fault}; type ack to acknowledge")
 
     def say(self, word: str) -> None:
-        """One command, from any thread; a stop does not wait for a tick."""
+        """Carry out one command, from any thread; a stop does not wait for a tick."""
         word = word.strip().lower()
         if word == "ack":
             self._acknowledged.append(True)
@@ -74,4 +74,4 @@ class ConsoleOperator:
 
 
 def _nobody() -> None:
-    """No loop has been started yet."""
+    """Do nothing; no loop has been started yet."""

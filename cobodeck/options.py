@@ -1,4 +1,4 @@
-"""What a run was requested with, as values."""
+"""The options with which a run was requested."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ LONGEST_S = 3600.0
 class Options:
     """How to run.
 
-    `duration_s` ends a run early, `stretch_m` enlarges a recorded walk to this size, `eager`
-    computes every signal in every tick and leaves no tick out, `mock` takes the mocked robot,
-    `connection` the real parts that it names. `console` is where the operator types, None without
-    one; `unwatched` accepts that no part tracks people, because nobody is near.
+    `duration_s` limits the run, s; `stretch_m` enlarges a recorded walk to this size, m; `eager`
+    computes every signal in every tick and leaves no tick out; `mock` takes the mocked robot,
+    `connection` the real parts that it names. `console` is the operator's input, None without an
+    operator; `unwatched` accepts that no part tracks people, because nobody is near.
     """
 
     user: str | None = None
@@ -39,5 +39,5 @@ class Options:
 
     @property
     def plays_dummy(self) -> bool:
-        """True if the person is replayed out of a record."""
+        """True if the person is replayed from a record."""
         return self.user is not None and behind_record(self.user) is not None

@@ -1,7 +1,7 @@
-"""Where something is run: a scene by name or file, or a map as map_server writes it.
+"""Where something is run: a scene by name or file, or a map in map_server's format.
 
-A map is a scene without a person: its room is what the map shows, tidied up; the robot starts in an
-open place, or at the pose of `FILE@x,y,yaw` (m, rad).
+A map becomes a scene without a person: its room is the map's outline, cleaned up; the robot starts
+in an open place, or at the pose given as `FILE@x,y,yaw` (m, rad).
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class RunPlace(NamedTuple):
 
 
 def open_place(name: str) -> RunPlace:
-    """A scene, or a map as one.
+    """A scene, or a map turned into one.
 
     Raises:
         Problem: a map has no free floor, or its start is not on it; FileError: a file is wrong.
@@ -69,7 +69,7 @@ def open_place(name: str) -> RunPlace:
 
 
 def is_map(file: str) -> bool:
-    """Whether a file is a map (has `image:`); an unreadable one is left to the scene reader."""
+    """Whether a YAML file is a map, that is, has the key `image`; False if there is no file."""
     if not Path(file).is_file():
         return False
     source = read_file(Path(file))
@@ -77,7 +77,7 @@ def is_map(file: str) -> bool:
 
 
 def environment_at(place: RunPlace, profile: Profile, robot: RobotModel) -> Environment:
-    """The environment of the states, with planners that can be built for the place."""
+    """The states' environment; above `EXACT_CORNERS` its planners work on cells."""
     environment = profile.environment(place.scene.room, robot)
     if len(place.scene.room.segments) > EXACT_CORNERS:
         environment = replace(environment, navigation=environment.navigation.on_cells())

@@ -1,4 +1,4 @@
-"""What a loop advances: parts by name, and the ground truth about them where it is known."""
+"""What a loop advances: the parts by name, and their ground truth where it is known."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from hw.truth import Truth
 class Plant(Protocol):
     """A robot with its surroundings: simulated, mocked, real, scripted or recorded.
 
-    `parts` are those of `hw.interfaces` and of projects, by name. `latency_ns`: delay from a tick
-    to the instant at which the plant receives its decisions; 0 where computing takes real time.
-    `guard` is the safety chain in front of the wheels, if there are any. `paced`: time passes by
-    itself, whereas a simulated plant stands still between two calls of `advance`.
+    `parts` are those of `hw.interfaces` and of projects, by name. `latency_ns`: simulated delay
+    from a tick to the instant at which the plant receives its decisions; 0 where computing takes
+    real time. `guard` is the safety chain in front of the wheels, if there are any. `paced`: time
+    passes by itself; otherwise the plant stands still between two calls of `advance`.
     """
 
     latency_ns: int
@@ -27,7 +27,7 @@ class Plant(Protocol):
 
     @property
     def failures(self) -> list[tuple[str, Exception]]:
-        """What parts have raised in threads of their own since the last call, by name."""
+        """Exceptions raised in the parts' own threads since the last call, with the part's name."""
         ...
 
     @property
@@ -60,7 +60,7 @@ class Plant(Protocol):
         ...
 
     def quiet_until(self) -> int:
-        """The instant before which nothing happens and nothing is measured, ns."""
+        """The instant, ns, before which nothing happens and nothing is measured."""
         ...
 
     def close(self) -> None:
@@ -79,7 +79,7 @@ class Inert:
         return ()
 
     def pull(self, reason: str) -> None:
-        """Nothing has to be stopped."""
+        """Do nothing; nothing moves."""
 
 
 class Nothing:
@@ -96,10 +96,10 @@ class Nothing:
         self.truth = None
 
     def advance(self, to_ns: int) -> None:
-        """Nothing moves."""
+        """Do nothing; nothing moves."""
 
     def quiet_until(self) -> int:
-        """Forever."""
+        """Forever: nothing ever happens by itself."""
         return NEVER_NS
 
     def close(self) -> None:

@@ -1,6 +1,7 @@
-"""Checks what a connection needs, before any of its parts is opened; nothing moves.
+"""Checks everything that a connection needs without opening any part; nothing moves.
 
-Addresses are tried directly, with a time-out of our own, because a client's may be long.
+Addresses are tried directly, with a time-out of our own, because that of a client library may be
+long.
 """
 
 from __future__ import annotations
@@ -22,9 +23,9 @@ from hw.connection import Connection
 from hw.links.datagrams import LOOPBACK as LOCAL
 
 NOTE = "note"
-"""The result of a check that is only a note to the operator."""
+"""The state of a check that is only a note to the operator."""
 TIMEOUT_S = 1.0
-"""Time limit for a connection to a device, s."""
+"""Time limit for connecting to a device, s."""
 NEEDS: Mapping[str, tuple[str, ...]] = {
     "hw.drivers.ur.arm": ("rtde_control", "rtde_receive"),
     "hw.drivers.unity.link": ("rosbags",),
@@ -32,23 +33,23 @@ NEEDS: Mapping[str, tuple[str, ...]] = {
     "hw.drivers.kairos.base": ("roslibpy",),
     "hw.drivers.ros.lidar": ("roslibpy",),
 }
-"""Third-party modules that a driver imports when opened; a class may name its own, `needs`."""
+"""Third-party modules that a driver imports when opened, unless its class lists them as `needs`."""
 WHEELS: Mapping[str, str] = {
     "rtde_control": "ur-rtde (wheels: Linux on x86-64, Python below 3.13)",
     "rtde_receive": "ur-rtde (wheels: Linux on x86-64, Python below 3.13)",
     "can": "python-can",
     "roslibpy": "cobodeck[ros]",
 }
-"""The package of a module, where its name differs."""
+"""Names of packages that differ from the module they provide."""
 PROBES: Mapping[str, str] = {"hw.drivers.ur.arm": "hw.drivers.ur.probe"}
-"""Modules with a `probe(host)`, which asks a device what it is."""
+"""By driver module: a module whose `probe(host)` asks the device for its identity."""
 DATAGRAMS = ("hw.drivers.chain.link",)
-"""Drivers whose own ports are UDP; the others' are TCP."""
+"""Drivers that serve UDP ports; all others serve TCP."""
 ANYWHERE = ("0.0.0.0", "::", "")
 GROUP = ("239.74.163.2", 43113)
 """The multicast group of python-can's `udp_multicast`."""
 UNSYNCHRONISED = 5
-"""The state of adjtimex for a clock that is not synchronised."""
+"""The value that adjtimex returns for a clock that is not synchronised (TIME_ERROR)."""
 NEVER = (
     "never run on the real devices: its drivers were tried against stand-ins alone; the stop is a "
     "software stop, so keep a hand on the hardware's emergency stop"
@@ -56,7 +57,7 @@ NEVER = (
 
 
 class Endpoint(NamedTuple):
-    """An address that a driver connects to, or that it serves at if `own`."""
+    """An address that a driver connects to; if `own`, one of this machine that it serves at."""
 
     host: str
     port: int
@@ -64,7 +65,7 @@ class Endpoint(NamedTuple):
 
 
 def preflight(connection: Connection, packages: Container[str]) -> Iterator[DoctorLine]:
-    """The checks, their results, and explanations."""
+    """One line per check: what was checked, its state, an explanation."""
     yield f"connection {connection.name}", FIT, connection.about
     for entry, _, driver in connection.drivers:
         yield from _driver(entry, driver, packages)
@@ -84,7 +85,7 @@ def preflight(connection: Connection, packages: Container[str]) -> Iterator[Doct
 
 
 def _driver(entry: str, driver: str, packages: Container[str]) -> Iterator[DoctorLine]:
-    """Import a driver of a known package, and check the modules that it needs later."""
+    """Import a driver of a known package, and check the modules that it needs when opened."""
     module, _, name = driver.partition(":")
     if module.partition(".")[0] not in packages:
         yield entry, BAD, f"{driver} is of no project; go to its folder"
@@ -135,7 +136,7 @@ def _serves_at(driver: str) -> str:
     try:
         found = getattr(importlib.import_module(module), name)
         default = signature(found).parameters["host"].default
-    except Exception:  # noqa: BLE001  what is wrong with it is told of the driver itself
+    except Exception:  # noqa: BLE001  the check of the driver itself reports what is wrong
         return ANYWHERE[0]
     return default if isinstance(default, str) else ANYWHERE[0]
 
@@ -161,7 +162,7 @@ def _answers(entry: str, address: Endpoint) -> DoctorLine:
 
 
 def _free(entry: str, address: Endpoint, *, datagrams: bool) -> DoctorLine:
-    """Try to bind a port of this machine."""
+    """Check that a port of this machine is free, by binding it."""
     kind = socket.SOCK_DGRAM if datagrams else socket.SOCK_STREAM
     what = f"port {address.port}{' of UDP' if datagrams else ''}"
     with closing(socket.socket(socket.AF_INET, kind)) as found:
@@ -193,7 +194,7 @@ def _buses(value: Any) -> Iterator[Mapping[str, Any]]:
 
 
 def _bus(entry: str, bus: Mapping[str, Any]) -> DoctorLine:
-    """Check that a back-end can work on this machine."""
+    """Check that python-can's back-end for a bus can work on this machine."""
     kind, channel = bus["interface"], str(bus.get("channel", ""))
     what = f"CAN by {kind} {channel}".rstrip()
     if kind == "socketcan" and not Path("/sys/class/net", channel).exists():
@@ -217,7 +218,7 @@ def _multicast(what: str) -> tuple[str, str]:
 
 
 def _realtime() -> DoctorLine:
-    """Check for the right to real-time priority, which keeps cycles from being delayed."""
+    """Check for permission to use a real-time priority, which keeps cycles from being delayed."""
     what = "real time"
     try:
         import resource
@@ -235,7 +236,7 @@ def _realtime() -> DoctorLine:
 
 
 def _clock() -> DoctorLine:
-    """Check that this clock is synchronised: stamps of other machines are compared with it."""
+    """Check that the clock is synchronised: other machines' stamps are compared with it."""
     what = "clock"
     try:
         state = ctypes.CDLL(None, use_errno=True).adjtimex(ctypes.create_string_buffer(512))

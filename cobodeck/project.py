@@ -5,9 +5,10 @@ A project is a folder with a `pyproject.toml` that declares modules of state cla
     [project.entry-points."cobodeck.states"]
     mine = "mine.states"
 
-It is found from its folder, or from below it in the same repository, if all of it belongs to the
-user; once it is installed it is found from everywhere, by the same lines. The charts, scenes,
-users, robots, profiles and connections of a project are the YAML files in these packages.
+It is found from its folder, or from below it in the same repository, if all its files belong to
+the user or to root; once installed, it is found from everywhere by the same entry points. The
+charts, scenes, users, robots, profiles and connections of a project are the YAML files in these
+packages.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ class Project:
             sys.path.insert(0, str(self.folder))
 
     def code(self) -> Iterator[Path]:
-        """The project's file, its folder, and everything in its packages, links followed."""
+        """Paths of the folder, the project file, and all in its packages, links followed."""
         if self.folder is None:
             return
         yield from (self.folder, self.folder / FILE)
@@ -84,9 +85,9 @@ class Project:
 
 
 def projects(start: Path | None = None, tell: Callable[[str], None] = complain) -> list[Project]:
-    """The project around a folder, by default the present one, and all that are installed.
+    """The project around a folder, by default the current one, and all installed projects.
 
-    A project around it whose code may not be imported is left out; `tell` is given the reason.
+    A project around it whose code may not be imported is left out; `tell` receives the reason.
 
     Raises:
         Problem: the project's file cannot be read, or is malformed.
@@ -113,7 +114,7 @@ def projects(start: Path | None = None, tell: Callable[[str], None] = complain) 
 
 
 def is_there(module: str) -> bool:
-    """Whether a module can be found; the packages around it are imported, it is not."""
+    """Whether a module can be found; its parent packages are imported, the module is not."""
     from importlib.util import find_spec
 
     try:
@@ -125,8 +126,8 @@ def is_there(module: str) -> bool:
 def _installed(start: Path) -> Iterator[tuple[str, str]]:
     """Names and modules of the installed entry points.
 
-    Read by hand: importlib.metadata takes longer than checking all shipped charts. The present
-    folder counts by its project file alone, although `python -m` puts it on the path.
+    Parsed here because importlib.metadata takes longer than checking all shipped charts. `start`
+    is skipped, although `python -m` puts it on the path: only its project file counts.
     """
     for folder in dict.fromkeys(Path(place).resolve() for place in sys.path):
         if folder == start:
@@ -142,7 +143,7 @@ def _installed(start: Path) -> Iterator[tuple[str, str]]:
 
 
 def _around(start: Path) -> Project | None:
-    """The project of the nearest file that declares states, in the folder or above."""
+    """The project of the nearest project file that declares states, in the folder or above."""
     top = _top(start)
     for folder in (start, *start.parents):
         try:
@@ -162,7 +163,7 @@ def _top(start: Path) -> Path:
 
 
 def _outside(project: Project, start: Path) -> str:
-    """Why a project is too far above a folder; empty if it is not."""
+    """Why a project does not count for a folder below it; empty if it does."""
     assert project.folder is not None
     if project.folder.is_relative_to(_top(start)):
         return ""
@@ -188,7 +189,7 @@ def _foreign(project: Project) -> str:
 
 
 def _hiding(project: Project) -> Iterator[tuple[str, Path]]:
-    """What in a project's folder has the name of a package of cobodeck, and could be imported."""
+    """Modules in a project's folder with the name of a cobodeck package, as (name, file)."""
     assert project.folder is not None
     for name in PACKAGES:
         for module in (project.folder / f"{name}.py", project.folder / name / "__init__.py"):

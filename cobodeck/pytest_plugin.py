@@ -1,4 +1,4 @@
-"""The pytest plug-in for authors of charts and states.
+"""The pytest plugin for authors of charts and states.
 
 Fixtures: `sim` runs charts in virtual time (cobodeck.testing), `parts` are stubs of the
 robot's parts, `golden` compares text with a file. A test that leaves a part moving fails.
@@ -30,7 +30,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Make the marker known."""
+    """Register the marker."""
     config.addinivalue_line("markers", _MARKER)
 
 
@@ -47,7 +47,7 @@ def parts() -> Iterator[Parts]:
 
 @pytest.fixture
 def sim(request: pytest.FixtureRequest, parts: Parts) -> Iterator[ChartTester]:
-    """Charts in virtual time; see `cobodeck.testing`."""
+    """Runs charts in virtual time; see `cobodeck.testing`."""
     from cobodeck.shadows import explained, shadows
 
     if hidden := shadows():
@@ -96,7 +96,7 @@ _COVERED = pytest.StashKey[set[int]]()
 def pytest_terminal_summary(
     terminalreporter: pytest.TerminalReporter, config: pytest.Config
 ) -> None:
-    """List the requirements, if asked to."""
+    """List covered and open requirements if `--requirements` is given."""
     if not config.getoption("--requirements"):
         return
     covered = config.stash.get(_COVERED, set())

@@ -1,4 +1,4 @@
-"""Why requests were not served: the outcome of the Haptic that they led to."""
+"""Why requests were not served: the outcome of the Haptic behaviour that they started."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Interval = tuple[int, int]
 """When a request began and ended, ns."""
 
 IN_TIME = "not served in time"
-"""No Haptic ended early: the user let go, or the run ended, before the prop had arrived."""
+"""Reason if no Haptic ended early: the user let go, or the run ended, before the prop arrived."""
 
 REASONS: Mapping[str, str] = {
     "none": "no Haptic pose",
@@ -24,14 +24,14 @@ REASONS: Mapping[str, str] = {
     "failed": "the arm did not get there",
     "timeout": "took too long",
 }
-"""Reason by the outcome of the leaf that first made a Haptic fail."""
+"""Reason for a failed Haptic, by the first of these outcomes with which one of its leaves ended."""
 
 BROKEN_OFF: Mapping[str, str] = {
     "fault": "broken off by a fault",
     "user_lost": "base or user lost",
     "error": "broken off by an error",
 }
-"""Reason by the outcome of a Haptic that was ended from outside."""
+"""Reason for a Haptic that was broken off, by its outcome."""
 
 
 def refusals(run: ChartRun, unserved: Iterable[Interval]) -> dict[str, int]:
@@ -47,7 +47,7 @@ def refusals(run: ChartRun, unserved: Iterable[Interval]) -> dict[str, int]:
 
 
 def failures(run: ChartRun) -> list[tuple[int, str]]:
-    """The instant at which each Haptic failed or was broken off, ns, and why, in order."""
+    """When each Haptic failed or was broken off, ns, and the reason, in order."""
     boxes = {
         vertex.path
         for vertex in run.machine.vertices.values()

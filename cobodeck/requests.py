@@ -1,4 +1,4 @@
-"""Which requests were served, how soon and how well: the true prop against the DEEP."""
+"""Which requests were served, how soon and how well: the prop's pose against the DEEP."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from hw.truth import Truth
 SERVED_M, SERVED_RAD = 0.02, 0.1
 """Largest error of the prop against the DEEP for a request to count as served, m, rad (R44)."""
 REACH_M = 2.5
-"""The prop is compared with the DEEP only while the base is this near to it, m."""
+"""The prop is compared with the DEEP only while the base is nearer to it than this, m."""
 STANDS_NS = 100_000_000
-"""The arm counts as standing after this time without motion, ns; moves are a tick apart."""
+"""The arm stands once it has not moved for this long, ns; moves may follow a tick apart."""
 
 PropOf = Callable[[Pose2, Joints], Pose3]
 
@@ -27,9 +27,10 @@ PropOf = Callable[[Pose2, Joints], Pose3]
 class RequestWatch:
     """Follows the requests of a person; `watch` once per tick.
 
-    `prop_of` computes the prop's pose from base and joints; None for a robot without an arm, which
-    serves nothing. `heard`: requests can be known at all. `prop_errors` are those of the served
-    requests once the arm stood, m and rad; `unserved` are the intervals of the others, ns.
+    `prop_of` computes the prop's pose in the map from base and joints; None for a robot without an
+    arm, which serves nothing. `heard`: a signal of requests flows. `response_s` and `prop_errors`
+    (m and rad, taken once the arm stands) are of served requests; `unserved` are the intervals of
+    the others, ns.
     """
 
     prop_of: PropOf | None = None

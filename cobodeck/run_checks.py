@@ -42,7 +42,7 @@ def refuse_small_floor(setup: Setup) -> None:
 
 
 def latency_ns(setup: Setup) -> int:
-    """The profile's latency, ns: from the samples of a tick to its commands.
+    """The profile's latency from the samples of a tick to its commands, ns.
 
     Raises:
         Problem: it is not shorter than a tick.

@@ -1,7 +1,7 @@
-"""Time that the robot spent nearer to the user than its speed allows, by the chain's records.
+"""Time that the robot spent nearer to the user than its speed allows, from the chain's records.
 
-In each cycle the chain records the measured gap S and the protective separation S_p that stopping
-from the measured motion takes. A standing base has no cycles and needs no separation.
+In each cycle the safety chain records the measured gap S and the protective separation S_p needed
+to stop from the measured motion. A standing base has no cycles and needs no separation.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from hw.log import Log
 from hw.safety.record import GRANTED, SafetyRecord
 
 LONGEST_NS = 10_000_000
-"""Longest time that one cycle stands for, ns; between two drives there are no cycles."""
+"""Upper limit of the time counted for one cycle, ns; between two drives there are no cycles."""
 
 
 class SeparationWatch:
@@ -40,7 +40,7 @@ class SeparationWatch:
                 self._count(gap - record.needed, GRANTED in record.reasons, lasted)
 
     def report(self) -> dict[str, Any]:
-        """Times in s, lengths in m; all None if there were no cycles.
+        """Times in s, lengths in m; all None if no cycle had a known gap.
 
         `below_needed_s`: S below S_p without a granted touch; `granted_s`: with one. `min_gap_m`:
         the least S while the base moved; `min_margin_m`: the least S - S_p without a granted touch.

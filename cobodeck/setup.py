@@ -1,4 +1,4 @@
-"""What is to be run and where: chart, scene, robot and profile, read and checked."""
+"""The setup of a run: chart, scene, robot and profile, read and checked."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ TICK_HZ = 30
 
 @dataclass(frozen=True, slots=True)
 class Uses:
-    """What a chart needs of a robot: parts that it commands, signals that parts have to measure.
+    """What a chart needs of a robot: parts that it commands, signals that parts must measure.
 
-    `welcome` are all signals that it can make use of, including those that it can do without.
+    `welcome` are all measured signals that it can use, including those that it can do without.
     """
 
     commands: frozenset[str]
@@ -51,11 +51,11 @@ class Uses:
 
 @dataclass(frozen=True)
 class Setup:
-    """What is to be run, and where, checked.
+    """The checked setup of a run.
 
-    `given` are the names and files by which it was requested. `localizing` is the seed of the
-    localization where the base does not know its own pose, else None. Robot and profile have the
-    limits of the `connection`, if one was named.
+    `given` holds the names and files by which it was requested. `localizing` is the seed of the
+    localization if the base does not measure its own pose, else None. If a `connection` was named,
+    its limits are already applied to robot and profile.
     """
 
     chart: Chart
@@ -76,7 +76,7 @@ class Setup:
 
     @property
     def scene(self) -> Scene | None:
-        """The room with the people and objects in it."""
+        """The room with its people and objects; None without a room."""
         return None if self.place is None else self.place.scene
 
     @cached_property
@@ -105,12 +105,12 @@ class Setup:
 
     @property
     def tracking(self) -> Tracking:
-        """The pose of the tracking system in the map, and of its trackers on the robot."""
+        """The tracking system's pose in the map, and the trackers' poses on the robot."""
         return Tracking.of(self.robot.sensing) if self.place is None else self.environment.tracking
 
     @cached_property
     def signals(self) -> dict[str, Signal]:
-        """All signals by name; without a scene, of the shipped ones only those that are measured.
+        """All signals by name; without a scene, the shipped ones are limited to measured ones.
 
         Raises:
             Problem: a signal of a project clashes with another, or depends on an unknown one.
@@ -119,7 +119,7 @@ class Setup:
 
     @cached_property
     def signals_without_scans(self) -> dict[str, Signal]:
-        """The same where no part gives `base.scan`: planners then do not wait for a pose."""
+        """As `signals`, for parts without `base.scan`: planners then do not wait for a pose."""
         return self._declared(scanning=False)
 
     def _declared(self, scanning: bool) -> dict[str, Signal]:
@@ -181,11 +181,11 @@ def open_setup(  # noqa: PLR0913  one call says all there is to say
 ) -> Setup:
     """Read and check everything that a run needs.
 
-    `robot` replaces the scene's; given alone, there is no scene. A connection's robot has its
-    limits and has to be the scene's; the connection may name a scene. `charts`: those of an earlier
-    run by name, in place of files; `chart` is one of them. `known` is what charts may name, by
-    default everything around the present folder. `sets` are single values of the profile,
-    KEY=VALUE.
+    `robot` replaces the scene's; given without `scene`, there is no scene. A connection's limits
+    apply to its robot, which must be the scene's; the connection may name a scene. `charts` are
+    those of an earlier run by name, in place of files; `chart` is one of them. `known` is what
+    charts may name, by default everything found from the current folder. `sets` are single values
+    of the profile, as KEY=VALUE.
 
     Raises:
         Problem: the chart cannot run; FileError: a file or a value of `sets` is wrong.
@@ -240,7 +240,7 @@ def profile_with(name: str, sets: Sequence[str]) -> Profile:
 
 @contextmanager
 def _blaming_sets() -> Iterator[None]:
-    """Turns mistakes that are all in `sets` into one of usage."""
+    """Turn a FileError into a Problem if all its findings are in values of `--set`."""
     try:
         yield
     except FileError as error:
@@ -250,10 +250,10 @@ def _blaming_sets() -> Iterator[None]:
 
 
 def refuse_other_body(connection: Connection, body: RobotModel, place: RunPlace | None) -> None:
-    """Check that scene and connection have the same robot; a map has none.
+    """Check that scene and connection have the same robot; a map has no robot to compare.
 
     Raises:
-        Problem: they have different ones.
+        Problem: their robots differ.
     """
     if connection.model is None or place is None or place.map is not None:
         return
@@ -266,7 +266,7 @@ def refuse_other_body(connection: Connection, body: RobotModel, place: RunPlace 
 
 
 def _in_place(robot: RobotModel, place: RunPlace | None) -> RobotModel:
-    """The robot with its scanners turned as calibrated for this place."""
+    """The robot with the scanner yaws that were calibrated for this place, if any."""
     calibrated = None if place is None else place.scene.calibration
     if calibrated is None or not calibrated.scanner_yaws:
         return robot

@@ -1,8 +1,8 @@
-"""Modules of other people that have the name of one of cobodeck's packages, and hide it.
+"""Other modules that have the name of one of cobodeck's packages, and hide it.
 
-`states.py` in the folder that Python looks into first, as `python -m` and pytest do, is imported in
-place of the package `states`. Nothing but the standard library is imported here, so that it can be
-reported whichever package is hidden.
+With `python -m` and pytest, Python searches the user's folder first: a `states.py` there is
+imported in place of the package `states`. Only the standard library is imported here, so that a
+hidden package can be reported, whichever it is.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ ROOT = Path(__file__).parent.parent
 
 
 def shadows(names: Iterable[str] = PACKAGES, path: Sequence[str] | None = None) -> dict[str, Path]:
-    """What a first import would find in place of cobodeck's packages, by their names.
+    """The files that an import would find in place of cobodeck's packages, by package name.
 
-    A folder without `__init__.py` hides nothing: Python takes a package that has one before it.
+    A folder without `__init__.py` hides nothing: Python prefers a package that has one.
     """
     found = {}
     for name in names:
@@ -31,7 +31,7 @@ def shadows(names: Iterable[str] = PACKAGES, path: Sequence[str] | None = None) 
 
 
 def explained(found: dict[str, Path]) -> str:
-    """What that means, and what to do; empty if nothing is hidden."""
+    """A message that explains what hides which package, and what to do; empty if nothing does."""
     return "\n".join(
         f"{file}: it hides cobodeck's own package {name!r}, {ROOT / name}; rename it"
         for name, file in found.items()

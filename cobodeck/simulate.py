@@ -1,4 +1,4 @@
-"""Runs a chart to its end and collects the figures. Wall time is only reported."""
+"""Runs a chart to its end and collects the figures. Wall time affects nothing but the report."""
 
 from __future__ import annotations
 
@@ -62,11 +62,11 @@ def simulate(
     Args:
         setup: what to run.
         options: how.
-        progress: called now and then with the time in the run, as text, and the share done.
+        progress: called now and then with the time in the run, as text, and the share done, 0 to 1.
         clock: virtual time by default.
         around: a context in which the loop runs, such as one that ends it on a signal.
-        tell: is called with what states and parts raise, as it happens.
-        recorder: records the run; it is finished at the end.
+        tell: called with each error of states and parts, as it occurs.
+        recorder: records the run; its file is completed at the end.
     """
     try:
         loop = _staged(setup, options, clock, recorder)
@@ -91,7 +91,7 @@ def simulate(
 def _with_share(
     loop: Loop, options: Options, progress: Callable[[str, float | None], None] | None
 ) -> Callable[[str], None] | None:
-    """A progress callback that adds the share done: of the duration, or of the requests if more."""
+    """A progress callback that adds the share done: of the duration or of the requests."""
     if progress is None:
         return None
     evaluators = [watch for watch in loop.observers if isinstance(watch, Evaluator)]
@@ -150,7 +150,7 @@ def figures_of(
 
 
 def _judged(loop: Loop) -> dict[str, Any]:
-    """What is known of robot and person; what does not exist or cannot be known is left out."""
+    """Figures of robot and person, without those that do not exist or cannot be known."""
     guard = loop.plant.guard
     found: dict[str, Any] = {"localization": None}
     if guard is not None:

@@ -1,4 +1,4 @@
-"""Sets up a run: the plant that the chart needs, the evaluators that can judge it, the loop."""
+"""Sets up a run: the plant that the chart needs, the evaluators that fit it, and the loop."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from hw.sim.world import World
 
 
 class FrozenBase(SimBase):
-    """A base that ignores all commands: to show that a test notices it."""
+    """A base that ignores all commands, for checking that a test notices."""
 
     def drive(self, command: object) -> None:
         """Ignored."""
@@ -47,7 +47,7 @@ def stage(
     clock: Clock | None = None,
     tap: ValueTap | None = None,
 ) -> Loop:
-    """The loop of a run, before its first tick; `tap` as in `wire`.
+    """The loop of a run, ready for its first tick; `tap` as in `wire`.
 
     Raises:
         Problem: the chart needs something that is missing.
@@ -145,7 +145,7 @@ def _on_real_parts(
 def opening_of(
     setup: Setup, uses: Uses, options: Options, connection: Connection, now: Callable[[], int]
 ) -> RunInfo:
-    """What the drivers of a connection get to know of a run; `now` gives its time, ns.
+    """What a connection's drivers are told about a run; `now` returns the run's time, ns.
 
     Raises:
         Problem: a person is requested, and the connection has neither fakes nor a dummy.
@@ -162,7 +162,7 @@ def opening_of(
 
 
 def _with_dummy(setup: Setup, uses: Uses, options: Options, connection: Connection) -> Connection:
-    """The connection, with a dummy out of a record if one is requested."""
+    """The connection, with a recorded person as the dummy if one is requested."""
     person = _person(setup, uses, options) if options.plays_dummy else None
     if person is None:
         return connection

@@ -20,7 +20,7 @@ class StubPart:
         self.commands.append(("stop",))
 
     def release(self, source: str = "own") -> None:
-        """Stop, too: a stub has no other source of velocities."""
+        """Stop: a stub has no other source of velocities."""
         self.moving = False
         self.commands.append(("release", source))
 
@@ -44,5 +44,5 @@ class Parts(dict[str, StubPart]):
 
     @property
     def moving(self) -> list[str]:
-        """The names of those that were not stopped."""
+        """The names of the parts that were commanded and not stopped."""
         return [name for name, part in self.items() if part.moving]

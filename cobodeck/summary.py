@@ -1,4 +1,4 @@
-"""The figures of a run for people."""
+"""The figures of a run as text for people."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import Any
 from cobodeck.console import table
 
 SHOWN = 3
-"""Number of contacts and of drop-outs that are listed singly."""
+"""Number of contacts and of drop-outs that are listed individually."""
 
 
 def summary(figures: Mapping[str, Any], ended_by: tuple[str, str] | None = None) -> str:
-    """The figures for people; `ended_by` is the node that led to the outcome, and how it ended."""
+    """The figures as text; `ended_by`: the node that led to the outcome, and its own outcome."""
     f = figures
     where = f["chart"]
     if f["tier"]:
         where += f" in {f['scene']}" if f["scene"] else f" on {f['robot']}"
-    if "requests" in f and f["tier"] and not f["measured"]:  # else the person has no name
+    if "requests" in f and f["tier"] and not f["measured"]:  # measured people have no name
         where += f" with {f['user']}"
     governor = "governor on" if f.get("governor") else "governor off"
     title = f"{where}: {f['profile']} ({governor}), tier {f['tier']}, {f['tick_hz']} Hz"
@@ -140,7 +140,7 @@ def _contacts(f: Mapping[str, Any]) -> str:
 
 
 def _worst(contacts: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """The few that are listed: those caused by the robot first."""
+    """The contacts that are listed: those caused by the robot first."""
     causes = ("robot", "slow_arm", "person")
     return sorted(contacts, key=lambda contact: causes.index(contact["by"]))[:SHOWN]
 

@@ -5,9 +5,9 @@
         sim.until("rest", timeout=5)
         sim.assert_path("drive", "drive", "rest")
 
-Without a scene every leaf follows the script, and stays busy where the script says nothing; leaves
-named in `real` are real states, with stub parts and with signals from the test. With a scene
-everything but what the script names is real, on the simulated robot.
+Without a scene every leaf follows the script, and runs on forever if the script has no outcome for
+it; leaves named in `real` are real states, with stub parts and with signals from the test. With a
+scene everything that the script does not name is real, on the simulated robot.
 """
 
 from __future__ import annotations
@@ -67,10 +67,10 @@ class ChartTester:
 
         Args:
             chart: what to run; it is checked first.
-            script: outcomes of leaves in the order in which they are used. A leaf is named by its
-                path, the end of its path, or its class. An outcome may have outputs,
+            script: per leaf its outcomes, in the order in which they are used. A leaf is named by
+                its path, the end of its path, or its class. An outcome may have outputs,
                 `("found", {"goal": pose})`, or be an exception, which is raised.
-            real: leaves, named likewise, that run as they are although there is no scene.
+            real: leaves, named likewise, that run unscripted although there is no scene.
             signals: initial values; the test feeds these signals from then on, derived ones too.
             parameters: of the chart.
             scene: run on the simulated robot in this scene.
@@ -146,7 +146,7 @@ class ChartTester:
 
     @property
     def loop(self) -> Loop:
-        """The loop that runs it."""
+        """The loop that runs the chart."""
         assert self._loop is not None, "start a chart first: sim.start(…)"
         return self._loop
 
@@ -172,7 +172,7 @@ class ChartTester:
 
     @property
     def active(self) -> list[str]:
-        """The paths of the leaves that are going on."""
+        """The paths of the running leaves."""
         return self.run.active
 
     @property
@@ -181,23 +181,23 @@ class ChartTester:
         return Operator(self.run)
 
     def tick(self, count: int = 1) -> None:
-        """Let so many ticks pass."""
+        """Let `count` ticks pass."""
         for _ in range(count):
             self.loop.tick()
 
     def wait(self, seconds: float) -> None:
-        """Let time pass."""
+        """Let virtual time pass, s."""
         self.tick(round(seconds * HZ))
 
     def until(self, where: str | Callable[[], object], timeout: float = 10.0) -> None:
-        """Let time pass until a node is active, the chart has ended so, or a condition holds.
+        """Let time pass until a node is active, the chart has an outcome, or a condition holds.
 
-        `where` is a node's path, its name, an outcome of the chart, or a function. A node that is
-        active already, or is entered and left within one tick from now on, is reached; one that was
-        left before is not, until it is entered again.
+        `where` is a node's path, its name, an outcome of the chart, or a function. A node counts as
+        reached if it is active already, or if it is entered from now on, even if left within the
+        same tick; a node that was left before counts only once it is entered again.
 
         Raises:
-            AssertionError: that did not happen within `timeout`, s.
+            AssertionError: it did not happen within `timeout`, s.
         """
         end = self.loop.ticks + max(1, round(timeout * HZ))
         reached = where if callable(where) else self._reaching(where)
@@ -208,9 +208,10 @@ class ChartTester:
             self.tick()
 
     def signal(self, name: str, value: Any) -> None:
-        """Deliver a sample of a measured signal, for the next tick.
+        """Deliver a sample of a measured signal at the next tick.
 
-        Others can be scripted too if `start(signals={name: value})` takes them over.
+        Derived and estimated signals can be fed too, once `start(signals={name: value})` takes
+        them over.
         """
         declared = self.run.board.declared
         hint = did_you_mean(name, declared)
@@ -249,7 +250,7 @@ class ChartTester:
         return [name for name in matched if name is not None]
 
     def assert_path(self, *names: str) -> None:
-        """Of the nodes named, exactly these were entered, in this order; others do not count."""
+        """Assert that the nodes named were entered exactly so, in order; others are ignored."""
         for name in names:
             self._require(name)
         found = self.path(*dict.fromkeys(names))
@@ -259,7 +260,7 @@ class ChartTester:
         )
 
     def finish(self) -> None:
-        """Stop the run, if one goes on."""
+        """Stop the run if it has not ended."""
         if self._loop is not None and self.outcome is None:
             self.operator.stop()
             self.tick()

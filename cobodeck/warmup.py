@@ -1,7 +1,6 @@
-"""Preparations before the first tick: imports, compiling, plans of the room.
+"""Preparations before the first tick that would take too long in it: imports, compiling, planners.
 
-They would take too long in a tick. Only what the chart can reach is prepared: a chart that never
-drives loads no planner.
+Only what the chart can reach is prepared: a chart that never drives loads no planner.
 """
 
 from __future__ import annotations
@@ -17,13 +16,13 @@ from hw.geometry import Pose2, Pose3, Twist2
 from hw.samples import ImuReading, Odometry, Scan, TrackerPose
 
 SCANS, SCAN_NS = 12, 80_000_000
-"""After so many scans that fit nowhere a localizer searches; time from one to the next, ns."""
+"""Number of unmatched scans after which a localizer starts to search, and their interval, ns."""
 OF_DRIVING, OF_REACHING = 235, 24
-"""So many functions, about, are compiled where no compiled code is kept."""
+"""Approximate numbers of functions compiled for driving and for reaching, without a cache."""
 
 
 def warm_up(setup: Setup, machine: Machine) -> None:
-    """Get everything ready that the reachable states may call."""
+    """Load and compile everything that the reachable states may call."""
     leaves = reachable(machine)
     commanded = {part for leaf in leaves for part in leaf.interface.commands}
     in_a_room = any("environment" in leaf.interface.reads for leaf in leaves)
@@ -36,7 +35,7 @@ def warm_up(setup: Setup, machine: Machine) -> None:
                 _reaching(setup)
     if setup.localizing is not None:
         _localizing(setup)
-    # what is loaded by now stays: collecting garbage in a tick need not look through it again
+    # everything loaded by now stays alive: freeze it, so that a collection in a tick skips it
     gc.unfreeze()
     gc.collect()
     gc.freeze()
@@ -49,15 +48,15 @@ def _driving(setup: Setup) -> None:
     for module in pkgutil.iter_modules(behaviors.__path__, "behaviors."):
         loaded = importlib.import_module(module.name)
         getattr(loaded, "warm_up", _nothing)()
-    assert setup.scene is not None  # there is no site without one
+    assert setup.scene is not None  # there is no environment without one
     planner = setup.environment.static_planners["chase"]
     start, driver = setup.scene.robot_start, setup.environment.driver("chase", planner)
-    driver.go_to(start @ Pose2(0.5, 0.0))  # straight ahead, for the ways without a bend
+    driver.go_to(start @ Pose2(0.5, 0.0))  # straight ahead: the case of a path without bends
     driver.command(start, Twist2(0.1, 0.1), None, setup.environment.period)
 
 
 def _localizing(setup: Setup) -> None:
-    """Let a localizer of its own drive, see nothing that it knows, and search."""
+    """Feed a separate localizer with a drive whose scans match nothing, until it searches."""
     localizer, sensing = setup.localizer(), setup.robot.sensing
     tracker = Pose3(0.0, 0.0, 0.0)
     for n in range(SCANS):
@@ -80,4 +79,4 @@ def _reaching(setup: Setup) -> None:
 
 
 def _nothing() -> None:
-    """Nothing in this module is compiled."""
+    """Do nothing; for modules without `warm_up`."""

@@ -35,7 +35,7 @@ def ending_on_signals(loop: Loop) -> Iterator[None]:
             raise KeyboardInterrupt
         asked = True
         loop.stop()
-        if loop.busy_since is not None:  # print might be what was interrupted
+        if loop.busy_since is not None:  # os.write: the signal may have interrupted a print
             os.write(2, b"cobodeck: ending; once more breaks off a state that does not end\n")
 
     before = {number: signal.signal(number, end) for number in signals}
@@ -48,9 +48,9 @@ def ending_on_signals(loop: Loop) -> Iterator[None]:
 
 @contextmanager
 def naming_what_blocks(loop: Loop, after_s: float, tell: Callable[[str], None]) -> Iterator[None]:
-    """Report once per tick that takes longer than `after_s` which node it is in, and which line.
+    """Report each tick longer than `after_s`, once, with the node that blocks it and the line.
 
-    A second thread inspects the stack of the one that runs the loop, at no cost to the tick.
+    A second thread inspects the stack of the thread that runs the loop, at no cost to the tick.
     """
     over, runner = threading.Event(), threading.get_ident()
 

@@ -25,11 +25,11 @@ from hw.safety.guarded import GuardedBase
 from hw.samples import Sample
 
 ValueTap = Callable[[str, Any], Any]
-"""Makes the wrapper of a part from its name and the part."""
+"""Wraps a part, given its name and the part."""
 
 
 class WithoutMotion:
-    """A part that cannot move, with the `stop` that the engine requires of every part."""
+    """Adds the `stop` that the engine requires of every part to a part that cannot move."""
 
     def __init__(self, part: RobotPart) -> None:
         self._part = part
@@ -45,7 +45,7 @@ class WithoutMotion:
 class Wired:
     """A run with its board, its inlet, and the base that its states drive.
 
-    `show` is called in every tick where the virtual world requires it (see `Vr`).
+    `show`, if any, updates the robot shown in VR; it is called in every tick (see `Vr`).
     """
 
     run: ChartRun
@@ -55,7 +55,7 @@ class Wired:
     show: Callable[[int], None] | None = None
 
     def pass_on(self, stamp_ns: int) -> None:
-        """In every tick: command the base from this instant on, and update what the VR shows."""
+        """Pass the tick's results on: base command from `stamp_ns` on, and what the VR shows."""
         if self.base is not None:
             if self.base.reckons and ESTIMATE in self.board.slots:
                 self._locate(self.base, stamp_ns)
@@ -77,10 +77,10 @@ class Wired:
         self.inlet.tell(Sample("base.pose_sigma", found.stamp, sigma), now_ns)
 
     def tick(self, now_ns: int, stamp_ns: int, between: bool = False) -> str | None:
-        """One tick of the run, then of the base; the chart's outcome once there is one.
+        """Tick the run, then the base; returns the chart's outcome, None while it runs.
 
-        `stamp_ns` is the robot's instant, which may lie between two ticks; `between`: the tick is
-        not one of the grid (rule 13).
+        `stamp_ns` is the instant from which the base is commanded, which may lie between two ticks
+        of the grid. `between`: this tick is off the grid (rule 13).
         """
         try:
             return self.run.tick(now_ns, between)
@@ -106,12 +106,12 @@ def wire(
         setup: what to run.
         parts: the robot and what is around it, by name.
         eager: build and compute every signal in every tick, whether it is read or not.
-        clock: ns; only for the report of where the time goes.
+        clock: returns the time, ns; used only to report computing times.
         parameters: of the chart.
         tap: wraps the parts that states are given.
 
     Raises:
-        Problem: the chart commands parts, or reads signals, that do not exist; all are named.
+        Problem: the chart commands parts or reads signals that do not exist; it names them all.
     """
     machine = setup.machine(parameters)
     leaves = reachable(machine)
@@ -146,10 +146,10 @@ def wire(
 
 
 def guarded(parts: Mapping[str, Any]) -> GuardedBase | None:
-    """The guarded base, if there is a base.
+    """The guarded base; None if there is no base, or only a recorded one.
 
     Raises:
-        TypeError: its wheels were opened without the safety chain in front of them.
+        TypeError: the base has no safety chain in front of its wheels.
     """
     base = parts.get("base")
     if isinstance(base, Inert):
@@ -168,7 +168,7 @@ def refuse_what_is_missing(
     constants: Iterable[str],
     hint: str = "",
 ) -> None:
-    """Check that everything exists that the reachable states command and read.
+    """Check that all parts and signals exist that the reachable states command and read.
 
     Raises:
         Problem: the text names every missing part and signal, and a state that needs it.
@@ -190,15 +190,15 @@ def refuse_what_is_missing(
 
 
 def refuse_slow_ticks(setup: Setup, uses: Uses, latency: float = 0.0) -> None:
-    """Check that the velocity of the base is renewed before the safety chain drops it.
+    """Check that velocity commands arrive more often than the safety chain's time-out.
 
     Args:
         setup: what is to be run.
-        uses: of the chart; one that does not command the base may tick at any rate.
+        uses: of the chart; a chart that does not command the base may tick at any rate.
         latency: simulated delay from a tick to the robot, s.
 
     Raises:
-        Problem: it is not; the base would stop and go.
+        Problem: they do not; the base would stop and go.
     """
     oldest = 1.0 / setup.tick_hz + latency
     limits = setup.profile.safety.limits(setup.robot, setup.profile.robot.limits)
@@ -211,14 +211,14 @@ def refuse_slow_ticks(setup: Setup, uses: Uses, latency: float = 0.0) -> None:
 
 
 def commanded(parts: Mapping[str, Any]) -> dict[str, Any]:
-    """The parts as states command them, by name."""
+    """The parts by name, each with a `stop`, as states command them."""
     return {
         name: part if hasattr(part, "stop") else WithoutMotion(part) for name, part in parts.items()
     }
 
 
 def freezers() -> dict[type, Callable[[Any], Any]]:
-    """By class: how values are made immutable when they enter a chart's data."""
+    """Functions by class that make values immutable when they enter a chart's data."""
     import sys
 
     if "numpy" not in sys.modules:

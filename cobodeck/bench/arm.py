@@ -2,7 +2,7 @@
 
 Times of inverse kinematics are relative to forward kinematics of as many poses. Plans are for 500
 DEEPs 0.5 to 1.6 m high and 0.8 to 1.2 m ahead of the rover, each with a person behind it and a
-pillar. Peers (`arm_peers`) take part where they are installed.
+pillar. Peers (`arm_peers`) are included if they are installed.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ SEED = 42
 SETS = ("anywhere", "wrist", "elbow", "shoulder")
 EXACT = 1e-9
 STEP = 0.01
-"""Step at which plans are checked again, rad."""
+"""Step at which plans are checked for contact once more, rad."""
 
 
 def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
@@ -115,7 +115,10 @@ def ik_errors(chain: KinematicChain, targets: Array) -> tuple[float, float]:
 
 
 def joint_sets(chain: KinematicChain, kind: str, count: int) -> Array:
-    """Joints (count, 6): anywhere, or at (a tenth) and near a singular wrist, elbow or shoulder."""
+    """Joint angles (count, 6), rad: anywhere, or near a singularity of wrist, elbow or shoulder.
+
+    One in ten of those near a singularity is exactly there.
+    """
     rng = np.random.default_rng(SETS.index(kind))
     q = rng.uniform(-np.pi, np.pi, (count, 6))
     off = 10.0 ** rng.uniform(-12, -2, count) * rng.choice([-1.0, 1.0], count)
@@ -124,7 +127,8 @@ def joint_sets(chain: KinematicChain, kind: str, count: int) -> Array:
         q[:, 4] = rng.choice([0.0, np.pi], count) + off
     elif kind == "elbow":
         q[:, 2] = np.clip(rng.choice([0.0, -np.pi, np.pi], count) + off, -np.pi, np.pi)
-    elif kind == "shoulder":  # the wrist on the shoulder's axis
+    elif kind == "shoulder":  # the wrist centre on the shoulder's axis, at horizontal distance
+        # a2 cos q2 + a3 cos(q2 + q3) + d5 sin(q2 + q3 + q4) = along cos q2 + across sin q2 = 0
         _, a2, a3, _, d5, _ = chain.dh
         along = a2 + a3 * np.cos(q[:, 2]) + d5 * np.sin(q[:, 2] + q[:, 3])
         across = -a3 * np.sin(q[:, 2]) + d5 * np.cos(q[:, 2] + q[:, 3])
@@ -137,7 +141,7 @@ def joint_sets(chain: KinematicChain, kind: str, count: int) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReachProblem:
-    """rover_from_deep (4, 4) and the obstacles around."""
+    """A planning problem: rover_from_deep (4, 4) and the obstacles."""
 
     deep: Array
     around: Surroundings
@@ -169,7 +173,7 @@ def _problem(rng: np.random.Generator) -> ReachProblem:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ArmOutcome:
-    """The answer to one problem, and the time of inverse kinematics and planning, s."""
+    """The solution of one problem, and the times of inverse kinematics and planning, s."""
 
     query: Query
     answer: Plan | NoPlan
@@ -177,13 +181,13 @@ class ArmOutcome:
 
     @property
     def reachable(self) -> bool:
-        """True if a goal is free of contact."""
+        """True if some goal configuration is free of contact."""
         goals = self.query.goals
         return bool(len(goals) and self.query.checker.free(goals).any())
 
 
 def plan_rows(arm: Manipulator, profile: str, asked: list[ReachProblem]) -> Iterator[BenchRow]:
-    """Planning and moving times; shares unsolved, in contact, and not reproducible."""
+    """Planning and moving times; shares of plans missing, in contact, and not reproducible."""
     yield from _rows_of(arm, profile, asked, "cobodeck", lines_first)
     if found(["ompl"]):
         yield from _rows_of(arm, profile, asked, "ompl", planner("ompl"))
@@ -223,7 +227,7 @@ def _figures(
 def solved(
     arm: Manipulator, profile: str, problem: ReachProblem, solver: Planner = lines_first
 ) -> ArmOutcome:
-    """One problem with the limits and the parked pose of a profile."""
+    """Solve one problem with the limits and the parked pose of a profile."""
     limits, start = _limits(arm, profile), _parked(arm, profile)
     chain, checker = (
         KinematicChain.of(arm),
@@ -269,7 +273,7 @@ def touching(outcomes: list[ArmOutcome]) -> int:
 
 
 def differing(outcomes: list[ArmOutcome], solver: Planner = lines_first) -> int:
-    """Number of plans that differ by a bit or more when computed again."""
+    """Number of plans that differ, by even one bit, when computed again."""
     count = 0
     for outcome in outcomes:
         again, before = plan(outcome.query, solver), outcome.answer

@@ -30,7 +30,7 @@ def _imports(module: str) -> bool:
         return False
     try:
         import_module(module)
-    except ImportError:  # installed without its own dependencies
+    except ImportError:  # installed, but not its dependencies
         return False
     return True
 
@@ -62,7 +62,7 @@ def _ikpy(chain: KinematicChain) -> Callable[[Array], Any]:
 
 
 def _dh(chain: KinematicChain) -> list[tuple[float, float, float]]:
-    """d, a, alpha of the nominal chain."""
+    """The Denavit-Hartenberg parameters d, a (m) and alpha (rad) of the nominal chain."""
     d1, a2, a3, d4, d5, d6 = (float(value) for value in chain.dh)
     half = 0.5 * np.pi
     return [
@@ -80,4 +80,4 @@ IK_PEERS: dict[str, Callable[[KinematicChain], Callable[[Array], Any]]] = {
     "roboticstoolbox-python": _toolbox,
     "ikpy": _ikpy,
 }
-"""By package: from a chain to a solver of base_from_flange (4, 4)."""
+"""By package: makes from a chain a solver for base_from_flange (4, 4)."""

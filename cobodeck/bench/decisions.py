@@ -1,7 +1,7 @@
-"""Benchmark of decisions: from a sample of the user to a chosen pose, in Escape to the command.
+"""Benchmark of decisions: from a user sample to a chosen pose, for Escape to the first command.
 
-The states themselves are timed in random situations of a room: the poses or cells of their space,
-the choice among them, and in Escape the first command (R40, R105, R109).
+The states themselves are timed in random situations of a room: computing the poses or cells of
+their space, choosing among them, and in Escape the first command (R40, R105, R109).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ SITUATIONS, SEED = 200, 5
 WALK = 1.0
 """Speed at which the users of the situations walk up to the robot, m/s."""
 NEAR, FAR = 1.3, 2.5
-"""Range of their distances from the robot, m."""
+"""Range of these users' distances from the robot, m."""
 GOAL_MS = 5.0
 
 
@@ -50,7 +50,7 @@ class _Base:
 
 @dataclass(frozen=True, slots=True)
 class _Moment:
-    """The context of a state at one instant."""
+    """A stand-in for the context of a state at one instant."""
 
     values: Mapping[str, Any]
 
@@ -74,7 +74,7 @@ def rows(rounds: int = ROUNDS, count: int = SITUATIONS) -> Iterator[BenchRow]:
         found = situations(environment, profile.settings, count)
         for behaviour, decide in decisions(environment, profile.settings).items():
             for now in found[:3]:
-                decide(now)  # caches are filled outside the measurement
+                decide(now)  # fills caches outside the measurement
             taken = [_least(partial(decide, now), rounds) for now in found]
             yield _row(behaviour, profile.name, taken)
 

@@ -1,4 +1,4 @@
-"""Benchmark of drives: run time, time over the optimum, intrusion; ideal and estimated poses."""
+"""Benchmark of drives by ideal and estimated poses: run time, excess over least time, intrusion."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ DRIVE_GOALS = {"profile": 7.0, "teb": 5.0}
 
 
 HZ = 30.0
-"""Cycles per second of drives by estimated poses."""
+"""Rate of the control cycles in drives by estimated poses, Hz."""
 SEEDS = range(20, 24)
 WINDOW = 0.3
 """Time over which the velocity of a walking user is estimated, s."""
@@ -46,7 +46,7 @@ def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
 
 
 def drive_rows(trial: Trial, rounds: int = ROUNDS) -> Iterator[BenchRow]:
-    """For both local planners: median cycle, time over the optimum, intrusion."""
+    """For both local planners: median cycle time, excess over the least time, intrusion."""
     for name in LOCAL_PLANNERS:
         drives = [
             drive(_driver(name), trial, PERIOD, clock=perf_counter_ns)
@@ -74,7 +74,7 @@ def drive_rows(trial: Trial, rounds: int = ROUNDS) -> Iterator[BenchRow]:
 
 
 def disturbed_rows(case: DisturbedCase, seeds: Iterable[int] = SEEDS) -> Iterator[BenchRow]:
-    """For both local planners, by estimated poses: time over the optimum, intrusion."""
+    """For both local planners, by estimated poses: excess over the least time, intrusion."""
     own = "error of the pose" if case.within_error else "the user's disc"
     for name in LOCAL_PLANNERS:
         found = [(least, result) for seed in seeds for least, result in _driven(case, name, seed)]

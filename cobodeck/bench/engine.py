@@ -1,6 +1,6 @@
-"""What the engine costs over the bare work of its states, beside other engines.
+"""Overhead of the engine over the bare work of its states, compared with other engines.
 
-The limit is the loop that nobody can undercut: the states' own steps called one after another; see
+The lower limit is a loop that only calls the states' own steps one after another; see
 `engine_works`.
 """
 
@@ -34,7 +34,7 @@ def rows(rounds: int = harness.ROUNDS) -> Iterator[BenchRow]:
 
 
 def cases(others: dict[str, Any]) -> Iterator[BenchCase]:
-    """The timed comparisons; `others` are the peers that are installed."""
+    """The timed comparisons; `others` are the installed peers."""
 
     def beside(kind: str, own: Work) -> dict[str, Work]:
         made = {name: getattr(peer, kind, None) for name, peer in others.items()}
@@ -106,7 +106,7 @@ def _loading(beside: Beside) -> BenchCase:
 
 
 def times(function: Callable[[], Any]) -> Callable[[int], None]:
-    """Do it n times."""
+    """A function that calls `function` n times."""
 
     def run(count: int) -> None:
         for _ in range(count):
@@ -153,7 +153,7 @@ print(time.perf_counter() - begin, used() - before)
 
 
 def _import_cost(names: str, tries: int = 5) -> tuple[float, float]:
-    """Seconds and MB that an import takes in a fresh interpreter; the best of some tries."""
+    """Time, s, and memory, MB, of an import in a fresh interpreter; the fastest of some tries."""
     program = _IMPORT.replace("MODULES", names)
     found = []
     for _ in range(tries):

@@ -1,4 +1,4 @@
-"""The charts of the engine benchmark, and beside each the same work without an engine.
+"""The charts of the engine benchmark, and for each the same work without an engine.
 
 A bare loop does what the states of its chart do in a tick, and nothing else: it makes, steps and
 closes the same generators. It looks nothing up, keeps no lists and decides nothing.
@@ -100,7 +100,10 @@ states:
 
 
 def started(text: str, *used: str, lock: str | None = None) -> ChartRun:
-    """A run of a chart after some ticks; `used` are charts that it uses."""
+    """A run of a chart, after some ticks; `used` are the texts of charts that it uses.
+
+    `lock` is a path to lock, if any.
+    """
     library = load_text(text)
     for other in used:
         library |= load_text(other)
@@ -115,7 +118,7 @@ def started(text: str, *used: str, lock: str | None = None) -> ChartRun:
 
 
 def steps_of(run: ChartRun) -> list[Callable[[], Any]]:
-    """The steps of the leaves that run."""
+    """The step functions of the running leaves."""
     return [node.step for node in run.running if node.step is not None]
 
 
@@ -142,7 +145,7 @@ def recording(run: ChartRun) -> Work:
 
 
 def sampling(run: ChartRun) -> Work:
-    """Ticks of a run, each after `FRESH` signals got a new value."""
+    """Ticks of a run, each after `FRESH` signals got a new sample."""
     names = [f"signal_{n}" for n in range(FRESH)]
 
     def work(count: int) -> None:
@@ -167,7 +170,7 @@ def loop(steps: list[Callable[[], Any]]) -> Work:
 
 
 class _NoContext:
-    """What the states of the limits get, who never look at it."""
+    """Given as context to the states of the bare loops, which never use it."""
 
 
 _NO_CONTEXT: Any = _NoContext()
@@ -203,10 +206,10 @@ def bare_guard(count: int) -> None:
 
 
 def bare_chase(count: int) -> None:
-    """Five monitors are stepped, the first ends, what is left is closed, all six are made anew.
+    """Five monitors are stepped, the first ends, all others are closed, all six are made anew.
 
-    Written out one by one, with the first step of each: in loops over lists the same takes twice
-    as long. The sixth is the action, the first to be closed.
+    Written out one by one, with the first step of each, because loops over lists take twice as
+    long. The sixth is the action, which is closed first.
     """
     trip, watch, work = Trip, Watch, Working
     ctx = _NO_CONTEXT

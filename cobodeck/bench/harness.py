@@ -1,8 +1,8 @@
 """Measures alternatives side by side: in one process, taking turns, as medians and ratios.
 
-Absolute times differ by a factor of two between runs of the same machine; a ratio to work that
-was timed in the same round does not. What counts is the time of this thread, so other programs
-disturb little. Garbage collection is off while a clock runs.
+Absolute times differ by up to a factor of two between runs on the same machine; ratios to work that
+was timed in the same round do not. Thread time is measured, so that other programs disturb little.
+Garbage collection is off during measurements.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from typing import Any
 
 ROUNDS = 9
 ROUND_S = 0.03
-"""How long one alternative runs in one round, about."""
+"""Approximate time for which one alternative runs in one round, s."""
 
 
 def nothing() -> None:
-    """For work that leaves nothing to clear away."""
+    """Do nothing; for work that leaves nothing to clear up."""
 
 
 @dataclass(frozen=True, slots=True)
 class Work:
-    """Something to be timed: `run(n)` does it n times, `reset` clears up outside of the timing."""
+    """Work to be timed: `run(n)` does it n times, `reset` clears up outside the measurement."""
 
     run: Callable[[int], None]
     reset: Callable[[], None] = nothing
@@ -37,7 +37,7 @@ class Work:
 
 @dataclass(frozen=True, slots=True)
 class BenchCase:
-    """Alternatives that do the same. `limit` is what their times are divided by."""
+    """Alternatives that do the same work; their times are divided by that of `limit`."""
 
     name: str
     limit: Work
@@ -50,9 +50,9 @@ class BenchCase:
 
 @dataclass(frozen=True, slots=True)
 class BenchRow:
-    """One line of a result: time in µs, ratio to `ratio_to`, error if there is one.
+    """One row of a result: time in µs, its ratio to `ratio_to`, and the error, if any.
 
-    `spread` is the distance between the quartiles of the ratios of all rounds.
+    `knob` and `value` are the varied setting; `spread` is the interquartile range of the ratios.
     """
 
     bench: str
@@ -70,7 +70,7 @@ class BenchRow:
     spread: float | None = None
 
     def plain(self) -> dict[str, Any]:
-        """The row as JSON writes it."""
+        """The row as values for JSON."""
         return asdict(self)
 
 
@@ -87,7 +87,7 @@ class _Times:
 def measure(
     bench: str, case: BenchCase, rounds: int = ROUNDS, round_s: float = ROUND_S
 ) -> list[BenchRow]:
-    """Time all alternatives of a case; one row each."""
+    """Time all alternatives of a case; returns a row for each."""
     limit = _prepare(case.limit, round_s)
     taken = {name: _prepare(work, round_s) for name, work in case.variants.items()}
     for _ in range(rounds):
@@ -115,7 +115,7 @@ def _row(bench: str, case: BenchCase, variant: str, times: _Times, limit: _Times
 
 
 def _prepare(work: Work, round_s: float) -> _Times:
-    """Find out how often to repeat: the first, cold turns are not counted."""
+    """Find the number of repetitions that fills a round; this also warms caches up."""
     count = 1
     while True:
         seconds = seconds_of(work, count)
@@ -125,7 +125,7 @@ def _prepare(work: Work, round_s: float) -> _Times:
 
 
 def seconds_of(work: Work, count: int) -> float:
-    """How long it takes to do something `count` times, in time of this thread."""
+    """Thread time of doing the work `count` times, s."""
     with _no_collector():
         begin = time.thread_time_ns()
         work.run(count)
@@ -146,7 +146,7 @@ def _no_collector() -> Iterator[None]:
 
 
 def machine() -> dict[str, Any]:
-    """What the figures were measured on."""
+    """The machine and Python that the figures were measured on."""
     return {
         "name": _processor(),
         "cores": os.cpu_count(),

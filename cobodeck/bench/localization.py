@@ -1,8 +1,8 @@
 """Benchmark of localization: run time against error, of particles, matching, filters, frames.
 
 A shipped robot drives through `lab_a` in the full simulation: two scanners, slipping wheels, an
-inertial sensor, no trackers. Errors are those of one minute after the first two seconds; matching
-and particles are given the start pose. Times are medians; their ratio is to their budget.
+inertial sensor, no trackers. Errors are taken over one minute, after the first two seconds;
+matching and particles are given the start pose. Times are medians, ratios are to the budget.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class Ride:
 
 
 def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
-    """Everything, row by row."""
+    """All rows of the benchmark."""
     drawn = room_field(load_scene(SCENE).room)
     yield from particle_rows(drawn)
     yield from match_rows(drawn)
@@ -116,7 +116,7 @@ def _towards(pose: Pose2, stop: tuple[float, float], time: float) -> Twist2:
 
 
 def clouds(beams: int) -> Iterator[tuple[Cloud, Pose2, Pose2]]:
-    """Each scan as points, with odometry and true pose at its stamp."""
+    """Each scan as points, with the odometry pose and the true pose at its stamp."""
     sensing, trail, found = load_robot(ROBOT).sensing, Trail(), ride()
     for _, stamp, value in found.samples:
         if isinstance(value, Odometry):
@@ -194,7 +194,7 @@ def _match_row(
 
 
 def localizer_row(field: Field) -> BenchRow:
-    """The whole localizer: time per second of the drive, and error of the published pose."""
+    """The whole localizer: computing time per second of the drive, error of the published pose."""
     robot, found = load_robot(ROBOT), ride()
     localizer = Localizer(field, robot.sensing, Tracking.of(robot.sensing), found.poses[0])
     errors, took = [], 0.0
@@ -216,7 +216,7 @@ def localizer_row(field: Field) -> BenchRow:
 
 
 def step_rows(rounds: int) -> Iterator[BenchRow]:
-    """One prediction with one correction, and one lookup over five edges."""
+    """One prediction with one correction, and one transform look-up over five edges."""
     planar = PlanarFilter(
         planar_config(
             MeasurementSource("wheels", ("vx", "vy", "wz"), gate=None),

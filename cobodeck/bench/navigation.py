@@ -1,9 +1,9 @@
 """Benchmark of navigation: run time against error, of every global and local planner.
 
 Paths are compared with the shortest ones. Those of `exact` are compared with a visibility graph
-over inflated outlines, which shares no code with the planner and is shorter by up to 0.01 %,
-because its round corners are polygons. Drives are compared with the least time that the limits
-allow. Maps are converted to polygons, so that all planners have the same floor.
+over inflated outlines, which shares no code with the planner; its paths are shorter by up to
+0.01 %, because its round corners are polygons. Drives are compared with the least time that the
+limits allow. Maps are converted to polygons, so that all planners have the same floor.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ RESOLUTIONS = (0.1, 0.05, 0.025)
 CELL_PLANNERS = {"theta_star": ThetaStarPlanner, "navfn": NavfnPlanner}
 QUERIES = 40
 SHORTEST = 1.0
-"""Least distance of start and goal, m: errors in percent of short paths say little."""
+"""Least distance of start and goal, m: relative errors of short paths mean little."""
 SEED = 3
 
 Ring = Sequence[Point]
@@ -56,7 +56,7 @@ Ring = Sequence[Point]
 class BenchFloor:
     """A floor: outer ring, obstacle rings, and the distance `inflation` to keep from both, m.
 
-    `map` has the same floor as cells, where there is a map.
+    `map` is the same floor as cells, None for a drawn room.
     """
 
     name: str
@@ -66,7 +66,7 @@ class BenchFloor:
     map: OccupancyMap | None = None
 
     def planner(self, name: str, resolution: float | None = None) -> Any:
-        """A global planner for this floor; on cells of this size if `resolution` is given."""
+        """A global planner for this floor; with `resolution`, m, on cells of this size."""
         make = GLOBAL_PLANNERS[name]
         if resolution is None:
             return make(self.outer, self.obstacles, inflation_radius=self.inflation)
@@ -77,7 +77,7 @@ class BenchFloor:
 
 
 def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
-    """Everything, row by row."""
+    """All rows of the benchmark."""
     for floor in floors():
         yield from path_rows(floor, rounds=rounds)
     profile.warm_up()
@@ -119,7 +119,7 @@ def _as_map(free: Any, resolution: float) -> OccupancyMap:
 
 
 def _cells(floor: BenchFloor, resolution: float) -> tuple[Grid, Costs]:
-    """The map's cells, merged or split to a resolution; a merged one is free if all of it is."""
+    """The map's cells merged or split to a resolution, m; merged ones are free if all parts are."""
     assert floor.map is not None
     free = floor.map.values == FREE
     join = max(1, round(resolution / floor.map.resolution))
@@ -141,7 +141,7 @@ def path_rows(
     queries: int = QUERIES,
     rounds: int = ROUNDS,
 ) -> Iterator[BenchRow]:
-    """For every planner: median time of a query, mean and largest error."""
+    """For every planner: median time of a query, mean and largest excess length."""
     exact = floor.planner("exact")
     on_cells = [
         (name, resolution, floor.planner(name, resolution))
@@ -204,7 +204,7 @@ def _goal(name: str, resolution: float | None) -> float | None:
 
 
 def answered(planners: Sequence[Any], floor: BenchFloor, count: int) -> list[tuple[Point, Point]]:
-    """Seeded starts and goals between which every planner finds a path."""
+    """Starts and goals, m, from a fixed seed, between which every planner finds a path."""
     rng = np.random.default_rng(SEED)
     low, high = np.min(floor.outer, axis=0), np.max(floor.outer, axis=0)
     found: list[tuple[Point, Point]] = []
@@ -221,7 +221,7 @@ def answered(planners: Sequence[Any], floor: BenchFloor, count: int) -> list[tup
 
 
 def query_times(planner: Any, queries: Sequence[tuple[Point, Point]], rounds: int) -> list[float]:
-    """Time of each query, the least of a few repetitions, s."""
+    """Time of each query, s: the least of a few repetitions."""
     works = (Work(times(partial(planner.plan, *query))) for query in queries)
     return [min(seconds_of(work, 1) for _ in range(min(rounds, 3))) for work in works]
 

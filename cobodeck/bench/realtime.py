@@ -1,8 +1,8 @@
 """Benchmark of latency in real time: from a sample to the step of the state that waits for it.
 
-CoboDeck runs on the mock in real time. Beside it a monitor waits for a part of its own, whose
-thread gives a sample 120 times a second. Measured is the time from there to the monitor's step;
-waiting for the next tick of the grid would take half a period, 16.7 ms, on average.
+CoboDeck runs on the mock in real time. Beside it a monitor waits for an extra part, whose thread
+gives 120 samples per second. The time from a sample to the monitor's step is measured; waiting for
+the next tick of the grid instead would take half a period, 16.7 ms, on average.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ any:
 
 
 class Probe:
-    """A part whose samples are the wall clock's readings when they were taken."""
+    """A part whose samples are the clock's readings, ns, at which they were taken."""
 
     signals: tuple[str, ...] = ("probe",)
 
@@ -52,7 +52,7 @@ class Probe:
         threading.Thread(target=self._take, daemon=True).start()
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """Samples that have arrived."""
+        """The samples that have arrived since the last call."""
         count = len(self._arrived)
         return [Sample("probe", now_ns, self._arrived.popleft()) for _ in range(count)]
 
@@ -79,7 +79,7 @@ def rows(rounds: int = 9) -> Iterator[BenchRow]:
 
 
 def delays(seconds: float) -> list[int]:
-    """Delays noted by the monitor in this time, ns."""
+    """Run for `seconds`; returns the delays that the monitor noted, ns."""
     setup = probed()
     warm_up(setup, setup.machine())
     loop = stage(setup, Options(mock=True), clock=RealTime())
@@ -89,7 +89,7 @@ def delays(seconds: float) -> list[int]:
 
 
 def probed() -> Setup:
-    """CoboDeck's default setup with the probe beside it."""
+    """CoboDeck's default setup, with the probe and its monitor added."""
     setup = open_setup()
     known = setup.catalogue
     chart = load_text(CHART)["probed"]
@@ -108,4 +108,4 @@ def probed() -> Setup:
 
 
 def _nobody() -> None:
-    """Wake-up before a loop has been started."""
+    """Do nothing; no loop to wake has been started yet."""

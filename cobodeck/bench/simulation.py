@@ -1,4 +1,4 @@
-"""Benchmark of whole runs: speed relative to real time, by tier."""
+"""Benchmark of whole runs: computing time relative to simulated time, by tier."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ def _shown(ratio: float | None) -> str:
 
 
 def with_table(readme: str) -> str:
-    """The README's text with the table of the committed run in its place."""
+    """The README's text with its table replaced by that of the committed run."""
     before, rest = readme.split(BEGIN)
     after = rest[rest.index(END) :]
     return before + BEGIN + table(json.loads(RESULT.read_text())) + after

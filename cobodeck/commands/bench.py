@@ -24,7 +24,7 @@ BENCHES = {
     "realtime": "cobodeck.bench.realtime",
 }
 WORSE = 1.25
-"""A ratio that has grown by more than this is called slower."""
+"""A ratio that has grown by more than this factor counts as slower."""
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -138,7 +138,7 @@ def _number(value: float | None) -> str:
 
 
 def slower(rows: Iterable[Mapping[str, Any]], before: Iterable[Mapping[str, Any]]) -> Iterable[str]:
-    """A line for each of our rows whose ratio or error has grown; peers have no goal."""
+    """A line per grown ratio or error, of our rows only: those of peers have no goal."""
     keys = ("bench", "name", "variant", "knob", "value")
     known = {tuple(row[key] for key in keys): row for row in before}
     for row in rows:

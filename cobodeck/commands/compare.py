@@ -20,7 +20,7 @@ WIDTH = 100
 NAME, VALUE = 30, 28
 """Longest names and values, in letters; longer ones are cut."""
 LARGEST = 10.0
-"""Larger relative changes are shown without their share of A."""
+"""Relative changes above this are shown without the percentage of A."""
 COLUMNS = frozenset((1, 2, 3, 4))
 
 

@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def connection_checks(name: str, *, own: bool) -> list[DoctorLine]:
-    """Whether everything that a connection needs is there."""
+    """Check that everything a connection needs is present."""
     from cobodeck.catalogue import catalogue
     from cobodeck.preflight import preflight
     from hw.connection import load_connection

@@ -40,7 +40,7 @@ def listing(items: Sequence[Mapping[str, Any]], width: int | None) -> str:
 
 
 def _entry(item: dict[str, str], width: int) -> str:
-    """Name and description, then what is not empty, a line for each or more if wrapped."""
+    """Name and description, then each non-empty field on its own lines, wrapped to `width`."""
     about, (name, *more) = item.pop("about"), item.items()
     column = max(len(key) for key, _ in more) + 2 if more else 0
     pairs = [(key, value) for key, value in more if value]

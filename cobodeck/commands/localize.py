@@ -95,7 +95,7 @@ def _ground(log: SensorLog, args: argparse.Namespace) -> Ground:
 
 
 def _written(found: Localized, args: argparse.Namespace) -> list[Path]:
-    """The files that were requested."""
+    """Write the requested files; returns their paths."""
     written = []
     if args.save_map is not None:
         if found.ground.map is None:
@@ -131,7 +131,7 @@ def _write_csv(found: Localized, path: Path) -> None:
 
 
 def _reckon(log: SensorLog, args: argparse.Namespace) -> int:
-    """Without scans: the path by wheels and inertial sensor."""
+    """For a log without scans: the path by wheels and inertial sensor."""
     from cobodeck.logs.reckoned import figures, reckon
 
     for name, given in (("--map", args.place), ("--start", args.start), ("-o", args.output)):
@@ -154,7 +154,7 @@ def _reckon(log: SensorLog, args: argparse.Namespace) -> int:
 
 
 def summary(found: Localized) -> str:
-    """The figures for people."""
+    """The figures as text for people."""
     from cobodeck.logs.localized import figures
 
     told = figures(found)

@@ -66,7 +66,7 @@ def _copy(template: Path, folder: Path, name: str) -> None:
 
 @contextmanager
 def _all_or_nothing(folder: Path) -> Iterator[None]:
-    """Whatever goes wrong inside, the folder is as it was: not there, or empty."""
+    """On any exception inside, restore the folder: absent or empty, as before."""
     was_there = folder.exists()
     try:
         yield
@@ -78,9 +78,9 @@ def _all_or_nothing(folder: Path) -> Iterator[None]:
 
 
 def activation() -> Path | None:
-    """The script with which a shell finds `cobodeck`; `None` where it finds this one, or none is.
+    """The script that lets a shell find `cobodeck`; None if not needed, or there is none.
 
-    The programs of a virtual environment stand beside its Python, and so does its script.
+    In a virtual environment the script is in the same folder as Python and all programs.
     """
     programs = Path(sys.executable).parent
     found = shutil.which("cobodeck")
@@ -91,10 +91,10 @@ def activation() -> Path | None:
 
 
 def package_name(folder: Path) -> str:
-    """The package's name.
+    """The name of the package, from that of the folder.
 
     Raises:
-        Problem: the folder's name is none, or stands for another module already.
+        Problem: the folder's name is no valid one, or that of another module.
     """
     name = folder.resolve().name.replace("-", "_").replace(" ", "_").lower()
     if not _NAME.fullmatch(name) or keyword.iskeyword(name):

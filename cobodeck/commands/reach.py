@@ -141,10 +141,10 @@ def reach_report(
 
 
 def arm_of(robot: str, tool: str | None) -> Manipulator:
-    """The arm of a robot with its own prop, with one of this length in m, or with a named one.
+    """The arm of a robot with its own prop, with one of this length, m, or with a named one.
 
     Raises:
-        Problem: the length cannot be, or a file is wrong or missing.
+        Problem: the length is impossible, or a file is wrong or missing.
     """
     from hw.robot import load_robot
     from states.arm.robot_arm import manipulator_of
@@ -169,7 +169,7 @@ def _number(text: str | None) -> float | None:
 
 
 def _lengthened(arm: Manipulator, length: float) -> Manipulator:
-    """The shipped prop with another length; its capsules end as far from the tip as before."""
+    """The arm with a prop of this length, m; its capsules end as far from the tip as before."""
     from dataclasses import replace
 
     tool, longer = arm.tool, length - _length(arm)

@@ -52,7 +52,7 @@ def _written(record: Record, found: Extent, out: Path | None) -> Path:
     """Write the intact part to a new file.
 
     Raises:
-        Problem: the file asked for exists, or cannot be written.
+        Problem: the requested file exists, or cannot be written.
     """
     from cobodeck.record.recover import recover
     from cobodeck.record.sink import Sink, Taken, open_free

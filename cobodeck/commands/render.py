@@ -94,9 +94,9 @@ def _draw_run(args: argparse.Namespace) -> int:
 
 
 def nodes_shown(name: str, library: Library, depth: int, known: dict[tuple[str, int], int]) -> int:
-    """How many nodes a picture of a chart has, with so many levels of used charts in it."""
+    """Number of nodes in a picture of a chart that shows used charts to this `depth`."""
     if (name, depth) not in known:
-        known[name, depth] = 0  # a chart inside itself is not drawn again
+        known[name, depth] = 0  # a chart nested in itself is not drawn again
         for node in library[name].root.walk():
             known[name, depth] += 1
             if node.form == "use" and depth > 0 and node.target in library:

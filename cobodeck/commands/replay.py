@@ -88,7 +88,7 @@ def _go(
 
 
 def _with_share(loop: Loop, record: Record, progress: ProgressLine) -> Callable[[str], None]:
-    """A progress callback that adds the share of the recorded run, if the record has its length."""
+    """A progress callback that adds the share done, if the record holds the run's length."""
     length_s = (record.figures() or {}).get("sim_s")
 
     def tell(text: str) -> None:
@@ -112,7 +112,7 @@ def _found(
     return {
         "record": str(record.path),
         "since": changes(record.header, replay.setup),
-        "broken": record.broken if difference is None else None,  # else nobody has read so far
+        "broken": record.broken if difference is None else None,  # else it was not read to its end
         "ticks": checker.ticks,
         "calls": checker.calls,
         "records": checker.records,

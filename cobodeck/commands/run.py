@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from cobodeck.setup import Setup
 
 BLOCKED_S = 0.1
-"""Ticks longer than this, s, are reported with what blocks them: three periods at 30 Hz."""
+"""Ticks longer than this, s, are reported with the node that blocks them: 3 periods at 30 Hz."""
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -108,10 +108,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _look_first(args: argparse.Namespace, options: Options, setup: Setup) -> None:
-    """Report what has to be known of a connection, and check that a real robot may move.
+    """Report what the operator must know of a connection; check that a real robot may move.
 
     Raises:
-        Problem: it may not.
+        Problem: the robot may not move.
     """
     connection = setup.connection
     assert connection is not None

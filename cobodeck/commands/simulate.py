@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from hw.connection import Connection
 
 BLOCKED_S = 5.0
-"""Ticks longer than this, s of wall time, are reported with what blocks them."""
+"""Ticks longer than this, s of wall time, are reported with the node that blocks them."""
 SHOWN = 3
-"""Number of contacts and of drop-outs that are listed singly."""
+"""Number of contacts and of drop-outs that are listed individually."""
 FAILURES = ("error", "failed")
 """Outcomes of a chart that make the command fail."""
 
@@ -154,7 +154,7 @@ def _write_trace(
 ) -> Path | None:
     """Write the trace file; returns its path, None if it cannot be written.
 
-    `told`: that the run cannot be kept was reported already, and is not reported again.
+    `told`: a failure to keep the run was reported already; do not report it again.
     """
     from cobodeck.record import trace_file
     from cobodeck.record.sink import is_record, open_free
@@ -225,7 +225,7 @@ def _run(
 
     recorder = _recorder(args, setup, options, clock, began)
     progress = ProgressLine("simulate")
-    aside = redirect_stdout(sys.stderr) if args.json else nullcontext()  # what states print
+    aside = redirect_stdout(sys.stderr) if args.json else nullcontext()  # states may print
     try:
         with aside:
             return simulate(
@@ -242,7 +242,7 @@ def _run(
 
 
 def _robot_of(args: argparse.Namespace) -> str | Connection | None:
-    """A body, or a connection, of which a simulation takes body and limits."""
+    """The robot: a body by name, or a connection, whose body and limits a simulation uses."""
     from cobodeck.named_files import kind_of
     from hw.connection import connection_names, load_connection
 
@@ -256,7 +256,7 @@ def _robot_of(args: argparse.Namespace) -> str | Connection | None:
 
 @contextmanager
 def _looked_after(blocked_s: float, loop: Loop) -> Iterator[None]:
-    """Signals end the run in order, and what blocks a tick is named."""
+    """A context in which signals end the run cleanly, and a node that blocks a tick is reported."""
     from cobodeck.watchdog import ending_on_signals, naming_what_blocks
 
     with ending_on_signals(loop), naming_what_blocks(loop, blocked_s, complain):

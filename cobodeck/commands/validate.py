@@ -31,7 +31,7 @@ from engine.machine import Machine
 from engine.report import FORMATS, report
 
 WALKED = 2_000
-"""Configurations that are walked at most; more are said to be cut."""
+"""Limit of explored configurations; the report says when it is reached."""
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -74,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _once(findings: Iterable[Finding]) -> list[Finding]:
-    """Without those that another file that names theirs has brought up again."""
+    """The findings without repetitions, which occur if several files name a wrong one."""
     found: dict[tuple[Place, str], Finding] = {}
     for finding in findings:
         key = (finding.place, finding.message)
@@ -101,7 +101,7 @@ def _not_used(library: Library, files: set[str]) -> list[str]:
 
 
 def _walked(chart: Chart, library: Library, known: Catalogue) -> str:
-    """All that the chart can do, counted."""
+    """A line with counts of what an exploration of the chart finds."""
     machine = Machine(chart, library, known.interfaces, types=known.types)
     return explore(machine, WALKED).summary()
 

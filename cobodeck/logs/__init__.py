@@ -1,1 +1,1 @@
-"""Recorded sensor logs of several kinds, read as one stream of samples."""
+"""Recorded sensor logs of several formats, each read as one stream of samples."""

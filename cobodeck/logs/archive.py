@@ -1,7 +1,7 @@
 """Objects of MRPT's binary archives: rawlogs and simplemaps, as far as planar logs need them.
 
 An object is the length of its class name (one byte with the highest bit set since MRPT 0.5.5, four
-bytes before), the name, a version (one byte; four before) and its fields, little-endian; since
+bytes before), the name, a version (one byte; four before) and the fields, little-endian; since
 0.5.5 a byte 0x88 ends it. The size of an object is not stored, so unknown classes cannot be
 skipped: the archive is read as a flat sequence of objects, in which containers only mark their
 beginning, and after an unknown object reading continues at the next known class name.
@@ -24,7 +24,7 @@ _LONGEST = 120
 
 
 class Found(NamedTuple):
-    """An object: class name without namespace, value (None for containers), and offset, bytes."""
+    """An object: class name without namespace, value (None for containers), offset in bytes."""
 
     kind: str
     value: Any
@@ -60,7 +60,7 @@ class ArchiveReader:
         return self.numbers(form)[0]
 
     def count(self, size: int) -> int:
-        """A count of items of `size` bytes each, checked against what is left."""
+        """A count of items of `size` bytes each, checked against the number of bytes left."""
         found: int = self.number("I")
         if found * size > len(self.data) - self.at:
             raise Broken(f"it is cut off at byte {len(self.data)}")
@@ -71,7 +71,7 @@ class ArchiveReader:
         return self.take(self.count(1)).decode("utf-8", "replace")
 
     def part(self, kinds: Mapping[str, Callable[[Any, int], Any]] | None = None) -> Any:
-        """An object that is a field of another one, of one of these classes."""
+        """An object of one of these classes that is a field of another object."""
         head = header_at(self.data, self.at)
         if head is None or head.kind not in (kinds or KINDS):
             name = "no object" if head is None else head.kind
@@ -104,7 +104,7 @@ class Header(NamedTuple):
 
 
 def header_at(data: bytes, at: int) -> Header | None:
-    """The header of an object at this byte; None if there is none."""
+    """The header of the object that begins at byte `at`; None if none begins there."""
     if at + 4 > len(data):
         return None
     length, old = data[at] & 0x7F, data[at] < 0x80
@@ -120,7 +120,7 @@ def header_at(data: bytes, at: int) -> Header | None:
 
 
 def objects(data: bytes, tell: Callable[[str], None]) -> Iterator[Found]:
-    """All known objects of an archive, in order; `tell` gets a sentence on each one left out."""
+    """All known objects of an archive, in order; `tell` receives a sentence on each left out."""
     reader = ArchiveReader(data)
     while reader.at < len(data):
         head = header_at(data, reader.at)

@@ -1,7 +1,7 @@
-"""ROS bags: scans, odometry, inertial readings, and mounts of sensors from the frames.
+"""ROS bags: scans, odometry, inertial readings, and mounts of sensors from the tf frames.
 
-Of several odometry topics the raw one is used: not one whose name says that it was filtered. If the
-bag has the robot in a map frame, that gives reference poses.
+Of several odometry topics a raw one is used, not one whose name says that it was filtered. If the
+bag has the robot's pose in a map frame, that gives reference poses.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ _MAPS = ("map", "world")
 _ODOMS = ("odom", "odom_combined")
 _BASES = ("base_footprint", "base_link", "base")
 _FARTHEST = 100.0
-"""Largest range where a scan does not give it, m."""
+"""Largest range if a scan does not state it, m."""
 _LONGEST_SCAN = 0.5
-"""Longest believable duration of a scan, s; beyond it beam times are ignored."""
+"""Longest plausible duration of a scan, s; beam times beyond it are ignored."""
 _CACHE_S = 1e8
-"""History of the frames, s: the whole bag."""
+"""History kept of the frames, s: more than any bag."""
 
 
 def is_bag(path: Path) -> bool:
@@ -56,7 +56,7 @@ def read_bag(path: Path) -> SensorLog:
             gathered.remark(broken)
         try:
             _read(plain, messages)
-        except Exception as error:  # noqa: BLE001  the library raises anything over a damaged file
+        except Exception as error:  # noqa: BLE001  the library may raise anything on a damaged file
             if not any((messages.scans, messages.odometry, messages.imu)):
                 hint = "`rosbag reindex` repairs bags that were cut off"
                 raise mistake(path, f"cannot be read as a bag: {error}", hint=hint) from None
@@ -107,7 +107,7 @@ class _Messages:
                     self.frames.fix(parent, child, pose)
                 else:
                     self.frames.put(parent, child, _stamp(edge, at_ns), pose)
-            except ValueError:  # NaN, infinite, or no unit quaternion
+            except ValueError:  # NaN, infinite, or not a unit quaternion
                 continue
 
 
@@ -133,7 +133,7 @@ def _read(path: Path, messages: _Messages) -> None:
 
 
 class _Frames:
-    """Transforms what the bag has into the frame of the base."""
+    """Transforms the bag's messages into the base frame, and puts them into the log."""
 
     def __init__(self, messages: _Messages, gathered: Gathered) -> None:
         self._messages = messages
@@ -168,7 +168,7 @@ class _Frames:
         return self._messages.odometry[best]
 
     def _odometry(self) -> list[tuple[int, Odometry]]:
-        """Odometry of the chosen topic, else the base in the frame `odom`."""
+        """Odometry of the chosen topic, otherwise the base's poses in the frame `odom`."""
         wheels = self._wheels
         if wheels:
             reckoned = odometry_of([(one.stamp_ns, one.pose) for one in wheels])
@@ -179,7 +179,7 @@ class _Frames:
         return [] if odom is None else odometry_of(self._ways(odom))
 
     def _ways(self, fixed: str) -> list[tuple[int, Pose2]]:
-        """Poses of the base at each scan (or inertial reading), where the frames have them."""
+        """Poses of the base in `fixed` at each scan (or inertial reading) that the frames cover."""
         stamps = sorted({found[0] for found in self._messages.scans or self._messages.imu})
         looked_up = ((at, self._messages.frames.lookup(fixed, self._base, at)) for at in stamps)
         return [(at, pose.flat()) for at, pose in looked_up if isinstance(pose, Pose3)]
@@ -230,7 +230,7 @@ class _Frames:
 
 
 def _stamp(message: Any, at_ns: int) -> int:
-    """Stamp of the measurement, ns; of its arrival where there is none."""
+    """Stamp of the measurement, ns; `at_ns`, that of its arrival, if it has none."""
     stamp = message.header.stamp
     measured: int = stamp.sec * 10**9 + stamp.nanosec
     return measured or at_ns
@@ -245,7 +245,7 @@ def _pose(at: Any, turned: Any) -> Pose3:
 
 
 def _reading(message: Any, mount: Pose3) -> ImuReading:
-    """A reading in the frame of the base."""
+    """An inertial reading in the base frame."""
     turn = Pose3(0.0, 0.0, 0.0, mount.qx, mount.qy, mount.qz, mount.qw)
     w, a, q = message.angular_velocity, message.linear_acceleration, message.orientation
     attitude = None

@@ -1,4 +1,4 @@
-"""Calibration from a log: poses by matched scans against poses by trackers."""
+"""Calibration from a log: base poses from matched scans against tracker poses."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from states.localization.localizer import Localizer
 from states.localization.scan_tracker import TrackerValues, match
 
 _NEAR = np.diag([0.05**2, 0.05**2, 0.03**2])
-"""Prior of a single scanner's match around the pose by all scanners."""
+"""Prior covariance (m2, m2, rad2) of one scanner's match, around the pose by all scanners."""
 
 
 def calibrated(
@@ -62,7 +62,7 @@ def calibrated(
 
 
 def matched(log: SensorLog, ground: Ground, start: Pose2 | None, seed: int) -> list[BaseReading]:
-    """Poses of the base by each scan alone; trackers are not used."""
+    """Base poses, each matched from one scan alone; trackers are not used."""
     localizer = Localizer(ground.field, log.sensing, Tracking(), start, seed)
     values, found, scans = TrackerValues(), [], iter(scans_of(log))
     for sample in log.samples:

@@ -29,11 +29,11 @@ RAW = tuple(f"RAWLASER{n}" for n in range(1, 6))
 ROBOT = tuple(f"ROBOTLASER{n}" for n in range(1, 6))
 _KNOWN = frozenset((*OLD, *RAW, *ROBOT, "ODOM", "TRUEPOS", "PARAM"))
 _FARTHEST = 80.0
-"""Largest range where a message does not give it, m: that of the usual scanner of the time."""
+"""Largest range if a message does not state it, m: that of the usual scanner of the time."""
 _MOVED, _TURNED = 0.02, 0.01
-"""A pose that moves on the robot by more than this, m and rad, is no mount but corrected."""
+"""A scan's pose that varies on the robot by more than this, m, rad, is no mount but corrected."""
 _STRAY = 0.25
-"""Poses farther from the odometry than this, m, are corrected ones."""
+"""Poses farther than this from the odometry are corrected ones, m."""
 _HEAD = 1 << 16
 _MIDDLE = Pose3(0.0, 0.0, 0.0)
 
@@ -71,7 +71,7 @@ def read_carmen(path: Path) -> SensorLog:
 
 @dataclass(frozen=True, slots=True)
 class _Message:
-    """A message: first pose (scanner's or corrected), the robot's by odometry, and its scan."""
+    """A message: first pose (scanner's or corrected), the robot's by odometry, and the scan."""
 
     stamp: float | None
     name: str
@@ -119,7 +119,7 @@ class _Lines:
         return _Message(stamp, words[0], first, _pose(words, at + 3), scan)
 
     def close(self) -> None:
-        """Put everything in."""
+        """Put all messages into the log."""
         for number, name in self.wrong[:1]:
             more = f", and {len(self.wrong) - 1} more lines" if len(self.wrong) > 1 else ""
             self.gathered.remark(f"line {number} is a malformed {name} and was left out{more}")
@@ -145,7 +145,7 @@ class _Lines:
                 self.gathered.scan(stamp, replace(one.scan, base_from_sensor=placed))
 
     def _mount(self, name: str) -> Pose2 | None:
-        """robot_from_scanner by its messages; None if their first pose is a corrected one."""
+        """robot_from_scanner from the messages; None if their first pose is a corrected one."""
         if name == "TRUEPOS":
             return None
         found = [one for one in self.messages if one.name == name and one.first is not None]
@@ -157,7 +157,7 @@ class _Lines:
         return self._offset(name) if _same(seen[0], Pose2(0.0, 0.0)) else seen[0]
 
     def _offset(self, name: str) -> Pose2:
-        """robot_from_scanner by the PARAM lines; the robot's centre without any."""
+        """robot_from_scanner from the PARAM lines; the robot's centre if there are none."""
         side = "rear" if name in ("RLASER", "ROBOTLASER2", "RAWLASER2") else "front"
         ahead = float(self.given.get(f"robot_{side}laser_offset", 0.0))
         return Pose2(ahead, 0.0, 0.0 if side == "front" else math.pi)
@@ -182,10 +182,10 @@ def _new(words: Sequence[str], poses: bool) -> _Message:
 
 
 def _spread(count: int) -> tuple[float, float]:
-    """First angle and step of a scan of which only the number of beams is known.
+    """First angle and step, rad, of a scan of which only the number of beams is known.
 
-    Such scanners covered 180 degrees in steps of 1 or 0.5 degrees, or 100 in steps of 0.25. Even
-    counts lack the last beam; the first is at -90 degrees all the same.
+    Such scanners covered 180 degrees in steps of 1 or 0.5 degrees, or 100 in steps of 0.25. Scans
+    with an even count lack the last beam; their first beam is at -90 degrees as well.
     """
     if count == 401:
         return -math.radians(50.0), math.radians(0.25)
@@ -212,7 +212,7 @@ def _level(pose: Pose2) -> Pose3:
 
 
 def _stray(poses: Mapping[int, Pose2], wheels: Mapping[int, Pose2]) -> bool:
-    """True if poses of scans differ from odometry of the same stamps: they are corrected ones."""
+    """True if poses of scans differ from the odometry of the same stamps, so are corrected ones."""
     stamps = sorted(wheels)
     if not poses:
         return False

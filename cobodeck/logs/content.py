@@ -32,7 +32,7 @@ def head(path: Path, count: int) -> bytes:
 
 
 def content(path: Path) -> tuple[bytes, str | None]:
-    """All bytes of a log, decompressed; and a sentence if the file is damaged or cut off.
+    """All bytes of a log, decompressed, and a sentence if the file is damaged or cut off.
 
     Raises:
         FileError: it cannot be read, or is too large.
@@ -47,7 +47,7 @@ def content(path: Path) -> tuple[bytes, str | None]:
 
 @contextmanager
 def plain_file(path: Path, ending: str) -> Iterator[tuple[Path, str | None]]:
-    """A log as a plain file with this ending, for readers that go by names.
+    """A log as an uncompressed file with this ending, for readers that go by the file name.
 
     Yields its path, and a sentence if the file is damaged or cut off.
 

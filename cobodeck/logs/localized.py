@@ -1,7 +1,7 @@
 """Runs the localization on a log and computes its errors.
 
-Without corrected poses the measure is the distance of beam ends from the nearest wall, seen from
-the estimated pose: the median of each scan.
+Without corrected poses the error measure is the median distance, per scan, from the ends of the
+beams, as seen from the estimated pose, to the nearest wall.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from states.localization.localizer import Localizer
 from states.localization.trail import displacement_of, velocity_of
 
 _STEADY_NS = 100_000_000
-"""Longest interval between odometry samples; longer ones are filled."""
+"""Longest interval between odometry samples, ns; longer ones are interpolated."""
 NEAR = 0.05
 """Median distance to walls below which a scan counts as well placed, m."""
 LogClock = Callable[[], float]
@@ -37,11 +37,11 @@ class LocalizedScan:
     """The result of one scan.
 
     Attributes:
-        stamp_ns: of the pose.
+        stamp_ns: stamp of the pose, ns.
         pose: map_from_base, or None while it is unknown.
         sigma: its reported standard deviations.
-        status: of the localizer.
-        wall: median distance of beam ends from the nearest wall, m.
+        status: the localizer's status after the scan.
+        wall: median distance of beam ends from the nearest wall, m; None without a pose.
         took: computing time of the scan, s.
         true: the corrected pose at that stamp, where there is one.
     """
@@ -56,12 +56,12 @@ class LocalizedScan:
 
     @property
     def scored(self) -> bool:
-        """True once the base was found; a given start counts once scans have confirmed it."""
+        """True from when the base is found; a given start must first be confirmed by scans."""
         return self.pose is not None and self.status != "starting"
 
     @property
     def error(self) -> tuple[float, float] | None:
-        """Difference from the corrected pose, m and rad."""
+        """Difference from the corrected pose, m and rad; None without a corrected pose."""
         if self.pose is None or self.true is None:
             return None
         return self.pose.distance_to(self.true), abs(wrap(self.pose.yaw - self.true.yaw))
@@ -69,7 +69,7 @@ class LocalizedScan:
 
 @dataclass(frozen=True, slots=True)
 class Localized:
-    """A log, run through the localization; `frame` is that of the corrected poses."""
+    """A log run through the localization; `frame`: how corrected poses relate to the map."""
 
     log: SensorLog
     ground: Ground
@@ -97,10 +97,10 @@ def localize(
 
     Args:
         log: the samples.
-        ground: the map; scans that made it are withheld.
+        ground: the map; the scans it was made from are withheld.
         start: start pose of the base; None if unknown.
         seed: of all random numbers.
-        clock: returns the time, s.
+        clock: returns the time, s, to measure computing times.
     """
     localizer = Localizer(ground.field, log.sensing, Tracking.of(log.sensing), start, seed)
     steps: list[LocalizedScan] = []
@@ -122,9 +122,9 @@ def localize(
 
 
 def with_steady_wheels(samples: Sequence[Sample]) -> list[Sample]:
-    """Samples as they are, and odometry in between where wheels speak seldom.
+    """The samples, with odometry interpolated where its samples are too far apart.
 
-    From word to word of its wheels the robot is taken to have moved steadily, on an arc.
+    Between two odometry samples the robot is assumed to move on an arc at constant velocity.
     """
     wheels = [one for one in samples if isinstance(one.value, Odometry)]
     more = [new for before, after in pairwise(wheels) for new in _between(before, after)]
@@ -167,7 +167,7 @@ def _step(localizer: Localizer, seen: SeenScan, ground: Ground, took: float) -> 
 def _judged(
     steps: Sequence[LocalizedScan], log: SensorLog, ground: Ground
 ) -> tuple[list[LocalizedScan], Alignment]:
-    """Results with corrected poses; those of another map are first aligned as a whole."""
+    """The steps with corrected poses; those of another map are first aligned as a whole."""
     true = [reference_at(log, step.stamp_ns) for step in steps]
     pairs = [(s.pose, t) for s, t in zip(steps, true, strict=True) if s.pose and t]
     if ground.own or not pairs:
@@ -179,10 +179,10 @@ def _judged(
 
 
 def aligned(poses: Sequence[Pose2], onto: Sequence[Pose2]) -> Pose2:
-    """The rigid motion that aligns poses with others: least squares of positions (Umeyama).
+    """The rigid motion from `poses` to `onto`, by least squares of positions (Umeyama 1991).
 
     In the plane, with both sets centred, the angle is atan2(sum of cross products, sum of dot
-    products). Where the positions hardly differ, the median difference of yaws is taken.
+    products). If the positions are within 0.1 m (RMS), the median difference of yaws is taken.
     """
     a = np.array([[pose.x, pose.y] for pose in poses])
     b = np.array([[pose.x, pose.y] for pose in onto])
@@ -198,7 +198,7 @@ def aligned(poses: Sequence[Pose2], onto: Sequence[Pose2]) -> Pose2:
 
 
 def figures(found: Localized) -> dict[str, Any]:
-    """The figures for programs; m, rad, s."""
+    """The figures as JSON; m, rad, s."""
     ground, steps = found.ground, found.steps
     last = next((step.pose for step in reversed(steps) if step.pose), None)
     return {
@@ -224,7 +224,7 @@ def figures(found: Localized) -> dict[str, Any]:
 
 
 def walls_figures(walls: Sequence[float]) -> dict[str, float] | None:
-    """Statistics of the median distances of beams to walls."""
+    """Statistics of the scans' median distances from beam ends to walls, m."""
     if not walls:
         return None
     return {
@@ -236,7 +236,7 @@ def walls_figures(walls: Sequence[float]) -> dict[str, float] | None:
 
 
 def error_figures(found: Localized) -> dict[str, Any] | None:
-    """Statistics of the differences from corrected poses."""
+    """Statistics of the differences from corrected poses, m and rad."""
     if not found.errors:
         return None
     metres, turns = (np.array(column) for column in zip(*found.errors, strict=True))

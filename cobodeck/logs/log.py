@@ -1,4 +1,4 @@
-"""A sensor log: samples of the product's own types, in order of their stamps."""
+"""A sensor log in the common form: samples of our own types, in order of their stamps."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from states.localization.trail import velocity_of
 
 SCAN, ODOMETRY, IMU, TRACKER = "base.scan", "base.odometry", "base.imu", "rover.tracker"
 _ORDER = (ODOMETRY, IMU, TRACKER, SCAN)
-"""Order of samples with equal stamps: motion before scans, which are seen from its result."""
+"""Order of samples with equal stamps: motion before scans, which are taken after it."""
 _UNSTAMPED_NS = 100_000_000
-"""Interval between scans of a log without times."""
+"""Assumed interval between scans of a log without times, ns."""
 _LEAST_UPRIGHT = math.cos(math.radians(5.0))
-"""Sensors tilted by more than 5 degrees do not see the map's plane."""
+"""Cosine of the largest accepted tilt; sensors tilted more do not measure in the map's plane."""
 _SAME = 1e-3
-"""Mounts that differ by less than this, m and rad, are the same."""
+"""Mounts that differ by less than this, m and rad, count as the same."""
 
 
 class ReferencePose(NamedTuple):
@@ -43,7 +43,7 @@ class SensorLog:
 
     Attributes:
         path: the file or folder.
-        form: kind of log, in words.
+        form: format of the log, in words.
         samples: `base.odometry`, `base.scan`, `base.imu` and `rover.tracker`; stamps count from
             the first one, in ns.
         sensing: scanners with their mounts, and other sensors present.
@@ -61,12 +61,12 @@ class SensorLog:
     room: Room | None = None
 
     def count(self, name: str) -> int:
-        """Number of samples of a name."""
+        """Number of samples with a name."""
         return sum(sample.name == name for sample in self.samples)
 
     @property
     def duration(self) -> float:
-        """From the first sample to the last, s."""
+        """Time from the first sample to the last, s."""
         return self.samples[-1].stamp_ns / 1e9
 
 
@@ -87,7 +87,7 @@ class RawScan:
     beam_time: float = 0.0
 
     def model(self) -> LidarModel:
-        """The scanner of such scans; its rate is set later."""
+        """The model of a scanner with such scans; its rate is set later."""
         at = self.base_from_sensor
         view = abs(self.step) * (len(self.ranges) - 1)
         mount = Mount(at.x, at.y, at.z, at.yaw)
@@ -96,7 +96,7 @@ class RawScan:
 
 @dataclass(slots=True)
 class Gathered:
-    """What a reader has found so far, in any order; stamps in ns of any clock.
+    """What a reader has found so far, in any order; stamps in ns, of any clock.
 
     `sensing` and `room` are those of the robot and scene files, where the log has them; else
     `sensing` is derived from the samples.
@@ -132,7 +132,7 @@ class Gathered:
         if len(raw.ranges) < 2:
             self.remark(f"scans of {raw.label} without beams were left out")
             return
-        side = 1.0 if up > 0.0 else -1.0  # upside down it scans in the opposite direction
+        side = 1.0 if up > 0.0 else -1.0  # if mounted upside down it scans in the opposite sense
         ranges = in_range(raw.ranges, raw.min_range, raw.max_range)
         name = self._scanner(raw)
         self.put(
@@ -140,7 +140,7 @@ class Gathered:
         )
 
     def _scanner(self, raw: RawScan) -> str:
-        """The name of the scanner with this mount; scanners of one label are numbered."""
+        """The name of the scanner with this mount; scanners with the same label are numbered."""
         mount = raw.base_from_sensor.flat()
         for number in range(1, len(self.lidars) + 2):
             name = raw.label if number == 1 else f"{raw.label}_{number}"
@@ -198,7 +198,7 @@ def _rate(stamps: Sequence[int]) -> float:
 
 
 def numbered_stamps(stamps: Sequence[int | None]) -> list[int]:
-    """The stamps; if any is unknown, all are replaced by ten per second."""
+    """The stamps, ns; if any is unknown, all are replaced by ten per second."""
     known = [stamp for stamp in stamps if stamp is not None]
     if len(known) == len(stamps):
         return known

@@ -1,6 +1,6 @@
 """The map in which a log is localized: a given one, or one made from part of the log's scans.
 
-The first half of the scans makes the map, the second is scored. Where the second half leaves the
+The first half of the scans makes the map, the second half is scored. If the second half leaves the
 area seen by the first, every other scan makes the map instead.
 """
 
@@ -33,11 +33,11 @@ Split = Literal["halves", "alternate"]
 _HALVES: Split = "halves"
 _ALTERNATE: Split = "alternate"
 _SEEN = 0.6
-"""Least share of a scan's beams that end in known cells, for the map to locate it."""
+"""A scan counts as seen if at least this share of its beams ends in known cells of the map."""
 _POLISHES = 3
 """Number of times all scans are matched to the map made from all of them."""
 _OFTEN = 0.9
-"""Least share of scans for which that holds."""
+"""Least share of the second half's scans that must be seen."""
 
 
 class Placed(NamedTuple):
@@ -52,9 +52,9 @@ class Placed(NamedTuple):
 class Ground:
     """The map of a localization.
 
-    `source`: origin of the map, in words; `map`: cells made from scans, `room`: a drawn one.
-    `scored`: numbers of the scans that did not make the map; `placed`: poses of all scans, if the
-    map was made from some. `own` is true if poses in the log are poses in this map.
+    `source`: origin of the map, in words; `map`: a map of cells, `room`: a drawn one. `scored`:
+    numbers of the scans that the map was not made from; `placed`: poses of all scans, if the map
+    was made from some. `own` is true if corrected poses of the log are poses in this map.
     """
 
     source: str
@@ -68,10 +68,10 @@ class Ground:
 
 
 def given_ground(place: str, log: SensorLog, resolution: float = RESOLUTION) -> Ground:
-    """The ground of a map: map_server YAML, a scene by name or file, or a log with poses.
+    """The ground of a given map: map_server YAML, a scene by name or file, or a log with poses.
 
     Raises:
-        FileError: it is none of them, or malformed.
+        FileError: `place` is none of them, or malformed.
     """
     numbers = frozenset(range(log.count(SCAN)))
     path = Path(place)
@@ -123,7 +123,7 @@ def placed_by_reference(log: SensorLog) -> list[Placed]:
     """The scans at whose stamps there are corrected poses.
 
     Raises:
-        FileError: there are none.
+        FileError: the log has no corrected poses.
     """
     if not log.reference:
         raise mistake(log.path, "has no poses to make a map by", hint="a simplemap has")
@@ -132,10 +132,10 @@ def placed_by_reference(log: SensorLog) -> list[Placed]:
 
 
 def placed_by_matching(log: SensorLog, resolution: float) -> list[Placed]:
-    """All scans, matched one after the other, then by closed loops, then each to the map of all.
+    """All scans, placed by matching each to those before, by closing loops, and by polishing.
 
     Raises:
-        FileError: they lie too far apart for a map.
+        FileError: their poses are too far apart for a map.
     """
     growing, scans = Growing(resolution), scans_of(log)
     clouds = [seen.points for seen in scans]
@@ -157,7 +157,7 @@ def placed_by_matching(log: SensorLog, resolution: float) -> list[Placed]:
 
 
 def reference_at(log: SensorLog, stamp_ns: int) -> Pose2 | None:
-    """The corrected pose at a stamp, interpolated; None in gaps longer than `_LONGEST_NS`."""
+    """The corrected pose at a stamp, ns, interpolated; None in gaps longer than `_LONGEST_NS`."""
     stamps = [ref.stamp_ns for ref in log.reference]
     after = bisect_left(stamps, stamp_ns)
     if after < len(stamps) and stamps[after] == stamp_ns:
@@ -169,7 +169,7 @@ def reference_at(log: SensorLog, stamp_ns: int) -> Pose2 | None:
 
 
 _LONGEST_NS = 500_000_000
-"""Longest gap between corrected poses that is interpolated."""
+"""Longest gap between corrected poses that is interpolated, ns."""
 
 
 def _map_of(placed: Sequence[Placed], log: SensorLog, resolution: float) -> OccupancyMap:
@@ -184,7 +184,7 @@ def _map_of(placed: Sequence[Placed], log: SensorLog, resolution: float) -> Occu
 
 
 def _is_seen(map_: OccupancyMap, placed: Sequence[Placed]) -> bool:
-    """True if most scans end in known cells of the map."""
+    """True if most of the scans see known cells of the map."""
     return float(np.mean([share >= _SEEN for share in _shares(map_, placed)])) >= _OFTEN
 
 

@@ -1,4 +1,4 @@
-"""Poses and distributions of poses in MRPT archives; of a distribution the mean is read."""
+"""Poses and pose distributions in MRPT archives; of a distribution only the mean is read."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PoseRows = tuple[tuple[float, ...], ...]
 def turned(rows: PoseRows, x: float, y: float, z: float) -> Pose3:
     """A pose from a rotation matrix, by the largest quaternion component (Shepperd 1978).
 
-    4 q_w^2 = 1 + trace, and likewise for the others; dividing by the largest one keeps all digits.
+    4 q_w^2 = 1 + trace, and likewise for the others; using the largest avoids a loss of digits.
     """
     (a, b, c), (d, e, f), (g, h, i) = (row[:3] for row in rows[:3])
     squares = (1 + a - e - i, 1 - a + e - i, 1 - a - e + i, 1 + a + e + i)
@@ -95,7 +95,7 @@ def _information3(reader: ArchiveReader, _version: int) -> Pose3:
 
 
 def _particles2(reader: ArchiveReader, version: int) -> Pose2:
-    """The weighted mean of particles; circular for the yaw. Weights are logarithms."""
+    """The weighted mean of particles, circular for the yaw; stored weights are logarithms."""
     weights, poses = [], []
     for _ in range(reader.count(16)):
         weights.append(reader.number("d"))
@@ -129,4 +129,4 @@ POSES: Mapping[str, Callable[[Any, int], Any]] = {
     "CPose3DPDFGaussian": _gaussian3,
     "CPose3DPDFGaussianInf": _information3,
 }
-"""Readers by class name: from fields and their version to a value."""
+"""By class name: functions that read a value from an object's fields, given its version."""

@@ -13,13 +13,13 @@ if TYPE_CHECKING:
     from cobodeck.logs.archive import ArchiveReader
 
 BY_WHEELS = 0
-"""Source of movements measured by wheels; others were estimated from scans."""
+"""The code of movements measured by wheels; others were estimated from scans."""
 _STEP_NS = 100
 
 
 @dataclass(frozen=True, slots=True)
 class RangeScan:
-    """A planar scan; beams are evenly spread over `aperture`, rad, the middle one ahead."""
+    """A planar scan; beams are spread evenly over `aperture`, rad, the middle one ahead."""
 
     stamp_ns: int | None
     label: str
@@ -33,7 +33,7 @@ class RangeScan:
 
 @dataclass(frozen=True, slots=True)
 class Movement:
-    """Movement of the base since the previous sensory frame: its pose in the frame before."""
+    """Movement of the base since the previous sensory frame: its pose relative to that frame."""
 
     source: int
     step: Pose2
@@ -41,7 +41,7 @@ class Movement:
 
 @dataclass(frozen=True, slots=True)
 class WheelReadings:
-    """The pose of the base by its wheels."""
+    """The pose of the base from wheel odometry."""
 
     stamp_ns: int | None
     odom_from_base: Pose2
@@ -58,7 +58,7 @@ class Inertial:
 
 @dataclass(frozen=True, slots=True)
 class RobotPose:
-    """The pose of the base by another source, map_from_base."""
+    """The pose of the base from another source, map_from_base."""
 
     stamp_ns: int | None
     pose: Pose3
@@ -187,4 +187,4 @@ SENSORS: Mapping[str, Callable[[Any, int], Any]] = {
     "CActionRobotMovement2D": _movement,
     "CActionRobotMovement3D": _movement3,
 }
-"""Readers by class name: from fields and their version to a value."""
+"""By class name: functions that read a value from an object's fields, given its version."""

@@ -65,7 +65,7 @@ def read_rawlog(path: Path) -> SensorLog:
 
 @dataclass(frozen=True, slots=True)
 class _Seen:
-    """A scan with the number of its sensory frame, its pose by movements, and the corrected one."""
+    """A scan, the number of its sensory frame, its pose from movements, and the corrected one."""
 
     scan: RangeScan
     frame: int
@@ -75,7 +75,7 @@ class _Seen:
 
 @dataclass(slots=True)
 class _Row:
-    """Collects the objects; stamps are settled once all are known."""
+    """Collects the objects; stamps are assigned once all objects are read."""
 
     gathered: Gathered
     seen: list[_Seen] = field(default_factory=list)
@@ -86,7 +86,7 @@ class _Row:
     corrected: Pose2 | None = None
 
     def take(self, kind: str, value: Any) -> None:
-        """The next object."""
+        """Take the next object."""
         if kind in _FRAMES:
             self.frame += 1
             self._moved()
@@ -101,7 +101,7 @@ class _Row:
             self._stamped(value)
 
     def _moved(self) -> None:
-        """Apply the movement since the last frame; of several estimates that of the wheels."""
+        """Apply the movement since the last frame; of several estimates, that of the wheels."""
         if self.moves:
             move = next((m for m in self.moves if m.source == BY_WHEELS), self.moves[0])
             self.reckoned = self.reckoned @ move.step
@@ -119,7 +119,7 @@ class _Row:
             self.gathered.put(IMU, stamp, _in_base(value))
 
     def close(self) -> None:
-        """Put everything in, with stamps."""
+        """Put all objects into the log, with stamps."""
         stamps = numbered_stamps([one.scan.stamp_ns for one in self.seen])
         poses: dict[int, tuple[int, Pose2]] = {}
         for stamp, one in zip(stamps, self.seen, strict=True):
@@ -145,7 +145,7 @@ class _Row:
 
 
 def _in_base(found: Inertial) -> ImuReading:
-    """A reading in the base frame."""
+    """An inertial reading in the base frame."""
     turn = found.base_from_sensor
     turn = Pose3(0.0, 0.0, 0.0, turn.qx, turn.qy, turn.qz, turn.qw)
     reading = found.reading

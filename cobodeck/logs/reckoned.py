@@ -1,7 +1,8 @@
 """Dead reckoning for logs without scans: wheels and an inertial sensor.
 
-Both correct one filter in space: the wheels measure the velocity in the plane of the base and none
-along its z; the inertial sensor measures rates of turn, accelerations and, if it can, the attitude.
+Both correct one 3D filter: the wheels measure the velocity in the base's plane, and zero along its
+z; the inertial sensor measures angular rates and, if it gives the attitude, also that and the
+accelerations.
 """
 
 from __future__ import annotations
@@ -23,15 +24,16 @@ _SOURCES = (
     MeasurementSource(_ATTITUDE, ("roll", "pitch", "yaw", "ax", "ay", "az"), gate=None),
 )
 _NOISE = (0.03, 0.03, 0.04, 0.03, 0.03, 0.06, 0.025, 0.025, 0.05, 0.02, 0.02, 0.04, 0.1, 0.1, 0.1)
-"""Variances per second, in the order of the filter's axes."""
+"""Process noise: variances per second, SI units, in the order of the filter's axes."""
 _WHEELS_OFF = (1e-3, 1e-3, 1e-3, 1e-2)
 _TURNS_OFF = (1e-4, 1e-4, 1e-4)
 _ATTITUDE_OFF = (1e-4, 1e-4, 1e-4, 0.1, 0.1, 0.1)
-"""Variances of usual wheels and sensors: (m/s)2, (rad/s)2, rad2, (m/s2)2."""
+"""Variances of usual wheels and inertial sensors, in the order of the values measured above:
+velocities (m/s)2, rates (rad/s)2, angles rad2, accelerations (m/s2)2."""
 
 
 def reckon(log: SensorLog) -> SpatialFilter:
-    """The filter after the whole log; its pose begins at the origin.
+    """The filter after the whole log; its pose starts at the origin.
 
     Raises:
         FileError: the log has no odometry.

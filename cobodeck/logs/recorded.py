@@ -1,4 +1,4 @@
-"""The product's own records as sensor logs, with the recorded truth as reference."""
+"""Our own records as sensor logs, with the recorded truth as reference."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _WORTH = (ODOMETRY, IMU, TRACKER, SCAN)
 
 
 def is_record(path: Path) -> bool:
-    """True if the file begins like MCAP."""
+    """True if the file begins like an MCAP file."""
     return head(path, len(_MAGIC)) == _MAGIC
 
 

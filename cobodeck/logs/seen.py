@@ -1,4 +1,4 @@
-"""The scans of a log as points, each at one stamp, with the odometry of that stamp."""
+"""The scans of a log as points, each scan reduced to one stamp, with the odometry at that stamp."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ALL_BEAMS = 100_000
 class SeenScan(NamedTuple):
     """A scan: points (n, 2), m, in the base frame at `stamp_ns`, the middle of the scan.
 
-    `odom_from_base` is that of the same stamp, None in a log without odometry.
+    `odom_from_base` is the odometry at the same stamp, None in a log without odometry.
     """
 
     sensor: str
@@ -35,7 +35,7 @@ class WheelPath:
         self._poses = [one.value.pose for one in wheels if isinstance(one.value, Odometry)]
 
     def at(self, stamp_ns: int) -> Pose2 | None:
-        """odom_from_base at a stamp; constant before the first sample and after the last."""
+        """odom_from_base at a stamp, ns; constant before the first sample and after the last."""
         if not self._stamps:
             return None
         after = bisect_left(self._stamps, stamp_ns)
@@ -48,7 +48,7 @@ class WheelPath:
         )
 
     def velocity(self, first_ns: int, last_ns: int) -> Twist2:
-        """Mean velocity between two stamps, in the base frame."""
+        """Mean velocity between two stamps, ns, in the base frame."""
         first, last = self.at(first_ns), self.at(last_ns)
         if first is None or last is None or last_ns <= first_ns:
             return STILL

@@ -31,7 +31,7 @@ VIEW = "#5c6773"
 
 
 def draw_user(on: Sheet, user: UserPose, keep_off: float) -> None:
-    """The user as a disc with the direction of view, and the distance robots keep to them, m."""
+    """The user as a disc with the direction of view, and the distance robots keep from them, m."""
     place = (user.body.x, user.body.y)
     steps = 4
     for step in range(steps):
@@ -52,7 +52,7 @@ def draw_user(on: Sheet, user: UserPose, keep_off: float) -> None:
 
 
 def draw_zones(on: Sheet, user: UserPose, escape: EscapeSettings) -> None:
-    """The zones in which a robot raises Escape while the user walks (R104)."""
+    """The zones in which a robot triggers Escape while the user walks (R104)."""
     half = escape.half_view
     view = Pose2(user.body.x, user.body.y, view_yaw(user, escape.view))
     ahead = _arc(view, escape.ahead, -half, half)
@@ -98,7 +98,7 @@ def draw_robot(on: Sheet, pose: Pose2, shape: Footprint) -> None:
 
 
 def draw_trail(on: Sheet, points: Sequence[Point], colour: str) -> None:
-    """A past path, fainter towards its beginning."""
+    """A path already travelled, fading towards its beginning."""
     if not points or max(math.dist(points[0], point) for point in points) < _NO_PATH:
         return
     parts = 12

@@ -19,7 +19,7 @@ ARM, HELD = "#8ea3b8", "#7b5ea7"
 
 
 def draw_arm(on: Sheet, base: Pose2, joints: Joints, arm: ArmOutline, zorder: float = 6.4) -> None:
-    """The links at `joints`, rad, on a rover at `base`; higher ones over lower ones."""
+    """The links at `joints`, rad, on a rover at `base`; higher links are drawn over lower ones."""
     ends, radii = arm.capsules_of(joints)
     for k in np.argsort(ends[:, :, 2].mean(axis=1), kind="stable").tolist():
         axis = [base.transform(float(x), float(y)) for x, y, _ in ends[k]]

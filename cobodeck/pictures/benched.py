@@ -1,4 +1,4 @@
-"""Run time against error of a benchmark, one line per setting varied."""
+"""Run time against error of a benchmark, one line per varied setting."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ TableRows = Sequence[Mapping[str, Any]]
 
 
 def draw_bench(rows: TableRows, path: Path) -> None:
-    """Write the rows that have a knob, a time and an error as a picture.
+    """Draw the rows that have a varied setting (`knob`), a time and an error, to a file.
 
     Raises:
-        Problem: there are none, or the file's form is unknown.
+        Problem: there are no such rows, or the file's format is unknown.
     """
     drawn = list(_lines(rows))
     if not drawn:
@@ -51,7 +51,7 @@ def draw_bench(rows: TableRows, path: Path) -> None:
 
 
 def _lines(rows: TableRows) -> Iterator[tuple[str, TableRows]]:
-    """Titles, each with the successive rows of one benchmark and one setting."""
+    """Titles, each with the consecutive rows of one benchmark and one setting."""
     whole = (row for row in rows if None not in (row["knob"], row["time_us"], row["error"]))
     for key, line in groupby(whole, key=lambda row: (row["name"], row["variant"], row["knob"])):
         name, variant, knob = key

@@ -1,4 +1,4 @@
-"""A sheet to draw a room on; the same picture gives the same file."""
+"""A sheet to draw a room on; the same picture always gives the same file, byte by byte."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from engine.draw.style import GREY, INK
 
 FORMS = ("svg", "png", "pdf")
 METRE_IN = 0.62
-"""A metre of the room on paper, inches; less for rooms that would not fit."""
+"""Length of a metre on paper, inches; less for rooms that would not fit."""
 LARGEST_IN = 9.0
 LEGEND_IN = 2.75
 NARROWEST_IN, ROOMY_IN = 9.0, 5.5
-"""Least widths of a sheet with something below the room, and of a room on it, inches."""
+"""Least width, inches, of a sheet with something below the room, and of a room on such a sheet."""
 DPI = 150
 MOST_TICKS = 20
 
@@ -42,7 +42,7 @@ _UNDATED: dict[str, dict[str, Any]] = {
 
 @dataclass(frozen=True)
 class Sheet:
-    """Axes in metres of the map, and what the legend beside them explains, in order.
+    """Axes in map coordinates, m, and the entries of the legend beside them, in order.
 
     `scale` is the length of a metre on paper, inches.
     """
@@ -54,7 +54,7 @@ class Sheet:
     handlers: dict[Any, Any] = field(default_factory=dict)
 
     def explain(self, text: str, sign: Artist, handler: Any = None) -> None:
-        """Add a line to the legend, once; a handler draws signs that matplotlib does not know."""
+        """Add an entry to the legend, once; a handler draws signs that matplotlib cannot draw."""
         self.legend.setdefault(text, sign)
         if handler is not None:
             self.handlers[type(sign)] = handler
@@ -66,9 +66,9 @@ def sheet(
     lines: Iterable[str],
     below_in: float = 0.0,
 ) -> Sheet:
-    """An empty sheet for a room with these bounds, m, with a title and lines of text under it.
+    """An empty sheet for a room with these bounds, m, headed by a title and lines of text.
 
-    `below_in` is left free below the room, inches, for what goes over the whole width.
+    `below_in`, inches, is left free below the room for drawings over the whole width.
     """
     x_low, y_low, x_high, y_high = bounds
     width, height = x_high - x_low + 2 * _MARGIN_M, y_high - y_low + 2 * _MARGIN_M
@@ -103,10 +103,10 @@ def sheet(
 
 
 def save(drawn: Sheet, path: Path) -> None:
-    """Write the picture; the ending of the file decides how.
+    """Write the picture, in the format of the file's suffix.
 
     Raises:
-        Problem: the ending is none of `FORMS`.
+        Problem: the suffix is none of `FORMS`.
     """
     with mpl.rc_context(_STYLE):
         if drawn.legend:
@@ -115,10 +115,10 @@ def save(drawn: Sheet, path: Path) -> None:
 
 
 def save_figure(figure: Figure, path: Path) -> None:
-    """Write a figure as the file's suffix says, the same bytes each time.
+    """Write a figure in the format of the file's suffix, the same bytes each time.
 
     Raises:
-        Problem: there is no such form.
+        Problem: there is no such format.
     """
     form = form_of(path)
     with mpl.rc_context(_STYLE):
@@ -127,10 +127,10 @@ def save_figure(figure: Figure, path: Path) -> None:
 
 
 def form_of(path: Path) -> str:
-    """The format of a picture file.
+    """The format of a picture file, from its suffix.
 
     Raises:
-        Problem: there is no such form.
+        Problem: there is no such format.
     """
     from engine.files.finding import did_you_mean
 
@@ -141,7 +141,7 @@ def form_of(path: Path) -> str:
 
 
 def _rule(axes: Axes, extent: float) -> None:
-    """Metres along two sides, and no frame."""
+    """Draw a scale in metres along two sides, and no frame."""
     for side in ("top", "right", "left", "bottom"):
         axes.spines[side].set_visible(False)
     step = next((step for step in (1, 2, 5, 10, 20, 50) if extent / step <= MOST_TICKS), 100)

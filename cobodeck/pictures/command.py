@@ -18,7 +18,7 @@ SPACES = ("chase", "escape", "haptic")
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments that only pictures of rooms have."""
+    """Declare the arguments for pictures of rooms."""
     parser.add_argument(
         "--scene", type=word, metavar="S", help="draw this room, name or file, not a chart"
     )

@@ -1,4 +1,4 @@
-"""The course of a run as a picture shows it: poses, nodes, requests, contacts."""
+"""The data of a run's picture: poses, nodes, requests, contacts over time."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from hw.truth import Contact
 class Instant:
     """One tick: poses in the map; `gap` is between the robot's outline and the person, m.
 
-    `joints` are the arm's, rad; None where nobody knows.
+    `joints` are the arm's, rad; None where they are unknown.
     """
 
     at_s: float
@@ -33,7 +33,7 @@ class Instant:
 
 @dataclass(frozen=True, slots=True)
 class NodeSpan:
-    """A node from its entry to its exit; `ended` is its outcome, or else why it was left."""
+    """A node from entry to exit; `ended` is its outcome, otherwise why it was left."""
 
     path: str
     start_s: float
@@ -43,7 +43,7 @@ class NodeSpan:
 
 @dataclass(frozen=True, slots=True)
 class TouchRequest:
-    """A requested touch at the DEEP; `served_s` is when the prop was there, if it ever was."""
+    """A requested touch at the DEEP; `served_s`: when the prop arrived, None if it did not."""
 
     number: int
     start_s: float
@@ -54,7 +54,7 @@ class TouchRequest:
 
 @dataclass(frozen=True, slots=True)
 class Phase:
-    """A span of time with one lane, or none, in charge."""
+    """A span of time during which one lane is in charge; `lane` is None if none is."""
 
     start_s: float
     end_s: float
@@ -66,7 +66,7 @@ class Course:
     """A run, or the part of it from `start_s` to `end_s`.
 
     Attributes:
-        title: what was run; `lines` say more.
+        title: what was run; `lines` are the details.
         room: None if there is none; `footprint` likewise for the robot.
         charts: the used charts, by the path of the node that uses them, in document order.
         instants: in order of time; empty if no pose is known.
@@ -91,10 +91,10 @@ class Course:
     arm: ArmOutline | None = field(default=None, compare=False)
 
     def between(self, start_s: float | None, end_s: float | None) -> Course:
-        """The part from `start_s` to `end_s`; None: from the start, to the end.
+        """The part from `start_s` (None: the start) to `end_s` (None: the end).
 
         Raises:
-            ValueError: nothing lies between.
+            ValueError: that part is empty.
         """
         low = self.start_s if start_s is None else max(start_s, self.start_s)
         high = self.end_s if end_s is None else min(end_s, self.end_s)
@@ -119,7 +119,7 @@ class Course:
 
     @cached_property
     def lanes(self) -> tuple[str, ...]:
-        """The outermost nodes that use no further chart: the behaviors, if there are any."""
+        """Paths of the outermost nodes without used charts inside: the behaviors, if any."""
         holders = {above for path in self.charts for above in _above(path)} | {""}
         paths = dict.fromkeys((*self.charts, *(span.path for span in self.spans)))
         return tuple(
@@ -140,13 +140,13 @@ class Course:
         )
 
     def begun(self, chart: str) -> tuple[NodeSpan, ...]:
-        """The spans of a used chart that begin in the time shown."""
+        """The spans of a used chart that begin within the part shown."""
         paths = {path for path, used in self.charts.items() if used == chart}
         return tuple(s for s in self.spans if s.path in paths and s.start_s >= self.start_s)
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
-        """The whole time, cut by the lane in charge: of those active, the one entered last."""
+        """The whole time, split by the lane in charge, which is the active one entered last."""
         lanes = set(self.lanes)
         waiting = [span for span in reversed(self.spans) if span.path in lanes]
         cuts = {self.start_s, self.end_s}
@@ -162,12 +162,12 @@ class Course:
         return tuple(found)
 
     def during(self, start_s: float, end_s: float) -> tuple[Instant, ...]:
-        """The instants from `start_s` to `end_s`, both included."""
+        """The instants from `start_s` to `end_s`, both inclusive."""
         low = bisect_left(self.instants, start_s, key=attrgetter("at_s"))
         return self.instants[low : bisect_right(self.instants, end_s, key=attrgetter("at_s"))]
 
     def at(self, at_s: float) -> Instant:
-        """The last instant up to `at_s`, else the first."""
+        """The last instant at or before `at_s`, otherwise the first."""
         after = bisect_right(self.instants, at_s, key=attrgetter("at_s"))
         return self.instants[max(0, after - 1)]
 

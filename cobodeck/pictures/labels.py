@@ -1,4 +1,4 @@
-"""Words beside marks on a sheet, where there is room for them."""
+"""Labels beside marks on a sheet, where there is room for them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hw.room import Point
 
 _PT = 1.0 / 72.0
 _WIDTH, _HEIGHT = 0.72, 1.2
-"""Width and height of a letter in font sizes; estimates, which need no drawing."""
+"""Estimated width and height of a letter, in font sizes; measuring would need a drawing."""
 _AROUND = tuple(math.radians(angle) for angle in (30, -30, 150, -150, 90, -90, 0, 180))
 _AWAY = (1.0, 2.2)
 _APART = 1.5
@@ -21,7 +21,7 @@ Area = tuple[float, float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """Words for a mark; `away` is half the mark's size, points, as is the font's `size`."""
+    """Text beside a mark; `away`: distance from its centre, `size`: of the font, both in points."""
 
     place: Point
     text: str
@@ -32,10 +32,10 @@ class Label:
 
 @dataclass(frozen=True, slots=True)
 class Labels:
-    """Places words where nothing else is.
+    """Places labels where nothing else is.
 
     `taken` are areas in inches from the map's origin: least x and y, greatest x and y. A label
-    without room is left out, or with `always` written at its best place all the same.
+    without room is left out, or, with `always`, written at its best place anyway.
     """
 
     on: Sheet
@@ -44,7 +44,7 @@ class Labels:
     taken: list[Area] = field(default_factory=list)
 
     def mark(self, place: Point, extent: float, text: str, colour: str, size: float) -> None:
-        """Reserve the area of a mark of this extent, points, and request words beside it."""
+        """Reserve the area of a mark of this extent, points, and request a label beside it."""
         x, y = (self.on.scale * value for value in place)
         half = 0.5 * extent * _PT
         self.taken.append((x - half, y - half, x + half, y + half))
@@ -58,7 +58,7 @@ class Labels:
         self.taken.append((s * min(xs), s * min(ys), s * max(xs), s * max(ys)))
 
     def write(self) -> None:
-        """Write the requested labels, the first with the first choice of place."""
+        """Write the requested labels; earlier ones choose their place first."""
         for label in self.wanted:
             areas = list(self._areas(label))
             best = areas[0] if self.always else None
@@ -68,7 +68,7 @@ class Labels:
                 self._put(label, area)
 
     def _areas(self, label: Label) -> Iterator[Area]:
-        """Where it could stand, the best first."""
+        """Possible areas of a label, the best first."""
         width = _WIDTH * label.size * len(label.text) * _PT
         height = _HEIGHT * label.size * _PT
         for factor in _AWAY:
@@ -94,7 +94,7 @@ class Labels:
         x, y = (
             0.5 * (low + high) / self.on.scale for low, high in zip(area, area[2:], strict=False)
         )
-        # a light ground, not an outline: that would be written as curves, 6 kB a word
+        # a light background instead of an outline, which an SVG stores as curves, 6 kB a word
         ground = {"fc": "white", "alpha": 0.72, "lw": 0.0, "boxstyle": "square,pad=0.05"}
         self.on.axes.text(
             x, y, label.text, color=label.colour, fontsize=label.size, ha="center", va="center",

@@ -1,4 +1,4 @@
-"""A run over time: how far robot and person are apart, requests, contacts, a lane per behaviour."""
+"""A run over time: distance of robot and person, requests, contacts, a lane per behaviour."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ _FAILED: dict[str, Any] = {"ls": "", "marker": "x", "ms": 4.5, "mew": 1.2, "colo
 
 
 def rows(course: Course) -> list[str]:
-    """The rows, from top to bottom."""
+    """The names of the rows, from top to bottom."""
     own = [("requests", bool(course.requests)), ("contacts", course.contacts is not None)]
     return [name for name, shown in own if shown] + list(course.lanes)
 
 
 def height_in(course: Course) -> float:
-    """The height that all this needs, inches."""
+    """The height needed for distance and rows, inches."""
     apart = DISTANCE_IN + GAP_IN if _apart(course) else 0.0
     return apart + LANE_IN * len(rows(course)) + FOOT_IN + GAP_IN
 
 
 def draw_lanes(on: Sheet, course: Course) -> None:
-    """Everything over one axis of time, at the lower edge of the sheet."""
+    """Distance and rows over one time axis, at the lower edge of the sheet."""
     figure, names = on.figure, rows(course)
     lower = _axes(figure, FOOT_IN, LANE_IN * len(names))
     _draw_rows(lower, course, names)
@@ -81,7 +81,7 @@ def _axes(figure: Figure, bottom_in: float, height: float) -> Axes:
 
 
 def _rule(axes: Axes, course: Course) -> None:
-    """Time along the lower edge, with lines where the marks of the map are."""
+    """Time along the lower edge, with grid lines at the times marked on the map."""
     axes.set_xlim(course.start_s, course.end_s)
     axes.xaxis.set_major_locator(MultipleLocator(time_step(course)))
     axes.grid(axis="x", color="#d8dde3", lw=0.6, zorder=0.0)
@@ -96,7 +96,7 @@ def _rule(axes: Axes, course: Course) -> None:
 
 
 def _draw_distance(axes: Axes, course: Course) -> None:
-    """Distance from base to person, and gap between their outlines; contacts stand at gap 0."""
+    """Distance from base to person, and gap between their outlines; contacts are at gap 0."""
     seen = [(i.at_s, i.person, i) for i in course.instants]
     times = np.array([at for at, _, _ in seen])
     far = np.array([np.nan if body is None else i.robot.distance_to(body) for _, body, i in seen])
@@ -128,7 +128,7 @@ def _beside(axes: Axes, y: float, text: str, colour: str) -> None:
 
 
 def thinned(times: Array, values: Array) -> tuple[Array, Array]:
-    """The same curve with at most four points per bin of time; no extreme is lost."""
+    """The curve reduced to at most four points per time bin; each bin's extremes are kept."""
     if len(times) <= 4 * _BINS:
         return times, values
     kept: list[int] = []
@@ -202,7 +202,7 @@ def _failed(ended: Sequence[NodeSpan]) -> str:
 
 
 def _draw_requests(axes: Axes, course: Course, row: int) -> None:
-    """Waiting and being served in two greens; white if never served."""
+    """Requests: waiting and being served in two greens, white if never served."""
     served = [(r, r.served_s) for r in course.requests if r.served_s is not None]
     unserved = [(r.start_s, r.end_s) for r in course.requests if r.served_s is None]
     _bars(axes, course, [(r.start_s, at) for r, at in served], row, facecolor=WAITED)
@@ -242,7 +242,7 @@ def _bars(
     row: int,
     **style: Any,
 ) -> None:
-    """Bars from start to end; short ones stay visible, almost adjacent ones are joined."""
+    """Bars from start to end, s; short ones stay visible, almost adjacent ones are joined."""
     joined: list[tuple[float, float]] = []
     for start, end in times:
         if joined and start - joined[-1][1] < _SMALLEST * (course.end_s - course.start_s):

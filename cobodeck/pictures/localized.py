@@ -1,4 +1,4 @@
-"""A localization run: map, path and ends of beams; below them distances over time."""
+"""A localization run: map, path and beam ends; below them distances over time."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ BELOW_IN = 2.2
 _MOST_BEAMS = 60_000
 _MARGIN_M = 1.0
 _FARTHEST_M = 15.0
-"""How far from the path the map is drawn, m."""
+"""Distance from the path up to which the map is drawn, m."""
 
 
 def localized_picture(found: Localized) -> Sheet:
-    """The map with the path, and below it how far from walls beams end, over time."""
+    """The map with the path, and below it the distances from beam ends to walls over time."""
     places = [step.pose for step in found.steps if step.pose is not None]
     title = f"{found.log.path.name}: {found.log.form}"
     drawn = sheet(_bounds(found), title, [f"map: {found.ground.source}"], BELOW_IN)

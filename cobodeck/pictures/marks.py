@@ -1,4 +1,4 @@
-"""What happened where in a run: contacts, requests, Escapes, Informs, and marks of time."""
+"""Where events of a run happened: contacts, requests, Escapes, Informs, and time marks."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from hw.room import Point
 PLACE_M = 0.3
 """Events closer to each other than this share a mark, m."""
 MOST_GHOSTS = 8
-"""Largest number of contacts for which both outlines are drawn."""
+"""With more contacts than this, the outlines of robot and person at contacts are not drawn."""
 
 _LONGEST_LIST = 4
 
@@ -36,7 +36,7 @@ def draw_marks(on: Sheet, course: Course) -> None:
 
 
 def _draw_contacts(on: Sheet, course: Course, labels: Labels) -> None:
-    """Where contacts happened and by whom; the outlines, too, if there are few."""
+    """Places and causes of contacts; with few contacts, also the outlines."""
     contacts = course.contacts or ()
     if len(contacts) <= MOST_GHOSTS:
         _draw_ghosts(on, course, [contact.at_ns / 1e9 for contact in contacts])
@@ -59,7 +59,7 @@ def _draw_ghosts(on: Sheet, course: Course, times: Sequence[float]) -> None:
 
 
 def _draw_requests(on: Sheet, course: Course, labels: Labels) -> None:
-    """Where the person reached; the number is that of the request."""
+    """Where the person reached for the prop, with the number of the request."""
     for served in (True, False):
         found = [r for r in course.requests if (r.served_s is not None) == served]
         colour = BEHAVIOURS["haptic"] if served else UNSERVED
@@ -93,7 +93,7 @@ def _draw_events(on: Sheet, course: Course, labels: Labels) -> None:
 
 
 def _draw_times(on: Sheet, course: Course, labels: Labels) -> None:
-    """Where robot and person are at regular times."""
+    """Where robot and person are at regular time steps."""
     step = time_step(course)
     first, last = math.ceil(course.start_s / step), math.floor(course.end_s / step + 1e-9)
     times = [k * step for k in range(first, last + 1)]
@@ -110,7 +110,7 @@ def _draw_times(on: Sheet, course: Course, labels: Labels) -> None:
 
 
 def clusters(found: Iterable[tuple[Point, int]]) -> list[tuple[Point, list[int]]]:
-    """Groups of what is close to each other; each stands at the place of its first."""
+    """Groups of places within `PLACE_M`; each group is at the place of its first member."""
     together: list[tuple[Point, list[int]]] = []
     for place, number in found:
         near = next((c for c in together if math.dist(c[0], place) <= PLACE_M), None)
@@ -122,7 +122,7 @@ def clusters(found: Iterable[tuple[Point, int]]) -> list[tuple[Point, list[int]]
 
 
 def _stays(known: Sequence[tuple[Point, float]]) -> list[tuple[Point, list[float]]]:
-    """Groups of successive times at about the same place."""
+    """Groups of consecutive times at about the same place."""
     stays: list[tuple[Point, list[float]]] = []
     for place, at in known:
         if stays and math.dist(stays[-1][0], place) <= PLACE_M:
@@ -137,7 +137,7 @@ def _from_to(times: Sequence[float]) -> str:
 
 
 def _listed(numbers: Sequence[int]) -> str:
-    """1, 2, 3, 5 as `requests 1–3, 5`; only their number if the list were long."""
+    """1, 2, 3, 5 as `requests 1–3, 5`; only how many if the list would be long."""
     parts: list[list[int]] = []
     for number in numbers:
         if parts and number == parts[-1][-1] + 1:

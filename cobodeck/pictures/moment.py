@@ -1,4 +1,4 @@
-"""What a picture shows of robot and user at one instant: at the start of a scene, or in a run."""
+"""Robot and user at one instant, for a picture: at the start of a scene, or in a run."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ from states.navigation.states import user_disc
 from states.subsystems import SubsystemName
 
 TRAIL_S = 3.0
-"""How much of the past paths of robot and user is drawn, s."""
+"""Duration of the past paths of robot and user that are drawn, s."""
 
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """Poses are map_from_base and the user's in the map; `path` leads the robot to `goal`, m.
+    """Robot and user at one instant; poses and positions in the map, m and rad.
 
-    `deep` is where the user reaches while they request a touch. Trails begin at the oldest place.
-    `joints` are the arm's, rad; without them no arm is drawn. `twist` is the robot's velocity in
-    the base frame, `velocity` the user's in the map.
+    `path` leads the robot to `goal`. `deep` is where the user reaches during a request. Trails
+    begin at the oldest place. `joints` are the arm's, rad; without them no arm is drawn. `twist` is
+    the robot's velocity in the base frame, `velocity` the user's in the map.
     """
 
     robot: Pose2
@@ -56,14 +56,14 @@ class Moment:
 
 
 def at_start(scene: Scene, joints: Joints | None = None) -> Moment:
-    """The poses of the scene's file; a scene without a user's start shows no user."""
+    """The poses in the scene's file; a scene without a start pose of the user shows no user."""
     start = scene.user_start
     user = None if start is None else UserPose(start, start.yaw)
     return Moment(scene.robot_start, user, joints=joints)
 
 
 def with_next_drive(moment: Moment, environment: Environment, settings: Settings) -> Moment:
-    """The moment with the path to where Haptic, or else Chase, would send the robot now."""
+    """The moment with the path to the goal that Haptic, otherwise Chase, would choose now."""
     if moment.user is None:
         return moment
     planners = environment.static_planners
@@ -82,7 +82,7 @@ def with_next_drive(moment: Moment, environment: Environment, settings: Settings
 def situation_at(
     moment: Moment, user: UserPose, environment: Environment, settings: Settings
 ) -> Situation:
-    """The moment as states see it."""
+    """The moment as the states' situation."""
     planners = environment.static_planners
     return Situation(
         environment, settings, moment.robot, moment.twist, user, moment.velocity, planners
@@ -90,7 +90,7 @@ def situation_at(
 
 
 class _Trail:
-    """Where robot and user were in the last `TRAIL_S`; an observer of a loop."""
+    """An observer of a loop that keeps where robot and user were in the last `TRAIL_S`."""
 
     def __init__(self, plant: Plant) -> None:
         self._plant = plant
@@ -136,7 +136,7 @@ class _Trail:
 def after(
     setup: Setup, options: Options, seconds: float, progress: Callable[[str], None] | None = None
 ) -> Moment:
-    """The moment after simulating so long, or at the end of a run that ends before."""
+    """The moment after simulating for `seconds`, or at the end of a run that ends earlier."""
     loop = stage(setup, options)
     trail = _Trail(loop.plant)
     loop.observers = (*loop.observers, trail)
@@ -166,14 +166,14 @@ def after(
 
 
 def _planner(environment: Environment, subsystem: SubsystemName, board: Board) -> GlobalPlanner:
-    """The one that the run goes by."""
+    """The planner that the run uses for a subsystem."""
     slot = board.slots.get(f"{subsystem}.planner")
     newest = None if slot is None else slot.read()
     return environment.static_planners[subsystem] if newest is None else newest.value
 
 
 def _drives(run: ChartRun) -> Iterable[tuple[SubsystemName, Pose2]]:
-    """Goals under way, and which subsystem drives there."""
+    """Goals of running drives, and the subsystem of each."""
     for node in run.running:
         inputs = run.life.inputs_of(node.leaf)
         subsystem = node.leaf.parameters.get("subsystem")
@@ -188,7 +188,7 @@ def _driving(
     planner: GlobalPlanner,
     goal: Pose2 | None,
 ) -> Moment:
-    """The moment with a goal and the path there, if there is one."""
+    """The moment with a goal and the path there, if there is a goal."""
     if goal is None:
         return moment
     here, there = (moment.robot.x, moment.robot.y), (goal.x, goal.y)
@@ -198,7 +198,7 @@ def _driving(
 
 
 def _doing(leaves: Iterable[Leaf], outcome: str | None) -> str:
-    """The actions under way, or how the run has ended; where it only waits, in which node."""
+    """The running actions, or the outcome of the run; if it only waits, the node that waits."""
     if outcome is not None:
         return f"ended: {outcome}"
     leaves = list(leaves)

@@ -1,4 +1,4 @@
-"""Reach by height and distance as a picture: one square per pair, darker the more directions."""
+"""Reach by height and distance: a square per pair, darker the more directions are reached."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 CELL_IN = (0.62, 0.32)
 REACHED = LinearSegmentedColormap.from_list("reached", ["#ffffff", "#b2dfdb", "#00796b"])
 PAPERS_BAND = (0.5, 1.6)
-"""Heights that the paper names, m (R147)."""
+"""Range of heights that the paper names, m (R147)."""
 
 
 def reach_picture(reach: ReachTable, title: str, line: str) -> Sheet:
-    """A table of squares, heights upwards, distances to the right."""
+    """A grid of squares, heights upwards, distances to the right."""
     rows, columns = reach.share.shape
     width, height = columns * CELL_IN[0], rows * CELL_IN[1]
     size = (max(width + 2.2, 6.2), height + 1.4)
@@ -62,7 +62,7 @@ def _rule(axes: Any, reach: ReachTable) -> None:
 
 
 def _mark_band(axes: Any, reach: ReachTable) -> None:
-    """A line where the heights that the paper names begin and end."""
+    """Lines at both ends of the paper's range of heights."""
     for edge in PAPERS_BAND:
         for row, (below, above) in enumerate(pairwise(reach.heights)):
             low = edge == PAPERS_BAND[0]

@@ -58,7 +58,7 @@ def draw_run(
 def course_of(
     record: Record, progress: Callable[[str, float | None], None] | None = None
 ) -> Course:
-    """What the record knows of its run: by the truth where there is one, else by its samples.
+    """The course of a recorded run, from the truth if the record has it, else from samples.
 
     Raises:
         Problem, FileError: the record does not hold what was run.

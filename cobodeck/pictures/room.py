@@ -18,7 +18,7 @@ from hw.things import Thing
 
 FLOOR = "#ffffff"
 INFLATIONS = ("#e6e9ed", "#cdd3da", "#b4bcc6")
-"""From the widest inflation to the narrowest."""
+"""Colours of inflations, from the widest to the narrowest."""
 TRACKED = "#8a94a0"
 OBJECT = "#b39b7d"
 
@@ -35,7 +35,7 @@ def draw_room(on: Sheet, room: Room) -> None:
 
 
 def draw_inflations(on: Sheet, room: Room, levels: Sequence[tuple[float, str]]) -> None:
-    """Strips along walls closed to the robot's centre; widths in m with names, widest first."""
+    """Strips along walls closed to the robot's centre; `levels`: (width, m, name), widest first."""
     floor = room.free_space
     for number, (inflation, name) in enumerate(levels):
         left = floor.buffer(-inflation, quad_segs=32)
@@ -56,7 +56,7 @@ def draw_tracked_area(on: Sheet, room: Room) -> None:
 
 
 def draw_objects(on: Sheet, objects: Sequence[Thing]) -> None:
-    """Objects on no map: circles at their first places, and the paths of those that walk."""
+    """Objects that no map contains: circles at their first places, and paths of moving ones."""
     style: dict[str, Any] = {"facecolor": OBJECT, "edgecolor": INK, "linewidth": 0.6}
     for thing in objects:
         on.axes.add_patch(Circle(thing.at, thing.body.radius, zorder=4.0, **style))
@@ -82,6 +82,6 @@ def _outline(polygons: Sequence[Any]) -> Path:
 
 
 def ring_of(points: Sequence[Point]) -> Path:
-    """A closed outline through points."""
+    """A closed outline through these points."""
     codes = [Path.MOVETO, *[Path.LINETO] * (len(points) - 1), Path.CLOSEPOLY]
     return Path(np.asarray([*points, points[0]]), codes)

@@ -1,4 +1,4 @@
-"""The picture of a run: the room from above with all events, below it everything over time."""
+"""The picture of a run: the room from above with all events, and below it all lanes over time."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _NO_PLACE, _MIDDLE = (0.0, 0.0, 8.0, 2.0), (4.0, 1.0)
 
 
 def run_picture(course: Course) -> Sheet:
-    """All of a run, or of the part of it that is given, on one sheet."""
+    """A run, or a part of one, on one sheet."""
     bounds = bounds_of(course) if course.instants else _NO_PLACE
     on = sheet(bounds, course.title, course.lines, below_in=height_in(course))
     if course.instants:

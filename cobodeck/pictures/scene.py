@@ -1,4 +1,4 @@
-"""A scene with robot and user in it and the spaces that their behaviours look at."""
+"""A scene with robot and user, and the spaces that the behaviours consider."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def scene_picture(
     moment: Moment,
     spaces: Collection[str] | None = None,
 ) -> Sheet:
-    """The room with all that is in it at one moment.
+    """The room with everything in it at one moment.
 
-    `spaces` are of `command.SPACES`; by default Haptic's while the user requests a touch, else the
-    others. Haptic's are those for the requested touch, or for the one that could come next.
+    `spaces` are names from `command.SPACES`; by default Haptic's while the user requests a touch,
+    otherwise all others. Haptic's poses are for the requested touch, or for a possible next one.
     """
     shown = spaces if spaces is not None else _present(moment)
     lines = [line for line in (scene.about, moment.caption) if line]
@@ -69,7 +69,7 @@ def scene_picture(
 
 
 def levels(navigation: Navigation) -> list[tuple[float, str]]:
-    """Inflations and the subsystems that have them, the widest first."""
+    """Inflations, m, with the subsystems that have them, the widest first."""
     found: dict[float, list[str]] = {}
     for name in ("haptic", "chase", "escape"):
         found.setdefault(navigation.named(name).inflation, []).append(name.capitalize())

@@ -1,4 +1,4 @@
-"""Colours and signs that the map and the lanes of a run share."""
+"""Colours and markers shared by the map and the lanes of a run."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from engine.draw.style import INK
 
 BEHAVIOURS = {"chase": "#0072b2", "haptic": "#009e73", "escape": "#d55e00", "inform": "#cc79a7"}
 OTHERS = ("#e69f00", "#56b4e9", "#882255", "#999933", "#332288", "#44aa99")
-"""Colour-blind safe palettes (Okabe and Ito, Tol)."""
+"""Colours of other lanes, from palettes safe for colour-blind readers (Okabe and Ito, Tol)."""
 NONE = "#9aa5b1"
 WAITED, UNSERVED = "#a8dccb", "#ffffff"
 
@@ -20,7 +20,7 @@ CONTACT = {
     "slow_arm": {"mfc": NONE, **_X},
     "person": {"mfc": "w", **_X},
 }
-"""The mark of a contact, by who caused it."""
+"""The marker of a contact, by its cause."""
 
 _STEPS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600)
 _MOST_STEPS = 14

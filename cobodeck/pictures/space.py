@@ -1,6 +1,6 @@
 """What an inflation leaves of a room or map, what it closes, and where no touch is possible.
 
-All areas are opaque, so that a colour on the floor is the same in the legend.
+All areas are opaque, so that colours on the floor are the same as in the legend.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ KEPT_OFF = INFLATIONS[1]
 UNKNOWN = "#f3f0ea"
 NO_TOUCH = "#e65100"
 DARKEST = 0.75
-"""How much of `NO_TOUCH` a place without any Haptic pose has."""
+"""Share of the colour `NO_TOUCH`, over white, at a place without any Haptic pose."""
 EDGE: dict[str, Any] = {"edgecolor": INK, "linewidth": 0.9, "linestyle": (0, (3, 2))}
-"""The border of what is left; squares may cover the grey beyond it."""
+"""Style of the border of the floor that is left; squares may cover the grey beyond it."""
 LABELLED_IN2 = 0.4
-"""Pieces that take up so much paper are labelled with their area, square inches."""
+"""Least size on paper, square inches, of pieces that are labelled with their area."""
 SMALL_SCALE = 0.3
 
 
@@ -126,7 +126,7 @@ def _draw_untouchable(on: Sheet, found: Untouchable) -> None:
 
 
 def no_touch_colour(share: float) -> tuple[float, float, float]:
-    """The colour of a place where this share of the directions has no Haptic pose."""
+    """The RGB colour of a place where this share of the user's headings has no Haptic pose."""
     full = to_rgba(NO_TOUCH)[:3]
     red, green, blue = (1.0 - DARKEST * share * (1.0 - value) for value in full)
     return red, green, blue
@@ -153,7 +153,7 @@ def _extent(found: Untouchable) -> tuple[float, float, float, float]:
 
 
 def _draw_passage(on: Sheet, passage: Passage) -> None:
-    """A line between the walls, or a ring where only the narrowest place is known."""
+    """A line between the walls, or a ring if only the middle of the narrowest place is known."""
     x, y = passage.middle
     if passage.start == passage.end:
         ring = Circle((x, y), 0.5 * passage.width, fill=False, ec=RED, lw=2.0, zorder=6.0)

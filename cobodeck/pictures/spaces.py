@@ -42,14 +42,14 @@ BEST_FIRST = mpl.colormaps["rainbow_r"]
 
 
 def colours(weights: Array) -> Array:
-    """RGBA of weights, from red for the least to purple for the greatest, (n, 4)."""
+    """RGBA colours (n, 4) of weights (n,), from red for the least to purple for the greatest."""
     span = float(np.ptp(weights)) if len(weights) else 0.0
     found: Array = BEST_FIRST((weights - weights.min()) / span if span > 0.0 else weights * 0.0 + 1)
     return found
 
 
 def draw_chase(on: Sheet, environment: Environment, settings: Settings, user: UserPose) -> None:
-    """The free cells by their weight (R93-R100); small arrows: the yaw that a robot has there."""
+    """The free Chase cells, coloured by weight (R93-R100); arrows show the robot's yaw there."""
     chase = settings.chase
     yaw = view_yaw(user, chase.view)
     centre = Pose2(user.body.x, user.body.y, yaw)
@@ -73,15 +73,15 @@ def draw_chase(on: Sheet, environment: Environment, settings: Settings, user: Us
 
 
 class Rainbow(Patch):
-    """Stands for all colours of the cells in a legend."""
+    """The legend's sign for the colours of all cells."""
 
 
 class RainbowHandler(HandlerBase):
-    """Draws them there."""
+    """Draws a `Rainbow` in a legend."""
 
     def create_artists(  # noqa: PLR0913
         self,
-        legend: Any,  # noqa: ARG002  matplotlib calls it so
+        legend: Any,  # noqa: ARG002  matplotlib passes it
         orig_handle: Any,  # noqa: ARG002
         xdescent: float,
         ydescent: float,
@@ -90,7 +90,7 @@ class RainbowHandler(HandlerBase):
         fontsize: float,  # noqa: ARG002
         trans: Any,
     ) -> list[Artist]:
-        """So many strips beside each other."""
+        """The strips of the sign, side by side."""
         count = 24
         strip = width / count
         return [
@@ -103,7 +103,7 @@ class RainbowHandler(HandlerBase):
 
 
 def _draw_tangents(on: Sheet, centre: Pose2, free: Array, radius: float, cell: float) -> None:
-    """Arrows on a circle in the middle of the space, where it is free (R99)."""
+    """Arrows along the middle circle of the space, where it is free (R99)."""
     for step in range(-12, 12):
         bearing = math.radians(15.0 * step)
         x, y = radius * math.cos(bearing), radius * math.sin(bearing)
@@ -116,7 +116,7 @@ def _draw_tangents(on: Sheet, centre: Pose2, free: Array, radius: float, cell: f
 def draw_escape(on: Sheet, now: Situation, joints: Joints | None) -> None:
     """The Escape poses in the room as arrows along the robot's yaw, in order (R106-R110).
 
-    The one that a robot with its arm at `joints` would drive to now has a ring.
+    A ring marks the one that a robot with its arm at `joints`, rad, would drive to now.
     """
     environment, settings, user, robot = now.environment, now.settings, now.user, now.pose
     free = escape.poses(settings, environment.static_planners["escape"], user, robot)

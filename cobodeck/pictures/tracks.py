@@ -28,7 +28,7 @@ _ARROW_M = 1.6
 _MOST_ARROWS = 40
 _ROBOT, _PERSON = 2.4, 1.3
 _LONG_M, _FINEST = 250.0, 0.25
-"""Lines of a path longer than this, m, get finer, down to this share of their width."""
+"""Paths longer than this, m, are drawn with thinner lines, down to this share of their width."""
 _DOTS = (0, (1.0, 0.9))
 PERSON_FILL = "#b9cdec"
 
@@ -36,17 +36,17 @@ PlaceOf = Callable[[Instant], Point | None]
 
 
 def robot_of(instant: Instant) -> Point | None:
-    """Where the robot is."""
+    """The robot's position, m."""
     return instant.robot.x, instant.robot.y
 
 
 def person_of(instant: Instant) -> Point | None:
-    """Where the person is."""
+    """The person's position, m; None if unknown."""
     return None if instant.person is None else (instant.person.x, instant.person.y)
 
 
 def bounds_of(course: Course) -> tuple[float, float, float, float]:
-    """Least x and y, greatest x and y, m: of the room, or of all that moved."""
+    """Least x and y, greatest x and y, m: of the room, or of all paths with a margin of 1 m."""
     if course.room is not None:
         return course.room.bounds
     places = [p for i in course.instants for p in (robot_of(i), person_of(i)) if p is not None]
@@ -55,7 +55,7 @@ def bounds_of(course: Course) -> tuple[float, float, float, float]:
 
 
 def draw_tracks(on: Sheet, course: Course) -> None:
-    """The paths in the colours of the behaviors, with arrow heads and both ends."""
+    """The paths in the behaviors' colours, with arrow heads, and both ends marked."""
     colours = lane_colours(course)
     finer = min(1.0, max(_FINEST, _LONG_M / _length(course)))
     robot = {"lw": finer * _ROBOT, "solid_joinstyle": "round", "zorder": 6.0}
@@ -69,7 +69,7 @@ def draw_tracks(on: Sheet, course: Course) -> None:
 
 
 def _length(course: Course) -> float:
-    """Length of the robot's path, m; slightly above 0 for one that stands."""
+    """Length of the robot's path, m; never exactly 0, as it is divided by."""
     steps = zip(course.instants, course.instants[1:], strict=False)
     return 1e-9 + sum(a.robot.distance_to(b.robot) for a, b in steps)
 
@@ -89,7 +89,7 @@ def _draw_path(
 
 
 def _known(places: Iterable[Point | None]) -> list[list[Point]]:
-    """The places in pieces, cut where one is unknown."""
+    """The places as separate pieces, split where one is unknown."""
     pieces: list[list[Point]] = [[]]
     for place in places:
         if place is not None:
@@ -100,7 +100,7 @@ def _known(places: Iterable[Point | None]) -> list[list[Point]]:
 
 
 def thinned(path: Sequence[Point]) -> list[Point]:
-    """The same path with fewer points, nowhere farther from it than a thin line is wide."""
+    """The path with fewer points (Douglas-Peucker), within about a line's width of it."""
     if len(path) < 3:
         return list(path)
     line = shapely.simplify(shapely.LineString(path), _FINE_M, preserve_topology=False)
@@ -110,7 +110,7 @@ def thinned(path: Sequence[Point]) -> list[Point]:
 def _draw_arrows(
     on: Sheet, course: Course, place_of: PlaceOf, colours: dict[str | None, str]
 ) -> None:
-    """Arrow heads at regular distances, in the colour of the path."""
+    """Arrow heads at regular distances along the path, in its colour."""
     seen = [(i.at_s, place) for i in course.instants if (place := place_of(i)) is not None]
     if len(seen) < 2:
         return
@@ -134,7 +134,7 @@ def _draw_arrows(
 
 
 def _draw_ends(on: Sheet, course: Course) -> None:
-    """Where robot and person begin, dashed, and where they end."""
+    """Robot and person at their first places, dashed, and at their last."""
     first, last = course.instants[0], course.instants[-1]
     for instant, line in ((first, "--"), (last, "-")):
         if course.footprint is not None:
@@ -165,7 +165,7 @@ def draw_outline(on: Sheet, pose: Pose2, shape: Footprint, **style: Any) -> None
 
 
 def draw_disc(on: Sheet, body: Pose2, **style: Any) -> None:
-    """The cylinder that models the person, with a line in the direction they face."""
+    """The person's cylinder from above, with a line in the direction they face."""
     on.axes.add_patch(Circle((body.x, body.y), RADIUS, ec=USER, zorder=4.0, **style))
     xs, ys = zip((body.x, body.y), body.transform(RADIUS, 0.0), strict=True)
     on.axes.plot(xs, ys, color=USER, lw=style["lw"], zorder=4.0)

@@ -20,7 +20,7 @@ from hw.truth import Truth
 
 
 class CourseWatch:
-    """Follows a run; `watch` once per tick. Requests and contacts are judged as in its figures."""
+    """Follows a run; call `watch` once per tick. Requests and contacts count as in the figures."""
 
     def __init__(self, robot: RobotModel) -> None:
         self.truth: Truth = NOBODY
@@ -36,7 +36,7 @@ class CourseWatch:
             self._judge.arm = ArmWatch(self._arm)
 
     def watch(self, now_ns: int, truth: Truth | None) -> None:
-        """Take this instant; None if nothing is known of it."""
+        """Take an instant with its truth; None if the truth is unknown."""
         self._end_s = at_s = now_ns / 1e9
         if truth is None:
             return
@@ -66,7 +66,7 @@ class CourseWatch:
         charts: Mapping[str, str],
         records: Iterable[TraceRecord],
     ) -> Course:
-        """The course up to the last instant; `charts`: as of `used_charts`."""
+        """The course up to the last instant; `charts` as from `used_charts`."""
         records = list(records)
         contacts = self._judge.contacts
         return Course(
@@ -102,7 +102,7 @@ def _used(node: Node, path: str, library: Mapping[str, Chart]) -> Iterator[tuple
 
 
 def spans_of(records: Iterable[TraceRecord], end_s: float) -> tuple[NodeSpan, ...]:
-    """The span of each node from entry to exit; a running one ends at `end_s`."""
+    """The span of each visit of a node, from entry to exit; nodes still active end at `end_s`."""
     found: list[NodeSpan] = []
     running: dict[str, int] = {}
     outcomes: dict[str, str] = {}

@@ -1,1 +1,1 @@
-"""One record per run (MCAP): what flowed, to be looked at, replayed and compared."""
+"""One record per run (MCAP) of everything that flowed, for viewing, replay and comparison."""

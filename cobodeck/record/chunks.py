@@ -1,4 +1,4 @@
-"""Unpacks the chunks of a file, never beyond the size that a chunk declares."""
+"""Unpacks the chunks of a file, limited to the size that each chunk declares."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def records_of(chunk: Chunk) -> list[McapRecord]:
     """The schemas, channels and messages of a chunk.
 
     Raises:
-        ValueError, and those of the libraries: a byte of it is wrong, or it is too large.
+        ValueError, and the libraries' exceptions: the chunk is damaged, or too large.
     """
     size = chunk.uncompressed_size
     if size > LARGEST:

@@ -1,6 +1,6 @@
-"""Compares two records: what was run, what came out, and when they begin to differ.
+"""Compares two records: what was run, the results, and when they begin to differ.
 
-Both are read once, side by side, tick by tick; neither is held.
+Both are read once, side by side, tick by tick; neither is held in memory.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from hw.geometry import Pose2, wrap
 NEAR_M, NEAR_RAD = 1e-3, 1e-3
 """Poses within these tolerances count as equal, m, rad."""
 ASKED = {"chart", "scene", "robot", "user", "profile", "tier", "seed", "tick_hz"}
-"""Figures that say what was run; they are compared in the headers."""
+"""Figures that say what was run; the headers are compared instead."""
 COMPUTING = {"wall_s", "realtime_factor", "left_out", "missed", "overruns", "signals"}
-"""Figures of the computation, not of its result."""
+"""Figures about the computation, not its result."""
 
 TraceLine = list[Any]
-"""A record of the trace."""
+"""A record of the trace: time in ns, kind, subject, details."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,16 +42,17 @@ class Figure:
 
     @property
     def computing(self) -> bool:
-        """Whether it belongs to the computation, not to its result."""
+        """Whether it is about the computation, not its result."""
         return self.name.partition(".")[0] in COMPUTING
 
 
 @dataclass(slots=True)
 class Traces:
-    """The traces of both, without notes.
+    """The comparison of both traces, without notes.
 
-    `equal` are the records up to the first that differs, at `at_ns`; `a` and `b` are those two,
-    None where a trace is over. `last` is the move before it: container, child, outcome, next child.
+    `equal` counts the records before the first that differs, at `at_ns`; `a` and `b` are the two
+    that differ, None where a trace has ended. `last` is the last equal move before them: time, ns,
+    container, child, outcome, next child.
     """
 
     equal: int = 0
@@ -62,11 +63,11 @@ class Traces:
 
     @property
     def same(self) -> bool:
-        """Whether they are equal to their ends."""
+        """Whether the traces are equal to their ends."""
         return self.at_ns is None
 
     def take(self, a: list[TraceLine], b: list[TraceLine]) -> None:
-        """Compare the records of one instant; one of the two may have none."""
+        """Compare the trace records of one instant; either list may be empty."""
         if self.at_ns is not None and self.a is not None and self.b is not None:
             return
         for one, other in zip_longest(a, b):
@@ -86,7 +87,10 @@ _Poses = tuple[Pose2 | None, Pose2 | None]
 
 @dataclass(slots=True)
 class Motions:
-    """The instants, ns, from which base and person differ, where both records have the truth."""
+    """From when on base and person differ, if both records have the truth.
+
+    `base` and `person`: the first instant at which they differ, ns, and their poses in A and B.
+    """
 
     known: bool = False
     base: tuple[int, Pose2, Pose2] | None = None
@@ -100,7 +104,7 @@ class Motions:
             self._poses[n] = truth.base, truth.body
 
     def take(self, at_ns: int) -> None:
-        """Compare an instant that both have."""
+        """Compare the poses at an instant that both records have."""
         (base_a, body_a), (base_b, body_b) = self._poses
         if base_a is None or base_b is None:
             return
@@ -113,7 +117,7 @@ class Motions:
 class Comparison:
     """The differences of two records.
 
-    `ends_ns` are the instants of their last ticks, `altered_ns` of the first that was altered.
+    `ends_ns` are the instants of their last ticks, `altered_ns` those of the first altered ticks.
     """
 
     headers: tuple[HeaderDifference, ...]
@@ -125,12 +129,12 @@ class Comparison:
 
     @property
     def same(self) -> bool:
-        """Whether the results are the same, whatever the computation took."""
+        """Whether the results are the same; figures about the computation may differ."""
         return self.traces.same and all(f.same or f.computing for f in self.figures)
 
 
 def compare(a: Record, b: Record) -> Comparison:
-    """Read both to their ends; then `result` and `broken` of both are there, too.
+    """Compare two records; both are read to their ends, which sets their `result` and `broken`.
 
     Raises:
         FileError: one of them cannot be read.
@@ -162,7 +166,7 @@ def compare(a: Record, b: Record) -> Comparison:
 def _together(
     a: Iterator[Group], b: Iterator[Group]
 ) -> Iterator[tuple[Group | None, Group | None]]:
-    """The ticks of both in the order of their instants; equal instants together."""
+    """The ticks of both in the order of their instants; those of equal instants as pairs."""
     one, other = next(a, None), next(b, None)
     while one is not None or other is not None:
         both = [group.ticked.at_ns for group in (one, other) if group is not None]

@@ -47,7 +47,7 @@ class Fed:
 
 
 class RecordFeed:
-    """Steps through a record tick by tick; what cannot be read counts as a difference."""
+    """Steps through a record tick by tick; an unreadable message counts as a difference."""
 
     def __init__(self, groups: Iterator[Group]) -> None:
         self._groups = groups
@@ -67,7 +67,7 @@ class RecordFeed:
             try:
                 for told in self.now.told:
                     self._take(told)
-            except Exception as error:  # noqa: BLE001  whatever an altered message leads to
+            except Exception as error:  # noqa: BLE001  an altered message may cause anything
                 self.differ(f"{told.topic}: a message", "can be read", f"{error!r}")
         return self.now
 
@@ -81,7 +81,7 @@ class RecordFeed:
             line = json.dumps(trace_line(found), separators=(",", ":"), ensure_ascii=False)
             fed.trace.append(line)
         elif topic == "refused":
-            with suppress(Unknown):  # it would be refused again
+            with suppress(Unknown):  # the sample would be refused anyway
                 stamp, held = value(found["stamp"]), value(found["value"])
                 fed.samples.append(Sample(found["signal"], stamp, held))
         elif topic == "operator":
@@ -105,12 +105,12 @@ class RecordFeed:
     def _truth(self, group: Group) -> Truth | None:
         try:
             return next((truth_again(found, None) for found in group.of("truth")), None)
-        except Exception:  # noqa: BLE001  it is told once this tick has come
+        except Exception:  # noqa: BLE001  reported when this tick is reached
             return None
 
     @property
     def at_end(self) -> bool:
-        """Whether the run is over, except for closing."""
+        """Whether only the closing of the run is left."""
         return self.now is not None and self.now.ticked.kind == "end"
 
     @property
@@ -129,7 +129,11 @@ class RecordFeed:
 
 
 def _named(found: Any, *names: str) -> Mapping[str, Any]:
-    """A message, if it is an object that has these texts, and what was given with them."""
+    """The message itself, after checking that it has these texts, and arguments.
+
+    Raises:
+        ValueError: it has not.
+    """
     if not isinstance(found, dict) or not all(isinstance(found.get(name), str) for name in names):
         raise ValueError(f"it lacks {' or '.join(names)}")
     given = found.get("arguments" if "command" in names else "args")

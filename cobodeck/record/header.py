@@ -1,4 +1,4 @@
-"""The header of a record: what was requested, what was there, hashes of what was read."""
+"""The header of a record: what was requested, what it ran on, hashes of all files read."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ LIBRARIES = (
     "cobodeck", "numpy", "scipy", "numba", "shapely", "networkx", "pyyaml", "foxglove-sdk",
 )  # fmt: skip
 REPLAY = "replay"
-"""The kind of plant that is a record."""
+"""The kind of plant of a replay."""
 LARGEST = 2 << 20
-"""Larger files are not attached, only hashed, bytes."""
+"""Files larger than this, bytes, are not attached, only hashed."""
 LARGEST_READ = 1 << 28
-"""Still larger files are not read again, bytes."""
+"""Files larger than this, bytes, are not read again for hashing."""
 
 
 def kind_of(options: Options) -> str:
@@ -97,7 +97,7 @@ def header(
 
 
 def _named() -> dict[str, dict[str, str]]:
-    """The project's own files that were read, by kind and name: a replay finds them so."""
+    """The project's own files that were read, by kind and name, so that a replay finds them."""
     read = noted()
     files = {kind: own_files(kind) for kind in KINDS}
     found = {
@@ -120,7 +120,7 @@ def read_files() -> list[tuple[Path, bytes]]:
 
 
 def _of_person(options: Options) -> dict[str, str]:
-    """The hash of the record that the person comes from; it may be too large to attach."""
+    """The hash of the record that the person is replayed from, which is not attached."""
     if options.user is None or behind_record(options.user) is None:
         return {}
     with Path(options.user).open("rb") as stream:
@@ -137,7 +137,7 @@ def _plain(options: Options) -> dict[str, Any]:
 
 
 def attachments(setup: Setup) -> dict[str, bytes]:
-    """The texts of all files read, except recorded walks, by their labels."""
+    """All files read, by label, except recorded walks, TOML, and those above `LARGEST`."""
     found = {
         label(path): data
         for path, data in read_files()
@@ -174,7 +174,7 @@ def versions() -> dict[str, str]:
 
 
 def code(setup: Setup) -> dict[str, str]:
-    """Hashes of the program's packages, and of each module of a project that gives states."""
+    """Hashes of the program's packages, and of each project module that provides states."""
     found = {name: _folder_sha256(ROOT / name) for name in PACKAGES}
     names = {cls.__module__ for cls in setup.catalogue.classes.values()}
     names |= {module for project in setup.catalogue.projects for module in project.modules}
@@ -196,7 +196,7 @@ def _folder_sha256(folder: Path) -> str:
 def header_of_replay(
     then: Mapping[str, Any], setup: Setup, command: Iterable[str], began: str
 ) -> dict[str, Any]:
-    """The header of a replay: what was run then, with the present code and machine."""
+    """The header of a replay: what was run then, but with today's code and machine."""
     return {
         **then,
         "began": began,
@@ -227,7 +227,7 @@ def changes(then: Mapping[str, Any], setup: Setup) -> list[str]:
 
 
 def _hashes_of(name: str) -> set[str]:
-    """Hashes of the present files of this name, in the program's folder and the present one."""
+    """Hashes of today's files of this name, in the program's folder and in the current folder."""
     found = set()
     for file in (ROOT / name, Path(name)):
         with suppress(FileError):
@@ -241,5 +241,5 @@ def _short(value: Any) -> str:
 
 
 def machine() -> dict[str, str]:
-    """The present machine."""
+    """Description of this machine."""
     return {"platform": platform.platform(), "processor": platform.machine()}

@@ -16,12 +16,12 @@ WORDS = {"versions": "version of {}", "code": "code of {}", "parts": "part {}", 
 """The names of nested entries."""
 PROFILE_TEXT = "text of the profile"
 LINES = 3
-"""Lines of a text that are shown per place and record; twice as many in all."""
+"""Number of differing lines shown per place and record; twice as many in all."""
 
 
 @dataclass(frozen=True, slots=True)
 class HeaderDifference:
-    """An entry that differs; of a text `lines` counts differing lines and `first` has some."""
+    """An entry that differs; for texts, `lines` counts differing lines and `first` has some."""
 
     what: str
     a: Any
@@ -55,7 +55,7 @@ def _entries(header: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 
 
 def _files(a: Record, b: Record) -> Iterator[HeaderDifference]:
-    """Charts and profile by what they are, wherever their files lay; all other files by name."""
+    """Charts and profile compared by role, wherever their files are; all other files by name."""
     used = [_used(record) for record in (a, b)]
     if not all(PROFILE_TEXT in files for files in used):  # one has a base, or values of its own
         for files in used:
@@ -70,7 +70,7 @@ def _files(a: Record, b: Record) -> Iterator[HeaderDifference]:
 
 
 def _used(record: Record) -> dict[str, str]:
-    """The files of the charts and the profile that were run, by what they are."""
+    """The files of the charts and the profile that were run, by their role."""
     header = record.header
     found = {f"chart {name}": file for name, file in header["charts"].items()}
     for file, told in _hashes(record).items():

@@ -1,4 +1,4 @@
-"""A record as an MCAP file being written; about every second a chunk ends."""
+"""A record as an MCAP file being written, in chunks of about a second."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from cobodeck.record.schemas import MessageSchema
 from cobodeck.record.sink import Sink
 
 FLUSH_NS = 900_000_000
-"""Run time after which a chunk ends with the tick, ns: a kill loses less than a second."""
+"""Run time after which a chunk ends with the next tick, ns: a kill loses less than a second."""
 CHUNK_BYTES = 16 << 20
-"""Upper bound of a chunk, bytes; chunks end by time."""
+"""Upper bound of a chunk's size, bytes; usually chunks end by time."""
 
 
 WriteBytes = Callable[[bytes, int], None]
@@ -27,7 +27,7 @@ class McapFile:
     """Writes metadata, attachments and messages; what is written is in the file after `flush`.
 
     Attributes:
-        saved_ns: the time of the last tick that is in the file; None: none is.
+        saved_ns: the time of the last tick that is safely in the file; None: no tick yet.
     """
 
     def __init__(self, sink: Sink) -> None:
@@ -43,7 +43,7 @@ class McapFile:
         self.saved_ns: int | None = None
 
     def begin(self, header: Mapping[str, Any], attachments: Mapping[str, bytes]) -> None:
-        """Write what is known before the first tick."""
+        """Write the header and the attachments, before the first tick."""
         self.write_metadata("run", header)
         for name, data in attachments.items():
             self._writer.attach(
@@ -53,27 +53,27 @@ class McapFile:
         self._writer.flush()
 
     def write_metadata(self, name: str, values: Mapping[str, Any]) -> None:
-        """Write values; metadata of a file holds texts, so each is written as JSON."""
+        """Write values; MCAP metadata maps texts to texts, so each value is written as JSON."""
         texts = {key: json.dumps(value) for key, value in values.items()}
         self._writer.write_metadata(name, texts)
 
     def channel(self, topic: str, schema: MessageSchema) -> WriteBytes:
-        """A new channel; it is in the file from its first message on."""
+        """A function that writes to a new channel, which begins with its first message."""
         channel = Channel(
             topic,
             schema=Schema(name=schema.name, encoding=schema.encoding, data=schema.data),
             message_encoding=schema.message_encoding,
             context=self._context,
         )
-        return channel.base.log  # without the checks of `channel.log`, which take as long again
+        return channel.base.log  # skips the checks of `channel.log`, which would double the time
 
     def end_tick(self, now_ns: int) -> None:
-        """A tick has been written; now and then it ends a chunk."""
+        """Note that a tick has been written; end the chunk if it is due."""
         if self.saved_ns is None or now_ns - self.saved_ns >= FLUSH_NS:
             self._writer.flush()
             if self._sink.error is None:
                 self.saved_ns = now_ns
 
     def close(self) -> None:
-        """Write the rest and the summary."""
+        """Write what is left, and the summary."""
         self._writer.close()

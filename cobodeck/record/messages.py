@@ -25,13 +25,13 @@ from hw.truth import Truth
 
 Replaced = Callable[[Mapping[str, Any]], Machine]
 ERROR_LEVEL = 4
-"""Of foxglove.Log."""
+"""The level of errors in foxglove.Log."""
 DETAILS = {"outcome": 1, "exit": 1, "move": 3, "data": 2, "error": 1, "note": 1}
 """Least number of details of a trace record by kind; see `engine.trace.TraceRecord`."""
 
 
 def call_text(part: str, what: str, args: str, answer: object, raised: object) -> str:
-    """A call of a part; `args` are JSON already."""
+    """A call of a part as JSON; `args` is JSON already."""
     told = f'{{"part":{quoted(part)},"what":{quoted(what)},"args":{args}'
     if answer is not None:
         told += f',"answer":{text(answer)}'
@@ -46,12 +46,12 @@ def arguments_text(args: tuple[Any, ...], named: Mapping[str, Any]) -> str:
 
 
 def raised_text(error: Any) -> str:
-    """An exception by its class and its arguments."""
+    """An exception as JSON: its class and its arguments."""
     return f'{{"class":{quoted(name_of(type(error)))},"args":{text(error.args)}}}'
 
 
 def raised_again(found: Mapping[str, Any]) -> Exception:
-    """The exception again; of a class of the same name, if that class is not there any more."""
+    """The recorded exception; if its class is gone, one of a new class of the same name."""
     try:
         args = values.value(found["args"])
         kind = class_of(found["class"])
@@ -71,7 +71,7 @@ def _made_up(name: str) -> type[Exception]:
 
 
 def failure_text(part: str, error: BaseException) -> str:
-    """An exception that a part has raised outside of any call."""
+    """An exception that a part raised outside of any call, as JSON."""
     return f'{{"part":{quoted(part)},"raised":{raised_text(error)}}}'
 
 
@@ -86,7 +86,7 @@ def trace_line(found: Mapping[str, Any]) -> list[Any]:
     """A record of the trace: time in ns, kind, subject, details.
 
     Raises:
-        ValueError: it is none.
+        ValueError: the message is no trace record.
     """
     line: list[Any] = found["line"]
     time_ns, kind, subject, *detail = line
@@ -97,7 +97,7 @@ def trace_line(found: Mapping[str, Any]) -> list[Any]:
 
 
 def command_text(command: Command) -> str:
-    """An operator's command; a change of the chart carries the texts of the new charts."""
+    """An operator's command as JSON; a change of the chart has the texts of the new charts."""
     if isinstance(command, Replace):
         arguments = text(replacement(command))
     else:
@@ -106,7 +106,7 @@ def command_text(command: Command) -> str:
 
 
 def replacement(command: Replace) -> dict[str, Any]:
-    """A new machine: its chart and those it uses, with the defaults they run with."""
+    """A new machine as values: its chart and those it uses, with their parameters' defaults."""
     machine = command.machine
     charts = {}
     for name in sorted(reached({machine.chart.name}, machine.library)):
@@ -116,12 +116,12 @@ def replacement(command: Replace) -> dict[str, Any]:
 
 
 def defaults(chart: Chart) -> dict[str, Any]:
-    """The defaults of its parameters."""
+    """The defaults of a chart's parameters."""
     return {p.name: p.default for p in chart.parameters.values() if not p.required}
 
 
 def command_again(name: str, arguments: Mapping[str, Any], replaced: Replaced) -> Command:
-    """The command again; `replaced` makes the machine of a change of the chart.
+    """The recorded command; `replaced` makes the machine for a change of the chart.
 
     Raises:
         Unknown: there is no such command.
@@ -135,7 +135,7 @@ def command_again(name: str, arguments: Mapping[str, Any], replaced: Replaced) -
 
 
 def charts_again(arguments: Mapping[str, Any]) -> dict[str, Chart]:
-    """The charts of a change, by name, with the defaults they ran with."""
+    """The charts of a change of the chart, by name, with the recorded defaults of parameters."""
     found = {}
     for name, (file, written, given) in arguments["charts"].items():
         chart = load_text(written, file)[name]
@@ -148,7 +148,7 @@ def charts_again(arguments: Mapping[str, Any]) -> dict[str, Chart]:
 
 
 def cycle_text(cycle: SafetyRecord) -> str:
-    """A cycle of the safety chain; `admitted` only where it is not the command itself."""
+    """A cycle of the safety chain as JSON; `admitted` only if it differs from the command."""
     c, number = cycle, values.number
     admitted = "" if c.admitted is c.command else f'"admitted":{_twist(c.admitted)},'
     return (
@@ -164,10 +164,10 @@ def _twist(twist: Twist2) -> str:
 
 
 def cycle_again(found: Mapping[str, Any]) -> SafetyRecord:
-    """The cycle again.
+    """The recorded cycle of the safety chain.
 
     Raises:
-        TypeError: it is none.
+        TypeError: the message is no cycle.
     """
     command = Twist2(*found["command"])
     given = {key: values.value(found[key]) for key in _CYCLE}
@@ -180,14 +180,14 @@ _CYCLE = ("separation", "needed", "allowed", "user_speed", "user_age", "reasons"
 
 
 class TruthWriter:
-    """Writes the ground truth, and only what has changed since the last message."""
+    """Writes the ground truth, all fields each time; encodes only those that have changed."""
 
     def __init__(self) -> None:
         self._held: tuple[object, ...] = (self,) * len(Truth._fields)  # no truth has it
         self._members = [""] * len(Truth._fields)
 
     def write(self, truth: Truth) -> str:
-        """The message."""
+        """The message as JSON."""
         for n, (held, last) in enumerate(zip(truth, self._held, strict=True)):
             if held is not last:
                 self._members[n] = f'"{Truth._fields[n]}":{text(held)}'
@@ -196,10 +196,10 @@ class TruthWriter:
 
 
 def truth_again(found: Mapping[str, Any], before: Truth | None) -> Truth:
-    """The truth as before; what has not changed is the same object.
+    """The recorded truth; fields equal to those of `before` are the same objects.
 
     Raises:
-        TypeError: it is none.
+        TypeError: the message is no truth.
     """
     held = _fitting(Truth, {name: values.value(found[name]) for name in Truth._fields})
     if before is not None:
@@ -208,10 +208,10 @@ def truth_again(found: Mapping[str, Any], before: Truth | None) -> Truth:
 
 
 def _fitting(kind: type, held: dict[str, Any]) -> dict[str, Any]:
-    """The fields of a class, if each is of its type.
+    """The fields of a class, after checking their types.
 
     Raises:
-        TypeError: one is not, or a number in it is none.
+        TypeError: a field is of a wrong type, or has a number that is NaN or infinite.
     """
     for name, types in _types_of(kind).items():
         found = held[name]

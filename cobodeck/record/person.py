@@ -1,4 +1,4 @@
-"""The person of a record, walking beside a simulated robot."""
+"""The person of a record, replayed beside a simulated robot."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ POSE, REQUEST = "user.pose", "vr.haptic_request"
 
 
 def recalled(source: str, room: Room, requests: int | None, stretch_m: float | None) -> Recalled:
-    """The person of a record, in a room; options that only other people have are refused.
+    """The person of a record, in a room; `requests` and `stretch_m` (m) must be None.
 
     Raises:
-        Problem: something is asked of them that they did not do then; FileError: the record
-            cannot be read, nobody is in it, or they would leave the free floor.
+        Problem: an option is given that a recorded person does not have; FileError: the record
+            cannot be read, has no person, or they would leave the free floor.
     """
     given = {"--requests": requests, "--stretch": stretch_m}
     asked = (name for name, value in given.items() if value is not None)
@@ -41,10 +41,10 @@ def recalled(source: str, room: Room, requests: int | None, stretch_m: float | N
 
 
 def past(record: Record) -> Past:
-    """What a record knows of the person: true poses where it has them, else measured ones.
+    """The person's recorded motion and requests: true poses if the record has them, else measured.
 
     Raises:
-        FileError: the record cannot be read, or nobody is in it.
+        FileError: the record cannot be read, or has no person.
     """
     record.require_ticks()
     reading = _Reading(record)
@@ -61,7 +61,7 @@ def past(record: Record) -> Past:
 
 
 class _Reading:
-    """Collects what a record knows of the person; missing samples are made from the truth."""
+    """Collects the person's data of a record; samples that did not flow are made from the truth."""
 
     def __init__(self, record: Record) -> None:
         self.until_ns = 0
@@ -75,7 +75,7 @@ class _Reading:
         self._truth: Truth | None = None
 
     def take(self, group: Group) -> None:
-        """One tick; the truth is that of its instant on the grid, however late it was."""
+        """Take one tick; its truth belongs to its instant on the grid, however late it ran."""
         self.until_ns = max(self.until_ns, group.ticked.at_ns)
         for told in group.told:
             if told.topic in self._readers:

@@ -1,4 +1,4 @@
-"""A record as the plant of a loop: its samples, the parts that states call, and its clock."""
+"""A record as the plant of a loop: its samples, stand-ins for the parts, and its clock."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from hw.truth import Truth
 KEPT = 4096
 """Number of unread cycles of the safety chain that are kept."""
 RECORD = "(record)"
-"""The name of the part that provides all samples; no other part can have it."""
+"""Name of the part that provides all samples; no real part can have this name."""
 
 
 class Recorded:
@@ -49,7 +49,7 @@ class Recorded:
 
     @property
     def failures(self) -> list[tuple[str, Exception]]:
-        """Exceptions of parts by the end of this tick."""
+        """Exceptions of parts in this tick; each is returned once."""
         found, self._failures = self._failures, []
         return found
 
@@ -59,7 +59,7 @@ class Recorded:
         return self._feed.over
 
     def advance(self, to_ns: int) -> None:
-        """Take the state of this instant; in virtual time it is that of the next tick."""
+        """Take the recorded state of this instant; in virtual time, step to the next tick."""
         feed = self._feed
         group = feed.now if self.paced else feed.move()
         if group is None or (not self.paced and group.ticked.at_ns != to_ns):
@@ -68,7 +68,7 @@ class Recorded:
         self.take()
 
     def take(self) -> None:
-        """Take what is recorded for this tick, except the truth."""
+        """Take the recorded cycles, faults and failures of this tick."""
         fed = self._feed.fed
         if self.cycles is not None:
             for cycle in fed.cycles:
@@ -84,7 +84,7 @@ class Recorded:
         return NEVER_NS if following is None else following.ticked.at_ns
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing; no device is open."""
 
 
 class Samples(Inert):
@@ -100,7 +100,7 @@ class Samples(Inert):
 
 
 class RecordedPart:
-    """Replaces a part: answers as recorded, if it is called as recorded."""
+    """Stands in for a part: answers as recorded, as long as it is called as recorded."""
 
     def __init__(self, name: str, feed: RecordFeed) -> None:
         vars(self).update(_name=name, _feed=feed)
@@ -143,7 +143,7 @@ class RecordedPart:
 
 
 def call_of(found: Mapping[str, Any]) -> str:
-    """A recorded call as text."""
+    """A recorded call as text for people."""
     return f"{found['what']}{json.dumps(found['args'], separators=(',', ':'))}"
 
 
@@ -161,4 +161,4 @@ class RecordedClock:
         return until_ns if group is None else group.ticked.at_ns
 
     def wake(self) -> None:
-        """Nothing sleeps."""
+        """Do nothing; nothing sleeps."""

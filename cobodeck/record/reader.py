@@ -1,7 +1,7 @@
 """Reads records, complete and incomplete ones.
 
-A record is read from its beginning, chunk by chunk, as far as it is whole: of one that was broken
-off all but the last second is there. What follows the last tick belongs to none and is dropped.
+A record is read from its beginning, chunk by chunk, as far as it is intact: if the run was killed,
+all but its last second. Messages after the last complete tick are dropped.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from engine.files.finding import mistake
 from engine.files.text import unreadable
 
 LARGEST = 1 << 28
-"""Larger attachments are refused, bytes; ours are smaller."""
+"""Records of the file larger than this, bytes, are refused; ours are smaller."""
 MOST = 1 << 18
-"""Ticks with more messages are refused; ours have fewer."""
+"""A tick with more messages than this is refused; ours have fewer."""
 
 
 class RecordedMessage(NamedTuple):
@@ -51,9 +51,9 @@ class MetadataValues(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """The messages of one tick, in order, and the one that closes it.
+    """The messages of one tick, in order, and the `tick` message that closes it.
 
-    `altered`: they are not those that were written with it.
+    `altered`: their checksum differs from the one in the closing message.
     """
 
     ticked: Ticked
@@ -70,9 +70,9 @@ class Group:
 class Record:
     """A record in a file; `groups` reads it piece by piece, any number of times.
 
-    `header` and `attachments` are there at once. Once all groups were read, `result` has the
-    figures, if the run came to its end, and `broken` says where the file is not whole, if it is
-    not; `schemas` are those of the messages read so far, by name.
+    `header` and `attachments` are read at once. Once all groups were read, `result` has the
+    figures if the run was completed, and `broken` says where the file is damaged or cut off, None
+    if it is whole. `schemas` are those of the messages read so far, by name.
 
     Raises:
         FileError: the file cannot be read, or is no record of a run.
@@ -107,7 +107,7 @@ class Record:
             raise mistake(self.path, f"is no record of a run: its header has no right {wrong!r}")
 
     def groups(self) -> Iterator[Group]:
-        """Its ticks in order, up to the last complete one."""
+        """The ticks in order, up to the last complete one."""
         told: list[RecordedMessage] = []
         crc = 0
         for found in self._records():
@@ -131,12 +131,12 @@ class Record:
                 told.clear()
 
     def figures(self) -> Mapping[str, Any] | None:
-        """The figures at the end of a complete file, by its index; None if the run did not end."""
+        """The figures of a complete file, found by its index; None if the run was not completed."""
         try:
             with self.path.open("rb") as stream:
                 found = [m for m in make_reader(stream).iter_metadata() if m.name == "result"]
             return unpacked(found[-1]) if found else None
-        except Exception:  # noqa: BLE001  of mcap, of broken lengths, of what is no JSON
+        except Exception:  # noqa: BLE001  from mcap, wrong lengths, or invalid JSON
             return None
 
     def require_ticks(self) -> None:
@@ -150,21 +150,21 @@ class Record:
 
     @contextmanager
     def understood(self, group: Group) -> Iterator[None]:
-        """A context that reports any failure on the messages of a tick as one of the file.
+        """A context that turns any exception over the messages of a tick into one of the file.
 
         Raises:
-            FileError: something was raised within.
+            FileError: any exception was raised within.
         """
         try:
             yield
-        except Exception as error:  # noqa: BLE001  the file may come from anybody
+        except Exception as error:  # noqa: BLE001  the file may be of any origin
             at_s = group.ticked.at_ns / 1e9
             told = f"a message of the tick at {at_s:.3f} s cannot be used: {error!r}"
             raise mistake(self.path, told) from None
 
     def _records(self) -> Iterator[object]:
         """Everything intact in the file: `RecordedMessage`, `MetadataValues` and other records."""
-        if self.path.exists() and not self.path.is_file():  # a pipe would be waited for
+        if self.path.exists() and not self.path.is_file():  # reading a pipe would block
             raise mistake(self.path, "cannot be read: it is no regular file")
         try:
             stream = self.path.open("rb")
@@ -187,7 +187,7 @@ class Record:
                     else:
                         yield from messages.taken(record)
                     whole = stream.tell()
-            except Exception as error:  # noqa: BLE001  of mcap, of decompression, of broken lengths
+            except Exception as error:  # noqa: BLE001  from mcap, decompression, wrong lengths
                 self.broken = f"it breaks off at byte {whole} of {stream.seek(0, SEEK_END)}"
                 if not whole:
                     self.broken = "it is no MCAP file"
@@ -198,7 +198,10 @@ class Record:
 
 
 def _checksums(told: Iterable[RecordedMessage], crc: int) -> Iterator[int]:
-    """The checksum of a tick's messages as they are, and as they are in our JSON layout."""
+    """The checksums of a tick's messages: as they are, and rewritten in our JSON layout.
+
+    `crc` is the checksum after the tick before.
+    """
     for again in (lambda one: one.data, _set_again):
         found = crc
         for one in told:
@@ -210,7 +213,7 @@ def _checksums(told: Iterable[RecordedMessage], crc: int) -> Iterator[int]:
 
 
 def _set_again(told: RecordedMessage) -> bytes:
-    """The message in our JSON layout, whatever wrote it; unchanged if it is not JSON."""
+    """The message rewritten in our JSON layout; unchanged if it is not JSON."""
     if told.schema == "foxglove.LaserScan":
         return told.data
     ascii_only = told.topic != "trace"
@@ -222,7 +225,7 @@ def _set_again(told: RecordedMessage) -> bytes:
 
 
 class _Messages:
-    """Unpacks chunks; topics and schemas are stated once, in the first chunk that needs them."""
+    """Resolves topics and schemas of messages, which a file states once, before the first use."""
 
     def __init__(self, schemas: dict[str, MessageSchema]) -> None:
         self._schemas = schemas
@@ -230,7 +233,7 @@ class _Messages:
         self._channels: dict[int, tuple[str, str]] = {}
 
     def taken(self, record: object) -> Iterator[object]:
-        """Keep schemas and topics, and turn messages into `RecordedMessage`."""
+        """Remember schemas and topics; turn messages into `RecordedMessage`."""
         if isinstance(record, Schema):
             self._names[record.id] = record.name
             self._schemas[record.name] = MessageSchema(record.name, record.encoding, record.data)
@@ -243,10 +246,10 @@ class _Messages:
 
 
 def _ticked(data: bytes) -> tuple[Ticked, int]:
-    """A tick, and the checksum with it.
+    """A tick and its checksum.
 
     Raises:
-        ValueError, KeyError, TypeError, RecursionError: it is none.
+        ValueError, KeyError, TypeError, RecursionError: the message is no tick.
     """
     m = json.loads(data)
     numbers = m["at_ns"], m["n"], m["missed"], m["late_ns"], m["crc"]
@@ -257,5 +260,5 @@ def _ticked(data: bytes) -> tuple[Ticked, int]:
 
 
 def unpacked(found: Metadata) -> dict[str, Any]:
-    """Metadata again: each of its texts is JSON."""
+    """The values of metadata, each of which is stored as JSON text."""
     return {name: json.loads(value) for name, value in found.metadata.items()}

@@ -1,8 +1,8 @@
-"""Records a run while it goes on; requests nothing, takes what flows.
+"""Records a run while it goes on; it requests no data, only takes what flows.
 
-The messages of a tick stand together and the `tick` closes them, so that a file that breaks off
-is whole up to a tick. A chunk of the file ends with each second of the run: a kill loses no more.
-Each tick carries a checksum over all messages so far; what was altered later is found at its place.
+The messages of a tick are written together and closed by a `tick` message, so that a file that is
+cut off is intact up to a tick. A chunk of the file ends about every second: a kill loses no more.
+Each tick has a checksum over all messages so far, which shows where a record was altered later.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from hw.truth import Truth
 
 
 class RunDescription(NamedTuple):
-    """What is run, as JSON values; attached texts by name; the scene for viewers."""
+    """The header as JSON values; attached texts by name; the scene for viewers."""
 
     header: Mapping[str, Any]
     attachments: Mapping[str, bytes]
@@ -49,12 +49,12 @@ Describe = Callable[[Loop], RunDescription]
 class Recorder:
     """Writes one record; see the module.
 
-    Whatever prevents writing, a full disk included, is reported once, and the run goes on.
+    Any failure to write, such as a full disk, is reported once, and the run goes on.
 
     Args:
         sink: the file.
         describe: what is run.
-        tell: is given what went wrong.
+        tell: called with a message on failure.
     """
 
     def __init__(self, sink: Sink, describe: Describe, tell: Callable[[str], None]) -> None:
@@ -95,7 +95,7 @@ class Recorder:
         return Tapped(name, part, self.call)
 
     def sample(self, sample: Sample, now_ns: int, refused: str | None) -> None:
-        """A sample has arrived; `refused`: why it was refused, if it was."""
+        """A sample has arrived; `refused`: why it was refused, None if accepted."""
         self._now = now_ns
         self._guarded(lambda: self._sample(sample, refused))
 
@@ -112,7 +112,7 @@ class Recorder:
         self._write(TOPIC + name, kind, data)
 
     def call(self, part: str, what: str, args: str, answer: object, error: object) -> None:
-        """A state has called a part; `args` are JSON already; then its answer and exception."""
+        """A state has called a part; `args` is JSON already, `error` the exception or None."""
         self._guarded(
             lambda: self._log("parts", schemas.CALL, call_text(part, what, args, answer, error))
         )
@@ -122,7 +122,7 @@ class Recorder:
         self._guarded(lambda: self._log("failures", schemas.FAILURE, failure_text(part, error)))
 
     def watch(self, now_ns: int) -> None:
-        """The truth before the chart decides, and the cycles of the chain up to now."""
+        """Write the truth before the chart decides, and the safety chain's cycles up to now."""
         self._now = now_ns
         self._guarded(self._look)
 
@@ -170,7 +170,7 @@ class Recorder:
         self._errors_read = len(run.errors)
 
     def finish(self, figures: Mapping[str, Any] | None = None) -> Path | None:
-        """Write the figures, if any, and give the file its name; None if that failed."""
+        """Write the figures, if any, and rename the file; returns its path, None on failure."""
         if figures is not None:
             self._guarded(lambda: self._file.write_metadata("result", figures))
         self._guarded(self._file.close)
@@ -181,7 +181,7 @@ class Recorder:
         return path
 
     def give_up(self) -> None:
-        """The run did not take place; leave no file."""
+        """Remove the file, because the run did not take place."""
         self._guarded(self._file.close)
         self._sink.remove()
 
@@ -203,7 +203,7 @@ class Recorder:
         write(data, self._now)
 
     def _guarded(self, act: Callable[[], object]) -> None:
-        """Whatever fails, the run goes on."""
+        """Call `act`; a failure is reported and ends recording, not the run."""
         if self._broken:
             return
         try:

@@ -15,11 +15,11 @@ class Extent:
     """How much of a record can be relied on.
 
     Attributes:
-        groups: so many groups of messages are whole; `ticks` of them are ticks, which the end of
-            the run is not.
-        end_ns: the instant of the last group, of the run; None: there is none.
-        broken: why there are no more, in words; None: nothing is missing.
-        damaged: names of attachments that are not the files that were read.
+        groups: number of intact groups of messages; `ticks` of them are ticks, as the group that
+            ends a run is none.
+        end_ns: time in the run of the last intact group, ns; None if there is none.
+        broken: why there are no more, in words; None if nothing is missing.
+        damaged: names of attachments whose hash differs from that of the file that was read.
     """
 
     groups: int
@@ -44,9 +44,9 @@ def extent(record: Record) -> Extent:
 
 
 def recover(record: Record, found: Extent, sink: Sink) -> None:
-    """Write the intact messages, byte by byte the same, and that they were recovered.
+    """Write the intact messages unchanged, byte by byte, and a note that they were recovered.
 
-    `sink.error` has what went wrong while writing.
+    A failure to write is noted in `sink.error`.
     """
     file = McapFile(sink)
     file.begin(record.header, record.attachments)

@@ -1,7 +1,7 @@
-"""Replays a run from its record: the record is the plant of the loop.
+"""Replays a run from its record, which is the plant of the loop.
 
 Samples, ticks, commands and answers of parts are fed as they were recorded; the trace, the kinds
-and times of ticks, and the calls of parts must come out equal. The first difference ends it.
+and times of ticks, and the calls of parts must come out equal. The first difference ends a replay.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ from hw.connection import load_connection
 
 @dataclass(slots=True)
 class ReplayChecker:
-    """Issues commands when they took effect, and compares the results.
+    """Issues the operator's commands at the ticks at which they took effect; compares the results.
 
-    `ticks`, `calls` of parts and `records` of the trace are counted.
+    It counts `ticks`, `calls` of parts and `records` of the trace.
     """
 
     feed: RecordFeed
@@ -66,7 +66,7 @@ class ReplayChecker:
             try:
                 arguments = value(found["arguments"])
                 command = command_again(found["command"], arguments, self._machine)
-            except Exception as error:  # noqa: BLE001  whatever an altered message leads to
+            except Exception as error:  # noqa: BLE001  an altered message may cause anything
                 self.feed.differ("a command", found.get("command"), repr(error))
             else:
                 self.run.command(command)
@@ -77,7 +77,7 @@ class ReplayChecker:
         return Machine(chart, charts, known.interfaces, arguments["parameters"], known.types)
 
     def failed(self, part: str, error: BaseException) -> None:
-        """As recorded."""
+        """Do nothing; failures of parts are fed from the record."""
 
     def tick(self, ticked: Ticked) -> None:
         """Compare a finished tick."""
@@ -95,9 +95,9 @@ class ReplayChecker:
         if group.altered:
             feed.differ(ALTERED, "as their checksum says", "others")
         if feed.next is None:
-            feed.now = None  # what closes a run that was broken off here is not on record
+            feed.now = None  # the record is cut off here, so the closing of the run is not on it
         elif feed.next.ticked.kind == "end":
-            feed.move()  # before the run is closed, which calls parts
+            feed.move()  # closing the run, next, calls parts
             self.plant.take()
 
     def _compare_trace(self) -> None:
@@ -117,7 +117,7 @@ def _shown(t: Ticked) -> str:
 
 
 def counts(line: str) -> bool:
-    """Whether a line of the trace is part of its hash."""
+    """Whether a line of the trace is part of the trace's hash."""
     return json.loads(line)[1] not in ("note", "tick")
 
 
@@ -125,7 +125,7 @@ def written_setup(record: Record, known: Catalogue) -> Setup:
     """The recorded setup, from the texts in the record; its charts may name unknown states.
 
     Raises:
-        FileError: a text is wrong.
+        FileError: a text is missing or malformed.
     """
     header = record.header
     charts = _written_charts(record)
@@ -147,22 +147,22 @@ def written_setup(record: Record, known: Catalogue) -> Setup:
 
 
 def _own_files(header: Mapping[str, Any], kind: str) -> Mapping[str, Path]:
-    """What names meant in the project in which the record was made, whatever they mean today."""
+    """The files that names meant in the project when the run was recorded."""
     return {name: Path(file) for name, file in header.get("named", {}).get(kind, {}).items()}
 
 
 def texts_of(record: Record) -> dict[Path, bytes]:
-    """The contents of a run's files, by their present paths and by their recorded ones."""
+    """The contents of a run's files, by today's paths and by the recorded ones."""
     texts = record.attachments
     files = {ROOT / name: held for name, held in texts.items()}
     return files | {Path(name): held for name, held in texts.items()}
 
 
 def _written_charts(record: Record) -> Library:
-    """The charts from their texts.
+    """The charts, from their texts in the record.
 
     Raises:
-        FileError: one is wrong, or not there.
+        FileError: one is malformed or missing.
     """
     library = Library()
     for name, file in record.header["charts"].items():
@@ -179,13 +179,13 @@ def _written_charts(record: Record) -> Library:
 
 
 def setup_of(record: Record, known: Catalogue | None = None) -> Setup:
-    """The recorded setup, from the texts in the record and with the present code.
+    """The recorded setup, from the texts in the record and with today's code.
 
-    `known` is what its charts may name, by default everything around the present folder: a record
-    does not decide which code is imported.
+    `known` is what its charts may name, by default everything found from the current folder: a
+    record does not decide which code is imported.
 
     Raises:
-        Problem: states that it needs are missing or have changed; FileError: a text is wrong.
+        Problem: states that it needs are missing or have changed; FileError: a text is malformed.
     """
     known = known or catalogue()
     setup = written_setup(record, known)
@@ -222,15 +222,15 @@ class Replay:
 def stage_replay(
     record: Record, setup: Setup | None = None, around: ValueTap | None = None
 ) -> Replay:
-    """Everything for a replay, before its first tick.
+    """Set up a replay, ready for its first tick.
 
     Args:
         record: what to replay.
-        setup: that of `setup_of`, if it exists already.
-        around: wraps the parts that states are given, as in `wire`.
+        setup: the result of `setup_of`, if it was called already.
+        around: wraps the parts that states are given, like `tap` of `wire`.
 
     Raises:
-        Problem, FileError: as of `setup_of`.
+        Problem, FileError: as for `setup_of`.
     """
     record.require_ticks()
     setup, feed, header = setup or setup_of(record), RecordFeed(record.groups()), record.header

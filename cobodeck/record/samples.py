@@ -1,7 +1,7 @@
 """Samples as messages, and back: poses, joints and scans by Foxglove's schemas, others as values.
 
-A sample of the very object that the sample before it had says `repeat`, because that is no news to
-a chart: whoever reads gives the same object again, too.
+If the value is the same object as in the sample before, the message says `repeat`, because charts
+do not treat that as news; a reader returns the same object again, too.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ BODY, HEAD, HANDS = "user", "user_head", ("user_left_hand", "user_right_hand")
 
 
 def kind_of(name: str, value: object) -> str:
-    """The schema by which a sample is written."""
+    """The name of the schema by which a sample is written."""
     kind = _KINDS.get(name)
     if kind is None or type(value) is not kind:
         return "cobodeck.Value"
@@ -44,11 +44,11 @@ def schema_of(kind: str) -> MessageSchema:
 
 
 class SampleWriter:
-    """Writes the samples of one signal; remembers the last one, as many repeat."""
+    """Writes the samples of one signal; caches the last one, because many repeat."""
 
     def __init__(self, name: str) -> None:
         self._name = name
-        self._last: object = self  # no sample has it
+        self._last: object = self  # identical to no sample's value
         self._kind = ""
         self._write: Callable[[str, str], str] = _no_value
 
@@ -146,7 +146,7 @@ _WRITERS: Mapping[str, Callable[[Any], Callable[[str, str], str]]] = {
 
 
 class SampleReader:
-    """Reads the samples of one signal; a repeat is the very object of the sample before."""
+    """Reads the samples of one signal; a repeat gives the same object as the sample before."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -156,7 +156,7 @@ class SampleReader:
         """The sample of a message.
 
         Raises:
-            values.Unknown: its class is not there any more.
+            values.Unknown: its class is not loaded or does not exist any more.
         """
         found: Any
         if kind == "foxglove.LaserScan":

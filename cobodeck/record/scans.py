@@ -1,8 +1,8 @@
-"""Laser scans as foxglove.LaserScan in protobuf, with three fields of ours beside: nothing is lost.
+"""Laser scans as foxglove.LaserScan in protobuf, without loss by three additional fields.
 
-Foxglove's fields are 1 timestamp, 2 frame_id, 4 start_angle, 5 end_angle, 6 ranges. The step
-between beams cannot be had from the two angles to the last bit, so it has a field of its own,
-as has the time from beam to beam.
+Foxglove's fields are 1 timestamp, 2 frame_id, 4 start_angle, 5 end_angle, 6 ranges; angles in rad,
+ranges in m. Ours are the step between beams, rad, which does not follow from the two angles to the
+last bit, the time from beam to beam, and the repeat flag.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _VARINT, _DOUBLE, _SIZED = range(3)
 
 
 def write_scan(stamp_ns: int, scan: Scan, again: bool) -> bytes:
-    """A scan as a message; `again`: it is the object of the sample before."""
+    """A scan as a message; `again`: it is the same object as in the sample before."""
     seconds, rest = divmod(stamp_ns, 10**9)
     time = (_varint(8) + _varint(seconds) if seconds else b"") + (
         _varint(16) + _varint(rest) if rest else b""

@@ -12,7 +12,7 @@ from hw.room import Point
 from hw.scene import Scene
 
 LOOP = 1
-"""A line of foxglove.LinePrimitive that is closed."""
+"""The type of a closed line in foxglove.LinePrimitive (LINE_LOOP)."""
 WALL_M, PERSON_M, ROVER_M = 0.05, 1.8, 0.7
 """Thickness of drawn walls, heights of person and rover, m."""
 INK, AMBER, BLUE = (0.1, 0.12, 0.15, 1.0), (0.96, 0.64, 0.13, 0.8), (0.07, 0.25, 0.55, 0.6)
@@ -21,7 +21,7 @@ NOW = {"sec": 0, "nsec": 0}
 
 
 def scene_update(scene: Scene, footprint: Footprint) -> str:
-    """A foxglove.SceneUpdate with all that a viewer needs besides the transforms.
+    """A foxglove.SceneUpdate with everything that a viewer needs besides the transforms.
 
     Objects are drawn at their initial places.
     """

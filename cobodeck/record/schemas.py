@@ -1,7 +1,7 @@
 """The topics of a record and the schemas of their messages.
 
-Messages are JSON, those of Foxglove's schemas with members of ours beside: what a viewer shows is
-also what replay reads. Scans alone are protobuf, because text would be ten times as much work.
+Messages are JSON; those of Foxglove's schemas have additional members, so that a viewer and a
+replay read the same messages. Only scans are protobuf, because text would take ten times as long.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ JOINT = {"name": TEXT, "position": NUMBER, "velocity": NUMBER}
 
 
 class MessageSchema(NamedTuple):
-    """A schema's name, how it is written, and its text."""
+    """A schema's name, its encoding as MCAP names it, and its text."""
 
     name: str
     encoding: str
@@ -35,17 +35,17 @@ class MessageSchema(NamedTuple):
 
     @property
     def message_encoding(self) -> str:
-        """How its messages are written."""
+        """The encoding of its messages."""
         return "json" if self.encoding == "jsonschema" else self.encoding
 
 
 def many(properties: dict[str, Any]) -> dict[str, Any]:
-    """A list of objects."""
+    """The JSON schema of a list of objects."""
     return {"type": "array", "items": {"type": "object", "properties": properties}}
 
 
 def schema(name: str, /, **properties: Any) -> MessageSchema:
-    """A JSON schema."""
+    """The schema of a JSON message with these properties."""
     content = {"title": name, "type": "object", "properties": properties}
     return MessageSchema(name, "jsonschema", json.dumps(content).encode())
 
@@ -113,11 +113,11 @@ def scan_schema() -> MessageSchema:
 
 
 def time_of(stamp_ns: int) -> str:
-    """A time as Foxglove writes it."""
+    """A time, ns, as Foxglove writes it in JSON."""
     seconds, rest = divmod(stamp_ns, 10**9)
     return f'{{"sec":{seconds},"nsec":{rest}}}'
 
 
 def stamp_of(time: dict[str, int]) -> int:
-    """The time again, ns."""
+    """A Foxglove time in ns."""
     return time["sec"] * 10**9 + time["nsec"]

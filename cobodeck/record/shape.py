@@ -1,4 +1,4 @@
-"""The schema of a record's header; records may come from anywhere."""
+"""The schema of a record's header, to check records of unknown origin."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ HEADER["properties"] |= {
     "named": {"type": "object", "additionalProperties": TEXTS},
     "profile": {**NAMED, "properties": {**NAMED["properties"], "values": {"type": "object"}}},
 }
-"""A JSON Schema; older records have no connection, no own names, and no values of the profile."""
+"""A JSON Schema; older records lack the connection, a project's names, and the profile's values."""
 
 
 def misfit(header: Mapping[str, Any]) -> str | None:

@@ -1,4 +1,4 @@
-"""The file of a record being written: it never stops a run and never overwrites a file."""
+"""The file of a record being written; it never stops a run and never overwrites a file."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ _PERSON = re.compile(rf".+?{re.escape(ENDING)}({re.escape(PART)})?(?P<behind>[#@
 
 
 def behind_record(source: str) -> str | None:
-    """What follows the name of a record where a person is named by one; None: they are not."""
+    """The text after the record's name, if a person is named by a record; None if not."""
     found = _PERSON.fullmatch(source)
     return None if found is None else found["behind"] or ""
 
 
 def is_record(path: Path | str) -> bool:
-    """Whether this is the name of a record, finished or not."""
+    """Whether a name is that of a record, finished or not."""
     return str(path).endswith((ENDING, ENDING + PART))
 
 
 class Taken(Exception):
-    """The file exists already."""
+    """A file exists already under the requested name."""
 
 
 def require_free(path: Path) -> None:
-    """Check that there is neither such a file nor such a link.
+    """Check that a path is free: neither file nor link.
 
     Raises:
-        Taken: there is.
+        Taken: it is not.
     """
     if path.exists() or path.is_symlink():
         raise Taken(f"{path} exists; it is not written over")
@@ -44,12 +44,12 @@ def require_free(path: Path) -> None:
 class Sink:
     """A file that is written under a temporary name and renamed when it is complete.
 
-    What goes wrong while writing stands in `error`; from then on it only counts positions, so that
-    whoever writes goes on. The temporary file stays: `cobodeck recover` reads what is in it.
+    The first failure to write is kept in `error`; from then on it only counts positions, so that
+    the caller need not stop. The temporary file stays: `cobodeck recover` reads what is in it.
 
     Raises:
-        Taken: the file is there, or it is being written, or was not finished; OSError: it cannot
-            be made.
+        Taken: the file exists, is being written, or was not finished; OSError: it cannot be
+            created.
     """
 
     def __init__(self, path: Path) -> None:
@@ -87,14 +87,14 @@ class Sink:
         return self._position
 
     def tell(self) -> int:
-        """The present position."""
+        """The current position."""
         return self._position
 
     def flush(self) -> None:
         """Do nothing; nothing is buffered."""
 
     def finish(self) -> Path | None:
-        """Rename the complete file to the next free name; None if it is incomplete."""
+        """Rename the complete file to the next free name; returns it, None on failure."""
         try:
             if self.error is None:
                 os.fsync(self._file.fileno())
@@ -117,7 +117,7 @@ class Sink:
             self.error = self.error or error
 
     def remove(self) -> None:
-        """Remove the file."""
+        """Remove the temporary file."""
         self.close()
         with suppress(OSError):
             self.part.unlink()
@@ -141,7 +141,7 @@ class Sink:
 def _make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
-    except FileExistsError:  # by a file
+    except FileExistsError:  # there is a file of this name
         raise NotADirectoryError(ENOTDIR, os.strerror(ENOTDIR), str(folder)) from None
 
 
@@ -160,7 +160,7 @@ def open_free(path: Path, ending: str | None = None) -> Sink:
     """A sink for the first free name; see `numbered`.
 
     Raises:
-        OSError: it cannot be made.
+        OSError: it cannot be created.
     """
     for candidate in numbered(path, ending):
         try:

@@ -1,4 +1,4 @@
-"""Starts records, under names that distinguish the runs."""
+"""Starts records, under names that tell runs apart."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _LONGEST = 30
 
 
 def default_name(setup: Setup, options: Options, at: datetime) -> str:
-    """`KIND-CHART-SCENE-PERSON-PROFILE-SEED-TIME`, of letters that are safe in names of files."""
+    """`KIND-CHART-SCENE-PERSON-PROFILE-SEED-TIME`, in characters that are safe in file names."""
     where = setup.robot.name if setup.scene is None else setup.scene.name
     scenes = None if setup.scene is None else setup.scene.user
     person = Path(str(options.user or scenes or "nobody").partition("@")[0]).name
@@ -38,7 +38,7 @@ def default_name(setup: Setup, options: Options, at: datetime) -> str:
 def recorder(
     setup: Setup, options: Options, path: Path | None, at: datetime, tell: TellLine
 ) -> Recorder | None:
-    """A recorder of a run, by default in `out/`; None, with a message, if no file can be made.
+    """A recorder of a run, by default in `out/`; None if no file can be created (`tell` says why).
 
     Raises:
         Problem: the requested file exists.

@@ -1,4 +1,4 @@
-"""Wrappers of the parts of a run that report what states call, and the results."""
+"""Wrappers around the parts of a run that report what states call, and the results."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Any
 from cobodeck.record.messages import arguments_text
 
 Told = Callable[[str, str, str, object, object], None]
-"""Takes part, method, arguments as JSON, answer, and exception."""
+"""Takes the names of part and method, the arguments as JSON, the answer, and the exception."""
 
 
 class Tapped:
-    """A part of which every method call and every attribute access is reported."""
+    """A wrapped part; every method call and every attribute access is reported."""
 
     def __init__(self, name: str, part: Any, tell: Told) -> None:
         vars(self).update(_name=name, _part=part, _tell=tell)
@@ -37,7 +37,7 @@ class Tapped:
 
 def _told(part: str, what: str, act: Callable[..., Any], tell: Told) -> Callable[..., Any]:
     def call(*args: Any, **named: Any) -> Any:
-        given = arguments_text(args, named)  # as they are now; the part may change them
+        given = arguments_text(args, named)  # before the call, which may change them
         try:
             answer = act(*args, **named)
         except BaseException as error:

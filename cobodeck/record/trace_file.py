@@ -1,7 +1,7 @@
 """The trace file of a run: one line that says what was run, then one line per record.
 
-The first line carries the hashes of chart, profile and scene and the versions, so that a run can
-be told from any other; the records are the engine's own, in its canonical encoding.
+The first line has the hashes of chart, profile and scene and the versions, which identify a run;
+the records are the engine's own, in its canonical encoding.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def header(setup: Setup, figures: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def own_version() -> str:
-    """The installed version; `0` where the project runs from its folder only."""
+    """The installed version; `0` if cobodeck is not installed but runs from its folder."""
     try:
         return version("cobodeck")
     except PackageNotFoundError:
@@ -46,7 +46,7 @@ def own_version() -> str:
 
 
 def write(sink: Sink, setup: Setup, result: RunResult) -> Path | None:
-    """Write the trace file; returns its path. None: `sink.error` says why; no file is left."""
+    """Write the trace file; returns its path, None on failure (see `sink.error`; no file stays)."""
     first = json.dumps(header(setup, result.figures), ensure_ascii=False)
     lines = (first, *result.wired.run.trace.lines())
     sink.write("".join(f"{line}\n" for line in lines).encode())

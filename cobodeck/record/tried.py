@@ -1,4 +1,4 @@
-"""What records show was tried before, and whether that is enough for a real robot."""
+"""Finds in records what was tried before, and decides whether a real robot may move."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ RECORDED = FOLDER / "simulated.mcap"
 def refuse_untried(
     setup: Setup, dummy: bool, files: Sequence[Path] | None, although: Sequence[str]
 ) -> list[str]:
-    """Check that a real robot may move; returns what to report about it.
+    """Check that a real robot may move; returns lines to report about it.
 
     Args:
         setup: what is to be run, by a connection.
-        dummy: this is the stage with a dummy.
+        dummy: the planned run is itself the stage with a dummy.
         files: the records to search; None: all in `out/`.
-        although: stages that are skipped, in the words of `cobodeck.gate.WORDS`.
+        although: the stages to skip, in the words of `cobodeck.gate.WORDS`.
 
     Raises:
         Problem: a stage is neither passed nor skipped.
@@ -63,7 +63,7 @@ def refuse_untried(
 
 
 def wanted_of(setup: Setup) -> Wanted:
-    """What is to be run, by hashes; all its files have been read."""
+    """The planned run as hashes; call it once all its files have been read."""
     assert setup.connection is not None
     names = reached({setup.chart.name}, setup.library)
     charts = {
@@ -87,7 +87,7 @@ def wanted_of(setup: Setup) -> Wanted:
 
 
 def tried(files: Sequence[Path] | None, stage: Stage, wanted: Wanted) -> Iterator[Tried]:
-    """The records of a stage, newest first; figures are read only where they matter."""
+    """The records of a stage, newest first; figures are read only if the header matches."""
     for record in _records(sorted(FOLDER.glob("*.mcap")) if files is None else files):
         if not is_of(stage, record.header, wanted):
             continue
@@ -106,7 +106,7 @@ def _records(files: Iterable[Path]) -> list[Record]:
 
 
 def _refusal(setup: Setup, lacking: Sequence[StageResult]) -> str:
-    """What is missing, and the commands for it."""
+    """The message on missing stages, with the command for each."""
     assert setup.connection is not None
     lines = [
         f"connection {setup.connection.name} is of a real robot, and this was not tried before as "
@@ -125,7 +125,7 @@ def _why(finding: StageResult) -> str:
 
 
 def _command(setup: Setup, finding: StageResult) -> str:
-    """The command line of a run that could pass a stage."""
+    """The command line that can pass a stage."""
     assert setup.connection is not None
     if finding.stage == "simulated":
         words = ["simulate", _chart(setup), "--robot", setup.connection.known_as]
@@ -146,6 +146,6 @@ def _command(setup: Setup, finding: StageResult) -> str:
 
 
 def _chart(setup: Setup) -> str:
-    """The chart for a command line: shipped ones by name."""
+    """The chart as a command line names it: shipped ones by name."""
     file = Path(setup.chart.file)
     return setup.chart.name if file.parent == CHARTS else str(file)

@@ -1,4 +1,4 @@
-"""Any value as JSON text, and back again without loss.
+"""Any value as JSON text, and back without loss.
 
 | value | JSON |
 |---|---|
@@ -12,7 +12,7 @@
 | bytes, numpy array | `{"$bytes": base64}`, `{"$array": [dtype, shape, base64]}` |
 | anything else | `{"$opaque": ["module.Class", text]}`, which only compares |
 
-Classes are looked up among the modules that are loaded already: a record imports nothing.
+Classes are looked up among the modules that are loaded already: reading a record imports nothing.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ _ADDRESS = re.compile(r" at 0x[0-9a-f]+")
 
 
 class Unknown(Exception):
-    """A value that cannot be had again: its class is not there any more, or was never known."""
+    """A value that cannot be restored: its class is missing, or it was written as opaque."""
 
 
 def text(value: Any) -> str:
-    """A value as JSON; never raises."""
+    """A value as JSON text; never raises."""
     try:
         return _WRITE[type(value)](value)
-    except Exception:  # noqa: BLE001  a foreign class may raise anything, or hold itself
+    except Exception:  # noqa: BLE001  a foreign class may raise anything, or contain itself
         return _opaque(type(value), "")
 
 
@@ -62,7 +62,7 @@ def value(found: Any) -> Any:
 
 
 class _Writers(dict[type, Encode]):
-    """How to write values of a class; each class is looked at once."""
+    """Functions that write values, by class; each is made once."""
 
     def __missing__(self, kind: type) -> Encode:
         write = self[kind] = _writer(kind)
@@ -99,7 +99,7 @@ def _fields(kind: type, names: list[str]) -> Encode:
 
 
 def number(held: float) -> str:
-    """A float as JSON."""
+    """A float as JSON text."""
     return repr(held) if math.isfinite(held) else f'{{"$float":"{held!r}"}}'
 
 
@@ -154,18 +154,18 @@ _WRITE = _Writers(
 
 
 def name_of(kind: type) -> str:
-    """A class with its module."""
+    """A class's name with its module."""
     return f"{kind.__module__}.{kind.__qualname__}"
 
 
 def class_of(name: str) -> type:
-    """The class of this name, of a module that is loaded.
+    """The class of this name in a loaded module.
 
     Raises:
-        Unknown: there is none.
+        Unknown: there is no such class.
     """
     module = name.rpartition(".")[0]
-    while module and module not in sys.modules:  # a class inside a class
+    while module and module not in sys.modules:  # a nested class
         module = module.rpartition(".")[0]
     found: Any = sys.modules.get(module)
     for part in name[len(module) + 1 :].split(".") if module else ():

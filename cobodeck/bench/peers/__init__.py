@@ -1,7 +1,7 @@
 """The same charts in other engines (extra `peers`): one monitor and one action step per tick.
 
-A class makes the work of one engine; that a tick calls the step functions just as often as ours
-does is a test. Peers that are not installed are left out.
+A class makes the work of one engine; a test checks that its ticks call the step functions as often
+as ours. Peers that are not installed are left out.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ LEAVES = 1000
 
 
 class Calls:
-    """Counts the steps that an engine makes."""
+    """Step functions for a peer, which count their calls."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -22,13 +22,13 @@ class Calls:
         return False
 
     def ends(self, *_: Any) -> bool:
-        """A step with which something ends."""
+        """A step that ends its state."""
         self.count += 1
         return True
 
 
 def work(tick: Callable[[], Any], calls: Calls) -> Work:
-    """Ticks of a peer; `calls` is told by the test."""
+    """Ticks of a peer as work; `calls` is attached for the test that compares counts."""
 
     def run(count: int) -> None:
         for _ in range(count):

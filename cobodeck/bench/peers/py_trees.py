@@ -1,4 +1,4 @@
-"""py_trees beside ours."""
+"""The benchmark's charts in py_trees."""
 
 from __future__ import annotations
 

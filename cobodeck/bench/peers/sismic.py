@@ -1,4 +1,4 @@
-"""sismic beside ours."""
+"""The benchmark's charts in sismic."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""python-statemachine beside ours."""
+"""The benchmark's charts in python-statemachine."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class StateMachine:
     @staticmethod
     def _state(name: str, step: Callable[..., bool], target: str = "") -> dict[str, Any]:
         move: dict[str, Any] = {"target": target or name, "internal": not target}
-        # it looks at the signature of what it calls
+        # explicit signatures, because the library inspects those of its callbacks
         return {"initial": True, "on": {"tick": [move | {"cond": lambda: step()}]}}
 
     @classmethod

@@ -1,4 +1,4 @@
-"""transitions beside ours."""
+"""The benchmark's charts in transitions."""
 
 from __future__ import annotations
 

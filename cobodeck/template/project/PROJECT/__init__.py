@@ -1,1 +1,1 @@
-"""Charts and states of one's own."""
+"""Your own charts and states."""

@@ -8,7 +8,7 @@ class PersonNear(Monitor):
     """`near` once the user is within `distance` of the robot."""
 
     outcomes = ("near",)
-    reads = {"user.distance": 0.2}  # not older than this, s
+    reads = {"user.distance": 0.2}  # the signal, and its largest age, s
 
     def __init__(self, distance: Length = 1.0) -> None:
         self.distance = distance

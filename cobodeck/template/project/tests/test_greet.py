@@ -1,4 +1,4 @@
-"""The chart in virtual time; the arm does as the script says, the monitor is the real one."""
+"""The chart in virtual time, with a scripted arm and the real monitor."""
 
 
 def test_it_waits_until_somebody_comes_near(sim):

@@ -1,1 +1,1 @@
-"""A robot of one's own: body, parts, states, chart."""
+"""Your own robot: body, parts, states, chart."""

@@ -11,7 +11,7 @@ import time
 
 
 class FakeRover:
-    """Has the velocity that it was told last, until its own time-out; tells where it is."""
+    """Moves at the velocity last received until its own time-out, and reports its state."""
 
     def __init__(self, port: int, battery_s: float, address: str = "127.0.0.1") -> None:
         self.x = self.y = self.yaw = 0.0
@@ -44,7 +44,7 @@ class FakeRover:
         self._socket.close()
 
     def state(self, now: float) -> dict[str, float]:
-        """What it tells."""
+        """The state that it reports at time `now`, s."""
         vx, vy, wz = self.velocity
         level = max(0.0, 1.0 - (now - self._begun) / self._battery_s)
         pose = {"x": self.x, "y": self.y, "yaw": self.yaw}

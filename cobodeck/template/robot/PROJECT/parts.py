@@ -1,6 +1,6 @@
-"""Parts of one's own, simulated: a lamp that charts command, and a battery that they read.
+"""Your own parts, simulated: a lamp that charts command, and a battery that they read.
 
-A part gives samples, and takes commands by methods of its own. `PARTS` makes them known.
+A part gives samples, and takes commands through its own methods. `PARTS` registers them.
 """
 
 from collections.abc import Callable
@@ -10,7 +10,7 @@ from hw.samples import Sample
 
 
 class Lamp:
-    """A lamp on the roof. Gives `lamp.lit`, when it changes."""
+    """A lamp on the roof. Gives `lamp.lit` whenever it changes."""
 
     signals = ("lamp.lit",)
 
@@ -23,10 +23,10 @@ class Lamp:
         self.lit = on
 
     def stop(self) -> None:
-        """Nothing moves; it stays as it is when another state takes it over."""
+        """Nothing moves; the lamp stays as it is when another state takes over."""
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """Is it on?"""
+        """A sample if the lamp was switched since the last call."""
         if self._told == self.lit:
             return []
         self._told = self.lit
@@ -34,7 +34,7 @@ class Lamp:
 
 
 class Battery:
-    """A battery that lasts 20 s, so that one need not wait. Gives `battery.level`, 0 to 1."""
+    """A battery that lasts 20 s only, to keep tests short. Gives `battery.level`, 0 to 1."""
 
     signals = ("battery.level",)
     lasts_s = 20.0
@@ -43,11 +43,11 @@ class Battery:
         self._now_ns = 0
 
     def advance(self, to_ns: int) -> None:
-        """Simulated time has gone on."""
+        """Advance to this simulated time, ns."""
         self._now_ns = to_ns
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """The level of this instant."""
+        """The current level."""
         return [Sample("battery.level", now_ns, max(0.0, 1.0 - self._now_ns * 1e-9 / self.lasts_s))]
 
 

@@ -11,14 +11,14 @@ class BatteryLow(Monitor):
     """`low` once the battery is emptier than `level`."""
 
     outcomes = ("low",)
-    reads = {"battery.level": 1.0}  # not older than this, s
+    reads = {"battery.level": 1.0}  # the signal, and its largest age, s
 
     def __init__(self, level: float = 0.3) -> None:
         self.level = level
 
     def run(self, ctx: Context) -> Run:
         while (level := ctx.value("battery.level")) is None or level > self.level:
-            yield On("battery.level")  # step me again when there is news
+            yield On("battery.level")  # step me again when there is a new sample
         return "low"
 
 
