@@ -211,7 +211,7 @@ def _apart(model: Manipulator, first: Capsule, second: Capsule) -> bool:
 
 
 def _reach(chain: KinematicChain, capsules: list[Capsule]) -> Array:
-    """Bound (m, 6) on the distance of a capsule from each joint's axis: the sum of the links."""
+    """Upper bound (m, 6) on the distance of capsules from each joint's axis: link lengths added."""
     steps = np.linalg.norm(chain.origins[:, :3, 3], axis=1)
     reach = np.zeros((len(capsules), 6))
     for i, capsule in enumerate(capsules):

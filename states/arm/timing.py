@@ -28,7 +28,7 @@ GRID_STEP, TURN_STEP = 0.02, 0.02
 """Largest grid step along a path, rad, and largest change of its unit slope per step."""
 
 LINE_SAMPLES = 33
-"""Samples along a line that is only compared with others."""
+"""Samples along a line whose duration is only compared with others'."""
 
 _FEWEST, _MOST = 8, 200
 # the tool speed is bounded at grid points only; between two of them it exceeds that by less than
@@ -172,7 +172,7 @@ def _averaged(sharp: Trajectory, window: float) -> Trajectory:
 
 
 def _with_waits(sharp: Trajectory, wait: float) -> Trajectory:
-    """Each stop at a sharp corner held for `wait` s, or averaging would not come to rest there."""
+    """Each stop at a sharp corner held for `wait` s, so that the average speed reaches 0 there."""
     stop = sharp.rates == 0.0
     stop[0] = stop[-1] = False
     k = np.repeat(np.arange(len(stop)), 1 + stop)

@@ -1,9 +1,9 @@
 """Adaptive Monte Carlo localization: the pose in a map, without a start pose.
 
-Parameters have the names and meanings of ROS's amcl, except where that has bugs: `kld_z` is a
-quantile, as it is used; weights are products, summed as logarithms; the motion model is the one
-called omni-corrected. Particles are relative to the corner of the field, so that precision does not
-depend on where the map lies.
+Parameters have the names and meanings of ROS's amcl, except where that has bugs: `kld_z` is given
+as the quantile that the formula needs; weights are products, summed as logarithms; the motion model
+is the one called omni-corrected. Particles are relative to the corner of the field, so that
+precision does not depend on where the map lies.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class AmclValues:
     `kld_z` is a standard normal quantile, 2.33 for 99 %. `odom_alpha1` to 5 are variances of the
     motion model: of the turn per rad^2 turned (1) and per m^2 travelled (2), along the path per m^2
     (3) and per rad^2 (4), across it per m^2 (5). `resolution` is that of the likelihood table, m.
-    `likelihood_power`: 1 treats beams as independent; the more their errors correlate, the less.
+    `likelihood_power`: 1 treats beams as independent; less allows for errors that correlate.
     """
 
     min_particles: _Count = 100

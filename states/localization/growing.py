@@ -24,7 +24,7 @@ _REACH = 1.0
 
 
 def _wide() -> TrackerValues:
-    """While surroundings are only partly known, many beams end elsewhere and walls are rough."""
+    """Parameters for surroundings known in part: many beams end elsewhere, and walls are rough."""
     return TrackerValues(beams=1000, scale=0.2, inlier_distance=0.2, healthy=0.3)
 
 

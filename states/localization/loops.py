@@ -1,10 +1,10 @@
 """Loop closing: where a path returns to a place seen before, the whole path is corrected.
 
-A scan taken near a place of much earlier is matched to the walls seen then, from many start poses
-around its estimate. A good match becomes an edge of a pose graph, beside the edges from scan to
-scan. The graph is solved by Gauss-Newton (Lu and Milios 1997), on errors of each edge in the frame
-of its first pose: R_i^T (p_j - p_i) and yaw_j - yaw_i, less the measured ones, over sigma. Loops
-that contradict the rest lose their weight (Geman and McClure).
+A scan taken near a place passed much earlier is matched to the walls seen then, from many start
+poses around its estimate. A good match becomes an edge of a pose graph, beside the edges from scan
+to scan. The graph is solved by Gauss-Newton (Lu and Milios 1997), on errors of each edge in the
+frame of its first pose: R_i^T (p_j - p_i) and yaw_j - yaw_i, less the measured ones, over sigma.
+Loops that contradict the rest lose their weight (Geman and McClure).
 """
 
 from __future__ import annotations

@@ -66,7 +66,8 @@ class _Hypothesis:
 class Search:
     """A search on the whole floor, or `about` a pose; give it every scan.
 
-    `guess` is the best hypothesis while it fits well and too few scans have been seen to be sure.
+    `guess` is the best hypothesis while it is probable enough and most beams are on walls, even if
+    too few scans have been seen for an answer; else None.
     """
 
     def __init__(

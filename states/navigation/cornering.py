@@ -4,7 +4,7 @@ The shortest path bends as tightly as the obstacle's disc; a faster one swings w
 disc once, at the apex, and keeps its speed. A circle of radius rho that is tangent to the disc at
 the apex and contains it has its centre rho - radius from the disc's centre, opposite to the apex;
 it keeps at least the clearance of the disc's edge. The best circle depends on the robot's present
-velocity: many are tried, the least time to the goal wins.
+velocity: many are tried, and the one with the least time to the goal is taken.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ TRIES = 18 + 6 + 1 + 4 * ROUNDS
 
 
 class Bend(NamedTuple):
-    """The first bend of a line: its disc, sense (+1 ccw), angle of entry and angle swept.
+    """The first bend of a line: its disc, sense of turning (+1 ccw), entry angle and sweep, rad.
 
     `rest` is the index of the first point after the bend.
     """
@@ -103,8 +103,8 @@ def widened(line: Array, rest: int, turn: float, circle: Array) -> Array | None:
 def time_from(line: Array, vx: float, vy: float, pace: SpeedLimits) -> float:
     """Time to the end from the robot's present velocity, s.
 
-    Only the component along the line counts; braking the one across it costs |across| / a more,
-    and one that points backwards counts twice: it is braked, and its distance driven again.
+    Only the component along the line is used; braking the one across it costs |across| / a more. A
+    component that points backwards costs double: it is braked, and its distance driven again.
     """
     dx, dy = line[1, 0] - line[0, 0], line[1, 1] - line[0, 1]
     length = math.hypot(dx, dy)

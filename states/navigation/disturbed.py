@@ -1,6 +1,6 @@
 """The drives of `trials` with disturbed poses and wheels, and beside walking users.
 
-Each source of noise draws from its own stream of (seed, source), whatever else is switched on.
+Each source of noise draws from its own stream of (seed, source), unaffected by the other sources.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class DisturbedCase:
     """A disturbance and what is required under it.
 
     `over` limits the mean excess of the times over the least possible, %. The user's disc must not
-    be entered; with `within_error` not deeper than the error of the poses at that moment.
+    be entered; with `within_error` it may be, but no deeper than the poses' error at that moment.
     """
 
     name: str
@@ -226,13 +226,13 @@ def drive_disturbed(
     """Drive a trial with disturbed poses.
 
     Args:
-        driver: a new one.
-        trial: the drive; its user's position is that at the start.
+        driver: a new local planner.
+        trial: the drive, with the user's position at the start.
         disturbance: errors of poses and wheels.
         seed: of all noise.
         hz: cycles per second.
         walking: velocity of the user in the map, m/s.
-        window: over which the user's velocity is estimated, s; None: it is known exactly.
+        window: time over which the user's velocity is estimated, s; None: it is known exactly.
     """
     dt = 1.0 / hz
     errors, result, user = _Errors(disturbance, trial, seed, dt), DisturbedResult(), trial.user

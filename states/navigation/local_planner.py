@@ -1,7 +1,7 @@
 """What local planners have in common: goal, side of the user, limits, and the last check.
 
-A local planner turns goal, pose and velocity into the velocity to send, in each control cycle. How
-it chooses is its own; that braking from it ends before anything is hit is checked here for all.
+A local planner turns goal, pose and velocity into the velocity to send, in each control cycle. Each
+planner chooses it in its own way; the last check, that braking from it hits nothing, is here.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ ZONE_SHARE = 0.8
 SLACK = 0.02
 """Depth inside an inflation up to which the robot keeps to its path, m."""
 LEAVING_MARGIN = 0.5
-"""How far beyond the user's disc a robot inside it drives, m, so that it leaves it with speed."""
+"""A robot inside the user's disc drives this far beyond its edge, m, so that it leaves at speed."""
 EDGE = {"omni": 0.001, "differential": 0.01}
 """Accuracy with which a base can follow the edge of an inflation, m, by drive mode."""
 CRAWL = 0.05
@@ -122,7 +122,7 @@ class LocalPlanner(ABC):
             dt: period of the control loop, s.
             user_velocity: of the disc in the map, m/s; planners that predict use it.
             sigma: standard deviation of the robot's position relative to the user, m.
-            admitted: what the safety chain left of the last command (base frame); None: all.
+            admitted: what the safety chain left of the last command (base frame); None: all of it.
             share: factor on the speed limits, 0 to 1.
 
         Raises:
@@ -182,7 +182,7 @@ class LocalPlanner(ABC):
 
     @abstractmethod
     def _begin(self) -> None:
-        """Forget what belonged to the last goal."""
+        """Reset what belonged to the previous goal."""
 
     @abstractmethod
     def _wanted(self, pose: Pose2, now: Twist2, user: Disc | None, dt: float) -> Twist2:
@@ -263,7 +263,8 @@ class LocalPlanner(ABC):
     ) -> Twist2:
         """The largest share of the wanted change of velocity from which braking hits nothing.
 
-        If even braking comes too near to something, the robot does not turn a corner to it.
+        If even braking comes too near to something, the turn rate is braked, too: turning could
+        swing a corner of the robot towards it.
         """
         stopped = braked = self._braked(now, dt)
         if self.mode == "omni" or now.speed <= CRAWL:

@@ -126,7 +126,7 @@ def gradient_at(potential: Array, x: float, y: float) -> tuple[float, float]:
 
 @njit(cache=True)
 def lowest_neighbour(potential: Array, row: int, column: int) -> tuple[int, int]:
-    """The lowest of a cell and its 8 neighbours, not diagonally past a blocked cell."""
+    """The lowest of a cell and its 8 neighbours, without diagonal steps past a blocked cell."""
     rows, columns = potential.shape
     best = (row, column)
     for up in range(-1, 2):
