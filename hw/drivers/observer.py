@@ -34,5 +34,5 @@ class ObserverLink:
             self._outlet.send("pull", time.monotonic_ns(), reason)
 
     def close(self) -> None:
-        """Send no more; the chain treats that as a stop, too."""
+        """Close the socket; the chain treats the silence as a stop, too."""
         self._outlet.close()

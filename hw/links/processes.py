@@ -2,6 +2,7 @@
 
 A child is a module with `serve(main)` at its end. It gets its settings through a pipe that stays
 open as long as the parent lives, and reports once that it is ready:
+
     def main(settings, ready, parent):     # settings: any picklable value
         device = open_it(settings)         # an OSError or ValueError here refuses the start
         ready({"port": device.port})

@@ -62,7 +62,7 @@ class ChainProcess:
             self._tidy(now)
 
     def close(self) -> None:
-        """Send no more."""
+        """Close the sockets; nothing is sent any more."""
         self._outlet.close()
 
     def _wait(self, due_ns: int, parent: Parent | None) -> bool:
