@@ -147,7 +147,7 @@ class Bumper(RobotPart, Protocol):
 class StopLine(RobotPart, Protocol):
     """The latched software stop in front of all motion (R48, R49). Gives `stop.engaged`.
 
-    It is no safety device: the hardware's own emergency stop is a separate line (R54).
+    It is not a safety device: the hardware's own emergency stop is a separate line (R54).
     """
 
     def pull(self, reason: str) -> None:

@@ -89,7 +89,7 @@ class Scene:
 
     @cached_property
     def sha256(self) -> str:
-        """Hash of the scene's content, whatever the layout of its file."""
+        """Hash of the scene's content, independent of the layout of its file."""
         robot = self.robot.removeprefix(f"{self.folder}/")
         user = self.user and self.user.removeprefix(f"{self.folder}/")
         return hashlib.sha256(repr(replace(self, robot=robot, user=user)).encode()).hexdigest()

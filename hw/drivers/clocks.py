@@ -74,7 +74,7 @@ class Envelope:
         return True
 
     def reset(self) -> None:
-        """Begin anew."""
+        """Start over."""
         self._lows.clear()
         self._first_ns = self._below_ns = None
 
@@ -117,7 +117,7 @@ class RoundTrips:
         trips.append((received, way, offset))
 
     def reset(self) -> None:
-        """Begin anew."""
+        """Start over."""
         self._trips.clear()
 
 
@@ -197,7 +197,7 @@ class Stamps:
         return self.refused is None
 
     def reset(self) -> None:
-        """Begin anew."""
+        """Start over."""
         self._newest, self._back, self.refused = None, 0, None
 
     def _why_not(self, stamp_ns: int, at_ns: int | None, received_ns: int) -> str | None:

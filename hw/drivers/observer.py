@@ -4,7 +4,7 @@
     observer.here()                # every PERIOD_S, from the loop of the observer's user interface
     observer.pull("observer")      # the software stop
 
-It is no safety device: the observer has the hardware's own stop at hand.
+It is not a safety device: the observer has the hardware's own stop at hand.
 """
 
 from __future__ import annotations

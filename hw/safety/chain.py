@@ -1,7 +1,7 @@
 """The safety chain: the last stage before the wheels. It can only slow the base down or stop it.
 
-It is a software stop of a research prototype and no safety device (R54): a hardware stop, with a
-person's hand on it, is needed besides. It knows nothing of charts and plans, has no queue and no
+It is a software stop of a research prototype, not a safety device (R54): a hardware stop, with a
+person's hand on it, is needed as well. It knows nothing of charts and plans, has no queue and no
 lock, and is called at 100 Hz or more by the owner of the wheels:
 
     chain.see(now_ns, stamp_ns, x, y)              # each tracked pose of the user, in the map
@@ -130,7 +130,7 @@ class SafetyChain:
         return True
 
     def rest(self, now_ns: int) -> None:
-        """Run a cycle of a base that stands without a command: only a lost user can latch a stop.
+        """Run a cycle of a base that stands without a command: checks time and the user's age only.
 
         It writes no record.
         """

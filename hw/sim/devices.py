@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 STILL_SPEED = 0.1
 """Below this speed a person counts as standing still, m/s."""
 STILL_NS = 500_000_000
-"""Time after which a person who stands, shown the robot, is ready again, ns (R115)."""
+"""Time of standing still after which a person who is shown the robot is ready again, ns (R115)."""
 WALK, UNSEEN_NS = 64, 100_000_000
 """Number of a person's poses kept, and the longest gap to interpolate across, ns."""
 PATIENCE_NS = 5_000_000_000

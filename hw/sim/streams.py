@@ -50,7 +50,7 @@ class Normals:
 
 
 class Rhythm:
-    """Sample n of a source is taken at its phase + n / `rate`, whatever the world's steps.
+    """Sample n of a source is taken at its phase + n / `rate`, independent of the world's steps.
 
     The phase is drawn once. A sample arrives `lag_ns` after it is taken.
     """

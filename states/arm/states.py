@@ -43,7 +43,7 @@ MOVED, TURNED = 0.01, 0.01
 CORRECTIONS, DRIFTED = 3, 0.001
 """Corrections at the DEEP at most, and the base's offset from which one is made, m or rad."""
 SURE, SURE_YAW = 0.01, 0.005
-"""A reach waits until sigma of the base's pose is below these, m and rad: it adds to the prop's."""
+"""Largest sigma of the base's pose to reach from, m and rad: it adds to the prop's error."""
 LATE_S = 0.5
 """Grace period after the planned end of a move before it counts as failed, s."""
 SLOWEST = 0.05

@@ -73,7 +73,7 @@ class Floor(Protocol):
         ...
 
     def has_quarter(self, inflation: float, reach: float) -> bool:
-        """True if a quarter of a circle of radius `reach`, m, fits into the usable floor."""
+        """True if a quarter of a circle of radius `reach`, m, fits in at some place and angle."""
         ...
 
 
@@ -111,7 +111,10 @@ def measure(floor: Floor, inflation: float) -> Space:
 
 
 def smallest_square(inflation: float, reach: float = REACH) -> float:
-    """Side of the smallest square room in which all behaviours fit, m (R124)."""
+    """Side of the smallest square room in which all behaviours fit, m (R124).
+
+    The quarter of a circle is as wide as its radius; the inflation is added at both walls.
+    """
     return reach + 2.0 * inflation
 
 

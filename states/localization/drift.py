@@ -34,7 +34,8 @@ _Difference = tuple[int, float, float, float]
 class Drift:
     """A difference between trackers and scanners, m and rad, and since when, ns.
 
-    `jump`: it arose within the window; `drift`: it grew slowly, or was there from the beginning.
+    `jump`: more than half of it arose within the window; `drift`: it grew more slowly, or was there
+    from the beginning.
     """
 
     kind: Literal["jump", "drift"]

@@ -28,7 +28,7 @@ class Localizes(Protocol):
 
     @property
     def stamp_ns(self) -> int | None:
-        """Stamp of the pose: that of the newest wheel sample."""
+        """Stamp of the pose, ns: that of the newest wheel sample (or scan)."""
         ...
 
     @property

@@ -7,7 +7,7 @@ import math
 SETTLE = 1.0
 """Time constant with which the bias follows the reading of a standing base, s."""
 OLDEST = 0.1
-"""Age from which readings are not used, s."""
+"""Greatest age of readings that are used, s."""
 STARTS_AT = 0.1
 """Largest rate that may be bias, rad/s; above it the base is being turned."""
 

@@ -132,6 +132,7 @@ def _step(
     number: int, poses: Sequence[Pose2], gone: Sequence[float], values: LoopValues
 ) -> PoseEdge:
     distance = gone[number + 1] - gone[number]
+    # an error of a single match, m and rad, and what slip adds over the distance
     sigma = (0.01 + values.slip * distance, 0.003 + values.twist * distance)
     between = poses[number].inverse() @ poses[number + 1]
     return PoseEdge(number, number + 1, between, sigma, is_loop=False)

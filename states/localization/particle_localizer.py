@@ -58,7 +58,7 @@ class ParticleLocalizer:
 
     @property
     def pose(self) -> Pose2 | None:
-        """map_from_base at `stamp_ns`; None before the first scan."""
+        """map_from_base at `stamp_ns`; None before the first scan or tracker pose."""
         return self._pose
 
     @property

@@ -68,7 +68,7 @@ def room_of(map_: OccupancyMap) -> Room:
 
 
 def start_in(map_: OccupancyMap) -> Pose2:
-    """A start pose, yaw 0: the most open place APART_M away from the very most open one.
+    """A start pose, yaw 0: the most open place at least APART_M from the very most open one.
 
     That one is left for people, and a robot can drive between both. Without such a place the start
     is the most open place itself.

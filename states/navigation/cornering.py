@@ -20,7 +20,7 @@ from states.navigation.speed import SpeedLimits, travel_time
 from states.navigation.tangents import sweep_between, tangent
 
 ARC_PARTS = 8
-"""Tangents by which an arc is drawn."""
+"""Number of tangents by which an arc is drawn."""
 ROUNDS = 5
 """Rounds of the search around the best circle."""
 WIDEST_SWEEP = 4.5

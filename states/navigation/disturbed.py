@@ -25,7 +25,7 @@ PARTS = 10
 CORRELATION = 0.5
 """Correlation time of drifting noise, s."""
 SEEN_BEFORE = 1.0
-"""How long the user is tracked before the drive begins, s."""
+"""Time for which the user is tracked before the drive begins, s."""
 LONGEST = 30.0
 """Time limit of a drive, s."""
 
@@ -35,7 +35,7 @@ class Disturbance:
     """Errors of poses and wheels; m, s.
 
     `white` and `drift` are standard deviations of the noise of each coordinate of robot and user
-    (white, or first-order with `CORRELATION`), and half as much of the robot's yaw in rad. The
+    (white, or first-order with `CORRELATION`); for the robot's yaw half of that figure, in rad. The
     robot's pose is off by `jump` until it jumps to the true one. Commands act after `delay`, and
     wheels follow with the time constant `lag`, or linearly within a period. The body moves less
     than the wheels by the share `slip`.

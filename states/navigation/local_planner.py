@@ -120,7 +120,7 @@ class LocalPlanner(ABC):
             twist: measured velocity in the base frame.
             user: disc in the map to keep out of, or None.
             dt: period of the control loop, s.
-            user_velocity: of the disc in the map, m/s; planners that predict use it.
+            user_velocity: of the disc in the map, m/s; the disc is reckoned, and predicted, by it.
             sigma: standard deviation of the robot's position relative to the user, m.
             admitted: what the safety chain left of the last command (base frame); None: all of it.
             share: factor on the speed limits, 0 to 1.
@@ -147,6 +147,7 @@ class LocalPlanner(ABC):
             wanted = self._wanted(pose, now, user, dt)
         safe = self._clear(pose, now, wanted, user, dt)
         safe = self._sent = slowed(safe, share, self._limits.speed, self._limits.turn_rate)
+        # the base keeps the command along its own axes, which turn: on average by half the turn
         turn = 0.5 * (now.wz + safe.wz) * dt
         if self.mode == "differential":
             return self._along_heading(pose, now, safe, dt)
@@ -283,6 +284,7 @@ class LocalPlanner(ABC):
         vx, vy = velocity
         start = (pose.x, pose.y)
         then = (pose.x + 0.5 * (now.vx + vx) * dt, pose.y + 0.5 * (now.vy + vy) * dt)
+        # braking covers v^2 / 2a: the velocity times this time
         time = 0.5 * math.hypot(vx, vy) / self._limits.acceleration
         end = (then[0] + vx * time, then[1] + vy * time)
         slack = EDGE[self.mode]

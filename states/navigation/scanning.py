@@ -129,7 +129,7 @@ class ObstacleEstimator:
             self._shown.update(self._layer.marked)
 
     def _take(self, scan: Scan, stamp: int) -> bool:
-        """Process one scan; True if something is marked, or was before it."""
+        """Process one scan; False if it was dropped, or there was nothing to mark or clear."""
         poses = self._poses
         if stamp < max(poses[0][0], poses[-1][0] - POSES_KEPT_NS):
             return False
