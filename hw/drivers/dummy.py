@@ -34,6 +34,7 @@ OF_PERSON = frozenset(
 )
 """Messages that come from the dummy alone."""
 STEP_S = 0.01
+"""Period of the person's steps, s."""
 LEVEL_NS = 100_000_000
 """Period at which levels are repeated, ns: the request, and that the link is up."""
 KEPT = 4096

@@ -14,6 +14,7 @@ import time
 from hw.links.datagrams import Address, Outlet
 
 PERIOD_S = 0.1
+"""Period of the heartbeat, s."""
 TIMES = 3
 """Copies sent of a stop: datagrams from another machine may get lost."""
 

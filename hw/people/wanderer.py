@@ -31,6 +31,7 @@ WALKS = (1, 3)
 HOLDS_S = (20.0, 30.0)
 """Range of the duration of a request, s."""
 TURN_RATE = 3.0
+"""Rate of turning on the spot, rad/s."""
 _GOALS, _DETOURS, _PLACES = 10, 100, 1000
 
 

@@ -11,6 +11,7 @@ from hw.sim.streams import Normals, Rhythm
 from hw.sim.track import Track
 
 GRAVITY = 9.81
+"""Specific force of an upright unit at rest, m/s2."""
 _SMOOTH_NS = 20_000_000
 """Half the window of the unit's own averaging filter, ns."""
 

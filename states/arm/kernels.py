@@ -1,7 +1,7 @@
 """The arm's compiled inner loops: link frames, distances, sweeps along a path.
 
 All are in one file because numba's cache watches only the file of a function: a kernel compiled
-against an older version of another file's kernel would not be noticed. All is in the rover frame.
+against an older version of another file's kernel would not be noticed. Rover frame; m, rad.
 """
 
 from __future__ import annotations

@@ -31,6 +31,7 @@ ACCEPTED = (0.02, 0.1)
 """A DEEP that is out of reach by less than this, m and rad, is met as closely as possible (R44)."""
 
 USER_HEIGHT = 2.0
+"""Height of the user's cylinder, m."""
 TOUCH_GAP = 0.15
 """Gap between the user's cylinder and a granted DEEP, m; the arm comes from the other side."""
 SLIMMEST = 0.25

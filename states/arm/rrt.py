@@ -97,7 +97,7 @@ def connect(
 
 
 def drawing_box(chain: KinematicChain, start: Array, goals: Array) -> tuple[Array, Array]:
-    """Lowest and highest joint angles to draw from."""
+    """Lowest and highest joint angles to draw from, rad."""
     every = np.concatenate([start[None], goals])
     low = np.maximum(every.min(axis=0) - SURROUND, chain.lower)
     return low, np.minimum(every.max(axis=0) + SURROUND, chain.upper)

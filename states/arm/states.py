@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from states.arm.planning import NoPlan, Plan, Query
 
 AGE_S = 0.2
+"""Greatest age of the signals that arm states read, s."""
 READS: dict[str, float | None] = {
     ENVIRONMENT: None,
     BASE_POSE: AGE_S,

@@ -159,7 +159,7 @@ class Amcl:
         self._put(self._anywhere(count or self.values.max_particles, self._rng()))
 
     def update(self, odom_from_base: Pose2, points: Array, force: bool = False) -> bool:
-        """Take a scan, points (n, 2) in the base frame, with the odometry at its instant.
+        """Take a scan, points (n, 2) in the base frame, m, with the odometry at its instant.
 
         Does nothing and returns False until the base has moved by `update_min_d` or `update_min_a`,
         unless forced. Without points the particles only move.

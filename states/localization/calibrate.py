@@ -95,7 +95,8 @@ def calibrate(
 ) -> Calibration | NoCalibration:
     """Calibrate all frames at once; with known `mounts` (base_from_tracker) only map_from_vive.
 
-    `scanners` has the nominal base_from_scanner of the scanners that the base readings name.
+    `scanners` has the nominal base_from_scanner of the scanners that the base readings name;
+    readings are averaged over `window`, s.
 
     Raises:
         ValueError: a tracker or a scanner is named that `mounts` or `scanners` does not have.

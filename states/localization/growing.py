@@ -133,7 +133,7 @@ class GrowingWalls:
 
 
 def points_in(map_from_base: Pose2, points: Array) -> Array:
-    """Points (n, 2) of the base frame in the map."""
+    """Points (n, 2), m, transformed from the base frame into the map."""
     c, s = math.cos(map_from_base.yaw), math.sin(map_from_base.yaw)
     moved: Array = points @ np.array([[c, s], [-s, c]]) + [map_from_base.x, map_from_base.y]
     return moved

@@ -54,7 +54,7 @@ class LoopValues:
 
 
 class PoseEdge(NamedTuple):
-    """A measured `first_from_second` between two poses, with its sigmas, m and rad."""
+    """A measured first_from_second between the poses of two numbers, with its sigmas, m and rad."""
 
     first: int
     second: int

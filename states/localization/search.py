@@ -97,7 +97,7 @@ class Search:
         self._begin(also)
 
     def update(self, odom_from_base: Pose2, points: Array) -> Match | None:
-        """Take a scan, points (n, 2) in the base frame; the match once the base has been found."""
+        """Take a scan, points (n, 2) in the base frame, m; the match once the base is found."""
         if not self._begun:
             self.anywhere()
         self._scans += 1

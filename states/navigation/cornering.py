@@ -4,7 +4,8 @@ The shortest path bends as tightly as the obstacle's disc; a faster one swings w
 disc once, at the apex, and keeps its speed. A circle of radius rho that is tangent to the disc at
 the apex and contains it has its centre rho - radius from the disc's centre, opposite to the apex;
 it keeps at least the clearance of the disc's edge. The best circle depends on the robot's present
-velocity: many are tried, and the one with the least time to the goal is taken.
+velocity: many are tried, and the one with the least time to the goal is taken. m, s, rad; in the
+map.
 """
 
 from __future__ import annotations

@@ -24,6 +24,7 @@ from states.navigation.speed import SpeedLimits, as_line
 USER_MARGIN = 0.01
 """Extra clearance of planned paths from the user, m; SIGMAS standard deviations are added."""
 SIGMAS = 3.0
+"""Standard deviations of the robot's position that are added to USER_MARGIN."""
 SPREAD = 9.0
 """Growth of a walking user's predicted disc, in standard deviations of the pose per second."""
 BEND_SHARE = 0.9

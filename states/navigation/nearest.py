@@ -1,4 +1,4 @@
-"""The nearest free place, to which a robot leaves an inflation that it stands in."""
+"""The nearest free place, to which a robot leaves an inflation that it stands in; m, in the map."""
 
 from __future__ import annotations
 

@@ -19,6 +19,7 @@ from states.navigation.inflation import NO_INFORMATION, Costs
 
 NEUTRAL_COST = 50.0
 COST_FACTOR = 3.0
+"""ROS's global_planner: a cell of cost c costs COST_FACTOR c + NEUTRAL_COST to cross."""
 STEP = 0.5
 """Length of one step down the gradient, cells."""
 

@@ -1,7 +1,7 @@
 """A* over the common tangents of corner discs, the user's disc, start and goal.
 
 Start and goal are discs of radius 0. The tangents between fixed corners are known beforehand, see
-`tangents`; those of start, goal and the moving user are found when the search needs them.
+`tangents`; those of start, goal and the moving user are found when the search needs them. m, rad.
 """
 
 from __future__ import annotations

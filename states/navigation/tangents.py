@@ -2,7 +2,7 @@
 
 Such a path consists of straight lines that touch corner discs and of arcs on those discs (Laumond
 1987; Liu and Arimoto, "Path planning using a tangent graph", 1992). A *state* is a disc and a sense
-of turning around it, 2 * disc + (1 if counter-clockwise else 0).
+of turning around it, 2 * disc + (1 if counter-clockwise else 0). m, rad; in the map.
 """
 
 from __future__ import annotations

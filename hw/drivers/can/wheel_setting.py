@@ -11,6 +11,7 @@ from hw.drivers.can.mecanum import Rates
 
 MASTER = 127
 SILENCE = 0.08
+"""Default time without a heartbeat after which a drive brakes by itself, s."""
 
 
 @dataclass(frozen=True, slots=True)
