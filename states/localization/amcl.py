@@ -47,8 +47,9 @@ class AmclValues:
 
     `kld_z` is a standard normal quantile, 2.33 for 99 %. `odom_alpha1` to 5 are variances of the
     motion model: of the turn per rad^2 turned (1) and per m^2 travelled (2), along the path per m^2
-    (3) and per rad^2 (4), across it per m^2 (5). `resolution` is that of the likelihood table, m.
-    `likelihood_power`: 1 treats beams as independent; less allows for errors that correlate.
+    (3), across it per m^2 (5), and of both per rad^2 (4). `resolution` is that of the likelihood
+    table, m. `likelihood_power`: 1 treats beams as independent; less allows for errors that
+    correlate.
     """
 
     min_particles: _Count = 100
@@ -214,7 +215,7 @@ class Amcl:
         self._slow = self._fast = 0.0
 
     def _rng(self) -> np.random.Generator:
-        """A generator of its own for each update, by seed and number of the update."""
+        """A new generator for each start and update, by seed and number of the call."""
         self._draws += 1
         return np.random.default_rng((self._seed, STREAM, self._draws))
 

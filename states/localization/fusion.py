@@ -88,7 +88,7 @@ class Fusion:
     def scan(
         self, stamp_ns: int, map_from_base: Pose2, information: Array, *, gated: bool
     ) -> Verdict:
-        """Correct by a match with its information (3, 3); a gated one counts once repeated."""
+        """Correct by a match and its information (3, 3); beyond the gate it must be repeated."""
         covariance = inverse(information + NOWHERE * np.eye(3))
         return self._correct(stamp_ns, SCANS[gated], map_from_base, covariance)
 

@@ -34,9 +34,10 @@ class LoopValues:
     A scan is compared with the nearest pose at least `gone` m of path earlier, if that lies within
     `near` m plus `drift` m per metre of path between. The walls are those of scans within `about` m
     of path around it. A match counts if a share `sure` of its beams fits and every other place fits
-    by `margin` less. Sigmas are `slip` m and `twist` rad per m for edges from scan to scan, `sigma`
-    (m, rad) for loops. Graph nodes are `step` m apart; a search from many starts is made at most at
-    every `every`-th of them; `rounds` bounds how often loops are looked for.
+    by `margin` less. Sigmas are `slip` m and `twist` rad per m, plus 1 cm and 3 mrad, for edges
+    from scan to scan, and `sigma` (m, rad) for loops. Graph nodes are `step` m apart; a search from
+    many starts is made at most at every `every`-th of them; `rounds` bounds how often loops are
+    looked for.
     """
 
     step: float = 0.5

@@ -224,7 +224,7 @@ def fastest_circles(
 
 @njit(cache=True)
 def fastest_turns(line: Array, motion: tuple[float, float], pace: SpeedLimits) -> Array:
-    """Circles on which a robot with another heading turns onto a straight line; as above.
+    """Circles on which a robot with another heading turns onto a line; as `fastest_circles`.
 
     They are tangent to the present velocity and turn towards the line. Radii are spaced evenly in
     their logarithm from the tightest that the speed allows to the widest that the tangent to the

@@ -30,7 +30,7 @@ Ring = Sequence[Point]
 PRUNED = 10
 """Number of leading poses of the band that may lie behind the robot."""
 NEW_GOAL = 1.0
-"""A goal that moves further than this starts a new band, m."""
+"""A goal that moves further than this, m, or turns by more than 0.78 rad starts a new band."""
 
 
 def values_for(limits: Limits, mode: DriveMode) -> TebValues:
