@@ -87,6 +87,7 @@ class HostedBase(SimBase):
         self._now = until_ns
 
     def _go(self, twist: Twist2, h: float) -> None:
+        """Change to this velocity (base frame) evenly within h s."""
         if twist == STILL == self.twist:
             return
         turn = 0.5 * (self._wz + twist.wz) * h

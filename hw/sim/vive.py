@@ -143,6 +143,11 @@ class SimulatedTrackers:
     def _noisy(
         self, name: str, number: int, place: tuple[float, float, float], yaw: float
     ) -> Pose3:
+        """The pose with the device's offset and white noise.
+
+        Its quaternion, here with qw first, is that of the yaw, (w, 0, 0, z), times that of a small
+        tilt, (1, p, q, 0).
+        """
         off, sigma, half = self._devices[name].off, self._errors.noise, self._errors.turn_noise / 2
         a, b, c, roll, pitch, turn = self._noise[name].row(number)
         angle = 0.5 * (yaw + off.yaw) + half * turn

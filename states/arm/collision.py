@@ -230,6 +230,7 @@ def _name(model: Manipulator, capsule: Capsule) -> str:
 
 
 def _distance(edge: tuple[float, float, float, float]) -> float:
+    """Distance of an edge from the rover's centre, m."""
     x1, y1, x2, y2 = edge
     square = (x2 - x1) ** 2 + (y2 - y1) ** 2
     t = 0.0 if square == 0.0 else -(x1 * (x2 - x1) + y1 * (y2 - y1)) / square

@@ -231,6 +231,7 @@ class Amcl:
         return found
 
     def _move(self, moved: Pose2, rng: np.random.Generator) -> None:
+        """Move the particles by the odometry (base frame), with the noise of `AmclValues`."""
         v, length, turn = self.values, math.hypot(moved.x, moved.y), moved.yaw
         along = math.sqrt(v.odom_alpha3 * length**2 + v.odom_alpha4 * turn**2)
         across = math.sqrt(v.odom_alpha4 * turn**2 + v.odom_alpha5 * length**2)
