@@ -1,4 +1,4 @@
-"""The measured kinematic chain of one robot's arm, as its maker's calibration gives it.
+"""The measured kinematic chain of one robot's arm, from its manufacturer's calibration.
 
 A file has `calibration`, its name, `about`, which robot it is, and `chain`: for each of six joints,
 shoulder first, the joint's frame in the link before it, `{xyz: [0, 0, 0.1279], rpy: [0, 0, 0]}`.

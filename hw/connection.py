@@ -221,7 +221,7 @@ class _File:
 
 
 def connection_names() -> tuple[str, ...]:
-    """The shipped connections and a project's own."""
+    """Names of the shipped connections and of the project's own."""
     return tuple(known_files(FOLDER, "connection"))
 
 

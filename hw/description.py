@@ -39,7 +39,7 @@ def _file(item: Item) -> Path:
 
 @dataclass(frozen=True, slots=True)
 class Described:
-    """The entry of a robot file; without a mount the base stands upright."""
+    """The `urdf` entry of a robot file; without a mount the arm's base stands upright."""
 
     file: Annotated[Path, _file]
     base: str

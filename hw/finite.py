@@ -13,18 +13,19 @@ from typing import Any, get_args, get_origin, get_type_hints
 from hw.samples import Scan
 
 SampleCheck = Callable[[Any, int], bool]
-"""Takes a value and the depth left to look into; True if it is finite."""
+"""Takes a value and the nesting depth left to inspect; True if it is finite."""
 DEEPEST = 16
-"""Greatest nesting depth of a sample; cycles exceed it."""
+"""Greatest nesting depth of a sample; a value that contains itself exceeds it."""
 
 
 def is_finite(value: object) -> bool:
     """True if no number in it is NaN or infinite; otherwise the sample is to be dropped.
 
-    Comparisons with NaN are false, so that a NaN pose would pass for a user out of danger. Looks
-    into collections, mappings, arrays, dataclasses and the attributes of other objects; infinity is
-    legal in the ranges of a `Scan` only. Values that cannot be inspected to the end, because they
-    are nested deeper than `DEEPEST` or raise, are not finite, nor is an integer beyond all floats.
+    Comparisons with NaN are false, so a NaN pose would pass as a user out of danger. Looks into
+    collections, mappings, arrays, dataclasses and the attributes of other objects; infinity is
+    legal in the ranges of a `Scan` only. Values that cannot be inspected completely, because they
+    are nested deeper than `DEEPEST` or raise, and integers too large for a float do not count as
+    finite.
     """
     try:
         return _CHECKS[type(value)](value, DEEPEST)

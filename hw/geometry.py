@@ -1,6 +1,6 @@
 """Poses and velocities in the plane and in space.
 
-Metres, radians, seconds; right-handed frames, x ahead, y left, z up; yaw counts from x towards y.
+Metres, radians, seconds; right-handed frames, x ahead, y left, z up; yaw turns from x towards y.
 A pose named `map_from_base` turns coordinates of the base frame into coordinates of the map.
 """
 
@@ -80,16 +80,16 @@ class Pose2:
         return math.hypot(other.x - self.x, other.y - self.y)
 
     def bearing_to(self, other: Pose2) -> float:
-        """Direction of the other origin from this pose, rad; 0 is straight ahead."""
+        """Direction of the other origin relative to this pose's yaw, rad; 0 is straight ahead."""
         return wrap(math.atan2(other.y - self.y, other.x - self.x) - self.yaw)
 
     def moved(self, velocity: Twist2, time: float) -> Pose2:
-        """The pose after moving at a velocity, given in the same frame, for a time, s."""
+        """The pose after `time` s at a velocity that is given in the pose's parent frame."""
         x, y = self.x + time * velocity.vx, self.y + time * velocity.vy
         return Pose2(x, y, wrap(self.yaw + time * velocity.wz))
 
     def between(self, other: Pose2, share: float) -> Pose2:
-        """Linear interpolation by a share, on the shorter turn; the yaw is not wrapped."""
+        """Linear interpolation, `share` 0 to 1, by the shorter turn; the yaw is not wrapped."""
         return Pose2(
             self.x + share * (other.x - self.x),
             self.y + share * (other.y - self.y),
@@ -128,12 +128,12 @@ class Pose3:
 
     @classmethod
     def from_yaw(cls, x: float, y: float, z: float, yaw: float) -> Pose3:
-        """An upright pose."""
+        """An upright pose; m and rad."""
         return cls(x, y, z, 0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw))
 
     @property
     def yaw(self) -> float:
-        """Direction of the x axis projected to the floor, rad."""
+        """Direction of the x axis projected onto the floor, rad."""
         return math.atan2(
             2.0 * (self.qw * self.qz + self.qx * self.qy),
             1.0 - 2.0 * (self.qy * self.qy + self.qz * self.qz),
@@ -214,7 +214,7 @@ class Twist2:
         return math.hypot(self.vx, self.vy)
 
     def rotated(self, yaw: float) -> Twist2:
-        """The velocity rotated by yaw, as from the base frame to the map at that yaw."""
+        """The velocity rotated by yaw, rad: for a base with that yaw, from its frame to the map."""
         c, s = math.cos(yaw), math.sin(yaw)
         return Twist2(c * self.vx - s * self.vy, s * self.vx + c * self.vy, self.wz)
 
@@ -237,7 +237,7 @@ class Outline(NamedTuple):
     right: float
 
     def distance(self, x: float, y: float) -> float:
-        """Of a point of the base frame, m; 0 inside."""
+        """Distance of a point (base frame) from the rectangle, m; 0 inside."""
         along = max(x - self.front, -self.back - x, 0.0)
         across = max(y - self.left, -self.right - y, 0.0)
         return math.hypot(along, across)

@@ -2,8 +2,8 @@
 
 Parts take commands by methods and report by samples only (`hw.samples` has the list), so that
 simulation, mock and real drivers look alike. Every command returns at once: none waits for the
-device, and none raises because the device failed. A lost device shows as samples that stop coming,
-and a driver that cannot move any more stops its part and pulls the stop line. A command that no
+device, and none raises because the device failed. A lost device shows as samples that stop coming;
+a driver that can no longer move its device stops it and pulls the stop line. A command that no
 device could follow (NaN, wrong number of joints) is a bug of the caller: ValueError.
 """
 
@@ -19,7 +19,7 @@ DriveMode = Literal["omni", "differential"]
 
 
 class RobotPart(Protocol):
-    """Anything that measures."""
+    """Any part: it gives samples."""
 
     @property
     def signals(self) -> tuple[str, ...]:
@@ -40,7 +40,7 @@ class Base(RobotPart, Protocol):
 
     @property
     def mode(self) -> DriveMode:
-        """How the wheels are driven; in `differential` the sideways velocity is always 0 (R2)."""
+        """The drive mode; in `differential` the sideways velocity is always 0 (R2)."""
         ...
 
     def use(self, mode: DriveMode) -> None:
@@ -103,7 +103,7 @@ class Wrench(RobotPart, Protocol):
     """Force and torque at the flange. Gives `wrench.reading`."""
 
     def zero(self) -> None:
-        """Take the present reading as no load."""
+        """Tare: take the present reading as zero load."""
         ...
 
 
@@ -130,9 +130,9 @@ class Trackers(RobotPart, Protocol):
 class Vr(RobotPart, Protocol):
     """The virtual world. Gives `vr.haptic_request`, `vr.release`, `vr.restart`.
 
-    When its link is lost a driver ends the current request: `vr.haptic_request` is None. If it has
-    a method `show(stamp_ns)`, that is called in each tick after the states, to send the robot's
-    pose, joints and sign at that instant (R114), which it receives by `hears`.
+    When its link is lost a driver ends the current request: `vr.haptic_request` is None. A part
+    with a method `show(stamp_ns)` has it called in each tick, after the states: it sends the
+    robot's pose, joints and stop sign of that instant (R114), which it has received by `hear`.
     """
 
     def inform(self, show: bool) -> None:
@@ -147,7 +147,7 @@ class Bumper(RobotPart, Protocol):
 class StopLine(RobotPart, Protocol):
     """The latched software stop in front of all motion (R48, R49). Gives `stop.engaged`.
 
-    It is no safety device: the hardware's own emergency stop is a separate line (R54).
+    It is not a safety device: the hardware's own emergency stop is a separate line (R54).
     """
 
     def pull(self, reason: str) -> None:
@@ -178,8 +178,8 @@ Projects add parts of their own. Any part may have `stop()`, called whenever a n
 use it, and `wake`, set by a loop in real time: a driver calls it when a sample has arrived. A part
 that needs other parts' samples lists them in `hears` and receives them by `hear(sample, now_ns)`.
 `pull`, `reset`, `acknowledge`, and `drive` and `stop` of moving parts may be called from other
-threads than the rest. A part with an attribute `line` gets the run's stop line there: it pulls it
-when it cannot move any more, and does not move while `line.reason` is a text. If a lost device can
-be recovered, `acknowledge()` does so by the operator's order, before the line is reset; it returns
-whether the part can move now, so that the operator asks again if recovery takes a while.
+threads than the rest. If a part has an attribute `line`, it is set to the run's stop line: the part
+pulls it when it can no longer move, and does not move while `line.reason` is not None. If a lost
+device can be recovered, `acknowledge()` does so on the operator's order, before the line is reset;
+it returns whether the part can move now, so that the operator can retry if recovery takes a while.
 """

@@ -1,4 +1,4 @@
-"""Mock parts: they follow commands exactly, at the next tick, and keep a list of them."""
+"""Mock parts: they follow commands exactly, from the next tick on, and keep a list of them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from hw.sim.world import World
 
 
 class MockBase:
-    """Has the commanded velocity from the next instant on; the pose follows exact arcs.
+    """A base that has the commanded velocity at once; its pose follows exact arcs.
 
     `gate` limits what reaches the wheels; None: no limit.
     """
@@ -109,7 +109,7 @@ class MockBase:
 
 
 def _along(start: Pose2, twist: Twist2, span: float) -> Pose2:
-    """The pose after span s at constant velocity: on an arc of angle wz span."""
+    """The pose after `span` s at constant velocity: on an arc that turns by wz * span."""
     turn = twist.wz * span
     # chord of the arc: the arc length times sin(a / 2) / (a / 2), rotated by half the angle a
     chord = span if turn == 0.0 else span * math.sin(0.5 * turn) / (0.5 * turn)
@@ -118,7 +118,7 @@ def _along(start: Pose2, twist: Twist2, span: float) -> Pose2:
 
 
 class MockArm:
-    """Is exactly where its trajectory says, and stands at once when stopped."""
+    """An arm that follows its trajectory exactly, and stops instantly."""
 
     signals: tuple[str, ...] = ("arm.joints",)
 
@@ -171,7 +171,7 @@ class MockArm:
 
 
 class MockGripper(SimGripper):
-    """Has the commanded opening at the next instant, or that of a wider object."""
+    """Fingers that have the commanded opening at once, or the width of an object if wider."""
 
     def __init__(self, model: GripperModel) -> None:
         super().__init__(model)
@@ -194,7 +194,7 @@ class MockGripper(SimGripper):
 
 
 class MockWrench(SimWrench):
-    """Reads the applied load less the one at zeroing, without a full scale."""
+    """A sensor that reads the applied load less the one at zeroing, not limited to a full scale."""
 
     def __init__(self) -> None:
         super().__init__(WrenchModel(math.inf, math.inf))

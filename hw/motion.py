@@ -13,7 +13,7 @@ from hw.geometry import STILL, Twist2, wrap
 LEAST_NS = 50_000_000
 """Least time span of poses for a velocity, ns."""
 GONE_NS = 150_000_000
-"""After a longer silence the estimate begins anew, ns."""
+"""After a longer gap between poses the estimate restarts, ns."""
 JUMP = 0.3
 FASTEST = 4.0
 """A step beyond JUMP (m) + FASTEST (m/s) times its duration is a jump of the tracking."""
@@ -26,8 +26,8 @@ class Motion:
     """Velocity of a body in the map over the last `window` seconds, m/s, with its yaw rate as wz.
 
     The slope of a least-squares line through the poses: of all averages with the same delay, half a
-    window, it passes the least noise. After a silence or a jump it begins anew, and `velocity` is
-    None until 50 ms are covered; it is exactly `STILL` while all poses are equal.
+    window, it passes the least noise. After a gap or a jump it restarts, and `velocity` is None
+    until the poses span 50 ms; it is exactly `STILL` while all poses are equal.
     """
 
     def __init__(self, window: float) -> None:
@@ -37,7 +37,7 @@ class Motion:
         self._same_since = 0
 
     def see(self, stamp_ns: int, x: float, y: float, yaw: float = 0.0) -> None:
-        """Take a pose (map); one not newer than the last is ignored."""
+        """Take a pose in the map, m and rad; one not newer than the last is ignored."""
         seen = self._seen
         if seen:
             last = seen[-1]
@@ -64,6 +64,7 @@ def _is_broken(last: Seen, stamp_ns: int, x: float, y: float) -> bool:
 
 
 def _slope(seen: deque[Seen]) -> Twist2:
+    """Least-squares slopes: sum of (t - mean t) x / sum of (t - mean t)^2; y and yaw likewise."""
     origin = seen[0][0]
     times = [(pose[0] - origin) * 1e-9 for pose in seen]
     middle = sum(times) / len(times)

@@ -13,9 +13,9 @@ from engine.files.values import Range
 from hw.geometry import Pose2
 
 FAR = 1e4
-"""Coordinates beyond this are taken for a mistake, m."""
+"""Coordinates beyond this are refused as a mistake, m."""
 TURNS = 4.0 * math.pi
-"""Angles beyond this as well, rad: they are probably meant in degrees."""
+"""Angles beyond this are refused, rad: they are probably meant in degrees."""
 
 Coordinate = Annotated[Length, Range(-FAR, FAR)]
 AnyAngle = Annotated[Angle, Range(-TURNS, TURNS)]

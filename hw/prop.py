@@ -8,7 +8,7 @@ tcp: {xyz: [0, 0, 0.15], rpy: [0, 1.5707963267948966, 0]}   # flange_from_tcp
 capsules:                  # around all of it, in the flange frame
   - {start: [0, 0, 0.03], end: [0, 0, 0.1], radius: 0.05}
 parked: […]                # the folded arm, six joints in rad
-parked_paper: […]          # another one, that gives the paper's times; optional
+parked_paper: […]          # a second folded pose, which reproduces the paper's times; optional
 gripper: {opening: 0.085, speed: 0.15, held: 0.05}          # optional; m, m/s, m
 wrench: {force: 100, torque: 10}                            # optional; full scale, N and Nm
 """
@@ -90,7 +90,8 @@ class Prop:
 
     `parked` are the joint angles in which the arm with this prop stays inside the bumper frame
     while the rover drives (R46, R87); `parked_paper` are others that reproduce the paper's times.
-    `center_of_mass` is that of all of it, in the flange frame, m, as a real arm has to know it.
+    `center_of_mass` is that of the whole body, in the flange frame, m; a real arm's controller
+    needs it.
     """
 
     name: str
@@ -111,7 +112,7 @@ class Prop:
 
 
 def prop_names() -> tuple[str, ...]:
-    """The shipped end effectors and a project's own."""
+    """Names of the shipped end effectors and of the project's own."""
     return tuple(known_files(FOLDER, "prop"))
 
 

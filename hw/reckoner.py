@@ -1,9 +1,9 @@
-"""The present pose of the base for its own loop: the newest fix, advanced by the wheels.
+"""The present pose of the base for its control loop: the newest fix, advanced by odometry.
 
-Localization gives an estimate per tick and of the past; wheels give odometry in every cycle, which
-drifts. The tracking system sees the rover in the same frame as the person, and what counts is their
-distance from each other. So while a tracker on the rover is visible, its pose takes precedence over
-the estimate.
+Localization gives one estimate per tick, already somewhat old; the wheels give odometry in every
+cycle, which drifts. The tracking system sees the rover in the same frame as the person, and the
+distance between them is what matters. So while a tracker on the rover is visible, its pose takes
+precedence over the estimate.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ KEPT_NS = 1_000_000_000
 TRACKER_SIGMA = 0.01
 """Standard deviation of a tracker's pose, with calibration and re-acquisition, m."""
 SLIP = 0.05
-"""Share of the distance since a fix that counts as uncertain, for slip."""
+"""Uncertainty from slip: share of the distance driven since a fix."""
 
 
 class Located(NamedTuple):
@@ -68,7 +68,7 @@ class Reckoner:
             wheels.popleft()
 
     def track(self, stamp_ns: int, seen: TrackerPose) -> None:
-        """Take a tracker's pose; the newest of a known tracker counts."""
+        """Take a tracker's pose; only the newest one from a tracker with a known mount is kept."""
         newest = self._seen
         if seen.tracker in self._tracking.mounts and (newest is None or stamp_ns >= newest[0]):
             self._seen = stamp_ns, seen
@@ -133,6 +133,6 @@ class Reckoner:
 
 
 def _way(twist: Twist2, time: float) -> Pose2:
-    """The displacement in a short time, s, at this velocity: along the mean heading."""
+    """The displacement in a short time, s, at this velocity: straight along the mean heading."""
     gone = twist.rotated(0.5 * twist.wz * time)
     return Pose2(gone.vx * time, gone.vy * time, wrap(twist.wz * time))

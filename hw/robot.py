@@ -87,7 +87,7 @@ class BaseModel:
     """The wheels; m, s, rad.
 
     The safety chain relies on `brake_deceleration` and on `reaction_time`, from a new pose of the
-    user to braking wheels: figures to be measured on the robot, not wished for.
+    user to braking wheels: figures to be measured on the robot, not assumed.
     """
 
     modes: Annotated[tuple[DriveMode, ...], Count(1, 2)]
@@ -122,7 +122,7 @@ class BaseModel:
 
 @dataclass(frozen=True, slots=True)
 class ArmModel:
-    """The arm, one value per joint from the shoulder on; rad, rad/s.
+    """The arm, one value per joint, shoulder first; rad, rad/s, rad/s2; `mount_height` in m.
 
     `parked` comes with the prop. `calibration` is the measured chain of this one robot, each
     joint's frame in the link before it; None: the nominal one, or that of `urdf`.
@@ -150,10 +150,10 @@ class ArmModel:
                 raise ValueError(f"arm: joint {i} at {angle} rad; {low:.4g} to {high:.4g} is free")
 
     def check_course(self, points: Sequence[TimedJoints]) -> None:
-        """Refuse a trajectory beyond the limits.
+        """Refuse a trajectory beyond the limits on joint angles and speeds.
 
         Raises:
-            ValueError: naming the point.
+            ValueError: naming the point; also if times do not start at 0 and rise.
         """
         if not points or points[0][0] != 0.0:
             raise ValueError("arm: a course starts with a point at 0 s")
@@ -174,7 +174,7 @@ class ArmModel:
 
 @dataclass(frozen=True, slots=True)
 class RobotModel:
-    """A whole robot; kg, m. One without an arm holds nothing."""
+    """A whole robot; kg, m. A robot without an arm has no prop either."""
 
     name: str
     about: str
@@ -211,7 +211,7 @@ class MotionLimits:
 
     Base: speed, m/s, and acceleration, m/s2, as the norm of the vector (R50), yaw rate and
     acceleration in rad/s and rad/s2. Arm: rad/s2 and rad/s3 per joint, and m/s of the prop. The
-    lower of these and the robot's own limits counts.
+    lower of these and the robot's own limits applies.
     """
 
     base_acceleration: float = 0.5
@@ -230,7 +230,7 @@ class MotionLimits:
 
 
 def robot_names() -> tuple[str, ...]:
-    """The shipped robots and a project's own."""
+    """Names of the shipped robots and of the project's own."""
     return tuple(known_files(FOLDER, "robot"))
 
 

@@ -23,7 +23,9 @@ Ring = tuple[Point, ...]
 Segment = tuple[float, float, float, float]
 
 MIN_WIDTH = 1e-3
+"""A ring whose corners are all closer than this to one line has no area, m."""
 MAX_CORNERS = 1000
+"""Largest number of corners of a ring."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +162,7 @@ def edges(ring: Ring) -> list[Segment]:
 
 
 def contains(ring: Ring, x: float, y: float) -> bool:
-    """True inside a ring, by the even-odd rule; points on an edge may give either."""
+    """True for a point (m) inside a ring, by the even-odd rule; on an edge it may be either."""
     inside = False
     for x1, y1, x2, y2 in edges(ring):
         if (y1 > y) != (y2 > y) and x < x1 + (y - y1) * (x2 - x1) / (y2 - y1):

@@ -7,12 +7,12 @@
 | `base.twist` | `Twist2`, base frame | every step |
 | `base.mode` | drive mode: `omni` or `differential` | on change |
 | `base.refusal` | why a commanded base does not drive, as text, or None | on change |
-| `base.admitted` | `Twist2`: what the chain admits of a velocity it cuts, or None | on change |
+| `base.admitted` | `Twist2` left of a velocity that the safety chain has cut, or None | on change |
 | `arm.joints` | `ArmState` | every step |
 | `vr.haptic_request` | `Pose3`, the DEEP in the map, while requested, or None | on change |
 | `vr.release` | `True` | event: the user lets go of a request |
 | `vr.restart` | `True` | event: the user, shown the robot, has stood still and is ready |
-| `vr.clock` | `ClockState`: the VR application's clock against ours | ten times a second |
+| `vr.clock` | `ClockState`: our clock against the VR application's | ten times a second |
 | `vr.fault` | fault of the VR link, as text, or None | on change |
 | `bumper.hit` | `BumperHit` | event: the foam was touched |
 | `stop.engaged` | the reason as text while the stop line is pulled, or None | on change |
@@ -23,7 +23,7 @@
 | `base.imu` | `ImuReading` | at the sensor's rate |
 | `gripper.state`, `wrench.reading` | `GripperState`, `WrenchReading` | at the sensor's rate |
 
-Samples on change also come once at the start.
+Samples given on change are also given once at the start.
 """
 
 from __future__ import annotations
@@ -74,8 +74,8 @@ class ArmState:
     """Joint angles in rad and joint velocities in rad/s, shoulder first, and whether it moves.
 
     `course` is the number of the newest trajectory that was accepted or refused (`Arm.follow`);
-    `refused` says why it was refused or broken off; None: it was not. `scaling` is the share of its
-    commanded speed at which the arm runs.
+    `refused` says why that trajectory was refused or aborted, None if it was not. `scaling` is the
+    share of its commanded speed at which the arm runs.
     """
 
     joints: Joints
@@ -163,9 +163,10 @@ class RobotView:
 
 @dataclass(frozen=True, slots=True)
 class ClockState:
-    """The clock of another machine: our time less theirs, and the bound of its error, s.
+    """The clock of another machine: `offset` is our time minus theirs, `error` its bound, s.
 
-    `age` is that of the newest data on arrival, s; `round_trips`: the offset comes from answers.
+    `age` is that of the newest data on arrival, s. `round_trips` is True if the offset was measured
+    by request and answer, False if only from the stamps of received data.
     """
 
     offset: float

@@ -10,8 +10,7 @@ A scene file gives its room by polygons or by the name of another scene:
     parking: {corner: {x: 1.15, y: 1.15, yaw: 0.785}}
     touchable: [{from: [3.0, 4.5], to: [6.0, 4.5], low: 0.0, high: 2.0}]
     tracking: area                       # of the person: only in the room's tracked_area
-    calibration: lab.yaml                # of the tracking system, as written by `cobodeck
-    calibrate`
+    calibration: lab.yaml                # of the tracking system, from `cobodeck calibrate`
     objects: [{kind: chair, at: [3.0, 4.0], appears: 12 s}]
     zones:
       keepout: [[[1.0, 1.0], [2.0, 1.0], [2.0, 2.0]]]
@@ -90,14 +89,14 @@ class Scene:
 
     @cached_property
     def sha256(self) -> str:
-        """Hash of the scene's content, whatever the layout of its file."""
+        """Hash of the scene's content, independent of the layout of its file."""
         robot = self.robot.removeprefix(f"{self.folder}/")
         user = self.user and self.user.removeprefix(f"{self.folder}/")
         return hashlib.sha256(repr(replace(self, robot=robot, user=user)).encode()).hexdigest()
 
 
 def scene_names() -> tuple[str, ...]:
-    """The shipped scenes and a project's own."""
+    """Names of the shipped scenes and of the project's own."""
     return tuple(known_files(FOLDER, "scene"))
 
 

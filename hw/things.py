@@ -1,11 +1,11 @@
-"""Objects missing in the map: chairs, and people besides the user, as a scene lists them.
+"""Objects that are not in the map, as a scene lists them: chairs, and people besides the user.
 
     objects:
       - {kind: chair, at: [3.0, 4.0], appears: 12 s}
       - {kind: person, at: [1.0, 1.0], walks: [[5.0, 1.0], [5.0, 4.0]], speed: 0.8 m/s, again: true}
 
 Each is an upright cylinder, present from `appears` until `leaves`. It moves from `at` through the
-places of `walks`; with `again` there and back endlessly, otherwise it stays at the last one.
+places of `walks`; with `again` back and forth endlessly, otherwise it stays at the last one.
 """
 
 from __future__ import annotations

@@ -26,13 +26,13 @@ class Contact:
     """A touch of robot and a person; one touch is one contact, however long it lasts.
 
     Attributes:
-        at_ns: its start, since the start of the run.
+        at_ns: when it began, ns since the start of the run.
         x: place of the touch in the map, m; y likewise.
         part: `base`, or the link of the arm (the first is `arm_base`), or the prop.
         robot_closing: speed of the touching point towards the person, along the contact normal,
             m/s; negative: moving away. `person_closing` is that of the person towards the robot.
         granted: True if the person had requested a touch.
-        who: the user, or `person_1`: by its number among the objects of the scene.
+        who: `user`, or `person_N`: number N among the objects of the scene.
     """
 
     at_ns: int
@@ -46,7 +46,7 @@ class Contact:
 
     @property
     def by(self) -> By:
-        """The cause: the robot if it closed in, else the person; slow arms are counted apart."""
+        """Who caused it: the robot if it closed in, else the person; slow arms count separately."""
         closing = self.robot_closing
         if self.part == BASE:
             return "robot" if closing > BASE_CLOSING else "person"
@@ -56,13 +56,13 @@ class Contact:
 
 
 class Truth(NamedTuple):
-    """A snapshot; None: not there, or not known.
+    """A snapshot; None for what does not exist or is not known.
 
     Attributes:
         base: map_from_base.
         joints: of the arm, rad.
         arm_moving: True while the arm moves.
-        body: the person's, in the map.
+        body: pose of the person's body in the map.
         speed: of the person over the floor, m/s.
         request: the DEEP in the map while the person requests a touch.
         seen_ns: stamp of the newest measured `user.pose`.
@@ -70,7 +70,7 @@ class Truth(NamedTuple):
         informed: True while the robot is shown to the person.
         distance_m: path length of the base so far; `energy_j` the energy spent on it.
         wall_hits: touches of robot and room so far; `object_hits` those of chairs and the like.
-        min_gap: least gap between footprint and person so far, m; at most 0: they touched.
+        min_gap: least gap between footprint and person so far, m; 0 or less if they touched.
         contacts: of the rover's footprint and people so far, in order.
         others: poses of people besides the user, in the map, by name.
     """

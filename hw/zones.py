@@ -41,7 +41,7 @@ class Zones:
         return min((zone.speed_at(x, y, braking) for zone in self.speed), default=math.inf)
 
     def keeps_out(self, x: float, y: float) -> bool:
-        """True if the place is in a keep-out zone."""
+        """True if the place (map, m) is in a keep-out zone."""
         return any(contains(ring, x, y) for ring in self.keepout)
 
 

@@ -220,7 +220,7 @@ class Environment:
         return slowed(command, share, speed, yaw_rate)
 
     def standstill(self, pose: Pose2, twist: Twist2) -> Pose2:
-        """Where the robot comes to rest if it brakes now; `twist` in the base frame."""
+        """Where the robot comes to rest if it brakes now: v^2 / 2a ahead; `twist` in base frame."""
         motion = twist.rotated(pose.yaw)
         stretch = motion.speed / (2.0 * self.limits.base_acceleration)
         return Pose2(pose.x + stretch * motion.vx, pose.y + stretch * motion.vy, pose.yaw)

@@ -1,9 +1,10 @@
 """The offset of another machine's clock, and checks of its stamps.
 
-`offset` is our clock less theirs, ns: a stamp of theirs plus the offset is an instant of ours. A
-client that answers is asked: of many round trips the fastest one counts, and its error is at most
-half its duration. A client that cannot answer only sends stamps: then the least (receipt - stamp)
-within WINDOW_NS is the offset, too large by the least transmission time, which is added to ages.
+`offset` is our clock minus theirs, ns: a stamp of theirs plus the offset is an instant of ours. A
+client that answers is asked for its time: the fastest of many round trips is used, and its error is
+at most half its duration. From a client that cannot answer there are only stamps: then the least
+(receipt - stamp) within WINDOW_NS is the offset, too large by the least transmission time, which is
+added to ages.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from hw.drivers.gates import (
 
 
 class ClockOffset(NamedTuple):
-    """Our clock less theirs, ns, and a bound of its error, ns."""
+    """Our clock minus theirs, ns, and a bound on its error, ns."""
 
     ns: int
     error_ns: int
@@ -73,7 +74,7 @@ class Envelope:
         return True
 
     def reset(self) -> None:
-        """Begin anew."""
+        """Start over."""
         self._lows.clear()
         self._first_ns = self._below_ns = None
 
@@ -82,7 +83,7 @@ class Envelope:
 
 
 class RoundTrips:
-    """The offset from questions and answers: the fastest round trip in the window counts."""
+    """The offset from questions and answers: that of the fastest round trip in the window."""
 
     def __init__(self) -> None:
         self._trips: deque[tuple[int, int, int]] = deque()  # (when, time on the way, offset)
@@ -116,7 +117,7 @@ class RoundTrips:
         trips.append((received, way, offset))
 
     def reset(self) -> None:
-        """Begin anew."""
+        """Start over."""
         self._trips.clear()
 
 
@@ -141,7 +142,7 @@ class PeerClock:
 
     @property
     def known(self) -> bool:
-        """True once the offset counts."""
+        """True once the offset can be used."""
         return self.trips.best is not None or self._envelope.settled
 
     def instant(self, stamp_ns: int, received_ns: int) -> int | None:
@@ -156,7 +157,7 @@ class PeerClock:
         return at
 
     def reset(self) -> None:
-        """Their clock was set: begin anew."""
+        """Their clock was set: start over."""
         self.trips.reset()
         self._envelope.reset()
         self._late_since, self.backlogged = None, False
@@ -174,7 +175,7 @@ class PeerClock:
 class Stamps:
     """Checks stamps of one topic: not from the future, and strictly rising.
 
-    `refused` says why the last one was refused; `turned_back` that their clock was set back.
+    `refused` says why the last one was refused, `turned_back` whether their clock was set back.
     """
 
     def __init__(self, ahead_ns: int = AHEAD_NS) -> None:
@@ -196,7 +197,7 @@ class Stamps:
         return self.refused is None
 
     def reset(self) -> None:
-        """Begin anew."""
+        """Start over."""
         self._newest, self._back, self.refused = None, 0, None
 
     def _why_not(self, stamp_ns: int, at_ns: int | None, received_ns: int) -> str | None:

@@ -1,4 +1,4 @@
-"""A dummy: a person out of a record, played to engine and safety chain (R56).
+"""A dummy: a person replayed from a record to engine and safety chain (R56).
 
 links:
   chain: {…}
@@ -34,6 +34,7 @@ OF_PERSON = frozenset(
 )
 """Messages that come from the dummy alone."""
 STEP_S = 0.01
+"""Period of the person's steps, s."""
 LEVEL_NS = 100_000_000
 """Period at which levels are repeated, ns: the request, and that the link is up."""
 KEPT = 4096
@@ -43,7 +44,7 @@ FAR = Pose2(1e3, 1e3)
 
 
 class Dummy:
-    """Steps a person in the time of the run, in a thread; the parts below take its samples.
+    """Steps a person in real time, in a thread of its own; the parts below take its samples.
 
     Before the run begins the person stands at their start. `tells` has the `address` of the safety
     chain's process, None without one.

@@ -28,14 +28,14 @@ ONE_WAY_NS = 2 * MS
 FROZEN_NS = 100 * MS
 """A pose that repeats bit by bit for longer is lost tracking, though messages arrive."""
 BACKLOG_NS = 300 * MS
-"""Data this old when read has queued up: the connection is closed, and made anew."""
+"""Data this old when read has queued up: the connection is closed and reopened."""
 BACKLOGGED_NS = 200 * MS
 """Time for which data must be that old, so that a single late packet is no queue."""
 JUMP, FASTEST = 0.15, 5.0
 """Greatest distance from the pose before, m, plus m/s times the elapsed time: tracking that was
 re-acquired differs by some centimetres, people in a room are slower."""
 FOUND_AGAIN_NS = 600 * MS
-"""A person seen elsewhere for longer is there; by then the safety chain has latched."""
+"""A person seen elsewhere for longer is taken to be there; the safety chain has latched by then."""
 FRESH_NS = 150 * MS
 """Greatest difference of the stamps of two poses that belong to one person's pose."""
 LINK_SILENT_NS = 500 * MS
@@ -59,7 +59,7 @@ TICK_FRESH_NS = 80 * MS
 ENGINE_GONE_NS = 500 * MS
 """Silence after which the engine is gone."""
 CONTROLLER_STALE_NS = 50 * MS
-"""A controller whose own time stands still for longer is lost."""
+"""A controller whose own time does not advance for longer is lost."""
 JOINTS_LATE_NS = 24 * MS
 """Joints that arrive later than this after the ones before are counted as late."""
 WORKER_SILENT_NS = 80 * MS

@@ -54,7 +54,7 @@ class Hardware(Protocol):
         ...
 
     def acknowledge(self) -> bool:
-        """Clear faults by the operator's order and enable the wheels; nothing moves.
+        """Clear faults on the operator's order and enable the wheels; nothing moves.
 
         False while a cause persists. What takes longer than a cycle goes on in `poll`; until then
         the fault stays, and it is not `ready`.

@@ -4,7 +4,7 @@
     observer.here()                # every PERIOD_S, from the loop of the observer's user interface
     observer.pull("observer")      # the software stop
 
-It is no safety device: the observer has the hardware's own stop at hand.
+It is not a safety device: the observer has the hardware's own stop at hand.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import time
 from hw.links.datagrams import Address, Outlet
 
 PERIOD_S = 0.1
+"""Period of the heartbeat, s."""
 TIMES = 3
 """Copies sent of a stop: datagrams from another machine may get lost."""
 
@@ -34,5 +35,5 @@ class ObserverLink:
             self._outlet.send("pull", time.monotonic_ns(), reason)
 
     def close(self) -> None:
-        """Send no more; the chain treats that as a stop, too."""
+        """Close the socket; the chain treats the silence as a stop, too."""
         self._outlet.close()

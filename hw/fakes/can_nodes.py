@@ -1,8 +1,7 @@
 """The process of the fake CAN nodes: bus, faults by datagrams (`hw.fakes.nodes`), and the world.
 
-With a world it sends source `drives`, name `wheels`: the four rates, rad/s, every 10 ms; and
-receives
-`bumper`: a `BumperHit` when the foam is touched, None when it is free.
+With a world it sends source `drives`, name `wheels`: the four rates, rad/s, every 10 ms; and it
+receives `bumper`: a `BumperHit` when the foam is touched, None when it is free.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ class Teller:
             self._outlet.send("wheels", now_ns, rates)
 
     def close(self) -> None:
-        """Send no more."""
+        """Close the sockets."""
         self._outlet.close()
 
 

@@ -1,4 +1,4 @@
-"""Joint motion of the fake UR controller: limited speeds, with lag, from cycle to cycle.
+"""Joint motion of the fake UR controller: limited speeds, with lag, cycle by cycle; rad, s.
 
 A motion is a generator: stepped once per cycle, it yields the joints (rad) and ends on arrival.
 Stops use a single deceleration instead of the controller's own ramps.
@@ -10,9 +10,9 @@ import math
 from collections.abc import Iterator, Sequence
 
 CYCLE_S = 0.008
-"""CB3 controllers run at 125 Hz."""
+"""Period of a CB3 controller, s: it runs at 125 Hz."""
 FASTEST = (2.094, 2.094, 3.142, 3.142, 3.142, 3.142)
-"""A UR10's joints, rad/s."""
+"""Largest speeds of a UR10's joints, rad/s."""
 STOP = 15.0
 """Deceleration of the controller's own stops, rad/s2."""
 

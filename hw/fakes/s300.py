@@ -8,10 +8,9 @@ of a telegram not counted by its size field: 4, 8 or 14, depending on the firmwa
 - `base.scan` (`Scan`, stamped at its first beam) becomes a telegram of the scanner of that name. It
   is sent when a real one would end: after the last beam and the transmission time.
 - a fault (source `fault`, by its name) holds until the next: `drop` closes all lines, also new
-ones;
-  `mute` keeps them and sends nothing; `freeze` repeats the newest telegram; `corrupt` flips one bit
-  of each; `garbage` puts noise in front of them; `cut` truncates each to half; `standby` measures
-  nothing; an empty name clears it.
+  ones; `mute` keeps them and sends nothing; `freeze` repeats the newest telegram; `corrupt` flips
+  one bit of each; `garbage` puts noise in front of them; `cut` truncates each to half; `standby`
+  measures nothing; an empty name clears it.
 """
 
 from __future__ import annotations

@@ -68,7 +68,7 @@ class Hearer(Protocol):
 
 
 class Outlet:
-    """Sends to some addresses without waiting; `lost` counts failed datagrams."""
+    """Sends to several addresses without waiting; `lost` counts datagrams that failed."""
 
     def __init__(self, source: str, addresses: Iterable[Address] = ()) -> None:
         self.addresses = [tuple(address) for address in addresses]
@@ -94,7 +94,7 @@ class Outlet:
                 self.lost += 1
 
     def close(self) -> None:
-        """Send no more."""
+        """Close the socket; nothing is sent any more."""
         self._socket.close()
 
 
@@ -141,7 +141,7 @@ class Intake:
         return found
 
     def close(self) -> None:
-        """Receive no more."""
+        """Close the socket; nothing is received any more."""
         self._socket.close()
 
 

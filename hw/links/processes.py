@@ -1,7 +1,8 @@
-"""Child processes that open a device each, and end with their parent.
+"""Child processes that each open one device, and end with their parent.
 
 A child is a module with `serve(main)` at its end. It gets its settings through a pipe that stays
 open as long as the parent lives, and reports once that it is ready:
+
     def main(settings, ready, parent):     # settings: any picklable value
         device = open_it(settings)         # an OSError or ValueError here refuses the start
         ready({"port": device.port})
@@ -132,7 +133,7 @@ class Parent:
 
 
 def go_first() -> None:
-    """Ask for a higher priority, if permitted; for processes with a cycle to keep."""
+    """Ask for a higher priority, if permitted; for processes that must keep a cycle time."""
     with suppress(OSError, AttributeError):
         os.setpriority(os.PRIO_PROCESS, 0, FIRST)
 

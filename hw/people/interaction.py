@@ -20,7 +20,7 @@ from hw.samples import UserPose
 NEAR, AWAY = 1.5, 1.8
 """Distances from a surface at which a touch is requested, and beyond which it is given up, m."""
 FACING, TURNED_AWAY = math.radians(45.0), math.radians(60.0)
-"""The same for the angle between the view and the surface's normal, rad."""
+"""The same two limits for the angle between the view and the surface's normal, rad."""
 SAME_SPOT = 0.4
 """Distance by which the spot in view may move before it counts as another one, m."""
 STEADY_NS = 300_000_000

@@ -11,9 +11,9 @@ _NS = 1e-9
 
 
 class LivePerson:
-    """Takes poses and requests as they come; they count from the next step on.
+    """Takes poses and requests as they come; they take effect at the next step.
 
-    The true pose is the newest one pushed; the speed is that between the newest two, and 0 if
+    The true pose is the newest one pushed; the speed is computed from the newest two, and 0 if
     nothing came for 0.5 s.
     """
 

@@ -11,8 +11,8 @@ from hw.people.script import WalkStep
 from hw.room import Point, Room, distance_to_segment
 
 NEARLY, ROOM, MORE_ROOM = 1.27, 1.5, 2.5
-"""A person shown the robot closer than NEARLY steps back to ROOM; shown it again at the same place
-they step back to MORE_ROOM, as it does not get away by itself. m between centres."""
+"""A person who is shown the robot closer than NEARLY steps back to ROOM; if it is shown again at
+the same place, to MORE_ROOM, because it cannot free itself. Distances between centres, m."""
 BACKWARDS = 0.5
 """Speed of stepping back, m/s."""
 MOMENT_NS = 3_000_000_000
@@ -34,7 +34,7 @@ _ROUND = tuple((radius, step * math.pi / 12.0) for radius in (1.6, 2.5, 3.5) for
 class Pedestrian(Actor):
     """Walks in straight lines; turns at turn_rate, rad/s.
 
-    Walking and turning start and stop instantly, as those of the paper's simulated cylinder. A
+    Walking and turning start and stop instantly, as for the paper's simulated cylinder. A
     person who was shown the robot steps back if they nearly touch it, pauses, and does not walk
     through the place where it stood: they walk around it, wait, or give up the goal.
     """
@@ -60,7 +60,7 @@ class Pedestrian(Actor):
             self.speed = BACKWARDS
 
     def _notice(self, now_ns: int, robot: Point) -> None:
-        """Note where the robot is shown; one at its last known place is no surprise."""
+        """Note where the robot is shown; if it is shown where it last was, they do not pause."""
         if not self._sees_it:
             known = self._shown is not None and math.dist(self._shown, robot) < SAME_PLACE
             self._surprised = not known
@@ -103,7 +103,7 @@ class Pedestrian(Actor):
         goal = step.x, step.y
         for _ in range(ATTEMPTS):
             if not self._room.sees(self._x, self._y, *goal):
-                return  # the robot has made them go behind a wall: they stay
+                return  # stepping back from the robot has put a wall in between: they stay
             if (yield from self._go(goal, step.speed)):
                 if step.yaw is not None:
                     yield from self._turn(step.yaw)

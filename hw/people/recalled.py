@@ -1,4 +1,4 @@
-"""A person out of the record of a run, who walks, is tracked and requests touches as then."""
+"""A person replayed from a run's record: walks, is tracked and requests touches as in that run."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Asked(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Past:
-    """A recorded person from the start of a run to `until_ns`; stamps of all rows rise.
+    """A recorded person from the start of a run to `until_ns`; the stamps of all rows rise.
 
     `name` is the source; `ways` has at least one row.
     """
@@ -54,10 +54,10 @@ class Past:
 class Recalled(Actor):
     """Repeats what a person did in an earlier run, at the same times and places.
 
-    Tracking gives what it gave then, head and hands included, with the same stamps, and nothing in
-    its drop-outs; between two rows the true body moves straight. While the robot is shown, the
-    person's own time slows to a standstill, and all that follows is delayed by as much: tracking
-    sees them slow down and stand, and a drop-out ends once it has lasted as long as it did.
+    Tracking gives what it gave in that run, head and hands included, with the same stamps, and
+    nothing in its drop-outs; between two rows the true body moves straight. While the robot is
+    shown, the person's own time slows to a standstill, and all that follows is delayed by as much:
+    tracking sees them slow down and stand, and a drop-out lasts as long as recorded.
 
     Raises:
         FileError: they would leave the free floor of this room.

@@ -20,6 +20,7 @@ from hw.places import FAR
 
 MAX_BYTES = 50_000_000
 MAX_SPAN_S = 1e6
+"""Longest recording, s."""
 WINDOW_S = 0.5
 """Heading and speed are those of the chord over this time, centred, s."""
 WALKING = 0.2

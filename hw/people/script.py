@@ -117,7 +117,7 @@ class Script:
 
 
 def script_names() -> tuple[str, ...]:
-    """The shipped scripts and a project's own."""
+    """Names of the shipped scripts and of the project's own."""
     return tuple(known_files(FOLDER, "user"))
 
 

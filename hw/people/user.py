@@ -2,10 +2,10 @@
 
 `NAME` is a script, `FILE` a recorded walk, `random` a seeded random walk.
 
-`@x,y,yaw` moves the centre of the recording's bounding box to (x, y) and rotates it by yaw about
-that; the walk itself must stay on the free floor. By default the centre goes to that of the largest
-free disc, with the first yaw in steps of pi/8 that keeps the whole person, a disc of 0.5 m, on the
-free floor.
+`@x,y,yaw` moves the centre of the recording's bounding box to (x, y) and rotates the walk by yaw
+about it; the walk itself must stay on the free floor. By default the box is centred on the largest
+free disc, at the first yaw in steps of pi/8 that keeps the whole person, a disc of 0.5 m radius, on
+the free floor.
 """
 
 from __future__ import annotations
@@ -76,13 +76,14 @@ def open_user(
     size: float | None = None,
     seed: int = 0,
 ) -> Person:
-    """The person that a source names, in a scene, among its touchable surfaces if it has some.
+    """The person that a source names, in a scene; in an `Interaction` if it has touchable surfaces.
 
     Args:
         source: a script's name or file, a recording, `random` or `live`.
         scene: gives the room and the start.
         requests: number of touches to request; None: what the script says, none in a
-            recording, endless for `random`. With touchable surfaces: as walking causes them.
+            recording, endless for `random`. With touchable surfaces: end after this many that
+            walking up to them has caused.
         size: scale a recording to this longer side of its bounding box, m.
         seed: of `random`.
 

@@ -2,7 +2,8 @@
 
 All random numbers come from one stream of the person's own: the same seed gives the same walk
 whatever the robot does, unless it is shown to them; then they may walk around it or give up a goal.
-Requests are like those of the evaluation (R131, R132), with other durations but the same 5 s after.
+Requests are like those of the evaluation (R131, R132), with other durations but the same 5 s pause
+afterwards.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ WALKS = (1, 3)
 HOLDS_S = (20.0, 30.0)
 """Range of the duration of a request, s."""
 TURN_RATE = 3.0
+"""Rate of turning on the spot, rad/s."""
 _GOALS, _DETOURS, _PLACES = 10, 100, 1000
 
 
@@ -72,7 +74,7 @@ class Wanderer(Pedestrian):
         yield from self._walk(WalkStep(x, y, yaw, speed))
 
     def _way(self) -> tuple[Point, ...]:
-        """A path to a random place, by at most one other; to here if none is found."""
+        """A path to a random place, via at most one other; the present place if none is found."""
         here = (self._x, self._y)
         for _ in range(_GOALS):
             goal = self._place()

@@ -1,7 +1,7 @@
 """The safety chain: the last stage before the wheels. It can only slow the base down or stop it.
 
-It is a software stop of a research prototype and no safety device (R54): a hardware stop, with a
-person's hand on it, is needed besides. It knows nothing of charts and plans, has no queue and no
+It is a software stop of a research prototype, not a safety device (R54): a hardware stop, with a
+person's hand on it, is needed as well. It knows nothing of charts and plans, has no queue and no
 lock, and is called at 100 Hz or more by the owner of the wheels:
 
     chain.see(now_ns, stamp_ns, x, y)              # each tracked pose of the user, in the map
@@ -10,8 +10,8 @@ lock, and is called at 100 Hz or more by the owner of the wheels:
     record = chain.admit(now_ns, command, stamp_ns, pose, twist)
     wheels.go(record.admitted)
 
-`command` is the velocity that the wheels would get in the next cycle, ramps included: nothing
-behind the chain may be slower than the brakes. The checks are, in this order: stop line and
+`command` is the velocity that the wheels would get in the next cycle, ramps included: nothing after
+the chain may slow down more gently than the brakes. The checks are, in this order: stop line and
 latches, age of the command, age of the user's pose, speed limit, separation governor (R48-R52,
 R149). The speed limit falls as a command ages, so that a computer that cannot keep up slows the
 robot down before it stops it. Time that runs backwards latches a stop. A stamp ahead of the clock
@@ -32,7 +32,7 @@ from hw.finite import is_finite
 from hw.geometry import STILL, Pose2, Twist2
 from hw.log import Log
 from hw.people.person import RADIUS
-from hw.safety.limits import SafetyLimits as SafetyLimits  # who wires a chain needs both
+from hw.safety.limits import SafetyLimits as SafetyLimits  # whoever wires a chain needs both
 from hw.safety.record import (
     BACKWARDS,
     BASE_UNKNOWN,
@@ -61,7 +61,7 @@ KEPT = 4096
 STANDING = 0.02
 """A base slower than this counts as standing, m/s and rad/s."""
 FASTER = 1.1
-"""A measured speed above the limit by this factor latches: the base does not obey."""
+"""A measured speed above the limit by this factor latches a stop: the base does not obey."""
 SLOWER = 1.5
 """A stop that takes longer than the brakes should need, by this factor, latches as well."""
 ROUNDING = 1e-9
@@ -74,9 +74,9 @@ class SafetyChain:
     """See the module. `cycles` holds the newest records, for any number of readers.
 
     `stop_line` is the reason why the stop line is pulled, or None. `holonomic` is False for a base
-    that drives along its heading only. `latched` is the reason of a latched stop, or None; nothing
-    moves until `reset`. `refused` holds why no motion at all was possible in the last cycle; empty
-    if some was.
+    that drives along its heading only. `latched` is the reason of a latched stop, or None; while
+    latched, nothing moves until `reset`. `refused` says why the last cycle allowed no motion at
+    all; it is empty if some was allowed.
     """
 
     def __init__(self, limits: SafetyLimits) -> None:
@@ -130,7 +130,7 @@ class SafetyChain:
         return True
 
     def rest(self, now_ns: int) -> None:
-        """Run a cycle of a standing base without a command: only the user can get lost.
+        """Run a cycle of a base that stands without a command: checks time and the user's age only.
 
         It writes no record.
         """
@@ -283,7 +283,7 @@ class SafetyChain:
     def _limited(
         self, command: Twist2, age: float, reasons: tuple[str, ...]
     ) -> tuple[Twist2, tuple[str, ...]]:
-        """The command scaled to the speed limit, with the reasons so far and its own.
+        """The command scaled to the speed limit; to the reasons so far, that of a scaling is added.
 
         The limit falls to 0 as the command or the user's pose ages (R149).
         """
@@ -302,7 +302,7 @@ class SafetyChain:
         return slower, (*reasons, reason)
 
     def _share(self, age: float) -> float:
-        """Share of a speed limit left at this age of the pose: 1 up to `late`, 0 at `old`."""
+        """Share of a speed limit left at this age of the user's pose: 1 to `late`, 0 at `old`."""
         limits = self.limits
         return 1.0 if age <= limits.late else (limits.old - age) / (limits.old - limits.late)
 

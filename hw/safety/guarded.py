@@ -1,6 +1,6 @@
 """The part `base` of a run: a multiplexer of velocity sources behind a safety chain.
 
-Whatever opens wheels wraps them in a `GuardedBase`, for every chart and profile. It has four
+Any code that opens wheels wraps them in a `GuardedBase`, for every chart and profile. It has four
 callers:
 
     base.drive(command, "chase"); base.release("chase")   # states, within a tick
@@ -85,7 +85,7 @@ class GuardedBase:
 
         Args:
             base: the wheels. If they have a `gate`, it is set and called in each cycle. If they
-                have a `keeper`, that one guards them elsewhere and no cycles run here.
+                have a `keeper`, it guards them in another process and no cycles run here.
             limits: of the safety chain.
             parked: the joints of the folded arm, rad; None without an arm.
             pull: pulls the stop line with the reason of a latched stop.
@@ -168,7 +168,7 @@ class GuardedBase:
             self.base.wake = wake
 
     def close(self) -> None:
-        """Close the wheels."""
+        """Close the driver of the wheels."""
         if hasattr(self.base, "close"):
             self.base.close()
 
@@ -201,7 +201,7 @@ class GuardedBase:
             self._multiplexer.release("docking")
 
     def stop(self) -> None:
-        """Withdraw all offers: called by the engine between two users of the base, and to hold."""
+        """Withdraw all offers: called by the engine when the base changes hands, and to hold it."""
         self._multiplexer.release_all()
 
     def use(self, mode: DriveMode) -> None:
@@ -293,11 +293,11 @@ class GuardedBase:
         self._pull_if_latched()
 
     def reset(self, now_ns: int) -> bool:
-        """Release a latched stop by the operator's order; False while its cause persists."""
+        """Release a latched stop on the operator's order; False while its cause persists."""
         return self._kept.reset(now_ns)
 
     def halt(self, reason: str) -> None:
-        """The stop line was pulled: stop wheels that have their keeper elsewhere at once."""
+        """Stop at once wheels with their keeper in another process: the stop line was pulled."""
         if self._elsewhere is not None:
             self._elsewhere.pull(reason)
 

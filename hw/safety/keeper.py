@@ -1,4 +1,4 @@
-"""The keeper of the wheels: a safety chain with all its inputs, apart from the choice of a source.
+"""The keeper of the wheels: a safety chain with all its inputs, without the choice of a source.
 
 The engine's side of a base (`hw.safety.guarded`) selects a velocity; the keeper decides how much of
 it reaches the wheels. It hears samples, gets the velocity of each tick with the tick's stamp, so
@@ -92,7 +92,7 @@ class Keeps(Protocol):
         ...
 
     def reset(self, now_ns: int) -> bool:
-        """Release a latched stop by the operator's order; False while its cause persists."""
+        """Release a latched stop on the operator's order; False while its cause persists."""
         ...
 
 
@@ -101,7 +101,7 @@ class Keeper:
 
     Args:
         limits: of the safety chain.
-        measures: True to hear the base's pose and twist as samples; else `admit` gets them.
+        measures: True to take the base's pose and twist from samples; else `admit` gets them.
     """
 
     def __init__(self, limits: SafetyLimits, measures: bool = True) -> None:

@@ -1,9 +1,9 @@
-"""The limits of the safety chain, and the separation that it takes to stop before the user.
+"""The limits of the safety chain, and the separation needed to stop before reaching the user.
 
 The separation is that of ISO/TS 15066, 5.5.4, for a constant deceleration. These are figures only:
-nothing here makes a robot fit to work beside people. The robot reacts for T and then brakes from
-its closing speed v with a, so it covers v T + v^2 / 2a within T + v / a. Meanwhile the user, last
-seen `age` ago, comes closer with v_h. With a margin C that gives
+nothing here makes a robot fit to work beside people. The robot needs a reaction time T and then
+brakes from its closing speed v with the deceleration a, so it covers v T + v^2 / 2a within T + v /
+a. Meanwhile the user, last seen `age` ago, comes closer at speed v_h. With a margin C that gives
 
     S_p = v_h (age + T + v / a) + v T + v^2 / 2a + C
 

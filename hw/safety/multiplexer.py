@@ -70,7 +70,7 @@ class Multiplexer:
     declared first wins.
 
     Raises:
-        ValueError: a name stands twice, a source never times out, or a priority is not 1 to 255.
+        ValueError: a name is given twice, a source never times out, or a priority is not 1 to 255.
         KeyError: a name is used that was not declared.
     """
 

@@ -77,6 +77,11 @@ def twist_after(yaw: float, motion: PlanarState, mode: DriveMode) -> Twist2:
 
 
 def _slide(yaw: float, now: Velocity, target: Twist2, h: float, a: float, b: float) -> PlanarState:
+    """The motion of an omni base: the target is taken along its axes at mid-step.
+
+    The velocity changes evenly by d over the time `ramp` and then stays, which adds
+    d (h - ramp / 2) to the way.
+    """
     vx, vy, rate = now
     turn, wz = _ramp(rate, target.wz, b, h)
     middle = yaw + 0.5 * turn
@@ -94,6 +99,11 @@ def _slide(yaw: float, now: Velocity, target: Twist2, h: float, a: float, b: flo
 
 
 def _roll(yaw: float, now: Velocity, target: Twist2, h: float, a: float, b: float) -> PlanarState:
+    """The motion of a differential base, within |acceleration| <= a.
+
+    The wanted turn rate w is limited to a centripetal acceleration |v w| <= TURN_SHARE a; along
+    the heading sqrt(a^2 - (v w)^2) is left.
+    """
     c, s = math.cos(yaw), math.sin(yaw)
     speed = c * now[0] + s * now[1]
     bound = TURN_SHARE * a
@@ -108,7 +118,7 @@ def _roll(yaw: float, now: Velocity, target: Twist2, h: float, a: float, b: floa
 
 
 def _ramp(value: float, target: float, slope: float, h: float) -> tuple[float, float]:
-    """Way covered and value reached while value goes to target at this slope within h."""
+    """Integral of a value that goes to the target at this slope within h s, and its end value."""
     missing = target - value
     if abs(missing) > slope * h:
         reached = value + math.copysign(slope * h, missing)

@@ -1,4 +1,4 @@
-"""The gap of robot and user, the closing speed of a velocity, and the track of the user.
+"""The gap between robot and user, the closing speed of a velocity, and the track of the user.
 
 Gaps are from the footprint to the user's cylinder; m, s, m/s.
 """
@@ -40,8 +40,8 @@ class Nearness(NamedTuple):
     def held_back(self, twist: Twist2, allowed: float, holonomic: bool = True) -> Twist2:
         """The velocity with its closing parts scaled down to this closing speed, m/s.
 
-        The same object if it closes no faster. The component towards the user and a closing
-        rotation are scaled by one share; a base that is not holonomic slows along its heading.
+        Returns the same object if it closes no faster. The component towards the user and a closing
+        rotation are scaled by one share; a base that is not holonomic keeps its heading and slows.
         """
         closing = self.closing(twist)
         if closing <= allowed:

@@ -10,7 +10,7 @@ from hw.samples import Sample
 class StopLatch:
     """A latch: anyone may pull it, the operator resets it once its cause is gone (R49).
 
-    `release` is called at a reset; True if no cause persists.
+    `release` is called at a reset; it returns True if no cause persists.
     """
 
     signals: tuple[str, ...] = ("stop.engaged",)

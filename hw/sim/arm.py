@@ -1,4 +1,4 @@
-"""The arm of the reduced simulation: it is where its timed trajectory says, linear in between.
+"""The arm of the reduced simulation: exactly where its trajectory says, linear between points.
 
 The joint angles follow from the time alone, so an arm at rest costs nothing and the time step has
 no influence.
@@ -14,7 +14,7 @@ from hw.robot import ArmModel
 from hw.samples import ArmState, Joints, Sample, TimedJoints
 
 _NOWHERE = 1e-12
-"""Least joint speed that a braking rate is computed for, rad/s."""
+"""Least speed of the fastest joint that braking is computed from, rad/s: no division by 0."""
 STOPPED = "the stop line is pulled"
 START_TOLERANCE = 0.01
 """Largest distance of the arm from the first point of a trajectory, rad."""
@@ -22,7 +22,7 @@ START_TOLERANCE = 0.01
 
 @dataclass(frozen=True, slots=True)
 class JointCourse:
-    """Joint angles at rising times from 0 on, linear in between; its share is that time, s."""
+    """Joint angles at times rising from 0, linear in between; a `share` is a planned time, s."""
 
     times: tuple[float, ...]
     points: tuple[Joints, ...]
@@ -38,7 +38,7 @@ class JointCourse:
         return self.times[-1]
 
     def at(self, t: float) -> tuple[float, float]:
-        """Share of the trajectory and its rate, t s after the start."""
+        """The share reached t s after the start, and its rate: 1, and 0 at the end."""
         return (self.duration, 0.0) if t >= self.duration else (max(0.0, t), 1.0)
 
     def joints(self, share: float) -> Joints:

@@ -210,6 +210,7 @@ class SimBase:
         self._yaw = wrap(self._yaw + turn)
         self._vx, self._vy, self._wz = vx, vy, wz
         self.distance_m += way
+        # braking costs as much as speeding up: no energy is recovered
         kinetic = 0.5 * (self._mass * (vx * vx + vy * vy) + self._inertia * wz * wz)
         self.energy_j += abs(kinetic - self._kinetic) + self._rolling * way
         self._kinetic = kinetic

@@ -1,7 +1,7 @@
 """What the robot's outline touches in the simulation: walls, objects, the user and bystanders.
 
-Walls and objects hold the base where it was; a touch of a person is a contact. Either is a hit of
-the bumper.
+Walls and objects hold the base where it was; a touch of a person is a contact. Both count as a hit
+of the bumper.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from hw.truth import USER, Contact
 PUSHED_OFF, PUSHING = 0.3, 0.3
 """The operator pushes a robot that touches a person to this gap, m, at this speed, m/s."""
 _PUSHES = tuple(math.radians(angle) for angle in (0, 40, -40, 80, -80))
-"""Directions to push in, from straight away from the person, rad."""
+"""Directions of a push, relative to straight away from the person, rad; the first free one."""
 
 
 class Collisions:
@@ -117,7 +117,7 @@ class Collisions:
             self._touch(contact, there)
 
     def release(self, freed: bool) -> None:
-        """The stop line was reset, if `freed`: a touch of the user is over."""
+        """Note a reset of the stop line: if it was `freed`, a touch of the user is over."""
         self._touched = self._touched and not freed
 
     def push_off(self) -> None:

@@ -106,7 +106,11 @@ def swept_gap(footprint: Footprint, robot: Sweep, person: Sweep, radius: float =
 def first_touch(
     footprint: Footprint, robot: Sweep, person: Sweep, span_s: float, radius: float = RADIUS
 ) -> FirstTouch:
-    """The start of a contact that `swept_gap` has found in a step of span_s."""
+    """The start of a contact that `swept_gap` has found in a step of span_s seconds.
+
+    The closing speeds are the displacements of the touching points along the normal over span_s;
+    a rotation of the robot moves its point by `Nearness.lever` times the angle.
+    """
     early, late = 0.0, 1.0
     for _ in range(_HALVINGS):
         middle = 0.5 * (early + late)

@@ -15,7 +15,7 @@ from hw.sim.shapes import Shapes
 
 Floats = NDArray[np.float64]
 _END = 1e-6
-"""Share of a line of sight at either end where walls do not block: stations hang on walls."""
+"""Share at both ends of a line of sight where walls do not block: stations hang on walls."""
 
 
 class Column(NamedTuple):

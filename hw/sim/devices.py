@@ -20,19 +20,19 @@ if TYPE_CHECKING:
 STILL_SPEED = 0.1
 """Below this speed a person counts as standing still, m/s."""
 STILL_NS = 500_000_000
-"""Time after which a person who stands, shown the robot, is ready again, ns (R115)."""
+"""Time of standing still after which a person who is shown the robot is ready again, ns (R115)."""
 WALK, UNSEEN_NS = 64, 100_000_000
-"""Poses of a person kept; and the longest gap to interpolate across, ns."""
+"""Number of a person's poses kept, and the longest gap to interpolate across, ns."""
 PATIENCE_NS = 5_000_000_000
-"""Time after which the operator frees a stop line by hand that cannot be reset, ns."""
+"""Time after which the operator frees by hand a robot whose stop line cannot be reset, ns."""
 
 
 class SimTrackers:
     """Passes on the measured poses of the person `delay_ns` later; nothing during drop-outs.
 
-    With a room, nothing either while the person is outside its tracked area (R6). A sample keeps
-    the stamp of its measurement. `view` models tracking faults; it sees the person at all times,
-    not only at the world's steps: what arrives now is exactly `delay_ns` old, whatever the steps.
+    With a room, nothing while the person is outside its tracked area, too (R6). A sample keeps the
+    stamp of its measurement. `view` models tracking faults; with it poses are interpolated between
+    the world's steps, so that what arrives is exactly `delay_ns` old, however long the steps.
     """
 
     signals: tuple[str, ...] = ("user.pose",)

@@ -23,6 +23,7 @@ from hw.sim.vive import SimulatedTrackers
 from hw.things import Body
 
 PERSON_HEIGHT = 1.8
+"""Height of the cylinder that models the person, m."""
 
 
 class Equipment:

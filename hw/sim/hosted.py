@@ -1,6 +1,6 @@
 """The simulated world around fake devices, which move its base and arm.
 
-It reads no clock and knows no sockets: its host (`hw.fakes.world_process`) passes received messages
+It reads no clock and uses no sockets: its host (`hw.fakes.world_process`) passes received messages
 in, steps it, and delivers its messages. Times are ns since it was made.
 """
 

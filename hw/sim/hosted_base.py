@@ -1,4 +1,4 @@
-"""A base and an arm moved from outside: fakes report their motors, the bodies follow."""
+"""A base and an arm moved from outside: fakes report their motors, and the bodies follow."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def twist_of(rates: Sequence[float], base: BaseModel) -> Twist2:
     """The velocity (base frame) of a Mecanum base at these wheel rates, rad/s.
 
     The least-squares inverse of r w = vx -+ vy -+ (L + W) wz, with the half wheelbase L and the
-    half track W; see `hw.drivers.can.mecanum`, with which this shares no code on purpose.
+    half track W; see `hw.drivers.can.mecanum`, with which it deliberately shares no code.
     """
     left, right, rear_left, rear_right = rates
     share = 0.25 * base.wheel_radius
@@ -37,7 +37,7 @@ def twist_of(rates: Sequence[float], base: BaseModel) -> Twist2:
 
 
 class HostedBase(SimBase):
-    """A body driven by reported wheel rates, with slip as the floor has it.
+    """A body driven by reported wheel rates; it slips if the floor is slippery.
 
     A body held by a solid obstacle stays there as long as the wheels push against it.
     """
@@ -87,6 +87,7 @@ class HostedBase(SimBase):
         self._now = until_ns
 
     def _go(self, twist: Twist2, h: float) -> None:
+        """Change to this velocity (base frame) evenly within h s."""
         if twist == STILL == self.twist:
             return
         turn = 0.5 * (self._wz + twist.wz) * h
@@ -128,15 +129,15 @@ class HostedArm:
         self.state = ArmState(joints, rates, moving=max(map(abs, rates)) > MOVING)
 
     def advance(self, until_ns: int) -> None:
-        """Others move it."""
+        """Nothing to do: the reported angles move it."""
 
     def samples(self, now_ns: int) -> list[Sample]:
         """The joints at this instant."""
         return [Sample("arm.joints", now_ns, self.state)]
 
     def follow(self, points: Sequence[TimedJoints]) -> int:  # noqa: ARG002
-        """Others move it."""
+        """Takes no trajectories: the reported angles move it."""
         return 0
 
     def stop(self) -> None:
-        """Others move it."""
+        """Nothing to do: the reported angles move it."""

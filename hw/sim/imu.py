@@ -11,6 +11,7 @@ from hw.sim.streams import Normals, Rhythm
 from hw.sim.track import Track
 
 GRAVITY = 9.81
+"""Specific force of an upright unit at rest, m/s2."""
 _SMOOTH_NS = 20_000_000
 """Half the window of the unit's own averaging filter, ns."""
 
@@ -52,7 +53,7 @@ class SimImu:
         return ImuReading((values[0], values[1], values[2]), (values[3], values[4], values[5]))
 
     def _rate_bias_at(self, number: int) -> list[float]:
-        """The random walk of the rates' bias takes one step per sample, read or not."""
+        """Bias of the rates, rad/s: a random walk of one step per sample, whether read or not."""
         step = self._errors.rate_walk * math.sqrt(self._period)
         for n in range(self._walked, number):
             row = self._walk.row(n)

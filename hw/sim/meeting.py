@@ -35,6 +35,7 @@ class Meeting:
         """Both have moved in the last span_s; the contact that began meanwhile, or None."""
         (before, at), (walked_from, there) = robot, body
         travel = before.distance_to(at) + walked_from.distance_to(there)
+        # a lower bound of the gap in this step: both have moved by their path lengths at most
         least = at.distance_to(there) - self._footprint.half_diagonal - self.radius - travel
         if least > 0.0 and least > self.least:
             self.touching = False

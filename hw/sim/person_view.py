@@ -1,4 +1,4 @@
-"""The tracked poses of the person, with the tracking faults of the trackers on the rover."""
+"""The tracked poses of the person, with the same kinds of faults as the trackers on the rover."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from hw.sim.streams import Stream
 from hw.sim.vive import Device
 
 WAIST_M = 1.0
-"""Height of the tracker on the tailbone."""
+"""Height of the tracker on the tailbone, m above the floor."""
 
 
 class PersonView:
-    """Measured poses of the person and the DEEP, in the map by way of the calibration.
+    """Measured poses of the person and the DEEP, transformed into the map by the calibration.
 
-    After a restart of the tracking system they are therefore off together. The tailbone's tracker
-    is lost now and then; meanwhile the body is derived from the headset, less exactly. Only a
-    person who returns to the tracked area is off by a jump. `everywhere`: the whole room counts as
-    tracked area.
+    So after a restart of the tracking system all of them are off by the same motion. The tailbone's
+    tracker is lost now and then; meanwhile the body is derived from the headset, less exactly. A
+    jump after re-acquisition occurs only if the person had left the tracked area. `everywhere`: the
+    whole room counts as tracked area.
     """
 
     def __init__(
@@ -61,7 +61,7 @@ class PersonView:
         return Sample(name, stamp, self._noise.user(self._moved(value, to_border), stamp))
 
     def _leaning(self, pose: UserPose, stamp_ns: int) -> UserPose:
-        """The body derived from the headset, off by a lean that lasts as long as the drop-out."""
+        """The body derived from the headset: off by a random lean, held during the drop-out."""
         if self._lean is None:
             angle, share = (self._leans.at(stamp_ns).random(2)).tolist()
             lean, turn = share * self._by_headset, 2.0 * math.pi * angle

@@ -76,7 +76,10 @@ def _to_segment(ray: Floats, segment: Floats) -> float:
 
 @njit(cache=True)
 def _to_disc(ray: Floats, x: float, y: float, radius: float) -> float:
-    """Length of a ray to a disc, m; inf if it misses or starts inside."""
+    """Length of a ray to a disc, m; inf if it misses or starts inside.
+
+    With the centre `along` and `aside` of the ray it is along - sqrt(radius^2 - aside^2).
+    """
     cx, cy = x - ray[0], y - ray[1]
     along: float = cx * ray[2] + cy * ray[3]
     aside: float = cx * ray[3] - cy * ray[2]

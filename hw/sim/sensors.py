@@ -1,7 +1,7 @@
 """Delay and white noise of simulated measurements, for tiers without sensor models.
 
-Every random number depends on seed, source and stamp alone, so that the measurements of one source,
-or the lack of a reader, change nothing in another.
+Every random number depends on seed, source and stamp alone, so that a source is not affected by how
+often another one is measured or read.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class SensorModel:
     """Errors of the simulated robot and its surroundings; all 0: ideal.
 
     `tracking_delay`: age of a pose of the person on arrival, s. `tracking_noise`, `pose_noise`:
-    standard deviation of each coordinate of the person's and the base's pose, m; of yaws half of
+    standard deviation of each coordinate of the person's and the base's pose, m; for yaws half of
     that figure, in rad.
     """
 
@@ -51,7 +51,7 @@ IDEAL = SensorModel()
 
 
 class WhiteNoise:
-    """White noise of one source; `sigma` in m, of yaws half of that figure in rad."""
+    """White noise of one source; `sigma` in m, for yaws half of that figure in rad."""
 
     def __init__(self, seed: int, source: str, sigma: float) -> None:
         self._stream = f"{seed}/{source}/"

@@ -25,7 +25,8 @@ class Shapes:
     def discs(self, start_ns: int, end_ns: int) -> NDArray[np.float64]:
         """(n, 5): x, y at the start, x, y at the end, radius, of all bodies in between.
 
-        They are assumed to move straight: a person who turns at 3 m/s2 is 1.4 mm off in 60 ms.
+        They are assumed to move straight: at an acceleration a of 3 m/s2 they are off by at most
+        a t^2 / 8 = 1.4 mm in t = 60 ms.
         """
         found = []
         for body in self._bodies:

@@ -9,7 +9,7 @@ from hw.sim.errors import Slip
 from hw.sim.streams import Normals
 
 _LEVER = 0.5
-"""Distance that counts as one rad of rotation, m, in the length of floor covered."""
+"""Distance that one rad of rotation counts as, m, for the length of floor covered."""
 Velocity = tuple[float, float, float]
 """vx, vy, wz in the frame of the base."""
 
@@ -24,7 +24,7 @@ class SlipperyFloor:
         self._way = 0.0
 
     def move(self, wheels: Velocity, before: Velocity, after: Velocity) -> float:
-        """Take a piece of the wheels' motion.
+        """Move the body by a short motion of the wheels.
 
         A share of each component is lost (`Slip`); a change of velocity dv adds -lag dv, so that
         the body trails while speeding up and overshoots while braking.

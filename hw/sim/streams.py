@@ -1,7 +1,7 @@
 """Random streams and sample times of simulated sensors.
 
 Every draw depends on seed, source and sample number alone (Philox, a counter-based generator), so
-that what one source draws, or the lack of a reader, changes nothing in another.
+that a source is not affected by how often another one is sampled or read.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Normals:
 
 
 class Rhythm:
-    """Sample n of a source is taken at its phase + n / `rate`, whatever the world's steps.
+    """Sample n of a source is taken at its phase + n / `rate`, independent of the world's steps.
 
     The phase is drawn once. A sample arrives `lag_ns` after it is taken.
     """
@@ -67,8 +67,8 @@ class Rhythm:
     def due(self, now_ns: int, known_ns: int) -> list[tuple[int, int]]:
         """Numbers and stamps of the samples that have arrived since the last call.
 
-        Nothing from before known_ns, and nothing that arrived more than `FORGOTTEN_NS` ago, so that
-        a first call late in a run does not compute the whole past.
+        Samples from before known_ns, or that arrived more than `FORGOTTEN_NS` ago, are left out, so
+        that a first call late in a run does not compute the whole past.
         """
         known_ns = max(known_ns, now_ns - self._lag - FORGOTTEN_NS)
         first = max(self._next, math.ceil((known_ns - self._phase) / self._period))

@@ -1,7 +1,8 @@
 """Past poses of a body, for sensors that look back when they are sampled.
 
 Between two recorded instants it is assumed to move straight and to turn uniformly. The base records
-each cycle of its loop (10 ms), so the error is at most a dt^2 / 8: 0.04 mm at 3 m/s2.
+each cycle of its loop (dt = 10 ms), so with an acceleration a the error is at most a dt^2 / 8: 0.04
+mm at 3 m/s2.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Trackers of the VR system: exact to a millimetre while visible, offset after a loss.
+"""Trackers of the VR system: exact to a millimetre while visible, with an offset after a loss.
 
-A device that is found again is localized anew by the tracking system: it is off by a constant until
-it is lost again, unless another device was in view all the time.
+A device that is found again is re-localized by the tracking system: unless another device was in
+view meanwhile, it has a constant offset until it is lost again.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from hw.sim.track import Track
 from hw.tracking import Tracking
 
 ARM_RADIUS, ARM_HEIGHT = 0.2, 0.6
-"""The folded arm as a cylinder on its mount about base_link, m; it may hide a tracker."""
+"""The folded arm as a cylinder about base_link, m; its height is above the mount. It may hide a
+tracker."""
 EXACT = Pose2(0.0, 0.0)
 
 
@@ -41,7 +42,7 @@ class Device:
     def seen(self, time_ns: int, *, covered: bool, alone: bool) -> bool:
         """True if it is tracked at this instant; call in the order of time.
 
-        `covered`: stations see it. `alone`: no other device is in view.
+        `covered`: enough base stations see it. `alone`: no other device is in view.
         """
         tracked = covered and not self._is_lost(time_ns * 1e-9)
         if tracked and not self.tracked:
@@ -58,7 +59,7 @@ class Device:
         return size * self._side[0], size * self._side[1]
 
     def _is_lost(self, time: float) -> bool:
-        """Every slot of `lost_every` has one gap, which may reach into the next slot."""
+        """True in a random gap: one per slot of `lost_every`, which may reach into the next one."""
         slot = int(time / self._errors.lost_every)
         if slot != self._slot:
             self._slot, self._gaps = slot, [self._gap(slot - 1), self._gap(slot)]
@@ -72,7 +73,7 @@ class Device:
         return start, start + how_long * self._errors.lost_for
 
     def _jump(self) -> Pose2:
-        """A new random offset for each time it was found."""
+        """The random offset after this re-acquisition."""
         length, turn, direction, sense = self._jumps.at(self._found).random(4).tolist()
         (near, far), (least, most) = self._errors.jump, self._errors.jump_turn
         size, angle = near + length * (far - near), 2.0 * math.pi * direction
@@ -81,7 +82,7 @@ class Device:
 
 
 class SimulatedTrackers:
-    """The trackers on the rover, each by itself; none while it is not visible (R8, R31)."""
+    """The trackers on the rover, each sampled on its own and only while visible (R8, R31)."""
 
     signals: tuple[str, ...] = ("rover.tracker",)
 
@@ -142,6 +143,11 @@ class SimulatedTrackers:
     def _noisy(
         self, name: str, number: int, place: tuple[float, float, float], yaw: float
     ) -> Pose3:
+        """The pose with the device's offset and white noise.
+
+        Its quaternion, here with qw first, is that of the yaw, (w, 0, 0, z), times that of a small
+        tilt, (1, p, q, 0).
+        """
         off, sigma, half = self._devices[name].off, self._errors.noise, self._errors.turn_noise / 2
         a, b, c, roll, pitch, turn = self._noise[name].row(number)
         angle = 0.5 * (yaw + off.yaw) + half * turn

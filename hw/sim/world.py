@@ -41,7 +41,7 @@ LONGEST_STEP_NS = 33_333_334
 class World:
     """A robot, with a room and a person if given: a plant of the loop.
 
-    `parts` is what a run is wired to, by name. The other attributes are the state, and `truth` a
+    `parts` are the parts of the run, by name. The other attributes are the state, and `truth` is a
     snapshot of it; `collisions` has what the footprint has touched. Without a scene the robot
     starts at the map's origin and meets no walls.
 
@@ -137,7 +137,7 @@ class World:
         return {"vr": self._vr, "trackers": self._trackers}
 
     def _equip(self, sensing: SensorErrors, seed: int) -> Equipment:
-        """The sensor models; their kernels are imported only if there are some."""
+        """The sensor models; imported here, so that worlds without sensing need no kernels."""
         from hw.sim.equipment import Equipment
 
         if not isinstance(self.base, SimBase):
@@ -207,7 +207,7 @@ class World:
         return self.now_ns
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Nothing to do: nothing is open."""
 
     @property
     def informed(self) -> bool:

@@ -211,7 +211,7 @@ def _apart(model: Manipulator, first: Capsule, second: Capsule) -> bool:
 
 
 def _reach(chain: KinematicChain, capsules: list[Capsule]) -> Array:
-    """Bound (m, 6) on the distance of a capsule from each joint's axis: the sum of the links."""
+    """Upper bound (m, 6) on the distance of capsules from each joint's axis: link lengths added."""
     steps = np.linalg.norm(chain.origins[:, :3, 3], axis=1)
     reach = np.zeros((len(capsules), 6))
     for i, capsule in enumerate(capsules):
@@ -230,6 +230,7 @@ def _name(model: Manipulator, capsule: Capsule) -> str:
 
 
 def _distance(edge: tuple[float, float, float, float]) -> float:
+    """Distance of an edge from the rover's centre, m."""
     x1, y1, x2, y2 = edge
     square = (x2 - x1) ** 2 + (y2 - y1) ** 2
     t = 0.0 if square == 0.0 else -(x1 * (x2 - x1) + y1 * (y2 - y1)) / square

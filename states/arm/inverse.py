@@ -62,7 +62,7 @@ class Solutions:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NearSolutions:
-    """The nearest that each branch gets: joints (n, 8, 6), errors (n, 8) in m and rad."""
+    """As near as each branch gets: joints (n, 8, 6) in rad, errors (n, 8) in m and in rad."""
 
     joints: Array
     position_error: Array
@@ -77,8 +77,8 @@ class NearSolutions:
 def inverse(chain: KinematicChain, targets: ArrayLike) -> Solutions:
     """All joints that bring the tcp to the targets, rover_from_tcp (4, 4) or (n, 4, 4).
 
-    Angles lie in (-pi, pi]. Branches of which no copy by whole turns is within the joint limits are
-    left out. At a singular wrist, where joint 6 is free, two of its angles stand for all.
+    Angles lie in (-pi, pi]. Branches that no whole turns bring within the joint limits are left
+    out. At a singular wrist, where joint 6 is free, two of its angles represent all.
     """
     poses = _poses(targets)
     joints, valid = _closed_form(chain, poses, 0.0 if chain.nominal else SEED_REACH)

@@ -1,7 +1,7 @@
 """The arm's compiled inner loops: link frames, distances, sweeps along a path.
 
-All stand in one file because numba's cache watches only the file of a function: a kernel compiled
-against an older version of another file's kernel would not be noticed. All is in the rover frame.
+All are in one file because numba's cache watches only the file of a function: a kernel compiled
+against an older version of another file's kernel would not be noticed. Rover frame; m, rad.
 """
 
 from __future__ import annotations
@@ -131,8 +131,8 @@ def outer_gap(
 ) -> float:
     """Distance of a capsule's surface to rover, floor, walls and cylinders, m; never too large.
 
-    Walls and cylinders are measured across (seen from above) and upright apart; the root of both
-    squares is a lower bound of the distance, exact where the nearest points coincide.
+    For walls and cylinders the horizontal and the vertical distance are measured separately; the
+    root of the sum of their squares is a lower bound, exact where the nearest points coincide.
     """
     ax, ay, az = ends[i, 0, 0], ends[i, 0, 1], ends[i, 0, 2]
     bx, by, bz = ends[i, 1, 0], ends[i, 1, 1], ends[i, 1, 2]

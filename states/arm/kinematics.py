@@ -1,7 +1,7 @@
 """Forward kinematics, Jacobian, and deviations between poses (R26).
 
-Poses are 4x4 matrices, joints are (6,) or (n, 6) arrays in rad. Everything is in the rover frame
-of `states.arm.model`. One compiled implementation serves one pose and many, so that a joint set
+Poses are 4x4 matrices (m), joints (6,) or (n, 6) arrays in rad. Everything is in the rover frame of
+`states.arm.model`. One compiled implementation serves one pose and many, so that a joint set
 gives the same bits alone and in a batch.
 """
 

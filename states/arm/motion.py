@@ -1,7 +1,7 @@
 """The arm in its room: planning queries of its states, and re-checks of a running trajectory.
 
-The user is the cylinder of R23, made slimmer where a DEEP has been granted: one nearer to the user
-than half a metre would lie inside it.
+The user is the cylinder of R23, made slimmer where a DEEP has been granted: a DEEP nearer to the
+user than half a metre would lie inside it.
 """
 
 from __future__ import annotations
@@ -31,10 +31,11 @@ ACCEPTED = (0.02, 0.1)
 """A DEEP that is out of reach by less than this, m and rad, is met as closely as possible (R44)."""
 
 USER_HEIGHT = 2.0
+"""Height of the user's cylinder, m."""
 TOUCH_GAP = 0.15
 """Gap between the user's cylinder and a granted DEEP, m; the arm comes from the other side."""
 SLIMMEST = 0.25
-"""Least radius of that cylinder, m: a person's body."""
+"""Least radius of the slimmed cylinder, m: a person's body."""
 
 PERIOD = 0.008
 """Time between points of a trajectory sent to the arm, s: the cycle of a UR controller (CB3)."""
@@ -119,7 +120,7 @@ class Workspace:
     def is_free(
         self, trajectory: Trajectory, since: float, situation: ArmSituation, deep: Pose3 | None
     ) -> bool:
-        """True if a trajectory may still be followed from `since` s on, as things are now."""
+        """True if a trajectory may still be followed from `since` s on in the present situation."""
         place = float(trajectory.along(np.array([since]))[0][0])
         return first_contact(self.checker(situation, deep), trajectory.path, place) is None
 

@@ -93,7 +93,7 @@ class JointPath:
 
 
 def first_contact(checker: CollisionChecker, path: JointPath, since: float = 0.0) -> float | None:
-    """Arc length at which a path first comes too close to something, from `since` on; or None."""
+    """Arc length, rad, at which a path first comes too close to something after `since`, if any."""
     knot = 0.0
     for piece, length in zip(path.pieces, path.lengths, strict=True):
         begin = min(max(since - knot, 0.0), length)

@@ -64,7 +64,7 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class NoPlan:
-    """No plan was found; `reason` says why, for people."""
+    """No plan was found; `reason` says why, as text."""
 
     reason: str
     checks: int = 0
@@ -166,7 +166,7 @@ def goals_at(
 
 
 def _checked(query: Query) -> tuple[Query, Integers, int] | NoPlan:
-    """The query with its margin settled, the free goals in order of time, and checks so far."""
+    """The query (with a smaller margin for a close start), free goals by time, checks so far."""
     goals = query.goals.reshape(-1, 6)
     if not len(goals):
         return NoPlan("out of reach: no joint angles lead there")

@@ -36,7 +36,7 @@ class ReachPlace:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReachTable:
-    """Shares (h, d) of rover directions from which a level DEEP is reached (R147)."""
+    """By height and distance (h, d): share of rover directions that reach a level DEEP (R147)."""
 
     heights: tuple[float, ...]
     distances: tuple[float, ...]

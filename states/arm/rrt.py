@@ -36,7 +36,7 @@ class JointTree:
         self._parents = [-1] * len(roots)
 
     def add(self, joints: Array, parent: int) -> int:
-        """Add a node; its index."""
+        """Add a node; returns its index."""
         count = len(self._parents)
         if count == len(self._nodes):
             self._nodes = np.concatenate([self._nodes, np.zeros_like(self._nodes)])
@@ -97,7 +97,7 @@ def connect(
 
 
 def drawing_box(chain: KinematicChain, start: Array, goals: Array) -> tuple[Array, Array]:
-    """Lowest and highest joint angles to draw from."""
+    """Lowest and highest joint angles to draw from, rad."""
     every = np.concatenate([start[None], goals])
     low = np.maximum(every.min(axis=0) - SURROUND, chain.lower)
     return low, np.minimum(every.max(axis=0) + SURROUND, chain.upper)
@@ -129,7 +129,10 @@ def shortened(
 def _extend(
     checker: CollisionChecker, tree: JointTree, towards: Array, step: float
 ) -> tuple[int | None, int]:
-    """Grow the tree towards joints, by at most one step, or four fifths of what is free."""
+    """Grow the tree towards joints by at most `step`, rad, or four fifths of the free part of it.
+
+    Returns the node reached (None: the free part is too short) and the joint sets checked.
+    """
     parent = tree.nearest(towards)
     begin = tree.at(parent)
     line = towards - begin

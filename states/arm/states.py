@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from states.arm.planning import NoPlan, Plan, Query
 
 AGE_S = 0.2
+"""Greatest age of the signals that arm states read, s."""
 READS: dict[str, float | None] = {
     ENVIRONMENT: None,
     BASE_POSE: AGE_S,
@@ -43,7 +44,7 @@ MOVED, TURNED = 0.01, 0.01
 CORRECTIONS, DRIFTED = 3, 0.001
 """Corrections at the DEEP at most, and the base's offset from which one is made, m or rad."""
 SURE, SURE_YAW = 0.01, 0.005
-"""A reach waits until sigma of the base's pose is below these, m and rad: the prop adds them."""
+"""Largest sigma of the base's pose to reach from, m and rad: it adds to the prop's error."""
 LATE_S = 0.5
 """Grace period after the planned end of a move before it counts as failed, s."""
 SLOWEST = 0.05
@@ -152,7 +153,7 @@ def _installed(solver: Solver) -> Solver:
 
 
 def _move(ctx: Context, deep: Pose3 | None, tolerance: float, solver: str) -> Moving:
-    """Move to a DEEP, or fold; plan anew whenever somebody steps into the path."""
+    """Move to a DEEP (map; None: fold); replan whenever somebody steps into the path."""
     from states.arm.planning import NoPlan
 
     workspace, corrections = environment_of(ctx).workspace, 0
@@ -186,7 +187,7 @@ def _drifted(ctx: Context, planned: ArmSituation) -> bool:
 
 
 def _at_rest(ctx: Context) -> Generator[Yielded, None, ArmSituation | None]:
-    """The situation once the arm is at rest; None if a stop line or the arm forbids to move."""
+    """The situation once the arm is at rest; None if the stop line or the arm forbids motion."""
     while ctx.value(STOP_ENGAGED) is None:
         situation, arm = _situation(ctx), ctx.value(ARM_JOINTS)
         if situation is not None and arm is not None:
@@ -210,7 +211,7 @@ def _situation(ctx: Context) -> ArmSituation | None:
 
 
 def _planned(query: Query, solver: str) -> Generator[Yielded, None, Plan | NoPlan]:
-    """Work off a planner, a few slices per tick."""
+    """Run a planner to its end, a few slices per tick."""
     from states.arm.planning import planner
 
     work, slices = planner(solver)(query), 0

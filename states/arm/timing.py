@@ -28,7 +28,7 @@ GRID_STEP, TURN_STEP = 0.02, 0.02
 """Largest grid step along a path, rad, and largest change of its unit slope per step."""
 
 LINE_SAMPLES = 33
-"""Samples along a line that is only compared with others."""
+"""Samples along a line whose duration is only compared with others'."""
 
 _FEWEST, _MOST = 8, 200
 # the tool speed is bounded at grid points only; between two of them it exceeds that by less than
@@ -75,6 +75,10 @@ def line_durations(chain: KinematicChain, start: Array, goals: Array, limits: Ar
 
 
 def _trapezoid(path: JointPath, limits: ArmLimits) -> Trajectory:
+    """One straight line: speed up, cruise, slow down; the ramps cover peak^2 / gain together.
+
+    Without a cruise that is the whole length, so the peak is at most sqrt(gain length).
+    """
     slope, length = np.abs(path.pieces[0, 1]), path.length
     used = slope > 0.0
     rate = float(np.min(np.array(limits.speed)[used] / slope[used]))
@@ -165,14 +169,14 @@ def _averaged(sharp: Trajectory, window: float) -> Trajectory:
     took, jerks = np.diff(times), np.diff(gains) / np.diff(times)
     moved = took * (rates[:-1] + took * (gains[:-1] / 2.0 + took * jerks / 6.0))
     places = np.concatenate([[0.0], np.cumsum(moved)])
-    # at rest s is known exactly: rounding of the sums before is dropped
+    # at rest s is known exactly: rounding errors of the sums so far are dropped
     resting = np.flatnonzero((speed == 0.0) & (past == 0.0))
     places[resting] = waiting.along(then[resting])[0]
     return Trajectory(sharp.path, times, places, rates, gains, jerks)
 
 
 def _with_waits(sharp: Trajectory, wait: float) -> Trajectory:
-    """Each stop at a sharp corner held for `wait` s, or averaging would not come to rest there."""
+    """Each stop at a sharp corner held for `wait` s, so that the average speed reaches 0 there."""
     stop = sharp.rates == 0.0
     stop[0] = stop[-1] = False
     k = np.repeat(np.arange(len(stop)), 1 + stop)

@@ -1,6 +1,6 @@
 """Compiled passes over a grid of a path, as derived in `timing.py`: x = (ds/dt)^2, u = d2s/dt2.
 
-All stand in one file because numba's cache watches only the file of a function.
+All are in one file because numba's cache watches only the file of a function.
 """
 
 from __future__ import annotations

@@ -103,7 +103,7 @@ class MapFloor:
         return found
 
     def has_quarter(self, inflation: float, reach: float) -> bool:
-        """Tried every 15 degrees, to one cell: a quarter fits where it covers no unusable cell."""
+        """Tried every 15 degrees and in each cell: a quarter fits if it covers no unusable cell."""
         from scipy.signal import correlate
 
         cells = round(reach / self.map.resolution)

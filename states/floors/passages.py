@@ -51,7 +51,7 @@ def closed_passages(free: Geometry, usable: Geometry, widest: float) -> tuple[Pa
 
 
 def _along(block: nx.Graph, doors: list[Passage]) -> list[Passage]:
-    """The doors of a block of cells; of one without forks only the middle one of the narrowest."""
+    """The doors of a block of cells; without forks only the narrowest (of equals the middle)."""
     here = [doors[node[0]] for node in block if isinstance(node, tuple)]
     forks = any(block.degree(node) > 2 for node in block if node != _USABLE)
     if forks:

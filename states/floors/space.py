@@ -30,7 +30,7 @@ _TURN = 2.0 * math.pi
 
 @dataclass(frozen=True, slots=True)
 class Passage:
-    """A passage too narrow for the robot; its narrowest line, m."""
+    """A passage too narrow for the robot: the ends of its narrowest line and its width, m."""
 
     start: Point
     end: Point
@@ -73,7 +73,7 @@ class Floor(Protocol):
         ...
 
     def has_quarter(self, inflation: float, reach: float) -> bool:
-        """Does a quarter of a circle of radius `reach`, at any angle, fit into the usable floor?"""
+        """True if a quarter of a circle of radius `reach`, m, fits in at some place and angle."""
         ...
 
 
@@ -111,7 +111,10 @@ def measure(floor: Floor, inflation: float) -> Space:
 
 
 def smallest_square(inflation: float, reach: float = REACH) -> float:
-    """Side of the smallest square room in which all behaviours fit, m (R124)."""
+    """Side of the smallest square room in which all behaviours fit, m (R124).
+
+    The quarter of a circle is as wide as its radius; the inflation is added at both walls.
+    """
     return reach + 2.0 * inflation
 
 
@@ -130,7 +133,7 @@ def shortcoming(floor: Floor, inflation: float, reach: float = REACH) -> str | N
 
 @dataclass(frozen=True, slots=True)
 class Untouchable:
-    """User poses without a Haptic pose: the share of headings without one, place by place.
+    """User poses without a Haptic pose: at each place, the share of headings without one.
 
     `x`, `y` (m) and `share` have one entry per place; `step` is the spacing of the places, m.
     """

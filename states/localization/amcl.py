@@ -1,9 +1,9 @@
 """Adaptive Monte Carlo localization: the pose in a map, without a start pose.
 
-Parameters have the names and meanings of ROS's amcl, except where that has bugs: `kld_z` is a
-quantile, as it is used; weights are products, summed as logarithms; the motion model is the one
-called omni-corrected. Particles are relative to the corner of the field, so that precision does not
-depend on where the map lies.
+Parameters have the names and meanings of ROS's amcl, except where that has bugs: `kld_z` is given
+as the quantile that the formula needs; weights are products, summed as logarithms; the motion model
+is the one called omni-corrected. Particles are relative to the corner of the field, so that
+precision does not depend on where the map lies.
 """
 
 from __future__ import annotations
@@ -47,8 +47,9 @@ class AmclValues:
 
     `kld_z` is a standard normal quantile, 2.33 for 99 %. `odom_alpha1` to 5 are variances of the
     motion model: of the turn per rad^2 turned (1) and per m^2 travelled (2), along the path per m^2
-    (3) and per rad^2 (4), across it per m^2 (5). `resolution` is that of the likelihood table, m.
-    `likelihood_power`: 1 treats beams as independent; the more their errors correlate, the less.
+    (3), across it per m^2 (5), and of both per rad^2 (4). `resolution` is that of the likelihood
+    table, m. `likelihood_power`: 1 treats beams as independent; less allows for errors that
+    correlate.
     """
 
     min_particles: _Count = 100
@@ -159,7 +160,7 @@ class Amcl:
         self._put(self._anywhere(count or self.values.max_particles, self._rng()))
 
     def update(self, odom_from_base: Pose2, points: Array, force: bool = False) -> bool:
-        """Take a scan, points (n, 2) in the base frame, with the odometry at its instant.
+        """Take a scan, points (n, 2) in the base frame, m, with the odometry at its instant.
 
         Does nothing and returns False until the base has moved by `update_min_d` or `update_min_a`,
         unless forced. Without points the particles only move.
@@ -214,7 +215,7 @@ class Amcl:
         self._slow = self._fast = 0.0
 
     def _rng(self) -> np.random.Generator:
-        """A generator of its own for each update, by seed and number of the update."""
+        """A new generator for each start and update, by seed and number of the call."""
         self._draws += 1
         return np.random.default_rng((self._seed, STREAM, self._draws))
 
@@ -230,6 +231,7 @@ class Amcl:
         return found
 
     def _move(self, moved: Pose2, rng: np.random.Generator) -> None:
+        """Move the particles by the odometry (base frame), with the noise of `AmclValues`."""
         v, length, turn = self.values, math.hypot(moved.x, moved.y), moved.yaw
         along = math.sqrt(v.odom_alpha3 * length**2 + v.odom_alpha4 * turn**2)
         across = math.sqrt(v.odom_alpha4 * turn**2 + v.odom_alpha5 * length**2)

@@ -2,7 +2,7 @@
 
 From a drive during which trackers gave vive_from_tracker and a scan matcher map_from_base, all
 frames are found at once by robust least squares (`hand_eye.py`). Planar motion leaves the height
-open, which is set by convention: the tracking's floor is the floor, unless mounts are known.
+open; by convention the tracking's floor is taken as the map's, unless mounts are known.
 Readings are averaged over windows, so that residuals show systematic errors, not noise.
 """
 
@@ -54,7 +54,7 @@ class Calibration:
     `mounts`: base_from_tracker. `scanner_yaws`: yaw of each scanner relative to its nominal mount,
     rad; with unknown mounts only differences are observable, and their mean is 0. `clock_offset`:
     delay of tracker stamps behind scanner stamps, s. `position_rms` (m) and `yaw_rms` (rad) are
-    residuals of the window means; `sigmas` are by name, m, rad or s.
+    residuals of the window means; `sigmas` are by the unknown's name, in m, rad or s.
     """
 
     map_from_vive: Pose3
@@ -93,9 +93,10 @@ def calibrate(
     scanners: Mapping[str, Pose2] | None = None,
     window: float = WINDOW_S,
 ) -> Calibration | NoCalibration:
-    """All frames at once; with known `mounts` (base_from_tracker) only map_from_vive.
+    """Calibrate all frames at once; with known `mounts` (base_from_tracker) only map_from_vive.
 
-    `scanners` has the nominal base_from_scanner of the scanners that the base readings name.
+    `scanners` has the nominal base_from_scanner of the scanners that the base readings name;
+    readings are averaged over `window`, s.
 
     Raises:
         ValueError: a tracker or a scanner is named that `mounts` or `scanners` does not have.

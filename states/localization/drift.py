@@ -34,7 +34,8 @@ _Difference = tuple[int, float, float, float]
 class Drift:
     """A difference between trackers and scanners, m and rad, and since when, ns.
 
-    `jump`: it came within the window; `drift`: slowly, or it was there from the beginning.
+    `jump`: more than half of it arose within the window; `drift`: it grew more slowly, or was there
+    from the beginning.
     """
 
     kind: Literal["jump", "drift"]
@@ -121,8 +122,8 @@ class TrackerComparison:
     def update(self, stamp_ns: int, known: Pose2) -> None:
         """Compare the trackers in view with map_from_base at this stamp.
 
-        Only the best tracker counts: one that was lost and came back is off alone, while a tracking
-        frame that has moved is off for all of them.
+        Only the best tracker is used: a tracker that was lost and came back is off by itself, while
+        a tracking frame that has moved puts all of them off.
         """
         best = min(self._feed.each, key=lambda pose: _apart(known, pose))
         self.drift = self._watch.update(stamp_ns, best, known)

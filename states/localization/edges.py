@@ -1,6 +1,6 @@
 """Arithmetic of rigid motions as plain tuples (x, y, z, qx, qy, qz, qw).
 
-The same as `Pose3`'s, without intermediate objects: a lookup over five edges makes one.
+The same as `Pose3`'s, but without intermediate objects: a lookup over five edges creates just one.
 """
 
 from __future__ import annotations

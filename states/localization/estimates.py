@@ -10,7 +10,7 @@ from hw.samples import PoseSigma
 from states.signals.motion import StampedPlace
 
 SENSED = ("base.odometry", "base.imu", "base.scan", "rover.tracker")
-"""Inputs of localization; only the wheels must have been heard before there is a pose."""
+"""Inputs of localization; only odometry is required before there is a pose."""
 
 
 class Localizes(Protocol):
@@ -28,12 +28,12 @@ class Localizes(Protocol):
 
     @property
     def stamp_ns(self) -> int | None:
-        """Stamp of the pose: that of the newest wheel sample."""
+        """Stamp of the pose, ns: that of the newest wheel sample (or scan)."""
         ...
 
     @property
     def status(self) -> str:
-        """What the pose rests on."""
+        """What the pose is based on."""
         ...
 
     @property
@@ -59,7 +59,7 @@ class PoseEstimate(NamedTuple):
 
 
 class LocalizationEstimator:
-    """The estimate of a `localizer`; None while it is lost, so that `base.pose` ages then."""
+    """The estimate of a `localizer`; None while it is lost, so that the last `base.pose` ages."""
 
     def __init__(self, localizer: Localizes) -> None:
         self.localizer = localizer

@@ -3,8 +3,8 @@
 A state is an array (n + 1, n): the mean in row 0, below it the factors of the covariance
 P = U D Uᵀ, with U unit upper triangular and D stored on its diagonal. So P is symmetric and has no
 negative eigenvalue, whatever the rounding (Bierman, Factorization Methods for Discrete Sequential
-Estimation, 1977: Thornton's time update, Bierman's measurement update). All stand in one file
-because numba's cache watches only the file of a function.
+Estimation, 1977: Thornton's time update, Bierman's measurement update). All are in one file because
+numba's cache watches only the file of a function.
 """
 
 from __future__ import annotations
@@ -392,7 +392,7 @@ def _norm(vector: Array) -> float:
 
 @njit(cache=True)
 def _wrapped(angle: float) -> float:
-    """The angle in [-pi, pi]; one inside stays bit for bit."""
+    """The angle in [-pi, pi]; an angle already inside is returned unchanged."""
     if abs(angle) <= math.pi:
         return angle
     return angle - _TURN * math.floor(angle / _TURN + 0.5)

@@ -20,8 +20,8 @@ HEAD, HANDS = "user_head", ("user_left_hand", "user_right_hand")
 class FramesEstimator:
     """Puts poses of robot and person into a `TransformBuffer`, which is its value.
 
-    Frames: `map`, `vive` (of the tracking), `base`, `arm` and each scanner and tracker by its name
-    on it, `user` (their body on the floor) and, where they are tracked, `user_head` and the hands.
+    Frames: `map`, `vive` (the tracking frame), `base`; on the base `arm` and, by name, each scanner
+    and tracker; `user` (their body on the floor) and, where tracked, `user_head` and the hands.
     The buffer grows as poses arrive; a lookup at a past stamp always gives the same answer.
     """
 

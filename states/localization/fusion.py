@@ -77,7 +77,7 @@ class Fusion:
         standing: bool,
         rate: float | None = None,
     ) -> None:
-        """Correct by the velocity in the base frame; `rate` by a gyroscope replaces its wz."""
+        """Correct by the velocity in the base frame; a gyroscope's `rate`, rad/s, replaces wz."""
         speed, turn = STANDING if standing else MOVING
         wz = velocity.wz
         if rate is not None and not standing:
@@ -88,7 +88,7 @@ class Fusion:
     def scan(
         self, stamp_ns: int, map_from_base: Pose2, information: Array, *, gated: bool
     ) -> Verdict:
-        """Correct by a match with its information (3, 3); a gated one must be repeated."""
+        """Correct by a match and its information (3, 3); beyond the gate it must be repeated."""
         covariance = inverse(information + NOWHERE * np.eye(3))
         return self._correct(stamp_ns, SCANS[gated], map_from_base, covariance)
 

@@ -24,7 +24,7 @@ _REACH = 1.0
 
 
 def _wide() -> TrackerValues:
-    """While surroundings are only partly known, many beams end elsewhere and walls are rough."""
+    """Parameters for surroundings known in part: many beams end elsewhere, and walls are rough."""
     return TrackerValues(beams=1000, scale=0.2, inlier_distance=0.2, healthy=0.3)
 
 
@@ -34,7 +34,7 @@ class GrowingValues:
 
     A scan's walls are added once the base is `distance` m or `turn` rad from the last such scan of
     the sensor. Wheel errors are assumed to be `slip` m per m, `twist` rad per m and `spin` rad per
-    rad. Matches that are not healthy are ignored.
+    rad, plus 1 cm and 0.01 rad. Matches that are not healthy are ignored.
     """
 
     distance: float = 0.25
@@ -133,7 +133,7 @@ class GrowingWalls:
 
 
 def points_in(map_from_base: Pose2, points: Array) -> Array:
-    """Points (n, 2) of the base frame in the map."""
+    """Points (n, 2), m, transformed from the base frame into the map."""
     c, s = math.cos(map_from_base.yaw), math.sin(map_from_base.yaw)
     moved: Array = points @ np.array([[c, s], [-s, c]]) + [map_from_base.x, map_from_base.y]
     return moved

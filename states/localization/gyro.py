@@ -1,4 +1,4 @@
-"""The mean rate of turn between two wheel samples, by the gyroscope."""
+"""The mean rate of turn between two wheel samples, measured by the gyroscope."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 SETTLE = 1.0
 """Time constant with which the bias follows the reading of a standing base, s."""
 OLDEST = 0.1
-"""Age from which readings are not used, s."""
+"""Greatest age of readings that are used, s."""
 STARTS_AT = 0.1
 """Largest rate that may be bias, rad/s; above it the base is being turned."""
 
@@ -33,7 +33,7 @@ class Gyro:
         self._count += 1
 
     def take(self, stamp_ns: int) -> float | None:
-        """The mean rate since the last call, rad/s; None if there is no fresh one."""
+        """The mean rate since the last call, less the bias, rad/s; None without a fresh reading."""
         total, count = self._sum, self._count
         self._sum, self._count = 0.0, 0
         if not count or self._stamp_ns is None or stamp_ns - self._stamp_ns > OLDEST * 1e9:

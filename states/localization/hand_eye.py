@@ -1,6 +1,6 @@
 """Robot-world hand-eye calibration of trackers on a base that moves in a plane.
 
-A tracker's pose in the map is known by two routes, over the tracking and over the base:
+A tracker's pose in the map is known by two routes, via the tracking system and via the base:
 
     map_from_vive @ vive_from_tracker = map_from_base @ base_from_tracker
 
@@ -22,8 +22,8 @@ from hw.geometry import Pose2, Pose3
 from states.localization.tracks import Array, Pairs
 
 STEPS = 50
-_SETTLED = 1e-9  # m, rad and s of a last step
-_HOLD = 1e-2  # of the normal equations: directions that the drive leaves open hardly move
+_SETTLED = 1e-9  # the iteration ends with a step below this, m, rad and s
+_HOLD = 1e-2  # damping of the normal equations: directions that the drive leaves open hardly move
 _UP = np.array([0.0, 0.0, 1.0])
 
 

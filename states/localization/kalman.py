@@ -197,7 +197,7 @@ class KalmanFilter:
             self._entries.clear()
 
     def _take(self, before: _Entry, entry: _Entry) -> None:
-        """Predict from one entry to the next, and correct by the measurement of that."""
+        """Predict from one entry to the next, and correct by the latter's measurement."""
         known, stamp = entry.known, entry.key[0]
         at, last = known.order, before.last[known.order]
         factor = 1.0 if last is None else _factor(known.source.correlation, stamp - last)

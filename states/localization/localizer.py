@@ -1,4 +1,4 @@
-"""The pose of the base from all its sensors: one estimate, how sure it is, and a status.
+"""The pose of the base from all its sensors: one estimate, its uncertainty, and a status.
 
 Scans are matched to the walls, starting from where wheels, gyroscope and trackers predict the base.
 Matches and tracker poses then correct a Kalman filter, each at its own stamp. While matches are bad
@@ -95,12 +95,12 @@ class Localizer:
 
     @property
     def drift(self) -> Drift | None:
-        """How trackers and scanners differ, longer than a lost tracker's return explains."""
+        """How trackers and scanners differ; None while a re-acquired tracker may explain it."""
         return self._comparison.drift
 
     @property
     def status(self) -> LocalizerStatus:
-        """What the pose rests on; anything but `tracking` and `resting` needs attention."""
+        """What the pose is based on; anything but `tracking` and `resting` needs attention."""
         if self._health.mode != "tracking":
             return self._health.mode
         if self._wheels.missing:
@@ -186,7 +186,7 @@ class Localizer:
         found = self._matcher.follow(cloud, predicted, known[1], health)
         pose = found.map_from_base
         if found.is_fair(self._values.matching):
-            # without wheels to predict by, far from the prediction is no reason for doubt
+            # predictions without wheels are poor: a match far from one is no reason for doubt
             gated = self._wheels.believed and leaps(found, predicted, known[1])
             self._fusion.scan(stamp_ns, pose, found.information, gated=gated)
         if health.take(stamp_ns, found):
@@ -209,7 +209,7 @@ class Localizer:
     # rest
 
     def _settle(self, stamp_ns: int) -> None:
-        """Begin to rest once the base stands and its pose is sure."""
+        """Begin to rest once the base stands and its pose is certain."""
         if (
             self._wheels.trail.standing < STOOD
             or self.status != "tracking"
@@ -226,7 +226,7 @@ class Localizer:
 
     def _still_rests(self, cloud: Cloud) -> bool:
         """Check by one scan that nobody has moved the base; if somebody has, end the rest."""
-        assert self._known is not None  # it rests on that
+        assert self._known is not None  # a base rests at a known pose only
         found, is_there = self._matcher.at_rest(cloud, *self._known)
         if is_there:
             return True
@@ -237,8 +237,8 @@ class Localizer:
         return False
 
     def _end_rest(self, stamp_ns: int) -> None:
-        """Begin the filter anew from the pose of the rest."""
-        assert self._known is not None  # it rested on that
+        """Restart the filter from the pose of the rest."""
+        assert self._known is not None  # a base rests at a known pose only
         self._resting, self._stood = False, 0
         self._fusion.begin(stamp_ns, *self._known, self._wheels.velocity_at(stamp_ns))
 

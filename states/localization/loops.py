@@ -1,10 +1,10 @@
 """Loop closing: where a path returns to a place seen before, the whole path is corrected.
 
-A scan taken near a place of much earlier is matched to the walls seen then, from many start poses
-around its estimate. A good match becomes an edge of a pose graph, beside the edges from scan to
-scan. The graph is solved by Gauss-Newton (Lu and Milios 1997), on errors of each edge in the frame
-of its first pose: R_i^T (p_j - p_i) and yaw_j - yaw_i, less the measured ones, over sigma. Loops
-that contradict the rest lose their weight (Geman and McClure).
+A scan taken near a place passed much earlier is matched to the walls seen then, from many start
+poses around its estimate. A good match becomes an edge of a pose graph, beside the edges from scan
+to scan. The graph is solved by Gauss-Newton (Lu and Milios 1997), on errors of each edge in the
+frame of its first pose: R_i^T (p_j - p_i) and yaw_j - yaw_i, less the measured ones, over sigma.
+Loops that contradict the rest lose their weight (Geman and McClure).
 """
 
 from __future__ import annotations
@@ -34,9 +34,10 @@ class LoopValues:
     A scan is compared with the nearest pose at least `gone` m of path earlier, if that lies within
     `near` m plus `drift` m per metre of path between. The walls are those of scans within `about` m
     of path around it. A match counts if a share `sure` of its beams fits and every other place fits
-    by `margin` less. Sigmas are `slip` m and `twist` rad per m for edges from scan to scan, `sigma`
-    (m, rad) for loops. Graph nodes are `step` m apart; a search from many starts is made at most at
-    every `every`-th of them; `rounds` bounds how often loops are looked for.
+    by `margin` less. Sigmas are `slip` m and `twist` rad per m, plus 1 cm and 3 mrad, for edges
+    from scan to scan, and `sigma` (m, rad) for loops. Graph nodes are `step` m apart; a search from
+    many starts is made at most at every `every`-th of them; `rounds` bounds how often loops are
+    looked for.
     """
 
     step: float = 0.5
@@ -54,7 +55,7 @@ class LoopValues:
 
 
 class PoseEdge(NamedTuple):
-    """A measured `first_from_second` between two poses, with its sigmas, m and rad."""
+    """A measured first_from_second between the poses of two numbers, with its sigmas, m and rad."""
 
     first: int
     second: int
@@ -132,6 +133,7 @@ def _step(
     number: int, poses: Sequence[Pose2], gone: Sequence[float], values: LoopValues
 ) -> PoseEdge:
     distance = gone[number + 1] - gone[number]
+    # an error of a single match, m and rad, and what slip adds over the distance
     sigma = (0.01 + values.slip * distance, 0.003 + values.twist * distance)
     between = poses[number].inverse() @ poses[number + 1]
     return PoseEdge(number, number + 1, between, sigma, is_loop=False)

@@ -44,7 +44,7 @@ class MatchHealth:
         return near.share + MUCH_BETTER if lasts else self._values.plain
 
     def take(self, stamp_ns: int, found: Match) -> bool:
-        """Take a match; True where doubt begins, so that a search is to be started."""
+        """Take a match; True if it begins a doubt, so that a search is to be started."""
         matching = self._values.matching
         self._share += SMOOTHING * (found.share - self._share)
         if found.is_fair(matching):
@@ -68,22 +68,22 @@ class MatchHealth:
         return False
 
     def confirmed(self, stamp_ns: int) -> None:
-        """A search says that the base is where it was thought to be; holds for `sure_for` s."""
+        """Note that a search found the base where it was thought to be; holds for `sure_for` s."""
         self._sure_ns = stamp_ns + round(self._values.sure_for * 1e9)
         self.mode, self._bad = "tracking", 0
 
     def relocated(self, stamp_ns: int, found: Match) -> None:
-        """A search has found the base elsewhere, and the pose is now that one."""
+        """Note that a search has found the base elsewhere, and the pose was set to that place."""
         self.confirmed(stamp_ns)
         self.fair_ns, self._share = stamp_ns, found.share
 
     def placed(self, stamp_ns: int) -> None:
-        """A tracker has given a pose where there was none."""
+        """Note that a tracker has given a pose where there was none."""
         self.mode = "doubtful" if self.mode == "lost" else self.mode
         self.fair_ns = stamp_ns
 
     def blind(self, unseen_ns: int) -> None:
-        """A tracker has corrected the pose, and the newest scan is this old."""
+        """Note that a tracker has corrected the pose while the newest scan is `unseen_ns` old."""
         if self.mode == "starting" and unseen_ns > UNSEEN_NS:
             self.mode = "tracking"
 

@@ -57,6 +57,7 @@ class OdometryWatch:
 def _explained(by_scans: Pose2, by_wheels: Pose2) -> bool:
     distance = max(_length(by_scans), _length(by_wheels))
     turn = max(abs(by_scans.yaw), abs(by_wheels.yaw))
+    # a turn that is off by this share, evenly along the way, moves its end by half the way times it
     aside = by_scans.distance_to(by_wheels) - 0.5 * distance * turn * SLIP_SHARE
     off = abs(wrap(by_scans.yaw - by_wheels.yaw))
     fits = aside <= SLIP_M + SLIP_SHARE * distance

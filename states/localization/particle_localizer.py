@@ -32,7 +32,7 @@ ParticleStatus = Literal["starting", "tracking", "odometry missing"]
 
 
 class ParticleLocalizer:
-    """Estimates map_from_base by particles alone; see the module. `counts` is as of `Localizer`."""
+    """Estimates map_from_base by particles alone; see the module. `counts` is as in `Localizer`."""
 
     drift = None
     """Trackers and scanners are not compared here."""
@@ -58,7 +58,7 @@ class ParticleLocalizer:
 
     @property
     def pose(self) -> Pose2 | None:
-        """map_from_base at `stamp_ns`; None before the first scan."""
+        """map_from_base at `stamp_ns`; None before the first scan or tracker pose."""
         return self._pose
 
     @property
@@ -73,7 +73,7 @@ class ParticleLocalizer:
 
     @property
     def status(self) -> ParticleStatus:
-        """What the estimate rests on."""
+        """What the estimate is based on."""
         heard = self._trail.stamp_ns
         if heard is None or self._scan_ns - heard > MISSING_NS:
             return "odometry missing"

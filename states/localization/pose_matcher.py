@@ -28,10 +28,10 @@ SAME_M, SAME_RAD = 0.03, 0.01
 
 
 class PoseMatcher:
-    """Lays scans onto the walls of one map; counts its matches in `counts["matched"]`.
+    """Matches scans to the walls of one map, and counts them in `counts["matched"]`.
 
-    `floor` (3, 3) is the covariance that no averaging removes: that of the values and, on a scanned
-    map, half a cell and the yaw that this allows.
+    `floor` (3, 3) is the covariance that no averaging removes: that of the parameters and, on a
+    scanned map, half a cell and the yaw error that this allows.
     """
 
     def __init__(self, field: Field, values: LocalizerValues, counts: Counter[str]) -> None:
@@ -44,7 +44,7 @@ class PoseMatcher:
     def follow(
         self, cloud: Cloud, predicted: Pose2, covariance: Array, health: MatchHealth
     ) -> Match:
-        """The match near a predicted pose, or, if that one is poor, a clear one farther around."""
+        """The match near a predicted pose or, if that is poor, a clearly better one farther off."""
         # four times the covariance (twice the sigma): the filter will weigh the prediction once
         # more when it takes the match, so it should count little here
         found = self._near(cloud, predicted, 4.0 * covariance)
@@ -81,7 +81,7 @@ def leaps(found: Match, predicted: Pose2, covariance: Array) -> bool:
 
 
 def is_same(one: Pose2, other: Pose2) -> bool:
-    """True if two poses differ by less than a base at rest may appear to move."""
+    """True if two poses differ by no more than a base at rest appears to move."""
     return one.distance_to(other) < SAME_M and abs(wrap(one.yaw - other.yaw)) < SAME_RAD
 
 

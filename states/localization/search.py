@@ -66,7 +66,8 @@ class _Hypothesis:
 class Search:
     """A search on the whole floor, or `about` a pose; give it every scan.
 
-    `guess` is the best hypothesis while it fits well and too few scans have been seen to be sure.
+    `guess` is the best hypothesis while it is probable enough and most beams are on walls, even if
+    too few scans have been seen for an answer; else None.
     """
 
     def __init__(
@@ -96,7 +97,7 @@ class Search:
         self._begin(also)
 
     def update(self, odom_from_base: Pose2, points: Array) -> Match | None:
-        """Take a scan, points (n, 2) in the base frame; the match once the base has been found."""
+        """Take a scan, points (n, 2) in the base frame, m; the match once the base is found."""
         if not self._begun:
             self.anywhere()
         self._scans += 1

@@ -64,8 +64,8 @@ class Measurement(NamedTuple):
     """Values of a source's axes at a stamp, with their covariance (m, m) or variances (m,).
 
     An axis is left out if its value is not finite or beyond 1e12, or if its variance is negative,
-    not finite or beyond 1e100: drivers mark axes so that they do not measure. Variances are clamped
-    to 1e-9 to 1e9.
+    not finite or beyond 1e100: drivers mark unmeasured axes in these ways. Variances are clamped to
+    1e-9 to 1e9.
     """
 
     stamp_ns: int

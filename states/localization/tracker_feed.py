@@ -1,4 +1,4 @@
-"""Poses of the base by its trackers, at a requested period (R30)."""
+"""Poses of the base from its trackers, at a requested period (R30)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hw.samples import TrackerPose
 from hw.tracking import Tracking
 
 FRESH_NS = 50_000_000
-"""Largest difference of stamps of tracker poses that are averaged."""
+"""Largest difference of stamps of tracker poses that are averaged, ns."""
 
 
 class TrackerFeed:

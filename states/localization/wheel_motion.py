@@ -1,4 +1,4 @@
-"""Motion by wheels and gyroscope, with whether it is to be believed."""
+"""Motion measured by wheels and gyroscope, and whether it can be believed."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from states.localization.odometry_watch import OdometryWatch
 from states.localization.trail import Trail
 
 MISSING_NS = 300_000_000
-"""Wheels whose newest sample is this much older than the newest scan count as missing."""
+"""Wheels whose newest sample is this much older than the newest scan count as missing, ns."""
 CARRIED_NS = 1_000_000_000
-"""Longest time over which a pose is moved on by the wheels alone."""
+"""Longest time over which a pose is moved on by the wheels alone, ns."""
 MOMENT_NS = 50_000_000
-"""Time over which the velocity at an instant is measured."""
+"""Time over which the velocity at an instant is measured, ns."""
 TURNING = 0.05
 """A base whose gyroscope reads more than this is not at rest, whatever its wheels say, rad/s."""
 STOOD = 0.3
@@ -20,7 +20,7 @@ STOOD = 0.3
 
 
 class WheelMotion:
-    """Odometry of the last seconds, beside what scans say of it."""
+    """Odometry of the last seconds, checked against the motion that scans show."""
 
     def __init__(self) -> None:
         self.trail, self.gyro, self.watch = Trail(), Gyro(), OdometryWatch()

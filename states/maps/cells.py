@@ -86,7 +86,7 @@ def room_map(
 
 @njit(cache=True)
 def is_inside_rings(x: float, y: float, sides: Array) -> bool:
-    """Inside the outer ring and outside all others, by the even-odd rule per ring."""
+    """True inside the outer ring and outside all others, by the even-odd rule per ring."""
     ring, odd = 0.0, False
     for i in range(len(sides)):
         if sides[i, 5] != ring:

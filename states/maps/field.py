@@ -25,7 +25,7 @@ from states.maps.occupancy import FREE, OccupancyMap, Values
 Indices = NDArray[np.int32]
 
 REACH = 2.0
-"""Distances are cut off here, m: `laser_likelihood_max_dist` of amcl."""
+"""Distances are capped at this, m: `laser_likelihood_max_dist` of amcl."""
 OCCUPIED_FROM = 65
 """Cells of this value or more are walls."""
 
@@ -97,7 +97,7 @@ def room_field(room: Room, reach: float = REACH) -> Field:
 def map_field(map_: OccupancyMap, reach: float = REACH) -> Field:
     """The field of a scanned map, its walls known to half a cell.
 
-    Only faces count as walls, so that scans are drawn to the face of a thick wall.
+    Only faces count as walls, so that scans are matched to the face of a thick wall.
     """
     nearest = np.minimum(distances(_faces(map_.values), map_.resolution), reach)
     none, nobody = np.empty((0, 5)), np.empty(0, np.int32)

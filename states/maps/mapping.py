@@ -1,8 +1,8 @@
 """Maps from scans with known poses: how often beams ended in each cell, and passed through it.
 
-A cell is occupied if a quarter of the scans that observed it ended there, else free: walls hit at
-grazing angles are passed often, people who walk by are seen at any one place rarely. A cell counts
-once per scan, as an end if any beam ends in it.
+A cell is occupied if at least a quarter of the scans that observed it ended there, else free: at
+grazing angles beams often pass through cells of a wall, and people who walk by are rarely seen at
+the same place. A cell counts once per scan, as an end if any beam ends in it.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ RESOLUTION = 0.05
 FARTHEST = 30.0
 """Beams are followed up to here, m; farther ends are too sparse to form walls."""
 OCCUPIED_SHARE = 0.25
-"""Share of the scans that observed a cell and ended in it from which on it is a wall."""
+"""A cell is a wall if at least this share of the scans that observed it ended in it."""
 LARGEST = 200_000_000
 """Most cells of a map."""
 _ROOM = 100

@@ -68,9 +68,10 @@ def room_of(map_: OccupancyMap) -> Room:
 
 
 def start_in(map_: OccupancyMap) -> Pose2:
-    """A start pose: the most open place apart from the most open one, left for people; yaw 0.
+    """A start pose, yaw 0: the most open place at least APART_M from the very most open one.
 
-    A robot can drive from one to the other; if there is no such place it is the most open one.
+    That one is left for people, and a robot can drive between both. Without such a place the start
+    is the most open place itself.
     """
     field = distances(np.pad(map_.values != FREE, 1, constant_values=True), map_.resolution)
     field = field[1:-1, 1:-1]

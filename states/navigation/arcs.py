@@ -12,12 +12,12 @@ from states.navigation.shortest import PathQuery, make_query, shortest
 from states.navigation.tangents import InflatedRoom, Integers, UserDisc, sweep_between
 
 DRAWING_ERROR = 5e-4
-"""How far the polyline of an arc of usual size may lie outside the arc, m."""
+"""Largest distance of the polyline outside an arc of usual size, m."""
 
 
 @njit(cache=True)
 def parts_of_arc(disc: Array, start: float, sweep: float, query: PathQuery) -> int:
-    """Number of tangents that an arc is drawn with; more where another inflation is close.
+    """Number of tangents with which an arc is drawn; more where another inflation is close.
 
     Neighbouring tangents of a circle at an angle a apart meet at radius / cos(a / 2), which is
     `DRAWING_ERROR` outside of it for a = 2 acos(radius / (radius + DRAWING_ERROR)).

@@ -25,11 +25,11 @@ NEIGHBOURS = 3
 TOGETHER_M = 0.15
 """Neighbouring beams that end at most this far apart have hit the same thing."""
 UNSURE_NS = 500_000_000
-"""Hits of cells that are not marked within this time are forgotten."""
+"""Hits of a cell that is not marked within this time are forgotten, ns."""
 
 
 class ScanSweep(NamedTuple):
-    """One scan: the sensor's pose at its first beam, and its motion until the last one."""
+    """One scan: the sensor's pose at the first beam (grid frame) and its motion to the last one."""
 
     x: float
     y: float
@@ -43,7 +43,7 @@ class ScanSweep(NamedTuple):
 
 
 class Cut(NamedTuple):
-    """The window around the robot: centre and half its sides, m; size of a cell, columns."""
+    """The window around the robot: centre and half sides, m; cell size, m; columns of the grid."""
 
     x: float
     y: float
@@ -54,7 +54,7 @@ class Cut(NamedTuple):
 
 
 class Ignored(NamedTuple):
-    """What beams may end at without marking, as the kernels take it; see `KnownObstacles`."""
+    """What beams may hit without marking, in the form of the kernels; see `KnownObstacles`."""
 
     margin: float
     margin_per_m: float
@@ -64,7 +64,7 @@ class Ignored(NamedTuple):
 
 
 class Marks(NamedTuple):
-    """Numbers of the cells that were hit; of every cell, in how many scans and when last, ns."""
+    """Numbers of the cells hit; for every cell, scans that hit it (up to SURE) and the last, ns."""
 
     active: Cells
     hits: NDArray[np.uint8]
@@ -112,13 +112,13 @@ def news(sweep: ScanSweep, walls: Array, cut: Cut, ignored: Ignored) -> tuple[Ar
 
 @njit(cache=True)
 def in_window(x: float, y: float, cut: Cut) -> bool:
-    """Is a position in the window?"""
+    """True if a position is in the window."""
     return abs(x - cut.x) <= cut.half_width and abs(y - cut.y) <= cut.half_height
 
 
 @njit(cache=True)
 def is_own(far: float, angle: float, ignored: Ignored) -> bool:
-    """Does a beam end within the robot's own outline?"""
+    """True if a beam ends within the robot's own outline."""
     turned = ignored.mount[2] + angle
     x = ignored.mount[0] + far * math.cos(turned)
     y = ignored.mount[1] + far * math.sin(turned)
@@ -128,7 +128,7 @@ def is_own(far: float, angle: float, ignored: Ignored) -> bool:
 
 @njit(cache=True)
 def hit_together(i: int, ends: Array, beams: Cells) -> bool:
-    """Do enough neighbouring beams end near this one to mark its cell at once?"""
+    """True if enough neighbouring beams end near this one to mark its cell at once."""
     together = 1
     for step in (-1, 1):
         j = i + step

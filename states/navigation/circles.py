@@ -111,7 +111,7 @@ def blocked_arcs(
 
 @njit(cache=True)
 def arc_is_free(start: float, sweep: float, arcs: Array) -> bool:
-    """Is the arc from the angle `start` counter-clockwise over `sweep` free of blocked arcs?"""
+    """True if the arc from `start` counter-clockwise over `sweep`, rad, meets no blocked arc."""
     for i in range(len(arcs)):
         ahead = (arcs[i, 0] - start) % TURN
         if TURN - ahead < _ANGLE_TOLERANCE:

@@ -6,7 +6,7 @@ at least the radius, less TOLERANCE, away from every corner and side, inside the
 outside all others. Passages of exactly twice the radius are open.
 
 Arrays: `discs` (n, 3) x, y, radius; `sides` (m, 6) x1, y1, x2, y2, radius, ring number; ring 0 is
-the outer one, the others are kept out of; sides of one ring stand together. m, rad.
+the outer one, the robot stays outside all others; the sides of a ring are consecutive. m, rad.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def distance_to_nearest(x: float, y: float, sides: Array) -> float:
 
 @njit(cache=True)
 def is_clear(x: float, y: float, discs: Array, sides: Array) -> bool:
-    """Far enough from every corner and side, on whichever side of them."""
+    """True if far enough from every corner and side, whether inside or outside the rings."""
     for i in range(len(discs)):
         dx, dy = x - discs[i, 0], y - discs[i, 1]
         reach = discs[i, 2] - TOLERANCE
@@ -91,13 +91,13 @@ def is_clear(x: float, y: float, discs: Array, sides: Array) -> bool:
 
 @njit(cache=True)
 def is_free(x: float, y: float, discs: Array, sides: Array) -> bool:
-    """Inside the outer ring, outside all others, and far enough from all sides."""
+    """True if inside the outer ring, outside all others, and far enough from all sides."""
     return is_inside_rings(x, y, sides) and is_clear(x, y, discs, sides)
 
 
 @njit(cache=True)
 def are_free(places: Array, discs: Array, sides: Array) -> NDArray[np.bool_]:
-    """`is_free` of places (n, 2), (n,)."""
+    """`is_free` of each of the places (n, 2): (n,)."""
     found = np.empty(len(places), dtype=np.bool_)
     for i in range(len(places)):
         found[i] = is_free(places[i, 0], places[i, 1], discs, sides)
@@ -108,7 +108,7 @@ def are_free(places: Array, discs: Array, sides: Array) -> NDArray[np.bool_]:
 def passes_disc(
     px: float, py: float, qx: float, qy: float, x: float, y: float, reach: float
 ) -> bool:
-    """Does the segment p-q stay at least `reach` away from the point (x, y)?"""
+    """True if the segment p-q stays at least `reach` away from the point (x, y)."""
     if reach <= 0.0:
         return True
     dx, dy = qx - px, qy - py
@@ -126,7 +126,7 @@ def passes_disc(
 def sees(
     px: float, py: float, qx: float, qy: float, discs: Array, sides: Array, limit: float
 ) -> bool:
-    """May the robot go straight from p to q, both free themselves?
+    """True if the robot may go straight from p to q, which must both be free.
 
     Between free ends a segment comes too near to a side only at the side's corners, or by crossing
     it. `limit` caps the radii, for leaving an inflation; math.inf otherwise.
@@ -153,7 +153,7 @@ def sees(
 
 @njit(cache=True)
 def comes_no_nearer(px: float, py: float, qx: float, qy: float, sides: Array, slack: float) -> bool:
-    """Does p-q keep each side's radius less `slack`, or the distance that p has if that is less?"""
+    """True if p-q keeps from each side its radius less `slack`, or p's own distance if less."""
     line = np.array((px, py, qx, qy))
     for i in range(len(sides)):
         side = sides[i]
@@ -182,7 +182,7 @@ def comes_no_nearer(px: float, py: float, qx: float, qy: float, sides: Array, sl
 
 @njit(cache=True)
 def lines_cross(px: float, py: float, qx: float, qy: float, side: Array) -> bool:
-    """Does the segment p-q cross a side?
+    """True if the segment p-q crosses a side.
 
     The ends of each lie on different sides of the other: the cross products have different signs.
     """

@@ -4,7 +4,8 @@ The shortest path bends as tightly as the obstacle's disc; a faster one swings w
 disc once, at the apex, and keeps its speed. A circle of radius rho that is tangent to the disc at
 the apex and contains it has its centre rho - radius from the disc's centre, opposite to the apex;
 it keeps at least the clearance of the disc's edge. The best circle depends on the robot's present
-velocity: many are tried, the least time to the goal wins.
+velocity: many are tried, and the one with the least time to the goal is taken. m, s, rad; in the
+map.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from states.navigation.speed import SpeedLimits, travel_time
 from states.navigation.tangents import sweep_between, tangent
 
 ARC_PARTS = 8
-"""Tangents by which an arc is drawn."""
+"""Number of tangents by which an arc is drawn."""
 ROUNDS = 5
 """Rounds of the search around the best circle."""
 WIDEST_SWEEP = 4.5
@@ -32,7 +33,7 @@ TRIES = 18 + 6 + 1 + 4 * ROUNDS
 
 
 class Bend(NamedTuple):
-    """The first bend of a line: its disc, sense (+1 ccw), angle of entry and angle swept.
+    """The first bend of a line: its disc, sense of turning (+1 ccw), entry angle and sweep, rad.
 
     `rest` is the index of the first point after the bend.
     """
@@ -103,8 +104,8 @@ def widened(line: Array, rest: int, turn: float, circle: Array) -> Array | None:
 def time_from(line: Array, vx: float, vy: float, pace: SpeedLimits) -> float:
     """Time to the end from the robot's present velocity, s.
 
-    Only the component along the line counts; braking the one across it costs |across| / a more,
-    and one that points backwards counts twice: it is braked, and its distance driven again.
+    Only the component along the line is used; braking the one across it costs |across| / a more. A
+    component that points backwards costs double: it is braked, and its distance driven again.
     """
     dx, dy = line[1, 0] - line[0, 0], line[1, 1] - line[0, 1]
     length = math.hypot(dx, dy)
@@ -223,7 +224,7 @@ def fastest_circles(
 
 @njit(cache=True)
 def fastest_turns(line: Array, motion: tuple[float, float], pace: SpeedLimits) -> Array:
-    """Circles on which a robot with another heading turns onto a straight line; as above.
+    """Circles on which a robot with another heading turns onto a line; as `fastest_circles`.
 
     They are tangent to the present velocity and turn towards the line. Radii are spaced evenly in
     their logarithm from the tightest that the speed allows to the widest that the tangent to the

@@ -1,6 +1,6 @@
 """The drives of `trials` with disturbed poses and wheels, and beside walking users.
 
-Each source of noise draws from its own stream of (seed, source), whatever else is switched on.
+Each source of noise draws from its own stream of (seed, source), unaffected by the other sources.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ PARTS = 10
 CORRELATION = 0.5
 """Correlation time of drifting noise, s."""
 SEEN_BEFORE = 1.0
-"""How long the user is tracked before the drive begins, s."""
+"""Time for which the user is tracked before the drive begins, s."""
 LONGEST = 30.0
 """Time limit of a drive, s."""
 
@@ -35,7 +35,7 @@ class Disturbance:
     """Errors of poses and wheels; m, s.
 
     `white` and `drift` are standard deviations of the noise of each coordinate of robot and user
-    (white, or first-order with `CORRELATION`), and half as much of the robot's yaw in rad. The
+    (white, or first-order with `CORRELATION`); for the robot's yaw half of that figure, in rad. The
     robot's pose is off by `jump` until it jumps to the true one. Commands act after `delay`, and
     wheels follow with the time constant `lag`, or linearly within a period. The body moves less
     than the wheels by the share `slip`.
@@ -82,7 +82,7 @@ class DisturbedCase:
     """A disturbance and what is required under it.
 
     `over` limits the mean excess of the times over the least possible, %. The user's disc must not
-    be entered; with `within_error` not deeper than the error of the poses at that moment.
+    be entered; with `within_error` it may be, but no deeper than the poses' error at that moment.
     """
 
     name: str
@@ -226,13 +226,13 @@ def drive_disturbed(
     """Drive a trial with disturbed poses.
 
     Args:
-        driver: a new one.
-        trial: the drive; its user's position is that at the start.
+        driver: a new local planner.
+        trial: the drive, with the user's position at the start.
         disturbance: errors of poses and wheels.
         seed: of all noise.
         hz: cycles per second.
         walking: velocity of the user in the map, m/s.
-        window: over which the user's velocity is estimated, s; None: it is known exactly.
+        window: time over which the user's velocity is estimated, s; None: it is known exactly.
     """
     dt = 1.0 / hz
     errors, result, user = _Errors(disturbance, trial, seed, dt), DisturbedResult(), trial.user

@@ -36,8 +36,8 @@ class GridPlanner(ABC):
     """Paths for the robot's centre through the cells of a costmap.
 
     Cells with a cost of `lethal_cost` or more are blocked; unknown ones only if `allow_unknown` is
-    false. `boxes` are scanned obstacles as polygons, for local planners that take walls so. `field`
-    returns `distances` where they are known already.
+    false. `boxes` are scanned obstacles as polygons, for local planners that need walls in this
+    form. `field` returns the `distances` if they have been computed elsewhere.
     """
 
     boxes: tuple[Ring, ...] = ()
@@ -69,7 +69,7 @@ class GridPlanner(ABC):
         inflation_radius: float,
         resolution: float = RESOLUTION,
     ) -> GridPlanner:
-        """A planner for a known room; the inflation is blocked up to its radius."""
+        """A planner for a known room; cells within `inflation_radius` of walls, m, are blocked."""
         map_ = room_map(outer, tuple(obstacles), resolution)
         corner = map_.map_from_corner
         rows, columns = map_.values.shape
@@ -97,14 +97,14 @@ class GridPlanner(ABC):
         return Path.of_points((*leaving, begin, *points, goal))
 
     def is_free(self, place: Point, user: Disc | None = None) -> bool:
-        """May the robot's centre be here? False outside the map and for NaN."""
+        """True if the robot's centre may be here; False outside the map and for NaN."""
         cell = self.grid.cell(*place)
         if cell is None or not self._free[cell]:
             return False
         return user is None or math.dist(place, (user.x, user.y)) >= user.radius - TOLERANCE
 
     def are_free(self, places: Array) -> NDArray[np.bool_]:
-        """`is_free` of places (n, 2), m, without the user, (n,)."""
+        """`is_free` of each of the places (n, 2), m, without the user: (n,)."""
         grid = self.grid
         return _are_free(self._free, (grid.x, grid.y), grid.resolution, places)
 
@@ -121,9 +121,9 @@ class GridPlanner(ABC):
     def allows(
         self, start: Point, end: Point, user: Disc | None = None, slack: float = 0.0
     ) -> bool:
-        """True if a straight leads through free cells, or no nearer to lethal ones than its start.
+        """True if a straight line's cells are free, or no nearer to lethal ones than its start.
 
-        `slack`, m, is granted only to a robot that is too near already: cells are free or not.
+        `slack`, m, applies only to a robot that is too near already: a cell is free or it is not.
         """
         start, end, disc = as_floats(start), as_floats(end), as_disc(user)
         cell = self.grid.cell(*start)
@@ -271,7 +271,7 @@ def interpolated(field: Array, x: float, y: float) -> float:
 
 @njit(cache=True)
 def comes_no_nearer(field: Array, px: float, py: float, qx: float, qy: float, slack: float) -> bool:
-    """Does the segment p-q, in cells, keep p's distance to lethal cells, less `slack`, m?"""
+    """True if the segment p-q, in cells, keeps p's distance to lethal cells less `slack`, m."""
     rows, columns = field.shape
     if not (0.0 <= qx < columns and 0.0 <= qy < rows):
         return False

@@ -22,6 +22,7 @@ NO_INFORMATION = 255
 Costs = NDArray[np.uint8]
 
 ROUNDING = 1e-9
+"""Tolerance of rounding errors, in cells and in m."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ class GlobalPlanner(Protocol):
     """Finds paths for the robot's centre; see `visibility.ExactPlanner`."""
 
     boxes: tuple[Sequence[Point], ...]
-    """Scanned obstacles among those it knows, as polygons, m."""
+    """Those of its obstacles that come from scans, as polygons, m."""
 
     def plan(
         self, start: Point, goal: Point, user: Disc | None = None, side: int = 0
@@ -29,11 +29,11 @@ class GlobalPlanner(Protocol):
         ...
 
     def is_free(self, place: Point, user: Disc | None = None) -> bool:
-        """May the centre be here?"""
+        """True if the robot's centre may be here."""
         ...
 
     def are_free(self, places: Array) -> NDArray[np.bool_]:
-        """`is_free` of places (n, 2), without the user, (n,)."""
+        """`is_free` of each of the places (n, 2), m, without the user: (n,)."""
         ...
 
     def clearance(self, place: Point) -> float:
@@ -47,9 +47,9 @@ class GlobalPlanner(Protocol):
     def allows(
         self, start: Point, end: Point, user: Disc | None = None, slack: float = 0.0
     ) -> bool:
-        """True if going straight keeps all distances, or those that the start has if less.
+        """True if the straight line keeps every required distance, or the start's own if less.
 
-        `slack` is subtracted from the distances to walls, m.
+        `slack` is subtracted from the required distances to walls, m.
         """
         ...
 

@@ -68,8 +68,8 @@ def costmaps_of(ground: StaticLayer, kept: float, values: CostmapValues) -> Cost
 
     Args:
         ground: static layer of a scanned or drawn map.
-        kept: clearance of the robot's centre, m; costmap_2d's inscribed radius. Exactly that far
-            is free: a passage of exactly twice is open.
+        kept: clearance of the robot's centre, m; costmap_2d's inscribed radius. A place at exactly
+            this distance is free, so a passage of exactly twice this width is open.
         values: those of the profile.
     """
     reach = max(kept, values.inflation_radius)

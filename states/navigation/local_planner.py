@@ -1,7 +1,7 @@
 """What local planners have in common: goal, side of the user, limits, and the last check.
 
-A local planner turns goal, pose and velocity into the velocity to send, in each control cycle. How
-it chooses is its own; that braking from it ends before anything is hit is checked here for all.
+A local planner turns goal, pose and velocity into the velocity to send, in each control cycle. Each
+planner chooses it in its own way; the last check, that braking from it hits nothing, is here.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from states.navigation.speed import SpeedLimits, as_line
 USER_MARGIN = 0.01
 """Extra clearance of planned paths from the user, m; SIGMAS standard deviations are added."""
 SIGMAS = 3.0
+"""Standard deviations of the robot's position that are added to USER_MARGIN."""
 SPREAD = 9.0
 """Growth of a walking user's predicted disc, in standard deviations of the pose per second."""
 BEND_SHARE = 0.9
@@ -37,7 +38,7 @@ ZONE_SHARE = 0.8
 SLACK = 0.02
 """Depth inside an inflation up to which the robot keeps to its path, m."""
 LEAVING_MARGIN = 0.5
-"""How far beyond the user's disc a robot inside it drives, m, so that it leaves it with speed."""
+"""A robot inside the user's disc drives this far beyond its edge, m, so that it leaves at speed."""
 EDGE = {"omni": 0.001, "differential": 0.01}
 """Accuracy with which a base can follow the edge of an inflation, m, by drive mode."""
 CRAWL = 0.05
@@ -120,9 +121,9 @@ class LocalPlanner(ABC):
             twist: measured velocity in the base frame.
             user: disc in the map to keep out of, or None.
             dt: period of the control loop, s.
-            user_velocity: of the disc in the map, m/s; planners that predict use it.
+            user_velocity: of the disc in the map, m/s; the disc is reckoned, and predicted, by it.
             sigma: standard deviation of the robot's position relative to the user, m.
-            admitted: what the safety chain left of the last command (base frame); None: all.
+            admitted: what the safety chain left of the last command (base frame); None: all of it.
             share: factor on the speed limits, 0 to 1.
 
         Raises:
@@ -147,6 +148,7 @@ class LocalPlanner(ABC):
             wanted = self._wanted(pose, now, user, dt)
         safe = self._clear(pose, now, wanted, user, dt)
         safe = self._sent = slowed(safe, share, self._limits.speed, self._limits.turn_rate)
+        # the base keeps the command along its own axes, which turn: on average by half the turn
         turn = 0.5 * (now.wz + safe.wz) * dt
         if self.mode == "differential":
             return self._along_heading(pose, now, safe, dt)
@@ -182,7 +184,7 @@ class LocalPlanner(ABC):
 
     @abstractmethod
     def _begin(self) -> None:
-        """Forget what belonged to the last goal."""
+        """Reset what belonged to the previous goal."""
 
     @abstractmethod
     def _wanted(self, pose: Pose2, now: Twist2, user: Disc | None, dt: float) -> Twist2:
@@ -263,7 +265,8 @@ class LocalPlanner(ABC):
     ) -> Twist2:
         """The largest share of the wanted change of velocity from which braking hits nothing.
 
-        If even braking comes too near to something, the robot does not turn a corner to it.
+        If even braking comes too near to something, the turn rate is braked, too: turning could
+        swing a corner of the robot towards it.
         """
         stopped = braked = self._braked(now, dt)
         if self.mode == "omni" or now.speed <= CRAWL:
@@ -282,6 +285,7 @@ class LocalPlanner(ABC):
         vx, vy = velocity
         start = (pose.x, pose.y)
         then = (pose.x + 0.5 * (now.vx + vx) * dt, pose.y + 0.5 * (now.vy + vy) * dt)
+        # braking covers v^2 / 2a: the velocity times this time
         time = 0.5 * math.hypot(vx, vy) / self._limits.acceleration
         end = (then[0] + vx * time, then[1] + vy * time)
         slack = EDGE[self.mode]

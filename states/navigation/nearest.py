@@ -1,4 +1,4 @@
-"""The nearest free place, to which a robot leaves an inflation that it stands in."""
+"""The nearest free place, to which a robot leaves an inflation that it stands in; m, in the map."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def candidates(x: float, y: float, discs: Array, sides: Array) -> Array:
 
 @njit(cache=True)
 def on_right_side(x: float, y: float, sides: Array) -> Array:
-    """The sides of the rings that (x, y) is on the free side of."""
+    """The sides of the rings on whose free side (x, y) is: in the outer one, outside the others."""
     kept = np.empty_like(sides)
     count, first = 0, 0
     for i in range(len(sides)):

@@ -98,7 +98,7 @@ class ObstacleLayer:
     def see(
         self, scan: Scan, first: Pose2, last: Pose2, stamp_ns: int, known: KnownObstacles
     ) -> bool:
-        """Process one scan; False if nothing is marked and nothing was to be marked.
+        """Process one scan; False if it hit nothing unknown and no earlier hits are to be updated.
 
         Args:
             scan: ranges in m; inf: no return; NaN and values of 0 or less are skipped.

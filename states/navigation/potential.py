@@ -19,6 +19,7 @@ from states.navigation.inflation import NO_INFORMATION, Costs
 
 NEUTRAL_COST = 50.0
 COST_FACTOR = 3.0
+"""ROS's global_planner: a cell of cost c costs COST_FACTOR c + NEUTRAL_COST to cross."""
 STEP = 0.5
 """Length of one step down the gradient, cells."""
 
@@ -126,7 +127,7 @@ def gradient_at(potential: Array, x: float, y: float) -> tuple[float, float]:
 
 @njit(cache=True)
 def lowest_neighbour(potential: Array, row: int, column: int) -> tuple[int, int]:
-    """The lowest of a cell and its 8 neighbours, not diagonally past a blocked cell."""
+    """The lowest of a cell and its 8 neighbours, without diagonal steps past a blocked cell."""
     rows, columns = potential.shape
     best = (row, column)
     for up in range(-1, 2):

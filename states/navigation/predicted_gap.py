@@ -26,13 +26,13 @@ grows for the uncertainty of the velocity, m/s."""
 
 @njit(cache=True)
 def seen_from_user(x: float, y: float, time: float, walker: WalkerState) -> tuple[float, float]:
-    """Position in the map relative to where the user will be after a time."""
+    """Position in the map relative to where the user will be after `time` s."""
     return x - walker[0] - time * walker[3], y - walker[1] - time * walker[4]
 
 
 @njit(cache=True)
 def nearest_between(first: tuple[float, float], second: tuple[float, float]) -> float:
-    """Least distance to the user on a straight between two positions relative to them."""
+    """Least distance to the user on a straight line between two positions relative to them, m."""
     return float(distance_to_segment(0.0, 0.0, first[0], first[1], second[0], second[1]))
 
 
@@ -91,6 +91,7 @@ def least_gap_braking(
     least = math.inf
     for k in range(1, 11):
         time = stop * k / 10.0
+        # braking evenly within `stop`: distance over initial speed
         moved = time - 0.5 * time * time / stop if stop > 0.0 else 0.0
         after = seen_from_user(x + vx * moved, y + vy * moved, time, walker)
         least = min(least, nearest_between(before, after) - time * walker[5])

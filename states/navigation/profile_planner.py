@@ -95,7 +95,7 @@ class ProfilePlanner(LocalPlanner):
         return self._widen(line, now, around)
 
     def _comes_near(self, pose: Pose2, user: Disc) -> bool:
-        """Could the walking user come too near within HORIZON?"""
+        """True if the walking user could come too near within HORIZON."""
         speed = math.hypot(*self._user_velocity)
         away = math.dist((pose.x, pose.y), (user.x, user.y)) - user.radius
         return speed > STANDING and away < HORIZON * (speed + self._limits.speed)
@@ -178,7 +178,7 @@ class ProfilePlanner(LocalPlanner):
         speed = next_speed(line, max(0.0, along), self._pace, dt)
         forward, sideways = speed - along, -across
         if forward > 0.0:
-            # return to the line first, then speed up with what is left of the acceleration
+            # return to the line first; what is left of the acceleration changes the speed
             sideways = max(-reach, min(reach, sideways))
             forward = min(forward, math.sqrt(reach * reach - sideways * sideways))
         else:

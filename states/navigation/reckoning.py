@@ -1,8 +1,8 @@
 """Dead reckoning of robot and user between measured poses that are noisy and late.
 
-Replanning from each measured pose would follow every error of it. What was sent is known exactly,
-and a pose reckoned from it moves as smoothly as the plan; measured poses only correct it, by a
-tenth of the difference per cycle at 30 Hz, so that replanning gives the same plan again.
+Replanning from each measured pose would follow every error of it. The velocities sent are known
+exactly, and a pose reckoned from them moves as smoothly as the plan; measured poses only correct
+it, by a tenth of the difference per cycle at 30 Hz, so that replanning gives the same plan again.
 Differences beyond noise (the robot was pushed, or relocalized) are corrected at once. m, s, rad; in
 the map.
 """
@@ -17,13 +17,13 @@ from hw.room import Point
 MEMORY = 1.0 / 3.0
 """Time constant with which measured poses are averaged, s."""
 BAND = 0.06
-"""Largest difference between reckoned and measured pose, m and rad."""
+"""Largest difference between reckoned and measured pose that is left after an update, m and rad."""
 LEAK = 1.0
 """Time constant of the sums of missing distance and change of velocity, s."""
 FORGOTTEN = 4.0
-"""Time constant with which old comparisons of them are forgotten, s."""
+"""Time constant with which older pairs of these sums are forgotten, s."""
 DOUBT = 7e-4
-"""Weight of the given delay against those comparisons, m2/s."""
+"""Weight of the prior delay against the squared changes of velocity, m2/s."""
 LONGEST_DELAY = 0.3
 """Upper limit of the estimated delay, s."""
 
@@ -31,7 +31,8 @@ LONGEST_DELAY = 0.3
 def share_of(error: float, count: int, dt: float) -> float:
     """Gain with which the count-th measurement corrects a difference, m or rad, 0 to 1.
 
-    The first measurements are averaged; what exceeds BAND is corrected at once.
+    The first measurements are averaged. A larger error is brought down to what an error of BAND
+    would leave: (1 - gain) error = (1 - share) BAND.
     """
     share = min(1.0, max(dt / MEMORY, 1.0 / count))
     if error > BAND:
@@ -40,11 +41,12 @@ def share_of(error: float, count: int, dt: float) -> float:
 
 
 class DelayEstimator:
-    """Estimates how late the wheels follow what was sent, s, dead time and lag alike.
+    """Estimates how late the wheels follow what was sent, s, dead time and lag together.
 
-    Over any interval the base lacks, of the distance that was sent, the delay times the change of
-    velocity: missing = delay * changed. The delay is the least-squares solution over forgotten
-    sums, sum(missing . changed) / sum(changed . changed), weighted against the `prior` delay.
+    Over any interval the distance driven falls short of the distance sent by the delay times the
+    change of velocity: missing = delay * changed. The delay is the least-squares solution over
+    exponentially forgotten sums, sum(missing . changed) / sum(changed . changed), regularised
+    towards the `prior` delay.
     """
 
     def __init__(self, prior: float) -> None:
@@ -52,13 +54,13 @@ class DelayEstimator:
         self.forget()
 
     def forget(self) -> None:
-        """Start again from the given delay: what was missing had another cause."""
+        """Start again from the prior delay: the missing distance had another cause."""
         self.delay = self._prior
         self._missing = self._changed = (0.0, 0.0)
         self._products = self._squares = 0.0
 
     def update(self, missing: Point, changed: Point, dt: float) -> None:
-        """Add this cycle's missing distance, m, and its change of velocity, m/s."""
+        """Add a cycle of dt s: its missing distance, m, and its change of velocity, m/s."""
         kept = math.exp(-dt / LEAK)
         mx, my = self._missing = _sum(self._missing, missing, kept)
         cx, cy = self._changed = _sum(self._changed, changed, kept)
@@ -74,7 +76,7 @@ def _sum(old: Point, new: Point, kept: float) -> Point:
 
 
 class ReckonedPose:
-    """The robot's pose by the velocities sent, once they act; `delay`, s, is a first guess."""
+    """The robot's pose, integrated from the velocities sent; `delay`, s, is a first guess."""
 
     def __init__(self, delay: float) -> None:
         self._delay = DelayEstimator(delay)
@@ -120,7 +122,7 @@ class ReckonedPose:
 
 
 class ReckonedPlace:
-    """The user's position, by their velocity and measured positions."""
+    """The user's position, integrated from their velocity and corrected by measured positions."""
 
     def __init__(self) -> None:
         self._count = 0

@@ -1,4 +1,4 @@
-"""From scans and poses, as they arrive, to the obstacles that subsystems plan with (R37, R51)."""
+"""Turns scans and poses, as they arrive, into obstacles for the subsystems' planners (R37, R51)."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from states.navigation.unmapped import Obstacles, ShownObstacles
 from states.signals.motion import StampedPlace
 
 SCAN_GAP_NS = 300_000_000
-"""Longest interval between scans of a scanner; costmap_2d's `expected_update_rate`."""
+"""Longest interval between scans of a scanner, ns; costmap_2d's `expected_update_rate`."""
 POSES_KEPT_NS = 1_000_000_000
-"""Scans that arrive later than this after their stamp are dropped."""
+"""Scans that arrive later than this after their stamp are dropped, ns."""
 SCANS_WAITING = 8
-"""Most scans that wait for a pose of the robot after their stamp; older ones are dropped."""
+"""Largest number of scans that wait for a pose after their stamp; older ones are dropped."""
 LEAST_STEP_NS = 30_000_000
-"""Least interval of the poses used to extrapolate; of closer ones the noise would dominate."""
+"""Least interval between poses used to extrapolate, ns; with closer ones noise would dominate."""
 USER_DISC_M = RADIUS + 0.2
 """Beams that end within this distance of the tracked user's centre have hit the user, m."""
 
@@ -97,7 +97,7 @@ class ObstacleEstimator:
         return self._shown.obstacles
 
     def stamp(self) -> int | None:
-        """As described in the class, ns."""
+        """Stamp of the obstacles, ns, as described in the class; None before the first scan."""
         last = self._oldest_scan
         if last is None:
             return None
@@ -129,7 +129,7 @@ class ObstacleEstimator:
             self._shown.update(self._layer.marked)
 
     def _take(self, scan: Scan, stamp: int) -> bool:
-        """True if something is marked, or was."""
+        """Process one scan; False if it was dropped, or there was nothing to mark or clear."""
         poses = self._poses
         if stamp < max(poses[0][0], poses[-1][0] - POSES_KEPT_NS):
             return False

@@ -1,7 +1,7 @@
 """A* over the common tangents of corner discs, the user's disc, start and goal.
 
 Start and goal are discs of radius 0. The tangents between fixed corners are known beforehand, see
-`tangents`; those of start, goal and the moving user are found when the search needs them.
+`tangents`; those of start, goal and the moving user are found when the search needs them. m, rad.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ class PathQuery(NamedTuple):
 
 
 class SearchTree(NamedTuple):
-    """The state of the search, by tangent: may it be used, cost to its far end, predecessor.
+    """The state of the search, per tangent: whether it is usable, cost to its far end, predecessor.
 
-    `lines` holds those that are no links of the world.
+    `lines` holds the tangents that are not among the world's links.
     """
 
     status: NDArray[np.int8]
@@ -87,7 +87,7 @@ def make_query(
 
 @njit(cache=True)
 def turn_is_free(disc: int, first: float, sweep: float, query: PathQuery) -> bool:
-    """Is an arc, counter-clockwise from `first`, free of walls and user, on the allowed side?"""
+    """True if an arc, counter-clockwise from `first`, meets neither walls nor user nor the ray."""
     count = len(query.world.corners)
     if disc > count:
         return True
@@ -106,7 +106,7 @@ def turn_is_free(disc: int, first: float, sweep: float, query: PathQuery) -> boo
 
 @njit(cache=True)
 def passes_walls(line: Array, source: int, target: int, query: PathQuery) -> bool:
-    """Does a tangent from disc `source` to disc `target` keep clear of all walls?"""
+    """True if a tangent from disc `source` to disc `target` keeps clear of all walls."""
     if not turn_is_free(source, line[4], 0.0, query):
         return False
     if not turn_is_free(target, line[5], 0.0, query):
@@ -218,7 +218,7 @@ def trace(slot: int, query: PathQuery, tree: SearchTree) -> tuple[Array, Integer
 
 @njit(cache=True)
 def shortest(query: PathQuery) -> tuple[float, Array, Integers]:
-    """A* over the tangents; those that are no links are checked against walls when reached.
+    """A* over the tangents; those that are not links are checked against walls when reached.
 
     Returns:
         Length (infinite: no path), the tangents in order (k, 7), and the state each leads to.

@@ -29,7 +29,7 @@ def as_line(path: Path) -> Array:
 
 
 TOO_FAST = 4.0
-"""Penalty for starting too fast to brake in time, per time that slowing down would take."""
+"""Penalty factor for starting too fast to brake in time: times the time that slowing down takes."""
 
 
 class SpeedLimits(NamedTuple):

@@ -31,12 +31,12 @@ if TYPE_CHECKING:
     from states.navigation.local_planner import LocalPlanner
 
 PLANNERS: Mapping[str, float | None] = {planner_key(name): OLD_S for name in SUBSYSTEMS}
-"""`reads` of a state that asks for planners, with the greatest age of their scans, s."""
+"""`reads` of a state that uses planners, with the greatest age of their scans, s."""
 DRIVES: Mapping[str, float | None] = {
     ENVIRONMENT: None, BASE_REFUSAL: None, BASE_ADMITTED: None, BASE_POSE_SIGMA: OLD_S,
     **ages.READS,
 }  # fmt: skip
-"""`reads` of a state that drives by a local planner, see `command_of`."""
+"""`reads` of a state that drives with a local planner, see `command_of`."""
 NO_PATH_S = 0.3
 """A missing path counts after this time, s: estimated poses jump, people walk."""
 SLOW = 0.1
@@ -111,7 +111,7 @@ class DriveTo(Action):
 def command_of(
     ctx: SignalReader, driver: LocalPlanner, now: ages.RobotAndUser, user: Disc | None
 ) -> Twist2:
-    """A local planner's command by the present poses and their uncertainty."""
+    """A local planner's command (base frame) for the present poses and their uncertainty."""
     sigma = ctx.value(BASE_POSE_SIGMA)
     held = ctx.value(BASE_REFUSAL) is not None
     return driver.command(

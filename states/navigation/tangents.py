@@ -1,8 +1,8 @@
-"""Common tangents of discs: the lines that a shortest path among inflated polygons is made of.
+"""Common tangents of discs: the straight parts of a shortest path among inflated polygons.
 
 Such a path consists of straight lines that touch corner discs and of arcs on those discs (Laumond
 1987; Liu and Arimoto, "Path planning using a tangent graph", 1992). A *state* is a disc and a sense
-of turning around it, 2 * disc + (1 if counter-clockwise else 0).
+of turning around it, 2 * disc + (1 if counter-clockwise else 0). m, rad; in the map.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ def link_world(
 
 @njit(cache=True)
 def line_crosses_ray(px: float, py: float, qx: float, qy: float, user: UserDisc) -> bool:
-    """Does the segment p-q cross the ray that separates the two sides of the user?"""
+    """True if the segment p-q crosses the ray that separates the two sides of the user."""
     one = user.ray_x * (py - user.y) - user.ray_y * (px - user.x)
     two = user.ray_x * (qy - user.y) - user.ray_y * (qx - user.x)
     if (one > 0.0) == (two > 0.0):
@@ -134,7 +134,7 @@ def line_crosses_ray(px: float, py: float, qx: float, qy: float, user: UserDisc)
 
 @njit(cache=True)
 def passes_user(px: float, py: float, qx: float, qy: float, user: UserDisc) -> bool:
-    """Does the segment p-q keep clear of the user, on the allowed side?"""
+    """True if the segment p-q keeps clear of the user, on the allowed side."""
     if not passes_disc(px, py, qx, qy, user.x, user.y, user.radius - TOLERANCE):
         return False
     return not line_crosses_ray(px, py, qx, qy, user)
@@ -144,13 +144,13 @@ def passes_user(px: float, py: float, qx: float, qy: float, user: UserDisc) -> b
 def goes_straight(
     px: float, py: float, qx: float, qy: float, user: UserDisc, discs: Array, sides: Array
 ) -> bool:
-    """May the robot go straight from p to q, both free, past the user on the allowed side?"""
+    """True if the robot may go straight from p to q, both free, on the user's allowed side."""
     return passes_user(px, py, qx, qy, user) and sees(px, py, qx, qy, discs, sides, math.inf)
 
 
 @njit(cache=True)
 def arc_crosses_ray(disc: Array, start: float, sweep: float, user: UserDisc) -> bool:
-    """Does an arc, counter-clockwise from `start`, cross the ray?"""
+    """True if an arc, counter-clockwise from `start`, crosses the ray."""
     if user.ray_x == 0.0 and user.ray_y == 0.0:
         return False
     fx, fy = disc[0] - user.x, disc[1] - user.y

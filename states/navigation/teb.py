@@ -84,7 +84,7 @@ class TebValues(NamedTuple):
 
 
 class TebScene(NamedTuple):
-    """What the residuals of a band depend on besides the band.
+    """What the residuals depend on besides the band itself.
 
     `ends` (2, 3): velocities at start and goal in the robot's frame. `near` (n, NEAR): obstacles
     of each pose, -1 none. `times` (n,): when each pose is reached. `via` (n, 2): the via point of
@@ -102,13 +102,13 @@ class TebScene(NamedTuple):
 
 @njit(cache=True)
 def outside(value: float, low: float, high: float, epsilon: float) -> float:
-    """How far a value is outside an interval that is narrower by epsilon at both ends."""
+    """How far a value is outside the interval [low + epsilon, high - epsilon]; 0 inside."""
     return max(0.0, low + epsilon - value, value - (high - epsilon))
 
 
 @njit(cache=True)
 def below(value: float, low: float, epsilon: float) -> float:
-    """How far a value is below a bound plus epsilon."""
+    """How far a value is below low + epsilon; 0 above."""
     return max(0.0, low + epsilon - value)
 
 
@@ -128,7 +128,7 @@ def velocity(band: Array, i: int, holonomic: bool) -> tuple[float, float, float]
 
 @njit(cache=True)
 def turned(motion: tuple[float, float, float], angle: float) -> tuple[float, float, float]:
-    """A velocity of a frame turned by `angle`, seen in the frame that is not turned."""
+    """A velocity given in a frame that is turned by `angle`, expressed in the unturned frame."""
     c, s = math.cos(angle), math.sin(angle)
     return c * motion[0] - s * motion[1], s * motion[0] + c * motion[1], motion[2]
 

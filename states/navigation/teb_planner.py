@@ -1,6 +1,6 @@
 """The local planner `teb`: a timed elastic band, optimised a little further in every cycle.
 
-For comparison and for scanned clutter; `profile` computes faster, arrives sooner and has no soft
+For comparison and for cluttered scans; `profile` computes faster, arrives sooner and has no soft
 constraints. The band alone would intrude up to 3 cm into the user's disc; the last check of
 `LocalPlanner` keeps it out. Beside a walking user this planner is a `ProfilePlanner`: a band stays
 on the side of the user on which it began, and would intrude up to 0.9 m.
@@ -28,9 +28,9 @@ from states.navigation.visibility import ExactPlanner
 Ring = Sequence[Point]
 
 PRUNED = 10
-"""Number of first poses of the band that may lie behind the robot."""
+"""Number of leading poses of the band that may lie behind the robot."""
 NEW_GOAL = 1.0
-"""A goal that moves further than this starts a new band, m."""
+"""A goal that moves further than this, m, or turns by more than 0.78 rad starts a new band."""
 
 
 def values_for(limits: Limits, mode: DriveMode) -> TebValues:
@@ -54,8 +54,8 @@ def values_for(limits: Limits, mode: DriveMode) -> TebValues:
 class TebPlanner(ProfilePlanner):
     """Follows a timed elastic band, and is a `ProfilePlanner` while a user walks near.
 
-    `walls` are rings that the band keeps `wall_distance` away from, m; only the last check knows
-    any others. Without `values` they are the published ones with these limits.
+    `walls` are rings from which the band keeps `wall_distance`, m; other obstacles are known to the
+    last check only. `values` default to the published ones with these limits.
     """
 
     def __init__(  # noqa: PLR0913 - most are optional
@@ -155,7 +155,7 @@ class TebPlanner(ProfilePlanner):
         walls[:, 4] -= values.min_obstacle_dist
         if user is None:
             return walls
-        # the penalty starts penalty_epsilon further out; half of it is clearance enough
+        # the penalty starts penalty_epsilon further out; half of that is enough clearance
         radius = user.radius - values.min_obstacle_dist - 0.5 * values.penalty_epsilon
         radius += self._margin - USER_MARGIN
         row = (user.x, user.y, user.x, user.y, radius, 0.0, 0.0)

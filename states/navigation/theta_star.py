@@ -23,7 +23,7 @@ Integers = NDArray[np.int64]
 
 @njit(cache=True)
 def line_is_free(free: Mask, px: float, py: float, qx: float, qy: float) -> bool:
-    """Are all cells free that the segment p-q passes through? Touching a corner is allowed."""
+    """True if all cells that the segment p-q passes through are free; corners may be touched."""
     column, row = math.floor(px), math.floor(py)
     last_column, last_row = math.floor(qx), math.floor(qy)
     rows, columns = free.shape
@@ -50,7 +50,7 @@ def line_is_free(free: Mask, px: float, py: float, qx: float, qy: float) -> bool
 
 @njit(cache=True)
 def may_go(free: Mask, px: float, py: float, qx: float, qy: float, user: UserDisc) -> bool:
-    """Is the line free of blocked cells and of the user, on the allowed side?"""
+    """True if the line is free of blocked cells and of the user, on the allowed side."""
     if not passes_disc(px, py, qx, qy, user.x, user.y, user.radius - TOLERANCE):
         return False
     if line_crosses_ray(px, py, qx, qy, user):

@@ -169,7 +169,7 @@ class ShownObstacles:
 
 @njit(cache=True)
 def holds(marked: Cells, before: Cells, known: Mask, columns: int) -> bool:
-    """Is each marked cell known, and one marked within a cell of each that was before?"""
+    """True if each marked cell is known, and each one marked before has one within a cell of it."""
     for cell in marked:
         if not known[cell]:
             return False

@@ -36,7 +36,7 @@ from states.navigation.tangents import InflatedRoom, UserDisc, goes_straight, li
 Ring = Sequence[Point]
 
 LEAST_RADIUS = 1e-3
-"""Least inflation, m: paths do not touch what they pass, nor lead between touching polygons."""
+"""Least inflation, m, so that paths neither touch polygons nor lead between touching ones."""
 
 NOBODY = Disc(0.0, 0.0, 0.0)
 
@@ -110,7 +110,7 @@ class ExactPlanner:
         )
 
     def is_free(self, place: Point, user: Disc | None = None) -> bool:
-        """May the robot's centre be here? False for NaN."""
+        """True if the robot's centre may be here; False for NaN."""
         x, y = as_floats(place)
         if user is not None and math.dist((x, y), (user.x, user.y)) < user.radius - TOLERANCE:
             return False
@@ -119,16 +119,16 @@ class ExactPlanner:
         return bool(is_free(x, y, self._discs, self._sides))
 
     def are_free(self, places: Array) -> NDArray[np.bool_]:
-        """`is_free` of places (n, 2), m, without the user, (n,)."""
+        """`is_free` of each of the places (n, 2), m, without the user: (n,)."""
         return are_free(places, self._discs, self._sides)
 
     def allows(
         self, start: Point, end: Point, user: Disc | None = None, slack: float = 0.0
     ) -> bool:
-        """True if going straight from start to end keeps all distances.
+        """True if going straight from start to end keeps all required distances.
 
         The robot may start too near to something: it may then move along or away from that, but
-        not nearer to it. `slack` is subtracted from the distances to walls, m.
+        not nearer to it. `slack` is subtracted from the required distances to walls, m.
         """
         start, end, disc = as_floats(start), as_floats(end), as_disc(user)
         if disc.radius > 0.0:

@@ -55,7 +55,7 @@ class Predictor:
 
 
 def chord(speed: float, rate: float, fades: float, ahead: float) -> tuple[float, float, float]:
-    """Chord of a bend whose turn rate decays: length, direction off the first one, angle turned.
+    """Chord of a bend whose turn rate decays: length, direction from the first heading, turn.
 
     With rate(t) = rate e^(-t / fades) the heading at t is rate fades (1 - e^(-t / fades)). The
     chord is taken as that of a circle with the same angle turned, so that it is shorter than the
@@ -81,7 +81,7 @@ PREDICTORS: Mapping[str, Predictor] = {
 def time_to_contact(
     relative: tuple[float, float], velocity: tuple[float, float], reach: float
 ) -> float:
-    """When something at `relative` (m) that moves at `velocity` (m/s) comes within `reach` m, s.
+    """Time until something at `relative` (m) moving at `velocity` (m/s) comes within `reach` m, s.
 
     0 if it is within reach and closing in, infinite if it never will be. It is the smaller root t
     of |relative + t velocity|^2 = reach^2, in the form that does not cancel: with closing =

@@ -228,7 +228,7 @@ class CanBase:
             abs(drive.velocity) < least or not drive.alive(self._now_ns) for drive in self._drives
         )
 
-    # --- what it means
+    # --- odometry and faults
 
     def _reckon(self) -> None:
         """Update odometry, once all drives that still report have answered the last SYNC."""
@@ -246,7 +246,7 @@ class CanBase:
         if rates is None:
             return
         span_ns, self._moved_ns = self._sync_ns - self._moved_ns, self._sync_ns
-        span = 1e-9 * span_ns if span_ns <= VELOCITY_NS else 0.0  # after a silence: begin anew
+        span = 1e-9 * span_ns if span_ns <= VELOCITY_NS else 0.0  # after a silence: start over
         self.odometry = (self._sync_ns, self._reckoning.move(rates, span))
         free = all(drive.enabled for drive in self._drives)
         if not free or abs(self._mecanum.slip(rates)) <= SLIPPING:

@@ -1,4 +1,4 @@
-"""A CAN bus from its configuration: polled, never waited for; its faults are texts.
+"""A CAN bus from its configuration: it is polled, never waited for; its faults are texts.
 
 `interface` and `channel` say where it is, all other keys are passed to python-can. The interface
 `local` connects processes of this machine: by IPv4 multicast where there is a route for it, else by

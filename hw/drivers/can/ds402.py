@@ -42,7 +42,7 @@ class Setting:
         return [
             SdoWrite(0x1017, 0, 2, 50),  # own heartbeat, ms
             SdoWrite(0x1016, 1, 4, self.master << 16 | self.silence_ms),  # the master's
-            SdoWrite(0x1029, 1, 1, 1),  # master lost: go on telling the velocity
+            SdoWrite(0x1029, 1, 1, 1),  # master lost: keep reporting the velocity
             *_mapped(0x1400, 0x1600, 0x200 + node, 0x60400010, 0x60FF0020),
             *_mapped(0x1800, 0x1A00, 0x180 + node, 0x60410010, 0x606C0020),
             SdoWrite(0x6060, 0, 1, 3),  # profile velocity
@@ -121,7 +121,7 @@ class Ds402Drive:
         return self._nmt != OPERATIONAL or self.tells(now_ns)
 
     def tells(self, now_ns: int) -> bool:
-        """True if it reported its velocity lately."""
+        """True if it has reported its velocity recently."""
         return now_ns - self._told_ns <= VELOCITY_NS
 
     def poll(self, now_ns: int) -> None:

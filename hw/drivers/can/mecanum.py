@@ -63,7 +63,10 @@ class Mecanum:
         )
 
     def slip(self, rates: Rates) -> float:
-        """The residual of the rates, m/s at the rims, scaled to the error of a single wheel."""
+        """The residual of the rates, m/s at the rims.
+
+        Independent errors of the four rims with standard deviation s give it the same s.
+        """
         a, b, c, d = rates
         return 0.5 * self.radius * (a + b - c - d)
 

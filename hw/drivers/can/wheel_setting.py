@@ -11,13 +11,14 @@ from hw.drivers.can.mecanum import Rates
 
 MASTER = 127
 SILENCE = 0.08
+"""Default time without a heartbeat after which a drive brakes by itself, s."""
 
 
 @dataclass(frozen=True, slots=True)
 class DriveNodes:
     """Drives front left, front right, rear left, rear right.
 
-    `signs` are -1 for motors that turn the other way round, `gear` motor revolutions per wheel
+    `signs` are -1 for motors that turn the other way, `gear` is the motor revolutions per wheel
     revolution, `increments` drive units per motor revolution (velocities are in units/s). `silence`
     is the time without a heartbeat of node `master` after which a drive brakes by itself, s.
     """

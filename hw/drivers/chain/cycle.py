@@ -4,8 +4,7 @@ It is the last stage before the actuators. Its input is one stamped command, whi
 inputs it receives itself. Nothing here waits. Each cycle does, in this order:
 
 1. poll the wheels; a touch of the foam or a fault stops them by the drives' own quick stop until
-the
-   reset, and so does a lost link, a latch of the chain, or a pull of the stop line;
+   the reset, and so does a lost link, a latch of the chain, or a pull of the stop line;
 2. move the velocity towards the commanded one within the ramps (`hw.safety.ramps`);
 3. let the safety chain limit it; what is cut is braked away;
 4. command the wheels.
@@ -34,7 +33,7 @@ from hw.safety.ramps import STANDSTILL, Ramps, Velocity, twist_after
 from hw.samples import PoseSigma, Sample, TrackerPose, UserPose
 
 RESET_NS = 400 * MS
-"""Time that drives may take to be ready after a reset, ns."""
+"""Longest time for the drives to be ready after a reset, ns."""
 LONGEST_S = 0.02
 """Longest time that ramps are applied for, however long a cycle took, s."""
 NOT_READY = "the wheels are not ready"
@@ -83,7 +82,7 @@ class ChainCycle:
 
     @property
     def awaited(self) -> str | None:
-        """What nothing may move without so far, though nothing is stopped; None if nothing."""
+        """What is still missing before anything may move, other than a stop; None if nothing is."""
         return self.links.awaited() or (None if self.hardware.ready else NOT_READY)
 
     def take(self, datagram: Datagram, now_ns: int) -> None:

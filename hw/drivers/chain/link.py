@@ -202,7 +202,7 @@ class ChainLink:
             self._stop(self._dead)
 
     def _stop(self, reason: str) -> None:
-        """The wheels are stopped: stop all parts at once; called once until a reset."""
+        """Stop all parts at once, because the wheels are stopped; called once until a reset."""
         if self.stopped is None:
             self.stopped = reason
         if self.keeper.stops is not None and not self._told:
@@ -247,7 +247,7 @@ class ChainBase:
         return up_to(self._link.base, now_ns)
 
     def close(self) -> None:
-        """The other parts are being closed as well: stop none of them any more."""
+        """Do not stop the other parts from now on: they are being closed as well."""
         self.keeper.stops = None
 
 

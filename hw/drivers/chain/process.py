@@ -28,7 +28,7 @@ from hw.safety.record import ChainStatus
 STATUS_NS, LEVEL_NS = 20 * MS, 100 * MS
 """Periods of the status, and of the reason of a stop."""
 ENDING_NS = 2000 * MS
-"""Time after which wheels that do not stop are switched off all the same."""
+"""Time after which wheels are switched off even if they have not stopped."""
 COLLECT_NS = 1000 * MS
 PRIORITY = 40
 
@@ -62,7 +62,7 @@ class ChainProcess:
             self._tidy(now)
 
     def close(self) -> None:
-        """Send no more."""
+        """Close the sockets; nothing is sent any more."""
         self._outlet.close()
 
     def _wait(self, due_ns: int, parent: Parent | None) -> bool:

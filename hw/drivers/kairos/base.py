@@ -15,10 +15,9 @@ The connection has a websocket of its own: scans on the same one delayed odometr
 
 Limits of this robot: after the last command it drives on for `timeout`, and its drives have no
 quick stop by topic, so that it then brakes with `ramp` only. "Zero within 100 ms of the chain's
-death" is not met. Instead the speed is limited so that a stop without any further command takes at
-most
-`STOP_M`: v timeout + v^2 / (2 ramp). The `limits` of the connection must say so, and no faster
-command is sent.
+death" is not met. Instead the speed v is limited so that a stop without any further command takes
+at most `STOP_M`: v timeout + v^2 / (2 ramp). The `limits` of the connection must say so, and no
+faster command is sent.
 
 Velocities are sent in every cycle; the robot's emergency stop is that of its own hardware.
 """

@@ -1,6 +1,6 @@
 """The connection to the wheels of an RB-KAIROS: velocities out, odometry and stop button in.
 
-A websocket for nothing else. It is opened once; a lost one is replaced by a new one.
+It has a websocket of its own, which is opened once; a lost one is replaced by a new one.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ TYPES: Mapping[str, str] = {
 class KairosLink:
     """One connection; `newest` is the last odometry: its stamp, ns, pose and velocity.
 
-    The stamp is the robot's, converted to our clock as if the fastest message had taken no time: a
-    message that is held up is old, whether it is one or all. Odometry with a stamp that does not
-    rise is ignored. `stopped` is the reported state of the emergency stop; None: not reported yet,
-    which counts as stopped.
+    The stamp is the robot's, converted to our clock as if the fastest message had taken no time: so
+    messages that are held up count as old, be it one or all of them. Odometry with a stamp that
+    does not rise is ignored. `stopped` is the reported state of the emergency stop; None: not
+    reported yet, which counts as stopped.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class KairosLink:
         return "the robot's emergency stop is engaged" if self.stopped else None
 
     def opening(self, now_ns: int) -> bool:
-        """True while a cause is only that it was opened a moment ago."""
+        """True while the only cause is that it was opened a moment ago."""
         opened_ns = self._bridge.opened_ns
         if opened_ns is None:
             return now_ns - self._begun_ns < CONNECTING_S * 1e9

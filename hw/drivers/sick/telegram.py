@@ -66,7 +66,7 @@ class Telegram:
 
 
 class Telegrams:
-    """Extracts telegrams from bytes, however they are cut, and whatever is between.
+    """Extracts telegrams from bytes, however they are split and whatever lies between telegrams.
 
     `refused` counts telegram headers with a wrong CRC, `skipped` bytes outside of telegrams.
     """

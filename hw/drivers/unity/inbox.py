@@ -1,9 +1,9 @@
-"""Converts messages of VR applications to values of ours, after checks.
+"""Converts messages of VR applications to our values, after checks.
 
 A `user.pose` is made for each pose of the tailbone, with the head and hands that belong to it.
-Before the first one, head and tailbone must be those of a person who stands upright: the wire does
-not tell axes or units. Trackers on the rover, once two are visible, must match their mounts in the
-robot file.
+Before the first one, head and tailbone must be those of a person who stands upright, because
+messages state neither axes nor units. Trackers on the rover, once two are visible, must match their
+mounts in the robot file.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class _Seen:
     since_ns: int
 
     def reaches(self, other: _Seen) -> bool:
-        """True if a person can have got from here to the other position."""
+        """True if a person could have moved from here to the other position."""
         way = math.hypot(other.x - self.x, other.y - self.y)
         elapsed_ns = min(max(0, other.at_ns - self.at_ns), gates.FRESH_NS)
         return way <= gates.JUMP + gates.FASTEST * elapsed_ns * 1e-9

@@ -1,4 +1,4 @@
-"""The VR link: an unmodified Unity project speaks to it by the ROS-TCP-Connector.
+"""The VR link, to which a Unity project connects by the unmodified ROS-TCP-Connector.
 
 links:
   vr: {driver: "hw.drivers.unity.link:Unity", port: 10000, tells: chain}

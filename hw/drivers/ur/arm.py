@@ -20,7 +20,7 @@ from hw.samples import Sample, TimedJoints
 
 HERE_S = 0.01
 LOOKS = 3
-"""Checks in a row that must find it silent: after a stall of our own, what waits is read first."""
+"""Checks in a row that must find it silent: after a stall of our own, queued data is read first."""
 PIECE = 200
 """Points of a trajectory per datagram."""
 MISSING = (
@@ -125,7 +125,7 @@ class UrArm:
         return self._child.pid
 
     def acknowledge(self) -> bool:
-        """Restart a lost arm by the operator's order. False until it is there; ask again."""
+        """Restart a lost arm on the operator's order; False until it is ready: then ask again."""
         if self._fault is None:
             return True
         if self._renewing is None or not self._renewing.is_alive():
@@ -163,7 +163,7 @@ class UrArm:
             self._fault = f"arm: {error}"
 
     def _watch(self) -> None:
-        """Send heartbeats to the worker, and monitor its."""
+        """Send heartbeats to the worker, and monitor those it sends."""
         looks = 0
         while not self._over.wait(HERE_S):
             self._tell_here()

@@ -1,10 +1,10 @@
 """The process that moves a UR arm; only it uses ur_rtde, whose calls may block or crash.
 
 It streams `servoJ` along the trajectory, one set-point per package of the controller, and reports
-joints and faults by datagrams. The engine sends `here` (stamped by the last tick, its value why
-nothing may move), `follow` (a trajectory in pieces) and `stop`; late or reordered datagrams are
-dropped. Set-points are sent while the newest `here` is fresh and permits motion; the controller's
-watchdog ends its program when they stop.
+joints and faults by datagrams. The engine sends `here` (stamped by the last tick; its value says
+why nothing may move, or is None), `follow` (a trajectory in pieces) and `stop`; late or reordered
+datagrams are dropped. Set-points are sent while the newest `here` is fresh and permits motion; the
+controller's watchdog ends its program when they stop.
 
 A fault is final: this process sends no set-point after it, and a new one has to be started.
 """
@@ -122,7 +122,7 @@ class UrController:
 
 
 class Worker:
-    """The work from package to package."""
+    """Follows trajectories, from one package of the controller to the next."""
 
     def __init__(self, controller: UrController, settings: WorkerSettings, outlet: Outlet) -> None:
         self.fault: str | None = None
