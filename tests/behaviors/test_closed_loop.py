@@ -203,7 +203,7 @@ def test_beside_a_walking_user_the_robot_keeps_3_to_4_m(
 
 @pytest.mark.requirement(88)
 @pytest.mark.parametrize("profile", ["paper", "tuned"])
-@pytest.mark.few(1)
+@pytest.mark.slow
 def test_chase_goes_on_for_ten_minutes(start: Callable[..., Watched], profile: str) -> None:
     """A user who steps to and fro, too slowly to be in danger; Chase alone, no transition."""
     steps = [f"walk: {{x: {x}, y: 7.0, speed: 0.15}}\n  - stand: 8" for x in (7.6, 7.0)]

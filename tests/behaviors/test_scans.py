@@ -237,6 +237,7 @@ class Drive:
 
 @pytest.mark.requirement(38, 51, 101)
 @pytest.mark.parametrize("planner", ["exact", "theta_star"])
+@pytest.mark.few(1)
 def test_a_drive_goes_round_what_its_scanner_sees(
     watching: Callable[..., Watching], planner: str
 ) -> None:

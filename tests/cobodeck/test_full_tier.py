@@ -73,6 +73,7 @@ def test_wheels_alone_would_lose_the_robot() -> None:
 
 
 @pytest.mark.requirement(52)
+@pytest.mark.slow
 def test_the_chain_knows_the_gap_though_nobody_tells_it_where_the_base_is() -> None:
     """By trackers, by the estimate, and in between by the wheels, in a frame of their own."""
     setup = open_setup(scene="study")

@@ -57,6 +57,7 @@ class WithoutTruth(Record):
 
 
 @pytest.mark.requirement(19)
+@pytest.mark.few(1)
 def test_the_course_on_record_is_that_of_the_run(record: Path) -> None:
     then, now = course_of(Record(record)), live()
 

@@ -54,6 +54,7 @@ def test_a_pause_between_two_drives_is_no_motion() -> None:
 
 @pytest.mark.requirement(52)
 @pytest.mark.parametrize("profile", ["tuned", "paper"])
+@pytest.mark.few(1)
 def test_a_run_reports_its_separation_whether_the_governor_keeps_it_or_not(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,

@@ -110,6 +110,7 @@ def test_a_room_of_five_metres_is_refused_with_a_sentence_and_one_of_six_is_not(
 
 
 @pytest.mark.requirement(124)
+@pytest.mark.slow
 def test_all_behaviours_run_in_a_room_of_six_metres(folder, capsys):
     write_room(folder, "six", 6.0)
     (folder / "modest.yaml").write_text(USER)

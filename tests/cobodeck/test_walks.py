@@ -42,7 +42,7 @@ WALKS: list[tuple[object, tuple[str, ...]]] = [
 
 @pytest.mark.requirement(24, 91)
 @pytest.mark.parametrize(("user", "arguments"), WALKS)
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_the_base_keeps_near_a_walking_person_and_touches_nobody(
     walked: Any, user: object, arguments: tuple[str, ...]
 ) -> None:
@@ -53,6 +53,7 @@ def test_the_base_keeps_near_a_walking_person_and_touches_nobody(
     assert figures["beside_share"] >= 0.8
 
 
+@pytest.mark.slow
 def test_a_base_that_stands_would_be_noticed(walked: Any) -> None:
     figures = walked(ROOM, "--scene", "hall", "--stretch", "8", "--frozen-base")
 

@@ -43,6 +43,7 @@ def ticking():
     return itertools.count(0.0, 0.001).__next__
 
 
+@pytest.mark.slow
 def test_in_a_drawn_room_the_base_is_found_and_followed(log):
     found = localize(log, room_ground(log, log.room), None, 0, ticking())
     told = figures(found)

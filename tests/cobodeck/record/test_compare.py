@@ -138,6 +138,7 @@ def test_a_record_that_breaks_off_is_equal_up_to_there(shown: Shown, folder: Pat
     assert f"traces: equal for {cut.equal} records, to the end of A" in text
 
 
+@pytest.mark.slow
 def test_a_chart_is_compared_with_that_of_the_same_name_wherever_both_lay(
     tmp_path: Path, capsys: Any
 ) -> None:

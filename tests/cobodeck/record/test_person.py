@@ -79,7 +79,7 @@ def test_beside_the_same_robot_the_run_is_the_same(demo: Any, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("scene", ["lab_b", "hall"])
-@pytest.mark.few(1)
+@pytest.mark.slow
 def test_they_walk_ask_and_are_seen_alike_whatever_the_robot_does(
     demo: Any, tmp_path: Path, scene: str
 ) -> None:

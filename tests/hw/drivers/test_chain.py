@@ -173,6 +173,7 @@ def test_a_chain_that_is_killed_is_noticed_and_not_trusted_again(rig):
     assert [sample.value for sample in rig.line.samples(0)] == [reason]
 
 
+@pytest.mark.slow
 def test_a_chain_that_hangs_is_noticed_and_not_trusted_when_it_goes_on(rig):
     rig.driving()
     os.kill(rig.chain.pid, signal.SIGSTOP)

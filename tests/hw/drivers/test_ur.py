@@ -154,6 +154,7 @@ def test_at_a_third_of_the_speed_the_course_takes_three_times_as_long(calm):
 
 
 @needs_rtde
+@pytest.mark.slow
 def test_while_the_loop_does_not_turn_the_arm_waits_on_its_way(calm):
     calm.moving(OUT, 1.0)
     calm.truth.poll(1_000_000)

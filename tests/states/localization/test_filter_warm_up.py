@@ -4,6 +4,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 CODE = """
 import gc
 import numpy as np
@@ -33,6 +35,7 @@ print(len(before) > 5, [name for name in after if after[name] > before.get(name,
 """
 
 
+@pytest.mark.slow
 def test_nothing_is_compiled_after_a_filter_is_made() -> None:
     run = subprocess.run(
         [sys.executable, "-c", CODE],
