@@ -125,6 +125,7 @@ def figures_of(
         "robot": setup.robot.name,
         "user": options.user or (None if setup.scene is None else setup.scene.user),
         "profile": setup.profile.name,
+        "set": list(setup.profile.sets),
         "tier": options.tier,
         "seed": options.seed,
         "tick_hz": setup.tick_hz,

@@ -20,7 +20,8 @@ def summary(figures: Mapping[str, Any], ended_by: tuple[str, str] | None = None)
     if "requests" in f and f["tier"] and not f["measured"]:  # measured people have no name
         where += f" with {f['user']}"
     governor = "governor on" if f.get("governor") else "governor off"
-    title = f"{where}: {f['profile']} ({governor}), tier {f['tier']}, {f['tick_hz']} Hz"
+    profile = ", ".join((f["profile"], *f["set"]))
+    title = f"{where}: {profile} ({governor}), tier {f['tier']}, {f['tick_hz']} Hz"
     if f["measured"]:
         title += "; measured, not true"
     speed = f"{f['realtime_factor']:.0f} times real time" if f["realtime_factor"] else "-"

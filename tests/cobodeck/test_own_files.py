@@ -217,7 +217,9 @@ def test_a_record_keeps_own_files_and_values_and_is_replayed_elsewhere(
 ) -> None:
     call = ("--scene", "office", "--profile", "calm", "--duration", "2")
     sets = ("--set", "chase.outer=3.2 m", "--set", "charts.chase.patience=9 s")
-    assert told("simulate", *call, *sets, "--record", "run.mcap")[0] == OK
+    code, out, _ = told("simulate", *call, *sets, "--record", "run.mcap")
+    assert code == OK
+    assert "calm, chase.outer=3.2 m, charts.chase.patience=9 s (" in out.splitlines()[0]
     record = Record(Path("run.mcap").resolve())
     header = record.header
     package = Path.cwd() / "own_files"
