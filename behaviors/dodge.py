@@ -40,22 +40,20 @@ def safest_goal(
     goals: Sequence[Pose2],
     present: Pose2 | None,
     outline: Outline | None = None,
-) -> Pose2 | None:
+) -> tuple[Pose2 | None, float]:
     """The Escape pose with which the user is safe soonest, without a touch on the way.
 
-    If every drive ends in a touch, the one with the largest gap. None if on every drive the touch
-    is less than `escape.warning` ahead, so that the user has to be warned now, or if all come too
-    near to walls. `present` is the current goal, one of `goals`; `outline` that of rover and arm,
-    None for the rover alone.
+    If every drive ends in a touch, the one with the largest gap; None if all come too near to
+    walls. Besides, the time until a touch is predicted on the drive that delays it most, s;
+    infinite if there is one without a touch. `present` is the current goal, one of `goals`;
+    `outline` that of rover and arm, None for the rover alone.
     """
     if not goals:
-        return None
+        return None, math.inf
     environment, settings = now.environment, now.settings
     places = [(goal.x, goal.y) for goal in goals]
     rollouts = roll_out(now, places, environment.navigation.escape.max_speed)
     found = evaluate(now, rollouts, predict_user(now, settings.user.likely), outline)
-    if found.touch_after.max() < settings.escape.warning:
-        return None
     numbers = (found.safe_after.tolist(), found.gap.tolist(), found.touch_after.tolist())
     ranked = []
     for i, (safe_after, gap, touch_after) in enumerate(zip(*numbers, strict=True)):
@@ -64,7 +62,11 @@ def safest_goal(
         rank = (-gap, safe_after) if touches else (safe_after - kept, -gap)
         ranked.append((touches, *rank, i))
     planner = now.planners["escape"]
-    return next((goals[i] for *_, i in sorted(ranked) if rollouts.keeps_off(i, planner)), None)
+    open_ones = (i for *_, i in sorted(ranked) if rollouts.keeps_off(i, planner))
+    best = next(open_ones, None)
+    if best is None:
+        return None, math.inf
+    return goals[best], float(found.touch_after[best])
 
 
 def place_with_room(now: Situation, band: tuple[float, float], present: Point | None) -> Point:

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 
 from behaviors.keys import ESCAPE_POSES, ESCAPE_REQUIRED, ESCAPE_SAFE, settings_of
 from behaviors.settings import EscapeSettings, Settings
-from behaviors.situation import AGE_S, CHANGES, WAYS, Situation, situation
-from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
+from behaviors.sign import Sign
+from behaviors.situation import AGE_S, WAYS, Situation, situation
+from engine.files.units import Duration
+from engine.state import Action, Context, Monitor, On, Run
 from hw.geometry import Pose2, Twist2, wrap
 from hw.samples import Joints, UserPose
 from states.environment import Environment
-from states.keys import ARM_JOINTS, planner_key
+from states.keys import ARM_JOINTS
 from states.navigation.states import is_there, user_disc
 from states.signals.prediction import time_to_contact
 
@@ -105,77 +107,73 @@ class EscapeRequired(Monitor):
         return "required"
 
 
-class SafeOnTheWay(Monitor):
-    """`safe` once both zones are clear, even before an Escape pose is reached.
-
-    Only in profiles that allow it, and only if there was danger at the start: an Escape after a
-    failure of Chase has to reach its pose (R112).
-    """
-
-    outcomes = ("safe",)
-    reads = {**WAYS, ESCAPE_SAFE: AGE_S}
-
-    def run(self, ctx: Context) -> Run:
-        if not settings_of(ctx).escape.safe_on_the_way or ctx.value(ESCAPE_SAFE):
-            yield Until(NEVER_NS)
-        while not (ctx.value(ESCAPE_SAFE) and self._can_stop(ctx)):
-            yield On(ESCAPE_SAFE, planner_key("escape"), *CHANGES)
-        return "safe"
-
-    def _can_stop(self, ctx: Context) -> bool:
-        """True if the place where the robot would come to rest is free."""
-        now = situation(ctx, "escape")
-        return now is not None and now.planners["escape"].is_free((now.rest.x, now.rest.y))
-
-
 class Flee(Action):
     """Drive to an Escape pose, as fast as possible and without turning (R109-R111).
 
-    The arm stays as it is, and its outline is taken into account. `safe`: arrived, and both zones
-    are clear. `no_pose`: no Escape pose is free. `no_way`: none can be reached, or none without
-    touching the user.
+    The arm stays as it is, and its outline is taken into account. Once every drive is predicted to
+    end in a touch within the profile's `warning`, the stop sign is shown, for `sign_for` at least,
+    while the robot drives on (R114). `safe`: both zones are clear, at an Escape pose, or, if the
+    profile allows it, on the way (R112); not before the sign has been shown long enough. An Escape
+    that began without danger, after a failure of Chase, has to reach its pose. `no_pose`: no Escape
+    pose is free. `no_way`: none can be reached.
     """
 
     outcomes = ("safe", "no_pose", "no_way")
     reads = {**WAYS, ESCAPE_POSES: AGE_S, ESCAPE_SAFE: AGE_S, ARM_JOINTS: AGE_S}
-    commands = ("base",)
+    commands = ("base", "vr")
+
+    def __init__(self, sign_for: Duration = 2.0) -> None:
+        self.sign_for = sign_for
 
     def run(self, ctx: Context) -> Run:
         from behaviors.rollout import command_towards
 
         base, goal, planner = ctx.part("base"), None, None
+        sign = Sign(ctx, self.sign_for)
+        on_the_way = settings_of(ctx).escape.safe_on_the_way and not ctx.value(ESCAPE_SAFE)
         try:
             while (now := situation(ctx, "escape")) is not None:
                 subsystem = now.environment.navigation.escape
                 if planner is not now.planners["escape"]:
                     planner = now.planners["escape"]
                     goal = _still_in_reach(now, goal)
-                if goal is not None and is_there(now.pose, now.twist, goal, subsystem):
-                    if ctx.value(ESCAPE_SAFE):
-                        return "safe"
+                there = goal is not None and is_there(now.pose, now.twist, goal, subsystem)
+                safe = ctx.value(ESCAPE_SAFE)
+                if safe and sign.is_seen and (there or (on_the_way and _can_stop(now))):
+                    return "safe"
+                if there and not safe:
                     goal = None
                 free = ctx.value(ESCAPE_POSES) or ()
                 arm = ctx.value(ARM_JOINTS)
-                goal = choose(now, free, goal, None if arm is None else arm.joints)
+                goal, touch_after = choose(now, free, goal, None if arm is None else arm.joints)
                 if goal is None:
                     return "no_way" if free else "no_pose"
+                if touch_after < now.settings.escape.warning:
+                    sign.show()
                 command = command_towards(now, (goal.x, goal.y), "escape")
                 base.drive(now.slowed(command, "escape"), "escape")
                 yield None
         finally:
             base.release("escape")
+            sign.hide()
         return "no_way"
+
+
+def _can_stop(now: Situation) -> bool:
+    """True if the place where the robot would come to rest is free."""
+    return now.planners["escape"].is_free((now.rest.x, now.rest.y))
 
 
 def choose(
     now: Situation, free: Sequence[Pose2], goal: Pose2 | None, joints: Joints | None
-) -> Pose2 | None:
-    """The pose of `free` to drive to, by the profile's `order`; None if none can be reached.
+) -> tuple[Pose2 | None, float]:
+    """The pose to drive to, by the profile's `order`, and when a touch is predicted at best, s.
 
-    `goal` is the pose driven to so far, `joints` are the arm's, rad, if known.
+    None if none can be reached. `free` are the free Escape poses, `goal` is the pose driven to so
+    far, `joints` are the arm's, rad, if known.
     """
     if now.settings.escape.order == "given":
-        return goal or _first_in_reach(now, free)
+        return goal or _first_in_reach(now, free), math.inf
     from behaviors.dodge import safest_goal
 
     outline = now.environment.outline(joints)

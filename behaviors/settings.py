@@ -33,10 +33,10 @@ from hw.sim.errors import SensorErrors
 from hw.sim.sensors import SensorModel
 from states.signals.prediction import PREDICTORS
 
-_QUARTER = 0.5 * math.pi + 1e-9
-Behind = Annotated[Angle, Range(-_QUARTER, _QUARTER)]
-"""Angle off the direction away from the user, rad; beyond a right angle the pose would be nearer
-to the user."""
+_WIDEST = math.radians(120.0) + 1e-9
+Behind = Annotated[Angle, Range(-_WIDEST, _WIDEST)]
+"""Angle off the direction away from the user, rad; beyond a right angle the pose leads past
+them."""
 
 
 def _predictor(item: Item) -> str:
@@ -169,6 +169,7 @@ class ChaseSettings:
     widened by the length `margin`, and by `margin_angle` to either side, are dropped. `weight`
     names the weighting (`angle_radius`: highest at `best_angle` and `best_radius`), `pick` the
     choice: the largest weight (those within `tie` by the shortest path), or at random from `seed`.
+    `stays`: without a free place the robot stays where it is; else Chase fails.
     """
 
     view: Literal["head", "body"]
@@ -185,6 +186,7 @@ class ChaseSettings:
     pick: Literal["largest", "sample"]
     tie: Annotated[float, Range(0.0, 1.0)]
     seed: Annotated[int, Range(0, 2**63)]
+    stays: bool
 
     def faults(self) -> Iterator[Fault]:
         """Invalid combinations of values, each with its key."""

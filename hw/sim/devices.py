@@ -106,22 +106,26 @@ def _between(before: Sample, after: Sample, stamp_ns: int) -> Sample | None:
 
 
 class SimVr:
-    """The virtual world: passes requests on and shows the robot to the person."""
+    """The virtual world: passes requests on and shows the robot to the person.
+
+    `shown`: with the stop sign, at which people stop; a robot without it is only `visible`.
+    """
 
     signals: tuple[str, ...] = ("vr.haptic_request", "vr.release", "vr.restart")
 
     def __init__(self, person: Person, view: PersonView | None = None) -> None:
-        self.shown = False
+        self.shown = self.visible = False
         self._person, self._view = person, view
         self._request: Pose3 | None = None
         self._still_since: int | None = None
         self._restarted = False
         self._pending = [Sample("vr.haptic_request", 0, None)]
 
-    def inform(self, show: bool) -> None:
-        """Show the robot, or hide it; see `Vr`."""
-        if show != self.shown:
-            self.shown, self._still_since, self._restarted = show, None, False
+    def inform(self, show: bool, sign: bool = True) -> None:
+        """Show the robot, with or without the stop sign, or hide it; see `Vr`."""
+        self.visible, shown = show, show and sign
+        if shown != self.shown:
+            self.shown, self._still_since, self._restarted = shown, None, False
 
     def step(self, now_ns: int) -> None:
         """Look at the person at now_ns."""

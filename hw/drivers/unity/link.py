@@ -186,7 +186,7 @@ class UnityVr:
         self._queues = {name: link.queue(name) for name in self.signals}
         self._levels: dict[str, object] = {}
         self._heard: dict[str, Sample] = {}
-        self._shown = False
+        self._shown = self._sign = False
         self._begun_ns = now()
         link.wake_at(("vr.release", "vr.restart"), lambda: self.wake())
 
@@ -201,9 +201,9 @@ class UnityVr:
             found.append(Sample("vr.haptic_request", now_ns, None))
         return [sample for sample in found if self._is_news(sample)]
 
-    def inform(self, show: bool) -> None:
-        """Show the robot and the stop sign, or hide them; see `Vr`."""
-        self._shown = show
+    def inform(self, show: bool, sign: bool = True) -> None:
+        """Show the robot, with or without the stop sign, or hide them; see `Vr`."""
+        self._shown, self._sign = show, show and sign
         self.show(self._now())
 
     def hear(self, sample: Sample, now_ns: int) -> None:  # noqa: ARG002
@@ -221,7 +221,7 @@ class UnityVr:
             twist if isinstance(twist, Twist2) else None,
             arm.joints if isinstance(arm, ArmState) else None,
             self._shown or self._link.debug,
-            self._shown,
+            self._sign,
         )
         self._link.show(time.monotonic_ns() - (self._now() - stamp_ns), view)
 

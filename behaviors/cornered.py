@@ -1,0 +1,107 @@
+"""Chase without a free place: what the robot does then, and how it leaves the user's zones."""
+
+from __future__ import annotations
+
+from behaviors.keys import SETTINGS, settings_of
+from behaviors.refuge import is_outside, way_out
+from behaviors.situation import CHANGES, WAYS, Situation, situation
+from engine.files.units import Duration, Length, Speed
+from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
+from hw.geometry import Pose2
+from hw.samples import UserPose
+from states.ages import slowed
+from states.keys import BASE_REFUSAL
+from states.navigation.states import DRIVES, command_of, user_disc
+
+LOOK_S = 1.0
+"""Interval at which a robot without a way out looks for one again, s."""
+
+
+class GiveUp(Action):
+    """What follows when Chase has no place to go: `failed`, or `stay`, by the profile (R66, R101).
+
+    That no place is free is no danger; whoever walks into the robot's way raises one.
+    """
+
+    outcomes = ("failed", "stay")
+    reads = {SETTINGS: None}
+
+    def run(self, ctx: Context) -> Run:
+        yield from ()
+        return "stay" if settings_of(ctx).chase.stays else "failed"
+
+
+class Cornered(Monitor):
+    """`cornered` when the robot has stood in a zone of a standing user for `patience`, no way out.
+
+    Not for a user to whom the robot was `shown` where they stand, within `moved`. 0 s: never.
+    """
+
+    outcomes = ("cornered",)
+    reads = WAYS
+
+    def __init__(self, patience: Duration = 0.0, moved: Length = 0.3) -> None:
+        self.patience, self.moved = patience, moved
+
+    def run(self, ctx: Context, shown: UserPose | None = None) -> Run:
+        if self.patience <= 0.0:
+            yield Until(NEVER_NS)
+        due = NEVER_NS
+        while True:
+            now = situation(ctx, "escape")
+            if now is None or not self._is_close(now, shown):
+                due = NEVER_NS
+            elif due == NEVER_NS:
+                due = ctx.after(self.patience)
+            elif ctx.now >= due:
+                if way_out(now) is None:
+                    return "cornered"
+                due = ctx.after(LOOK_S)
+            yield On(*CHANGES, until=due)
+
+    def _is_close(self, now: Situation, shown: UserPose | None) -> bool:
+        body = now.user.body
+        if shown is not None and shown.body.distance_to(body) <= self.moved:
+            return False
+        return now.velocity.speed < now.settings.escape.moving and not is_outside(now)
+
+
+class Leave(Action):
+    """Drive slowly out of the zones of a user to whom the robot has just been shown (R116).
+
+    The robot stays visible on the way, without the stop sign. `away`: outside, or not shown at all.
+    `blocked`: there is no way out.
+    """
+
+    outcomes = ("away", "blocked")
+    reads = {**WAYS, **DRIVES}
+    commands = ("base", "vr")
+
+    def __init__(self, speed: Speed = 0.8) -> None:
+        self.speed = speed
+
+    def run(self, ctx: Context, shown: UserPose | None = None) -> Run:
+        now = situation(ctx, "escape")
+        if shown is None or now is None or is_outside(now):
+            return "away"
+        place = way_out(now)
+        if place is None:
+            return "blocked"
+        base, vr = ctx.part("base"), ctx.part("vr")
+        driver = now.environment.driver("escape", now.planners["escape"])
+        driver.go_to(Pose2(*place, now.pose.yaw))
+        vr.inform(True, sign=False)
+        try:
+            while (now := situation(ctx, "escape")) is not None and not is_outside(now):
+                driver.planner = now.planners["escape"]
+                disc = user_disc(now.user, now.environment.navigation.escape)
+                command = command_of(ctx, driver, now.around, disc)
+                if driver.status == "arrived" or driver.path is None:
+                    return "blocked"
+                slow = slowed(command, 1.0, self.speed, now.environment.limits.base_yaw_rate)
+                base.drive(slow, "chase")
+                yield ctx.value(BASE_REFUSAL)
+        finally:
+            base.release("chase")
+            vr.inform(False)
+        return "away"
