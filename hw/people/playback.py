@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from hw.geometry import Pose2, wrap
+from hw.people.manner import ATTENTIVE, Manner
 from hw.people.person import Actor, Touch
 from hw.people.recording import Recording
 from hw.samples import Sample
@@ -20,7 +21,14 @@ class Playback(Actor):
     evenly spread.
     """
 
-    def __init__(self, recording: Recording, requests: int = 0, touch: Touch | None = None) -> None:
+    def __init__(
+        self,
+        recording: Recording,
+        requests: int = 0,
+        touch: Touch | None = None,
+        manner: Manner = ATTENTIVE,
+        seed: int = 0,
+    ) -> None:
         self._recording = recording
         self._headings, self._speeds = recording.motion()
         self._gap_ns = recording.gap_ns
@@ -31,7 +39,7 @@ class Playback(Actor):
         self._gap = (-1, 0)  # the row before it, and when it began, ns
         self._requests = requests
         self._touch = touch or Touch()
-        super().__init__(Pose2(recording.xs[0], recording.ys[0], self._headings[0]))
+        super().__init__(Pose2(recording.xs[0], recording.ys[0], self._headings[0]), manner, seed)
 
     @property
     def own_ns(self) -> int:

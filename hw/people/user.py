@@ -85,7 +85,7 @@ def open_user(
             recording, endless for `random`. With touchable surfaces: end after this many that
             walking up to them has caused.
         size: scale a recording to this longer side of its bounding box, m.
-        seed: of `random`.
+        seed: of all that a person does by chance.
 
         FileError: with file, line and what would be right.
     """
@@ -104,14 +104,17 @@ def _open(source: str, scene: Scene, requests: int | None, size: float | None, s
         if source == wanderer.NAME:
             start = scene.user_start or _middle(scene.room)
             return wanderer.Wanderer(scene.room, start, seed, requests)
-        return Walker(load_script(source), scene.room, scene.user_start, requests)
+        script = load_script(source)
+        return Walker(script, scene.room, scene.user_start, requests, seed=seed)
     parts = parse_source(source)
     recording = read_recording(parts.path, parts.person)
     if size is not None:
         recording = recording.stretched(size)
     if parts.place is None:
-        return Playback(place_in_largest_disc(recording, scene.room), requests or 0)
-    return Playback(place_at(recording, scene.room, parts.place), requests or 0)
+        placed = place_in_largest_disc(recording, scene.room)
+    else:
+        placed = place_at(recording, scene.room, parts.place)
+    return Playback(placed, requests or 0, seed=seed)
 
 
 def place_at(recording: Recording, room: Room, place: tuple[float, float, float]) -> Recording:

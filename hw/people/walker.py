@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from engine.files.finding import CODE, FileError, Finding, mistake
 from hw.geometry import Pose2
+from hw.people.manner import ATTENTIVE, Manner
 from hw.people.pedestrian import Pedestrian
 from hw.people.person import RADIUS, Touch
 from hw.people.script import (
@@ -30,14 +31,20 @@ class Walker(Pedestrian):
     """
 
     def __init__(
-        self, script: Script, room: Room, start: Pose2 | None = None, requests: int | None = None
+        self,
+        script: Script,
+        room: Room,
+        start: Pose2 | None = None,
+        requests: int | None = None,
+        manner: Manner = ATTENTIVE,
+        seed: int = 0,
     ) -> None:
         begin = script.start or start
         if begin is None:
             raise mistake(script.path, "no start, neither here nor as user.start in the scene")
         _check_walks(script, room, begin)
         self._script, self._left = script, requests
-        super().__init__(room, begin, script.turn_rate)
+        super().__init__(room, begin, script.turn_rate, manner, seed)
 
     def _run(self) -> Iterator[bool]:
         if not any(isinstance(step, RequestStep) for step in self._script.steps):

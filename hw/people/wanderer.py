@@ -14,6 +14,7 @@ from collections.abc import Iterator
 
 from engine.files.finding import mistake
 from hw.geometry import Pose2
+from hw.people.manner import ATTENTIVE, Manner
 from hw.people.pedestrian import Pedestrian
 from hw.people.person import RADIUS, Touch
 from hw.people.script import WalkStep
@@ -45,7 +46,14 @@ class Wanderer(Pedestrian):
         FileError: the start is closer than RADIUS to a wall, so that no path leads away.
     """
 
-    def __init__(self, room: Room, start: Pose2, seed: int, requests: int | None = None) -> None:
+    def __init__(
+        self,
+        room: Room,
+        start: Pose2,
+        seed: int,
+        requests: int | None = None,
+        manner: Manner = ATTENTIVE,
+    ) -> None:
         if room.clearance(start.x, start.y) < RADIUS:
             raise mistake(
                 NAME,
@@ -55,7 +63,7 @@ class Wanderer(Pedestrian):
         # a named stream: no other source with the same seed draws the same numbers
         self._chance = random.Random(f"{NAME} user {seed}")
         self._left = requests
-        super().__init__(room, start, TURN_RATE)
+        super().__init__(room, start, TURN_RATE, manner, seed)
 
     def _run(self) -> Iterator[bool]:
         while self._left is None or self._left > 0:

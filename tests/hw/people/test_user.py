@@ -7,6 +7,7 @@ import pytest
 from engine.files.finding import FileError
 from hw.geometry import Pose2, Pose3
 from hw.people.live import LivePerson
+from hw.people.manner import ATTENTIVE, INSTANT
 from hw.people.person import RADIUS, Touch
 from hw.people.playback import Playback
 from hw.people.recording import Recording
@@ -43,10 +44,12 @@ def straight(seconds=10, hz=25, gap=()):
     )
 
 
-def walker(tmp_path, steps, start="{x: 2.0, y: 2.0, yaw: 0.0}", extra="", requests=None):
+def walker(
+    tmp_path, steps, start="{x: 2.0, y: 2.0, yaw: 0.0}", extra="", requests=None, manner=ATTENTIVE
+):
     path = tmp_path / "someone.yaml"
     path.write_text(f"user: someone\nstart: {start}\n{extra}steps:\n{steps}")
-    return Walker(load_script(path), LAB.room, requests=requests)
+    return Walker(load_script(path), LAB.room, requests=requests, manner=manner)
 
 
 # ---- recordings
@@ -86,7 +89,7 @@ def test_in_a_gap_there_are_no_samples_and_the_true_person_walks_on():
 
 
 def test_a_person_shown_the_robot_stops_within_half_a_second_and_goes_on_after():
-    person = Playback(straight())
+    person = Playback(straight(), manner=INSTANT)
     rows = play(person, 150, informed=lambda n: 30 <= n < 90)
     stopped = rows[46][1]
     assert all(body == stopped and speed == 0.0 for _, body, speed, _, _ in rows[46:90])
@@ -265,7 +268,8 @@ def test_an_approach_follows_the_robot_and_stops_at_the_distance(tmp_path):
 
 
 def test_an_approach_ends_when_the_robot_is_shown(tmp_path):
-    person = walker(tmp_path, "  - approach: {target: robot, for: 60}\n  - stand: 60\n")
+    steps = "  - approach: {target: robot, for: 60}\n  - stand: 60\n"
+    person = walker(tmp_path, steps, manner=INSTANT)
     rows = play(person, 150, robot=Pose2(5.5, 9.0), informed=lambda n: n == 30)
     assert rows[29][2] > 0.0
     assert all(row[2] == 0.0 for row in rows[30:])
