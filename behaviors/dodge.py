@@ -104,9 +104,10 @@ def _efforts(places: Array, x: float, y: float, walls: Array) -> Array:
 
 def warm_up() -> None:
     """Compile everything that a tick may need, or load it from the cache."""
-    from behaviors import rollout
+    from behaviors import rollout, waiting
     from states.navigation import visibility
 
     rollout.warm_up()
+    waiting.warm_up()
     visibility.warm_up()
     _efforts(np.ones((1, 2)), 0.0, 0.0, np.ones((1, 4)))

@@ -39,15 +39,26 @@ def in_zone(escape: EscapeSettings, user: UserPose, base: Pose2, margin: float =
 
 
 def is_required(
-    environment: Environment, settings: Settings, user: UserPose, base: Pose2, velocity: Twist2
+    environment: Environment,
+    settings: Settings,
+    user: UserPose,
+    base: Pose2,
+    velocity: Twist2,
+    twist: Twist2,
 ) -> bool:
-    """True if the user moves, and the robot is in a zone or about to be walked into (R104)."""
+    """True if the user moves, and the robot is in a zone or about to be walked into (R104).
+
+    `twist` is the robot's velocity in the base frame. By the profile's `trigger` a zone alone is no
+    danger.
+    """
     escape = settings.escape
     if velocity.speed < escape.moving:
         return False
-    if in_zone(escape, user, base):
+    if escape.trigger == "zones" and in_zone(escape, user, base):
         return True
-    return escape.predict and will_be_reached(environment, escape, user.body, base, velocity)
+    motion = twist.rotated(base.yaw)
+    relative = Twist2(velocity.vx - motion.vx, velocity.vy - motion.vy)
+    return escape.predict and will_be_reached(environment, escape, user.body, base, relative)
 
 
 def is_safe(

@@ -146,6 +146,7 @@ class EscapeSettings:
     """
 
     view: Literal["head", "body"]
+    trigger: Literal["zones", "contact"]
     ahead: Annotated[Length, above_0(10.0)]
     half_view: Annotated[Angle, Range(0.0, math.pi)]
     around: Annotated[Length, above_0(10.0)]
@@ -186,6 +187,7 @@ class ChaseSettings:
     pick: Literal["largest", "sample"]
     tie: Annotated[float, Range(0.0, 1.0)]
     seed: Annotated[int, Range(0, 2**63)]
+    risk: Annotated[float, Range(0.0, 1000.0)]
     stays: bool
 
     def faults(self) -> Iterator[Fault]:

@@ -111,7 +111,7 @@ def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ..
         Derived("user.distance", ("user.pose", "base.pose"), _distance, float,
                 about="from the user's body to the robot's centre, m"),
         Derived(
-            "escape.required", ("user.pose", "base.pose", "user.velocity"),
+            "escape.required", ("user.pose", "base.pose", "user.velocity", "base.twist"),
             partial(escape.is_required, environment, settings), bool,
             about="the user is in an Escape zone and moves, or will be before the robot is away",
         ),
