@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from behaviors.keys import ESCAPE_POSES, ESCAPE_REQUIRED, ESCAPE_SAFE, settings_of
 from behaviors.settings import EscapeSettings, Settings
-from behaviors.sign import Sign
 from behaviors.situation import AGE_S, WAYS, Situation, situation
-from engine.files.units import Duration
 from engine.state import Action, Context, Monitor, On, Run
 from hw.geometry import Pose2, Twist2, wrap
 from hw.samples import Joints, UserPose
@@ -22,6 +21,8 @@ from states.signals.prediction import time_to_contact
 if TYPE_CHECKING:
     from states.navigation.interfaces import GlobalPlanner
 
+CALM_S = 0.3
+"""A danger is over once the robot would have this much time more than it needs, s."""
 LOOKAHEAD_S = 3.0
 """Predicted contacts later than this are ignored, s."""
 
@@ -62,13 +63,27 @@ def is_required(
 
 
 def is_safe(
-    environment: Environment, settings: Settings, user: UserPose, base: Pose2, velocity: Twist2
+    environment: Environment,
+    settings: Settings,
+    user: UserPose,
+    base: Pose2,
+    velocity: Twist2,
+    twist: Twist2,
 ) -> bool:
-    """True if the robot is outside both zones, with hysteresis, and no contact predicted (R112)."""
+    """True if the danger is over, with hysteresis: no contact predicted, and, if zones are what
+    triggers, the robot outside both (R112).
+    """
     escape = settings.escape
-    if in_zone(escape, user, base, escape.hysteresis):
+    if escape.trigger == "zones" and in_zone(escape, user, base, escape.hysteresis):
         return False
-    return not (escape.predict and will_be_reached(environment, escape, user.body, base, velocity))
+    if not escape.predict:
+        return True
+    motion = twist.rotated(base.yaw)
+    relative = Twist2(velocity.vx - motion.vx, velocity.vy - motion.vy)
+    later = replace(
+        escape, contact=escape.contact + escape.hysteresis, reaction=escape.reaction + CALM_S
+    )
+    return not will_be_reached(environment, later, user.body, base, relative)
 
 
 def will_be_reached(
@@ -122,25 +137,21 @@ class Flee(Action):
     """Drive to an Escape pose, as fast as possible and without turning (R109-R111).
 
     The arm stays as it is, and its outline is taken into account. Once every drive is predicted to
-    end in a touch within the profile's `warning`, the stop sign is shown, for `sign_for` at least,
-    while the robot drives on (R114). `safe`: both zones are clear, at an Escape pose, or, if the
-    profile allows it, on the way (R112); not before the sign has been shown long enough. An Escape
-    that began without danger, after a failure of Chase, has to reach its pose. `no_pose`: no Escape
-    pose is free. `no_way`: none can be reached.
+    end in a touch within the profile's `warning`, the stop sign is shown while the robot drives on
+    (R114). `safe`: the danger is over, at an Escape pose, or, if the profile allows it, on the way
+    (R112). An Escape that began without danger, after a failure of Chase, has to reach its pose.
+    `no_pose`: no Escape pose is free. `no_way`: none can be reached.
     """
 
     outcomes = ("safe", "no_pose", "no_way")
     reads = {**WAYS, ESCAPE_POSES: AGE_S, ESCAPE_SAFE: AGE_S, ARM_JOINTS: AGE_S}
     commands = ("base", "vr")
 
-    def __init__(self, sign_for: Duration = 2.0) -> None:
-        self.sign_for = sign_for
-
     def run(self, ctx: Context) -> Run:
         from behaviors.rollout import command_towards
 
-        base, goal, planner = ctx.part("base"), None, None
-        sign = Sign(ctx, self.sign_for)
+        base, vr, goal, planner = ctx.part("base"), ctx.part("vr"), None, None
+        warned = False
         on_the_way = settings_of(ctx).escape.safe_on_the_way and not ctx.value(ESCAPE_SAFE)
         try:
             while (now := situation(ctx, "escape")) is not None:
@@ -150,7 +161,7 @@ class Flee(Action):
                     goal = _still_in_reach(now, goal)
                 there = goal is not None and is_there(now.pose, now.twist, goal, subsystem)
                 safe = ctx.value(ESCAPE_SAFE)
-                if safe and sign.is_seen and (there or (on_the_way and _can_stop(now))):
+                if safe and (there or (on_the_way and _can_stop(now))):
                     return "safe"
                 if there and not safe:
                     goal = None
@@ -159,14 +170,16 @@ class Flee(Action):
                 goal, touch_after = choose(now, free, goal, None if arm is None else arm.joints)
                 if goal is None:
                     return "no_way" if free else "no_pose"
-                if touch_after < now.settings.escape.warning:
-                    sign.show()
+                if not warned and touch_after < now.settings.escape.warning:
+                    vr.inform(True)
+                    warned = True
                 command = command_towards(now, (goal.x, goal.y), "escape")
                 base.drive(now.slowed(command, "escape"), "escape")
                 yield None
         finally:
             base.release("escape")
-            sign.hide()
+            if warned:
+                vr.inform(False)
         return "no_way"
 
 

@@ -9,6 +9,7 @@ from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from hw.samples import UserPose
 from states.keys import RESTART, STOP_ENGAGED, planner_key
 
+
 class WarnUser(Action):
     """Show the robot and the stop sign to the user while this state runs (R18, R114)."""
 

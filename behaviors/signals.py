@@ -116,7 +116,7 @@ def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ..
             about="the user is in an Escape zone and moves, or will be before the robot is away",
         ),
         Derived(
-            "escape.safe", ("user.pose", "base.pose", "user.velocity"),
+            "escape.safe", ("user.pose", "base.pose", "user.velocity", "base.twist"),
             partial(escape.is_safe, environment, settings), bool,
             about="both zones are clear, with hysteresis",
         ),

@@ -12,6 +12,7 @@ from hw.people.person import Person
 from hw.room import Room
 from hw.safety.stop_line import StopLatch
 from hw.samples import BumperHit, Sample, UserPose
+from hw.sign import StopSign
 from hw.sim.sensors import WhiteNoise
 
 if TYPE_CHECKING:
@@ -115,6 +116,7 @@ class SimVr:
 
     def __init__(self, person: Person, view: PersonView | None = None) -> None:
         self.shown = self.visible = False
+        self._sign, self._now_ns = StopSign(), 0
         self._person, self._view = person, view
         self._request: Pose3 | None = None
         self._still_since: int | None = None
@@ -123,12 +125,18 @@ class SimVr:
 
     def inform(self, show: bool, sign: bool = True) -> None:
         """Show the robot, with or without the stop sign, or hide it; see `Vr`."""
-        self.visible, shown = show, show and sign
+        self.visible, self._sign.wanted = show, show and sign
+        self._see_sign()
+
+    def _see_sign(self) -> None:
+        shown = self._sign.shown(self._now_ns)
         if shown != self.shown:
             self.shown, self._still_since, self._restarted = shown, None, False
 
     def step(self, now_ns: int) -> None:
         """Look at the person at now_ns."""
+        self._now_ns = now_ns
+        self._see_sign()
         request = self._person.request
         if request is not self._request:
             if request is None:
