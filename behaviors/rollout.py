@@ -173,6 +173,40 @@ def crowding(
     return found
 
 
+@njit(cache=True)
+def lateness(
+    trajectories: Array, predictions: Array, contact: float, reaction: float, acceleration: float
+) -> Array:
+    """How much too late a standing robot would be at each step to move out of the line, (n,), s2.
+
+    At a step the user is `available` s away from coming within `contact`, m, if they walk straight
+    on, and the robot needs `reaction` plus sqrt(2 aside / acceleration). The squared lack of time is
+    summed over the steps, and the worst of the user's trajectories counts.
+    """
+    found = np.zeros(len(trajectories))
+    for i in range(len(trajectories)):
+        for j in range(len(predictions)):
+            total = 0.0
+            for step in range(trajectories.shape[1] - 1):
+                ux, uy = predictions[j, step, 0], predictions[j, step, 1]
+                vx = (predictions[j, step + 1, 0] - ux) / STEP_S
+                vy = (predictions[j, step + 1, 1] - uy) / STEP_S
+                speed = math.hypot(vx, vy)
+                if speed < 0.1:
+                    continue
+                dx, dy = trajectories[i, step, 0] - ux, trajectories[i, step, 1] - uy
+                along = (dx * vx + dy * vy) / speed
+                lateral = abs(dx * vy - dy * vx) / speed
+                if along <= 0.0 or lateral >= contact:
+                    continue
+                reach = along - math.sqrt(contact * contact - lateral * lateral)
+                needed = reaction + math.sqrt(2.0 * (contact - lateral) / acceleration)
+                late = needed - max(0.0, reach) / speed
+                total += max(0.0, late) ** 2
+            found[i] = max(found[i], total)
+    return found
+
+
 _chord = njit(cache=True)(chord)
 
 
@@ -300,3 +334,4 @@ def warm_up() -> None:
     _evaluate(trajectories, predictions, 0.0, (1.0, 1.0, 1.0), Outline(0.5, 0.5, 0.4, 0.4))
     _rest_places(trajectories[0], 1.0)
     crowding(trajectories, predictions, 3.0, 4.0, 1.0, 1.0)
+    lateness(trajectories, predictions, 1.0, 0.1, 1.0)
