@@ -120,7 +120,6 @@ class SimVr:
         self._person, self._view = person, view
         self._request: Pose3 | None = None
         self._still_since: int | None = None
-        self._restarted = False
         self._pending = [Sample("vr.haptic_request", 0, None)]
 
     def inform(self, show: bool, sign: bool = True) -> None:
@@ -131,7 +130,7 @@ class SimVr:
     def _see_sign(self) -> None:
         shown = self._sign.shown(self._now_ns)
         if shown != self.shown:
-            self.shown, self._still_since, self._restarted = shown, None, False
+            self.shown, self._still_since = shown, None
 
     def step(self, now_ns: int) -> None:
         """Look at the person at now_ns."""
@@ -145,7 +144,7 @@ class SimVr:
             seen = request if request is None or view is None else view.reported(request)
             self._pending.append(Sample("vr.haptic_request", now_ns, seen))
             self._request = request
-        if self.shown and not self._restarted:
+        if self.shown:
             self._watch_standing(now_ns)
 
     def samples(self, now_ns: int) -> list[Sample]:  # noqa: ARG002
@@ -154,12 +153,13 @@ class SimVr:
         return pending
 
     def _watch_standing(self, now_ns: int) -> None:
+        """A person who stands before the sign is ready, and says so again and again."""
         if self._person.speed >= STILL_SPEED:
             self._still_since = None
         elif self._still_since is None:
             self._still_since = now_ns
         elif now_ns - self._still_since >= STILL_NS:
-            self._restarted = True
+            self._still_since = now_ns
             self._pending.append(Sample("vr.restart", now_ns, True))
 
 
