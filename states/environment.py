@@ -43,7 +43,8 @@ class Environment:
 
     `map` is a scanned map for the planners on costmaps; without one they draw the room's. `period`
     is the time between ticks, s; `latency` the time until the base receives a tick's command, s.
-    `pose_sigma` is that of measured poses of the base; estimated ones have their own.
+    `pose_sigma` is that of measured poses of the base; estimated ones have their own. `user_sigma`,
+    m, and `user_delay`, s, are the standard deviation and the age on arrival of the user's poses.
     `calibration` is that of the tracking system; None: trackers are where the robot file has them,
     and the tracking frame is the map.
     """
@@ -56,6 +57,8 @@ class Environment:
     latency: float = 0.0
     map: OccupancyMap | None = None
     pose_sigma: PoseSigma = EXACT
+    user_sigma: float = 0.0
+    user_delay: float = 0.0
     calibration: Tracking | None = None
     localization: Localization = "combined"
     zones: Zones = NO_ZONES
@@ -73,6 +76,11 @@ class Environment:
             walls = self.field if self.map is None else None
             self._grounds[resolution] = ground_of(drawn, resolution, self.zones.keepout, walls)
         return self._grounds[resolution]
+
+    @property
+    def delay(self) -> float:
+        """From what the user does to what the base does about it, by late poses and commands, s."""
+        return self.user_delay + self.latency
 
     @cached_property
     def tracking(self) -> Tracking:
