@@ -106,7 +106,11 @@ def _between(before: Sample, after: Sample, stamp_ns: int) -> Sample | None:
 
 
 class SimVr:
-    """The virtual world: passes requests on and shows the robot to the person."""
+    """The virtual world: passes requests on and shows the robot to the person.
+
+    A person who stands while it is shown is ready again, once; if they walk on, again when they
+    next stand.
+    """
 
     signals: tuple[str, ...] = ("vr.haptic_request", "vr.release", "vr.restart")
 
@@ -133,7 +137,7 @@ class SimVr:
             seen = request if request is None or view is None else view.reported(request)
             self._pending.append(Sample("vr.haptic_request", now_ns, seen))
             self._request = request
-        if self.shown and not self._restarted:
+        if self.shown:
             self._watch_standing(now_ns)
 
     def samples(self, now_ns: int) -> list[Sample]:  # noqa: ARG002
@@ -143,10 +147,10 @@ class SimVr:
 
     def _watch_standing(self, now_ns: int) -> None:
         if self._person.speed >= STILL_SPEED:
-            self._still_since = None
+            self._still_since, self._restarted = None, False
         elif self._still_since is None:
             self._still_since = now_ns
-        elif now_ns - self._still_since >= STILL_NS:
+        elif not self._restarted and now_ns - self._still_since >= STILL_NS:
             self._restarted = True
             self._pending.append(Sample("vr.restart", now_ns, True))
 
