@@ -109,7 +109,12 @@ def _between(before: Sample, after: Sample, stamp_ns: int) -> Sample | None:
 class SimVr:
     """The virtual world: passes requests on and shows the robot to the person.
 
+<<<<<<< HEAD
     `shown`: with the stop sign, at which people stop; a robot without it is only `visible`.
+=======
+    A person who stands while it is shown is ready again, once; if they walk on, again when they
+    next stand.
+>>>>>>> people
     """
 
     signals: tuple[str, ...] = ("vr.haptic_request", "vr.release", "vr.restart")
@@ -145,7 +150,7 @@ class SimVr:
             seen = request if request is None or view is None else view.reported(request)
             self._pending.append(Sample("vr.haptic_request", now_ns, seen))
             self._request = request
-        if self.shown and not self._restarted:
+        if self.shown:
             self._watch_standing(now_ns)
 
     def samples(self, now_ns: int) -> list[Sample]:  # noqa: ARG002
@@ -155,10 +160,10 @@ class SimVr:
 
     def _watch_standing(self, now_ns: int) -> None:
         if self._person.speed >= STILL_SPEED:
-            self._still_since = None
+            self._still_since, self._restarted = None, False
         elif self._still_since is None:
             self._still_since = now_ns
-        elif now_ns - self._still_since >= STILL_NS:
+        elif not self._restarted and now_ns - self._still_since >= STILL_NS:
             self._restarted = True
             self._pending.append(Sample("vr.restart", now_ns, True))
 

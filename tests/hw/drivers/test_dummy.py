@@ -110,7 +110,7 @@ def test_a_release_is_told_at_the_end_of_a_request(dummy: Dummy, chain: Chain) -
 def test_shown_the_robot_they_stand_still_and_say_so(dummy: Dummy) -> None:
     vr = DummyVr(dummy)
     vr.inform(True)
-    stepped(dummy, 1.5)
+    stepped(dummy, 2.0)
 
     assert dummy.person.speed == 0.0
     assert "vr.restart" in {sample.name for sample in vr.samples(0)}
