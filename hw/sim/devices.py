@@ -109,12 +109,9 @@ def _between(before: Sample, after: Sample, stamp_ns: int) -> Sample | None:
 class SimVr:
     """The virtual world: passes requests on and shows the robot to the person.
 
-<<<<<<< HEAD
     `shown`: with the stop sign, at which people stop; a robot without it is only `visible`.
-=======
     A person who stands while it is shown is ready again, once; if they walk on, again when they
     next stand.
->>>>>>> people
     """
 
     signals: tuple[str, ...] = ("vr.haptic_request", "vr.release", "vr.restart")
