@@ -9,7 +9,6 @@ from engine.files.units import Duration, Length, Speed
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from hw.geometry import Pose2
 from hw.samples import UserPose
-from states.ages import slowed
 from states.keys import BASE_REFUSAL
 from states.navigation.states import DRIVES, command_of, user_disc
 
@@ -69,20 +68,23 @@ class Cornered(Monitor):
 class Leave(Action):
     """Drive slowly out of the zones of a user to whom the robot has just been shown (R116).
 
-    The robot stays visible on the way, without the stop sign. `away`: outside, or not shown at all.
-    `blocked`: there is no way out.
+    The robot stays visible on the way, without the stop sign. `away`: outside, not shown at all, or
+    the user has gone farther than `moved` from where it was shown to them. `blocked`: there is no
+    way out.
     """
 
     outcomes = ("away", "blocked")
     reads = {**WAYS, **DRIVES}
     commands = ("base", "vr")
 
-    def __init__(self, speed: Speed = 0.8) -> None:
-        self.speed = speed
+    def __init__(self, speed: Speed = 0.8, moved: Length = 0.3) -> None:
+        self.speed, self.moved = speed, moved
 
     def run(self, ctx: Context, shown: UserPose | None = None) -> Run:
         now = situation(ctx, "escape")
         if shown is None or now is None or is_outside(now):
+            return "away"
+        if shown.body.distance_to(now.user.body) > self.moved:
             return "away"
         place = way_out(now)
         if place is None:
@@ -90,6 +92,7 @@ class Leave(Action):
         base, vr = ctx.part("base"), ctx.part("vr")
         driver = now.environment.driver("escape", now.planners["escape"])
         driver.go_to(Pose2(*place, now.pose.yaw))
+        share = self.speed / now.environment.navigation.escape.max_speed
         vr.inform(True, sign=False)
         try:
             while (now := situation(ctx, "escape")) is not None and not is_outside(now):
@@ -98,8 +101,7 @@ class Leave(Action):
                 command = command_of(ctx, driver, now.around, disc)
                 if driver.status == "arrived" or driver.path is None:
                     return "blocked"
-                slow = slowed(command, 1.0, self.speed, now.environment.limits.base_yaw_rate)
-                base.drive(slow, "chase")
+                base.drive(now.environment.slowed(command, share, "escape"), "chase")
                 yield ctx.value(BASE_REFUSAL)
         finally:
             base.release("chase")

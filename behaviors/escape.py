@@ -72,8 +72,9 @@ def is_safe(
     velocity: Twist2,
     twist: Twist2,
 ) -> bool:
-    """True if the danger is over, with hysteresis: no contact predicted, and, if zones are what
-    triggers, the robot outside both (R112).
+    """True if the danger is over, with hysteresis (R112).
+
+    That is, no contact is predicted and, if zones are what triggers, the robot is outside both.
     """
     escape = settings.escape
     if escape.trigger == "zones" and in_zone(escape, user, base, escape.hysteresis):

@@ -161,6 +161,11 @@ class EscapeSettings:
     order: Literal["given", "earliest"]
     safe_on_the_way: bool
 
+    def faults(self) -> Iterator[Fault]:
+        """Invalid combinations of values, each with its key."""
+        if self.trigger == "contact" and not self.predict:
+            yield "trigger", "contact needs predict: true; without it nothing would trigger"
+
 
 @dataclass(frozen=True, slots=True)
 class ChaseSettings:

@@ -88,7 +88,7 @@ def visits(run: ChartRun, chart: str) -> list[Visit]:
 
 
 def escape_figures(run: ChartRun) -> dict[str, Any]:
-    """Numbers of Escapes, failed ones, Informs and loops; durations, s, of those that ended `safe`."""
+    """Numbers of Escapes, failed ones, Informs and loops; s that those took that ended `safe`."""
     escapes = visits(run, "escape")
     times = (
         (escape.ended_ns - escape.entered_ns) / 1e9

@@ -110,8 +110,7 @@ class SimVr:
     """The virtual world: passes requests on and shows the robot to the person.
 
     `shown`: with the stop sign, at which people stop; a robot without it is only `visible`.
-    A person who stands while it is shown is ready again, once; if they walk on, again when they
-    next stand.
+    A person who stands while it is shown is ready, and says so every half second.
     """
 
     signals: tuple[str, ...] = ("vr.haptic_request", "vr.release", "vr.restart")
@@ -122,7 +121,6 @@ class SimVr:
         self._person, self._view = person, view
         self._request: Pose3 | None = None
         self._still_since: int | None = None
-        self._restarted = False
         self._pending = [Sample("vr.haptic_request", 0, None)]
 
     def inform(self, show: bool, sign: bool = True) -> None:
@@ -133,7 +131,7 @@ class SimVr:
     def _see_sign(self) -> None:
         shown = self._sign.shown(self._now_ns)
         if shown != self.shown:
-            self.shown, self._still_since, self._restarted = shown, None, False
+            self.shown, self._still_since = shown, None
 
     def step(self, now_ns: int) -> None:
         """Look at the person at now_ns."""
@@ -156,12 +154,13 @@ class SimVr:
         return pending
 
     def _watch_standing(self, now_ns: int) -> None:
+        """A person who stands before the sign is ready, and says so again and again."""
         if self._person.speed >= STILL_SPEED:
-            self._still_since, self._restarted = None, False
+            self._still_since = None
         elif self._still_since is None:
             self._still_since = now_ns
-        elif not self._restarted and now_ns - self._still_since >= STILL_NS:
-            self._restarted = True
+        elif now_ns - self._still_since >= STILL_NS:
+            self._still_since = now_ns
             self._pending.append(Sample("vr.restart", now_ns, True))
 
 

@@ -328,7 +328,8 @@ def test_outcomes_that_lead_to_one_place_share_a_pin() -> None:
     known = charts_shipped()
     pins = {pin.outcomes for pin in picture(known["cobodeck"], known, 1).root.members[0].pins}
     assert pins == {
-        ("haptic_request",), ("escape_required", "failed"), ("fault", "user_lost", "error"),
+        ("haptic_request",), ("escape_required", "failed"), ("cornered",),
+        ("fault", "user_lost", "error"),
     }  # fmt: skip
 
 
