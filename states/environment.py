@@ -166,8 +166,13 @@ class Environment:
 
         return Localizer(self.field, sensing, tracking, start, seed)
 
-    def driver(self, name: SubsystemName, planner: GlobalPlanner) -> LocalPlanner:
-        """A new local planner with a subsystem's values; one per drive."""
+    def driver(
+        self, name: SubsystemName, planner: GlobalPlanner, keeping: SubsystemName | None = None
+    ) -> LocalPlanner:
+        """A new local planner with a subsystem's values; one per drive.
+
+        `keeping` names the subsystem whose distance from walls it keeps; None: its own.
+        """
         from states.navigation.interfaces import Limits, Tolerance
         from states.navigation.profile_planner import ProfilePlanner
 
@@ -187,7 +192,7 @@ class Environment:
             from states.navigation.teb_planner import TebPlanner
 
             walls = (room.outer, *room.obstacles, *self.zones.keepout)
-            kept = subsystem.inflation
+            kept = self.navigation.named(keeping or name).inflation
             driver = TebPlanner(
                 planner, limits, tolerance, latency=latency, walls=walls, wall_distance=kept
             )

@@ -60,7 +60,10 @@ class Reach:
 
     def reached(self, poses: Iterable[Pose2], deep: Pose3, place: ReachPlace) -> NDArray[np.bool_]:
         """True for rover poses from which the prop reaches map_from_deep, (n,)."""
-        return np.array([self._from(pose, deep, place).valid.any() for pose in poses], np.bool_)
+        rovers = tuple(poses)
+        found = inverse(self.chain, rovers_from_deep(rovers, deep))
+        reached = zip(rovers, found.joints, found.valid, strict=True)
+        return np.array([self._some(p, q[valid], place) for p, q, valid in reached], np.bool_)
 
     def table(
         self,
@@ -86,10 +89,12 @@ class Reach:
                 share[i, j] = valid.reshape(len(angles), -1).all(axis=1).mean()
         return ReachTable(tuple(heights), tuple(distances), tuple(angles), share)
 
-    def _from(self, pose: Pose2, deep: Pose3, place: ReachPlace) -> Solutions:
+    def _some(self, pose: Pose2, joints: Array, place: ReachPlace) -> bool:
+        """True if some of these joints (k, 6) touch nothing from this rover pose."""
+        if not len(joints):
+            return False
         surroundings = Surroundings.seen_from(pose, place.walls, place.people)
-        checker = CollisionChecker.of(self.model, surroundings)
-        return self.branches(checker, rover_from_deep(pose, deep))
+        return bool(CollisionChecker.of(self.model, surroundings).free(joints).any())
 
 
 def around(deep: Pose3, angles: Sequence[float], distances: Sequence[float]) -> list[Pose2]:
@@ -118,6 +123,17 @@ def disc(pose: Pose2, radius: float, yaw: float = 0.0) -> list[Pose2]:
             x, y = pose.x + size * math.cos(angle), pose.y + size * math.sin(angle)
             found.append(Pose2(x, y, wrap(pose.yaw + turn)))
     return found
+
+
+def rovers_from_deep(map_from_rovers: Sequence[Pose2], map_from_deep: Pose3) -> Array:
+    """The DEEP in the frame of each rover pose, (n, 4, 4)."""
+    rovers = np.array([(p.x, p.y, math.cos(p.yaw), math.sin(p.yaw)) for p in map_from_rovers])
+    x, y, c, s = rovers.reshape(-1, 4).T
+    seen = np.zeros((len(x), 4, 4))
+    seen[:, 0, 0], seen[:, 0, 1], seen[:, 0, 3] = c, s, -c * x - s * y
+    seen[:, 1, 0], seen[:, 1, 1], seen[:, 1, 3] = -s, c, s * x - c * y
+    seen[:, 2, 2] = seen[:, 3, 3] = 1.0
+    return seen @ pose_matrix(map_from_deep)
 
 
 def rover_from_deep(map_from_rover: Pose2, map_from_deep: Pose3) -> Array:

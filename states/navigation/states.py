@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from engine.files.units import Duration
 from engine.state import NEVER_NS, Action, Context, Run
@@ -37,6 +37,8 @@ DRIVES: Mapping[str, float | None] = {
     **ages.READS,
 }  # fmt: skip
 """`reads` of a state that drives with a local planner, see `command_of`."""
+Clearance = Literal["own", "chase", "haptic", "escape"]
+"""Whose distances from walls and user a drive keeps: those of its own subsystem, or of another."""
 NO_PATH_S = 0.3
 """A missing path counts after this time, s: estimated poses jump, people walk."""
 SLOW = 0.1
@@ -48,6 +50,7 @@ class DriveTo(Action):
 
     The path is replanned in every tick, with the obstacles scanned so far and a prediction of the
     walking user. For `haptic` the safety chain gets the goal, from which a touch will be served.
+    `clearance` names another subsystem whose `inflation` and `user_radius` are kept instead.
     `no_path`: for 0.3 s the goal has not been free or reachable; `stuck`: no progress for
     `patience`; `lost`: the pose of base or user is, or a scanner has fallen silent. With the `mode`
     differential the robot drives only along its heading (R2), until the drive ends.
@@ -62,18 +65,20 @@ class DriveTo(Action):
         subsystem: SubsystemName = "chase",
         patience: Duration = 3.0,
         mode: DriveMode = "omni",
+        clearance: Clearance = "own",
     ) -> None:
         self.subsystem: SubsystemName = subsystem
+        self.keeping: SubsystemName = subsystem if clearance == "own" else clearance
         self.patience = patience
         self.mode: DriveMode = mode
 
     def run(self, ctx: Context, goal: Pose2) -> Run:
         environment = environment_of(ctx)
-        planner = planner_of(ctx, self.subsystem)
+        planner = planner_of(ctx, self.keeping)
         if planner is None:
             return "lost"
-        driver = environment.driver(self.subsystem, planner)
-        subsystem = environment.navigation.named(self.subsystem)
+        driver = environment.driver(self.subsystem, planner, self.keeping)
+        keeping = environment.navigation.named(self.keeping)
         driver.mode = self.mode
         driver.go_to(goal)
         progress, give_up = GoalProgress(self.patience), NEVER_NS
@@ -86,7 +91,7 @@ class DriveTo(Action):
         try:
             while (now := ages.around(ctx)) is not None and planner is not None:
                 driver.planner = planner
-                command = command_of(ctx, driver, now, user_disc(now.user, subsystem))
+                command = command_of(ctx, driver, now, user_disc(now.user, keeping))
                 if driver.status == "arrived":
                     return "arrived"
                 left = math.inf if driver.path is None else driver.path.length
@@ -98,7 +103,7 @@ class DriveTo(Action):
                     return "stuck"
                 base.drive(command, self.subsystem, left)
                 yield ctx.value(BASE_REFUSAL)
-                planner = planner_of(ctx, self.subsystem)
+                planner = planner_of(ctx, self.keeping)
         finally:
             base.release(self.subsystem)
             if own not in (self.mode, None):
