@@ -158,7 +158,8 @@ class ChooseHapticPose(Action):
         if best is not None:
             return "chosen", {"pose": best}
         if now.settings.haptic.close is not None:
-            yield None  # what follows is more than the work of one tick
+            if times:
+                yield None  # what follows is more than the work of one tick
             now = yield from _now(ctx, CLOSE)
             free = close_poses(now, deep)
             times = reachable(now, CLOSE, free)
@@ -184,11 +185,14 @@ def _close_pose(
 
     SLICE poses in a tick, shortest drives first, until the arm reaches the DEEP from one of them.
     """
+    if times:
+        yield None
     goals = sorted(times, key=times.__getitem__)
     reached = now.environment.workspace.reached(goals, deep)
     goals = [goal for goal, reaches in zip(goals, reached, strict=True) if reaches]
     for first in range(0, len(goals), SLICE):
-        yield None
+        if first:
+            yield None
         some = {goal: times[goal] for goal in goals[first : first + SLICE]}
         best = soonest_pose(now, some, deep)
         if best is not None:

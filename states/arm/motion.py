@@ -26,7 +26,7 @@ from states.arm.kinematics import KinematicChain, inverted, pose_matrix
 from states.arm.model import Manipulator, six
 from states.arm.path import first_contact
 from states.arm.planning import Plan, Query, goals_at, warm_up
-from states.arm.reach import Reach, ReachPlace, disc, rover_from_deep, rovers_from_deep
+from states.arm.reach import Reach, ReachPlace, disc, rover_from_deep
 from states.arm.timing import line_durations
 from states.arm.trajectory import ArmLimits, Trajectory
 
@@ -153,9 +153,7 @@ class Workspace:
 
     def reached(self, poses: Sequence[Pose2], deep: Pose3) -> NDArray[np.bool_]:
         """True for rover poses from which the prop would reach map_from_deep in an empty room."""
-        checker = CollisionChecker.of(self.solid, Surroundings.empty())
-        found = Reach(self.nominal, self.solid).branches(checker, rovers_from_deep(poses, deep))
-        return np.asarray(found.valid.any(axis=1))
+        return Reach(self.nominal, self.solid).reached(poses, deep, ReachPlace())
 
     def held(self, deep: Pose3) -> tuple[Array, Array]:
         """Flange and prop with the prop at map_from_deep, whatever the rest of the arm does.
