@@ -12,6 +12,7 @@ from behaviors.situation import CHANGES, WAYS, Situation, situation
 from engine.state import Action, Context, Monitor, On, Run, Yielded
 from hw.geometry import Pose2, Pose3, wrap
 from states.keys import HAPTIC_REQUEST, RELEASE, planner_key
+from states.navigation.states import wide_disc
 from states.subsystems import SubsystemName
 
 if TYPE_CHECKING:
@@ -71,16 +72,23 @@ def poses(settings: Settings, planner: GlobalPlanner, deep: Pose3) -> tuple[Pose
     return tuple(p for p in all_poses(settings.haptic, deep) if planner.is_free((p.x, p.y)))
 
 
-def reachable(now: Situation, name: SubsystemName, free: Iterable[Pose2]) -> dict[Pose2, float]:
+def reachable(
+    now: Situation, name: SubsystemName, free: Iterable[Pose2], *, wide: bool = False
+) -> dict[Pose2, float]:
     """The poses that the robot can drive to, in order, each with the time of the drive, s.
 
-    `name` is the subsystem with whose planner and distance from the user.
+    `name` is the subsystem with whose planner and distance from the user, `wide` around the disc
+    that a close drive prefers.
     """
     planner, here = now.planners[name], (now.pose.x, now.pose.y)
+    navigation = now.environment.navigation
     found = {}
     for goal in free:
         place = (goal.x, goal.y)
-        path = planner.plan(here, place, now.user_disc(name, place))
+        disc = now.user_disc(name, place)
+        if wide:
+            disc = wide_disc(now.user, navigation.haptic, navigation.named(name), goal)
+        path = planner.plan(here, place, disc)
         if path is not None:
             found[goal] = drive_time(now, path.length, abs(wrap(goal.yaw - now.pose.yaw)))
     return found
@@ -162,8 +170,12 @@ class ChooseHapticPose(Action):
                 yield None  # what follows is more than the work of one tick
             now = yield from _now(ctx, CLOSE)
             free = close_poses(now, deep)
-            times = reachable(now, CLOSE, free)
+            times = reachable(now, CLOSE, free, wide=True)
             best = yield from _close_pose(now, times, deep)
+            if best is None:
+                others = reachable(now, CLOSE, (pose for pose in free if pose not in times))
+                best = yield from _close_pose(now, others, deep)
+                times |= others
             if best is not None:
                 return "close", {"pose": best}
         if times:

@@ -185,6 +185,7 @@ class Environment:
             own.base_yaw_acceleration,
         )
         tolerance, latency = Tolerance(subsystem.tolerance, subsystem.yaw_tolerance), self.latency
+        kept = self.navigation.named(keeping or name).inflation
         driver: LocalPlanner
         if subsystem.local_planner == "profile":
             driver = ProfilePlanner(planner, limits, tolerance, latency=latency)
@@ -192,11 +193,11 @@ class Environment:
             from states.navigation.teb_planner import TebPlanner
 
             walls = (room.outer, *room.obstacles, *self.zones.keepout)
-            kept = self.navigation.named(keeping or name).inflation
             driver = TebPlanner(
                 planner, limits, tolerance, latency=latency, walls=walls, wall_distance=kept
             )
         driver.zones = self.zones
+        driver.spare = kept - self.robot.footprint.half_diagonal
         return driver
 
     def warm_up(self) -> None:

@@ -85,7 +85,6 @@ class Surroundings:
         ]
         return cls(np.array(upright).reshape(-1, 6), np.array(round_).reshape(-1, 5))
 
-
     @classmethod
     def in_map(
         cls,

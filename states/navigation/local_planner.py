@@ -53,6 +53,8 @@ class LocalPlanner(ABC):
     `status` is that of the last command: `driving`, `arrived` (latched until the robot is pushed
     out of twice the tolerance) or `blocked` (no path: it brakes, or leaves the user's disc).
     `path` is the global planner's, if any. `mode` (R2) and `planner` may be changed at any time.
+    `spare`: how much nearer to walls than its inflation the robot touches none, m; infinite: not
+    known.
 
     Plans start from reckoned positions of robot and user, so that noise of measured poses does not
     reach the velocity; see `reckoning`. `latency` is a first guess of the base's delay, s.
@@ -73,6 +75,7 @@ class LocalPlanner(ABC):
         self.goal: Pose2 | None = None
         self.planner = planner
         self.zones = NO_ZONES
+        self.spare = math.inf
         self._limits = self._own_limits = limits
         self._tolerance = tolerance
         self._pace = SpeedLimits(
@@ -289,9 +292,26 @@ class LocalPlanner(ABC):
         time = 0.5 * math.hypot(vx, vy) / self._limits.acceleration
         end = (then[0] + vx * time, then[1] + vy * time)
         slack = EDGE[self.mode]
-        return self.planner.allows(start, then, user, slack) and self.planner.allows(
-            then, end, user, slack
+        return (
+            self.planner.allows(start, then, user, slack)
+            and self.planner.allows(then, end, user, slack)
+            and self._can_be_held(then, velocity, user)
         )
+
+    def _can_be_held(self, place: Point, velocity: Point, user: Disc | None) -> bool:
+        """True if no wall is touched either should the safety chain hold the robot off the user.
+
+        The chain takes out the part of the velocity that closes the gap; the rest leads elsewhere.
+        """
+        if user is None or self.spare == math.inf:
+            return True
+        vx, vy = velocity
+        dx, dy = user.x - place[0], user.y - place[1]
+        toward = max(0.0, vx * dx + vy * dy) / max(1e-9, dx * dx + dy * dy)
+        vx, vy = vx - toward * dx, vy - toward * dy
+        time = 0.5 * math.hypot(vx, vy) / self._limits.acceleration
+        end = (place[0] + vx * time, place[1] + vy * time)
+        return self.planner.allows(place, end, None, self.spare)
 
 
 def _apart(a: Twist2, b: Twist2) -> float:
