@@ -41,6 +41,9 @@ LEAVING_MARGIN = 0.5
 """A robot inside the user's disc drives this far beyond its edge, m, so that it leaves at speed."""
 EDGE = {"omni": 0.001, "differential": 0.01}
 """Accuracy with which a base can follow the edge of an inflation, m, by drive mode."""
+ASIDE = 0.35
+"""The user is seen from the robot's nearest side in a direction that differs by this from that seen
+from its centre, rad."""
 CRAWL = 0.05
 """Below this speed a differential base may turn as if on the spot, m/s."""
 LOST_TRACK = 0.3
@@ -305,13 +308,16 @@ class LocalPlanner(ABC):
         """
         if user is None or self.spare == math.inf:
             return True
-        vx, vy = velocity
-        dx, dy = user.x - place[0], user.y - place[1]
-        toward = max(0.0, vx * dx + vy * dy) / max(1e-9, dx * dx + dy * dy)
-        vx, vy = vx - toward * dx, vy - toward * dy
-        time = 0.5 * math.hypot(vx, vy) / self._limits.acceleration
-        end = (place[0] + vx * time, place[1] + vy * time)
-        return self.planner.allows(place, end, None, self.spare)
+        at = math.atan2(user.y - place[1], user.x - place[0])
+        for off in (0.0, ASIDE, -ASIDE):
+            nx, ny = math.cos(at + off), math.sin(at + off)
+            toward = max(0.0, velocity[0] * nx + velocity[1] * ny)
+            vx, vy = velocity[0] - toward * nx, velocity[1] - toward * ny
+            time = 0.5 * math.hypot(vx, vy) / self._limits.acceleration
+            end = (place[0] + vx * time, place[1] + vy * time)
+            if not self.planner.allows(place, end, None, self.spare):
+                return False
+        return True
 
 
 def _apart(a: Twist2, b: Twist2) -> float:
