@@ -70,6 +70,11 @@ class Judge:
                 return pose
         return None
 
+    def is_reachable(self, pose: Pose2, robot: Pose2, user: Pose2) -> bool:
+        """True if a pose is as free as it has to be, and the robot gets there; to 2 mm."""
+        place = Point(pose.x, pose.y)
+        return self._way(robot, user).distance(place) < 2.0 * FINE and self._is_apart(pose, user)
+
     @cached_property
     def _inner(self) -> Any:
         """Where the robot's centre may be, by the walls alone."""
@@ -78,11 +83,14 @@ class Judge:
         return found
 
     def _is_free(self, pose: Pose2, user: Pose2) -> bool:
-        place, body = Point(pose.x, pose.y), Point(user.x, user.y)
-        if place.distance(body) < USER_RADIUS + FINE or not self._inner.covers(place):
-            return False
+        place = Point(pose.x, pose.y)
+        outside = place.distance(Point(user.x, user.y)) >= USER_RADIUS + FINE
+        return outside and self._inner.covers(place) and self._is_apart(pose, user)
+
+    def _is_apart(self, pose: Pose2, user: Pose2) -> bool:
         turned = affinity.rotate(OUTLINE, pose.yaw, origin=(0.0, 0.0), use_radians=True)
-        return bool(affinity.translate(turned, pose.x, pose.y).distance(body) > PERSON)
+        outline = affinity.translate(turned, pose.x, pose.y)
+        return bool(outline.distance(Point(user.x, user.y)) > PERSON)
 
     def _way(self, robot: Pose2, user: Pose2) -> Any:
         """That part of the free floor to which the robot can get around the user."""
