@@ -174,8 +174,13 @@ class Environment:
 
         return Localizer(self.field, sensing, tracking, start, seed)
 
-    def driver(self, name: SubsystemName, planner: GlobalPlanner) -> LocalPlanner:
-        """A new local planner with a subsystem's values; one per drive."""
+    def driver(
+        self, name: SubsystemName, planner: GlobalPlanner, keeping: SubsystemName | None = None
+    ) -> LocalPlanner:
+        """A new local planner with a subsystem's values; one per drive.
+
+        `keeping` names the subsystem whose distance from walls it keeps; None: its own.
+        """
         from states.navigation.interfaces import Limits, Tolerance
         from states.navigation.profile_planner import ProfilePlanner
 
@@ -188,6 +193,7 @@ class Environment:
             own.base_yaw_acceleration,
         )
         tolerance, latency = Tolerance(subsystem.tolerance, subsystem.yaw_tolerance), self.latency
+        kept = self.navigation.named(keeping or name).inflation
         driver: LocalPlanner
         if subsystem.local_planner == "profile":
             driver = ProfilePlanner(planner, limits, tolerance, latency=latency)
@@ -195,11 +201,11 @@ class Environment:
             from states.navigation.teb_planner import TebPlanner
 
             walls = (room.outer, *room.obstacles, *self.zones.keepout)
-            kept = subsystem.inflation
             driver = TebPlanner(
                 planner, limits, tolerance, latency=latency, walls=walls, wall_distance=kept
             )
         driver.zones = self.zones
+        driver.spare = kept - self.robot.footprint.half_diagonal
         return driver
 
     def warm_up(self) -> None:
