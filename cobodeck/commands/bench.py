@@ -1,6 +1,8 @@
 """Measure run time against error, side by side with other engines where they are installed.
 
 Ratios refer to work that was timed in the same round; absolute times hold for one machine only.
+`envelope` tells from where a person can be escaped at all; with records, which of their failed
+Escapes and contacts could have been avoided.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from typing import Any
 
 from cobodeck.arguments import positive
 from cobodeck.console import FAILED, OK, Problem, ProgressLine, show, show_json, table
+from cobodeck.record.sink import is_record
 
 BENCHES = {
     "engine": "cobodeck.bench.engine",
@@ -22,6 +25,7 @@ BENCHES = {
     "localization": "cobodeck.bench.localization",
     "simulation": "cobodeck.bench.simulation",
     "realtime": "cobodeck.bench.realtime",
+    "envelope": "cobodeck.bench.envelope",
 }
 WORSE = 1.25
 """A ratio that has grown by more than this factor counts as slower."""
@@ -29,7 +33,8 @@ WORSE = 1.25
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(BENCHES)}")
+    about = f"of {', '.join(BENCHES)}; after envelope also records, X.mcap"
+    parser.add_argument("names", nargs="*", metavar="NAME|RECORD", help=about)
     parser.add_argument(
         "--compare", type=Path, metavar="FILE", help="an earlier --json; 1 if worse"
     )
@@ -43,6 +48,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Measure, print, compare."""
+    if any(map(is_record, args.names)):
+        return _judge(args)
     result = _read(args.show) if args.show else _measure(args.names or list(BENCHES), args.rounds)
     if args.json:
         show_json(result)
@@ -58,6 +65,35 @@ def run(args: argparse.Namespace) -> int:
     for line in worse:
         show(line)
     return FAILED if worse else OK
+
+
+def _judge(args: argparse.Namespace) -> int:
+    """Judge the failed Escapes and the contacts of records."""
+    records = [Path(name) for name in args.names if is_record(name)]
+    if [name for name in args.names if not is_record(name)] != ["envelope"]:
+        raise Problem("records are judged by `cobodeck bench envelope X.mcap …`, alone")
+    if args.output is not None:
+        from cobodeck.pictures.canvas import form_of
+
+        form_of(args.output)
+    from cobodeck.avoidable.told import judged_run
+    from cobodeck.avoidable.told import text as told
+
+    progress = ProgressLine("bench", 0.0)
+    runs = []
+    for done, path in enumerate(records):
+        progress.at(str(path), done / len(records))
+        runs.append(judged_run(path))
+    progress.done()
+    if args.json:
+        show_json({"records": [found.plain() for found in runs]})
+    else:
+        show(told(runs))
+    if args.output is not None:
+        from cobodeck.pictures.judged import draw_judged
+
+        draw_judged(runs, args.output)
+    return OK
 
 
 def _measure(names: Iterable[str], rounds: int) -> dict[str, Any]:
