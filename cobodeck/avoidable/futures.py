@@ -8,7 +8,7 @@ import numpy as np
 
 from cobodeck.avoidable.recorded import RecordedRun
 from cobodeck.avoidable.search import RADIUS, Walk
-from cobodeck.avoidable.shapes import Array, segment_distance
+from cobodeck.avoidable.shapes import free_way
 
 OBEYED_S = 1.5
 """A sign shown for longer than this has been obeyed by whoever heeds it, s."""
@@ -18,7 +18,7 @@ AHEAD_S = 8.0
 """How long an unwarned person walks on at most, s."""
 MOVING = 0.2
 """A person slower than this stands, m/s."""
-_STEPS_OFF, _WAY_M, _PAUSE_S = 0.05, 0.02, 0.5
+_STEPS_OFF, _PAUSE_S = 0.05, 0.5
 
 
 def unwarned(run: RecordedRun, start_s: float, until_s: float) -> Walk:
@@ -39,7 +39,7 @@ def unwarned(run: RecordedRun, start_s: float, until_s: float) -> Walk:
     if speed < MOVING:
         times, places = np.array([turn_s]), np.array([[x, y, view]])
     else:
-        left = free_way(run.walls, (x, y), (vx / speed, vy / speed), speed * AHEAD_S)
+        left = free_way(run.walls, (x, y), (vx / speed, vy / speed), RADIUS, speed * AHEAD_S)
         end = (x + left * vx / speed, y + left * vy / speed)
         view = view + math.remainder(math.atan2(vy, vx) - view, math.tau)
         times = np.array([turn_s, turn_s + max(left / speed, 1e-6)])
@@ -68,23 +68,6 @@ def velocity_at(run: RecordedRun, at_s: float) -> tuple[float, float]:
     """Velocity of the person just before an instant, m/s."""
     (x0, y0, _), (x1, y1, _) = run.way.at(np.array([at_s - LOOK_BACK_S, at_s])).tolist()
     return (x1 - x0) / LOOK_BACK_S, (y1 - y0) / LOOK_BACK_S
-
-
-def free_way(
-    walls: Array, start: tuple[float, float], heading: tuple[float, float], longest: float
-) -> float:
-    """How far a person can walk straight until a wall is at RADIUS, m.
-
-    Who starts nearer to a wall can walk as long as no wall comes nearer.
-    """
-    gone, least = 0.0, math.inf
-    while gone < longest:
-        x, y = start[0] + gone * heading[0], start[1] + gone * heading[1]
-        left = min((segment_distance(wall, x, y) for wall in walls), default=math.inf)
-        if left < min(RADIUS, least) - 1e-9:
-            return max(0.0, gone - _WAY_M)
-        least, gone = min(least, left), gone + _WAY_M
-    return longest
 
 
 def walking_since(run: RecordedRun, at_s: float) -> float:

@@ -15,6 +15,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+WAY_M, TINY = 0.02, 1e-9
+"""Step in which free ways are measured, and distances that do not count, m."""
 
 
 @njit(cache=True)
@@ -124,3 +126,23 @@ def overlaps_walls(a: float, b: float, pose: Any, walls: Array) -> bool:
         if way_meets(a, b, c * px + s * py, c * py - s * px, c * qx + s * qy, c * qy - s * qx):
             return True
     return False
+
+
+@njit(cache=True)
+def free_way(walls: Array, start: Any, heading: Any, keep: float, longest: float) -> float:
+    """How far one can go straight from `start` (x, y) until a wall is nearer than `keep`.
+
+    Who starts nearer to a wall can go on as long as no wall comes nearer.
+    """
+    gone, least = 0.0, keep
+    while gone < longest:
+        x, y = start[0] + gone * heading[0], start[1] + gone * heading[1]
+        left = math.inf
+        for n in range(len(walls)):
+            left = min(left, segment_distance(walls[n], x, y))
+        if gone == 0.0:
+            least = min(least, left)
+        elif left < least - TINY:
+            return max(0.0, gone - WAY_M)
+        gone += WAY_M
+    return longest

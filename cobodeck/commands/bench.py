@@ -27,6 +27,7 @@ BENCHES = {
     "realtime": "cobodeck.bench.realtime",
     "envelope": "cobodeck.bench.envelope",
 }
+ENVELOPE = "envelope"
 WORSE = 1.25
 """A ratio that has grown by more than this factor counts as slower."""
 
@@ -41,7 +42,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rounds", type=positive, default=9, help="medians of so many; default 9")
     parser.add_argument("--show", type=Path, metavar="FILE", help="measure nothing, show a --json")
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="FILE", help="time against error, as X.svg, .png, .pdf"
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE",
+        help="time against error, or what was judged, as X.svg, .png, .pdf",
     )
     parser.add_argument("--json", action="store_true", help="for programs")
 
@@ -56,9 +61,7 @@ def run(args: argparse.Namespace) -> int:
     else:
         show(text(result))
     if args.output is not None:
-        from cobodeck.pictures.benched import draw_bench
-
-        draw_bench(result["rows"], args.output)
+        _draw(args, result)
     if args.compare is None:
         return OK
     worse = list(slower(result["rows"], _read(args.compare)["rows"]))
@@ -67,10 +70,24 @@ def run(args: argparse.Namespace) -> int:
     return FAILED if worse else OK
 
 
+def _draw(args: argparse.Namespace, result: Mapping[str, Any]) -> None:
+    """Draw time against error; of `envelope` alone, the distances that it is about."""
+    if args.names != [ENVELOPE] or args.show is not None:
+        from cobodeck.pictures.benched import draw_bench
+
+        draw_bench(result["rows"], args.output)
+        return
+    from cobodeck.pictures.envelope import draw_envelope
+
+    progress = ProgressLine("bench", 0.0)
+    draw_envelope(args.output, progress.at)
+    progress.done()
+
+
 def _judge(args: argparse.Namespace) -> int:
     """Judge the failed Escapes and the contacts of records."""
     records = [Path(name) for name in args.names if is_record(name)]
-    if [name for name in args.names if not is_record(name)] != ["envelope"]:
+    if [name for name in args.names if not is_record(name)] != [ENVELOPE]:
         raise Problem("records are judged by `cobodeck bench envelope X.mcap …`, alone")
     if args.output is not None:
         from cobodeck.pictures.canvas import form_of

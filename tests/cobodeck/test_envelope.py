@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -35,6 +36,8 @@ from cobodeck.avoidable.search import (
     is_avoidable,
 )
 from cobodeck.avoidable.shapes import meets_walls, way_distance
+from cobodeck.bench import envelope as bench
+from cobodeck.pictures import envelope as picture
 from tests.repeats import examples
 
 LIMITS = RobotLimits(1.0, 3.0, 2.5, 0.565, 0.455)
@@ -351,3 +354,39 @@ def test_the_wall_behind_closes_the_floor() -> None:
 
     assert (wall[:, :2] == np.roll(wall[:, 2:], 1, axis=0)).all()
     assert wall[:, 0].min() == 1.5
+
+
+# the benchmark
+
+
+def test_the_rows_are_those_of_the_cases(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bench, "ACCELERATIONS", (1.5, 3.0))
+    monkeypatch.setattr(bench, "REACTIONS_S", (0.3,))
+    monkeypatch.setattr(bench, "TURNS_DEG", (90,))
+
+    rows = list(bench.rows(1))
+
+    timed, *others = rows
+    assert (timed.name, timed.goal) == ("search", 1.0)
+    assert timed.value is not None
+    assert timed.value >= 20_000
+    errors = {(row.name, row.variant, row.value): row.error for row in others}
+    assert len(errors) == len(others) == 2 * 3 + 2 * 3 + 3 + 3 + 2
+    assert errors["walks on", "1.27 m apart", 3.0] == pytest.approx(1.945, abs=0.01)
+    assert errors["walks on", "no Escape", 1.5] == pytest.approx(3.55, abs=0.01)
+    assert errors["sign, robot stands", "1.27 m apart", 0.3] == pytest.approx(2.395, abs=0.01)
+    apart, touch = (errors["wall behind", aim, 1.0] for aim in ("1.27 m apart", "no touch"))
+    assert apart > touch > errors["walks on", "no touch", 1.5]
+
+
+def test_the_distances_are_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(picture, "SPEEDS", (1.0,))
+    monkeypatch.setattr(picture, "ACCELERATIONS", (3.0,))
+    shares: list[float] = []
+
+    picture.draw_envelope(tmp_path / "x.svg", lambda _, done: shares.append(done))
+
+    found = least_distance(Oncoming(1.0, 3.0), ZONES)
+    assert shares == sorted(shares)
+    assert len(shares) == 8
+    assert f"({found:.2f})" in (tmp_path / "x.svg").read_text()
