@@ -25,6 +25,8 @@ from cobodeck.bench.harness import ROUNDS, BenchRow, Work, seconds_of
 NAME = "envelope"
 AIMS = {"no touch": GAP, "1.27 m apart": CENTRES, "no Escape": ZONES}
 ACCELERATIONS = (0.5, 1.0, 1.5, 3.0)
+SPEEDS, DELAYS_S = (0.5, 1.0, 2.0), (0.0, 0.4)
+"""Varied one at a time; else 1.5 m/s and 0.2 s, at 1 m/s2."""
 REACTIONS_S = (0.3, 0.5, 0.8)
 TURNS_DEG = (90, 180)
 SEARCH_S = 0.2
@@ -37,6 +39,10 @@ def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
     for acceleration in ACCELERATIONS:
         approach = Oncoming(acceleration=acceleration)
         yield from _distances("walks on", approach, "acceleration", acceleration)
+    for speed in SPEEDS:
+        yield from _distances("walks on", Oncoming(speed), "speed", speed)
+    for delay in DELAYS_S:
+        yield from _distances("walks on", Oncoming(delay_s=delay), "delay", delay)
     for what, acceleration in (("sign, robot stands", STANDING), ("sign", 1.0)):
         for reaction in REACTIONS_S:
             approach = Oncoming(acceleration=acceleration, reaction_s=reaction)

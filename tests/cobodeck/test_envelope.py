@@ -362,6 +362,8 @@ def test_the_wall_behind_closes_the_floor() -> None:
 def test_the_rows_are_those_of_the_cases(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bench, "ACCELERATIONS", (1.5, 3.0))
     monkeypatch.setattr(bench, "REACTIONS_S", (0.3,))
+    monkeypatch.setattr(bench, "SPEEDS", (0.5,))
+    monkeypatch.setattr(bench, "DELAYS_S", (0.0,))
     monkeypatch.setattr(bench, "TURNS_DEG", (90,))
 
     rows = list(bench.rows(1))
@@ -371,7 +373,9 @@ def test_the_rows_are_those_of_the_cases(monkeypatch: pytest.MonkeyPatch) -> Non
     assert timed.value is not None
     assert timed.value >= 20_000
     errors = {(row.name, row.variant, row.value): row.error for row in others}
-    assert len(errors) == len(others) == 2 * 3 + 2 * 3 + 3 + 3 + 2
+    assert len(errors) == len(others) == 3 * (2 + 1 + 1 + 2 + 1 + 1) + 2
+    assert errors["walks on", "1.27 m apart", 0.5] == pytest.approx(1.27 + 0.1 + 0.125, abs=0.01)
+    assert errors["walks on", "no Escape", 0.0] == pytest.approx(2.5 + 1.125, abs=0.01)
     assert errors["walks on", "1.27 m apart", 3.0] == pytest.approx(1.945, abs=0.01)
     assert errors["walks on", "no Escape", 1.5] == pytest.approx(3.55, abs=0.01)
     assert errors["sign, robot stands", "1.27 m apart", 0.3] == pytest.approx(2.395, abs=0.01)
