@@ -12,7 +12,7 @@ from cobodeck.avoidable.shapes import free_way
 
 OBEYED_S = 1.5
 """A sign shown for longer than this has been obeyed by whoever heeds it, s."""
-LOOK_BACK_S = 0.1
+LOOK_BACK_S = 0.04
 """The velocity at an instant is that over this time before it, s."""
 AHEAD_S = 8.0
 """How long an unwarned person walks on at most, s."""

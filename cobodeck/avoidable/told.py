@@ -29,17 +29,19 @@ NOTE = (
 
 @dataclass(frozen=True, slots=True)
 class JudgedRun:
-    """A record with its judged events, in order of time."""
+    """A record with its judged events, in order of time; `broken` says where it breaks off."""
 
     path: Path
     run: RecordedRun
     events: tuple[JudgedEvent, ...]
+    broken: str | None = None
 
     def plain(self) -> dict[str, Any]:
         """As values for JSON."""
         return {
             "record": str(self.path),
             "run": self.run.name,
+            "broken": self.broken,
             **counts(self.events),
             "events": [event.plain() for event in self.events],
         }
@@ -51,8 +53,9 @@ def judged_run(path: Path) -> JudgedRun:
     Raises:
         FileError: the record cannot be read, or does not tell enough.
     """
-    run = read_run(Record(path))
-    return JudgedRun(path, run, tuple(judge(run)))
+    record = Record(path)
+    run = read_run(record)
+    return JudgedRun(path, run, tuple(judge(run)), record.broken)
 
 
 def counts(events: Iterable[JudgedEvent]) -> dict[str, int]:
@@ -79,7 +82,8 @@ def text(runs: Sequence[JudgedRun]) -> str:
 
 
 def _run_text(found: JudgedRun) -> str:
-    head = f"{found.path}: {found.run.name}"
+    breaks = "" if found.broken is None else f"; {found.broken}"
+    head = f"{found.path}: {found.run.name}{breaks}"
     if not found.events:
         return f"{head}\nno failed Escape, no contact"
     return f"{head}\n\n{table([HEAD, *map(_cells, found.events)], NUMBERS)}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 
 from cobodeck.__main__ import main
-from cobodeck.avoidable import told
+from cobodeck.avoidable import judged, told
 from cobodeck.avoidable.futures import sign_at, unwarned, walking_since
 from cobodeck.avoidable.judged import decision_before, gap_between, judge
 from cobodeck.avoidable.recorded import EscapeVisit, RecordedRun, edges, read_run
@@ -19,7 +20,8 @@ from cobodeck.avoidable.search import RobotLimits
 from cobodeck.avoidable.told import JudgedRun, judged_run, text
 from cobodeck.console import OK, USAGE, Problem
 from cobodeck.pictures.judged import draw_judged
-from cobodeck.record.reader import Record
+from cobodeck.record.reader import Group, Record
+from engine.files.finding import FileError
 
 HALL = ((-10.0, -10.0), (10.0, -10.0), (10.0, 10.0), (-10.0, 10.0))
 LIMITS = RobotLimits(1.0, 3.0, 2.5, 0.565, 0.455)
@@ -181,9 +183,39 @@ def test_what_is_read_is_what_the_figures_tell(record: Path) -> None:
     assert run.rings == (((0.0, 0.0), (7.0, 0.0), (7.0, 7.0), (0.0, 7.0)),)
 
 
+class WithoutTruth(Record):
+    """As of a run on real parts."""
+
+    def groups(self) -> Iterator[Group]:
+        for group in super().groups():
+            left = tuple(t for t in group.told if t.topic != "truth")
+            yield Group(group.ticked, left, group.closing)
+
+
+def test_a_record_without_true_poses_is_refused(record: Path) -> None:
+    with pytest.raises(FileError, match=r"truly were.*simulation"):
+        read_run(WithoutTruth(record))
+
+
+def test_a_record_that_breaks_off_is_judged_as_far_as_it_goes(
+    record: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(told, "judge", lambda _: ())
+    part = tmp_path / "x.mcap.part"
+    part.write_bytes(record.read_bytes()[:-20_000])
+
+    found = judged_run(part)
+
+    assert found.broken is not None
+    assert found.broken in text([found])
+    assert 1.0 < found.run.times[-1] < read_run(Record(record)).times[-1]
+
+
 @pytest.fixture(scope="module")
 def found(record: Path) -> JudgedRun:
-    return judged_run(record)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(judged, "EVERY_S", 0.5)  # five times faster
+        return judged_run(record)
 
 
 def test_what_the_robot_did_is_no_better_than_the_best_motion(found: JudgedRun) -> None:
@@ -209,11 +241,11 @@ def test_a_row_of_the_table_is_an_event(found: JudgedRun) -> None:
 def test_the_table_and_the_picture_of_events_tell_what_was_judged(tmp_path: Path) -> None:
     late, early = EscapeVisit(2.0, 2.0, "failed"), EscapeVisit(1.2, 1.2, "failed")
     run = walked(-3.4, sign_s=2.0, escapes=(late, early))
-    judged = JudgedRun(Path("x.mcap"), run, tuple(judge(run)))
+    found = JudgedRun(Path("x.mcap"), run, tuple(judge(run)))
 
-    draw_judged([judged], tmp_path / "x.svg")
+    draw_judged([found], tmp_path / "x.svg")
 
-    shown = text([judged])
+    shown = text([found])
     assert [line.split()[5] for line in shown.splitlines()[3:5]] == ["yes", "no"]
     assert "failed Escapes  2, avoidable 1 (50%)" in shown
     drawn = (tmp_path / "x.svg").read_text()
@@ -223,11 +255,11 @@ def test_the_table_and_the_picture_of_events_tell_what_was_judged(tmp_path: Path
 
 def test_a_run_without_failures_has_nothing_to_draw(tmp_path: Path) -> None:
     run = walked(-3.4)
-    judged = JudgedRun(Path("x.mcap"), run, tuple(judge(run)))
+    found = JudgedRun(Path("x.mcap"), run, tuple(judge(run)))
 
-    assert "no failed Escape, no contact" in text([judged])
+    assert "no failed Escape, no contact" in text([found])
     with pytest.raises(Problem, match="to draw"):
-        draw_judged([judged], tmp_path / "x.svg")
+        draw_judged([found], tmp_path / "x.svg")
 
 
 def test_records_are_judged_on_the_command_line(
