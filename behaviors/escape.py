@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 CALM_S = 0.3
 """A danger is over once the robot would have this much time more than it needs, s."""
+SIGMAS = 2.0
+"""Distances from the user grow by this many standard deviations of their pose; see `rollout`."""
 LOOKAHEAD_S = 3.0
 """Predicted contacts later than this are ignored, s."""
 
@@ -92,16 +94,20 @@ def will_be_reached(
 ) -> bool:
     """True if the user, walking straight on, would reach the robot before it could move aside.
 
+    Late poses and commands add to the robot's reaction, uncertain poses to the distance.
+
     The user's line passes the robot's centre at the distance `offset`, |r x v| / |v|. The robot has
     to drive the rest of `contact` sideways from standstill, aside = a t^2 / 2, after `reaction`.
     """
     relative = (user.x - base.x, user.y - base.y)
-    until = time_to_contact(relative, (velocity.vx, velocity.vy), escape.contact)
+    contact = escape.contact + SIGMAS * environment.user_sigma
+    until = time_to_contact(relative, (velocity.vx, velocity.vy), contact)
     if not until < LOOKAHEAD_S or velocity.speed < escape.moving:
         return False
     offset = abs(relative[0] * velocity.vy - relative[1] * velocity.vx) / velocity.speed
-    aside = max(0.0, escape.contact - offset)
-    return until < escape.reaction + math.sqrt(2.0 * aside / environment.limits.base_acceleration)
+    aside = max(0.0, contact - offset)
+    reaction = escape.reaction + environment.delay
+    return until < reaction + math.sqrt(2.0 * aside / environment.limits.base_acceleration)
 
 
 def all_poses(escape: EscapeSettings, user: UserPose, base: Pose2) -> Iterator[Pose2]:
@@ -171,7 +177,7 @@ class Flee(Action):
                 goal, touch_after = choose(now, free, goal, None if arm is None else arm.joints)
                 if goal is None:
                     return "no_way" if free else "no_pose"
-                if not warned and touch_after < now.settings.escape.warning:
+                if not warned and touch_after < now.settings.escape.warning + now.environment.delay:
                     vr.inform(True)
                     warned = True
                 command = command_towards(now, (goal.x, goal.y), "escape")

@@ -27,13 +27,16 @@ Array = NDArray[np.float64]
 HORIZON_S, STEP_S = 3.0, 0.1
 """Length and step of a rollout, s."""
 STEPS = round(HORIZON_S / STEP_S)
-CLOSEST = 0.12
-"""A predicted gap to the user below this, m, counts as a touch."""
+CLOSEST, SIGMAS = 0.12, 2.0
+"""A predicted gap to the user below CLOSEST, m, and SIGMAS standard deviations of their pose,
+counts as a touch."""
 WITH_USER = RADIUS + 0.2
 """With the user's centre nearer than this to the outline of rover and arm, m, the arm is taken to
 be at the user's hand."""
 SLACK = 0.01
 """How much nearer to a wall a robot may come that starts too near to it, m."""
+import os
+FARW = float(os.environ.get("FARW", "1"))
 BREAK_OFF = (0, 2, 4)
 """Steps after which the drive is assumed to be aborted, so that the robot brakes."""
 
@@ -112,7 +115,8 @@ def evaluate(
     zones = (escape.ahead + escape.hysteresis, escape.around + escape.hysteresis, escape.half_view)
     if outline is None or outline.distance(*pose.inverse().transform(user.x, user.y)) < WITH_USER:
         outline = now.environment.outline()
-    found = _evaluate(rollouts.trajectories, predictions, pose.yaw, zones, outline)
+    closest = CLOSEST + SIGMAS * now.environment.user_sigma
+    found = _evaluate(rollouts.trajectories, predictions, pose.yaw, zones, outline, closest)
     return RolloutEvaluation(*found)
 
 
@@ -167,7 +171,7 @@ def crowding(
                     continue
                 distance = math.sqrt(square)
                 near, beyond, close = room - distance, distance - far, touch - distance
-                found[i] += max(0.0, near) ** 2 + max(0.0, beyond) ** 2
+                found[i] += max(0.0, near) ** 2 + FARW * max(0.0, beyond) ** 2
                 found[i] += dread * max(0.0, close) ** 2
         found[i] /= len(predictions)
     return found
@@ -240,6 +244,7 @@ def _evaluate(
     yaw: float,
     zones: tuple[float, float, float],
     outline: Outline,
+    closest: float,
 ) -> tuple[Array, Array, Array]:
     """See `RolloutEvaluation`; `zones` are radius ahead, radius around, and half the view angle."""
     count = len(trajectories)
@@ -258,7 +263,7 @@ def _evaluate(
                 across = max(0.0, y - outline.left, -outline.right - y)
                 room = math.hypot(along, across) - RADIUS
                 gap[i] = min(gap[i], room)
-                if room < CLOSEST:
+                if room < closest:
                     touch = min(touch, STEP_S * (step + 1))
                 inside = distance < zones[1]
                 if not inside and distance < zones[0]:
@@ -331,7 +336,7 @@ def warm_up() -> None:
     """Compile the kernels, or load them from the cache."""
     predictions = _predictions(np.ones((2, 6)), np.zeros(6), np.ones(2))
     trajectories = _roll_out((0.0, 0.0, 0.0, 0.0), 1.0, 1.0, np.ones((1, 2)))
-    _evaluate(trajectories, predictions, 0.0, (1.0, 1.0, 1.0), Outline(0.5, 0.5, 0.4, 0.4))
+    _evaluate(trajectories, predictions, 0.0, (1.0, 1.0, 1.0), Outline(0.5, 0.5, 0.4, 0.4), 0.1)
     _rest_places(trajectories[0], 1.0)
     crowding(trajectories, predictions, 3.0, 4.0, 1.0, 1.0)
     lateness(trajectories, predictions, 1.0, 0.1, 1.0)

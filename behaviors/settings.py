@@ -206,16 +206,37 @@ class ChaseSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class CloseSettings:
+    """The poses of Haptic's second choice: circles of these radii, m, all round the DEEP.
+
+    Radii lie `step`, m, apart, and the places on a circle `turn`, rad.
+    """
+
+    inner: Annotated[Length, above_0(3.0)]
+    outer: Annotated[Length, above_0(3.0)]
+    step: Annotated[Length, Range(0.01, 1.0)]
+    turn: Annotated[Angle, Range(0.01, math.pi)]
+
+    def faults(self) -> Iterator[Fault]:
+        """Invalid combinations of values, each with its key."""
+        if self.inner > self.outer:
+            yield "inner", f"{self.inner:g} is above outer, {self.outer:g}"
+
+
+@dataclass(frozen=True, slots=True)
 class HapticSettings:
     """The Haptic rover poses (R75-R77): a half circle in front of the DEEP.
 
-    `order`: as given, or by the time until the prop is at the DEEP. `deep_ahead` and `deep_height`:
-    where Chase expects the next DEEP, m ahead of the user and above the floor (R132).
+    `order`: as given, or by the time until the prop is at the DEEP. `close`: the poses to choose
+    among if none of these will do, with no more distance from walls and user than Escape keeps;
+    None: there is no second choice. `deep_ahead` and `deep_height`: where Chase expects the next
+    DEEP, m ahead of the user and above the floor (R132).
     """
 
     radius: Annotated[Length, above_0(3.0)]
     angles: Annotated[tuple[Annotated[Angle, Range(-math.pi, math.pi)], ...], Count(1)]
     order: Literal["given", "time"]
+    close: CloseSettings | None
     deep_ahead: Annotated[Length, Range(0.0, 3.0)]
     deep_height: Annotated[Length, above_0(3.0)]
 

@@ -223,7 +223,7 @@ def _person(setup: Setup, uses: Uses, options: Options) -> Person | None:
     if source is not None and behind_record(source) is not None:
         from cobodeck.record.person import recalled  # the reader of records is loaded only here
 
-        return recalled(source, scene.room, options.requests, options.stretch_m)
+        return recalled(source, scene.room, options.requests, options.stretch_m, options.seed)
     if source is not None:
         return open_user(source, scene, options.requests, options.stretch_m, options.seed)
     if uses.person:

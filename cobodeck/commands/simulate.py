@@ -49,8 +49,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--user",
         type=word,
-        metavar="NAME|random|FILE[#id][@x,y,yaw]",
-        help="X.mcap: the person of a record; default: the scene's",
+        metavar="NAME|random|FILE[#id][@x,y,yaw][:KIND]",
+        help="X.mcap: the person of a record; :KIND: how they treat the robot, by default "
+        "attentive (`list users`); default: the scene's",
     )
     parser.add_argument("--requests", type=positive, metavar="N", help="end after N requests")
     profile(parser, PROFILE)

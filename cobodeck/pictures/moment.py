@@ -70,7 +70,7 @@ def with_next_drive(moment: Moment, environment: Environment, settings: Settings
     now = situation_at(moment, moment.user, environment, settings)
     if moment.deep is not None:
         free = poses(settings, planners["haptic"], moment.deep)
-        goal = best_pose(now, reachable(now, free), moment.deep)
+        goal = best_pose(now, reachable(now, "haptic", free), moment.deep)
         return _driving(moment, environment, "haptic", planners["haptic"], goal)
     cells = grid(environment, settings)
     around = space(settings, lambda: cells, planners["chase"], moment.user)

@@ -22,8 +22,12 @@ from hw.truth import Truth
 POSE, REQUEST = "user.pose", "vr.haptic_request"
 
 
-def recalled(source: str, room: Room, requests: int | None, stretch_m: float | None) -> Recalled:
+def recalled(
+    source: str, room: Room, requests: int | None, stretch_m: float | None, seed: int
+) -> Recalled:
     """The person of a record, in a room; `requests` and `stretch_m` (m) must be None.
+
+    The seed gives their reaction to the stop sign.
 
     Raises:
         Problem: an option is given that a recorded person does not have; FileError: the record
@@ -37,7 +41,7 @@ def recalled(source: str, room: Room, requests: int | None, stretch_m: float | N
             f"--user {source}: the person of a record walks and asks where and when they did; "
             f"leave out {refused}"
         )
-    return Recalled(past(Record(Path(source))), room)
+    return Recalled(past(Record(Path(source))), room, seed=seed)
 
 
 def past(record: Record) -> Past:

@@ -133,8 +133,6 @@ class Pedestrian(Actor):
     def _walk(self, step: WalkStep) -> Iterator[bool]:
         goal = step.x, step.y
         for _ in range(ATTEMPTS):
-            if not self._room.sees(self._x, self._y, *goal):
-                return  # stepping back from the robot has put a wall in between: they stay
             if (yield from self._go(goal, step.speed)):
                 if step.yaw is not None:
                     yield from self._turn(step.yaw)
@@ -178,14 +176,48 @@ class Pedestrian(Actor):
         self._x, self._y = place
         return True
 
+    def _approach(
+        self, speed: float, stop_at: float, span_ns: int, *, ends: bool = True
+    ) -> Iterator[bool]:
+        """Walk at the robot, wherever it goes, at `speed`, m/s.
+
+        Ends `stop_at` m before its centre, after `span_ns`, and before a wall. If it `ends`, also
+        once they have stopped because it was shown to them, or the sign is over.
+        """
+        left, shown = span_ns, False
+        if ends and self._informed:
+            return
+        while not (shown and (self._rate == 0.0 or not self._informed)):
+            shown = ends and self._informed
+            dx, dy = self._robot.x - self._x, self._robot.y - self._y
+            distance = math.hypot(dx, dy)
+            span = min(left, self._budget)
+            pace = min(speed * span * 1e-9, distance - stop_at)
+            if distance <= stop_at or (pace <= 0.0 and (span > 0 or left == 0)):
+                return
+            if pace > 0.0:
+                self._yaw = math.atan2(dy, dx)
+                x, y = self._x + pace * math.cos(self._yaw), self._y + pace * math.sin(self._yaw)
+                if self._room.clearance(x, y) < RADIUS:
+                    return
+                self._x, self._y, self._tempo = x, y, speed
+            left -= span
+            self._budget -= span
+            if left == 0:
+                return
+            yield True
+
     def _way_to(self, goal: Point) -> tuple[Point, ...] | None:
-        """The direct path, or one with a detour by one place; None if both are blocked."""
+        """The direct path, or one with a detour by one place; None if both are blocked.
+
+        The robot may stand in the direct path, or a wall, because they have made room.
+        """
         here = self._x, self._y
-        if not self._is_barred(here, goal):
+        if self._room.sees(*here, *goal) and not self._is_barred(here, goal):
             return (goal,)
-        assert self._met is not None
         places = [
-            (self._met[0] + radius * math.cos(angle), self._met[1] + radius * math.sin(angle))
+            (x + radius * math.cos(angle), y + radius * math.sin(angle))
+            for x, y in dict.fromkeys((self._met or here, here))
             for radius, angle in _ROUND
         ]
         places.sort(key=lambda place: math.dist(here, place) + math.dist(place, goal))

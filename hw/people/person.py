@@ -48,8 +48,8 @@ class Person(Protocol):
 class Touch:
     """How a person requests a touch (R131, R132): times in ns, and the DEEP in m.
 
-    They stand for `stand_ns`, request for `hold_ns`, let go, and stay for `wait_ns`. The DEEP is
-    `ahead` of the body and `height` above the floor.
+    They stand for `stand_ns`, request for `hold_ns`, let go, and stay for `wait_ns`, unless they
+    are in a hurry. The DEEP is `ahead` of the body and `height` above the floor.
     """
 
     stand_ns: int = 10_000_000_000
@@ -67,7 +67,8 @@ class Touch:
 class Actor:
     """A simulated person driven by one generator, on a clock that stops while the robot is shown.
 
-    They perceive the sign, and its end, late by their reaction, which their manner and seed give.
+    They perceive the sign, and its end, late by their reaction, which their manner and seed give
+    (`reaction_s`, s; None: they ignore it).
     The person's own time runs with the world's, but slows to a standstill within STOPPING_S while
     they know that the robot is shown, and speeds up again after. The routine uses up `_budget` (ns
     of own time) and yields when it is spent, so that no time is lost between two steps of the
@@ -110,6 +111,8 @@ class Actor:
 
     def _perceive(self, shown: bool) -> None:
         """Take in whether the robot is shown now; they know what was so a reaction ago."""
+        if self.reaction_s is None:
+            return
         if shown:
             self._shown_at = self._robot
         if shown != self._shown:
@@ -161,7 +164,7 @@ class Actor:
         self.request = touch.deep(Pose2(self._x, self._y, self._yaw))
         yield from self._hold(touch.hold_ns)
         self.request = None
-        yield from self._stand(touch.wait_ns)
+        yield from self._stand(0 if self.manner.hurries else touch.wait_ns)
 
     def _hold(self, span_ns: int) -> Iterator[bool]:
         """Request for this time, or until they let go because they leave."""

@@ -1,6 +1,7 @@
 """Opens a person by its source: `NAME`, `FILE[#id][@x,y,yaw]`, `random` or `live`.
 
-`NAME` is a script, `FILE` a recorded walk, `random` a seeded random walk.
+`NAME` is a script, `FILE` a recorded walk, `random` a seeded random walk. `:KIND` behind any of
+these three is the person's manner (`manner.py`), by default attentive: `random:hasty`, `demo:deaf`.
 
 `@x,y,yaw` moves the centre of the recording's bounding box to (x, y) and rotates the walk by yaw
 about it; the walk itself must stay on the free floor. By default the box is centred on the largest
@@ -20,6 +21,7 @@ from hw.geometry import Pose2
 from hw.people import wanderer
 from hw.people.interaction import Interaction
 from hw.people.live import LivePerson
+from hw.people.manner import ATTENTIVE, Manner, manner_named
 from hw.people.person import RADIUS, Person
 from hw.people.playback import Playback
 from hw.people.recording import Recording, read_recording
@@ -28,7 +30,9 @@ from hw.people.walker import Walker
 from hw.room import Room
 from hw.scene import Scene
 
+LIVE = "live"
 _SOURCE = re.compile(r"(?P<file>.+?)(?:#(?P<person>[^#@]*))?(?:@(?P<place>[^@]*))?\Z")
+_KIND = re.compile(r"(?P<source>.*[^:]):(?P<kind>[^:/\\.#@,]*)\Z")
 _STEPS = 16
 
 
@@ -43,7 +47,8 @@ class PersonSource:
 
 def is_recording(source: str) -> bool:
     """True if this names a recorded walk rather than a script."""
-    found = _SOURCE.match(source)
+    bare = source if (kind := _KIND.fullmatch(source)) is None else kind["source"]
+    found = _SOURCE.match(bare)
     return found is not None and Path(found["file"]).suffix in (".txt", ".csv")
 
 
@@ -79,7 +84,8 @@ def open_user(
     """The person that a source names, in a scene; in an `Interaction` if it has touchable surfaces.
 
     Args:
-        source: a script's name or file, a recording, `random` or `live`.
+        source: a script's name or file, a recording, or `random`, with `:KIND` or without;
+            or `live`.
         scene: gives the room and the start.
         requests: number of touches to request; None: what the script says, none in a
             recording, endless for `random`. With touchable surfaces: end after this many that
@@ -95,26 +101,45 @@ def open_user(
     return Interaction(person, scene.touchable, requests)
 
 
+def with_manner(source: str) -> tuple[str, Manner | None]:
+    """A source without its `:KIND`, and the manner of that kind; None: of a live person.
+
+    Raises:
+        FileError: there is no such kind.
+    """
+    found = _KIND.fullmatch(source)
+    bare = source if found is None else found["source"]
+    if bare == LIVE:
+        if found is not None:
+            raise mistake(source, "a live person has their own manner; write live")
+        return bare, None
+    if found is None:
+        return bare, ATTENTIVE
+    return bare, manner_named(found["kind"], source, wanders=bare == wanderer.NAME)
+
+
 def _open(source: str, scene: Scene, requests: int | None, size: float | None, seed: int) -> Person:
-    if source == "live":
+    bare, manner = with_manner(source)
+    if manner is None:
         return LivePerson(scene.user_start or _middle(scene.room))
-    if not is_recording(source):
-        if size is not None:
-            raise mistake(source, "only a recording can be stretched")
-        if source == wanderer.NAME:
-            start = scene.user_start or _middle(scene.room)
-            return wanderer.Wanderer(scene.room, start, seed, requests)
-        script = load_script(source)
-        return Walker(script, scene.room, scene.user_start, requests, seed=seed)
-    parts = parse_source(source)
-    recording = read_recording(parts.path, parts.person)
+    if is_recording(bare):
+        recording = _placed(parse_source(bare), scene.room, size)
+        return Playback(recording, requests or 0, manner=manner, seed=seed)
+    if size is not None:
+        raise mistake(source, "only a recording can be stretched")
+    if bare == wanderer.NAME:
+        start = scene.user_start or _middle(scene.room)
+        return wanderer.Wanderer(scene.room, start, seed, requests, manner)
+    return Walker(load_script(bare), scene.room, scene.user_start, requests, manner, seed)
+
+
+def _placed(source: PersonSource, room: Room, size: float | None) -> Recording:
+    recording = read_recording(source.path, source.person)
     if size is not None:
         recording = recording.stretched(size)
-    if parts.place is None:
-        placed = place_in_largest_disc(recording, scene.room)
-    else:
-        placed = place_at(recording, scene.room, parts.place)
-    return Playback(placed, requests or 0, seed=seed)
+    if source.place is None:
+        return place_in_largest_disc(recording, room)
+    return place_at(recording, room, source.place)
 
 
 def place_at(recording: Recording, room: Room, place: tuple[float, float, float]) -> Recording:

@@ -110,6 +110,7 @@ class SimVr:
     """The virtual world: passes requests on and shows the robot to the person.
 
     `shown`: with the stop sign, at which people stop; a robot without it is only `visible`.
+    A person who stands while it is shown is ready, and says so every half second.
     """
 
     signals: tuple[str, ...] = ("vr.haptic_request", "vr.release", "vr.restart")

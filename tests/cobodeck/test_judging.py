@@ -71,7 +71,7 @@ def ran(scene: str, profile: str, seconds: float, user: str | None = None) -> tu
 @pytest.fixture(scope="module")
 def touched() -> tuple[Loop, Kept]:
     """The paper's robot, which is slower than its user; with a contact at 98 s."""
-    return ran("lab_a", "paper", 110.0, "cornering")
+    return ran("lab_a", "paper", 110.0, "cornering:instant")
 
 
 def figures(loop: Loop, *, measured: bool = False) -> dict[str, Any]:

@@ -18,19 +18,24 @@ def wandered(
 ) -> Any:
     monkeypatch.chdir(tmp_path)
 
-    def wander(scene: str, requests: int, seed: int) -> dict[str, Any]:
+    def wander(scene: str, requests: int, seed: int, user: str = "random") -> dict[str, Any]:
         wanted = ["--scene", scene, "--requests", str(requests), "--seed", str(seed)]
-        assert main(["simulate", "--user", "random", *wanted, "--json"]) == OK
+        assert main(["simulate", "--user", user, *wanted, "--json"]) == OK
         found: dict[str, Any] = json.loads(capsys.readouterr().out)
         return found
 
     return wander
 
 
+REFUSALS = {
+    "DEEP in or behind a wall", "no Haptic pose", "Haptic poses cut off", "DEEP out of reach",
+}  # fmt: skip
+
+
 def check(figures: dict[str, Any], requests: int) -> None:
     assert figures["requests"] == requests
     assert figures["served"] + figures["refused"] == requests
-    assert set(figures["refusals"]) <= {"no Haptic pose"}
+    assert set(figures["refusals"]) <= REFUSALS
     assert figures["served"] > 0.5 * requests
     assert (figures["contacts"], figures["wall_hits"], figures["faults"]) == (0, 0, 0)
     assert figures["min_gap_m"] > 0.0
@@ -44,6 +49,17 @@ def test_requests_of_a_random_person_are_answered_without_a_contact(
     wandered: Any, scene: str, requests: int
 ) -> None:
     check(wandered(scene, requests, seed=2), requests)
+
+
+@pytest.mark.parametrize(
+    ("kind", "reaction"), [("hasty", 0.4773316158870233), ("deaf", None), ("instant", 0.0)]
+)
+def test_figures_tell_the_manner_of_the_person(
+    wandered: Any, kind: str, reaction: float | None
+) -> None:
+    figures = wandered("lab_a", 1, seed=1, user=f"random:{kind}")
+
+    assert (figures["manner"], figures["reaction_s"]) == (kind, reaction)
 
 
 @pytest.mark.requirement(49, 116)
@@ -68,7 +84,8 @@ def test_after_a_contact_the_run_goes_on_and_the_contact_stays_counted(
 def test_a_hundred_requests_of_a_random_person_are_answered_without_a_contact(
     wandered: Any, scene: str
 ) -> None:
-    figures = wandered(scene, 100, seed=0)
+    """People with a reaction may walk into a robot that stands and shows itself."""
+    figures = wandered(scene, 100, seed=0, user="random:instant")
 
     check(figures, 100)
     assert figures["escape_failures"] > 0  # it was shown to them, and both went on

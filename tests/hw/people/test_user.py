@@ -270,9 +270,9 @@ def test_an_approach_follows_the_robot_and_stops_at_the_distance(tmp_path):
 def test_an_approach_ends_when_the_robot_is_shown(tmp_path):
     steps = "  - approach: {target: robot, for: 60}\n  - stand: 60\n"
     person = walker(tmp_path, steps, manner=INSTANT)
-    rows = play(person, 150, robot=Pose2(5.5, 9.0), informed=lambda n: n == 30)
-    assert rows[29][2] > 0.0
-    assert all(row[2] == 0.0 for row in rows[30:])
+    rows = play(person, 300, robot=Pose2(5.5, 9.0), informed=lambda n: 30 <= n < 60)
+    assert rows[29][2] > rows[35][2] > rows[40][2] > 0.0
+    assert all(row[2] == 0.0 for row in rows[45:])
 
 
 def test_an_approach_goes_into_no_wall(tmp_path):
