@@ -225,7 +225,8 @@ def _person(setup: Setup, uses: Uses, options: Options) -> Person | None:
 
         return recalled(source, scene.room, options.requests, options.stretch_m, options.seed)
     if source is not None:
-        return open_user(source, scene, options.requests, options.stretch_m, options.seed)
+        requests, size, seed = options.requests, options.stretch_m, options.seed
+        return open_user(source, scene, requests, size, seed, options.heading)
     if uses.person:
         raise Problem(f"scene {scene.name} names no user; give one with --user")
     return None
