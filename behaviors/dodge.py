@@ -24,8 +24,9 @@ TOUCH, DREAD = 1.8, 10.0
 """For distances to the user below TOUCH, m, the squared deficit is added DREAD times."""
 OPEN, CORNERED = 2.5, 6.0
 """A clearance from walls below OPEN, m, costs CORNERED times the squared deficit."""
-import os
-LATE = float(os.environ.get("LATE", "10"))
+LATE, EARLY_S = 10.0, 0.4
+"""Lack of time, squared, to move out of the line that the user walks; how early the robot should
+be, s."""
 EFFORT = 0.5
 """Cost of driving, per m."""
 AROUND = np.array(
@@ -84,12 +85,13 @@ def place_with_room(now: Situation, band: tuple[float, float], present: Point | 
     rollouts = roll_out(now, places, environment.navigation.chase.max_speed)
     predictions = predict_user(now, (*user.likely, *user.possible))
     costs = crowding(rollouts.trajectories, predictions, *band, TOUCH, DREAD)
-    if LATE > 0:
-        escape = now.settings.escape
-        acceleration = environment.limits.base_acceleration
-        costs += LATE * lateness(
-            rollouts.trajectories, predictions[: len(user.likely)], escape.contact, escape.reaction + 0.4, acceleration
-        )
+    costs += LATE * lateness(
+        rollouts.trajectories,
+        predictions[: len(user.likely)],
+        now.settings.escape.contact,
+        now.settings.escape.reaction + environment.delay + EARLY_S,
+        environment.limits.base_acceleration,
+    )
     costs += _efforts(places, pose.x, pose.y, environment.walls)
     order = np.argsort(costs, kind="stable").tolist()
     for planner in (now.planners["chase"], now.planners["escape"]):

@@ -35,8 +35,8 @@ WITH_USER = RADIUS + 0.2
 be at the user's hand."""
 SLACK = 0.01
 """How much nearer to a wall a robot may come that starts too near to it, m."""
-import os
-FARW = float(os.environ.get("FARW", "1"))
+FAR = 3.0
+"""A squared excess of the wanted distance to the user counts so many times a deficit."""
 BREAK_OFF = (0, 2, 4)
 """Steps after which the drive is assumed to be aborted, so that the robot brakes."""
 
@@ -171,7 +171,7 @@ def crowding(
                     continue
                 distance = math.sqrt(square)
                 near, beyond, close = room - distance, distance - far, touch - distance
-                found[i] += max(0.0, near) ** 2 + FARW * max(0.0, beyond) ** 2
+                found[i] += max(0.0, near) ** 2 + FAR * max(0.0, beyond) ** 2
                 found[i] += dread * max(0.0, close) ** 2
         found[i] /= len(predictions)
     return found
