@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -17,10 +17,14 @@ from states.environment import Environment
 from states.keys import ARM_JOINTS
 from states.navigation.states import is_there, user_disc
 from states.signals.prediction import time_to_contact
+from states.subsystems import SubsystemName
 
 if TYPE_CHECKING:
     from states.navigation.interfaces import GlobalPlanner
 
+CAUGHT_WITHIN, CAUGHT_S = 1.6, 1.8
+"""A user who would need longer than CAUGHT_S, s, to come within CAUGHT_WITHIN, m, catches no
+robot."""
 CALM_S = 0.3
 """A danger is over once the robot would have this much time more than it needs, s."""
 SIGMAS = 2.0
@@ -44,6 +48,7 @@ def in_zone(escape: EscapeSettings, user: UserPose, base: Pose2, margin: float =
 def is_required(
     environment: Environment,
     settings: Settings,
+    planner: GlobalPlanner,
     user: UserPose,
     base: Pose2,
     velocity: Twist2,
@@ -51,42 +56,73 @@ def is_required(
 ) -> bool:
     """True if the user moves, and the robot is in a zone or about to be walked into (R104).
 
-    `twist` is the robot's velocity in the base frame. By the profile's `trigger` a zone alone is no
-    danger.
+    `planner` is Escape's, `twist` the robot's velocity in the base frame. By the profile's
+    `trigger` a zone alone is no danger; a user who walks at a robot that cannot get away is one.
     """
     escape = settings.escape
     if velocity.speed < escape.moving:
         return False
     if escape.trigger == "zones" and in_zone(escape, user, base):
         return True
+    if not escape.predict:
+        return False
+    if will_be_reached(environment, escape, user.body, base, _relative(velocity, twist, base)):
+        return True
+    return escape.trigger == "contact" and _is_caught(
+        environment, settings, planner, user, base, velocity, twist
+    )
+
+
+def _relative(velocity: Twist2, twist: Twist2, base: Pose2) -> Twist2:
+    """The user's velocity as seen from the robot, in the map frame."""
     motion = twist.rotated(base.yaw)
-    relative = Twist2(velocity.vx - motion.vx, velocity.vy - motion.vy)
-    return escape.predict and will_be_reached(environment, escape, user.body, base, relative)
+    return Twist2(velocity.vx - motion.vx, velocity.vy - motion.vy)
 
 
-def is_safe(
+def _is_caught(  # noqa: PLR0913  what a situation consists of
     environment: Environment,
     settings: Settings,
+    planner: GlobalPlanner,
     user: UserPose,
     base: Pose2,
     velocity: Twist2,
     twist: Twist2,
 ) -> bool:
-    """True if the danger is over, with hysteresis (R112).
+    if base.distance_to(user.body) > CAUGHT_WITHIN + CAUGHT_S * velocity.speed:
+        return False
+    from behaviors.dodge import is_caught
 
-    That is, no contact is predicted and, if zones are what triggers, the robot is outside both.
+    ways: Mapping[SubsystemName, GlobalPlanner] = {"escape": planner}
+    now = Situation(environment, settings, base, twist, user, velocity, ways)
+    return is_caught(now, poses(settings, planner, user, base))
+
+
+def is_safe(
+    environment: Environment,
+    settings: Settings,
+    planner: GlobalPlanner,
+    user: UserPose,
+    base: Pose2,
+    velocity: Twist2,
+    twist: Twist2,
+) -> bool:
+    """True if the danger is over, with hysteresis (R112); arguments as for `is_required`.
+
+    No contact is predicted, and, if zones are what triggers, the robot is outside both.
     """
     escape = settings.escape
     if escape.trigger == "zones" and in_zone(escape, user, base, escape.hysteresis):
         return False
     if not escape.predict:
         return True
-    motion = twist.rotated(base.yaw)
-    relative = Twist2(velocity.vx - motion.vx, velocity.vy - motion.vy)
     later = replace(
         escape, contact=escape.contact + escape.hysteresis, reaction=escape.reaction + CALM_S
     )
-    return not will_be_reached(environment, later, user.body, base, relative)
+    if will_be_reached(environment, later, user.body, base, _relative(velocity, twist, base)):
+        return False
+    return escape.trigger == "zones" or not _is_caught(
+        environment, settings, planner, user, base, velocity, twist
+    )
 
 
 def will_be_reached(
@@ -174,10 +210,10 @@ class Flee(Action):
                     goal = None
                 free = ctx.value(ESCAPE_POSES) or ()
                 arm = ctx.value(ARM_JOINTS)
-                goal, touch_after = choose(now, free, goal, None if arm is None else arm.joints)
+                goal, touches = choose(now, free, goal, None if arm is None else arm.joints)
                 if goal is None:
                     return "no_way" if free else "no_pose"
-                if not warned and touch_after < now.settings.escape.warning + now.environment.delay:
+                if touches and not warned:
                     vr.inform(True)
                     warned = True
                 command = command_towards(now, (goal.x, goal.y), "escape")
@@ -197,18 +233,22 @@ def _can_stop(now: Situation) -> bool:
 
 def choose(
     now: Situation, free: Sequence[Pose2], goal: Pose2 | None, joints: Joints | None
-) -> tuple[Pose2 | None, float]:
-    """The pose to drive to, by the profile's `order`, and when a touch is predicted at best, s.
+) -> tuple[Pose2 | None, bool]:
+    """The pose to drive to, by the profile's `order`, and whether a touch has to be reckoned with.
 
     None if none can be reached. `free` are the free Escape poses, `goal` is the pose driven to so
     far, `joints` are the arm's, rad, if known.
     """
-    if now.settings.escape.order == "given":
-        return goal or _first_in_reach(now, free), math.inf
-    from behaviors.dodge import safest_goal
+    escape = now.settings.escape
+    if escape.order == "given":
+        return goal or _first_in_reach(now, free), False
+    from behaviors.dodge import is_caught, safest_goal
 
     outline = now.environment.outline(joints)
-    return safest_goal(now, (*(() if goal is None else (goal,)), *free), goal, outline)
+    goals = (*(() if goal is None else (goal,)), *free)
+    best, touch_after = safest_goal(now, goals, goal, outline)
+    due = touch_after < escape.warning + now.environment.delay
+    return best, due or is_caught(now, free, outline)
 
 
 def _still_in_reach(now: Situation, goal: Pose2 | None) -> Pose2 | None:

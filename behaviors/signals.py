@@ -111,12 +111,12 @@ def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ..
         Derived("user.distance", ("user.pose", "base.pose"), _distance, float,
                 about="from the user's body to the robot's centre, m"),
         Derived(
-            "escape.required", ("user.pose", "base.pose", "user.velocity", "base.twist"),
+            "escape.required", ("escape.planner", "user.pose", "base.pose", "user.velocity", "base.twist"),
             partial(escape.is_required, environment, settings), bool,
             about="the user is in an Escape zone and moves, or will be before the robot is away",
         ),
         Derived(
-            "escape.safe", ("user.pose", "base.pose", "user.velocity", "base.twist"),
+            "escape.safe", ("escape.planner", "user.pose", "base.pose", "user.velocity", "base.twist"),
             partial(escape.is_safe, environment, settings), bool,
             about="both zones are clear, with hysteresis",
         ),
