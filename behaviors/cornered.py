@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
+from typing import Any
+
 from behaviors.keys import SETTINGS, settings_of
 from behaviors.refuge import is_outside, way_out
 from behaviors.situation import CHANGES, WAYS, Situation, situation
 from engine.files.units import Duration, Length, Speed
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from hw.geometry import Pose2
+from hw.room import Point
 from hw.samples import UserPose
 from states.keys import BASE_REFUSAL
 from states.navigation.states import DRIVES, command_of, user_disc
 
 LOOK_S = 1.0
 """Interval at which a robot without a way out looks for one again, s."""
+SLOWLY = 0.8
+"""Speed at which a robot leaves the zones of a user who stands, m/s."""
 
 
 class GiveUp(Action):
@@ -77,7 +83,7 @@ class Leave(Action):
     reads = {**WAYS, **DRIVES}
     commands = ("base", "vr")
 
-    def __init__(self, speed: Speed = 0.8, moved: Length = 0.3) -> None:
+    def __init__(self, speed: Speed = SLOWLY, moved: Length = 0.3) -> None:
         self.speed, self.moved = speed, moved
 
     def run(self, ctx: Context, shown: UserPose | None = None) -> Run:
@@ -89,21 +95,57 @@ class Leave(Action):
         place = way_out(now)
         if place is None:
             return "blocked"
-        base, vr = ctx.part("base"), ctx.part("vr")
-        driver = now.environment.driver("escape", now.planners["escape"])
-        driver.go_to(Pose2(*place, now.pose.yaw))
-        share = self.speed / now.environment.navigation.escape.max_speed
+        vr = ctx.part("vr")
         vr.inform(True, sign=False)
         try:
-            while (now := situation(ctx, "escape")) is not None and not is_outside(now):
-                driver.planner = now.planners["escape"]
-                disc = user_disc(now.user, now.environment.navigation.escape)
-                command = command_of(ctx, driver, now.around, disc)
-                if driver.status == "arrived" or driver.path is None:
-                    return "blocked"
-                base.drive(now.environment.slowed(command, share, "escape"), "chase")
-                yield ctx.value(BASE_REFUSAL)
+            there = yield from _drive_out(ctx, now, place, self.speed)
         finally:
-            base.release("chase")
             vr.inform(False)
-        return "away"
+        return "away" if there else "blocked"
+
+
+class Withdraw(Action):
+    """Drive slowly out of the user's zones whenever there is a way out; stand where there is none.
+
+    For a robot that has no place near the user (R101).
+    """
+
+    outcomes = ()
+    reads = {**WAYS, **DRIVES}
+    commands = ("base",)
+
+    def __init__(self, speed: Speed = SLOWLY) -> None:
+        self.speed = speed
+
+    def run(self, ctx: Context) -> Run:
+        while True:
+            now = situation(ctx, "escape")
+            place = None if now is None or is_outside(now) else way_out(now)
+            if now is not None and place is not None:
+                yield from _drive_out(ctx, now, place, self.speed)
+            yield Until(ctx.after(LOOK_S))
+
+
+def _drive_out(
+    ctx: Context, now: Situation | None, place: Point, speed: float
+) -> Generator[Any, None, bool]:
+    """Drive to this place until the robot is outside the zones; False if it does not get there.
+
+    m in the map, at up to `speed`, m/s, without turning, with Escape's distance from walls.
+    """
+    assert now is not None
+    base, navigation = ctx.part("base"), now.environment.navigation
+    driver = now.environment.driver("escape", now.planners["escape"])
+    driver.go_to(Pose2(*place, now.pose.yaw))
+    try:
+        while (now := situation(ctx, "escape")) is not None and not is_outside(now):
+            driver.planner = now.planners["escape"]
+            command = command_of(ctx, driver, now.around, user_disc(now.user, navigation.chase))
+            if driver.status == "arrived" or driver.path is None:
+                return False
+            share = speed / navigation.escape.max_speed
+            base.drive(now.environment.slowed(command, share, "escape"), "chase")
+            yield ctx.value(BASE_REFUSAL)
+    finally:
+        base.release("chase")
+    return now is not None

@@ -26,13 +26,14 @@ def is_outside(now: Situation) -> bool:
 def way_out(now: Situation) -> Point | None:
     """The nearest place outside both zones that can be reached around the user; None without one.
 
-    m, in the map. Distances count as the crow flies; the path may be longer.
+    m, in the map. Distances count as the crow flies; the path may be longer. It keeps as far off
+    the user as Chase does: nearer to them the safety chain lets no drive pass.
     """
     planner, here = now.planners["escape"], (now.pose.x, now.pose.y)
     for place in sorted(_places(now), key=lambda place: math.dist(place, here)):
         if not planner.is_free(place):
             continue
-        path = planner.plan(here, place, now.user_disc("escape", place))
+        path = planner.plan(here, place, now.user_disc("chase", place))
         if path is not None and path.length <= FARTHEST:
             return place
     return None

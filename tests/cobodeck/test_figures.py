@@ -53,6 +53,45 @@ def test_without_an_escape_there_is_no_time_of_one(sim: ChartTester) -> None:
     assert found["escape_time_s"] == {"mean": None, "min": None, "max": None}
 
 
+WARNS = """
+chart: warns
+outcomes: [over]
+states:
+  calm: {watch: FaultRaised, next: {raised: warned}}
+  warned: {use: inform, next: {restarted: calm}}
+"""
+
+
+@pytest.mark.requirement(117)
+@pytest.mark.parametrize(
+    ("entered", "loops"),
+    [
+        ([], 0),
+        ([1.0], 0),
+        ([1.0, 2.0], 0),
+        ([1.0, 5.0, 10.9], 1),
+        ([1.0, 5.0, 11.1], 0),
+        ([1.0, 2.0, 3.0, 4.0], 2),
+        ([1.0, 2.0, 3.0, 20.0, 21.0, 22.0], 2),
+        ([1.0, 9.0, 17.0, 25.0, 33.0], 0),
+    ],
+)
+def test_three_rounds_to_inform_within_ten_seconds_are_a_loop(
+    sim: ChartTester, entered: list[float], loops: int
+) -> None:
+    sim.start(WARNS)
+    for at in entered:
+        sim.until(lambda at=at: sim.now >= at - 0.05, timeout=40)
+        sim.end("calm", "raised")
+        sim.until("warned", timeout=0.2)
+        sim.end("warned/ready", "restarted")
+        sim.until("calm", timeout=0.2)
+
+    found = escape_figures(sim.run)
+
+    assert (found["informs"], found["loops"]) == (len(entered), loops)
+
+
 CONTACTS = [
     Contact(12_300_000_000, 1.2, 3.4, "base", 0.4, 0.0, False),
     Contact(13_000_000_000, 1.0, 3.0, "wrist_2", 0.2, 0.1, True),

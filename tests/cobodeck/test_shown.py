@@ -7,6 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from cobodeck.loop import Loop
 from cobodeck.options import Options
@@ -16,7 +18,10 @@ from cobodeck.wiring import wire
 from engine.clock import TickGrid
 from hw.drivers.unity.link import UnityVr
 from hw.geometry import Pose2
+from hw.people.live import LivePerson
 from hw.samples import RobotView, Sample
+from hw.sim.devices import SimVr
+from tests.repeats import examples
 
 LATER_NS = 100_000_000
 
@@ -120,3 +125,37 @@ def moved_on(view: RobotView, after_ns: int) -> Pose2:
     after, twist = after_ns * 1e-9, view.twist
     half = Pose2(0.0, 0.0, 0.5 * twist.wz * after)
     return view.pose @ half @ Pose2(twist.vx * after, twist.vy * after) @ half
+
+
+TICK = 33_333_333
+
+
+@pytest.mark.requirement(18, 114)
+@given(
+    calls=st.lists(
+        st.tuples(st.sampled_from(["sign", "robot", "hidden", "nothing"]), st.integers(1, 90)),
+        min_size=1,
+        max_size=6,
+    )
+)
+@settings(deadline=None, max_examples=examples(60))
+def test_the_simulated_and_the_real_virtual_world_show_the_same(
+    calls: list[tuple[str, int]],
+) -> None:
+    """Model and sign, tick by tick; a robot that leaves is shown without the sign."""
+    now = [0]
+    link = Link()
+    real = UnityVr(link, lambda: now[0])
+    simulated = SimVr(LivePerson(Pose2(1.0, 1.0)))
+    for what, ticks in calls:
+        for part in (real, simulated):
+            if what != "nothing":
+                part.inform(what != "hidden", what == "sign")
+        for _ in range(ticks):
+            now[0] += TICK
+            simulated.step(now[0])
+            real.show(now[0])
+            view = link.shown[-1]
+            assert view.stop_sign is simulated.shown
+            assert view.visible is (simulated.visible or simulated.shown)
+    assert link.shown
