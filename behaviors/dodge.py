@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numba import njit
 
-from behaviors.rollout import Array, crowding, evaluate, lateness, predict_user, roll_out
+from behaviors.rollout import Array, crowding, evaluate, lateness, predict_user, pursued, roll_out
 from behaviors.situation import Situation
 from hw.geometry import Outline, Pose2
 from hw.room import Point
@@ -17,6 +17,12 @@ from states.navigation.clearance import distance_to_nearest
 KEEP_S = 0.2
 """Hysteresis: another Escape pose has to be safe earlier than the current one by this, s."""
 
+CAUGHT_S = 1.6
+"""A user who walks at the robot is warned so long before a touch, s: 0.8 s to react, 0.5 s to stop,
+and what it takes to see their walk."""
+HEADING = math.radians(40.0)
+"""Whoever walks within this of the direction to the robot walks at it, rad."""
+
 RINGS = (0.6, 1.2, 2.0)
 DIRECTIONS = 16
 """Candidate places to make room: rings around the robot, m, with this many directions each."""
@@ -24,8 +30,9 @@ TOUCH, DREAD = 1.8, 10.0
 """For distances to the user below TOUCH, m, the squared deficit is added DREAD times."""
 OPEN, CORNERED = 2.5, 6.0
 """A clearance from walls below OPEN, m, costs CORNERED times the squared deficit."""
-import os
-LATE = float(os.environ.get("LATE", "10"))
+LATE, EARLY_S = 10.0, 0.4
+"""Lack of time, squared, to move out of the line that the user walks; how early the robot should
+be, s."""
 EFFORT = 0.5
 """Cost of driving, per m."""
 AROUND = np.array(
@@ -64,11 +71,34 @@ def safest_goal(
         rank = (-gap, safe_after) if touches else (safe_after - kept, -gap)
         ranked.append((touches, *rank, i))
     planner = now.planners["escape"]
-    open_ones = (i for *_, i in sorted(ranked) if rollouts.keeps_off(i, planner))
-    best = next(open_ones, None)
+    best = next((i for *_, i in sorted(ranked) if rollouts.keeps_off(i, planner)), None)
     if best is None:
         return None, math.inf
     return goals[best], float(found.touch_after[best])
+
+
+def is_caught(now: Situation, goals: Sequence[Pose2], outline: Outline | None = None) -> bool:
+    """True if a user who keeps walking towards the robot will touch it within CAUGHT_S, whichever
+    of the goals it drives to.
+
+    They walk towards it now, within HEADING; prediction alone would hope for each of their turns to
+    be the last.
+    """
+    dx, dy = now.pose.x - now.user.body.x, now.pose.y - now.user.body.y
+    closing = dx * now.velocity.vx + dy * now.velocity.vy
+    if closing <= math.cos(HEADING) * math.hypot(dx, dy) * now.velocity.speed:
+        return False
+    stay = (now.rest.x, now.rest.y)
+    rollouts = roll_out(
+        now,
+        [stay, *((goal.x, goal.y) for goal in goals)],
+        now.environment.navigation.escape.max_speed,
+    )
+    touches = pursued(now, rollouts, outline)
+    planner, within = now.planners["escape"], CAUGHT_S + now.environment.delay
+    return not any(
+        rollouts.keeps_off(i, planner) for i in range(1, len(touches)) if touches[i] >= within
+    ) and bool(touches[0] < within)
 
 
 def place_with_room(now: Situation, band: tuple[float, float], present: Point | None) -> Point:
@@ -84,12 +114,13 @@ def place_with_room(now: Situation, band: tuple[float, float], present: Point | 
     rollouts = roll_out(now, places, environment.navigation.chase.max_speed)
     predictions = predict_user(now, (*user.likely, *user.possible))
     costs = crowding(rollouts.trajectories, predictions, *band, TOUCH, DREAD)
-    if LATE > 0:
-        escape = now.settings.escape
-        acceleration = environment.limits.base_acceleration
-        costs += LATE * lateness(
-            rollouts.trajectories, predictions[: len(user.likely)], escape.contact, escape.reaction + 0.4, acceleration
-        )
+    costs += LATE * lateness(
+        rollouts.trajectories,
+        predictions[: len(user.likely)],
+        now.settings.escape.contact,
+        now.settings.escape.reaction + environment.delay + EARLY_S,
+        environment.limits.base_acceleration,
+    )
     costs += _efforts(places, pose.x, pose.y, environment.walls)
     order = np.argsort(costs, kind="stable").tolist()
     for planner in (now.planners["chase"], now.planners["escape"]):

@@ -174,10 +174,10 @@ class Flee(Action):
                     goal = None
                 free = ctx.value(ESCAPE_POSES) or ()
                 arm = ctx.value(ARM_JOINTS)
-                goal, touch_after = choose(now, free, goal, None if arm is None else arm.joints)
+                goal, touches = choose(now, free, goal, None if arm is None else arm.joints)
                 if goal is None:
                     return "no_way" if free else "no_pose"
-                if not warned and touch_after < now.settings.escape.warning + now.environment.delay:
+                if touches and not warned:
                     vr.inform(True)
                     warned = True
                 command = command_towards(now, (goal.x, goal.y), "escape")
@@ -197,18 +197,22 @@ def _can_stop(now: Situation) -> bool:
 
 def choose(
     now: Situation, free: Sequence[Pose2], goal: Pose2 | None, joints: Joints | None
-) -> tuple[Pose2 | None, float]:
-    """The pose to drive to, by the profile's `order`, and when a touch is predicted at best, s.
+) -> tuple[Pose2 | None, bool]:
+    """The pose to drive to, by the profile's `order`, and whether a touch has to be reckoned with.
 
     None if none can be reached. `free` are the free Escape poses, `goal` is the pose driven to so
     far, `joints` are the arm's, rad, if known.
     """
-    if now.settings.escape.order == "given":
-        return goal or _first_in_reach(now, free), math.inf
-    from behaviors.dodge import safest_goal
+    escape = now.settings.escape
+    if escape.order == "given":
+        return goal or _first_in_reach(now, free), False
+    from behaviors.dodge import is_caught, safest_goal
 
     outline = now.environment.outline(joints)
-    return safest_goal(now, (*(() if goal is None else (goal,)), *free), goal, outline)
+    goals = (*(() if goal is None else (goal,)), *free)
+    best, touch_after = safest_goal(now, goals, goal, outline)
+    due = touch_after < escape.warning + now.environment.delay
+    return best, due or is_caught(now, free, outline)
 
 
 def _still_in_reach(now: Situation, goal: Pose2 | None) -> Pose2 | None:

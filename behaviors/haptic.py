@@ -57,6 +57,12 @@ def outside(now: Situation, name: SubsystemName, free: Iterable[Pose2]) -> tuple
     return tuple(pose for pose in free if pose.distance_to(body) >= radius)
 
 
+def within_reach(now: Situation, poses: tuple[Pose2, ...], deep: Pose3) -> tuple[Pose2, ...]:
+    """Those of the poses from which the arm would reach the DEEP if nothing were in its way."""
+    found = now.environment.workspace.reached(poses, deep)
+    return tuple(pose for pose, reached in zip(poses, found, strict=True) if reached)
+
+
 def is_blocked(now: Situation, deep: Pose3) -> bool:
     """True if the DEEP is in or behind a wall as seen from the user, or too near for the prop."""
     room, body = now.environment.room, now.user.body
@@ -148,8 +154,8 @@ class ChooseHapticPose(Action):
     ones, with the distances from walls and user that Escape keeps.
 
     `deep_blocked`: the DEEP is in or behind a wall, or so near to one that the prop would touch it.
-    `no_pose`: no rover pose is free. `no_way`: walls or the user cut off all that are.
-    `out_of_reach`: the arm does not reach the DEEP from any of those that can be driven to.
+    `no_pose`: no rover pose is free. `out_of_reach`: the arm reaches the DEEP from none that is.
+    `no_way`: walls or the user cut off those from which it would.
     """
 
     outcomes = ("chosen", "close", "deep_blocked", "no_pose", "no_way", "out_of_reach")
@@ -160,7 +166,7 @@ class ChooseHapticPose(Action):
         now = yield from _now(ctx, "haptic")
         if is_blocked(now, deep):
             return "deep_blocked"
-        free = outside(now, "haptic", ctx.value(HAPTIC_POSES) or ())
+        free = near = outside(now, "haptic", ctx.value(HAPTIC_POSES) or ())
         times = reachable(now, "haptic", free)
         best = best_pose(now, times, deep)
         if best is not None:
@@ -170,17 +176,17 @@ class ChooseHapticPose(Action):
                 yield None  # what follows is more than the work of one tick
             now = yield from _now(ctx, CLOSE)
             free = close_poses(now, deep)
-            times = reachable(now, CLOSE, free, wide=True)
-            best = yield from _close_pose(now, times, deep)
-            if best is None:
-                others = reachable(now, CLOSE, (pose for pose in free if pose not in times))
-                best = yield from _close_pose(now, others, deep)
-                times |= others
-            if best is not None:
-                return "close", {"pose": best}
-        if times:
-            return "out_of_reach"
-        return "no_way" if free else "no_pose"
+            near = within_reach(now, free, deep)
+            for wide in (True, False):
+                yield None
+                ways = reachable(now, CLOSE, (p for p in near if p not in times), wide=wide)
+                best = yield from _close_pose(now, ways, deep)
+                if best is not None:
+                    return "close", {"pose": best}
+                times |= ways
+        if not free:
+            return "no_pose"
+        return "out_of_reach" if times or not near else "no_way"
 
 
 def _now(ctx: Context, name: SubsystemName) -> Generator[Yielded, None, Situation]:
@@ -197,14 +203,9 @@ def _close_pose(
 
     SLICE poses in a tick, shortest drives first, until the arm reaches the DEEP from one of them.
     """
-    if times:
-        yield None
     goals = sorted(times, key=times.__getitem__)
-    reached = now.environment.workspace.reached(goals, deep)
-    goals = [goal for goal, reaches in zip(goals, reached, strict=True) if reaches]
     for first in range(0, len(goals), SLICE):
-        if first:
-            yield None
+        yield None
         some = {goal: times[goal] for goal in goals[first : first + SLICE]}
         best = soonest_pose(now, some, deep)
         if best is not None:

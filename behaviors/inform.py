@@ -44,7 +44,7 @@ class UserReady(Monitor):
     def run(self, ctx: Context) -> Run:
         earliest, willing = ctx.after(self.least), False
         while True:
-            willing = willing or bool(ctx.events(RESTART))
+            willing = bool(ctx.events(RESTART)) or willing
             now = situation(ctx, "escape")
             if now is not None and now.velocity.speed >= now.settings.escape.moving:
                 willing = False

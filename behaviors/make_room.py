@@ -10,8 +10,7 @@ from states.signals.prediction import PREDICTORS
 
 THINK_S = 0.2
 """Interval at which the place to drive to is chosen again, s."""
-import os
-TURNING, TURN_ROOM = 0.4, float(os.environ.get('TR','2.9'))
+TURNING, TURN_ROOM = 0.4, 2.9
 """A standing user who turns faster than TURNING, rad/s, may set off in any direction: the robot
 keeps TURN_ROOM away from them, m."""
 SLACK = 0.2

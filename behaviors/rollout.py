@@ -35,8 +35,8 @@ WITH_USER = RADIUS + 0.2
 be at the user's hand."""
 SLACK = 0.01
 """How much nearer to a wall a robot may come that starts too near to it, m."""
-import os
-FARW = float(os.environ.get("FARW", "1"))
+FAR = 3.0
+"""A squared excess of the wanted distance to the user counts so many times a deficit."""
 BREAK_OFF = (0, 2, 4)
 """Steps after which the drive is assumed to be aborted, so that the robot brakes."""
 
@@ -111,13 +111,30 @@ def evaluate(
     `outline` is that of rover and arm; None: of the rover alone. An arm at the user's hand, as
     after a touch, is ignored: any drive has to take it away from there.
     """
-    pose, escape, user = now.pose, now.settings.escape, now.user.body
+    pose, escape, outline = now.pose, now.settings.escape, _around_robot(now, outline)
     zones = (escape.ahead + escape.hysteresis, escape.around + escape.hysteresis, escape.half_view)
-    if outline is None or outline.distance(*pose.inverse().transform(user.x, user.y)) < WITH_USER:
-        outline = now.environment.outline()
     closest = CLOSEST + SIGMAS * now.environment.user_sigma
     found = _evaluate(rollouts.trajectories, predictions, pose.yaw, zones, outline, closest)
     return RolloutEvaluation(*found)
+
+
+def pursued(now: Situation, rollouts: Rollouts, outline: Outline | None = None) -> Array:
+    """Time until a user who always walks towards the robot touches it, on each drive, (n,), s.
+
+    They keep their present speed and turn without delay; infinite: not within the horizon.
+    """
+    outline = _around_robot(now, outline)
+    body, closest = now.user.body, CLOSEST + SIGMAS * now.environment.user_sigma
+    state = (body.x, body.y, now.velocity.speed)
+    return _pursued(rollouts.trajectories, state, now.pose.yaw, outline, closest)
+
+
+def _around_robot(now: Situation, outline: Outline | None) -> Outline:
+    """The outline of rover and arm, or of the rover alone if the arm is at the user's hand."""
+    user = now.pose.inverse().transform(now.user.body.x, now.user.body.y)
+    if outline is None or outline.distance(*user) < WITH_USER:
+        return now.environment.outline()
+    return outline
 
 
 def command_towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
@@ -171,7 +188,7 @@ def crowding(
                     continue
                 distance = math.sqrt(square)
                 near, beyond, close = room - distance, distance - far, touch - distance
-                found[i] += max(0.0, near) ** 2 + FARW * max(0.0, beyond) ** 2
+                found[i] += max(0.0, near) ** 2 + FAR * max(0.0, beyond) ** 2
                 found[i] += dread * max(0.0, close) ** 2
         found[i] /= len(predictions)
     return found
@@ -278,6 +295,34 @@ def _evaluate(
     return safe_after, gap, touch_after
 
 
+@njit(cache=True)
+def _pursued(
+    trajectories: Array,
+    user: tuple[float, float, float],
+    yaw: float,
+    outline: Outline,
+    closest: float,
+) -> Array:
+    """See `pursued`; `user` is x, y and speed."""
+    found = np.full(len(trajectories), math.inf)
+    c, s = math.cos(yaw), math.sin(yaw)
+    for i in range(len(trajectories)):
+        ux, uy = user[0], user[1]
+        for step in range(trajectories.shape[1]):
+            dx, dy = trajectories[i, step, 0] - ux, trajectories[i, step, 1] - uy
+            distance = math.hypot(dx, dy)
+            share = min(1.0, user[2] * STEP_S / max(distance, 1e-9))
+            ux, uy = ux + share * dx, uy + share * dy
+            dx, dy = (1.0 - share) * dx, (1.0 - share) * dy
+            x, y = -c * dx - s * dy, s * dx - c * dy
+            along = max(0.0, x - outline.front, -outline.back - x)
+            across = max(0.0, y - outline.left, -outline.right - y)
+            if math.hypot(along, across) - RADIUS < closest:
+                found[i] = STEP_S * (step + 1)
+                break
+    return found
+
+
 @njit(cache=True, error_model="numpy")
 def _roll_out(
     state: tuple[float, float, float, float], max_speed: float, acceleration: float, goals: Array
@@ -338,5 +383,6 @@ def warm_up() -> None:
     trajectories = _roll_out((0.0, 0.0, 0.0, 0.0), 1.0, 1.0, np.ones((1, 2)))
     _evaluate(trajectories, predictions, 0.0, (1.0, 1.0, 1.0), Outline(0.5, 0.5, 0.4, 0.4), 0.1)
     _rest_places(trajectories[0], 1.0)
+    _pursued(trajectories, (1.0, 1.0, 1.0), 0.0, Outline(0.5, 0.5, 0.4, 0.4), 0.1)
     crowding(trajectories, predictions, 3.0, 4.0, 1.0, 1.0)
     lateness(trajectories, predictions, 1.0, 0.1, 1.0)

@@ -140,8 +140,8 @@ def judged(run: RecordedRun, what: What, at_s: float, decided_s: float) -> Judge
 def latest(run: RecordedRun, at_s: float, decided_s: float, future: Future) -> float | None:
     """The latest time up to the event from which there was a way without contact, s."""
     first = max(float(run.times[0]), decided_s - EARLIER_S)
-    before = math.floor((at_s - decided_s) / EVERY_S)
-    for n in range(before, -math.floor((decided_s - first) / EVERY_S) - 1, -1):
+    after, before = (math.floor(s / EVERY_S + 1e-6) for s in (at_s - decided_s, decided_s - first))
+    for n in range(after, -before - 1, -1):
         start_s = decided_s + n * EVERY_S
         if is_avoidable(question_at(run, at_s, start_s, future)):
             return start_s

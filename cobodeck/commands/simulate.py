@@ -75,6 +75,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="scale a recorded walk so that its longer side has this length",
     )
     parser.add_argument(
+        "--heading",
+        choices=("centred", "causal"),
+        default="centred",
+        help="headings of a recorded walk: of the body, which turns before it walks, or of the way "
+        "just walked; default centred",
+    )
+    parser.add_argument(
         "--record",
         type=kept_file,
         metavar="FILE",
@@ -96,6 +103,7 @@ def run(args: argparse.Namespace) -> int:
         user=args.user,
         requests=args.requests,
         stretch_m=args.stretch,
+        heading=args.heading,
         tier=args.tier,
         seed=args.seed,
         duration_s=args.duration or max(LONGEST_S, 180.0 * (args.requests or 0)),

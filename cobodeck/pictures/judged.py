@@ -26,7 +26,7 @@ from cobodeck.console import Problem
 from cobodeck.pictures.canvas import save_figure
 from engine.draw.style import GREY, INK, RED
 
-REAL, BEST, PERSON = "#c77700", "#2e7d32", "#123f8c"
+REAL, BEST, PERSON, RECORDED = "#c77700", "#2e7d32", "#123f8c", "#7fb2f0"
 PANEL_IN, COLUMNS, MOST = 3.3, 4, 60
 MARK_S = 0.5
 _MARGIN_M = 0.9
@@ -54,7 +54,7 @@ def draw_judged(runs: Sequence[JudgedRun], path: Path) -> None:
         "what the robot did": Line2D([], [], color=REAL, lw=2.0),
         "the best it could do": Line2D([], [], color=BEST, lw=2.0),
         "the person, in the future that decides": Line2D([], [], color=PERSON, lw=1.4),
-        "the person, as recorded": Line2D([], [], color=PERSON, lw=1.0, ls=":"),
+        "the person, as recorded": Line2D([], [], color=RECORDED, lw=2.0, ls=":"),
     }
     figure.legend(
         list(signs.values()), list(signs), loc="outside lower left", ncols=min(columns, 4),
@@ -73,8 +73,8 @@ def draw_event(axes: Axes, run: RecordedRun, event: JudgedEvent) -> None:
     _frame(axes, (real, best, person, recorded))
     for wall in run.walls:
         axes.plot(wall[0::2], wall[1::2], color=INK, lw=1.6, zorder=2.0)
-    _way(axes, recorded, color=PERSON, lw=1.0, ls=":")
     _way(axes, person, color=PERSON, lw=1.4)
+    _way(axes, recorded, color=RECORDED, lw=2.0, ls=":")
     _way(axes, real, color=REAL, lw=2.0)
     _nearest(axes, run.limits, real, recorded, REAL)
     if event.best is not None:

@@ -63,7 +63,7 @@ def at_start(scene: Scene, joints: Joints | None = None) -> Moment:
 
 
 def with_next_drive(moment: Moment, environment: Environment, settings: Settings) -> Moment:
-    """The moment with the path to the goal that Haptic, otherwise Chase, would choose now."""
+    """The moment with the path to the goal that Haptic, otherwise Chase, would choose first."""
     if moment.user is None:
         return moment
     planners = environment.static_planners
@@ -173,10 +173,12 @@ def _planner(environment: Environment, subsystem: SubsystemName, board: Board) -
 
 
 def _drives(run: ChartRun) -> Iterable[tuple[SubsystemName, Pose2]]:
-    """Goals of running drives, and the subsystem of each."""
+    """Goals of running drives, and the subsystem whose distances each keeps."""
     for node in run.running:
         inputs = run.life.inputs_of(node.leaf)
-        subsystem = node.leaf.parameters.get("subsystem")
+        given = node.leaf.parameters
+        keeping = given.get("clearance", "own")
+        subsystem = given.get("subsystem") if keeping == "own" else keeping
         if isinstance(inputs.get("goal"), Pose2) and subsystem in get_args(SubsystemName):
             yield cast("SubsystemName", subsystem), inputs["goal"]
 

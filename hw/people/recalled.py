@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 from engine.files.finding import mistake
 from hw.geometry import Pose2, Pose3, wrap
+from hw.people.gaps import drop_out_ns
 from hw.people.manner import ATTENTIVE, Manner
 from hw.people.person import Actor
-from hw.people.recording import drop_out_ns
 from hw.room import Room
 from hw.samples import Sample, UserPose
 

@@ -280,10 +280,13 @@ CORNER = (
 
 
 @pytest.mark.requirement(101, 116, 117)
-@pytest.mark.parametrize("profile", ["paper", "tuned"])
-def test_a_robot_shut_into_a_corner_warns_and_recovers_when_the_user_goes(
-    start: Callable[..., Watched], profile: str
+@pytest.mark.parametrize(
+    ("profile", "needed"), [("paper", {"escape", "inform"}), ("tuned", {"escape"})]
+)
+def test_a_robot_shut_into_a_corner_touches_nobody_and_recovers_when_the_user_goes(
+    start: Callable[..., Watched], profile: str, needed: set[str]
 ) -> None:
+    """In `paper` it has to warn them; in `tuned` it finds room, or stays where it is."""
     steps = [
         "walk: {x: 2.4, y: 2.4, speed: 0.8}",
         *(f"walk: {{x: {2.4 + 0.15 * (n % 2)}, y: 2.4, speed: 0.3}}" for n in range(24)),
@@ -299,8 +302,7 @@ def test_a_robot_shut_into_a_corner_warns_and_recovers_when_the_user_goes(
         (r.time, r.subject) for r in seen.run.trace if r.kind == "enter" and r.subject in BEHAVIOURS
     ]
     names = [name for _, name in entered]
-    assert "escape" in names
-    assert "inform" in names
+    assert needed <= {*names}
     assert seen.world.collisions.contacts == ()
     assert seen.world.collisions.wall_hits == 0
     # no livelock: a round from one Chase to the next takes its time

@@ -80,6 +80,18 @@ def test_what_is_refused_could_not_be_served_and_what_is_chosen_can_be_driven_to
     assert min(seen["chosen"], seen["close"], seen["deep_blocked"]) > 0
 
 
+class Asked:
+    """An observer of robot, user and DEEP while the user asks for a touch; by time, ns."""
+
+    def __init__(self, world: World) -> None:
+        self.world, self.moments = world, dict[int, tuple[Pose2, Pose2, Pose3]]()
+
+    def watch(self, now_ns: int) -> None:
+        person = self.world.person
+        if person is not None and person.request is not None:
+            self.moments[now_ns] = self.world.base.pose, person.body, person.request
+
+
 @pytest.mark.slow
 @pytest.mark.requirement(75, 77, 82, 126)
 @pytest.mark.parametrize("seed", range(10))
@@ -87,12 +99,11 @@ def test_what_is_refused_could_not_be_served_and_what_is_chosen_can_be_driven_to
 def test_no_request_of_a_random_user_is_refused_that_could_be_served(name: str, seed: int) -> None:
     setup = open_setup("cobodeck", name, "tuned")
     loop = stage(setup, Options("random", 50, seed=seed))
-    world, moments = loop.plant, dict[int, tuple[Pose2, Pose2, Pose3]]()
+    world = loop.plant
     assert isinstance(world, World)
-    assert world.person is not None
-    while loop.tick() is None and not world.finished:
-        if world.person.request is not None:
-            moments[loop.now_ns] = world.base.pose, world.person.body, world.person.request
+    asked = Asked(world)
+    loop.observers = (*loop.observers, asked)
+    loop.go(10**9 * 3600)
     judge, run = Judge(setup.environment.room, setup.environment.workspace), loop.wired.run
     ends = [
         (record.time, record.detail[0])
@@ -102,7 +113,7 @@ def test_no_request_of_a_random_user_is_refused_that_could_be_served(name: str, 
     assert len(ends) > 30
     assert world.collisions.wall_hits == 0
     for time, outcome in ends:
-        robot, user, deep = moments[time]
+        robot, user, deep = asked.moments[time]
         if outcome == "deep_blocked":
             assert judge.is_blocked(user, deep)
         elif outcome not in ("chosen", "close"):

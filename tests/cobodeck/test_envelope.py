@@ -231,6 +231,19 @@ def test_a_motion_keeps_to_the_floor_and_to_the_limits(x, y, yaw, vx, vy, px, py
     assert ahead.within(FLOOR)
 
 
+@pytest.mark.parametrize(("start", "fastest"), [(0.0, 0.8), (0.3, 0.8), (1.2, 1.2)])
+def test_no_motion_is_faster_than_allowed_or_than_at_its_start(start, fastest) -> None:
+    slow = RobotLimits(1.0, 3.0, 0.8, 0.565, 0.455)
+    robot = RobotState(0.0, 0.0, 0.0, 0.0, start)
+
+    found = best_motion(Question(robot, slow, straight(-3.0, 0.1, 1.5, 0.0)))
+
+    assert found is not None
+    velocities = np.vstack([[0.0, start], speeds_of(found)])
+    assert np.hypot(*velocities.T).max() == pytest.approx(fastest, abs=1e-6)
+    assert np.hypot(*np.diff(velocities, axis=0).T).max() <= STEP_S * slow.braking + 1e-9
+
+
 def test_the_gap_told_is_that_of_the_path_told() -> None:
     question = asked(Oncoming(wall=True), 2.6, 0.4)
     found = best_motion(question)

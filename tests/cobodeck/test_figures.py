@@ -28,7 +28,7 @@ def test_the_time_of_an_escape_is_from_entering_it_to_being_safe(sim: ChartTeste
     for name, seconds, outcome in [
         ("first/flee", 0.5, "safe"),
         ("second/flee", 0.2, "no_way"),
-        ("first/clear", 1.5, "safe"),
+        ("first/flee", 1.5, "safe"),
     ]:
         sim.wait(seconds)
         sim.end(name, outcome)

@@ -116,7 +116,7 @@ def test_who_waits_until_the_user_is_ready_waits_for_what_keeps_the_robot_from_g
     board = Board(setup.signals)
     board.put("environment", setup.environment, 0)
     board.put("settings", setup.profile.settings, 0)
-    text = "chart: c\noutcomes: [x]\nstates:\n  a: {watch: UserReady, next: {restarted: .x}}\n"
+    text = "chart: c\noutcomes: [x]\nstates:\n  a: {watch: UserReady, with: {least: 0 s}, next: {restarted: .x}}\n"
     bench = Bench(text, states=(UserReady,), scripted=False, board=board)
     for tick in range(10):  # willing, but the stop line is pulled
         user = Pose2(1.0, 1.0 + 0.001 * tick)
@@ -127,7 +127,7 @@ def test_who_waits_until_the_user_is_ready_waits_for_what_keeps_the_robot_from_g
         board.put("base.twist", Twist2(0.0), bench.now)
         bench.tick()
     leaf: Any = bench.run.nodes["a"]
-    assert {"vr.restart", "base.pose", "user.velocity"} <= leaf.context.read
+    assert {"vr.restart", "base.pose", "user.velocity", "stop.engaged"} <= leaf.context.read
     assert watched.forgotten == {}
 
 

@@ -153,7 +153,7 @@ def test_by_default_the_first_yaw_that_keeps_the_whole_person_on_the_floor_is_ta
     import shapely
 
     long = Recording("w", (0, 10**9), (0.0, length), (0.0, 0.0))
-    placed = place_in_largest_disc(long, LAB.room)
+    placed = place_in_largest_disc(long, LAB.room, FAR)
     disc = LAB.room.largest_free_disc
     assert placed.middle == pytest.approx((disc.x, disc.y))
 
@@ -171,7 +171,7 @@ def test_by_default_the_first_yaw_that_keeps_the_whole_person_on_the_floor_is_ta
 def test_a_walk_that_fits_nowhere_is_an_error_that_says_so():
     long = Recording("w", (0, 10**9), (0.0, 20.0), (0.0, 0.0))
     with pytest.raises(FileError, match=r"20.00 m x 0.00 m does not fit .*@x,y,yaw"):
-        place_in_largest_disc(long, LAB.room)
+        place_in_largest_disc(long, LAB.room, FAR)
 
 
 def test_a_place_in_a_wall_is_an_error_that_says_where(tmp_path):
