@@ -86,8 +86,7 @@ def safest_goal(
 
 
 def is_caught(now: Situation, goals: Sequence[Pose2], outline: Outline | None = None) -> bool:
-    """True if a user who keeps walking towards the robot will touch it within CAUGHT_S, whichever
-    of the goals it drives to.
+    """True if a user who keeps walking at the robot touches it within CAUGHT_S on every drive.
 
     They walk towards it now, within HEADING; prediction alone would hope for each of their turns to
     be the last.

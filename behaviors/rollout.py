@@ -200,9 +200,9 @@ def lateness(
 ) -> Array:
     """How much too late a standing robot would be at each step to move out of the line, (n,), s2.
 
-    At a step the user is `available` s away from coming within `contact`, m, if they walk straight
-    on, and the robot needs `reaction` plus sqrt(2 aside / acceleration). The squared lack of time is
-    summed over the steps, and the worst of the user's trajectories counts.
+    At a step the user, walking straight on, comes within `contact`, m, after the time `available`,
+    and the robot needs `reaction` plus sqrt(2 aside / acceleration). The squared lack of time is
+    summed over the steps; the worst of the user's trajectories counts.
     """
     found = np.zeros(len(trajectories))
     for i in range(len(trajectories)):
