@@ -137,8 +137,11 @@ def _around_robot(now: Situation, outline: Outline | None) -> Outline:
     return outline
 
 
-def command_towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
+def command_towards(now: Situation, goal: Point, name: SubsystemName, keep: float = 0.0) -> Twist2:
     """The command (base frame) that drives like a rollout, at the speed of a subsystem.
+
+    It closes the distance to the user no faster than it can be braked before they are within
+    `keep`, m: who walks away may stop and turn.
 
     Standstill instead, if braking straight ahead from the next tick on would end too near to a
     wall, because the drive may be aborted then.
@@ -154,6 +157,7 @@ def command_towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
     wanted_x, wanted_y = pace * dx, pace * dy
     motion = twist.rotated(pose.yaw)
     ax, ay = wanted_x - motion.vx, wanted_y - motion.vy
+    wanted_x, wanted_y = _held_back(now, (wanted_x, wanted_y), keep)
     share = min(1.0, 2.0 * acceleration * environment.period / max(1e-9, math.hypot(ax, ay)))
     vx, vy = motion.vx + share * ax, motion.vy + share * ay
     braking = math.hypot(vx, vy) / (2.0 * acceleration)  # times v: the distance v^2 / (2 a)
@@ -161,6 +165,24 @@ def command_towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
     if not now.planners[name].allows((pose.x, pose.y), rest):
         return STILL
     return Twist2(wanted_x, wanted_y).rotated(-pose.yaw)
+
+
+def _held_back(now: Situation, velocity: Point, keep: float) -> Point:
+    """A velocity in the map without what closes the distance to the user too fast, m/s.
+
+    From the speed v a stop takes v^2 / 2a, which has to be left of the distance beyond `keep`.
+    """
+    dx, dy = now.user.body.x - now.pose.x, now.user.body.y - now.pose.y
+    distance = math.hypot(dx, dy)
+    if keep <= 0.0 or distance < 1e-9:
+        return velocity
+    nx, ny = dx / distance, dy / distance
+    closing = velocity[0] * nx + velocity[1] * ny
+    spare = max(0.0, distance - keep)
+    excess = closing - math.sqrt(2.0 * now.environment.limits.base_acceleration * spare)
+    if excess <= 0.0:
+        return velocity
+    return velocity[0] - excess * nx, velocity[1] - excess * ny
 
 
 @njit(cache=True)
