@@ -10,6 +10,7 @@ import itertools
 import math
 import statistics
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 
 from cobodeck.avoidable.envelope import (
@@ -64,8 +65,8 @@ def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
 
 
 def search_row(rounds: int) -> BenchRow:
-    """The time of one search, beside a wall and a person who comes from 2.5 m."""
-    question = asked(Oncoming(wall=True), 2.5)
+    """The time of one search over 3 s, beside a wall and a person who comes from 2.5 m."""
+    question = replace(asked(Oncoming(wall=True), 2.5), horizon_s=3.0, one_side=False)
     motion = best_motion(question)
     assert motion is not None
     work = Work(partial(_repeat, question))
