@@ -22,7 +22,7 @@ from cobodeck.avoidable.envelope import (
     least_distance,
     wall_behind,
 )
-from cobodeck.avoidable.motions import ACCELERATE, BRAKE, CENTRES, ZONES, moved
+from cobodeck.avoidable.motions import ACCELERATE, BRAKE, CENTRES, GAP, ZONES, moved
 from cobodeck.avoidable.recorded import edges
 from cobodeck.avoidable.search import (
     STEP_S,
@@ -111,6 +111,16 @@ def test_a_robot_that_stands_relies_on_the_sign_alone(reaction: float, distance:
     stays = Oncoming(acceleration=STANDING, reaction_s=reaction)
 
     assert least_distance(stays, CENTRES) == pytest.approx(distance, abs=0.01)
+
+
+def test_the_worst_yaw_of_the_robot_counts() -> None:
+    """A corner, turned by 45 degrees, reaches farthest of the yaws that are tried."""
+    ahead, aside = (0.565 + 0.455) / math.sqrt(2.0), (0.565 - 0.455) / math.sqrt(2.0)
+    at_touch = ahead + math.sqrt(0.5**2 - aside**2)
+
+    found = least_distance(Oncoming(acceleration=3.0), GAP)
+
+    assert found == pytest.approx(at_touch + 1.5 * 0.2 + 1.5**2 / 6.0, abs=0.015)
 
 
 @pytest.mark.parametrize(("acceleration", "distance"), [(1.5, 3.55), (3.0, 3.175)])
