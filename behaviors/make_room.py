@@ -91,9 +91,7 @@ class MakeRoom(Action):
                 if goal is None or ctx.now >= again:
                     again = ctx.after(THINK_S)
                     goal = place_with_room(now, band, goal)
-                base.drive(
-                    now.slowed(command_towards(now, goal, "chase", TURN_ROOM), "chase"), "chase"
-                )
+                base.drive(now.slowed(command_towards(now, goal, "chase"), "chase"), "chase")
                 yield ctx.value(BASE_REFUSAL)
         finally:
             base.release("chase")

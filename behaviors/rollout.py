@@ -137,11 +137,8 @@ def _around_robot(now: Situation, outline: Outline | None) -> Outline:
     return outline
 
 
-def command_towards(now: Situation, goal: Point, name: SubsystemName, keep: float = 0.0) -> Twist2:
+def command_towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
     """The command (base frame) that drives like a rollout, at the speed of a subsystem.
-
-    It closes the distance to the user no faster than it can be braked before they are within
-    `keep`, m: who walks away may stop and turn.
 
     Standstill instead, if braking straight ahead from the next tick on would end too near to a
     wall, because the drive may be aborted then.
@@ -157,7 +154,6 @@ def command_towards(now: Situation, goal: Point, name: SubsystemName, keep: floa
     wanted_x, wanted_y = pace * dx, pace * dy
     motion = twist.rotated(pose.yaw)
     ax, ay = wanted_x - motion.vx, wanted_y - motion.vy
-    wanted_x, wanted_y = _held_back(now, (wanted_x, wanted_y), keep)
     share = min(1.0, 2.0 * acceleration * environment.period / max(1e-9, math.hypot(ax, ay)))
     vx, vy = motion.vx + share * ax, motion.vy + share * ay
     braking = math.hypot(vx, vy) / (2.0 * acceleration)  # times v: the distance v^2 / (2 a)
@@ -165,24 +161,6 @@ def command_towards(now: Situation, goal: Point, name: SubsystemName, keep: floa
     if not now.planners[name].allows((pose.x, pose.y), rest):
         return STILL
     return Twist2(wanted_x, wanted_y).rotated(-pose.yaw)
-
-
-def _held_back(now: Situation, velocity: Point, keep: float) -> Point:
-    """A velocity in the map without what closes the distance to the user too fast, m/s.
-
-    From the speed v a stop takes v^2 / 2a, which has to be left of the distance beyond `keep`.
-    """
-    dx, dy = now.user.body.x - now.pose.x, now.user.body.y - now.pose.y
-    distance = math.hypot(dx, dy)
-    if keep <= 0.0 or distance < 1e-9:
-        return velocity
-    nx, ny = dx / distance, dy / distance
-    closing = velocity[0] * nx + velocity[1] * ny
-    spare = max(0.0, distance - keep)
-    excess = closing - math.sqrt(2.0 * now.environment.limits.base_acceleration * spare)
-    if excess <= 0.0:
-        return velocity
-    return velocity[0] - excess * nx, velocity[1] - excess * ny
 
 
 @njit(cache=True)
@@ -247,6 +225,26 @@ def lateness(
                 late = needed - max(0.0, reach) / speed
                 total += max(0.0, late) ** 2
             found[i] = max(found[i], total)
+    return found
+
+
+@njit(cache=True)
+def haste(trajectories: Array, user: Point, keep: float, acceleration: float) -> Array:
+    """How much too fast the robot closes in on where the user is now, (n,), m2/s2.
+
+    Who walks away may stop and turn. From the speed v a stop takes v^2 / 2a, which has to be left
+    of the distance beyond `keep`, m; the squared excess of the speed is summed over the steps.
+    """
+    found = np.zeros(len(trajectories))
+    for i in range(len(trajectories)):
+        before = math.hypot(trajectories[i, 0, 0] - user[0], trajectories[i, 0, 1] - user[1])
+        for step in range(1, trajectories.shape[1]):
+            dx, dy = trajectories[i, step, 0] - user[0], trajectories[i, step, 1] - user[1]
+            distance = math.hypot(dx, dy)
+            closing = (before - distance) / STEP_S
+            admitted = math.sqrt(2.0 * acceleration * max(0.0, distance - keep))
+            found[i] += max(0.0, closing - admitted) ** 2
+            before = distance
     return found
 
 
@@ -408,3 +406,4 @@ def warm_up() -> None:
     _pursued(trajectories, (1.0, 1.0, 1.0), 0.0, Outline(0.5, 0.5, 0.4, 0.4), 0.1)
     crowding(trajectories, predictions, 3.0, 4.0, 1.0, 1.0)
     lateness(trajectories, predictions, 1.0, 0.1, 1.0)
+    haste(trajectories, (0.0, 0.0), 1.0, 1.0)
