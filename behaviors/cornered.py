@@ -16,6 +16,8 @@ from hw.samples import UserPose
 from states.keys import BASE_REFUSAL
 from states.navigation.states import DRIVES, command_of, user_disc
 
+NEAR, NEAR_S = 1.9, 1.0
+"""A user nearer than NEAR, m, who sets off towards the robot at 1 m/s cannot be warned in time."""
 LOOK_S = 1.0
 """Interval at which a robot without a way out looks for one again, s."""
 SLOWLY = 0.8
@@ -39,7 +41,9 @@ class GiveUp(Action):
 class Cornered(Monitor):
     """`cornered` when the robot has stood in a zone of a standing user for `patience`, no way out.
 
-    Not for a user to whom the robot was `shown` where they stand, within `moved`. 0 s: never.
+    After NEAR_S for a user nearer than NEAR: if they set off towards it, a sign would come too
+    late. Not for a user to whom the robot was `shown` where they stand, within `moved`. A patience
+    of 0 s: never.
     """
 
     outcomes = ("cornered",)
@@ -57,7 +61,8 @@ class Cornered(Monitor):
             if now is None or not self._is_close(now, shown):
                 due = NEVER_NS
             elif due == NEVER_NS:
-                due = ctx.after(self.patience)
+                soon = NEAR_S if now.distance < NEAR else self.patience
+                due = ctx.after(min(soon, self.patience))
             elif ctx.now >= due:
                 if way_out(now) is None:
                     return "cornered"

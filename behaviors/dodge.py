@@ -15,7 +15,6 @@ from behaviors.rollout import (
     lateness,
     predict_user,
     pursued,
-    pursuit,
     roll_out,
 )
 from behaviors.situation import Situation
@@ -39,10 +38,6 @@ TOUCH, DREAD = 1.8, 10.0
 """For distances to the user below TOUCH, m, the squared deficit is added DREAD times."""
 OPEN, CORNERED = 2.5, 6.0
 """A clearance from walls below OPEN, m, costs CORNERED times the squared deficit."""
-import os
-
-PURSUIT = float(os.environ.get("PURSUIT", "0.3"))
-PACE = 0.5
 LATE, EARLY_S = 10.0, 0.4
 """Lack of time, squared, to move out of the line that the user walks; how early the robot should
 be, s."""
@@ -91,8 +86,7 @@ def safest_goal(
 
 
 def is_caught(now: Situation, goals: Sequence[Pose2], outline: Outline | None = None) -> bool:
-    """True if a user who keeps walking towards the robot will touch it within CAUGHT_S, whichever
-    of the goals it drives to.
+    """True if a user who keeps walking at the robot touches it within CAUGHT_S on every drive.
 
     They walk towards it now, within HEADING; prediction alone would hope for each of their turns to
     be the last.
@@ -127,11 +121,6 @@ def place_with_room(now: Situation, band: tuple[float, float], present: Point | 
     rollouts = roll_out(now, places, environment.navigation.chase.max_speed)
     predictions = predict_user(now, (*user.likely, *user.possible))
     costs = crowding(rollouts.trajectories, predictions, *band, TOUCH, DREAD)
-    if PURSUIT > 0.0:
-        body, speed = now.user.body, max(now.velocity.speed, PACE)
-        costs += PURSUIT * pursuit(
-            rollouts.trajectories, (body.x, body.y, speed), band[0], TOUCH, DREAD
-        )
     costs += LATE * lateness(
         rollouts.trajectories,
         predictions[: len(user.likely)],

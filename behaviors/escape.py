@@ -79,7 +79,7 @@ def _relative(velocity: Twist2, twist: Twist2, base: Pose2) -> Twist2:
     return Twist2(velocity.vx - motion.vx, velocity.vy - motion.vy)
 
 
-def _is_caught(  # noqa: PLR0913  what a situation consists of
+def _is_caught(
     environment: Environment,
     settings: Settings,
     planner: GlobalPlanner,

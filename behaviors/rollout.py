@@ -195,32 +195,14 @@ def crowding(
 
 
 @njit(cache=True)
-def pursuit(
-    trajectories: Array, user: tuple[float, float, float], room: float, touch: float, dread: float
-) -> Array:
-    """As `crowding`, for a user (x, y, speed) who always walks towards the robot, (n,), m2."""
-    found = np.zeros(len(trajectories))
-    for i in range(len(trajectories)):
-        ux, uy = user[0], user[1]
-        for step in range(trajectories.shape[1]):
-            dx, dy = trajectories[i, step, 0] - ux, trajectories[i, step, 1] - uy
-            distance = math.hypot(dx, dy)
-            share = min(1.0, user[2] * STEP_S / max(distance, 1e-9))
-            ux, uy = ux + share * dx, uy + share * dy
-            left = (1.0 - share) * distance
-            found[i] += max(0.0, room - left) ** 2 + dread * max(0.0, touch - left) ** 2
-    return found
-
-
-@njit(cache=True)
 def lateness(
     trajectories: Array, predictions: Array, contact: float, reaction: float, acceleration: float
 ) -> Array:
     """How much too late a standing robot would be at each step to move out of the line, (n,), s2.
 
-    At a step the user is `available` s away from coming within `contact`, m, if they walk straight
-    on, and the robot needs `reaction` plus sqrt(2 aside / acceleration). The squared lack of time is
-    summed over the steps, and the worst of the user's trajectories counts.
+    At a step the user, walking straight on, comes within `contact`, m, after the time `available`,
+    and the robot needs `reaction` plus sqrt(2 aside / acceleration). The squared lack of time is
+    summed over the steps; the worst of the user's trajectories counts.
     """
     found = np.zeros(len(trajectories))
     for i in range(len(trajectories)):
@@ -401,7 +383,6 @@ def warm_up() -> None:
     trajectories = _roll_out((0.0, 0.0, 0.0, 0.0), 1.0, 1.0, np.ones((1, 2)))
     _evaluate(trajectories, predictions, 0.0, (1.0, 1.0, 1.0), Outline(0.5, 0.5, 0.4, 0.4), 0.1)
     _rest_places(trajectories[0], 1.0)
-    pursuit(trajectories, (1.0, 1.0, 1.0), 3.0, 1.0, 1.0)
     _pursued(trajectories, (1.0, 1.0, 1.0), 0.0, Outline(0.5, 0.5, 0.4, 0.4), 0.1)
     crowding(trajectories, predictions, 3.0, 4.0, 1.0, 1.0)
     lateness(trajectories, predictions, 1.0, 0.1, 1.0)

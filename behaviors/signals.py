@@ -44,6 +44,9 @@ if TYPE_CHECKING:
 OBSTACLES = "floor.obstacles"
 TYPES = {kind.__name__: Type(kind.__name__, python=kind) for kind in (Pose2, Pose3, UserPose)}
 
+DANGER = ("escape.planner", "user.pose", "base.pose", "user.velocity", "base.twist")
+"""What tells whether the user is about to walk into the robot."""
+
 ESTIMATE = "base.localization"
 """Signal with the estimate that `base.pose` and `base.pose_sigma` come from if not measured."""
 
@@ -111,12 +114,12 @@ def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ..
         Derived("user.distance", ("user.pose", "base.pose"), _distance, float,
                 about="from the user's body to the robot's centre, m"),
         Derived(
-            "escape.required", ("escape.planner", "user.pose", "base.pose", "user.velocity", "base.twist"),
+            "escape.required", DANGER,
             partial(escape.is_required, environment, settings), bool,
             about="the user is in an Escape zone and moves, or will be before the robot is away",
         ),
         Derived(
-            "escape.safe", ("escape.planner", "user.pose", "base.pose", "user.velocity", "base.twist"),
+            "escape.safe", DANGER,
             partial(escape.is_safe, environment, settings), bool,
             about="both zones are clear, with hysteresis",
         ),

@@ -91,8 +91,8 @@ class CallOperator(Action):
 
     A pulled stop line is reported, and reset once they acknowledge it; a user who stays lost for
     `latch` is a fault as well: the stop line is pulled for it. Where no fault is left, but this
-    state still runs after `patience`, they are asked to look; `helped`, with the user's
-    pose, once they acknowledge that.
+    state still runs after `patience`, they are asked to look; `helped`, with the user's pose, once
+    they acknowledge that, but not before `least`.
     """
 
     outcomes = ("helped",)
@@ -100,12 +100,15 @@ class CallOperator(Action):
     reads = {STOP_ENGAGED: None, USER_POSE: STALE_S, ACKNOWLEDGE: None}
     commands = ("operator", "stop_line")
 
-    def __init__(self, latch: Duration = 0.5, patience: Duration = 40.0) -> None:
-        self.latch, self.patience = latch, patience
+    def __init__(
+        self, latch: Duration = 0.5, patience: Duration = 40.0, least: Duration = 0.0
+    ) -> None:
+        self.latch, self.patience, self.least = latch, patience, least
 
     def run(self, ctx: Context) -> Run:
         operator, stop_line = ctx.part("operator"), ctx.part("stop_line")
-        ask_at, asked = ctx.after(self.patience), False
+        ask_at, asked, helped = ctx.after(self.patience), False, False
+        earliest = ctx.after(self.least)
         latch_at = ctx.after(self.latch - STALE_S)
         reported = None
         while True:
@@ -117,7 +120,8 @@ class CallOperator(Action):
                 stop_line.pull(USER_LOST)
             if reason is None and user is not None:
                 latch_at = ctx.after(self.latch - STALE_S)
-                if asked and acknowledged:
+                helped = helped or (asked and acknowledged)
+                if helped and ctx.now >= earliest:
                     return "helped", {"user": user}
                 if not asked and ctx.now >= ask_at:
                     asked = True

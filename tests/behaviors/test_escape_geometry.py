@@ -78,14 +78,14 @@ def test_a_user_who_sways_at_the_edge_raises_once_and_is_safe_once(
     assert changes == ["safe", "required", "safe"]
 
 
-PRINTED = ((1.0, 1.75, 2.5), (20.0, -20.0, 60.0, -60.0))
+PRINTED = ((2.5, 1.75, 1.0), (20.0, -20.0, 60.0, -60.0))
 """Distances, and angles from the way straight off the user."""
 
 
 @pytest.mark.requirement(106, 107, 110)
 @pytest.mark.parametrize("bearing", [0.0, 0.7, -3.0])
 def test_the_twelve_poses_of_the_paper_by_number(paper: Profile, bearing: float) -> None:
-    """3 distances times 4 angles, nearest first, from the robot on, its yaw kept."""
+    """3 distances times 4 angles, farthest first, from the robot on, its yaw kept."""
     body, robot = 4.0 + 5.0j, 4.0 + 5.0j + cmath.rect(2.0, bearing)
     distances, angles = PRINTED
     expected = [

@@ -62,7 +62,7 @@ def test_paper_keeps_the_printed_numbers(paper: Profile) -> None:
 
 @pytest.mark.requirement(50)
 def test_the_settled_differences_of_tuned(paper: Profile, tuned: Profile) -> None:
-    assert (paper.robot.base_acceleration, tuned.robot.base_acceleration) == (0.5, 1.0)
+    assert (paper.robot.base_acceleration, tuned.robot.base_acceleration) == (1.5, 1.0)
     assert (paper.robot.arm_acceleration, tuned.robot.arm_acceleration) == (1.0, 5.0)
     assert (paper.robot.tool_speed, tuned.robot.tool_speed) == (None, 1.0)
     assert (paper.safety.governor, tuned.safety.governor) == (False, True)
@@ -100,7 +100,7 @@ def test_a_environment_has_the_room_the_robot_and_the_limits(profile: Profile, r
 
 
 BROKEN = [
-    ("base_acceleration: 0.5 m/s2", "base_acceleration: 0.5 m", "base_acceleration.*length"),
+    ("base_acceleration: 1.5 m/s2", "base_acceleration: 1.5 m", "base_acceleration.*length"),
     ("inner: 1.5 m", "iner: 1.5 m", "did you mean 'inner'"),
     ("  cell: 5 cm\n", "", "the key 'cell' is missing"),
     ("view: head", "view: feet", "body, head"),
@@ -128,11 +128,11 @@ def test_a_mistake_is_told_with_its_place(
 
 SENSELESS = [  # a wrong sign, a wrong unit, nothing at all
     (
-        "base_acceleration: 0.5 m/s2",
-        "base_acceleration: -0.5 m/s2",
-        "base_acceleration: -0.5 is out",
+        "base_acceleration: 1.5 m/s2",
+        "base_acceleration: -1.5 m/s2",
+        "base_acceleration: -1.5 is out",
     ),
-    ("base_acceleration: 0.5 m/s2", "base_acceleration: 0", "above 0"),
+    ("base_acceleration: 1.5 m/s2", "base_acceleration: 0", "above 0"),
     ("base_yaw_acceleration: 1.0", "base_yaw_acceleration: 0.0", "above 0"),
     ("latency: 0 s", "latency: -1 s", "latency: -1 is out of range, 0 to 1"),
     ("latency: 0 s", "latency: 50", "latency: 50 is out of range"),
@@ -144,8 +144,8 @@ SENSELESS = [  # a wrong sign, a wrong unit, nothing at all
     ("likely: [stays]", "likely: [stys]", "did you mean 'stays'"),
     ("likely: [stays]", "likely: []", "empty"),
     ("half_view: 36 deg", "half_view: 36", "half_view: 36 is out"),
-    ("distances: [1.0 m", "distances: [-1.0 m", "distances[0]: -1 is out"),
-    ("distances: [1.0 m, 1.75 m, 2.5 m]", "distances: []", "empty"),
+    ("distances: [2.5 m", "distances: [-2.5 m", "distances[0]: -2.5 is out"),
+    ("distances: [2.5 m, 1.75 m, 1.0 m]", "distances: []", "empty"),
     ("angles: [20 deg", "angles: [121 deg", "angles[0]: 2.11"),
     ("-60 deg]\n  order: given", "-121 deg]\n  order: given", "angles[3]: -2.11"),
     ("trigger: zones", "trigger: contact", "nothing would trigger"),

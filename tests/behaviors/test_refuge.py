@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cmath
+import itertools
 import math
 from collections.abc import Callable
 
@@ -85,9 +86,9 @@ def test_a_way_out_ends_outside_both_zones_away_from_walls_and_keeps_off_the_use
     assert path is not None
     points = [complex(*point) for point in path.points]
     least = min(tuned.navigation.chase.user_radius, abs(robot - user), abs(place - user))
-    for start, end in zip(points, points[1:], strict=False):
+    for start, end in itertools.pairwise(points):
         assert from_segment(user, start, end) >= least - 1e-6
-    length = sum(abs(end - start) for start, end in zip(points, points[1:], strict=False))
+    length = sum(abs(end - start) for start, end in itertools.pairwise(points))
     assert length <= FARTHEST + 1e-9
 
 

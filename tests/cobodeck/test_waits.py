@@ -116,7 +116,8 @@ def test_who_waits_until_the_user_is_ready_waits_for_what_keeps_the_robot_from_g
     board = Board(setup.signals)
     board.put("environment", setup.environment, 0)
     board.put("settings", setup.profile.settings, 0)
-    text = "chart: c\noutcomes: [x]\nstates:\n  a: {watch: UserReady, with: {least: 0 s}, next: {restarted: .x}}\n"
+    node = "{watch: UserReady, with: {least: 0 s}, next: {restarted: .x}}"
+    text = f"chart: c\noutcomes: [x]\nstates:\n  a: {node}\n"
     bench = Bench(text, states=(UserReady,), scripted=False, board=board)
     for tick in range(10):  # willing, but the stop line is pulled
         user = Pose2(1.0, 1.0 + 0.001 * tick)
