@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -102,15 +103,13 @@ def test_beside_somebody_who_stands_before_a_corner_the_robot_gets_out_or_asks_o
 
     asked = [time for time, name in run.entered() if name == "ask"]
     assert not run.is_in_zone or len(asked) == 1
-    assert all(
-        later - sooner >= 10.0 for sooner, later in zip(run.signs, run.signs[1:], strict=False)
-    )
+    assert all(later - sooner >= 10.0 for sooner, later in itertools.pairwise(run.signs))
     assert len(run.signs) <= 1
     assert run.moved == []
     assert run.world.collisions.contacts == ()
     assert run.world.collisions.wall_hits == 0
     entered = [time for time, _ in run.entered()]
-    short = [after - before < 0.5 for before, after in zip(entered, entered[1:], strict=False)]
+    short = [after - before < 0.5 for before, after in itertools.pairwise(entered)]
     assert not any(all(three) for three in zip(short, short[1:], short[2:], strict=False))
 
 
