@@ -12,6 +12,7 @@ from behaviors.rollout import (
     Array,
     crowding,
     evaluate,
+    haste,
     lateness,
     predict_user,
     pursued,
@@ -28,7 +29,7 @@ KEEP_S = 0.2
 CAUGHT_S = 1.6
 """A user who walks at the robot is warned so long before a touch, s: 0.8 s to react, 0.5 s to stop,
 and what it takes to see their walk."""
-HEADING = math.radians(40.0)
+HEADING = math.radians(20.0)
 """Whoever walks within this of the direction to the robot walks at it, rad."""
 
 RINGS = (0.6, 1.2, 2.0)
@@ -38,6 +39,9 @@ TOUCH, DREAD = 1.8, 10.0
 """For distances to the user below TOUCH, m, the squared deficit is added DREAD times."""
 OPEN, CORNERED = 2.5, 6.0
 """A clearance from walls below OPEN, m, costs CORNERED times the squared deficit."""
+import os
+
+HASTE, KEEP = float(os.environ.get("HASTE", "5")), 2.9
 LATE, EARLY_S = 10.0, 0.4
 """Lack of time, squared, to move out of the line that the user walks; how early the robot should
 be, s."""
@@ -128,6 +132,8 @@ def place_with_room(now: Situation, band: tuple[float, float], present: Point | 
         now.settings.escape.reaction + environment.delay + EARLY_S,
         environment.limits.base_acceleration,
     )
+    body, acceleration = now.user.body, environment.limits.base_acceleration
+    costs += HASTE * haste(rollouts.trajectories, (body.x, body.y), KEEP, acceleration)
     costs += _efforts(places, pose.x, pose.y, environment.walls)
     order = np.argsort(costs, kind="stable").tolist()
     for planner in (now.planners["chase"], now.planners["escape"]):

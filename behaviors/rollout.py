@@ -228,6 +228,26 @@ def lateness(
     return found
 
 
+@njit(cache=True)
+def haste(trajectories: Array, user: Point, keep: float, acceleration: float) -> Array:
+    """How much too fast the robot closes in on where the user is now, (n,), m2/s2.
+
+    Who walks away may stop and turn. From the speed v a stop takes v^2 / 2a, which has to be left
+    of the distance beyond `keep`, m; the squared excess of the speed is summed over the steps.
+    """
+    found = np.zeros(len(trajectories))
+    for i in range(len(trajectories)):
+        before = math.hypot(trajectories[i, 0, 0] - user[0], trajectories[i, 0, 1] - user[1])
+        for step in range(1, trajectories.shape[1]):
+            dx, dy = trajectories[i, step, 0] - user[0], trajectories[i, step, 1] - user[1]
+            distance = math.hypot(dx, dy)
+            closing = (before - distance) / STEP_S
+            admitted = math.sqrt(2.0 * acceleration * max(0.0, distance - keep))
+            found[i] += max(0.0, closing - admitted) ** 2
+            before = distance
+    return found
+
+
 _chord = njit(cache=True)(chord)
 
 
@@ -386,3 +406,4 @@ def warm_up() -> None:
     _pursued(trajectories, (1.0, 1.0, 1.0), 0.0, Outline(0.5, 0.5, 0.4, 0.4), 0.1)
     crowding(trajectories, predictions, 3.0, 4.0, 1.0, 1.0)
     lateness(trajectories, predictions, 1.0, 0.1, 1.0)
+    haste(trajectories, (0.0, 0.0), 1.0, 1.0)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -111,6 +111,7 @@ def approaching(approach: Oncoming, distance: float) -> Walk:
         since = np.clip(times - approach.delay_s - approach.reaction_s, 0.0, STOPPING_S)
         late = np.maximum(times - approach.delay_s - approach.reaction_s - STOPPING_S, 0.0)
         gone -= approach.speed * (0.5 * since**2 / STOPPING_S + late)
+        gone -= gone[0]  # who saw the sign before setting off is slower from the start
     if approach.wall:
         gone = np.minimum(gone, distance + WALL_M - RADIUS)
     return Walk(times, np.column_stack([gone - distance, 0.0 * times, 0.0 * times]))
@@ -128,23 +129,19 @@ def gap_beside_turning(
 ) -> float:
     """The largest gap, m, to a person who turns by `off`, rad, and then walks at the robot.
 
-    The robot begins `delay_s` after it has begun to see it: the turn, or only the walk (`seen`).
+    The robot begins `delay_s` after it could see something: the turn, or only the walk (`seen`).
     """
     approach = approach or Oncoming()
     turning_s = off / TURN_RATE
-    walked = approaching(approach, distance)
-    places = walked.places.copy()
+    start_s = approach.delay_s + (0.0 if seen == "turn" else turning_s)
+    walked = approaching(replace(approach, delay_s=start_s - turning_s), distance)
     walk = Walk(
         np.concatenate([[0.0], walked.times + turning_s]),
-        np.concatenate([[(-distance, 0.0, off)], places]),
+        np.concatenate([[(-distance, 0.0, off)], walked.places]),
     )
-    start_s = approach.delay_s + (0.0 if seen == "turn" else turning_s)
-    gaps = []
-    for yaw in YAWS:
-        question = Question(
-            RobotState(0.0, 0.0, yaw), _limits(approach.acceleration), walk, start_s,
-            HORIZON_S, one_side=yaw != YAWS[1],
-        )  # fmt: skip
-        found = best_motion(question)
-        gaps.append(-RADIUS if found is None else found.gap)
-    return min(gaps)
+    at_once = replace(approach, delay_s=0.0)
+    found = [
+        best_motion(replace(asked(at_once, distance, yaw), walk=walk, start_s=start_s))
+        for yaw in YAWS
+    ]
+    return min(-RADIUS if motion is None else motion.gap for motion in found)

@@ -6,9 +6,11 @@ for a person who turns first the largest gap that can be kept. They hold for eve
 
 from __future__ import annotations
 
+import itertools
 import math
 import statistics
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 
 from cobodeck.avoidable.envelope import (
@@ -28,6 +30,8 @@ ACCELERATIONS = (0.5, 1.0, 1.5, 3.0)
 SPEEDS, DELAYS_S = (0.5, 1.0, 2.0), (0.0, 0.4)
 """Varied one at a time; else 1.5 m/s and 0.2 s, at 1 m/s2."""
 REACTIONS_S = (0.3, 0.5, 0.8)
+SLOWEST_S = 0.8
+"""The slowest reaction of attentive people, s."""
 TURNS_DEG = (90, 180)
 SEARCH_S = 0.2
 """Goal for one search, s."""
@@ -52,14 +56,17 @@ def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
         approach = Oncoming(reaction_s=reaction, wall=True)
         yield from _distances("wall behind, sign", approach, "reaction", reaction)
     for degrees in TURNS_DEG:
-        for seen in ("turn", "walk"):
-            gap = gap_beside_turning(math.radians(degrees), seen=seen)
-            yield _row(f"turns first, {seen} seen", "largest gap", "turn_deg", degrees, gap)
+        for seen, slowest in itertools.product(("turn", "walk"), (None, SLOWEST_S)):
+            approach = Oncoming(reaction_s=slowest)
+            gap = gap_beside_turning(math.radians(degrees), seen=seen, approach=approach)
+            heeds = "" if slowest is None else f", sign, {slowest:g} s"
+            what = f"turns first, {seen} seen{heeds}"
+            yield _row(what, "largest gap", "turn_deg", degrees, gap)
 
 
 def search_row(rounds: int) -> BenchRow:
-    """The time of one search, beside a wall and a person who comes from 2.5 m."""
-    question = asked(Oncoming(wall=True), 2.5)
+    """The time of one search over 3 s, beside a wall and a person who comes from 2.5 m."""
+    question = replace(asked(Oncoming(wall=True), 2.5), horizon_s=3.0, one_side=False)
     motion = best_motion(question)
     assert motion is not None
     work = Work(partial(_repeat, question))

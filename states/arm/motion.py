@@ -212,6 +212,7 @@ class Workspace:
         situation = ArmSituation(Pose2(0.0, 0.0), Pose2(1.85, 0.0), self.parked)
         deep = Pose3.from_yaw(1.0, 0.0, 1.2, math.pi)
         self.best([situation.base], [0.0], deep, situation.user, (0.1, 0.1))
+        self.reached([situation.base], deep)
 
 
 def waypoints(plan: Plan) -> tuple[TimedJoints, ...]:

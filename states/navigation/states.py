@@ -17,6 +17,7 @@ from states import ages
 from states.keys import (
     BASE_ADMITTED,
     BASE_MODE,
+    BASE_POSE,
     BASE_POSE_SIGMA,
     BASE_REFUSAL,
     ENVIRONMENT,
@@ -42,6 +43,8 @@ Clearance = Literal["own", "chase", "haptic", "escape"]
 """Whose distances from walls and user a drive keeps: those of its own subsystem, or of another."""
 NO_PATH_S = 0.3
 """A missing path counts after this time, s: estimated poses jump, people walk."""
+NARROW = 0.03
+"""A place so much nearer to a wall than a subsystem's inflation, m, is too narrow to start from."""
 SLOW = 0.1
 """Speed below which the robot counts as standing, m/s."""
 
@@ -52,7 +55,7 @@ class DriveTo(Action):
     The path is replanned in every tick, with the obstacles scanned so far and a prediction of the
     walking user. For `haptic` the safety chain gets the goal, from which a touch will be served.
     `clearance` names another subsystem whose `inflation` and, where there is no room for more,
-    `user_radius` are kept instead.
+    `user_radius` are kept instead; Escape's are from a place nearer to walls than the inflation.
     `no_path`: for 0.3 s the goal has not been free or reachable; `stuck`: no progress for
     `patience`; `lost`: the pose of base or user is, or a scanner has fallen silent. With the `mode`
     differential the robot drives only along its heading (R2), until the drive ends.
@@ -70,16 +73,17 @@ class DriveTo(Action):
         clearance: Clearance = "own",
     ) -> None:
         self.subsystem: SubsystemName = subsystem
-        self.keeping: SubsystemName = subsystem if clearance == "own" else clearance
+        self.clearance: Clearance = clearance
         self.patience = patience
         self.mode: DriveMode = mode
 
     def run(self, ctx: Context, goal: Pose2) -> Run:
         environment = environment_of(ctx)
-        planner = planner_of(ctx, self.keeping)
+        keeping = self._keeping(ctx)
+        planner = planner_of(ctx, keeping)
         if planner is None:
             return "lost"
-        driver = environment.driver(self.subsystem, planner, self.keeping)
+        driver = environment.driver(self.subsystem, planner, keeping)
         driver.mode = self.mode
         driver.go_to(goal)
         progress, give_up = GoalProgress(self.patience), NEVER_NS
@@ -92,7 +96,7 @@ class DriveTo(Action):
         try:
             while (now := ages.around(ctx)) is not None and planner is not None:
                 driver.planner = planner
-                disc = self._disc(environment, planner, now, goal)
+                disc = self._disc(environment, keeping, planner, now, goal)
                 command = command_of(ctx, driver, now, disc)
                 if driver.status == "arrived":
                     return "arrived"
@@ -105,7 +109,7 @@ class DriveTo(Action):
                     return "stuck"
                 base.drive(command, self.subsystem, left)
                 yield ctx.value(BASE_REFUSAL)
-                planner = planner_of(ctx, self.keeping)
+                planner = planner_of(ctx, keeping)
         finally:
             base.release(self.subsystem)
             if own not in (self.mode, None):
@@ -114,17 +118,33 @@ class DriveTo(Action):
                 base.grant(None)
         return "lost"
 
+    def _keeping(self, ctx: Context) -> SubsystemName:
+        """The subsystem whose distances from walls and user are kept on this drive."""
+        if self.clearance != "own":
+            return self.clearance
+        planner, here = planner_of(ctx, self.subsystem), ctx.value(BASE_POSE)
+        if planner is None or here is None:
+            return self.subsystem
+        inflation = environment_of(ctx).navigation.named(self.subsystem).inflation
+        is_narrow = planner.clearance((here.x, here.y)) < inflation - NARROW
+        return "escape" if is_narrow else self.subsystem
+
     def _disc(
-        self, environment: Environment, planner: GlobalPlanner, now: ages.RobotAndUser, goal: Pose2
+        self,
+        environment: Environment,
+        keeping: SubsystemName,
+        planner: GlobalPlanner,
+        now: ages.RobotAndUser,
+        goal: Pose2,
     ) -> Disc | None:
         """The disc around the user to keep out of: the wide one if there is a path around it."""
         own = environment.navigation.named(self.subsystem)
-        if self.keeping == self.subsystem or now.user is None:
+        if keeping == self.subsystem or now.user is None:
             return user_disc(now.user, own)
-        keeping = environment.navigation.named(self.keeping)
-        wide = wide_disc(now.user, own, keeping, goal)
+        tight = environment.navigation.named(keeping)
+        wide = wide_disc(now.user, own, tight, goal)
         path = planner.plan((now.pose.x, now.pose.y), (goal.x, goal.y), wide)
-        return user_disc(now.user, keeping) if path is None else wide
+        return user_disc(now.user, tight) if path is None else wide
 
 
 def command_of(

@@ -32,6 +32,8 @@ FINE = 1e-3
 PROP, FLANGE = ((0.05, 0.0), (0.12, 0.0), 0.05), ((0.172, -0.001), (0.172, -0.001), 0.0462)
 """Ends, m ahead and left of the DEEP, and radii of the capsules around prop and flange."""
 MARGIN = 0.005
+PASSING = 0.02
+"""Room that a path past the user needs in addition, m: without any it could not be driven."""
 
 
 @dataclass(frozen=True)
@@ -64,16 +66,18 @@ class Judge:
 
     def servable(self, robot: Pose2, user: Pose2, deep: Pose3) -> Pose2 | None:
         """A free pose that the robot can get to, and from which the arm reaches the DEEP."""
-        way = self._way(robot, user)
+        ways = dict[float, Any]()
         for pose in self.free_poses(user, deep):
-            if way.covers(Point(pose.x, pose.y)) and self._reaches(pose, user, deep):
+            radius = _kept(robot, user, pose)
+            ways[radius] = ways.get(radius) or self._way(robot, user, radius)
+            if ways[radius].covers(Point(pose.x, pose.y)) and self._reaches(pose, user, deep):
                 return pose
         return None
 
     def is_reachable(self, pose: Pose2, robot: Pose2, user: Pose2) -> bool:
         """True if a pose is as free as it has to be, and the robot gets there; to 2 mm."""
-        place = Point(pose.x, pose.y)
-        return self._way(robot, user).distance(place) < 2.0 * FINE and self._is_apart(pose, user)
+        way, place = self._way(robot, user, _kept(robot, user, pose)), Point(pose.x, pose.y)
+        return way.distance(place) < 2.0 * FINE and self._is_apart(pose, user)
 
     @cached_property
     def _inner(self) -> Any:
@@ -92,9 +96,9 @@ class Judge:
         outline = affinity.translate(turned, pose.x, pose.y)
         return bool(outline.distance(Point(user.x, user.y)) > PERSON)
 
-    def _way(self, robot: Pose2, user: Pose2) -> Any:
-        """That part of the free floor to which the robot can get around the user."""
-        disc = Point(user.x, user.y).buffer(USER_RADIUS + 2.0 * FINE, quad_segs=64)
+    def _way(self, robot: Pose2, user: Pose2, radius: float) -> Any:
+        """That part of the free floor to which the robot can get around a disc about the user."""
+        disc = Point(user.x, user.y).buffer(radius, quad_segs=64)
         here, free = Point(robot.x, robot.y), self._inner.difference(disc)
         parts = list(getattr(free, "geoms", [free]))
         found = min(parts, key=here.distance)
@@ -105,3 +109,9 @@ class Judge:
         checker = self.arm.checker(ArmSituation(pose, user, self.arm.parked), deep)
         joints = inverse(self.arm.chain, rover_from_deep(pose, deep)).of()
         return bool(len(joints) and checker.free(joints).any())
+
+
+def _kept(robot: Pose2, user: Pose2, goal: Pose2) -> float:
+    """The distance from the user, m, on the path between robot and goal."""
+    nearest = min(robot.distance_to(user), goal.distance_to(user))
+    return max(USER_RADIUS, min(USER_RADIUS + PASSING, nearest))

@@ -22,7 +22,7 @@ from cobodeck.avoidable.envelope import (
     least_distance,
     wall_behind,
 )
-from cobodeck.avoidable.motions import CENTRES, ZONES
+from cobodeck.avoidable.motions import ACCELERATE, BRAKE, CENTRES, GAP, ZONES, moved
 from cobodeck.avoidable.recorded import edges
 from cobodeck.avoidable.search import (
     STEP_S,
@@ -113,6 +113,16 @@ def test_a_robot_that_stands_relies_on_the_sign_alone(reaction: float, distance:
     assert least_distance(stays, CENTRES) == pytest.approx(distance, abs=0.01)
 
 
+def test_the_worst_yaw_of_the_robot_counts() -> None:
+    """A corner, turned by 45 degrees, reaches farthest of the yaws that are tried."""
+    ahead, aside = (0.565 + 0.455) / math.sqrt(2.0), (0.565 - 0.455) / math.sqrt(2.0)
+    at_touch = ahead + math.sqrt(0.5**2 - aside**2)
+
+    found = least_distance(Oncoming(acceleration=3.0), GAP)
+
+    assert found == pytest.approx(at_touch + 1.5 * 0.2 + 1.5**2 / 6.0, abs=0.015)
+
+
 @pytest.mark.parametrize(("acceleration", "distance"), [(1.5, 3.55), (3.0, 3.175)])
 def test_no_escape_is_needed_from_beyond_the_zone_ahead(acceleration, distance) -> None:
     assert least_distance(Oncoming(acceleration=acceleration), ZONES) == pytest.approx(
@@ -147,6 +157,19 @@ def test_who_turns_first_gives_time_only_if_the_turn_is_seen() -> None:
 
     assert gap_beside_turning(about, seen="walk") == pytest.approx(walk, abs=1e-6)
     assert gap_beside_turning(about) > gap_beside_turning(right) > walk + 0.5
+
+
+def test_who_sees_the_sign_while_turning_does_not_set_off() -> None:
+    """The turn takes 1.05 s; the sign is there at 0.2 s, and they have stopped 0.8 s later."""
+    heeds = Oncoming(acceleration=STANDING, reaction_s=0.3)
+
+    gap = gap_beside_turning(math.pi, approach=heeds)
+    late = gap_beside_turning(math.pi, seen="walk", approach=heeds)
+
+    ahead, aside = (0.565 + 0.455) / math.sqrt(2.0), (0.565 - 0.455) / math.sqrt(2.0)
+    assert gap == pytest.approx(math.hypot(2.5 - ahead, aside) - 0.5, abs=1e-6)  # at a corner
+    nearer = 2.5 - 1.5 * (0.2 + 0.3 + 0.25)
+    assert late == pytest.approx(math.hypot(nearer - ahead, aside) - 0.5, abs=1e-3)
 
 
 @given(st.floats(1.2, 4.0), st.floats(0.02, 0.5))
@@ -242,6 +265,26 @@ def test_no_motion_is_faster_than_allowed_or_than_at_its_start(start, fastest) -
     velocities = np.vstack([[0.0, start], speeds_of(found)])
     assert np.hypot(*velocities.T).max() == pytest.approx(fastest, abs=1e-6)
     assert np.hypot(*np.diff(velocities, axis=0).T).max() <= STEP_S * slow.braking + 1e-9
+
+
+@given(st.floats(0.01, 2.4), st.floats(0.01, 2.4), st.integers(1, 16))
+def test_uniform_acceleration_and_braking_are_exact(vx: float, vy: float, steps: int) -> None:
+    task = search._task(asked(Oncoming(), 3.0), math.inf)
+    push, brakes, _, h = task.limits
+    speed = math.hypot(vx, vy)
+
+    rest = 0.0, 0.0, vx, vy
+    while rest[2:] != (0.0, 0.0):
+        rest = moved(task, rest, (BRAKE, 0.0, 0.0))
+    pushed = 0.0, 0.0, 0.1, 0.0
+    for _ in range(steps):
+        pushed = moved(task, pushed, (ACCELERATE, 0.6, -0.8))
+
+    assert math.hypot(*rest[:2]) == pytest.approx(speed**2 / (2 * brakes), abs=1e-9)
+    t = steps * h
+    assert pushed == pytest.approx(
+        (0.1 * t + 0.3 * push * t**2, -0.4 * push * t**2, 0.1 + 0.6 * push * t, -0.8 * push * t)
+    )
 
 
 def test_the_gap_told_is_that_of_the_path_told() -> None:
@@ -386,7 +429,7 @@ def test_the_rows_are_those_of_the_cases(monkeypatch: pytest.MonkeyPatch) -> Non
     assert timed.value is not None
     assert timed.value >= 20_000
     errors = {(row.name, row.variant, row.value): row.error for row in others}
-    assert len(errors) == len(others) == 3 * (2 + 1 + 1 + 2 + 1 + 1) + 2
+    assert len(errors) == len(others) == 3 * (2 + 1 + 1 + 2 + 1 + 1) + 4
     assert errors["walks on", "1.27 m apart", 0.5] == pytest.approx(1.27 + 0.1 + 0.125, abs=0.01)
     assert errors["walks on", "no Escape", 0.0] == pytest.approx(2.5 + 1.125, abs=0.01)
     assert errors["walks on", "1.27 m apart", 3.0] == pytest.approx(1.945, abs=0.01)

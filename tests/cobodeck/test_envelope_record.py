@@ -183,6 +183,24 @@ def test_what_is_read_is_what_the_figures_tell(record: Path) -> None:
     assert run.rings == (((0.0, 0.0), (7.0, 0.0), (7.0, 7.0), (0.0, 7.0)),)
 
 
+class LookingLeft(Record):
+    """The same run, the person's head turned by 0.5 rad."""
+
+    def groups(self) -> Iterator[Group]:
+        for group in super().groups():
+            turned = (
+                t._replace(data=t.data.replace(b'"head_turn":0.0', b'"head_turn":0.5'))
+                for t in group.told
+            )
+            yield Group(group.ticked, tuple(turned), group.closing)
+
+
+def test_the_direction_of_view_is_that_of_the_head(record: Path) -> None:
+    straight_on, left = read_run(Record(record)), read_run(LookingLeft(record))
+
+    assert left.person[:, 2] - straight_on.person[:, 2] == pytest.approx(0.5)
+
+
 class WithoutTruth(Record):
     """As of a run on real parts."""
 
