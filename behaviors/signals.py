@@ -116,12 +116,12 @@ def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ..
         Derived(
             "escape.required", DANGER,
             partial(escape.is_required, environment, settings), bool,
-            about="the user is in an Escape zone and moves, or will be before the robot is away",
+            about="the user moves and is about to walk into the robot, or, by the zones, is in one",
         ),
         Derived(
             "escape.safe", DANGER,
             partial(escape.is_safe, environment, settings), bool,
-            about="both zones are clear, with hysteresis",
+            about="the danger is over, with hysteresis",
         ),
         Derived(
             "escape.poses", ("escape.planner", "user.pose", "base.pose"),

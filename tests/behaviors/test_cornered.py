@@ -32,7 +32,7 @@ def facing_back(x: float, y: float = 1.1) -> UserPose:
     return UserPose(Pose2(x, y, math.pi), math.pi)
 
 
-BEFORE = facing_back(2.7)
+BEFORE = facing_back(3.1)
 """Before a robot at END, who leaves it no way out."""
 
 
@@ -79,8 +79,8 @@ class Watched:
 
 @pytest.fixture
 def watched(tuned: Profile, situation_of: Callable[..., Situation]) -> Callable[..., Watched]:
-    def make(shown: UserPose | None = None, patience: float = 10.0) -> Watched:
-        return Watched(situation_of(tuned, END, BEFORE, room=CORRIDOR), patience, shown)
+    def make(shown: UserPose | None = None, user: UserPose = BEFORE) -> Watched:
+        return Watched(situation_of(tuned, END, user, room=CORRIDOR), 10.0, shown)
 
     return make
 
@@ -92,6 +92,18 @@ def test_a_robot_without_a_way_out_of_a_zone_is_cornered_after_the_patience(
     seen = watched()
 
     assert [seen.at(at) for at in (3.0, 9.9, 10.0)] == [None, None, "cornered"]
+
+
+@pytest.mark.requirement(101, 114)
+@pytest.mark.parametrize(("x", "after"), [(2.9, 1.0), (3.1, 10.0)])
+def test_somebody_so_near_that_a_sign_would_come_too_late_is_shown_the_robot_after_a_second(
+    watched: Callable[..., Watched], x: float, after: float
+) -> None:
+    """Nearer than 1.9 m to a robot that has no way out."""
+    seen = watched(user=facing_back(x))
+
+    assert seen.at(after - 0.1) is None
+    assert seen.at(after) == "cornered"
 
 
 @pytest.mark.requirement(101)
@@ -216,7 +228,8 @@ class Leaving:
 @pytest.mark.requirement(52, 110, 116)
 @given(
     robot=st.tuples(st.floats(0.9, 6.1), st.floats(0.9, 5.1)),
-    user=st.tuples(st.floats(0.6, 6.4), st.floats(0.6, 5.4)),
+    bearing=st.floats(-3.1, 3.1),
+    distance=st.floats(1.1, 2.4),
     view=st.floats(-3.1, 3.1),
     yaw=st.floats(-3.1, 3.1),
     speed=st.sampled_from([0.3, 0.8, 1.5]),
@@ -226,12 +239,15 @@ def test_a_robot_leaves_slowly_in_sight_without_the_sign_and_keeps_off_user_and_
     tuned: Profile,
     situation_of: Callable[..., Situation],
     robot: tuple[float, float],
-    user: tuple[float, float],
+    bearing: float,
+    distance: float,
     view: float,
     yaw: float,
     speed: float,
 ) -> None:
-    assume(math.dist(robot, user) > 1.1)
+    x, y = robot
+    user = x + distance * math.cos(bearing), y + distance * math.sin(bearing)
+    assume(0.5 < user[0] < 6.5 and 0.5 < user[1] < 5.5)
     shown = UserPose(Pose2(*user, view), view)
     now = situation_of(tuned, Pose2(*robot, yaw), shown, room=LAB)
     leaving = Leaving(now, shown, speed)

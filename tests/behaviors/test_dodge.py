@@ -14,6 +14,7 @@ from behaviors import escape
 from behaviors.dodge import place_with_room, safest_goal
 from behaviors.profile import Profile
 from behaviors.rollout import (
+    FAR,
     HORIZON_S,
     STEP_S,
     command_towards,
@@ -119,7 +120,7 @@ def test_crowding_counts_what_is_missing_on_either_side_of_the_band() -> None:
 
     found = crowding(ways, standing, 3.0, 4.0, 1.5, 10.0)
 
-    assert found == pytest.approx([0.0, 0.25, 1.0, 4.0 + 10.0 * 0.25])
+    assert found == pytest.approx([0.0, 0.25, FAR * 1.0, 4.0 + 10.0 * 0.25])
 
 
 @pytest.mark.requirement(109)

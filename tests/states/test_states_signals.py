@@ -295,3 +295,19 @@ def test_with_a_fault_or_a_lost_user_nobody_has_helped_yet(
     assert step_at(ctx, take_step, run, 0.1) is None
     assert desk.reported[-1] == STUCK
     assert step_at(ctx, take_step, run, 0.2, acknowledged=True) == ("helped", {"user": BEFORE})
+
+
+@pytest.mark.requirement(65)
+@pytest.mark.parametrize("at", [0.0, 3.0, 5.9])
+def test_an_operator_who_acknowledges_early_has_helped_once_the_least_time_is_over(
+    context: Any, take_step: Any, desk: Desk, at: float
+) -> None:
+    values = {"stop.engaged": None, "user.pose": BEFORE}
+    ctx, run = calling(context, desk, values, patience=0.0, least=6.0)
+    assert step_at(ctx, take_step, run, 0.0) is None
+
+    assert step_at(ctx, take_step, run, at, acknowledged=True) is None
+    assert step_at(ctx, take_step, run, 5.95) is None
+
+    assert step_at(ctx, take_step, run, 6.0) == ("helped", {"user": BEFORE})
+    assert desk.reported == [STUCK]
