@@ -156,7 +156,9 @@ def command_towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
     ax, ay = wanted_x - motion.vx, wanted_y - motion.vy
     share = min(1.0, 2.0 * acceleration * environment.period / max(1e-9, math.hypot(ax, ay)))
     vx, vy = motion.vx + share * ax, motion.vy + share * ay
-    braking = math.hypot(vx, vy) / (2.0 * acceleration)  # times v: the distance v^2 / (2 a)
+    # times v: the way until braking begins, a tick later, and the braking distance v^2 / (2 a)
+    late = environment.period + environment.latency
+    braking = late + math.hypot(vx, vy) / (2.0 * acceleration)
     rest = (pose.x + braking * vx, pose.y + braking * vy)
     if not now.planners[name].allows((pose.x, pose.y), rest):
         return STILL
