@@ -10,6 +10,10 @@ from hw.people.person import Actor, Touch
 from hw.people.recording import Heading, Recording
 from hw.samples import Sample
 
+SPARSE_NS = 100_000_000
+"""Between rows farther apart than this, ns, but without a gap, tracking sees the person on the
+straight line between them: a robot could not be run on so few poses (R149)."""
+
 
 class Playback(Actor):
     """Replays a recording that was already placed in the room.
@@ -82,7 +86,7 @@ class Playback(Actor):
         if in_gap and self._gap[0] != row:
             self._gap = (row, now_ns - (self._own - stamps[row]))
         over = not in_gap or now_ns - self._gap[1] >= lasts
-        if standing or (over and in_gap):
+        if standing or (over and (in_gap or lasts > SPARSE_NS)):
             return super()._measure(now_ns) if over and not self.finished else None
         newest = row + 1 if stamps[row + 1] <= self._own else row
         if newest == self._reported:
