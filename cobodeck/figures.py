@@ -95,19 +95,19 @@ def escape_figures(run: ChartRun) -> dict[str, Any]:
         for escape in escapes
         if escape.outcome == "safe" and escape.ended_ns is not None
     )
-    informs = [inform.entered_ns for inform in visits(run, "inform")]
-    rounds = zip(informs, informs[LOOPS:], strict=False)
+    failed = [escape.ended_ns or 0 for escape in escapes if escape.outcome == "failed"]
+    rounds = zip(failed, failed[LOOPS:], strict=False)
     return {
         "escapes": len(escapes),
-        "escape_failures": sum(escape.outcome == "failed" for escape in escapes),
+        "escape_failures": len(failed),
         "escape_time_s": spread(times, ("mean", "min", "max")),
-        "informs": len(informs),
+        "informs": len(visits(run, "inform")),
         "loops": sum(later - sooner <= LOOP_NS for sooner, later in rounds),
     }
 
 
 LOOPS, LOOP_NS = 2, 10_000_000_000
-"""More rounds to Inform than LOOPS within LOOP_NS are a loop without progress (R117)."""
+"""More failed Escapes, each with its Inform, than LOOPS within LOOP_NS are a loop (R117)."""
 NOTHING: Mapping[str, Any] = {
     "measured": None,
     "governor": False,
