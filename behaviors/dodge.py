@@ -39,9 +39,8 @@ TOUCH, DREAD = 1.8, 10.0
 """For distances to the user below TOUCH, m, the squared deficit is added DREAD times."""
 OPEN, CORNERED = 2.5, 6.0
 """A clearance from walls below OPEN, m, costs CORNERED times the squared deficit."""
-import os
-
-HASTE, KEEP = float(os.environ.get("HASTE", "5")), 2.9
+HASTE, KEEP = 1.0, 2.9
+"""What closing in too fast on where the user is costs; distance to keep from there, m."""
 LATE, EARLY_S = 10.0, 0.4
 """Lack of time, squared, to move out of the line that the user walks; how early the robot should
 be, s."""

@@ -18,6 +18,7 @@ from behaviors.situation import Situation
 from hw.geometry import STILL, Outline, Twist2
 from hw.people.person import RADIUS
 from hw.room import Point
+from states.navigation.clearance import distance_to_nearest
 from states.navigation.interfaces import GlobalPlanner
 from states.signals.prediction import PREDICTORS, chord
 from states.subsystems import SubsystemName
@@ -37,6 +38,8 @@ SLACK = 0.01
 """How much nearer to a wall a robot may come that starts too near to it, m."""
 FAR = 3.0
 """A squared excess of the wanted distance to the user counts so many times a deficit."""
+BY_WALL = 0.4
+"""A walking user stops where they are nearer to a wall, m."""
 BREAK_OFF = (0, 2, 4)
 """Steps after which the drive is assumed to be aborted, so that the robot brakes."""
 
@@ -90,7 +93,10 @@ def roll_out(now: Situation, places: Sequence[Point] | Array, max_speed: float) 
 
 
 def predict_user(now: Situation, predictors: Sequence[str]) -> Array:
-    """The user's trajectory by each predictor, (predictors, steps, 3): x, y, direction of view."""
+    """The user's trajectory by each predictor, (predictors, steps, 3): x, y, direction of view.
+
+    Nobody walks into a wall: trajectories end where they come nearer than BY_WALL to one.
+    """
     body, velocity = now.user.body, now.velocity
     looking = now.user.head_yaw if now.settings.escape.view == "head" else body.yaw
     chosen = (PREDICTORS[name] for name in predictors)
@@ -99,6 +105,7 @@ def predict_user(now: Situation, predictors: Sequence[str]) -> Array:
     )
     state = np.array((body.x, body.y, body.yaw, velocity.vx, velocity.vy, velocity.wz))
     found = _predictions(numbers, state, np.array((now.pose.x, now.pose.y)))
+    _stop_at_walls(found, (body.x, body.y), now.environment.walls)
     found[:, :, 2] += looking - body.yaw
     return found
 
@@ -152,14 +159,17 @@ def command_towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
     speed = min(environment.navigation.named(name).max_speed, math.sqrt(2.0 * acceleration * left))
     pace = min(speed / left, 1.0 / STEP_S)
     wanted_x, wanted_y = pace * dx, pace * dy
-    motion = twist.rotated(pose.yaw)
-    ax, ay = wanted_x - motion.vx, wanted_y - motion.vy
-    share = min(1.0, 2.0 * acceleration * environment.period / max(1e-9, math.hypot(ax, ay)))
-    vx, vy = motion.vx + share * ax, motion.vy + share * ay
-    braking = math.hypot(vx, vy) / (2.0 * acceleration)  # times v: the distance v^2 / (2 a)
-    rest = (pose.x + braking * vx, pose.y + braking * vy)
-    if not now.planners[name].allows((pose.x, pose.y), rest):
-        return STILL
+    motion, here = twist.rotated(pose.yaw), (pose.x, pose.y)
+    # wheels that slow down may change their direction as fast as they can brake
+    for rate in (acceleration, environment.robot.base.brake_deceleration):
+        ax, ay = wanted_x - motion.vx, wanted_y - motion.vy
+        share = min(1.0, 2.0 * rate * environment.period / max(1e-9, math.hypot(ax, ay)))
+        vx, vy = motion.vx + share * ax, motion.vy + share * ay
+        # times v: the way until braking begins, a tick later, and the braking distance v^2 / (2 a)
+        late = environment.period + environment.latency
+        braking = late + math.hypot(vx, vy) / (2.0 * acceleration)
+        if not now.planners[name].allows(here, (pose.x + braking * vx, pose.y + braking * vy)):
+            return STILL
     return Twist2(wanted_x, wanted_y).rotated(-pose.yaw)
 
 
@@ -272,6 +282,23 @@ def _predictions(predictors: Array, state: Array, robot: Array) -> Array:
             found[i, step, 1] = state[1] + length * math.sin(direction)
             found[i, step, 2] = yaw
     return found
+
+
+@njit(cache=True)
+def _stop_at_walls(predictions: Array, start: Point, walls: Array) -> None:
+    """Hold each trajectory at its last position before a wall, in place."""
+    for j in range(len(predictions)):
+        x, y = start
+        room, held = distance_to_nearest(x, y, walls), False
+        for step in range(predictions.shape[1]):
+            px, py = predictions[j, step, 0], predictions[j, step, 1]
+            if not held:
+                left = distance_to_nearest(px, py, walls)
+                held = left < BY_WALL and left < room
+                if not held:
+                    x, y, room = px, py, left
+            if held:
+                predictions[j, step, 0], predictions[j, step, 1] = x, y
 
 
 @njit(cache=True)
@@ -400,6 +427,7 @@ def _rest_places(trajectory: Array, acceleration: float) -> Array:
 def warm_up() -> None:
     """Compile the kernels, or load them from the cache."""
     predictions = _predictions(np.ones((2, 6)), np.zeros(6), np.ones(2))
+    _stop_at_walls(predictions, (0.0, 0.0), np.ones((1, 4)))
     trajectories = _roll_out((0.0, 0.0, 0.0, 0.0), 1.0, 1.0, np.ones((1, 2)))
     _evaluate(trajectories, predictions, 0.0, (1.0, 1.0, 1.0), Outline(0.5, 0.5, 0.4, 0.4), 0.1)
     _rest_places(trajectories[0], 1.0)
