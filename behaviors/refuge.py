@@ -33,7 +33,7 @@ def way_out(now: Situation) -> Point | None:
     for place in sorted(_places(now), key=lambda place: math.dist(place, here)):
         if not planner.is_free(place):
             continue
-        path = planner.plan(here, place, now.user_disc("chase", place))
+        path = planner.plan(here, place, now.user_disc("haptic", place))
         if path is not None and path.length <= FARTHEST:
             return place
     return None
