@@ -6,7 +6,7 @@ from collections.abc import Generator
 from typing import Any
 
 from behaviors.keys import SETTINGS, settings_of
-from behaviors.refuge import is_outside, way_out
+from behaviors.refuge import KEEPS, is_outside, way_out
 from behaviors.situation import CHANGES, WAYS, Situation, situation
 from engine.files.units import Duration, Length, Speed
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
@@ -145,7 +145,9 @@ def _drive_out(
     try:
         while (now := situation(ctx, "escape")) is not None and not is_outside(now):
             driver.planner = now.planners["escape"]
-            command = command_of(ctx, driver, now.around, user_disc(now.user, navigation.chase))
+            command = command_of(
+                ctx, driver, now.around, user_disc(now.user, navigation.named(KEEPS))
+            )
             if driver.status == "arrived" or driver.path is None:
                 return False
             share = speed / navigation.escape.max_speed

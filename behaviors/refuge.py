@@ -9,10 +9,13 @@ from behaviors.escape import in_zone
 from behaviors.situation import Situation
 from hw.geometry import Pose2
 from hw.room import Point
+from states.subsystems import SubsystemName
 
 RADII = (1.9, 2.9, 3.4, 4.2, 5.2)
 DIRECTIONS = 24
 """Candidates: circles around the user, m, with this many directions each."""
+KEEPS: SubsystemName = "haptic"
+"""Whose distance from the user the way out keeps: nearer the safety chain lets no drive pass."""
 FARTHEST = 8.0
 """Longest path to a refuge, m."""
 
@@ -26,14 +29,13 @@ def is_outside(now: Situation) -> bool:
 def way_out(now: Situation) -> Point | None:
     """The nearest place outside both zones that can be reached around the user; None without one.
 
-    m, in the map. Distances count as the crow flies; the path may be longer. It keeps as far off
-    the user as Chase does: nearer to them the safety chain lets no drive pass.
+    m, in the map. Distances count as the crow flies; the path may be longer.
     """
     planner, here = now.planners["escape"], (now.pose.x, now.pose.y)
     for place in sorted(_places(now), key=lambda place: math.dist(place, here)):
         if not planner.is_free(place):
             continue
-        path = planner.plan(here, place, now.user_disc("haptic", place))
+        path = planner.plan(here, place, now.user_disc(KEEPS, place))
         if path is not None and path.length <= FARTHEST:
             return place
     return None

@@ -256,7 +256,7 @@ def test_a_robot_leaves_slowly_in_sight_without_the_sign_and_keeps_off_user_and_
 
     assert outcome in ("away", "blocked")
     assert leaving.fastest <= speed + 1e-9
-    least = min(tuned.navigation.chase.user_radius, math.dist(robot, user))
+    least = min(tuned.navigation.haptic.user_radius, math.dist(robot, user))
     assert min(pose.distance_to(shown.body) for pose in leaving.path) >= least - 0.02
     assert min(min(p.x, p.y, 7.0 - p.x, 6.0 - p.y) for p in leaving.path) >= 0.77 - 0.01
     assert max(abs(pose.yaw - yaw) for pose in leaving.path) < math.radians(1.0)

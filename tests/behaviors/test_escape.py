@@ -144,15 +144,34 @@ def test_by_contact_a_zone_alone_is_no_danger(
 def test_the_robot_s_own_motion_counts_towards_a_contact(
     tuned: Profile, environment_of: Callable[..., Environment]
 ) -> None:
-    """It drives into the way of somebody who walks slowly; with as much yaw as you like."""
-    environment, slowly = environment_of(tuned), Twist2(-0.3)
-    user = user_seeing(0.0, 1.9)
+    """It drives into the way of somebody who walks slowly, outside the zones; at any yaw."""
+    environment, slowly, rules = environment_of(tuned), Twist2(-0.3), by_zones(tuned)
+    user = user_seeing(0.0, 2.6)
     for yaw in (0.0, 1.0, -2.5):
         robot = replace(HERE, yaw=yaw)
         towards = Twist2(1.2 * math.cos(yaw), -1.2 * math.sin(yaw))  # +x in the map
         away = Twist2(-towards.vx, -towards.vy)
-        assert is_required(environment, tuned.settings, user, robot, slowly, towards)
-        assert not is_required(environment, tuned.settings, user, robot, slowly, away)
+        assert is_required(environment, rules, user, robot, slowly, towards)
+        assert not is_required(environment, rules, user, robot, slowly, away)
+
+
+@pytest.mark.requirement(112)
+@pytest.mark.parametrize("speed", [1.0, 1.5])
+def test_a_predicted_contact_is_over_by_more_than_it_began(
+    tuned: Profile, environment_of: Callable[..., Environment], speed: float
+) -> None:
+    """Over 0.2 m and more of the way neither holds, so that no Escape flickers."""
+    environment, rules = environment_of(tuned), by_zones(tuned)
+    seen = []
+    for centimetres in range(271, 500):
+        args = (user_seeing(0.0, 0.01 * centimetres), HERE, Twist2(-speed), STANDING)
+        required = is_required(environment, rules, *args)
+        seen.append("r" if required else "s" if is_safe(environment, rules, *args) else "-")
+
+    danger, _, after = "".join(seen).partition("-")
+    assert danger == "r" * len(danger)
+    assert after.index("s") > 20
+    assert after.strip("-") == "s" * after.count("s")
 
 
 @pytest.mark.requirement(112)

@@ -21,6 +21,7 @@ from tests.behaviors.conftest import FakeContext
 from tests.repeats import examples
 
 STANDING, WALKING = Twist2(0.0), Twist2(0.5)
+MS = st.integers(0, 6000).map(lambda ms: ms / 1000.0)
 FREE = UserPose(Pose2(14.0, 10.0, 0.0), 0.0)
 """A user 4 m away from the robot at 10, 10."""
 CORRIDOR = Room(outer=((0.0, 0.0), (20.0, 0.0), (20.0, 2.2), (0.0, 2.2)))
@@ -73,7 +74,7 @@ READY = ("restarted", {"user": FREE})
 
 
 @pytest.mark.requirement(114, 115)
-@given(least=st.floats(0.0, 5.0), told=st.floats(0.0, 6.0), looked=st.lists(st.floats(0.0, 8.0)))
+@given(least=MS, told=MS, looked=st.lists(MS))
 @settings(deadline=None, max_examples=examples(100))
 def test_nobody_is_ready_before_the_least_time_nor_without_the_signal(
     waiting: Any, least: float, told: float, looked: list[float]

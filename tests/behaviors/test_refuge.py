@@ -81,11 +81,11 @@ def test_a_way_out_ends_outside_both_zones_away_from_walls_and_keeps_off_the_use
     assert zone_left(place, user, view)
     assert min(place.real, place.imag, 6.0 - place.real, 5.0 - place.imag) >= WALL - 1e-6
     path = now.planners["escape"].plan(
-        (robot.real, robot.imag), found, now.user_disc("chase", found)
+        (robot.real, robot.imag), found, now.user_disc("haptic", found)
     )
     assert path is not None
     points = [complex(*point) for point in path.points]
-    least = min(tuned.navigation.chase.user_radius, abs(robot - user), abs(place - user))
+    least = min(tuned.navigation.haptic.user_radius, abs(robot - user), abs(place - user))
     for start, end in itertools.pairwise(points):
         assert from_segment(user, start, end) >= least - 1e-6
     length = sum(abs(end - start) for start, end in itertools.pairwise(points))

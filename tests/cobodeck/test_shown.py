@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict, deque
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -61,10 +62,10 @@ class Vr(UnityVr):
         super().inform(show, sign)
 
 
-def staged(profile: str | None = None) -> tuple[Loop, Link]:
+def staged(profile: str | None = None, user: str = "cornering") -> tuple[Loop, Link]:
     """CoboDeck in the simulation, seen through the driver of the VR link."""
     setup = open_setup("cobodeck", "lab_a", profile)
-    loop, link = stage(setup, Options("cornering", seed=1)), Link()
+    loop, link = stage(setup, Options(user, seed=1)), Link()
     parts = dict(loop.plant.parts)
     parts["vr"] = Vr(link, parts["vr"], lambda: loop.now_ns)
     loop.wired = wire(setup, parts)
@@ -72,10 +73,15 @@ def staged(profile: str | None = None) -> tuple[Loop, Link]:
 
 
 @pytest.mark.requirement(18, 114)
-def test_the_sign_is_shown_in_the_tick_in_which_inform_begins_until_its_end_or_two_seconds() -> (
-    None
-):
-    loop, link = staged("paper")  # where only Inform shows it
+def test_the_sign_is_shown_in_the_tick_in_which_inform_begins_until_its_end_or_two_seconds(
+    tmp_path: Path,
+) -> None:
+    """Of somebody whom tracking loses for a short and for a long while; in `paper`."""
+    steps = "".join(f"  - stand: 6\n  - lose_tracking: {span}\n" for span in (0.3, 3.0, 0.3))
+    begin = "user: u\nrepeat: false\nstart: {x: 4, y: 5}\nsteps:\n"
+    user = tmp_path / "user.yaml"
+    user.write_text(f"{begin}{steps}  - stand: 60\n")
+    loop, link = staged("paper", str(user))
     since: int | None = None
     shown: list[float] = []
     while len(shown) < 3:
@@ -92,6 +98,7 @@ def test_the_sign_is_shown_in_the_tick_in_which_inform_begins_until_its_end_or_t
         assert view.stop_sign is (since is not None)
         assert view.visible is (since is not None or leaving)
     assert min(shown) == pytest.approx(2.0, abs=0.04)
+    assert max(shown) > 3.0
 
 
 @pytest.mark.requirement(114)
