@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from behaviors.rollout import Array
 from behaviors.situation import Situation
@@ -91,10 +92,11 @@ def _risks(
     user: tuple[float, float, float],
     angles: Array,
     lengths: Array,
-    free: Array,
+    free: NDArray[np.bool_],
     contact: float,
     acceleration: float,
 ) -> Array:
+    """See `risks`; `free` tells which of the places aside are, (places, directions, 2 sides)."""
     found = np.zeros(len(places))
     total = np.sum(lengths * lengths)
     for i in range(len(places)):
