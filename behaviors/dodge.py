@@ -88,27 +88,28 @@ def safest_goal(
     return goals[best], float(found.touch_after[best])
 
 
-def is_caught(now: Situation, goals: Sequence[Pose2], outline: Outline | None = None) -> bool:
+def is_caught(
+    now: Situation, goals: Sequence[Pose2], outline: Outline | None = None, calm: float = 0.0
+) -> bool:
     """True if a user who keeps walking at the robot touches it within CAUGHT_S on every drive.
 
     They walk towards it now, within HEADING; prediction alone would hope for each of their turns to
-    be the last.
+    be the last. With `calm`, s, as hysteresis it stays true for so much longer, and for HEADING
+    more.
     """
     dx, dy = now.pose.x - now.user.body.x, now.pose.y - now.user.body.y
     closing = dx * now.velocity.vx + dy * now.velocity.vy
-    if closing <= math.cos(HEADING) * math.hypot(dx, dy) * now.velocity.speed:
+    heading = HEADING if calm <= 0.0 else 2.0 * HEADING
+    if closing <= math.cos(heading) * math.hypot(dx, dy) * now.velocity.speed:
         return False
-    stay = (now.rest.x, now.rest.y)
-    rollouts = roll_out(
-        now,
-        [stay, *((goal.x, goal.y) for goal in goals)],
-        now.environment.navigation.escape.max_speed,
-    )
-    touches = pursued(now, rollouts, outline)
-    planner, within = now.planners["escape"], CAUGHT_S + now.environment.delay
-    return not any(
-        rollouts.keeps_off(i, planner) for i in range(1, len(touches)) if touches[i] >= within
-    ) and bool(touches[0] < within)
+    places = [(now.rest.x, now.rest.y), *((goal.x, goal.y) for goal in goals)]
+    rollouts = roll_out(now, places, now.environment.navigation.escape.max_speed)
+    touches = pursued(now, rollouts, outline).tolist()
+    planner, within = now.planners["escape"], CAUGHT_S + calm + now.environment.delay
+    if touches[0] >= within:
+        return False
+    later = (i for i in range(1, len(touches)) if touches[i] >= within)
+    return not any(rollouts.keeps_off(i, planner) for i in later)
 
 
 def place_with_room(now: Situation, band: tuple[float, float], present: Point | None) -> Point:

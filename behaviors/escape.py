@@ -68,9 +68,8 @@ def is_required(
         return False
     if will_be_reached(environment, escape, user.body, base, _relative(velocity, twist, base)):
         return True
-    return escape.trigger == "contact" and _is_caught(
-        environment, settings, planner, user, base, velocity, twist
-    )
+    now = _situation(environment, settings, planner, user, base, velocity, twist)
+    return escape.trigger == "contact" and _is_caught(now)
 
 
 def _relative(velocity: Twist2, twist: Twist2, base: Pose2) -> Twist2:
@@ -79,7 +78,7 @@ def _relative(velocity: Twist2, twist: Twist2, base: Pose2) -> Twist2:
     return Twist2(velocity.vx - motion.vx, velocity.vy - motion.vy)
 
 
-def _is_caught(
+def _situation(
     environment: Environment,
     settings: Settings,
     planner: GlobalPlanner,
@@ -87,14 +86,18 @@ def _is_caught(
     base: Pose2,
     velocity: Twist2,
     twist: Twist2,
-) -> bool:
-    if base.distance_to(user.body) > CAUGHT_WITHIN + CAUGHT_S * velocity.speed:
+) -> Situation:
+    ways: Mapping[SubsystemName, GlobalPlanner] = {"escape": planner}
+    return Situation(environment, settings, base, twist, user, velocity, ways)
+
+
+def _is_caught(now: Situation, calm: float = 0.0) -> bool:
+    if now.distance > CAUGHT_WITHIN + (CAUGHT_S + calm) * now.velocity.speed:
         return False
     from behaviors.dodge import is_caught
 
-    ways: Mapping[SubsystemName, GlobalPlanner] = {"escape": planner}
-    now = Situation(environment, settings, base, twist, user, velocity, ways)
-    return is_caught(now, poses(settings, planner, user, base))
+    free = poses(now.settings, now.planners["escape"], now.user, now.pose)
+    return is_caught(now, free, calm=calm)
 
 
 def is_safe(
@@ -120,9 +123,8 @@ def is_safe(
     )
     if will_be_reached(environment, later, user.body, base, _relative(velocity, twist, base)):
         return False
-    return escape.trigger == "zones" or not _is_caught(
-        environment, settings, planner, user, base, velocity, twist
-    )
+    now = _situation(environment, settings, planner, user, base, velocity, twist)
+    return escape.trigger == "zones" or not _is_caught(now, CALM_S)
 
 
 def will_be_reached(
