@@ -79,7 +79,9 @@ def test_every_drive_arrives_within_its_limits_and_touches_nothing(
 
 
 rings = [PLAN_A[::-1], *WALLS, WALLS[-1], WALLS[-1]]  # the column is passed most often
-sides = st.sampled_from([side for ring in rings for side in zip(ring, (*ring[1:], ring[0]))])
+sides = st.sampled_from(
+    [side for ring in rings for side in zip(ring, (*ring[1:], ring[0]), strict=True)]
+)
 parts = st.one_of(st.sampled_from([0.0, 1.0]), st.floats(0.0, 1.0))
 turns = st.one_of(st.just(0.0), st.floats(-1.57, 1.57))
 
