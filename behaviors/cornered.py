@@ -24,18 +24,21 @@ SLOWLY = 0.8
 """Speed at which a robot leaves the zones of a user who stands, m/s."""
 
 
-class GiveUp(Action):
-    """What follows when Chase has no place to go: `failed`, or `stay`, by the profile (R66, R101).
+class GiveUp(Monitor):
+    """`failed` when Chase has had nowhere to go for so long; never if the profile `stays`.
 
-    That no place is free is no danger; whoever walks into the robot's way raises one.
+    That no place is free is no danger; whoever walks into the robot's way raises one (R66, R101).
     """
 
-    outcomes = ("failed", "stay")
+    outcomes = ("failed",)
     reads = {SETTINGS: None}
 
+    def __init__(self, after: Duration = 1.0) -> None:
+        self.after = after
+
     def run(self, ctx: Context) -> Run:
-        yield from ()
-        return "stay" if settings_of(ctx).chase.stays else "failed"
+        yield Until(NEVER_NS if settings_of(ctx).chase.stays else ctx.after(self.after))
+        return "failed"
 
 
 class Cornered(Monitor):
@@ -112,7 +115,7 @@ class Leave(Action):
 class Withdraw(Action):
     """Drive slowly out of the user's zones whenever there is a way out; stand where there is none.
 
-    For a robot that has no place near the user (R101).
+    For a robot that has no place near the user (R101), by a profile in which it `stays`.
     """
 
     outcomes = ()
@@ -123,6 +126,8 @@ class Withdraw(Action):
         self.speed = speed
 
     def run(self, ctx: Context) -> Run:
+        if not settings_of(ctx).chase.stays:
+            yield Until(NEVER_NS)
         while True:
             now = situation(ctx, "escape")
             place = None if now is None or is_outside(now) else way_out(now)

@@ -37,16 +37,17 @@ BEFORE = facing_back(3.1)
 
 
 @pytest.mark.requirement(66, 101)
-@pytest.mark.parametrize(("stays", "outcome"), [(False, "failed"), (True, "stay")])
-def test_without_a_place_to_go_chase_fails_or_stays_by_the_profile(
-    profile: Profile, stays: bool, outcome: str
+@pytest.mark.parametrize(("stays", "until"), [(False, 2_500_000_000), (True, NEVER_NS)])
+def test_without_a_place_to_go_chase_fails_in_time_or_stays_by_the_profile(
+    profile: Profile, stays: bool, until: int
 ) -> None:
     settings = replace(profile.settings, chase=replace(profile.settings.chase, stays=stays))
+    run = GiveUp(after=2.5).run(FakeContext({"settings": settings}))
 
+    assert next(run).ns == until
     with pytest.raises(StopIteration) as ended:
-        next(GiveUp().run(FakeContext({"settings": settings})))
-
-    assert ended.value.value == outcome
+        next(run)
+    assert ended.value.value == "failed"
 
 
 @pytest.mark.requirement(66)

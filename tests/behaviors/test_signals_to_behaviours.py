@@ -29,11 +29,7 @@ PHASES = {
     "drive": (DRIVING, "chase/follow/drive/go"),
     "approach": (PARKED | {"chase/follow/wait/far": "far"}, "chase/follow/approach/go"),
     "make_room": (PARKED | {"chase/follow/wait/crowded": "crowded"}, "chase/follow/make_room"),
-    "boxed_in": (SETTLED | {"chase/follow/choose": "none"}, "chase/follow/boxed_in"),
-    "stay": (
-        DRIVING | {"chase/follow/drive/go": "stuck", "chase/follow/blocked": "stay"},
-        "chase/follow/stay/settled",
-    ),
+    "stay": (SETTLED | {"chase/follow/choose": "none"}, "chase/follow/stay/settled"),
 }
 
 # figure 4, and what a robot needs beside it: lost tracking, faults and errors warn the user, and
