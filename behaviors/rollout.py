@@ -18,7 +18,6 @@ from behaviors.situation import Situation
 from hw.geometry import STILL, Outline, Twist2
 from hw.people.person import RADIUS
 from hw.room import Point
-from states.navigation.clearance import distance_to_nearest
 from states.navigation.interfaces import GlobalPlanner
 from states.signals.prediction import PREDICTORS, chord
 from states.subsystems import SubsystemName
@@ -38,8 +37,6 @@ SLACK = 0.01
 """How much nearer to a wall a robot may come that starts too near to it, m."""
 FAR = 3.0
 """A squared excess of the wanted distance to the user counts so many times a deficit."""
-BY_WALL = 0.4
-"""A walking user stops where they are nearer to a wall, m."""
 BREAK_OFF = (0, 2, 4)
 """Steps after which the drive is assumed to be aborted, so that the robot brakes."""
 
@@ -93,10 +90,7 @@ def roll_out(now: Situation, places: Sequence[Point] | Array, max_speed: float) 
 
 
 def predict_user(now: Situation, predictors: Sequence[str]) -> Array:
-    """The user's trajectory by each predictor, (predictors, steps, 3): x, y, direction of view.
-
-    Nobody walks into a wall: trajectories end where they come nearer than BY_WALL to one.
-    """
+    """The user's trajectory by each predictor, (predictors, steps, 3): x, y, direction of view."""
     body, velocity = now.user.body, now.velocity
     looking = now.user.head_yaw if now.settings.escape.view == "head" else body.yaw
     chosen = (PREDICTORS[name] for name in predictors)
@@ -105,7 +99,6 @@ def predict_user(now: Situation, predictors: Sequence[str]) -> Array:
     )
     state = np.array((body.x, body.y, body.yaw, velocity.vx, velocity.vy, velocity.wz))
     found = _predictions(numbers, state, np.array((now.pose.x, now.pose.y)))
-    _stop_at_walls(found, (body.x, body.y), now.environment.walls)
     found[:, :, 2] += looking - body.yaw
     return found
 
@@ -285,23 +278,6 @@ def _predictions(predictors: Array, state: Array, robot: Array) -> Array:
 
 
 @njit(cache=True)
-def _stop_at_walls(predictions: Array, start: Point, walls: Array) -> None:
-    """Hold each trajectory at its last position before a wall, in place."""
-    for j in range(len(predictions)):
-        x, y = start
-        room, held = distance_to_nearest(x, y, walls), False
-        for step in range(predictions.shape[1]):
-            px, py = predictions[j, step, 0], predictions[j, step, 1]
-            if not held:
-                left = distance_to_nearest(px, py, walls)
-                held = left < BY_WALL and left < room
-                if not held:
-                    x, y, room = px, py, left
-            if held:
-                predictions[j, step, 0], predictions[j, step, 1] = x, y
-
-
-@njit(cache=True)
 def _evaluate(
     trajectories: Array,
     predictions: Array,
@@ -427,7 +403,6 @@ def _rest_places(trajectory: Array, acceleration: float) -> Array:
 def warm_up() -> None:
     """Compile the kernels, or load them from the cache."""
     predictions = _predictions(np.ones((2, 6)), np.zeros(6), np.ones(2))
-    _stop_at_walls(predictions, (0.0, 0.0), np.ones((1, 4)))
     trajectories = _roll_out((0.0, 0.0, 0.0, 0.0), 1.0, 1.0, np.ones((1, 2)))
     _evaluate(trajectories, predictions, 0.0, (1.0, 1.0, 1.0), Outline(0.5, 0.5, 0.4, 0.4), 0.1)
     _rest_places(trajectories[0], 1.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -144,27 +143,22 @@ def test_the_gap_between_two_ticks_counts() -> None:
 
 # a run on record
 
-WAY = (4.3, 2.4)
-
 
 @pytest.fixture(scope="module")
 def record(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Someone who runs at the robot again and again, in a small room."""
+    """Someone who walks at the robot again and again, in a small room."""
     folder: Path = tmp_path_factory.mktemp("runs")
     (folder / "tight.yaml").write_text(
         "scene: tight\nroom: {outer: [[0, 0], [7, 0], [7, 7], [0, 7]]}\n"
         "robot: {file: rbkairos_ur10, start: {x: 1.0, y: 1.0, yaw: 0.785}}\n"
     )
-    length = math.hypot(*WAY)
-    rows = ["id,t_s,x_m,y_m"]
-    for n in range(151):
-        share = min(max(0.0, 0.04 * n - 1.0) * 2.5, length) / length
-        rows.append(f"1,{0.04 * n:.2f},{5.3 - WAY[0] * share:.4f},{3.4 - WAY[1] * share:.4f}")
-    (folder / "walk.csv").write_text("\n".join(rows) + "\n")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        walks = ["--user", "walk.csv@3.15,2.2,0", "--duration", "8", "--record", "x.mcap"]
-        assert main(["simulate", "--scene", "tight.yaml", *walks]) == OK
+        walks = ["--user", "random:pursuer", "--seed", "3", "--duration", "25"]
+        soon = ["--set", "charts.escape.within=0.2"]  # so that Escapes fail
+        assert (
+            main(["simulate", "--scene", "tight.yaml", *walks, *soon, "--record", "x.mcap"]) == OK
+        )
     return folder / "x.mcap"
 
 
