@@ -87,7 +87,7 @@ def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
     here = (now.pose.x, now.pose.y)
     cells: Iterable[ChaseCell] = space.free()
     if chase.risk > 0.0:
-        cells = _out_of_the_way(now, list(cells))
+        cells = out_of_the_way(now, list(cells))
     if chase.pick == "sample":
         cells = _sampled(list(cells), chase.seed, now.user)
     best, shortest, least = None, math.inf, -math.inf
@@ -105,7 +105,7 @@ def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
     return best
 
 
-def _out_of_the_way(now: Situation, cells: Sequence[ChaseCell]) -> list[ChaseCell]:
+def out_of_the_way(now: Situation, cells: Sequence[ChaseCell]) -> list[ChaseCell]:
     """Every so many cells, best first, with weights that include the risk of standing there.
 
     The reciprocal of a weight is a time, to which the expected lack of time is added `risk` times.

@@ -139,6 +139,7 @@ class UserSettings:
 class EscapeSettings:
     """The trigger (R104), the Escape poses (R105-R108) and when the user is safe (R112).
 
+    `trigger`: a user who moves within a zone, or only a predicted contact.
     `moving`: a user slower than this, m/s, triggers nothing; 0 is the literal rule of the paper.
     `reaction`, s, is added to the time that the robot needs to move aside. `warning`: the user is
     warned of an unavoidable touch once it is less than this ahead, s. Poses: each of `distances`
@@ -175,6 +176,8 @@ class ChaseSettings:
     widened by the length `margin`, and by `margin_angle` to either side, are dropped. `weight`
     names the weighting (`angle_radius`: highest at `best_angle` and `best_radius`), `pick` the
     choice: the largest weight (those within `tie` by the shortest path), or at random from `seed`.
+    `risk`: a second of lateness that a place is expected to cost (`behaviors.waiting`) counts as so
+    many seconds of response; 0: places are weighed by the response alone.
     `stays`: without a free place the robot stays where it is; else Chase fails.
     """
 
