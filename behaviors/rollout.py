@@ -35,7 +35,7 @@ WITH_USER = RADIUS + 0.2
 be at the user's hand."""
 SLACK = 0.01
 """How much nearer to a wall a robot may come that starts too near to it, m."""
-FAR = 3.0
+FAR = 6.0
 """A squared excess of the wanted distance to the user counts so many times a deficit."""
 BREAK_OFF = (0, 2, 4)
 """Steps after which the drive is assumed to be aborted, so that the robot brakes."""
