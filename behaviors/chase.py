@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 TRIES = 30
 """How many of the best free cells are tried for a path before giving up."""
+CELLS = 400
+"""Number of cells whose risk is computed."""
 AT_A_TIME = 256
 """Number of cells that are tested for being free in one call."""
 ChaseCell = tuple[float, float, float]
@@ -84,6 +86,8 @@ def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
     planner, chase = now.planners["chase"], now.settings.chase
     here = (now.pose.x, now.pose.y)
     cells: Iterable[ChaseCell] = space.free()
+    if chase.risk > 0.0:
+        cells = out_of_the_way(now, list(cells))
     if chase.pick == "sample":
         cells = _sampled(list(cells), chase.seed, now.user)
     best, shortest, least = None, math.inf, -math.inf
@@ -99,6 +103,24 @@ def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
             least = weight - chase.tie if chase.pick == "largest" else math.inf
         best, shortest = (x, y), path.length
     return best
+
+
+def out_of_the_way(now: Situation, cells: Sequence[ChaseCell]) -> list[ChaseCell]:
+    """Every so many cells, best first, with weights that include the risk of standing there.
+
+    The reciprocal of a weight is a time, to which the expected lack of time is added `risk` times.
+    """
+    if not cells:
+        return []
+    import numpy as np
+
+    from behaviors.waiting import risks
+
+    some = np.array(cells[:: max(1, len(cells) // CELLS)])
+    costs = 1.0 / np.maximum(some[:, 2], 1e-9)
+    some[:, 2] = 1.0 / (costs + now.settings.chase.risk * risks(now, some[:, :2].copy()))
+    weighed: list[ChaseCell] = some[np.argsort(-some[:, 2], kind="stable")].tolist()
+    return weighed
 
 
 def _sampled(cells: Sequence[ChaseCell], seed: int, user: UserPose) -> list[ChaseCell]:
@@ -158,7 +180,7 @@ class ChooseChasePose(Action):
 
     def run(self, ctx: Context) -> Run:
         while True:
-            now, space = situation(ctx, "chase"), ctx.value(CHASE_SPACE)
+            now, space = situation(ctx, "chase", "escape"), ctx.value(CHASE_SPACE)
             if now is not None and space is not None:
                 break
             yield On(planner_key("chase"), CHASE_SPACE, *CHANGES)

@@ -8,7 +8,16 @@ from collections.abc import Sequence
 import numpy as np
 from numba import njit
 
-from behaviors.rollout import Array, crowding, evaluate, predict_user, roll_out
+from behaviors.rollout import (
+    Array,
+    crowding,
+    evaluate,
+    haste,
+    lateness,
+    predict_user,
+    pursued,
+    roll_out,
+)
 from behaviors.situation import Situation
 from hw.geometry import Outline, Pose2
 from hw.room import Point
@@ -17,6 +26,12 @@ from states.navigation.clearance import distance_to_nearest
 KEEP_S = 0.2
 """Hysteresis: another Escape pose has to be safe earlier than the current one by this, s."""
 
+CAUGHT_S = 1.6
+"""A user who walks at the robot is warned so long before a touch, s: 0.8 s to react, 0.5 s to stop,
+and what it takes to see their walk."""
+HEADING = math.radians(20.0)
+"""Whoever walks within this of the direction to the robot walks at it, rad."""
+
 RINGS = (0.6, 1.2, 2.0)
 DIRECTIONS = 16
 """Candidate places to make room: rings around the robot, m, with this many directions each."""
@@ -24,6 +39,11 @@ TOUCH, DREAD = 1.8, 10.0
 """For distances to the user below TOUCH, m, the squared deficit is added DREAD times."""
 OPEN, CORNERED = 2.5, 6.0
 """A clearance from walls below OPEN, m, costs CORNERED times the squared deficit."""
+HASTE, KEEP = 1.0, 2.9
+"""What closing in too fast on where the user is costs; distance to keep from there, m."""
+LATE, EARLY_S = 10.0, 0.4
+"""Lack of time, squared, to move out of the line that the user walks; how early the robot should
+be, s."""
 EFFORT = 0.5
 """Cost of driving, per m."""
 AROUND = np.array(
@@ -40,22 +60,20 @@ def safest_goal(
     goals: Sequence[Pose2],
     present: Pose2 | None,
     outline: Outline | None = None,
-) -> Pose2 | None:
+) -> tuple[Pose2 | None, float]:
     """The Escape pose with which the user is safe soonest, without a touch on the way.
 
-    If every drive ends in a touch, the one with the largest gap. None if on every drive the touch
-    is less than `escape.warning` ahead, so that the user has to be warned now, or if all come too
-    near to walls. `present` is the current goal, one of `goals`; `outline` that of rover and arm,
-    None for the rover alone.
+    If every drive ends in a touch, the one with the largest gap; None if all come too near to
+    walls. Besides, the time until a touch is predicted on the drive that delays it most, s;
+    infinite if there is one without a touch. `present` is the current goal, one of `goals`;
+    `outline` that of rover and arm, None for the rover alone.
     """
     if not goals:
-        return None
+        return None, math.inf
     environment, settings = now.environment, now.settings
     places = [(goal.x, goal.y) for goal in goals]
     rollouts = roll_out(now, places, environment.navigation.escape.max_speed)
     found = evaluate(now, rollouts, predict_user(now, settings.user.likely), outline)
-    if found.touch_after.max() < settings.escape.warning:
-        return None
     numbers = (found.safe_after.tolist(), found.gap.tolist(), found.touch_after.tolist())
     ranked = []
     for i, (safe_after, gap, touch_after) in enumerate(zip(*numbers, strict=True)):
@@ -64,7 +82,34 @@ def safest_goal(
         rank = (-gap, safe_after) if touches else (safe_after - kept, -gap)
         ranked.append((touches, *rank, i))
     planner = now.planners["escape"]
-    return next((goals[i] for *_, i in sorted(ranked) if rollouts.keeps_off(i, planner)), None)
+    best = next((i for *_, i in sorted(ranked) if rollouts.keeps_off(i, planner)), None)
+    if best is None:
+        return None, math.inf
+    return goals[best], float(found.touch_after[best])
+
+
+def is_caught(
+    now: Situation, goals: Sequence[Pose2], outline: Outline | None = None, calm: float = 0.0
+) -> bool:
+    """True if a user who keeps walking at the robot touches it within CAUGHT_S on every drive.
+
+    They walk towards it now, within HEADING; prediction alone would hope for each of their turns to
+    be the last. With `calm`, s, as hysteresis it stays true for so much longer, and for HEADING
+    more.
+    """
+    dx, dy = now.pose.x - now.user.body.x, now.pose.y - now.user.body.y
+    closing = dx * now.velocity.vx + dy * now.velocity.vy
+    heading = HEADING if calm <= 0.0 else 2.0 * HEADING
+    if closing <= math.cos(heading) * math.hypot(dx, dy) * now.velocity.speed:
+        return False
+    places = [(now.rest.x, now.rest.y), *((goal.x, goal.y) for goal in goals)]
+    rollouts = roll_out(now, places, now.environment.navigation.escape.max_speed)
+    touches = pursued(now, rollouts, outline).tolist()
+    planner, within = now.planners["escape"], CAUGHT_S + calm + now.environment.delay
+    if touches[0] >= within:
+        return False
+    later = (i for i in range(1, len(touches)) if touches[i] >= within)
+    return not any(rollouts.keeps_off(i, planner) for i in later)
 
 
 def place_with_room(now: Situation, band: tuple[float, float], present: Point | None) -> Point:
@@ -80,6 +125,15 @@ def place_with_room(now: Situation, band: tuple[float, float], present: Point | 
     rollouts = roll_out(now, places, environment.navigation.chase.max_speed)
     predictions = predict_user(now, (*user.likely, *user.possible))
     costs = crowding(rollouts.trajectories, predictions, *band, TOUCH, DREAD)
+    costs += LATE * lateness(
+        rollouts.trajectories,
+        predictions[: len(user.likely)],
+        now.settings.escape.contact,
+        now.settings.escape.reaction + environment.delay + EARLY_S,
+        environment.limits.base_acceleration,
+    )
+    body, acceleration = now.user.body, environment.limits.base_acceleration
+    costs += HASTE * haste(rollouts.trajectories, (body.x, body.y), KEEP, acceleration)
     costs += _efforts(places, pose.x, pose.y, environment.walls)
     order = np.argsort(costs, kind="stable").tolist()
     for planner in (now.planners["chase"], now.planners["escape"]):
@@ -102,9 +156,10 @@ def _efforts(places: Array, x: float, y: float, walls: Array) -> Array:
 
 def warm_up() -> None:
     """Compile everything that a tick may need, or load it from the cache."""
-    from behaviors import rollout
+    from behaviors import rollout, waiting
     from states.navigation import visibility
 
     rollout.warm_up()
+    waiting.warm_up()
     visibility.warm_up()
     _efforts(np.ones((1, 2)), 0.0, 0.0, np.ones((1, 4)))

@@ -3,23 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from behaviors.keys import ESCAPE_POSES, ESCAPE_REQUIRED, ESCAPE_SAFE, settings_of
 from behaviors.settings import EscapeSettings, Settings
-from behaviors.situation import AGE_S, CHANGES, WAYS, Situation, situation
-from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
+from behaviors.situation import AGE_S, WAYS, Situation, situation
+from engine.state import Action, Context, Monitor, On, Run
 from hw.geometry import Pose2, Twist2, wrap
 from hw.samples import Joints, UserPose
 from states.environment import Environment
-from states.keys import ARM_JOINTS, planner_key
+from states.keys import ARM_JOINTS
 from states.navigation.states import is_there, user_disc
 from states.signals.prediction import time_to_contact
+from states.subsystems import SubsystemName
 
 if TYPE_CHECKING:
     from states.navigation.interfaces import GlobalPlanner
 
+CAUGHT_WITHIN, CAUGHT_S = 1.6, 1.8
+"""A user who would need longer than CAUGHT_S, s, to come within CAUGHT_WITHIN, m, catches no
+robot."""
+CALM_S = 0.3
+"""A danger is over once the robot would have this much time more than it needs, s."""
+SIGMAS = 2.0
+"""Distances from the user grow by this many standard deviations of their pose; see `rollout`."""
 LOOKAHEAD_S = 3.0
 """Predicted contacts later than this are ignored, s."""
 
@@ -37,25 +46,85 @@ def in_zone(escape: EscapeSettings, user: UserPose, base: Pose2, margin: float =
 
 
 def is_required(
-    environment: Environment, settings: Settings, user: UserPose, base: Pose2, velocity: Twist2
+    environment: Environment,
+    settings: Settings,
+    planner: GlobalPlanner,
+    user: UserPose,
+    base: Pose2,
+    velocity: Twist2,
+    twist: Twist2,
 ) -> bool:
-    """True if the user moves, and the robot is in a zone or about to be walked into (R104)."""
+    """True if the user moves, and the robot is in a zone or about to be walked into (R104).
+
+    `planner` is Escape's, `twist` the robot's velocity in the base frame. By the profile's
+    `trigger` a zone alone is no danger; a user who walks at a robot that cannot get away is one.
+    """
     escape = settings.escape
     if velocity.speed < escape.moving:
         return False
-    if in_zone(escape, user, base):
+    if escape.trigger == "zones" and in_zone(escape, user, base):
         return True
-    return escape.predict and will_be_reached(environment, escape, user.body, base, velocity)
+    if not escape.predict:
+        return False
+    if will_be_reached(environment, escape, user.body, base, _relative(velocity, twist, base)):
+        return True
+    now = _situation(environment, settings, planner, user, base, velocity, twist)
+    return escape.trigger == "contact" and _is_caught(now)
+
+
+def _relative(velocity: Twist2, twist: Twist2, base: Pose2) -> Twist2:
+    """The user's velocity as seen from the robot, in the map frame."""
+    motion = twist.rotated(base.yaw)
+    return Twist2(velocity.vx - motion.vx, velocity.vy - motion.vy)
+
+
+def _situation(
+    environment: Environment,
+    settings: Settings,
+    planner: GlobalPlanner,
+    user: UserPose,
+    base: Pose2,
+    velocity: Twist2,
+    twist: Twist2,
+) -> Situation:
+    ways: Mapping[SubsystemName, GlobalPlanner] = {"escape": planner}
+    return Situation(environment, settings, base, twist, user, velocity, ways)
+
+
+def _is_caught(now: Situation, calm: float = 0.0) -> bool:
+    if now.distance > CAUGHT_WITHIN + (CAUGHT_S + calm) * now.velocity.speed:
+        return False
+    from behaviors.dodge import is_caught
+
+    free = poses(now.settings, now.planners["escape"], now.user, now.pose)
+    return is_caught(now, free, calm=calm)
 
 
 def is_safe(
-    environment: Environment, settings: Settings, user: UserPose, base: Pose2, velocity: Twist2
+    environment: Environment,
+    settings: Settings,
+    planner: GlobalPlanner,
+    user: UserPose,
+    base: Pose2,
+    velocity: Twist2,
+    twist: Twist2,
 ) -> bool:
-    """True if the robot is outside both zones, with hysteresis, and no contact predicted (R112)."""
+    """True if the danger is over, with hysteresis (R112); arguments as for `is_required`.
+
+    No contact is predicted, and, if zones are what triggers, the robot is outside both.
+    """
     escape = settings.escape
-    if in_zone(escape, user, base, escape.hysteresis):
+    if escape.trigger == "zones" and in_zone(escape, user, base, escape.hysteresis):
         return False
-    return not (escape.predict and will_be_reached(environment, escape, user.body, base, velocity))
+    if not escape.predict:
+        return True
+    later = replace(
+        escape, contact=escape.contact + escape.hysteresis, reaction=escape.reaction + CALM_S
+    )
+    if will_be_reached(environment, later, user.body, base, _relative(velocity, twist, base)):
+        return False
+    now = _situation(environment, settings, planner, user, base, velocity, twist)
+    return escape.trigger == "zones" or not _is_caught(now, CALM_S)
 
 
 def will_be_reached(
@@ -63,16 +132,20 @@ def will_be_reached(
 ) -> bool:
     """True if the user, walking straight on, would reach the robot before it could move aside.
 
+    Late poses and commands add to the robot's reaction, uncertain poses to the distance.
+
     The user's line passes the robot's centre at the distance `offset`, |r x v| / |v|. The robot has
     to drive the rest of `contact` sideways from standstill, aside = a t^2 / 2, after `reaction`.
     """
     relative = (user.x - base.x, user.y - base.y)
-    until = time_to_contact(relative, (velocity.vx, velocity.vy), escape.contact)
+    contact = escape.contact + SIGMAS * environment.user_sigma
+    until = time_to_contact(relative, (velocity.vx, velocity.vy), contact)
     if not until < LOOKAHEAD_S or velocity.speed < escape.moving:
         return False
     offset = abs(relative[0] * velocity.vy - relative[1] * velocity.vx) / velocity.speed
-    aside = max(0.0, escape.contact - offset)
-    return until < escape.reaction + math.sqrt(2.0 * aside / environment.limits.base_acceleration)
+    aside = max(0.0, contact - offset)
+    reaction = escape.reaction + environment.delay
+    return until < reaction + math.sqrt(2.0 * aside / environment.limits.base_acceleration)
 
 
 def all_poses(escape: EscapeSettings, user: UserPose, base: Pose2) -> Iterator[Pose2]:
@@ -105,81 +178,79 @@ class EscapeRequired(Monitor):
         return "required"
 
 
-class SafeOnTheWay(Monitor):
-    """`safe` once both zones are clear, even before an Escape pose is reached.
-
-    Only in profiles that allow it, and only if there was danger at the start: an Escape after a
-    failure of Chase has to reach its pose (R112).
-    """
-
-    outcomes = ("safe",)
-    reads = {**WAYS, ESCAPE_SAFE: AGE_S}
-
-    def run(self, ctx: Context) -> Run:
-        if not settings_of(ctx).escape.safe_on_the_way or ctx.value(ESCAPE_SAFE):
-            yield Until(NEVER_NS)
-        while not (ctx.value(ESCAPE_SAFE) and self._can_stop(ctx)):
-            yield On(ESCAPE_SAFE, planner_key("escape"), *CHANGES)
-        return "safe"
-
-    def _can_stop(self, ctx: Context) -> bool:
-        """True if the place where the robot would come to rest is free."""
-        now = situation(ctx, "escape")
-        return now is not None and now.planners["escape"].is_free((now.rest.x, now.rest.y))
-
-
 class Flee(Action):
     """Drive to an Escape pose, as fast as possible and without turning (R109-R111).
 
-    The arm stays as it is, and its outline is taken into account. `safe`: arrived, and both zones
-    are clear. `no_pose`: no Escape pose is free. `no_way`: none can be reached, or none without
-    touching the user.
+    The arm stays as it is, and its outline is taken into account. Once every drive is predicted to
+    end in a touch within the profile's `warning`, the stop sign is shown while the robot drives on
+    (R114). `safe`: the danger is over, at an Escape pose, or, if the profile allows it, on the way
+    (R112). An Escape that began without danger, after a failure of Chase, has to reach its pose.
+    `no_pose`: no Escape pose is free. `no_way`: none can be reached.
     """
 
     outcomes = ("safe", "no_pose", "no_way")
     reads = {**WAYS, ESCAPE_POSES: AGE_S, ESCAPE_SAFE: AGE_S, ARM_JOINTS: AGE_S}
-    commands = ("base",)
+    commands = ("base", "vr")
 
     def run(self, ctx: Context) -> Run:
         from behaviors.rollout import command_towards
 
-        base, goal, planner = ctx.part("base"), None, None
+        base, vr, goal, planner = ctx.part("base"), ctx.part("vr"), None, None
+        warned = False
+        on_the_way = settings_of(ctx).escape.safe_on_the_way and not ctx.value(ESCAPE_SAFE)
         try:
             while (now := situation(ctx, "escape")) is not None:
                 subsystem = now.environment.navigation.escape
                 if planner is not now.planners["escape"]:
                     planner = now.planners["escape"]
                     goal = _still_in_reach(now, goal)
-                if goal is not None and is_there(now.pose, now.twist, goal, subsystem):
-                    if ctx.value(ESCAPE_SAFE):
-                        return "safe"
+                there = goal is not None and is_there(now.pose, now.twist, goal, subsystem)
+                safe = ctx.value(ESCAPE_SAFE)
+                if safe and (there or (on_the_way and _can_stop(now))):
+                    return "safe"
+                if there and not safe:
                     goal = None
                 free = ctx.value(ESCAPE_POSES) or ()
                 arm = ctx.value(ARM_JOINTS)
-                goal = choose(now, free, goal, None if arm is None else arm.joints)
+                goal, touches = choose(now, free, goal, None if arm is None else arm.joints)
                 if goal is None:
                     return "no_way" if free else "no_pose"
+                if touches and not warned:
+                    vr.inform(True)
+                    warned = True
                 command = command_towards(now, (goal.x, goal.y), "escape")
                 base.drive(now.slowed(command, "escape"), "escape")
                 yield None
         finally:
             base.release("escape")
+            if warned:
+                vr.inform(False)
         return "no_way"
+
+
+def _can_stop(now: Situation) -> bool:
+    """True if the place where the robot would come to rest is free."""
+    return now.planners["escape"].is_free((now.rest.x, now.rest.y))
 
 
 def choose(
     now: Situation, free: Sequence[Pose2], goal: Pose2 | None, joints: Joints | None
-) -> Pose2 | None:
-    """The pose of `free` to drive to, by the profile's `order`; None if none can be reached.
+) -> tuple[Pose2 | None, bool]:
+    """The pose to drive to, by the profile's `order`, and whether a touch has to be reckoned with.
 
-    `goal` is the pose driven to so far, `joints` are the arm's, rad, if known.
+    None if none can be reached. `free` are the free Escape poses, `goal` is the pose driven to so
+    far, `joints` are the arm's, rad, if known.
     """
-    if now.settings.escape.order == "given":
-        return goal or _first_in_reach(now, free)
-    from behaviors.dodge import safest_goal
+    escape = now.settings.escape
+    if escape.order == "given":
+        return goal or _first_in_reach(now, free), False
+    from behaviors.dodge import is_caught, safest_goal
 
     outline = now.environment.outline(joints)
-    return safest_goal(now, (*(() if goal is None else (goal,)), *free), goal, outline)
+    goals = (*(() if goal is None else (goal,)), *free)
+    best, touch_after = safest_goal(now, goals, goal, outline)
+    due = touch_after < escape.warning + now.environment.delay
+    return best, due or is_caught(now, free, outline)
 
 
 def _still_in_reach(now: Situation, goal: Pose2 | None) -> Pose2 | None:

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Generator, Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from behaviors.keys import HAPTIC_POSES
 from behaviors.settings import HapticSettings, Settings
 from behaviors.situation import CHANGES, WAYS, Situation, situation
-from engine.state import Action, Context, Monitor, On, Run
+from engine.state import Action, Context, Monitor, On, Run, Yielded
 from hw.geometry import Pose2, Pose3, wrap
 from states.keys import HAPTIC_REQUEST, RELEASE, planner_key
+from states.navigation.states import wide_disc
+from states.subsystems import SubsystemName
 
 if TYPE_CHECKING:
     from states.navigation.interfaces import GlobalPlanner
+
+CLOSE: SubsystemName = "escape"
+"""The subsystem with whose inflation and user radius the second choice is made and driven to."""
+SLICE = 12
+"""Number of poses of the second choice that are ranked in one tick."""
 
 
 def all_poses(haptic: HapticSettings, deep: Pose3) -> Iterator[Pose2]:
@@ -22,11 +29,48 @@ def all_poses(haptic: HapticSettings, deep: Pose3) -> Iterator[Pose2]:
 
     Angle 0 is on the line from the user through the DEEP; the robot faces the DEEP (R76, R85).
     """
-    for angle in haptic.angles:
-        direction = deep.yaw + angle
-        x = deep.x + haptic.radius * math.cos(direction)
-        y = deep.y + haptic.radius * math.sin(direction)
-        yield Pose2(x, y, wrap(direction + math.pi))
+    return (_pose(deep, haptic.radius, angle) for angle in haptic.angles)
+
+
+def close_poses(now: Situation, deep: Pose3) -> tuple[Pose2, ...]:
+    """The free poses of the second choice: all round the DEEP, with what Escape keeps clear."""
+    close, planner = now.settings.haptic.close, now.planners[CLOSE]
+    if close is None:
+        return ()
+    radii = range(math.floor((close.outer - close.inner) / close.step + 1e-9) + 1)
+    angles = range(math.ceil(math.tau / close.turn - 1e-9))
+    found = (
+        _pose(deep, close.inner + close.step * i, close.turn * k) for i in radii for k in angles
+    )
+    return tuple(pose for pose in outside(now, CLOSE, found) if planner.is_free((pose.x, pose.y)))
+
+
+def _pose(deep: Pose3, radius: float, angle: float) -> Pose2:
+    direction = deep.yaw + angle
+    x, y = deep.x + radius * math.cos(direction), deep.y + radius * math.sin(direction)
+    return Pose2(x, y, wrap(direction + math.pi))
+
+
+def outside(now: Situation, name: SubsystemName, free: Iterable[Pose2]) -> tuple[Pose2, ...]:
+    """Those of the poses that lie outside of the disc around the user that a subsystem avoids."""
+    body, radius = now.user.body, now.environment.navigation.named(name).user_radius
+    return tuple(pose for pose in free if pose.distance_to(body) >= radius)
+
+
+def within_reach(now: Situation, poses: tuple[Pose2, ...], deep: Pose3) -> tuple[Pose2, ...]:
+    """Those of the poses from which the arm would reach the DEEP if nothing were in its way."""
+    found = now.environment.workspace.reached(poses, deep)
+    return tuple(pose for pose, reached in zip(poses, found, strict=True) if reached)
+
+
+def is_blocked(now: Situation, deep: Pose3) -> bool:
+    """True if the DEEP is in or behind a wall as seen from the user, or too near for the prop."""
+    room, body = now.environment.room, now.user.body
+    if not room.sees(body.x, body.y, deep.x, deep.y):
+        return True
+    ends, radii = now.environment.workspace.held(deep)
+    lines = ends[:, :, :2].reshape(-1, 4).tolist()
+    return any(room.way_clearance(*line) < r for line, r in zip(lines, radii, strict=True))
 
 
 def poses(settings: Settings, planner: GlobalPlanner, deep: Pose3) -> tuple[Pose2, ...]:
@@ -34,13 +78,23 @@ def poses(settings: Settings, planner: GlobalPlanner, deep: Pose3) -> tuple[Pose
     return tuple(p for p in all_poses(settings.haptic, deep) if planner.is_free((p.x, p.y)))
 
 
-def reachable(now: Situation, free: tuple[Pose2, ...]) -> dict[Pose2, float]:
-    """The poses that the robot can drive to, in order, each with the time of the drive, s."""
-    planner, here = now.planners["haptic"], (now.pose.x, now.pose.y)
+def reachable(
+    now: Situation, name: SubsystemName, free: Iterable[Pose2], *, wide: bool = False
+) -> dict[Pose2, float]:
+    """The poses that the robot can drive to, in order, each with the time of the drive, s.
+
+    `name` is the subsystem with whose planner and distance from the user, `wide` around the disc
+    that a close drive prefers.
+    """
+    planner, here = now.planners[name], (now.pose.x, now.pose.y)
+    navigation = now.environment.navigation
     found = {}
     for goal in free:
         place = (goal.x, goal.y)
-        path = planner.plan(here, place, now.user_disc("haptic", place))
+        disc = now.user_disc(name, place)
+        if wide:
+            disc = wide_disc(now.user, navigation.haptic, navigation.named(name), goal)
+        path = planner.plan(here, place, disc)
         if path is not None:
             found[goal] = drive_time(now, path.length, abs(wrap(goal.yaw - now.pose.yaw)))
     return found
@@ -51,9 +105,14 @@ def best_pose(now: Situation, times: dict[Pose2, float], deep: Pose3) -> Pose2 |
 
     None: with `order` "time", the DEEP is out of the arm's reach from all of them.
     """
-    goals = tuple(times)
     if now.settings.haptic.order == "given":
-        return goals[0] if goals else None
+        return next(iter(times), None)
+    return soonest_pose(now, times, deep)
+
+
+def soonest_pose(now: Situation, times: dict[Pose2, float], deep: Pose3) -> Pose2 | None:
+    """The pose with the prop at the DEEP soonest; None if the arm reaches it from none of them."""
+    goals = tuple(times)
     drive = now.environment.navigation.haptic
     tolerance = (drive.tolerance, drive.yaw_tolerance)
     drives = tuple(times.values())
@@ -91,19 +150,64 @@ class ChooseHapticPose(Action):
     """Choose a Haptic rover pose among those that are free and can be reached.
 
     By the profile's `order`: the first one given, or the one with the prop at the DEEP soonest,
-    by the exact reach of the arm. `none`: the user stands too near to a wall, or blocks the only
-    path. `out_of_reach`: the arm cannot reach the DEEP from any of them.
+    by the exact reach of the arm. `close`: none of these will do, but one of the profile's `close`
+    ones, with the distances from walls and user that Escape keeps.
+
+    `deep_blocked`: the DEEP is in or behind a wall, or so near to one that the prop would touch it.
+    `no_pose`: no rover pose is free. `out_of_reach`: the arm reaches the DEEP from none that is.
+    `no_way`: walls or the user cut off those from which it would.
     """
 
-    outcomes = ("chosen", "none", "out_of_reach")
-    outputs = {"chosen": {"pose": Pose2}}
+    outcomes = ("chosen", "close", "deep_blocked", "no_pose", "no_way", "out_of_reach")
+    outputs = {"chosen": {"pose": Pose2}, "close": {"pose": Pose2}}
     reads = {**WAYS, HAPTIC_POSES: None}
 
     def run(self, ctx: Context, deep: Pose3) -> Run:
-        while (now := situation(ctx, "haptic")) is None:
-            yield On(planner_key("haptic"), *CHANGES)
-        times = reachable(now, ctx.value(HAPTIC_POSES) or ())
-        if not times:
-            return "none"
+        now = yield from _now(ctx, "haptic")
+        if is_blocked(now, deep):
+            return "deep_blocked"
+        free = near = outside(now, "haptic", ctx.value(HAPTIC_POSES) or ())
+        times = reachable(now, "haptic", free)
         best = best_pose(now, times, deep)
-        return "out_of_reach" if best is None else ("chosen", {"pose": best})
+        if best is not None:
+            return "chosen", {"pose": best}
+        if now.settings.haptic.close is not None:
+            if times:
+                yield None  # what follows is more than the work of one tick
+            now = yield from _now(ctx, CLOSE)
+            free = close_poses(now, deep)
+            near = within_reach(now, free, deep)
+            for wide in (True, False):
+                yield None
+                ways = reachable(now, CLOSE, (p for p in near if p not in times), wide=wide)
+                best = yield from _close_pose(now, ways, deep)
+                if best is not None:
+                    return "close", {"pose": best}
+                times |= ways
+        if not free:
+            return "no_pose"
+        return "out_of_reach" if times or not near else "no_way"
+
+
+def _now(ctx: Context, name: SubsystemName) -> Generator[Yielded, None, Situation]:
+    """The situation with this subsystem's planner, as soon as all of it is known."""
+    while (now := situation(ctx, name)) is None:
+        yield On(planner_key(name), *CHANGES)
+    return now
+
+
+def _close_pose(
+    now: Situation, times: dict[Pose2, float], deep: Pose3
+) -> Generator[Yielded, None, Pose2 | None]:
+    """The pose with the prop at the DEEP soonest, of those with the shortest drives.
+
+    SLICE poses in a tick, shortest drives first, until the arm reaches the DEEP from one of them.
+    """
+    goals = sorted(times, key=times.__getitem__)
+    for first in range(0, len(goals), SLICE):
+        yield None
+        some = {goal: times[goal] for goal in goals[first : first + SLICE]}
+        best = soonest_pose(now, some, deep)
+        if best is not None:
+            return best
+    return None

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from behaviors.refuge import is_outside, way_out
+from behaviors.situation import CHANGES, WAYS, Situation, situation
+from engine.files.units import Duration
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
-from states.keys import RESTART
+from hw.samples import UserPose
+from states.keys import RESTART, STOP_ENGAGED, planner_key
 
 
 class WarnUser(Action):
@@ -22,13 +26,33 @@ class WarnUser(Action):
             vr.inform(False)
 
 
-class Restarted(Monitor):
-    """`restarted` when the user, having stopped, gives the restart signal (R65, R115)."""
+class UserReady(Monitor):
+    """`restarted` when the user has stopped, gives the restart signal, and the robot can go on.
+
+    Walking on revokes the signal (R65, R115). Not before `least`, not while a fault is left or the
+    user is not tracked, and, with `until_clear`, not before the user has left both Escape zones or
+    there is a way out of them. It hands out where the user stands.
+    """
 
     outcomes = ("restarted",)
-    reads = {RESTART: None}
+    outputs = {"restarted": {"user": UserPose}}
+    reads = {**WAYS, RESTART: None, STOP_ENGAGED: None}
+
+    def __init__(self, least: Duration = 2.0, until_clear: bool = True) -> None:
+        self.least, self.until_clear = least, until_clear
 
     def run(self, ctx: Context) -> Run:
-        while not ctx.events(RESTART):
-            yield On(RESTART)
-        return "restarted"
+        earliest, willing = ctx.after(self.least), False
+        while True:
+            willing = bool(ctx.events(RESTART)) or willing
+            now = situation(ctx, "escape")
+            if now is not None and now.velocity.speed >= now.settings.escape.moving:
+                willing = False
+            ready = willing and ctx.now >= earliest and ctx.value(STOP_ENGAGED) is None
+            if ready and now is not None and self._can_go_on(now):
+                return "restarted", {"user": now.user}
+            until = earliest if ctx.now < earliest else NEVER_NS
+            yield On(RESTART, STOP_ENGAGED, planner_key("escape"), *CHANGES, until=until)
+
+    def _can_go_on(self, now: Situation) -> bool:
+        return not self.until_clear or is_outside(now) or way_out(now) is not None

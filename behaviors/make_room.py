@@ -10,6 +10,9 @@ from states.signals.prediction import PREDICTORS
 
 THINK_S = 0.2
 """Interval at which the place to drive to is chosen again, s."""
+TURNING, TURN_ROOM = 0.4, 2.9
+"""A standing user who turns faster than TURNING, rad/s, may set off in any direction: the robot
+keeps TURN_ROOM away from them, m."""
 SLACK = 0.2
 """Hysteresis: the robot makes room until the user is farther away than `room` by this, m."""
 
@@ -19,10 +22,9 @@ def is_crowded(now: Situation, room: float, ahead: float, walking: float) -> boo
 
     Walking means faster than `walking`, m/s. Distances are to where the robot would come to rest.
     """
-    speed = now.velocity.speed
+    speed, rest, body = now.velocity.speed, now.rest, now.user.body
     if speed <= walking:
-        return False
-    rest, body = now.rest, now.user.body
+        return abs(now.velocity.wz) > TURNING and rest.distance_to(body) < min(room, TURN_ROOM)
     spare = rest.distance_to(body) - room
     if spare < 0.0:
         return True

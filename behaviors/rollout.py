@@ -27,13 +27,16 @@ Array = NDArray[np.float64]
 HORIZON_S, STEP_S = 3.0, 0.1
 """Length and step of a rollout, s."""
 STEPS = round(HORIZON_S / STEP_S)
-CLOSEST = 0.12
-"""A predicted gap to the user below this, m, counts as a touch."""
+CLOSEST, SIGMAS = 0.12, 2.0
+"""A predicted gap to the user below CLOSEST, m, and SIGMAS standard deviations of their pose,
+counts as a touch."""
 WITH_USER = RADIUS + 0.2
 """With the user's centre nearer than this to the outline of rover and arm, m, the arm is taken to
 be at the user's hand."""
 SLACK = 0.01
 """How much nearer to a wall a robot may come that starts too near to it, m."""
+FAR = 6.0
+"""A squared excess of the wanted distance to the user counts so many times a deficit."""
 BREAK_OFF = (0, 2, 4)
 """Steps after which the drive is assumed to be aborted, so that the robot brakes."""
 
@@ -108,12 +111,30 @@ def evaluate(
     `outline` is that of rover and arm; None: of the rover alone. An arm at the user's hand, as
     after a touch, is ignored: any drive has to take it away from there.
     """
-    pose, escape, user = now.pose, now.settings.escape, now.user.body
+    pose, escape, outline = now.pose, now.settings.escape, _around_robot(now, outline)
     zones = (escape.ahead + escape.hysteresis, escape.around + escape.hysteresis, escape.half_view)
-    if outline is None or outline.distance(*pose.inverse().transform(user.x, user.y)) < WITH_USER:
-        outline = now.environment.outline()
-    found = _evaluate(rollouts.trajectories, predictions, pose.yaw, zones, outline)
+    closest = CLOSEST + SIGMAS * now.environment.user_sigma
+    found = _evaluate(rollouts.trajectories, predictions, pose.yaw, zones, outline, closest)
     return RolloutEvaluation(*found)
+
+
+def pursued(now: Situation, rollouts: Rollouts, outline: Outline | None = None) -> Array:
+    """Time until a user who always walks towards the robot touches it, on each drive, (n,), s.
+
+    They keep their present speed and turn without delay; infinite: not within the horizon.
+    """
+    outline = _around_robot(now, outline)
+    body, closest = now.user.body, CLOSEST + SIGMAS * now.environment.user_sigma
+    state = (body.x, body.y, now.velocity.speed)
+    return _pursued(rollouts.trajectories, state, now.pose.yaw, outline, closest)
+
+
+def _around_robot(now: Situation, outline: Outline | None) -> Outline:
+    """The outline of rover and arm, or of the rover alone if the arm is at the user's hand."""
+    user = now.pose.inverse().transform(now.user.body.x, now.user.body.y)
+    if outline is None or outline.distance(*user) < WITH_USER:
+        return now.environment.outline()
+    return outline
 
 
 def command_towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
@@ -131,14 +152,17 @@ def command_towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
     speed = min(environment.navigation.named(name).max_speed, math.sqrt(2.0 * acceleration * left))
     pace = min(speed / left, 1.0 / STEP_S)
     wanted_x, wanted_y = pace * dx, pace * dy
-    motion = twist.rotated(pose.yaw)
-    ax, ay = wanted_x - motion.vx, wanted_y - motion.vy
-    share = min(1.0, 2.0 * acceleration * environment.period / max(1e-9, math.hypot(ax, ay)))
-    vx, vy = motion.vx + share * ax, motion.vy + share * ay
-    braking = math.hypot(vx, vy) / (2.0 * acceleration)  # times v: the distance v^2 / (2 a)
-    rest = (pose.x + braking * vx, pose.y + braking * vy)
-    if not now.planners[name].allows((pose.x, pose.y), rest):
-        return STILL
+    motion, here = twist.rotated(pose.yaw), (pose.x, pose.y)
+    # wheels that slow down may change their direction as fast as they can brake
+    for rate in (acceleration, environment.robot.base.brake_deceleration):
+        ax, ay = wanted_x - motion.vx, wanted_y - motion.vy
+        share = min(1.0, 2.0 * rate * environment.period / max(1e-9, math.hypot(ax, ay)))
+        vx, vy = motion.vx + share * ax, motion.vy + share * ay
+        # times v: the way until braking begins, a tick later, and the braking distance v^2 / (2 a)
+        late = environment.period + environment.latency
+        braking = late + math.hypot(vx, vy) / (2.0 * acceleration)
+        if not now.planners[name].allows(here, (pose.x + braking * vx, pose.y + braking * vy)):
+            return STILL
     return Twist2(wanted_x, wanted_y).rotated(-pose.yaw)
 
 
@@ -167,9 +191,63 @@ def crowding(
                     continue
                 distance = math.sqrt(square)
                 near, beyond, close = room - distance, distance - far, touch - distance
-                found[i] += max(0.0, near) ** 2 + max(0.0, beyond) ** 2
+                found[i] += max(0.0, near) ** 2 + FAR * max(0.0, beyond) ** 2
                 found[i] += dread * max(0.0, close) ** 2
         found[i] /= len(predictions)
+    return found
+
+
+@njit(cache=True)
+def lateness(
+    trajectories: Array, predictions: Array, contact: float, reaction: float, acceleration: float
+) -> Array:
+    """How much too late a standing robot would be at each step to move out of the line, (n,), s2.
+
+    At a step the user, walking straight on, comes within `contact`, m, after the time `available`,
+    and the robot needs `reaction` plus sqrt(2 aside / acceleration). The squared lack of time is
+    summed over the steps; the worst of the user's trajectories counts.
+    """
+    found = np.zeros(len(trajectories))
+    for i in range(len(trajectories)):
+        for j in range(len(predictions)):
+            total = 0.0
+            for step in range(trajectories.shape[1] - 1):
+                ux, uy = predictions[j, step, 0], predictions[j, step, 1]
+                vx = (predictions[j, step + 1, 0] - ux) / STEP_S
+                vy = (predictions[j, step + 1, 1] - uy) / STEP_S
+                speed = math.hypot(vx, vy)
+                if speed < 0.1:
+                    continue
+                dx, dy = trajectories[i, step, 0] - ux, trajectories[i, step, 1] - uy
+                along = (dx * vx + dy * vy) / speed
+                lateral = abs(dx * vy - dy * vx) / speed
+                if along <= 0.0 or lateral >= contact:
+                    continue
+                reach = along - math.sqrt(contact * contact - lateral * lateral)
+                needed = reaction + math.sqrt(2.0 * (contact - lateral) / acceleration)
+                late = needed - max(0.0, reach) / speed
+                total += max(0.0, late) ** 2
+            found[i] = max(found[i], total)
+    return found
+
+
+@njit(cache=True)
+def haste(trajectories: Array, user: Point, keep: float, acceleration: float) -> Array:
+    """How much too fast the robot closes in on where the user is now, (n,), m2/s2.
+
+    Who walks away may stop and turn. From the speed v a stop takes v^2 / 2a, which has to be left
+    of the distance beyond `keep`, m; the squared excess of the speed is summed over the steps.
+    """
+    found = np.zeros(len(trajectories))
+    for i in range(len(trajectories)):
+        before = math.hypot(trajectories[i, 0, 0] - user[0], trajectories[i, 0, 1] - user[1])
+        for step in range(1, trajectories.shape[1]):
+            dx, dy = trajectories[i, step, 0] - user[0], trajectories[i, step, 1] - user[1]
+            distance = math.hypot(dx, dy)
+            closing = (before - distance) / STEP_S
+            admitted = math.sqrt(2.0 * acceleration * max(0.0, distance - keep))
+            found[i] += max(0.0, closing - admitted) ** 2
+            before = distance
     return found
 
 
@@ -206,6 +284,7 @@ def _evaluate(
     yaw: float,
     zones: tuple[float, float, float],
     outline: Outline,
+    closest: float,
 ) -> tuple[Array, Array, Array]:
     """See `RolloutEvaluation`; `zones` are radius ahead, radius around, and half the view angle."""
     count = len(trajectories)
@@ -224,7 +303,7 @@ def _evaluate(
                 across = max(0.0, y - outline.left, -outline.right - y)
                 room = math.hypot(along, across) - RADIUS
                 gap[i] = min(gap[i], room)
-                if room < CLOSEST:
+                if room < closest:
                     touch = min(touch, STEP_S * (step + 1))
                 inside = distance < zones[1]
                 if not inside and distance < zones[0]:
@@ -237,6 +316,34 @@ def _evaluate(
             safe_after[i] = max(safe_after[i], safe)
             touch_after[i] = max(touch_after[i], touch)
     return safe_after, gap, touch_after
+
+
+@njit(cache=True)
+def _pursued(
+    trajectories: Array,
+    user: tuple[float, float, float],
+    yaw: float,
+    outline: Outline,
+    closest: float,
+) -> Array:
+    """See `pursued`; `user` is x, y and speed."""
+    found = np.full(len(trajectories), math.inf)
+    c, s = math.cos(yaw), math.sin(yaw)
+    for i in range(len(trajectories)):
+        ux, uy = user[0], user[1]
+        for step in range(trajectories.shape[1]):
+            dx, dy = trajectories[i, step, 0] - ux, trajectories[i, step, 1] - uy
+            distance = math.hypot(dx, dy)
+            share = min(1.0, user[2] * STEP_S / max(distance, 1e-9))
+            ux, uy = ux + share * dx, uy + share * dy
+            dx, dy = (1.0 - share) * dx, (1.0 - share) * dy
+            x, y = -c * dx - s * dy, s * dx - c * dy
+            along = max(0.0, x - outline.front, -outline.back - x)
+            across = max(0.0, y - outline.left, -outline.right - y)
+            if math.hypot(along, across) - RADIUS < closest:
+                found[i] = STEP_S * (step + 1)
+                break
+    return found
 
 
 @njit(cache=True, error_model="numpy")
@@ -297,6 +404,9 @@ def warm_up() -> None:
     """Compile the kernels, or load them from the cache."""
     predictions = _predictions(np.ones((2, 6)), np.zeros(6), np.ones(2))
     trajectories = _roll_out((0.0, 0.0, 0.0, 0.0), 1.0, 1.0, np.ones((1, 2)))
-    _evaluate(trajectories, predictions, 0.0, (1.0, 1.0, 1.0), Outline(0.5, 0.5, 0.4, 0.4))
+    _evaluate(trajectories, predictions, 0.0, (1.0, 1.0, 1.0), Outline(0.5, 0.5, 0.4, 0.4), 0.1)
     _rest_places(trajectories[0], 1.0)
+    _pursued(trajectories, (1.0, 1.0, 1.0), 0.0, Outline(0.5, 0.5, 0.4, 0.4), 0.1)
     crowding(trajectories, predictions, 3.0, 4.0, 1.0, 1.0)
+    lateness(trajectories, predictions, 1.0, 0.1, 1.0)
+    haste(trajectories, (0.0, 0.0), 1.0, 1.0)

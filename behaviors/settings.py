@@ -33,10 +33,10 @@ from hw.sim.errors import SensorErrors
 from hw.sim.sensors import SensorModel
 from states.signals.prediction import PREDICTORS
 
-_QUARTER = 0.5 * math.pi + 1e-9
-Behind = Annotated[Angle, Range(-_QUARTER, _QUARTER)]
-"""Angle off the direction away from the user, rad; beyond a right angle the pose would be nearer
-to the user."""
+_WIDEST = math.radians(120.0) + 1e-9
+Behind = Annotated[Angle, Range(-_WIDEST, _WIDEST)]
+"""Angle off the direction away from the user, rad; beyond a right angle the pose leads past
+them."""
 
 
 def _predictor(item: Item) -> str:
@@ -139,6 +139,7 @@ class UserSettings:
 class EscapeSettings:
     """The trigger (R104), the Escape poses (R105-R108) and when the user is safe (R112).
 
+    `trigger`: a user who moves within a zone, or only a predicted contact.
     `moving`: a user slower than this, m/s, triggers nothing; 0 is the literal rule of the paper.
     `reaction`, s, is added to the time that the robot needs to move aside. `warning`: the user is
     warned of an unavoidable touch once it is less than this ahead, s. Poses: each of `distances`
@@ -146,6 +147,7 @@ class EscapeSettings:
     """
 
     view: Literal["head", "body"]
+    trigger: Literal["zones", "contact"]
     ahead: Annotated[Length, above_0(10.0)]
     half_view: Annotated[Angle, Range(0.0, math.pi)]
     around: Annotated[Length, above_0(10.0)]
@@ -160,6 +162,11 @@ class EscapeSettings:
     order: Literal["given", "earliest"]
     safe_on_the_way: bool
 
+    def faults(self) -> Iterator[Fault]:
+        """Invalid combinations of values, each with its key."""
+        if self.trigger == "contact" and not self.predict:
+            yield "trigger", "contact needs predict: true; without it nothing would trigger"
+
 
 @dataclass(frozen=True, slots=True)
 class ChaseSettings:
@@ -169,6 +176,9 @@ class ChaseSettings:
     widened by the length `margin`, and by `margin_angle` to either side, are dropped. `weight`
     names the weighting (`angle_radius`: highest at `best_angle` and `best_radius`), `pick` the
     choice: the largest weight (those within `tie` by the shortest path), or at random from `seed`.
+    `risk`: a second of lateness that a place is expected to cost (`behaviors.waiting`) counts as so
+    many seconds of response; 0: places are weighed by the response alone.
+    `stays`: without a free place the robot stays where it is; else Chase fails.
     """
 
     view: Literal["head", "body"]
@@ -185,6 +195,8 @@ class ChaseSettings:
     pick: Literal["largest", "sample"]
     tie: Annotated[float, Range(0.0, 1.0)]
     seed: Annotated[int, Range(0, 2**63)]
+    risk: Annotated[float, Range(0.0, 1000.0)]
+    stays: bool
 
     def faults(self) -> Iterator[Fault]:
         """Invalid combinations of values, each with its key."""
@@ -197,16 +209,37 @@ class ChaseSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class CloseSettings:
+    """The poses of Haptic's second choice: circles of these radii, m, all round the DEEP.
+
+    Radii lie `step`, m, apart, and the places on a circle `turn`, rad.
+    """
+
+    inner: Annotated[Length, above_0(3.0)]
+    outer: Annotated[Length, above_0(3.0)]
+    step: Annotated[Length, Range(0.01, 1.0)]
+    turn: Annotated[Angle, Range(0.01, math.pi)]
+
+    def faults(self) -> Iterator[Fault]:
+        """Invalid combinations of values, each with its key."""
+        if self.inner > self.outer:
+            yield "inner", f"{self.inner:g} is above outer, {self.outer:g}"
+
+
+@dataclass(frozen=True, slots=True)
 class HapticSettings:
     """The Haptic rover poses (R75-R77): a half circle in front of the DEEP.
 
-    `order`: as given, or by the time until the prop is at the DEEP. `deep_ahead` and `deep_height`:
-    where Chase expects the next DEEP, m ahead of the user and above the floor (R132).
+    `order`: as given, or by the time until the prop is at the DEEP. `close`: the poses to choose
+    among if none of these will do, with no more distance from walls and user than Escape keeps;
+    None: there is no second choice. `deep_ahead` and `deep_height`: where Chase expects the next
+    DEEP, m ahead of the user and above the floor (R132).
     """
 
     radius: Annotated[Length, above_0(3.0)]
     angles: Annotated[tuple[Annotated[Angle, Range(-math.pi, math.pi)], ...], Count(1)]
     order: Literal["given", "time"]
+    close: CloseSettings | None
     deep_ahead: Annotated[Length, Range(0.0, 3.0)]
     deep_height: Annotated[Length, above_0(3.0)]
 

@@ -44,6 +44,9 @@ if TYPE_CHECKING:
 OBSTACLES = "floor.obstacles"
 TYPES = {kind.__name__: Type(kind.__name__, python=kind) for kind in (Pose2, Pose3, UserPose)}
 
+DANGER = ("escape.planner", "user.pose", "base.pose", "user.velocity", "base.twist")
+"""What tells whether the user is about to walk into the robot."""
+
 ESTIMATE = "base.localization"
 """Signal with the estimate that `base.pose` and `base.pose_sigma` come from if not measured."""
 
@@ -111,14 +114,14 @@ def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ..
         Derived("user.distance", ("user.pose", "base.pose"), _distance, float,
                 about="from the user's body to the robot's centre, m"),
         Derived(
-            "escape.required", ("user.pose", "base.pose", "user.velocity"),
+            "escape.required", DANGER,
             partial(escape.is_required, environment, settings), bool,
-            about="the user is in an Escape zone and moves, or will be before the robot is away",
+            about="the user moves and is about to walk into the robot, or, by the zones, is in one",
         ),
         Derived(
-            "escape.safe", ("user.pose", "base.pose", "user.velocity"),
+            "escape.safe", DANGER,
             partial(escape.is_safe, environment, settings), bool,
-            about="both zones are clear, with hysteresis",
+            about="the danger is over, with hysteresis",
         ),
         Derived(
             "escape.poses", ("escape.planner", "user.pose", "base.pose"),

@@ -31,6 +31,7 @@ MODULES = (
     "behaviors.haptic",
     "behaviors.escape",
     "behaviors.inform",
+    "behaviors.cornered",
 )
 CHARTS = Path(__file__).parent.parent / "charts"
 

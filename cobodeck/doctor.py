@@ -12,6 +12,7 @@ from engine.files.finding import FileError
 if TYPE_CHECKING:
     from behaviors.profile import Profile
     from cobodeck.floor_report import FloorReport
+    from cobodeck.places import RunPlace
     from hw.robot import RobotModel
     from states.floors.space import Untouchable
 
@@ -46,6 +47,7 @@ def room_checks(
         yield "profile", BAD, str(error)
     yield "escape", FIT, _getting_away(robot, profile)
     yield from _floor(floor_report(scene_name, profile), profile)
+    yield from _waiting(open_place(scene_name), robot, profile)
 
 
 def tracking_checks(path: Path) -> Iterator[DoctorLine]:
@@ -96,6 +98,24 @@ def _floor(report: FloorReport, profile: Profile) -> Iterator[DoctorLine]:
     yield "floor", FIT, f"{usable} usable at {space.inflation:g} m from walls"
     yield "wall ahead", FIT, _facing_a_wall(report.wall_ahead, profile)
     yield "haptic poses", FIT, _untouchable(report.untouchable)
+
+
+def _waiting(place: RunPlace, robot: RobotModel, profile: Profile) -> Iterator[DoctorLine]:
+    """What a robot that waits beside a user risks in this room, if it has an arm to serve them."""
+    from cobodeck.places import environment_at
+    from cobodeck.waiting_report import waiting_report
+
+    found = waiting_report(environment_at(place, profile, robot), profile.settings)
+    if found is None:
+        return
+    text = (
+        f"where Chase waits the robot would be {found.mean:.2f} s late on average, to move aside "
+        f"from a user who sets off; {found.worst:.2f} s beside one at "
+        f"({found.place[0]:.2f}, {found.place[1]:.2f})"
+    )
+    if found.nowhere > 0.0:
+        text += f"; no Chase pose is free beside {found.nowhere:.0%} of users"
+    yield "waiting", FIT, text
 
 
 def _facing_a_wall(distances: Mapping[int, float], profile: Profile) -> str:

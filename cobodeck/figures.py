@@ -88,20 +88,26 @@ def visits(run: ChartRun, chart: str) -> list[Visit]:
 
 
 def escape_figures(run: ChartRun) -> dict[str, Any]:
-    """Numbers of Escapes and of failed ones; durations, s, of those that ended `safe`."""
+    """Numbers of Escapes, failed ones, Informs and loops; s that those took that ended `safe`."""
     escapes = visits(run, "escape")
     times = (
         (escape.ended_ns - escape.entered_ns) / 1e9
         for escape in escapes
         if escape.outcome == "safe" and escape.ended_ns is not None
     )
+    failed = [escape.ended_ns or 0 for escape in escapes if escape.outcome == "failed"]
+    rounds = zip(failed, failed[LOOPS:], strict=False)
     return {
         "escapes": len(escapes),
-        "escape_failures": sum(escape.outcome == "failed" for escape in escapes),
+        "escape_failures": len(failed),
         "escape_time_s": spread(times, ("mean", "min", "max")),
+        "informs": len(visits(run, "inform")),
+        "loops": sum(later - sooner <= LOOP_NS for sooner, later in rounds),
     }
 
 
+LOOPS, LOOP_NS = 2, 10_000_000_000
+"""More failed Escapes, each with its Inform, than LOOPS within LOOP_NS are a loop (R117)."""
 NOTHING: Mapping[str, Any] = {
     "measured": None,
     "governor": False,
@@ -115,6 +121,8 @@ NOTHING: Mapping[str, Any] = {
     "prop_error_rad": dict.fromkeys(("mean", "max")),
     "distance_m": None,
     "energy_j": None,
+    "signs": None,
+    "signs_to_standing": None,
     "situations": None,
     "situations_open": None,
     "time_to_safety_s": dict.fromkeys(("mean", "min", "max")),

@@ -76,6 +76,8 @@ class Evaluator:
     arm: ArmWatch | None = None
     measured: bool = False
     motion: MotionHash = field(default_factory=MotionHash)
+    signs: int = 0
+    signs_to_standing: int = 0
     situations: int = 0
     time_to_safety_s: list[float] = field(default_factory=list)
     dropouts: list[tuple[int, int]] = field(default_factory=list)
@@ -87,6 +89,7 @@ class Evaluator:
     _danger_since: int | None = None
     _seen: int = 0
     _located: bool = False
+    _informed: bool = False
 
     def watch(self, now_ns: int) -> None:
         """Evaluate this instant."""
@@ -98,6 +101,7 @@ class Evaluator:
         self.motion.watch(now_ns, truth)
         if truth.seen_ns is not None:
             self._watch_tracking(truth.seen_ns)
+        self._watch_sign(truth)
         if truth.base is not None and truth.body is not None:
             self._watch_distance(truth, truth.base, truth.body, elapsed)
         if self.arm is not None:
@@ -108,6 +112,13 @@ class Evaluator:
         if seen_ns - self._seen > STALE_NS:
             self.dropouts.append((self._seen, seen_ns))
         self._seen = seen_ns
+
+    def _watch_sign(self, truth: Truth) -> None:
+        shown = truth.informed is True
+        if shown and not self._informed:
+            self.signs += 1
+            self.signs_to_standing += truth.speed <= MOVING
+        self._informed = shown
 
     def _watch_distance(self, truth: Truth, base: Pose2, body: Pose2, elapsed: int) -> None:
         self._located = True
@@ -163,6 +174,8 @@ class Evaluator:
             **of_robot,
             **self.requests.report(),
             **contact_figures(self.contacts),
+            "signs": None if truth.informed is None else self.signs,
+            "signs_to_standing": None if truth.informed is None else self.signs_to_standing,
             "situations": self.situations if self._located else None,
             "situations_open": int(self._danger_since is not None) if self._located else None,
             "time_to_safety_s": spread(self.time_to_safety_s, ("mean", "min", "max")),

@@ -7,6 +7,7 @@ from typing import TextIO
 
 from cobodeck.record.sink import behind_record
 from hw.connection import Connection
+from hw.people.recording import Heading
 
 FULL = 2
 """The tier with all sensors: the base localizes itself."""
@@ -18,15 +19,17 @@ LONGEST_S = 3600.0
 class Options:
     """How to run.
 
-    `duration_s` limits the run, s; `stretch_m` enlarges a recorded walk to this size, m; `eager`
-    computes every signal in every tick and leaves no tick out; `mock` takes the mocked robot,
-    `connection` the real parts that it names. `console` is the operator's input, None without an
-    operator; `unwatched` accepts that no part tracks people, because nobody is near.
+    `duration_s` limits the run, s; `stretch_m` enlarges a recorded walk to this size, m, `heading`
+    is how its headings are computed; `eager` computes every signal in every tick and leaves no tick
+    out; `mock` takes the mocked robot, `connection` the real parts that it names. `console` is the
+    operator's input, None without an operator; `unwatched` accepts that no part tracks people,
+    because nobody is near.
     """
 
     user: str | None = None
     requests: int | None = None
     stretch_m: float | None = None
+    heading: Heading = "centred"
     tier: int = 1
     seed: int = 0
     duration_s: float = LONGEST_S

@@ -14,7 +14,9 @@ IN_TIME = "not served in time"
 """Reason if no Haptic ended early: the user let go, or the run ended, before the prop arrived."""
 
 REASONS: Mapping[str, str] = {
-    "none": "no Haptic pose",
+    "deep_blocked": "DEEP in or behind a wall",
+    "no_pose": "no Haptic pose",
+    "no_way": "Haptic poses cut off",
     "out_of_reach": "DEEP out of reach",
     "no_path": "no path to the Haptic pose",
     "stuck": "stuck on the path",

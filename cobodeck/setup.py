@@ -94,12 +94,15 @@ class Setup:
         if self.place is None:
             raise Problem(f"chart {self.chart.name} needs a room; give one with --scene")
         environment = environment_at(self.place, self.profile, self.robot)
-        noise, calibrated = self.profile.plant.pose_noise, self.place.scene.calibration
+        plant, calibrated = self.profile.plant, self.place.scene.calibration
+        noise = plant.pose_noise
         return replace(
             environment,
             period=1.0 / self.tick_hz,
-            latency=self.profile.plant.latency,
+            latency=plant.latency,
             pose_sigma=PoseSigma(noise, 0.5 * noise),
+            user_sigma=plant.tracking_noise,
+            user_delay=plant.tracking_delay,
             calibration=None if calibrated is None else calibrated.poses(),
         )
 

@@ -24,6 +24,7 @@ from cobodeck.warmup import warm_up
 from cobodeck.wiring import Wired
 from engine.board import Usage
 from engine.errors import Raised
+from hw.people.user import with_manner
 
 if TYPE_CHECKING:  # its libraries are loaded only where a record is kept
     from cobodeck.record.recorder import Recorder
@@ -142,11 +143,24 @@ def figures_of(
         "trace_sha256": run.trace.sha256(),
         **escape_figures(run),
         **(_judged(loop) if options.tier else NOTHING),
+        **_manner(setup, options, loop),
         "overruns": loop.overruns,
         "signals": {
             name: {"evaluated": usage.evaluated, "skipped": usage.skipped}
             for name, usage in board.usage().items()
         },
+    }
+
+
+def _manner(setup: Setup, options: Options, loop: Loop) -> dict[str, Any]:
+    """How the simulated person treats the robot, and how late they see the sign, s."""
+    source = options.user or (None if setup.scene is None else setup.scene.user)
+    truth = loop.plant.truth
+    simulated = options.plays_dummy or (truth is not None and truth.body is not None)
+    manner = with_manner(source)[1] if simulated and source is not None else None
+    return {
+        "manner": None if manner is None else manner.name,
+        "reaction_s": None if manner is None else manner.reaction(options.seed),
     }
 
 

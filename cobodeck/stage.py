@@ -220,12 +220,13 @@ def _person(setup: Setup, uses: Uses, options: Options) -> Person | None:
         if source is not None:
             raise Problem(f"--user {source} needs a room; give one with --scene")
         return None
+    given = options.requests, options.stretch_m, options.seed, options.heading
     if source is not None and behind_record(source) is not None:
         from cobodeck.record.person import recalled  # the reader of records is loaded only here
 
-        return recalled(source, scene.room, options.requests, options.stretch_m)
+        return recalled(source, scene.room, *given)
     if source is not None:
-        return open_user(source, scene, options.requests, options.stretch_m, options.seed)
+        return open_user(source, scene, *given)
     if uses.person:
         raise Problem(f"scene {scene.name} names no user; give one with --user")
     return None

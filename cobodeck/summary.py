@@ -51,7 +51,13 @@ def _person_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("contacts", _contacts(f)),
         *(("", _contact(contact)) for contact in _worst(f["contact_list"] or ())),
         ("tracking lost", _dropouts(f["dropouts"])),
+        *((("manner", _manner(f)),) if f["manner"] else ()),
     ]
+
+
+def _manner(f: Mapping[str, Any]) -> str:
+    late = "ignores the stop sign" if f["reaction_s"] is None else f"{f['reaction_s']:.2f} s late"
+    return f"{f['manner']}, {late}"
 
 
 def _robot_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -135,8 +135,11 @@ class Vr(RobotPart, Protocol):
     robot's pose, joints and stop sign of that instant (R114), which it has received by `hear`.
     """
 
-    def inform(self, show: bool) -> None:
-        """Show the robot and the stop sign to the user, or hide them again (R18, R114)."""
+    def inform(self, show: bool, sign: bool = True) -> None:
+        """Show the robot to the user, or hide it again (R18, R114).
+
+        With the stop sign beside it, or, for a robot that leaves in their sight, without.
+        """
         ...
 
 

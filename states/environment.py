@@ -43,7 +43,8 @@ class Environment:
 
     `map` is a scanned map for the planners on costmaps; without one they draw the room's. `period`
     is the time between ticks, s; `latency` the time until the base receives a tick's command, s.
-    `pose_sigma` is that of measured poses of the base; estimated ones have their own.
+    `pose_sigma` is that of measured poses of the base; estimated ones have their own. `user_sigma`,
+    m, and `user_delay`, s, are the standard deviation and the age on arrival of the user's poses.
     `calibration` is that of the tracking system; None: trackers are where the robot file has them,
     and the tracking frame is the map.
     """
@@ -56,6 +57,8 @@ class Environment:
     latency: float = 0.0
     map: OccupancyMap | None = None
     pose_sigma: PoseSigma = EXACT
+    user_sigma: float = 0.0
+    user_delay: float = 0.0
     calibration: Tracking | None = None
     localization: Localization = "combined"
     zones: Zones = NO_ZONES
@@ -73,6 +76,11 @@ class Environment:
             walls = self.field if self.map is None else None
             self._grounds[resolution] = ground_of(drawn, resolution, self.zones.keepout, walls)
         return self._grounds[resolution]
+
+    @property
+    def delay(self) -> float:
+        """From what the user does to what the base does about it, by late poses and commands, s."""
+        return self.user_delay + self.latency
 
     @cached_property
     def tracking(self) -> Tracking:
@@ -166,8 +174,13 @@ class Environment:
 
         return Localizer(self.field, sensing, tracking, start, seed)
 
-    def driver(self, name: SubsystemName, planner: GlobalPlanner) -> LocalPlanner:
-        """A new local planner with a subsystem's values; one per drive."""
+    def driver(
+        self, name: SubsystemName, planner: GlobalPlanner, keeping: SubsystemName | None = None
+    ) -> LocalPlanner:
+        """A new local planner with a subsystem's values; one per drive.
+
+        `keeping` names the subsystem whose distance from walls it keeps; None: its own.
+        """
         from states.navigation.interfaces import Limits, Tolerance
         from states.navigation.profile_planner import ProfilePlanner
 
@@ -180,6 +193,7 @@ class Environment:
             own.base_yaw_acceleration,
         )
         tolerance, latency = Tolerance(subsystem.tolerance, subsystem.yaw_tolerance), self.latency
+        kept = self.navigation.named(keeping or name).inflation
         driver: LocalPlanner
         if subsystem.local_planner == "profile":
             driver = ProfilePlanner(planner, limits, tolerance, latency=latency)
@@ -187,11 +201,11 @@ class Environment:
             from states.navigation.teb_planner import TebPlanner
 
             walls = (room.outer, *room.obstacles, *self.zones.keepout)
-            kept = subsystem.inflation
             driver = TebPlanner(
                 planner, limits, tolerance, latency=latency, walls=walls, wall_distance=kept
             )
         driver.zones = self.zones
+        driver.spare = kept - self.robot.footprint.half_diagonal
         return driver
 
     def warm_up(self) -> None:

@@ -38,13 +38,16 @@ NEAR, FAR = 1.3, 2.5
 GOAL_MS = 5.0
 
 
-class _Base:
-    """A base that ignores every command."""
+class _Parts:
+    """A base and a virtual world that ignore every command."""
 
     def drive(self, command: Twist2, source: str = "") -> None:
         """Ignore it."""
 
     def release(self, source: str = "") -> None:
+        """Ignore it."""
+
+    def inform(self, show: bool, sign: bool = True) -> None:
         """Ignore it."""
 
 
@@ -60,8 +63,8 @@ class _Moment:
     def age(self, name: str) -> float:  # noqa: ARG002  every value is fresh
         return 0.0
 
-    def part(self, name: str) -> Any:  # noqa: ARG002  the base is the only part
-        return _Base()
+    def part(self, name: str) -> Any:  # noqa: ARG002  stands for all parts
+        return _Parts()
 
 
 def rows(rounds: int = ROUNDS, count: int = SITUATIONS) -> Iterator[BenchRow]:

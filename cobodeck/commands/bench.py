@@ -1,6 +1,8 @@
 """Measure run time against error, side by side with other engines where they are installed.
 
 Ratios refer to work that was timed in the same round; absolute times hold for one machine only.
+`envelope` tells from where a person can be escaped at all; with records, which of their failed
+Escapes and contacts could have been avoided.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from typing import Any
 
 from cobodeck.arguments import positive
 from cobodeck.console import FAILED, OK, Problem, ProgressLine, show, show_json, table
+from cobodeck.record.sink import is_record
 
 BENCHES = {
     "engine": "cobodeck.bench.engine",
@@ -22,42 +25,92 @@ BENCHES = {
     "localization": "cobodeck.bench.localization",
     "simulation": "cobodeck.bench.simulation",
     "realtime": "cobodeck.bench.realtime",
+    "envelope": "cobodeck.bench.envelope",
 }
+ENVELOPE = "envelope"
 WORSE = 1.25
 """A ratio that has grown by more than this factor counts as slower."""
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(BENCHES)}")
+    about = f"of {', '.join(BENCHES)}; after envelope also records, X.mcap"
+    parser.add_argument("names", nargs="*", metavar="NAME|RECORD", help=about)
     parser.add_argument(
         "--compare", type=Path, metavar="FILE", help="an earlier --json; 1 if worse"
     )
     parser.add_argument("--rounds", type=positive, default=9, help="medians of so many; default 9")
     parser.add_argument("--show", type=Path, metavar="FILE", help="measure nothing, show a --json")
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="FILE", help="time against error, as X.svg, .png, .pdf"
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE",
+        help="time against error, or what was judged, as X.svg, .png, .pdf",
     )
     parser.add_argument("--json", action="store_true", help="for programs")
 
 
 def run(args: argparse.Namespace) -> int:
     """Measure, print, compare."""
+    if any(map(is_record, args.names)):
+        return _judge(args)
     result = _read(args.show) if args.show else _measure(args.names or list(BENCHES), args.rounds)
     if args.json:
         show_json(result)
     else:
         show(text(result))
     if args.output is not None:
-        from cobodeck.pictures.benched import draw_bench
-
-        draw_bench(result["rows"], args.output)
+        _draw(args, result)
     if args.compare is None:
         return OK
     worse = list(slower(result["rows"], _read(args.compare)["rows"]))
     for line in worse:
         show(line)
     return FAILED if worse else OK
+
+
+def _draw(args: argparse.Namespace, result: Mapping[str, Any]) -> None:
+    """Draw time against error; of `envelope` alone, the distances that it is about."""
+    if args.names != [ENVELOPE] or args.show is not None:
+        from cobodeck.pictures.benched import draw_bench
+
+        draw_bench(result["rows"], args.output)
+        return
+    from cobodeck.pictures.envelope import draw_envelope
+
+    progress = ProgressLine("bench", 0.0)
+    draw_envelope(args.output, progress.at)
+    progress.done()
+
+
+def _judge(args: argparse.Namespace) -> int:
+    """Judge the failed Escapes and the contacts of records."""
+    records = [Path(name) for name in args.names if is_record(name)]
+    if [name for name in args.names if not is_record(name)] != [ENVELOPE]:
+        raise Problem("records are judged by `cobodeck bench envelope X.mcap …`, alone")
+    if args.output is not None:
+        from cobodeck.pictures.canvas import form_of
+
+        form_of(args.output)
+    from cobodeck.avoidable.told import judged_run
+    from cobodeck.avoidable.told import text as told
+
+    progress = ProgressLine("bench", 0.0)
+    runs = []
+    for done, path in enumerate(records):
+        progress.at(str(path), done / len(records))
+        runs.append(judged_run(path))
+    progress.done()
+    if args.json:
+        show_json({"records": [found.plain() for found in runs]})
+    else:
+        show(told(runs))
+    if args.output is not None:
+        from cobodeck.pictures.judged import draw_judged
+
+        draw_judged(runs, args.output)
+    return OK
 
 
 def _measure(names: Iterable[str], rounds: int) -> dict[str, Any]:

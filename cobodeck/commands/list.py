@@ -122,10 +122,15 @@ def _scenes(_own: bool) -> list[dict[str, Any]]:
 
 def _users(_own: bool) -> list[dict[str, Any]]:
     from hw.people import wanderer
+    from hw.people.manner import MANNERS
     from hw.people.script import load_script, script_names
 
     scripts = [{"user": name, "about": load_script(name).about} for name in script_names()]
-    return [*scripts, {"user": wanderer.NAME, "about": wanderer.ABOUT}]
+    kinds = [
+        {"user": f"{wanderer.NAME}:{name}", "about": manner.about}
+        for name, manner in MANNERS.items()
+    ]
+    return [*scripts, {"user": wanderer.NAME, "about": wanderer.ABOUT}, *kinds]
 
 
 def _profiles(_own: bool) -> list[dict[str, Any]]:

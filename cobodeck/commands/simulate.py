@@ -49,8 +49,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--user",
         type=word,
-        metavar="NAME|random|FILE[#id][@x,y,yaw]",
-        help="X.mcap: the person of a record; default: the scene's",
+        metavar="NAME|random|FILE[#id][@x,y,yaw][:KIND]",
+        help="X.mcap: the person of a record; :KIND: how they treat the robot, by default "
+        "attentive (`list users`); default: the scene's",
     )
     parser.add_argument("--requests", type=positive, metavar="N", help="end after N requests")
     profile(parser, PROFILE)
@@ -74,6 +75,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="scale a recorded walk so that its longer side has this length",
     )
     parser.add_argument(
+        "--heading",
+        choices=("centred", "causal"),
+        default="centred",
+        help="headings of a recorded walk: of the body, which turns before it walks, or of the way "
+        "just walked; default centred",
+    )
+    parser.add_argument(
         "--record",
         type=kept_file,
         metavar="FILE",
@@ -95,6 +103,7 @@ def run(args: argparse.Namespace) -> int:
         user=args.user,
         requests=args.requests,
         stretch_m=args.stretch,
+        heading=args.heading,
         tier=args.tier,
         seed=args.seed,
         duration_s=args.duration or max(LONGEST_S, 180.0 * (args.requests or 0)),

@@ -63,14 +63,14 @@ def at_start(scene: Scene, joints: Joints | None = None) -> Moment:
 
 
 def with_next_drive(moment: Moment, environment: Environment, settings: Settings) -> Moment:
-    """The moment with the path to the goal that Haptic, otherwise Chase, would choose now."""
+    """The moment with the path to the goal that Haptic, otherwise Chase, would choose first."""
     if moment.user is None:
         return moment
     planners = environment.static_planners
     now = situation_at(moment, moment.user, environment, settings)
     if moment.deep is not None:
         free = poses(settings, planners["haptic"], moment.deep)
-        goal = best_pose(now, reachable(now, free), moment.deep)
+        goal = best_pose(now, reachable(now, "haptic", free), moment.deep)
         return _driving(moment, environment, "haptic", planners["haptic"], goal)
     cells = grid(environment, settings)
     around = space(settings, lambda: cells, planners["chase"], moment.user)
@@ -173,10 +173,12 @@ def _planner(environment: Environment, subsystem: SubsystemName, board: Board) -
 
 
 def _drives(run: ChartRun) -> Iterable[tuple[SubsystemName, Pose2]]:
-    """Goals of running drives, and the subsystem of each."""
+    """Goals of running drives, and the subsystem whose distances each keeps."""
     for node in run.running:
         inputs = run.life.inputs_of(node.leaf)
-        subsystem = node.leaf.parameters.get("subsystem")
+        given = node.leaf.parameters
+        keeping = given.get("clearance", "own")
+        subsystem = given.get("subsystem") if keeping == "own" else keeping
         if isinstance(inputs.get("goal"), Pose2) and subsystem in get_args(SubsystemName):
             yield cast("SubsystemName", subsystem), inputs["goal"]
 

@@ -120,7 +120,7 @@ def draw_escape(on: Sheet, now: Situation, joints: Joints | None) -> None:
     """
     environment, settings, user, robot = now.environment, now.settings, now.user, now.pose
     free = escape.poses(settings, environment.static_planners["escape"], user, robot)
-    best = escape.choose(now, free, None, joints)
+    best, _ = escape.choose(now, free, None, joints)
     everywhere = enumerate(escape.all_poses(settings.escape, user, robot), 1)
     shown = [
         (n, pose) for n, pose in everywhere if contains(environment.room.outer, pose.x, pose.y)

@@ -14,7 +14,7 @@ from engine.clock import TickGrid
 from engine.files.finding import mistake
 from hw.geometry import wrap
 from hw.people.recalled import Asked, Past, Recalled, SeenPerson, Stood
-from hw.people.recording import Recording
+from hw.people.recording import Heading, Recording
 from hw.room import Room
 from hw.samples import UserPose
 from hw.truth import Truth
@@ -22,14 +22,25 @@ from hw.truth import Truth
 POSE, REQUEST = "user.pose", "vr.haptic_request"
 
 
-def recalled(source: str, room: Room, requests: int | None, stretch_m: float | None) -> Recalled:
-    """The person of a record, in a room; `requests` and `stretch_m` (m) must be None.
+def recalled(
+    source: str,
+    room: Room,
+    requests: int | None,
+    stretch_m: float | None,
+    seed: int,
+    heading: Heading,
+) -> Recalled:
+    """The person of a record, in a room.
+
+    `requests` and `stretch_m` (m) must be None, and `heading` the default. The seed gives their
+    reaction to the stop sign.
 
     Raises:
         Problem: an option is given that a recorded person does not have; FileError: the record
             cannot be read, has no person, or they would leave the free floor.
     """
-    given = {"--requests": requests, "--stretch": stretch_m}
+    causal = None if heading == "centred" else heading
+    given = {"--requests": requests, "--stretch": stretch_m, "--heading": causal}
     asked = (name for name, value in given.items() if value is not None)
     refused = behind_record(source) or next(asked, None)
     if refused is not None:
@@ -37,7 +48,7 @@ def recalled(source: str, room: Room, requests: int | None, stretch_m: float | N
             f"--user {source}: the person of a record walks and asks where and when they did; "
             f"leave out {refused}"
         )
-    return Recalled(past(Record(Path(source))), room)
+    return Recalled(past(Record(Path(source))), room, seed=seed)
 
 
 def past(record: Record) -> Past:

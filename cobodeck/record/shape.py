@@ -24,6 +24,7 @@ OPTIONS = _object(
     user=MAYBE, requests=_or_none(WHOLE), stretch_m=_or_none(NUMBER), tier=WHOLE, seed=WHOLE,
     duration_s=NUMBER, eager=FLAG, frozen_base=FLAG, mock=FLAG, unwatched=FLAG,
 ) | {"additionalProperties": False}  # fmt: skip
+OPTIONS["properties"] |= {"heading": {"enum": ["centred", "causal"]}}
 GIVEN = _object(scene=MAYBE, profile=MAYBE, robot=MAYBE)
 HEADER = _object(
     began=TEXT,
@@ -57,7 +58,7 @@ HEADER["properties"] |= {
     "named": {"type": "object", "additionalProperties": TEXTS},
     "profile": {**NAMED, "properties": {**NAMED["properties"], "values": {"type": "object"}}},
 }
-"""A JSON Schema; older records lack the connection, a project's names, and the profile's values."""
+"""A JSON Schema; older records lack connection, heading, a project's names, profile values."""
 
 
 def misfit(header: Mapping[str, Any]) -> str | None:

@@ -73,10 +73,10 @@ class Dummy:
         """Start the thread."""
         self._thread.start()
 
-    def inform(self, show: bool) -> None:
-        """Show the robot to the person, or hide it."""
+    def inform(self, show: bool, sign: bool = True) -> None:
+        """Show the robot to the person, with or without the stop sign, or hide it."""
         with self._mutex:
-            self.vr.inform(show)
+            self.vr.inform(show, sign)
 
     def queue(self, name: str, wake: Callable[[], None]) -> deque[Sample]:
         """The samples of a name from now on; `wake` is called when one has come."""
@@ -163,9 +163,9 @@ class DummyVr(_Part):
 
     signals = ("vr.haptic_request", "vr.release", "vr.restart")
 
-    def inform(self, show: bool) -> None:
-        """Let the person stop, or go on."""
-        self._link.inform(show)
+    def inform(self, show: bool, sign: bool = True) -> None:
+        """Let the person stop, or go on; see `Vr`."""
+        self._link.inform(show, sign)
 
 
 def _nobody() -> None:

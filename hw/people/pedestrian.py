@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+import random
 from collections.abc import Generator, Iterator
 
 from hw.geometry import Pose2, wrap
+from hw.people.leaving import Leaving
+from hw.people.manner import ATTENTIVE, Manner
 from hw.people.person import RADIUS, Actor
 from hw.people.script import WalkStep
 from hw.room import Point, Room, distance_to_segment
@@ -15,8 +18,6 @@ NEARLY, ROOM, MORE_ROOM = 1.27, 1.5, 2.5
 the same place, to MORE_ROOM, because it cannot free itself. Distances between centres, m."""
 BACKWARDS = 0.5
 """Speed of stepping back, m/s."""
-MOMENT_NS = 3_000_000_000
-"""Pause after the robot is hidden again, before they walk on, ns."""
 MEMORY_NS = 10_000_000_000
 """Time after that pause for which they keep away from where the robot was, ns."""
 SAME_PLACE = 0.5
@@ -35,43 +36,73 @@ class Pedestrian(Actor):
     """Walks in straight lines; turns at turn_rate, rad/s.
 
     Walking and turning start and stop instantly, as for the paper's simulated cylinder. A
-    person who was shown the robot steps back if they nearly touch it, pauses, and does not walk
-    through the place where it stood: they walk around it, wait, or give up the goal.
+    person who was shown the robot steps back if they nearly touch it, walks away if they stand
+    before it, pauses, and does not walk through the place where it stood: they walk around it,
+    wait, or give up the goal. Who leaves lets go of what they requested.
     """
 
-    def __init__(self, room: Room, start: Pose2, turn_rate: float) -> None:
+    def __init__(
+        self,
+        room: Room,
+        start: Pose2,
+        turn_rate: float,
+        manner: Manner = ATTENTIVE,
+        seed: int = 0,
+    ) -> None:
         self._room, self._turn_rate = room, turn_rate
-        self._shown: Point | None = None
-        self._resumes = self._forgets = 0
+        self._courtesy = random.Random(f"courtesy {seed}")
+        self._leaving = Leaving(room, manner.leaves_s, turn_rate, self._courtesy)
+        self._met: Point | None = None
+        self._resumes = self._forgets = self._pause = 0
         self._sees_it = self._surprised = self._backs_off = False
-        super().__init__(start)
+        self._aside = 0.0
+        super().__init__(start, manner, seed)
 
     def step(self, now_ns: int, robot: Pose2, informed: bool) -> None:
         """Go on to now_ns; see `Person`."""
-        steps_back = False
-        if informed:
-            self._notice(now_ns, (robot.x, robot.y))
-            steps_back = self._rate == 0.0 and self._step_back((now_ns - self._now) * 1e-9)
-        elif now_ns >= self._forgets:
-            self._shown = None
-        self._sees_it = informed
-        super().step(now_ns, robot, informed or now_ns < self._resumes)
-        if steps_back:
-            self.speed = BACKWARDS
+        self._aside = 0.0
+        super().step(now_ns, robot, informed)
+        self.speed = self._aside or self.speed
 
-    def _notice(self, now_ns: int, robot: Point) -> None:
+    def _halts(self, elapsed: int) -> bool:
+        """True while they see the robot or pause; makes room for it meanwhile."""
+        if self._informed:
+            self._notice((self._shown_at.x, self._shown_at.y))
+            if self._rate == 0.0:
+                self._make_room(elapsed * 1e-9)
+        else:
+            self._leaving.end()
+            if self._now >= self._forgets:
+                self._met = None
+        self._sees_it = self._informed
+        return self._informed or self._now < self._resumes
+
+    def _notice(self, robot: Point) -> None:
         """Note where the robot is shown; if it is shown where it last was, they do not pause."""
         if not self._sees_it:
-            known = self._shown is not None and math.dist(self._shown, robot) < SAME_PLACE
+            known = self._met is not None and math.dist(self._met, robot) < SAME_PLACE
             self._surprised = not known
+            self._pause = round(self._courtesy.uniform(*self.manner.pause_s) * 1e9)
+            self._leaving.begin(self._now)
         if self._surprised:
-            self._resumes = now_ns + MOMENT_NS
-        self._shown, self._forgets = robot, now_ns + MOMENT_NS + MEMORY_NS
+            self._resumes = self._now + self._pause
+        self._met, self._forgets = robot, self._now + self._pause + MEMORY_NS
+
+    def _make_room(self, span: float) -> None:
+        """Walk away from the shown robot, or step back, for `span` in s, if need be."""
+        assert self._met is not None
+        here = Pose2(self._x, self._y, self._yaw)
+        there, self._aside = self._leaving.step(here, self._met, self._now, span)
+        self._x, self._y, self._yaw = there.x, there.y, there.yaw
+        if self._leaving.under_way:
+            self.request = None
+        elif self._step_back(span):
+            self._aside = BACKWARDS
 
     def _step_back(self, span: float) -> bool:
         """Step back from the shown robot, or aside at a wall; False if no need or no room."""
-        assert self._shown is not None
-        dx, dy = self._x - self._shown[0], self._y - self._shown[1]
+        assert self._met is not None
+        dx, dy = self._x - self._met[0], self._y - self._met[1]
         distance = math.hypot(dx, dy)
         limit = MORE_ROOM if not self._surprised else ROOM if self._backs_off else NEARLY
         self._backs_off = distance < limit
@@ -102,8 +133,6 @@ class Pedestrian(Actor):
     def _walk(self, step: WalkStep) -> Iterator[bool]:
         goal = step.x, step.y
         for _ in range(ATTEMPTS):
-            if not self._room.sees(self._x, self._y, *goal):
-                return  # stepping back from the robot has put a wall in between: they stay
             if (yield from self._go(goal, step.speed)):
                 if step.yaw is not None:
                     yield from self._turn(step.yaw)
@@ -147,14 +176,48 @@ class Pedestrian(Actor):
         self._x, self._y = place
         return True
 
+    def _approach(
+        self, speed: float, stop_at: float, span_ns: int, *, ends: bool = True
+    ) -> Iterator[bool]:
+        """Walk at the robot, wherever it goes, at `speed`, m/s.
+
+        Ends `stop_at` m before its centre, after `span_ns`, and before a wall. If it `ends`, also
+        once they have stopped because it was shown to them, or the sign is over.
+        """
+        left, shown = span_ns, False
+        if ends and self._informed:
+            return
+        while not (shown and (self._rate == 0.0 or not self._informed)):
+            shown = ends and self._informed
+            dx, dy = self._robot.x - self._x, self._robot.y - self._y
+            distance = math.hypot(dx, dy)
+            span = min(left, self._budget)
+            pace = min(speed * span * 1e-9, distance - stop_at)
+            if distance <= stop_at or (pace <= 0.0 and (span > 0 or left == 0)):
+                return
+            if pace > 0.0:
+                self._yaw = math.atan2(dy, dx)
+                x, y = self._x + pace * math.cos(self._yaw), self._y + pace * math.sin(self._yaw)
+                if self._room.clearance(x, y) < RADIUS:
+                    return
+                self._x, self._y, self._tempo = x, y, speed
+            left -= span
+            self._budget -= span
+            if left == 0:
+                return
+            yield True
+
     def _way_to(self, goal: Point) -> tuple[Point, ...] | None:
-        """The direct path, or one with a detour by one place; None if both are blocked."""
+        """The direct path, or one with a detour by one place; None if both are blocked.
+
+        The robot may stand in the direct path, or a wall, because they have made room.
+        """
         here = self._x, self._y
-        if not self._is_barred(here, goal):
+        if self._room.sees(*here, *goal) and not self._is_barred(here, goal):
             return (goal,)
-        assert self._shown is not None
         places = [
-            (self._shown[0] + radius * math.cos(angle), self._shown[1] + radius * math.sin(angle))
+            (x + radius * math.cos(angle), y + radius * math.sin(angle))
+            for x, y in dict.fromkeys((self._met or here, here))
             for radius, angle in _ROUND
         ]
         places.sort(key=lambda place: math.dist(here, place) + math.dist(place, goal))
@@ -172,7 +235,7 @@ class Pedestrian(Actor):
 
     def _is_barred(self, start: Point, end: Point) -> bool:
         """True if a path comes too close to the shown robot, and closer than its start is."""
-        if self._shown is None:
+        if self._met is None:
             return False
-        nearest = distance_to_segment(*self._shown, (*start, *end))
-        return nearest < min(KEEP, math.dist(start, self._shown) - 0.01)
+        nearest = distance_to_segment(*self._met, (*start, *end))
+        return nearest < min(KEEP, math.dist(start, self._met) - 0.01)

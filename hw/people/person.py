@@ -5,18 +5,20 @@ Source of the figures: R23 (a cylinder of 1 m diameter), R13 (the position is th
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
 from hw.geometry import Pose2, Pose3, wrap
+from hw.people.manner import ATTENTIVE, Manner
 from hw.samples import Sample, UserPose
 
 RADIUS = 0.5
 """Radius of the cylinder that models a person, m (R23)."""
 
 STOPPING_S = 0.5
-"""Time in which a person who is shown the robot comes to a stop, s."""
+"""Time in which a person who perceives the stop sign comes to a stop, s."""
 
 
 class Person(Protocol):
@@ -46,8 +48,8 @@ class Person(Protocol):
 class Touch:
     """How a person requests a touch (R131, R132): times in ns, and the DEEP in m.
 
-    They stand for `stand_ns`, request for `hold_ns`, let go, and stay for `wait_ns`. The DEEP is
-    `ahead` of the body and `height` above the floor.
+    They stand for `stand_ns`, request for `hold_ns`, let go, and stay for `wait_ns`, unless they
+    are in a hurry. The DEEP is `ahead` of the body and `height` above the floor.
     """
 
     stand_ns: int = 10_000_000_000
@@ -65,12 +67,16 @@ class Touch:
 class Actor:
     """A simulated person driven by one generator, on a clock that stops while the robot is shown.
 
+    They perceive the sign, and its end, late by their reaction, which their manner and seed give
+    (`reaction_s`, s; None: they ignore it).
     The person's own time runs with the world's, but slows to a standstill within STOPPING_S while
-    the robot is shown, and speeds up again after. The routine uses up `_budget` (ns of own time)
-    and yields when it is spent, so that no time is lost between two steps of the routine.
+    they know that the robot is shown, and speeds up again after. The routine uses up `_budget` (ns
+    of own time) and yields when it is spent, so that no time is lost between two steps of the
+    routine.
     """
 
-    def __init__(self, start: Pose2) -> None:
+    def __init__(self, start: Pose2, manner: Manner = ATTENTIVE, seed: int = 0) -> None:
+        self.manner, self.reaction_s = manner, manner.reaction(seed)
         self.body = start
         self.speed = 0.0
         self.request: Pose3 | None = None
@@ -82,8 +88,9 @@ class Actor:
         self._rate = 1.0
         self._now = 0
         self._budget = 0
-        self._robot = start
-        self._informed = False
+        self._robot = self._shown_at = start
+        self._changes: deque[tuple[int, bool]] = deque()  # of the sign, and when they know, ns
+        self._shown = self._informed = False
         self._blind_until = 0
         self._seen = UserPose(start, start.yaw)
         self._routine = self._run()
@@ -91,8 +98,9 @@ class Actor:
     def step(self, now_ns: int, robot: Pose2, informed: bool) -> None:
         """Advance to now_ns; see `Person`."""
         elapsed, self._now = now_ns - self._now, now_ns
-        self._robot, self._informed = robot, informed
-        self._budget = self._own_time(elapsed, informed)
+        self._robot = robot
+        self._perceive(informed)
+        self._budget = self._own_time(elapsed, self._halts(elapsed))
         self._tempo = 0.0
         self.finished = next(self._routine, None) is None
         self.speed = self._tempo * self._rate
@@ -101,12 +109,28 @@ class Actor:
             self.body = Pose2(self._x, self._y, self._yaw)
         self.measured = self._measure(now_ns)
 
-    def _own_time(self, elapsed: int, informed: bool) -> int:
-        if self._rate == 1.0 and not informed:
+    def _perceive(self, shown: bool) -> None:
+        """Take in whether the robot is shown now; they know what was so a reaction ago."""
+        if self.reaction_s is None:
+            return
+        if shown:
+            self._shown_at = self._robot
+        if shown != self._shown:
+            self._shown = shown
+            self._changes.append((self._now + round(self.reaction_s * 1e9), shown))
+        while self._changes and self._changes[0][0] <= self._now:
+            _, self._informed = self._changes.popleft()
+
+    def _halts(self, elapsed: int) -> bool:  # noqa: ARG002
+        """True while they interrupt their routine for the robot; elapsed is in ns."""
+        return self._informed
+
+    def _own_time(self, elapsed: int, halts: bool) -> int:
+        if self._rate == 1.0 and not halts:
             return elapsed
         before = self._rate
         change = elapsed * 1e-9 / STOPPING_S
-        self._rate = max(0.0, before - change) if informed else min(1.0, before + change)
+        self._rate = max(0.0, before - change) if halts else min(1.0, before + change)
         return round(0.5 * (before + self._rate) * elapsed)
 
     def _measure(self, now_ns: int) -> Sample | None:
@@ -138,6 +162,14 @@ class Actor:
     def _ask(self, touch: Touch) -> Iterator[bool]:
         yield from self._stand(touch.stand_ns)
         self.request = touch.deep(Pose2(self._x, self._y, self._yaw))
-        yield from self._stand(touch.hold_ns)
+        yield from self._hold(touch.hold_ns)
         self.request = None
-        yield from self._stand(touch.wait_ns)
+        yield from self._stand(0 if self.manner.hurries else touch.wait_ns)
+
+    def _hold(self, span_ns: int) -> Iterator[bool]:
+        """Request for this time, or until they let go because they leave."""
+        while self.request is not None and span_ns > self._budget:
+            span_ns -= self._budget
+            yield True
+        if self.request is not None:
+            self._budget -= span_ns

@@ -5,25 +5,38 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from hw.geometry import Pose2, wrap
+from hw.people.manner import ATTENTIVE, Manner
 from hw.people.person import Actor, Touch
-from hw.people.recording import Recording
+from hw.people.recording import Heading, Recording
 from hw.samples import Sample
+
+SPARSE_NS = 100_000_000
+"""Between rows farther apart than this, ns, but without a gap, tracking sees the person on the
+straight line between them: a robot could not be run on so few poses (R149)."""
 
 
 class Playback(Actor):
     """Replays a recording that was already placed in the room.
 
     Tracking gives the newest row since the step before, with the row's own time, and nothing where
-    the recording has a gap or has ended; the true body moves straight across gaps. While the person
-    stands (to request a touch, or shown the robot) tracking goes on; in a gap it returns once the
-    gap has lasted as long as recorded. With `requests`, the walk is interrupted that many times,
-    evenly spread.
+    the recording has a gap (a drop-out or a jump) or has ended; the true body moves straight across
+    gaps. While the person stands (to request a touch, or shown the robot) tracking goes on; in a
+    gap it returns once the gap has lasted as long as recorded. With `requests`, the walk is
+    interrupted that many times, evenly spread.
     """
 
-    def __init__(self, recording: Recording, requests: int = 0, touch: Touch | None = None) -> None:
+    def __init__(
+        self,
+        recording: Recording,
+        requests: int = 0,
+        touch: Touch | None = None,
+        manner: Manner = ATTENTIVE,
+        seed: int = 0,
+        heading: Heading = "centred",
+    ) -> None:
         self._recording = recording
-        self._headings, self._speeds = recording.motion()
-        self._gap_ns = recording.gap_ns
+        self._headings, self._speeds = recording.motion(causal=heading == "causal")
+        self._gaps = {gap.since_ns for gap in recording.gaps()}
         self._row = 0
         self._reported = -1
         self._own = 0
@@ -31,7 +44,7 @@ class Playback(Actor):
         self._gap = (-1, 0)  # the row before it, and when it began, ns
         self._requests = requests
         self._touch = touch or Touch()
-        super().__init__(Pose2(recording.xs[0], recording.ys[0], self._headings[0]))
+        super().__init__(Pose2(recording.xs[0], recording.ys[0], self._headings[0]), manner, seed)
 
     @property
     def own_ns(self) -> int:
@@ -69,10 +82,11 @@ class Playback(Actor):
         stamps, row = self._recording.stamps_ns, self._row
         standing, self._seen_own = self._own == self._seen_own, self._own
         lasts = stamps[row + 1] - stamps[row]
-        if lasts > self._gap_ns and self._gap[0] != row:
+        in_gap = stamps[row] in self._gaps
+        if in_gap and self._gap[0] != row:
             self._gap = (row, now_ns - (self._own - stamps[row]))
-        over = lasts <= self._gap_ns or now_ns - self._gap[1] >= lasts
-        if standing or (over and lasts > self._gap_ns):
+        over = not in_gap or now_ns - self._gap[1] >= lasts
+        if standing or (over and (in_gap or lasts > SPARSE_NS)):
             return super()._measure(now_ns) if over and not self.finished else None
         newest = row + 1 if stamps[row + 1] <= self._own else row
         if newest == self._reported:

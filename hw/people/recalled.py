@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 
 from engine.files.finding import mistake
 from hw.geometry import Pose2, Pose3, wrap
+from hw.people.gaps import drop_out_ns
+from hw.people.manner import ATTENTIVE, Manner
 from hw.people.person import Actor
-from hw.people.recording import drop_out_ns
 from hw.room import Room
 from hw.samples import Sample, UserPose
 
@@ -63,13 +64,13 @@ class Recalled(Actor):
         FileError: they would leave the free floor of this room.
     """
 
-    def __init__(self, past: Past, room: Room) -> None:
+    def __init__(self, past: Past, room: Room, manner: Manner = ATTENTIVE, seed: int = 0) -> None:
         _check_floor(past, room)
         self._past = past
         self._drop_out_ns = drop_out_ns([row.at_ns for row in past.seen])
         self._own = 0
         self._newest, self._reported_ns = -1, 0
-        super().__init__(past.ways[0].body)
+        super().__init__(past.ways[0].body, manner, seed)
 
     def _run(self) -> Iterator[bool]:
         while self._own + self._budget < self._past.until_ns:

@@ -8,21 +8,22 @@ with an optional person, a time and a position, such as `id,t,x,y`; a name may c
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from itertools import pairwise
 from pathlib import Path
+from typing import Literal
 
 from engine.files.finding import mistake
 from engine.files.text import read_text
+from hw.people.gaps import Gap, across_jumps, drop_out_ns
 from hw.places import FAR
 
 MAX_BYTES = 50_000_000
 MAX_SPAN_S = 1e6
 """Longest recording, s."""
 WINDOW_S = 0.5
-"""Heading and speed are those of the chord over this time, centred, s."""
+"""Heading and speed are those of the chord over this time, s."""
 WALKING = 0.2
 """Below this speed, m/s, a person counts as standing and keeps their heading."""
 
@@ -35,17 +36,24 @@ _NAMES = {
 }
 _TAG_EXPORT = "id;x;y;z;time"
 
+Heading = Literal["centred", "causal"]
+"""Whether a heading looks ahead, as of the true body, or is that of the way just walked."""
 RecordingRow = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """One person's walk: stamps in ns from its start, strictly rising, and positions in m."""
+    """One person's walk: stamps in ns from its start, strictly rising, and positions in m.
+
+    `jumps_ns` are stamps of rows after which the positions jumped; the rows of the jump are left
+    out.
+    """
 
     name: str
     stamps_ns: tuple[int, ...]
     xs: tuple[float, ...]
     ys: tuple[float, ...]
+    jumps_ns: frozenset[int] = frozenset()
 
     @property
     def duration_ns(self) -> int:
@@ -62,16 +70,16 @@ class Recording:
         """Centre of the bounding box, m."""
         return 0.5 * (max(self.xs) + min(self.xs)), 0.5 * (max(self.ys) + min(self.ys))
 
-    @property
-    def gap_ns(self) -> int:
-        """Rows farther apart than this have a tracking drop-out between them, ns."""
-        return drop_out_ns(self.stamps_ns)
-
-    def gaps(self) -> tuple[tuple[int, int], ...]:
-        """Start and end of every drop-out, ns."""
-        longest = self.gap_ns
-        pairs = zip(self.stamps_ns, self.stamps_ns[1:], strict=False)
-        return tuple((sooner, later) for sooner, later in pairs if later - sooner > longest)
+    def gaps(self) -> tuple[Gap, ...]:
+        """Every drop-out and every jump, in the order of time."""
+        longest = drop_out_ns(self.stamps_ns)
+        found = []
+        for sooner, later in pairwise(self.stamps_ns):
+            if sooner in self.jumps_ns:
+                found.append(Gap(sooner, later, "jump"))
+            elif later - sooner > longest:
+                found.append(Gap(sooner, later, "drop-out"))
+        return tuple(found)
 
     def placed(self, x: float, y: float, yaw: float) -> Recording:
         """The walk rotated by yaw about its centre, and moved with its centre to (x, y)."""
@@ -79,7 +87,7 @@ class Recording:
         c, s = math.cos(yaw), math.sin(yaw)
         xs = tuple(x + c * (a - cx) - s * (b - cy) for a, b in zip(self.xs, self.ys, strict=True))
         ys = tuple(y + s * (a - cx) + c * (b - cy) for a, b in zip(self.xs, self.ys, strict=True))
-        return Recording(self.name, self.stamps_ns, xs, ys)
+        return replace(self, xs=xs, ys=ys)
 
     def stretched(self, size: float) -> Recording:
         """The walk scaled to `size` (longer side of the bounding box, m) at unchanged speeds."""
@@ -92,38 +100,41 @@ class Recording:
             tuple(round(stamp * scale) for stamp in self.stamps_ns),
             tuple(cx + scale * (x - cx) for x in self.xs),
             tuple(cy + scale * (y - cy) for y in self.ys),
+            frozenset(round(stamp * scale) for stamp in self.jumps_ns),
         )
 
-    def motion(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Heading, rad, and speed, m/s, at every row.
+    def motion(self, *, causal: bool = False) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Heading (rad) and speed, m/s, at every row.
 
         Both are those of the chord from half a window before to half a window after, so they look
-        ahead by 0.25 s: they stand for the true body, which turns before it walks. While the
+        ahead by 0.25 s: they stand for the true body, which turns before it walks. If `causal`, the
+        headings are those of the chord over the window before, as tracking computes them. While the
         person stands the heading is held; before the first step it is that of the first step.
         """
         half = round(0.5e9 * WINDOW_S)
+        centred = self._chords(half, half)
         headings: list[float | None] = []
-        speeds: list[float] = []
         heading: float | None = None
+        for dx, dy, span in self._chords(2 * half, 0) if causal else centred:
+            walks = span > 0.0 and math.hypot(dx, dy) / span >= WALKING
+            heading = math.atan2(dy, dx) if walks else heading
+            headings.append(heading)
+        initial = next((found for found in headings if found is not None), 0.0)
+        speeds = tuple(math.hypot(dx, dy) / span for dx, dy, span in centred)
+        return tuple(initial if h is None else h for h in headings), speeds
+
+    def _chords(self, back_ns: int, ahead_ns: int) -> list[tuple[float, float, float]]:
+        """At every row the chord from before to after: dx and dy in m, and its duration, s."""
+        chords = []
         first, last, end = 0, 0, len(self.stamps_ns) - 1
         for stamp in self.stamps_ns:
-            while first < end and self.stamps_ns[first + 1] <= stamp - half:
+            while first < end and self.stamps_ns[first + 1] <= stamp - back_ns:
                 first += 1
-            while last < end and self.stamps_ns[last] < stamp + half:
+            while last < end and self.stamps_ns[last] < stamp + ahead_ns:
                 last += 1
-            dx, dy = self.xs[last] - self.xs[first], self.ys[last] - self.ys[first]
-            speed = math.hypot(dx, dy) / ((self.stamps_ns[last] - self.stamps_ns[first]) * 1e-9)
-            heading = math.atan2(dy, dx) if speed >= WALKING else heading
-            headings.append(heading)
-            speeds.append(speed)
-        initial = next((found for found in headings if found is not None), 0.0)
-        return tuple(initial if h is None else h for h in headings), tuple(speeds)
-
-
-def drop_out_ns(stamps_ns: Sequence[int]) -> int:
-    """Stamps farther apart than this have a tracking drop-out between them, ns."""
-    spacings = sorted(later - sooner for sooner, later in pairwise(stamps_ns))
-    return max(100_000_000, 3 * spacings[len(spacings) // 2]) if spacings else 100_000_000
+            span = (self.stamps_ns[last] - self.stamps_ns[first]) * 1e-9
+            chords.append((self.xs[last] - self.xs[first], self.ys[last] - self.ys[first], span))
+        return chords
 
 
 def read_recording(path: Path, person: str | None = None) -> Recording:
@@ -249,9 +260,14 @@ def _checked(path: Path, name: str, rows: list[tuple[int, RecordingRow]]) -> Rec
             before = rows[i - 1][1][0]
             message = f"time {row[0]} is not after {before}; sort the rows by time"
             raise mistake(path, message, line)
+    xs, ys = [row[1] for _, row in rows], [row[2] for _, row in rows]
+    kept, jumps = across_jumps(stamps, xs, ys)
+    if len(kept) < 2:
+        raise mistake(path, "the person jumps from the first row on; wrong unit?", rows[1][0])
     return Recording(
         name,
-        tuple(stamps),
-        tuple(row[1] for _, row in rows),
-        tuple(row[2] for _, row in rows),
+        tuple(stamps[row] for row in kept),
+        tuple(xs[row] for row in kept),
+        tuple(ys[row] for row in kept),
+        frozenset(stamps[row] for row in jumps),
     )

@@ -1,17 +1,19 @@
 """Opens a person by its source: `NAME`, `FILE[#id][@x,y,yaw]`, `random` or `live`.
 
-`NAME` is a script, `FILE` a recorded walk, `random` a seeded random walk.
+`NAME` is a script, `FILE` a recorded walk, `random` a seeded random walk. `:KIND` behind any of
+these three is the person's manner (`manner.py`), by default attentive: `random:hasty`, `demo:deaf`.
 
 `@x,y,yaw` moves the centre of the recording's bounding box to (x, y) and rotates the walk by yaw
 about it; the walk itself must stay on the free floor. By default the box is centred on the largest
 free disc, at the first yaw in steps of pi/8 that keeps the whole person, a disc of 0.5 m radius, on
-the free floor.
+the free floor, and their start off the robot; else at the first place around that does.
 """
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,16 +22,21 @@ from hw.geometry import Pose2
 from hw.people import wanderer
 from hw.people.interaction import Interaction
 from hw.people.live import LivePerson
+from hw.people.manner import ATTENTIVE, Manner, manner_named
 from hw.people.person import RADIUS, Person
 from hw.people.playback import Playback
-from hw.people.recording import Recording, read_recording
+from hw.people.recording import Heading, Recording, read_recording
 from hw.people.script import load_script
 from hw.people.walker import Walker
-from hw.room import Room
+from hw.room import Disc, Point, Room
 from hw.scene import Scene
 
+LIVE = "live"
+OFF_ROBOT = 1.27
+"""Least distance from the robot's start at which a recording begins by default, m; centres."""
 _SOURCE = re.compile(r"(?P<file>.+?)(?:#(?P<person>[^#@]*))?(?:@(?P<place>[^@]*))?\Z")
-_STEPS = 16
+_KIND = re.compile(r"(?P<source>.*[^:]):(?P<kind>[^:/\\.#@,]*)\Z")
+_STEPS, _RINGS = 16, (0.5, 1.0, 1.5, 2.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +50,8 @@ class PersonSource:
 
 def is_recording(source: str) -> bool:
     """True if this names a recorded walk rather than a script."""
-    found = _SOURCE.match(source)
+    bare = source if (kind := _KIND.fullmatch(source)) is None else kind["source"]
+    found = _SOURCE.match(bare)
     return found is not None and Path(found["file"]).suffix in (".txt", ".csv")
 
 
@@ -75,43 +83,77 @@ def open_user(
     requests: int | None = None,
     size: float | None = None,
     seed: int = 0,
+    heading: Heading = "centred",
 ) -> Person:
     """The person that a source names, in a scene; in an `Interaction` if it has touchable surfaces.
 
     Args:
-        source: a script's name or file, a recording, `random` or `live`.
+        source: a script's name or file, a recording, or `random`, with `:KIND` or without;
+            or `live`.
         scene: gives the room and the start.
         requests: number of touches to request; None: what the script says, none in a
             recording, endless for `random`. With touchable surfaces: end after this many that
             walking up to them has caused.
         size: scale a recording to this longer side of its bounding box, m.
-        seed: of `random`.
+        seed: of all that a person does by chance.
+        heading: how the headings of a recording are computed.
 
         FileError: with file, line and what would be right.
     """
     if not scene.touchable:
-        return _open(source, scene, requests, size, seed)
-    person = _open(source, scene, None, size, seed)
+        return _open(source, scene, requests, size, seed, heading)
+    person = _open(source, scene, None, size, seed, heading)
     return Interaction(person, scene.touchable, requests)
 
 
-def _open(source: str, scene: Scene, requests: int | None, size: float | None, seed: int) -> Person:
-    if source == "live":
+def with_manner(source: str) -> tuple[str, Manner | None]:
+    """A source without its `:KIND`, and the manner of that kind; None: of a live person.
+
+    Raises:
+        FileError: there is no such kind.
+    """
+    found = _KIND.fullmatch(source)
+    bare = source if found is None else found["source"]
+    if bare == LIVE:
+        if found is not None:
+            raise mistake(source, "a live person has their own manner; write live")
+        return bare, None
+    if found is None:
+        return bare, ATTENTIVE
+    return bare, manner_named(found["kind"], source, wanders=bare == wanderer.NAME)
+
+
+def _open(
+    source: str,
+    scene: Scene,
+    requests: int | None,
+    size: float | None,
+    seed: int,
+    heading: Heading,
+) -> Person:
+    bare, manner = with_manner(source)
+    if manner is None:
         return LivePerson(scene.user_start or _middle(scene.room))
-    if not is_recording(source):
-        if size is not None:
-            raise mistake(source, "only a recording can be stretched")
-        if source == wanderer.NAME:
-            start = scene.user_start or _middle(scene.room)
-            return wanderer.Wanderer(scene.room, start, seed, requests)
-        return Walker(load_script(source), scene.room, scene.user_start, requests)
-    parts = parse_source(source)
-    recording = read_recording(parts.path, parts.person)
+    if is_recording(bare):
+        recording = _placed(parse_source(bare), scene, size)
+        return Playback(recording, requests or 0, manner=manner, seed=seed, heading=heading)
+    if size is not None:
+        raise mistake(source, "only a recording can be stretched")
+    if heading != "centred":
+        raise mistake(source, "only a recording has headings to compute")
+    if bare == wanderer.NAME:
+        start = scene.user_start or _middle(scene.room)
+        return wanderer.Wanderer(scene.room, start, seed, requests, manner)
+    return Walker(load_script(bare), scene.room, scene.user_start, requests, manner, seed)
+
+
+def _placed(source: PersonSource, scene: Scene, size: float | None) -> Recording:
+    recording = read_recording(source.path, source.person)
     if size is not None:
         recording = recording.stretched(size)
-    if parts.place is None:
-        return Playback(place_in_largest_disc(recording, scene.room), requests or 0)
-    return Playback(place_at(recording, scene.room, parts.place), requests or 0)
+    if source.place is None:
+        return place_in_largest_disc(recording, scene.room, scene.robot_start)
+    return place_at(recording, scene.room, source.place)
 
 
 def place_at(recording: Recording, room: Room, place: tuple[float, float, float]) -> Recording:
@@ -131,24 +173,42 @@ def place_at(recording: Recording, room: Room, place: tuple[float, float, float]
     return placed
 
 
-def place_in_largest_disc(recording: Recording, room: Room) -> Recording:
-    """The recording in the centre of the largest free disc, at the first yaw that fits.
+def place_in_largest_disc(recording: Recording, room: Room, robot: Pose2) -> Recording:
+    """The recording in the centre of the largest free disc, or near it, at the first yaw that fits.
 
     Raises:
-        FileError: no yaw in steps of pi/8 keeps the 0.5 m disc on the free floor.
+        FileError: no yaw in steps of pi/8 keeps the 0.5 m disc on the free floor, or they would
+            begin where the robot does, there and at all places around.
     """
-    disc = room.largest_free_disc
-    for step in range(_STEPS):
-        placed = recording.placed(disc.x, disc.y, step * math.pi / 8.0)
-        if _keeps_clear(placed, room):
-            return placed
+    disc, fits = room.largest_free_disc, False
+    for x, y in _places_about(disc):
+        for step in range(_STEPS):
+            placed = recording.placed(x, y, step * math.pi / 8.0)
+            begins_off = math.dist((placed.xs[0], placed.ys[0]), (robot.x, robot.y)) >= OFF_ROBOT
+            if (begins_off or not fits) and _keeps_clear(placed, room):
+                fits = True
+                if begins_off:
+                    return placed
+        if not fits:
+            break
     width, height = recording.size
+    off = " with its start off the robot" if fits else ""
     raise mistake(
         recording.name,
         f"a walk of {width:.2f} m x {height:.2f} m does not fit into the free floor about "
         f"({disc.x:.2f}, {disc.y:.2f}), the centre of the largest free disc (radius "
-        f"{disc.radius:.2f} m), at any yaw in steps of pi/8; give a place as @x,y,yaw",
+        f"{disc.radius:.2f} m), at any yaw in steps of pi/8{off}; give a place as @x,y,yaw",
     )
+
+
+def _places_about(disc: Disc) -> Iterator[Point]:
+    """The centre of a disc, then places on rings around it, m."""
+    yield disc.x, disc.y
+    for radius in _RINGS:
+        for step in range(0, _STEPS, 2):
+            angle = step * math.pi / 8.0
+            if radius < disc.radius:
+                yield disc.x + radius * math.cos(angle), disc.y + radius * math.sin(angle)
 
 
 def _middle(room: Room) -> Pose2:

@@ -12,6 +12,7 @@ from hw.people.person import Person
 from hw.room import Room
 from hw.safety.stop_line import StopLatch
 from hw.samples import BumperHit, Sample, UserPose
+from hw.sign import StopSign
 from hw.sim.sensors import WhiteNoise
 
 if TYPE_CHECKING:
@@ -106,25 +107,36 @@ def _between(before: Sample, after: Sample, stamp_ns: int) -> Sample | None:
 
 
 class SimVr:
-    """The virtual world: passes requests on and shows the robot to the person."""
+    """The virtual world: passes requests on and shows the robot to the person.
+
+    `shown`: with the stop sign, at which people stop; a robot without it is only `visible`.
+    A person who stands while it is shown is ready, and says so every half second.
+    """
 
     signals: tuple[str, ...] = ("vr.haptic_request", "vr.release", "vr.restart")
 
     def __init__(self, person: Person, view: PersonView | None = None) -> None:
-        self.shown = False
+        self.shown = self.visible = False
+        self._sign, self._now_ns = StopSign(), 0
         self._person, self._view = person, view
         self._request: Pose3 | None = None
         self._still_since: int | None = None
-        self._restarted = False
         self._pending = [Sample("vr.haptic_request", 0, None)]
 
-    def inform(self, show: bool) -> None:
-        """Show the robot, or hide it; see `Vr`."""
-        if show != self.shown:
-            self.shown, self._still_since, self._restarted = show, None, False
+    def inform(self, show: bool, sign: bool = True) -> None:
+        """Show the robot, with or without the stop sign, or hide it; see `Vr`."""
+        self.visible, self._sign.wanted = show, show and sign
+        self._see_sign()
+
+    def _see_sign(self) -> None:
+        shown = self._sign.shown(self._now_ns)
+        if shown != self.shown:
+            self.shown, self._still_since = shown, None
 
     def step(self, now_ns: int) -> None:
         """Look at the person at now_ns."""
+        self._now_ns = now_ns
+        self._see_sign()
         request = self._person.request
         if request is not self._request:
             if request is None:
@@ -133,7 +145,7 @@ class SimVr:
             seen = request if request is None or view is None else view.reported(request)
             self._pending.append(Sample("vr.haptic_request", now_ns, seen))
             self._request = request
-        if self.shown and not self._restarted:
+        if self.shown:
             self._watch_standing(now_ns)
 
     def samples(self, now_ns: int) -> list[Sample]:  # noqa: ARG002
@@ -142,12 +154,13 @@ class SimVr:
         return pending
 
     def _watch_standing(self, now_ns: int) -> None:
+        """A person who stands before the sign is ready, and says so again and again."""
         if self._person.speed >= STILL_SPEED:
             self._still_since = None
         elif self._still_since is None:
             self._still_since = now_ns
         elif now_ns - self._still_since >= STILL_NS:
-            self._restarted = True
+            self._still_since = now_ns
             self._pending.append(Sample("vr.restart", now_ns, True))
 
 

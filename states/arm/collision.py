@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from hw.geometry import Pose2
 from hw.prop import Capsule
 from states.arm.kernels import (
+    SEEN,
     ArmObstacles,
     Array,
     CapsuleSet,
@@ -67,7 +68,7 @@ class Surroundings:
         map_from_rover: Pose2,
         walls: Iterable[tuple[float, float, float, float]] = (),
         cylinders: Iterable[Cylinder] = (),
-        within: float = 2.0,
+        within: float = SEEN,
         height: float = _ROOM_HEIGHT,
     ) -> Surroundings:
         """Edges (x1, y1, x2, y2) of the map as walls of this height, and cylinders of the map.
@@ -83,6 +84,21 @@ class Surroundings:
             if map_from_rover.distance_to(Pose2(c.x, c.y)) - c.radius <= within
         ]
         return cls(np.array(upright).reshape(-1, 6), np.array(round_).reshape(-1, 5))
+
+    @classmethod
+    def in_map(
+        cls,
+        walls: Iterable[tuple[float, float, float, float]],
+        cylinders: Iterable[Cylinder],
+        height: float = _ROOM_HEIGHT,
+    ) -> Surroundings:
+        """Edges and cylinders of the map in the map's own frame, for `kernels.free_from`."""
+        upright = [(*edge, 0.0, height) for edge in walls]
+        round_ = [(c.x, c.y, c.radius, 0.0, c.height) for c in cylinders]
+        return cls(
+            np.array(upright, np.float64).reshape(-1, 6),
+            np.array(round_, np.float64).reshape(-1, 5),
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

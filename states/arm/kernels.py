@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
+SEEN = 2.0
+"""Obstacles farther than this from the rover's centre are out of the arm's reach, m."""
+
 
 class CapsuleSet(NamedTuple):
     """The arm for collision checks: m capsules, and p pairs of them that may touch.
@@ -169,6 +172,53 @@ def gaps(body: CapsuleSet, around: ArmObstacles, q: Array, found: Array, which: 
             if gap < least:
                 least, where = gap, len(pairs) + i
         found[n], which[n] = least, where
+
+
+@njit(cache=True)
+def free_from(
+    body: CapsuleSet,
+    around: ArmObstacles,
+    rovers: Array,
+    joints: Array,
+    tried: NDArray[np.bool_],
+    margin: float,
+    found: NDArray[np.bool_],
+) -> None:
+    """Writes whether one of the joint sets of each rover pose keeps the margin, (n,).
+
+    Obstacles and rovers (n, 4: x, y, cos and sin of the yaw) are in the map; joints (n, k, 6), of
+    which those `tried` (n, k) count. Obstacles beyond SEEN of a rover's centre are left out.
+    """
+    walls, cylinders = around.walls, around.cylinders
+    near_walls, near_cylinders = np.empty_like(walls), np.empty_like(cylinders)
+    gap, which = np.empty(1), np.empty(1, dtype=np.int64)
+    for n in range(len(rovers)):
+        x, y, c, s = rovers[n]
+        w = 0
+        for k in range(len(walls)):
+            if point_distance(x, y, walls[k, 0], walls[k, 1], walls[k, 2], walls[k, 3]) > SEEN:
+                continue
+            for e in (0, 2):
+                dx, dy = walls[k, e] - x, walls[k, e + 1] - y
+                near_walls[w, e], near_walls[w, e + 1] = c * dx + s * dy, c * dy - s * dx
+            near_walls[w, 4:] = walls[k, 4:]
+            w += 1
+        m = 0
+        for k in range(len(cylinders)):
+            dx, dy = cylinders[k, 0] - x, cylinders[k, 1] - y
+            if math.hypot(dx, dy) - cylinders[k, 2] > SEEN:
+                continue
+            near_cylinders[m, 0], near_cylinders[m, 1] = c * dx + s * dy, c * dy - s * dx
+            near_cylinders[m, 2:] = cylinders[k, 2:]
+            m += 1
+        seen = ArmObstacles(around.floor, near_walls[:w], near_cylinders[:m])
+        found[n] = False
+        for k in range(joints.shape[1]):
+            if tried[n, k]:
+                gaps(body, seen, joints[n, k : k + 1], gap, which)
+                if gap[0] >= margin:
+                    found[n] = True
+                    break
 
 
 @njit(cache=True)

@@ -7,19 +7,22 @@ user than half a metre would lie inside it.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from heapq import heappop, heappush
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hw.geometry import Pose2, Pose3, wrap
 from hw.people.person import RADIUS
+from hw.prop import JOINTS
 from hw.robot import ArmModel, MotionLimits
 from hw.samples import Joints, TimedJoints
-from states.arm.collision import CollisionChecker, CollisionModel, Cylinder, Surroundings
+from states.arm.collision import MARGIN, CollisionChecker, CollisionModel, Cylinder, Surroundings
 from states.arm.inverse import inverse_near
 from states.arm.kernels import Array
-from states.arm.kinematics import KinematicChain
+from states.arm.kinematics import KinematicChain, inverted, pose_matrix
 from states.arm.model import Manipulator, six
 from states.arm.path import first_contact
 from states.arm.planning import Plan, Query, goals_at, warm_up
@@ -137,23 +140,51 @@ class Workspace:
         Among poses that reach it from everywhere within the drive's tolerance (m, rad); without
         any, the pose that reaches it from the largest part of that disc (R76, R78, R79).
         """
-        drawn = replace(self, chain=self.nominal)
         reach = Reach(self.nominal, self.solid)
         place = ReachPlace(self.walls, [] if user is None else [_person(user, deep)])
-        times = [
-            drive + drawn._arm_time(ArmSituation(pose, user, self.parked), deep)
-            for pose, drive in zip(poses, drive_times, strict=True)
-        ]
         best, most = None, 0.0
-        for i in sorted(range(len(poses)), key=times.__getitem__):
-            if times[i] == math.inf:
-                break
+        for i in self._soonest_first(poses, drive_times, deep, user):
             share = float(reach.reached(disc(poses[i], *tolerance), deep, place).mean())
             if share == 1.0:
                 return i
             if best is None or share > most:
                 best, most = i, share
         return best
+
+    def reached(self, poses: Sequence[Pose2], deep: Pose3) -> NDArray[np.bool_]:
+        """True for rover poses from which the prop would reach map_from_deep in an empty room."""
+        return Reach(self.nominal, self.solid).reached(poses, deep, ReachPlace())
+
+    def held(self, deep: Pose3) -> tuple[Array, Array]:
+        """Flange and prop with the prop at map_from_deep, whatever the rest of the arm does.
+
+        Ends (k, 2, 3) of the axes of their capsules, in the map, and radii (k,) with the margin
+        that the arm keeps from walls.
+        """
+        body, flange = self.solid.body, pose_matrix(deep) @ inverted(self.nominal.tip)
+        last = body.links == JOINTS
+        return body.ends[last] @ flange[:3, :3].T + flange[:3, 3], body.radii[last] + MARGIN
+
+    def _soonest_first(
+        self,
+        poses: Sequence[Pose2],
+        drive_times: Sequence[float],
+        deep: Pose3,
+        user: Pose2 | None,
+    ) -> Iterator[int]:
+        """Indices of the poses that reach the DEEP, by the time until the prop is there.
+
+        The arm's time is computed only for poses whose drive alone does not take longer.
+        """
+        drawn, due = replace(self, chain=self.nominal), list[tuple[float, int]]()
+        for i in sorted(range(len(poses)), key=drive_times.__getitem__):
+            while due and due[0][0] <= drive_times[i]:
+                yield heappop(due)[1]
+            time = drive_times[i] + drawn._arm_time(ArmSituation(poses[i], user, self.parked), deep)
+            if time < math.inf:
+                heappush(due, (time, i))
+        while due:
+            yield heappop(due)[1]
 
     def _arm_time(self, situation: ArmSituation, deep: Pose3) -> float:
         query = self.reaching(situation, deep)
@@ -181,6 +212,7 @@ class Workspace:
         situation = ArmSituation(Pose2(0.0, 0.0), Pose2(1.85, 0.0), self.parked)
         deep = Pose3.from_yaw(1.0, 0.0, 1.2, math.pi)
         self.best([situation.base], [0.0], deep, situation.user, (0.1, 0.1))
+        self.reached([situation.base], deep)
 
 
 def waypoints(plan: Plan) -> tuple[TimedJoints, ...]:

@@ -15,9 +15,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hw.geometry import Pose2, Pose3, wrap
-from states.arm.collision import CollisionChecker, CollisionModel, Cylinder, Surroundings
+from states.arm.collision import (
+    MARGIN,
+    CollisionChecker,
+    CollisionModel,
+    Cylinder,
+    Surroundings,
+)
 from states.arm.inverse import Solutions, inverse
-from states.arm.kernels import Array
+from states.arm.kernels import ArmObstacles, Array, free_from
 from states.arm.kinematics import KinematicChain, pose_matrix
 
 ANGLES = tuple(math.radians(degrees) for degrees in (0, 30, -30, 60, -60, 90, -90))
@@ -60,7 +66,15 @@ class Reach:
 
     def reached(self, poses: Iterable[Pose2], deep: Pose3, place: ReachPlace) -> NDArray[np.bool_]:
         """True for rover poses from which the prop reaches map_from_deep, (n,)."""
-        return np.array([self._from(pose, deep, place).valid.any() for pose in poses], np.bool_)
+        rovers = _rows(poses)
+        branches = inverse(self.chain, _rovers_from_deep(rovers, deep))
+        around = Surroundings.in_map(place.walls, place.people)
+        obstacles = ArmObstacles(0.0, around.walls, around.cylinders)
+        found = np.empty(len(rovers), np.bool_)
+        free_from(
+            self.model.body, obstacles, rovers, branches.joints, branches.valid, MARGIN, found
+        )
+        return found
 
     def table(
         self,
@@ -85,11 +99,6 @@ class Reach:
                 valid = self.branches(checker, targets).valid.any(axis=1)
                 share[i, j] = valid.reshape(len(angles), -1).all(axis=1).mean()
         return ReachTable(tuple(heights), tuple(distances), tuple(angles), share)
-
-    def _from(self, pose: Pose2, deep: Pose3, place: ReachPlace) -> Solutions:
-        surroundings = Surroundings.seen_from(pose, place.walls, place.people)
-        checker = CollisionChecker.of(self.model, surroundings)
-        return self.branches(checker, rover_from_deep(pose, deep))
 
 
 def around(deep: Pose3, angles: Sequence[float], distances: Sequence[float]) -> list[Pose2]:
@@ -118,6 +127,22 @@ def disc(pose: Pose2, radius: float, yaw: float = 0.0) -> list[Pose2]:
             x, y = pose.x + size * math.cos(angle), pose.y + size * math.sin(angle)
             found.append(Pose2(x, y, wrap(pose.yaw + turn)))
     return found
+
+
+def _rows(map_from_rovers: Iterable[Pose2]) -> Array:
+    """x, y, cosine and sine of the yaw of each rover pose, (n, 4)."""
+    rows = [(p.x, p.y, math.cos(p.yaw), math.sin(p.yaw)) for p in map_from_rovers]
+    return np.array(rows, dtype=np.float64).reshape(-1, 4)
+
+
+def _rovers_from_deep(rovers: Array, map_from_deep: Pose3) -> Array:
+    """The DEEP in the frame of each rover, a row of `_rows`: (n, 4, 4)."""
+    x, y, c, s = rovers.T
+    seen = np.zeros((len(x), 4, 4))
+    seen[:, 0, 0], seen[:, 0, 1], seen[:, 0, 3] = c, s, -c * x - s * y
+    seen[:, 1, 0], seen[:, 1, 1], seen[:, 1, 3] = -s, c, s * x - c * y
+    seen[:, 2, 2] = seen[:, 3, 3] = 1.0
+    return seen @ pose_matrix(map_from_deep)
 
 
 def rover_from_deep(map_from_rover: Pose2, map_from_deep: Pose3) -> Array:

@@ -41,6 +41,9 @@ LEAVING_MARGIN = 0.5
 """A robot inside the user's disc drives this far beyond its edge, m, so that it leaves at speed."""
 EDGE = {"omni": 0.001, "differential": 0.01}
 """Accuracy with which a base can follow the edge of an inflation, m, by drive mode."""
+ASIDE = 0.35
+"""The user is seen from the robot's nearest side in a direction that differs by this from that seen
+from its centre, rad."""
 CRAWL = 0.05
 """Below this speed a differential base may turn as if on the spot, m/s."""
 LOST_TRACK = 0.3
@@ -53,6 +56,8 @@ class LocalPlanner(ABC):
     `status` is that of the last command: `driving`, `arrived` (latched until the robot is pushed
     out of twice the tolerance) or `blocked` (no path: it brakes, or leaves the user's disc).
     `path` is the global planner's, if any. `mode` (R2) and `planner` may be changed at any time.
+    `spare`: how much nearer to walls than its inflation the robot touches none, m; infinite: not
+    known.
 
     Plans start from reckoned positions of robot and user, so that noise of measured poses does not
     reach the velocity; see `reckoning`. `latency` is a first guess of the base's delay, s.
@@ -73,6 +78,7 @@ class LocalPlanner(ABC):
         self.goal: Pose2 | None = None
         self.planner = planner
         self.zones = NO_ZONES
+        self.spare = math.inf
         self._limits = self._own_limits = limits
         self._tolerance = tolerance
         self._pace = SpeedLimits(
@@ -289,9 +295,29 @@ class LocalPlanner(ABC):
         time = 0.5 * math.hypot(vx, vy) / self._limits.acceleration
         end = (then[0] + vx * time, then[1] + vy * time)
         slack = EDGE[self.mode]
-        return self.planner.allows(start, then, user, slack) and self.planner.allows(
-            then, end, user, slack
+        return (
+            self.planner.allows(start, then, user, slack)
+            and self.planner.allows(then, end, user, slack)
+            and self._can_be_held(then, velocity, user)
         )
+
+    def _can_be_held(self, place: Point, velocity: Point, user: Disc | None) -> bool:
+        """True if no wall is touched either should the safety chain hold the robot off the user.
+
+        The chain takes out the part of the velocity that closes the gap; the rest leads elsewhere.
+        """
+        if user is None or self.spare == math.inf:
+            return True
+        at = math.atan2(user.y - place[1], user.x - place[0])
+        for off in (0.0, ASIDE, -ASIDE):
+            nx, ny = math.cos(at + off), math.sin(at + off)
+            toward = max(0.0, velocity[0] * nx + velocity[1] * ny)
+            vx, vy = velocity[0] - toward * nx, velocity[1] - toward * ny
+            time = 0.5 * math.hypot(vx, vy) / self._limits.acceleration
+            end = (place[0] + vx * time, place[1] + vy * time)
+            if not self.planner.allows(place, end, None, self.spare):
+                return False
+        return True
 
 
 def _apart(a: Twist2, b: Twist2) -> float:

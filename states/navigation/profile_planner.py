@@ -25,7 +25,7 @@ from states.navigation.cornering import (
     widened,
 )
 from states.navigation.interfaces import Limits, Tolerance
-from states.navigation.local_planner import BEND_SHARE, SLACK, LocalPlanner
+from states.navigation.local_planner import BEND_SHARE, EDGE, SLACK, LocalPlanner
 from states.navigation.path import Path
 from states.navigation.predicted_gap import (
     HORIZON,
@@ -87,12 +87,31 @@ class ProfilePlanner(LocalPlanner):
             return None
         line = as_line(self.path)
         if not self.planner.is_free(start, around):
-            if math.dist(self.path.points[0], self.path.points[1]) > SLACK or len(line) < 3:
+            slanting = self._slanting(line, around)
+            if slanting is None:
                 return line
-            line = np.concatenate((line[:1], line[2:]))
+            line = slanting
         if self.mode == "differential":
             return line
         return self._widen(line, now, around)
+
+    def _slanting(self, line: Array, user: Disc | None) -> Array | None:
+        """The line out of an inflation that joins its second leg as far on as walls allow.
+
+        The first leg, straight out, would have to be entered from standstill. None: it is longer
+        than SLACK, or there is no other way out.
+        """
+        start, out = (float(line[0, 0]), float(line[0, 1])), (float(line[1, 0]), float(line[1, 1]))
+        depth = math.dist(start, out)
+        if depth > SLACK or len(line) < 3:
+            return None
+        join, rest = line[2:3], line[3:]
+        while not self.planner.allows(start, (join[0, 0], join[0, 1]), user, EDGE[self.mode]):
+            join, rest = 0.5 * (line[1:2] + join), line[2:]
+            join[0, 2] = line[1, 2]
+            if math.dist(out, join[0, :2]) <= depth:
+                return None
+        return np.concatenate((line[:1], join, rest))
 
     def _comes_near(self, pose: Pose2, user: Disc) -> bool:
         """True if the walking user could come too near within HORIZON."""

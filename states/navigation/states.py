@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from engine.files.units import Duration
 from engine.state import NEVER_NS, Action, Context, Run
@@ -17,6 +17,7 @@ from states import ages
 from states.keys import (
     BASE_ADMITTED,
     BASE_MODE,
+    BASE_POSE,
     BASE_POSE_SIGMA,
     BASE_REFUSAL,
     ENVIRONMENT,
@@ -27,6 +28,7 @@ from states.keys import (
 from states.subsystems import SUBSYSTEMS, Subsystem, SubsystemName
 
 if TYPE_CHECKING:
+    from states.environment import Environment
     from states.navigation.interfaces import GlobalPlanner
     from states.navigation.local_planner import LocalPlanner
 
@@ -37,8 +39,12 @@ DRIVES: Mapping[str, float | None] = {
     **ages.READS,
 }  # fmt: skip
 """`reads` of a state that drives with a local planner, see `command_of`."""
+Clearance = Literal["own", "chase", "haptic", "escape"]
+"""Whose distances from walls and user a drive keeps: those of its own subsystem, or of another."""
 NO_PATH_S = 0.3
 """A missing path counts after this time, s: estimated poses jump, people walk."""
+NARROW = 0.03
+"""A place so much nearer to a wall than a subsystem's inflation, m, is too narrow to start from."""
 SLOW = 0.1
 """Speed below which the robot counts as standing, m/s."""
 
@@ -48,6 +54,8 @@ class DriveTo(Action):
 
     The path is replanned in every tick, with the obstacles scanned so far and a prediction of the
     walking user. For `haptic` the safety chain gets the goal, from which a touch will be served.
+    `clearance` names another subsystem whose `inflation` and, where there is no room for more,
+    `user_radius` are kept instead; Escape's are from a place nearer to walls than the inflation.
     `no_path`: for 0.3 s the goal has not been free or reachable; `stuck`: no progress for
     `patience`; `lost`: the pose of base or user is, or a scanner has fallen silent. With the `mode`
     differential the robot drives only along its heading (R2), until the drive ends.
@@ -62,18 +70,20 @@ class DriveTo(Action):
         subsystem: SubsystemName = "chase",
         patience: Duration = 3.0,
         mode: DriveMode = "omni",
+        clearance: Clearance = "own",
     ) -> None:
         self.subsystem: SubsystemName = subsystem
+        self.clearance: Clearance = clearance
         self.patience = patience
         self.mode: DriveMode = mode
 
     def run(self, ctx: Context, goal: Pose2) -> Run:
         environment = environment_of(ctx)
-        planner = planner_of(ctx, self.subsystem)
+        keeping = self._keeping(ctx)
+        planner = planner_of(ctx, keeping)
         if planner is None:
             return "lost"
-        driver = environment.driver(self.subsystem, planner)
-        subsystem = environment.navigation.named(self.subsystem)
+        driver = environment.driver(self.subsystem, planner, keeping)
         driver.mode = self.mode
         driver.go_to(goal)
         progress, give_up = GoalProgress(self.patience), NEVER_NS
@@ -86,7 +96,8 @@ class DriveTo(Action):
         try:
             while (now := ages.around(ctx)) is not None and planner is not None:
                 driver.planner = planner
-                command = command_of(ctx, driver, now, user_disc(now.user, subsystem))
+                disc = self._disc(environment, keeping, planner, now, goal)
+                command = command_of(ctx, driver, now, disc)
                 if driver.status == "arrived":
                     return "arrived"
                 left = math.inf if driver.path is None else driver.path.length
@@ -98,7 +109,7 @@ class DriveTo(Action):
                     return "stuck"
                 base.drive(command, self.subsystem, left)
                 yield ctx.value(BASE_REFUSAL)
-                planner = planner_of(ctx, self.subsystem)
+                planner = planner_of(ctx, keeping)
         finally:
             base.release(self.subsystem)
             if own not in (self.mode, None):
@@ -106,6 +117,34 @@ class DriveTo(Action):
             if touches:
                 base.grant(None)
         return "lost"
+
+    def _keeping(self, ctx: Context) -> SubsystemName:
+        """The subsystem whose distances from walls and user are kept on this drive."""
+        if self.clearance != "own":
+            return self.clearance
+        planner, here = planner_of(ctx, self.subsystem), ctx.value(BASE_POSE)
+        if planner is None or here is None:
+            return self.subsystem
+        inflation = environment_of(ctx).navigation.named(self.subsystem).inflation
+        is_narrow = planner.clearance((here.x, here.y)) < inflation - NARROW
+        return "escape" if is_narrow else self.subsystem
+
+    def _disc(
+        self,
+        environment: Environment,
+        keeping: SubsystemName,
+        planner: GlobalPlanner,
+        now: ages.RobotAndUser,
+        goal: Pose2,
+    ) -> Disc | None:
+        """The disc around the user to keep out of: the wide one if there is a path around it."""
+        own = environment.navigation.named(self.subsystem)
+        if keeping == self.subsystem or now.user is None:
+            return user_disc(now.user, own)
+        tight = environment.navigation.named(keeping)
+        wide = wide_disc(now.user, own, tight, goal)
+        path = planner.plan((now.pose.x, now.pose.y), (goal.x, goal.y), wide)
+        return user_disc(now.user, tight) if path is None else wide
 
 
 def command_of(
@@ -166,3 +205,14 @@ def user_disc(user: UserPose | None, subsystem: Subsystem) -> Disc | None:
     if user is None:
         return None
     return Disc(user.body.x, user.body.y, subsystem.user_radius)
+
+
+def wide_disc(user: UserPose, own: Subsystem, least: Subsystem, goal: Pose2) -> Disc:
+    """The disc of a drive that may come nearer to the user than its own subsystem does.
+
+    As wide as that of its `own`, but not over the goal, and never smaller than that of the `least`:
+    past a user the safety chain admits a drive no nearer than its goal.
+    """
+    away = user.body.distance_to(goal)
+    radius = max(least.user_radius, min(own.user_radius, away))
+    return Disc(user.body.x, user.body.y, radius)

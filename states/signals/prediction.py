@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 from hw.geometry import Pose2, Twist2, wrap
 
+STRAIGHT = 1e-9
+"""A smaller turn, rad, does not shorten a chord in floating point."""
 SLOWEST = 1e-6
 """Anything slower than this never arrives, m/s."""
 
@@ -64,7 +66,7 @@ def chord(speed: float, rate: float, fades: float, ahead: float) -> tuple[float,
     """
     turned = rate * fades * (1.0 - math.exp(-ahead / fades))
     mean = fades * (rate - turned / ahead) if ahead > 0.0 else 0.0
-    shorter = math.sin(0.5 * turned) / (0.5 * turned) if turned != 0.0 else 1.0
+    shorter = math.sin(0.5 * turned) / (0.5 * turned) if abs(turned) > STRAIGHT else 1.0
     return speed * ahead * shorter, mean, turned
 
 

@@ -12,6 +12,8 @@ STALE_S = 0.15
 """Greatest age of the user's pose, s (R149); 0.5 s without one is a latched fault."""
 
 USER_LOST = "tracking of the user is lost"
+STUCK = "robot and user are in each other's way"
+"""What the operator is asked to look at when nothing else helps."""
 
 
 class UserSettled(Monitor):
@@ -84,35 +86,49 @@ class FaultRaised(Monitor):
         return "raised"
 
 
-class ClearFaults(Action):
-    """`clear` once no fault is left and the user is tracked.
+class CallOperator(Action):
+    """Call the operator for what the robot cannot do alone.
 
-    A pulled stop line is reported to the operator and reset once they acknowledge it. A user who
-    stays lost for `latch` is a fault as well: the stop line is pulled for it.
+    A pulled stop line is reported, and reset once they acknowledge it; a user who stays lost for
+    `latch` is a fault as well: the stop line is pulled for it. Where no fault is left, but this
+    state still runs after `patience`, they are asked to look; `helped`, with the user's pose, once
+    they acknowledge that, but not before `least`.
     """
 
-    outcomes = ("clear",)
+    outcomes = ("helped",)
+    outputs = {"helped": {"user": UserPose}}
     reads = {STOP_ENGAGED: None, USER_POSE: STALE_S, ACKNOWLEDGE: None}
     commands = ("operator", "stop_line")
 
-    def __init__(self, latch: Duration = 0.5) -> None:
-        self.latch = latch
+    def __init__(
+        self, latch: Duration = 0.5, patience: Duration = 40.0, least: Duration = 0.0
+    ) -> None:
+        self.latch, self.patience, self.least = latch, patience, least
 
     def run(self, ctx: Context) -> Run:
         operator, stop_line = ctx.part("operator"), ctx.part("stop_line")
+        ask_at, asked, helped = ctx.after(self.patience), False, False
+        earliest = ctx.after(self.least)
         latch_at = ctx.after(self.latch - STALE_S)
         reported = None
         while True:
             reason, user = ctx.value(STOP_ENGAGED), ctx.value(USER_POSE)
-            if reason is None and user is not None:
-                return "clear"
-            if reason is None and reported is not None:  # was reset, but the user is still lost
+            acknowledged = bool(ctx.events(ACKNOWLEDGE))
+            if reason is None and reported is not None:
                 reported, latch_at = None, ctx.after(self.latch)
-            if reason is None and ctx.now >= latch_at:
+            if reason is None and user is None and ctx.now >= latch_at:
                 stop_line.pull(USER_LOST)
+            if reason is None and user is not None:
+                latch_at = ctx.after(self.latch - STALE_S)
+                helped = helped or (asked and acknowledged)
+                if helped and ctx.now >= earliest:
+                    return "helped", {"user": user}
+                if not asked and ctx.now >= ask_at:
+                    asked = True
+                    operator.report(STUCK)
             if reason is not None and reported is None:
                 operator.report(reason)
                 reported = reason
-            elif reason is not None and ctx.events(ACKNOWLEDGE):
+            elif reason is not None and acknowledged:
                 stop_line.reset()  # `stop.engaged` shows whether it was
             yield None

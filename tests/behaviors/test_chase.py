@@ -35,8 +35,8 @@ def space_of(environment: Environment, profile: Profile, user: UserPose = USER) 
 
 
 @pytest.mark.requirement(94)
-def test_the_space_has_5998_cells_at_the_defaults(profile: Profile) -> None:
-    assert len(ring(profile.settings.chase)) == 5998
+def test_the_space_has_5998_cells_at_the_paper_s_values(paper: Profile) -> None:
+    assert len(ring(paper.settings.chase)) == 5998
 
 
 @pytest.mark.requirement(94, 125)
@@ -49,13 +49,16 @@ def test_the_resolution_can_be_chosen(paper: Profile, cell: float) -> None:
 
 @pytest.mark.requirement(93, 97, 98)
 def test_the_space_is_two_equal_arcs_within_the_bounds(profile: Profile) -> None:
-    x, y = ring(profile.settings.chase).T
+    rules = profile.settings.chase
+    x, y = ring(rules).T
 
     radius, bearing = np.hypot(x, y), np.degrees(np.abs(np.arctan2(y, x)))
-    assert radius.min() >= 1.5
-    assert radius.max() <= 3.0
-    assert bearing.min() >= 30.0
-    assert bearing.max() <= 180.0 - 22.5
+    assert rules.inner <= radius.min() < rules.inner + 0.1
+    assert rules.outer - 0.1 < radius.max() <= rules.outer
+    assert bearing.min() >= math.degrees(0.5 * rules.front)
+    assert bearing.max() <= 180.0 - math.degrees(0.5 * rules.rear)
+    if profile.name == "paper":
+        assert (rules.inner, rules.outer) == (1.5, 3.0)
     assert np.count_nonzero(y > 0.0) == np.count_nonzero(y < 0.0)
 
 

@@ -14,6 +14,7 @@ from behaviors import escape
 from behaviors.dodge import place_with_room, safest_goal
 from behaviors.profile import Profile
 from behaviors.rollout import (
+    FAR,
     HORIZON_S,
     STEP_S,
     command_towards,
@@ -119,7 +120,7 @@ def test_crowding_counts_what_is_missing_on_either_side_of_the_band() -> None:
 
     found = crowding(ways, standing, 3.0, 4.0, 1.5, 10.0)
 
-    assert found == pytest.approx([0.0, 0.25, 1.0, 4.0 + 10.0 * 0.25])
+    assert found == pytest.approx([0.0, 0.25, FAR * 1.0, 4.0 + 10.0 * 0.25])
 
 
 @pytest.mark.requirement(109)
@@ -129,9 +130,10 @@ def test_the_way_out_of_a_walker_s_path_is_sideways_and_touches_nobody(
     now = situation_of(tuned, Pose2(10, 10, math.pi / 2), facing(13.0, 10.2, math.pi), Twist2(-1.3))
     goals = escape.poses(now.settings, now.planners["escape"], now.user, now.pose)
 
-    goal = safest_goal(now, goals, None)
+    goal, touch_after = safest_goal(now, goals, None)
 
     assert goal is not None
+    assert touch_after == math.inf
     assert goal.y < 10.0
     likely = predict_user(now, now.settings.user.likely)
     assert evaluate(now, roll_out(now, [(goal.x, goal.y)], 2.5), likely).gap[0] > 0.0
@@ -147,9 +149,9 @@ def test_of_two_ways_out_the_one_under_way_is_kept(
     goals = [Pose2(9.5, 10.0 + 2.0 * y) for y in (-1.0, 1.0)]
     present = next(goal for goal in goals if (goal.y - 10.0) * side > 0.0)
 
-    assert safest_goal(now, goals, present) is present
+    assert safest_goal(now, goals, present)[0] is present
     later = [Pose2(10.0, 10.0 + 0.3 * side), goals[0] if side > 0.0 else goals[1]]
-    assert safest_goal(now, later, later[0]) is later[1]
+    assert safest_goal(now, later, later[0])[0] is later[1]
 
 
 @pytest.mark.parametrize(("room", "touches"), [(0.11, True), (0.13, False)])
@@ -251,7 +253,7 @@ def test_an_arm_that_is_with_the_user_is_taken_away(
     now = situation_of(tuned, Pose2(10, 10), facing(11.5, 10.0, math.pi), Twist2(-0.25))
     goals = escape.poses(now.settings, now.planners["escape"], now.user, now.pose)
 
-    goal = safest_goal(now, goals, None, Outline(0.99, 0.565, 0.455, 0.455))
+    goal, _ = safest_goal(now, goals, None, Outline(0.99, 0.565, 0.455, 0.455))
 
     assert goal is not None
     assert goal.x < 10.0

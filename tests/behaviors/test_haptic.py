@@ -15,7 +15,7 @@ from behaviors import haptic
 from behaviors.profile import Profile
 from behaviors.situation import Situation
 from engine.state import Stamped
-from hw.geometry import Pose2, Pose3, Twist2, wrap
+from hw.geometry import Pose2, Pose3, wrap
 from hw.room import Room
 from hw.samples import UserPose
 from states.environment import Environment
@@ -125,7 +125,7 @@ def test_the_given_order_takes_the_first_pose_that_can_be_driven_to(
     free = haptic.poses(paper.settings, now.planners["haptic"], DEEP)
 
     def best(poses: tuple[Pose2, ...]) -> Pose2 | None:
-        return haptic.best_pose(now, haptic.reachable(now, poses), DEEP)
+        return haptic.best_pose(now, haptic.reachable(now, "haptic", poses), DEEP)
 
     assert best(free) == free[0]
     assert best(free[3:]) == free[3]
@@ -140,7 +140,7 @@ def test_tuned_takes_the_quickest_pose_from_which_the_arm_reaches(
         now = situation_of(tuned, start, UserPose(Pose2(9.15, 10.0), 0.0))
         free = haptic.poses(tuned.settings, now.planners["haptic"], DEEP)
 
-        best = haptic.best_pose(now, haptic.reachable(now, free), DEEP)
+        best = haptic.best_pose(now, haptic.reachable(now, "haptic", free), DEEP)
 
         assert best is not None
         assert (best.y - 10.0) * (start.y - 10.0) >= 0.0
@@ -176,33 +176,147 @@ def test_another_request_ends_the_one_being_served(context: Any) -> None:
     assert ended.value.value == "released"
 
 
+def chosen(
+    context: Any, now: Situation, deep: Pose3, haptic_poses: tuple[Pose2, ...] | None = None
+) -> tuple[str, Pose2 | None]:
+    """The outcome of the choice in a situation, and the pose if there is one."""
+    planner = now.planners["haptic"]
+    free = haptic.poses(now.settings, planner, deep) if haptic_poses is None else haptic_poses
+    ctx = context(
+        {
+            "environment": now.environment,
+            "settings": now.settings,
+            "base.pose": now.pose,
+            "base.twist": now.twist,
+            "user.pose": now.user,
+            "user.velocity": now.velocity,
+            "haptic.poses": free,
+        }
+    )
+    run = haptic.ChooseHapticPose().run(ctx, deep=deep)
+    while True:
+        try:
+            next(run)
+        except StopIteration as end:
+            found = end.value
+            break
+    return (found, None) if isinstance(found, str) else (found[0], found[1]["pose"])
+
+
 @pytest.mark.requirement(78, 82)
 @pytest.mark.parametrize(("height", "outcome"), [(1.5, "chosen"), (2.6, "out_of_reach")])
 def test_a_deep_too_high_for_the_arm_is_refused_by_name(
     context: Any,
     tuned: Profile,
-    environment_of: Callable[..., Environment],
+    situation_of: Callable[..., Situation],
     height: float,
     outcome: str,
 ) -> None:
-    environment, still = environment_of(tuned), Twist2(0.0)
+    now = situation_of(tuned, Pose2(10.0, 13.0), UserPose(Pose2(9.15, 10.0), 0.0))
     deep = Pose3.from_yaw(10.0, 10.0, height, 0.0)
-    ctx = context(
-        {
-            "environment": environment,
-            "settings": tuned.settings,
-            "base.pose": Pose2(10.0, 13.0),
-            "base.twist": still,
-            "user.pose": UserPose(Pose2(9.15, 10.0), 0.0),
-            "user.velocity": still,
-            "haptic.poses": haptic.poses(
-                tuned.settings, environment.static_planners["haptic"], deep
-            ),
-        }
+
+    assert chosen(context, now, deep)[0] == outcome
+
+
+@pytest.mark.requirement(77, 126)
+@pytest.mark.parametrize(
+    ("distance", "outcome"), [(0.8, "deep_blocked"), (1.07, "deep_blocked"), (1.075, "other")]
+)
+def test_a_deep_that_leaves_the_prop_no_room_before_a_wall_is_refused_by_name(
+    profile: Profile,
+    context: Any,
+    situation_of: Callable[..., Situation],
+    distance: float,
+    outcome: str,
+) -> None:
+    """Prop and flange reach 0.218 m beyond the DEEP, and 5 mm are kept."""
+    room, user, deep = facing_wall(distance)
+    now = situation_of(profile, Pose2(10.0, 10.0), user, room=room)
+
+    blocked = chosen(context, now, deep)[0] == "deep_blocked"
+
+    assert blocked is (outcome == "deep_blocked")
+
+
+@pytest.mark.requirement(77)
+def test_a_deep_behind_a_thin_wall_is_refused_by_name(
+    tuned: Profile, context: Any, situation_of: Callable[..., Situation]
+) -> None:
+    wall = ((9.6, 5.0), (9.65, 5.0), (9.65, 15.0), (9.6, 15.0))
+    room = Room(outer=((0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0)), walls=(wall,))
+    now = situation_of(tuned, Pose2(14.0, 10.0), UserPose(Pose2(9.1, 10.0), 0.0), room=room)
+
+    assert chosen(context, now, DEEP) == ("deep_blocked", None)
+
+
+CORRIDOR = Room(outer=((0.0, 0.0), (20.0, 0.0), (20.0, 1.5), (0.0, 1.5)))
+HOUSE = Room(
+    outer=((0.0, 0.0), (12.0, 0.0), (12.0, 8.0), (0.0, 8.0)),
+    walls=(((5.9, 0.0), (6.1, 0.0), (6.1, 3.2), (5.9, 3.2)),
+           ((5.9, 4.8), (6.1, 4.8), (6.1, 8.0), (5.9, 8.0))),
+)  # fmt: skip
+"""Two rooms with a doorway of 1.6 m."""
+
+
+@pytest.mark.requirement(77, 82)
+def test_without_room_for_the_rover_there_is_no_pose(
+    profile: Profile, context: Any, situation_of: Callable[..., Situation]
+) -> None:
+    user = UserPose(Pose2(9.0, 0.75), 0.0)
+    now = situation_of(profile, Pose2(3.0, 0.75), user, room=CORRIDOR)
+
+    assert chosen(context, now, Pose3.from_yaw(9.85, 0.75, 1.2, 0.0)) == ("no_pose", None)
+
+
+@pytest.mark.requirement(77, 82)
+@pytest.mark.parametrize(("x", "outcome"), [(6.0, "no_way"), (9.0, "other")])
+def test_a_user_in_the_doorway_cuts_off_what_is_behind_them(
+    tuned: Profile, context: Any, situation_of: Callable[..., Situation], x: float, outcome: str
+) -> None:
+    now = situation_of(tuned, Pose2(2.0, 4.0), UserPose(Pose2(x, 4.0), 0.0), room=HOUSE)
+
+    found, goal = chosen(context, now, Pose3.from_yaw(x + 0.85, 4.0, 1.2, 0.0))
+
+    assert (found == "no_way") is (outcome == "no_way")
+    assert (goal is None) is (outcome == "no_way")
+
+
+@pytest.mark.requirement(76, 77, 126)
+@pytest.mark.parametrize("distance", [1.7, 1.9])
+def test_before_a_wall_tuned_has_a_second_choice_with_escape_s_distances(
+    tuned: Profile,
+    paper: Profile,
+    context: Any,
+    situation_of: Callable[..., Situation],
+    distance: float,
+) -> None:
+    room, user, deep = facing_wall(distance)
+
+    now = situation_of(tuned, Pose2(12.0, 10.0), user, room=room)
+    outcome, goal = chosen(context, now, deep)
+
+    assert outcome == "close"
+    assert goal is not None
+    assert 0.77 <= room.clearance(goal.x, goal.y) < 1.0
+    assert goal.distance_to(user.body) >= 1.27
+    assert 0.8 - 1e-9 <= goal.distance_to(deep.flat()) <= 1.3 + 1e-9
+    assert goal.bearing_to(deep.flat()) == pytest.approx(0.0, abs=1e-9)
+    without = replace(
+        now, settings=replace(now.settings, haptic=replace(now.settings.haptic, close=None))
     )
+    assert chosen(context, without, deep)[0] in ("no_pose", "no_way")
+    literal = situation_of(paper, Pose2(12.0, 10.0), user, room=room)
+    assert chosen(context, literal, deep)[0] != "close"
 
-    with pytest.raises(StopIteration) as ended:
-        next(haptic.ChooseHapticPose().run(ctx, deep=deep))
 
-    found = ended.value.value
-    assert (found if isinstance(found, str) else found[0]) == outcome
+@pytest.mark.requirement(76)
+def test_where_a_pose_of_the_half_circle_will_do_it_is_chosen_in_one_tick(
+    tuned: Profile, context: Any, situation_of: Callable[..., Situation]
+) -> None:
+    now = situation_of(tuned, Pose2(10.0, 13.0), UserPose(Pose2(9.15, 10.0), 0.0))
+    every = set(haptic.all_poses(tuned.settings.haptic, DEEP))
+
+    outcome, goal = chosen(context, now, DEEP)
+
+    assert outcome == "chosen"
+    assert goal in every

@@ -7,8 +7,10 @@ from typing import Any
 import pytest
 
 from cobodeck.testing import ChartTester
-from hw.geometry import Pose3
+from hw.geometry import Pose2, Pose3
+from hw.samples import UserPose
 
+STANDING = UserPose(Pose2(3.0, 4.0, 0.5), 0.5)
 ASKED: tuple[str, dict[str, Any]] = ("requested", {"deep": Pose3(1.0, 2.0, 1.5), "since": 7})
 
 TO_CHASE: dict[str, Any] = {}
@@ -17,8 +19,12 @@ TO_ESCAPE = {"chase/danger": "required"}
 TO_INFORM = {"chase/danger": "required", "escape/flee": "no_pose"}
 SERVED = {"haptic/serve/park": "parked", "haptic/serve/choose": "chosen"}
 REACHED = SERVED | {"haptic/serve/drive": "arrived"}
-PARKED = {"chase/follow/park": "parked"}
+PARKED = {"chase/follow/park": "parked", "chase/follow/leave": "away"}
 CHOSEN = PARKED | {"chase/follow/wait/settled": "settled", "chase/follow/choose": "chosen"}
+STUCK = {"chase/follow/drive/go": "stuck"}
+NO_PATH = {"chase/follow/drive/go": "no_path"}
+FAILS = {"chase/follow/stay/give_up": "failed"}
+TO_ASK = {"chase/cornered": "cornered"}
 
 EDGES = [
     pytest.param(TO_CHASE, {"chase/request": ASKED}, "haptic", id="R60 request"),
@@ -32,17 +38,19 @@ EDGES = [
     ),
     pytest.param(TO_HAPTIC, {"haptic/serve/park": "failed"}, "chase", id="arm does not fold"),
     pytest.param(TO_CHASE, {"chase/danger": "required"}, "escape", id="R62 danger"),
-    pytest.param(TO_ESCAPE, {"escape/clear": "safe"}, "chase", id="R63 safe on the way"),
-    pytest.param(TO_ESCAPE, {"escape/flee": "safe"}, "chase", id="R63 safe there"),
+    pytest.param(TO_ESCAPE, {"escape/flee": "safe"}, "chase", id="R63 safe"),
     pytest.param(TO_ESCAPE, {"escape/flee": "no_pose"}, "inform", id="R64 no pose"),
     pytest.param(TO_ESCAPE, {"escape/flee": "no_way"}, "inform", id="R64 no way"),
-    pytest.param(
-        TO_INFORM, {"inform/ready/user": "restarted", "inform/ready/faults": "clear"}, "chase",
-        id="R65 restart",
-    ),
+    pytest.param(TO_INFORM, {"inform/ready": "restarted"}, "chase", id="R65 restart"),
+    pytest.param(TO_INFORM, {"inform/operator": "helped"}, "chase", id="the operator helped"),
+    pytest.param(TO_CHASE, TO_ASK, "ask", id="no way out"),
+    pytest.param(TO_ASK, {"ask/ready": "restarted"}, "chase", id="no way out, restart"),
+    pytest.param(TO_ASK, {"ask/operator": "helped"}, "chase", id="no way out, operator helped"),
+    pytest.param(TO_ASK, {"ask/ready": OSError()}, "inform", id="error in asking"),
     pytest.param(TO_CHASE, {"chase/follow/park": "failed"}, "escape", id="R66 park fails"),
-    pytest.param(CHOSEN, {"chase/follow/drive/go": "stuck"}, "escape", id="R66 stuck"),
-    pytest.param(CHOSEN, {"chase/follow/drive/go": "no_path"}, "escape", id="R66 no path"),
+    pytest.param(CHOSEN | STUCK, FAILS, "escape", id="R66 stuck"),
+    pytest.param(CHOSEN | NO_PATH, FAILS, "escape", id="R66 no path"),
+    pytest.param(CHOSEN, STUCK, "chase", id="R66 stays"),
     pytest.param(TO_CHASE, {"chase/fault": "raised"}, "inform", id="fault in Chase"),
     pytest.param(TO_HAPTIC, {"haptic/fault": "raised"}, "inform", id="fault in Haptic"),
     pytest.param(TO_ESCAPE, {"escape/fault": "raised"}, "inform", id="fault in Escape"),
@@ -68,7 +76,7 @@ def test_every_edge_of_the_machine_is_taken(
 
     sim.wait(0.5)
 
-    assert sim.path("chase", "haptic", "escape", "inform")[-1] == target
+    assert sim.path("chase", "haptic", "escape", "inform", "ask")[-1] == target
     assert behaviour(sim) == target
 
 
@@ -95,7 +103,7 @@ def test_danger_goes_before_a_request_of_the_same_tick(sim: ChartTester) -> None
 
     sim.until("escape", timeout=0.1)
     assert "haptic" not in sim.path("haptic")
-    sim.end("escape/clear", "safe")
+    sim.end("escape/flee", "safe")
     sim.until("haptic", timeout=0.1)
 
 
@@ -201,20 +209,25 @@ def test_nothing_in_inform_commands_base_or_arm(sim: ChartTester) -> None:
     commands = {
         part
         for leaf in sim.run.machine.leaves
-        if leaf.path.startswith("inform/")
+        if leaf.path.startswith(("inform/", "ask/"))
         for part in leaf.interface.commands
     }
     assert commands == {"vr", "operator", "stop_line"}
 
 
 @pytest.mark.requirement(65, 115)
-def test_inform_waits_for_the_user_and_for_the_last_fault(sim: ChartTester) -> None:
-    sim.start("cobodeck", script=TO_INFORM | {"inform/ready/user": "restarted"})
+@pytest.mark.parametrize("end", ["inform/ready restarted", "inform/operator helped"])
+def test_inform_hands_chase_where_the_user_stands(sim: ChartTester, end: str) -> None:
+    leaf, outcome = end.split()
+    sim.start("cobodeck", script=TO_INFORM)
     sim.wait(2)
     assert behaviour(sim) == "inform"
 
-    sim.end("inform/ready/faults", "clear")
+    sim.end(leaf, outcome, user=STANDING)
     sim.until("chase", timeout=0.1)
+
+    assert sim.run.value_of("shown") == STANDING
+    assert sim.run.value_of("shown", "chase") == STANDING
 
 
 @pytest.mark.requirement(116)
@@ -225,8 +238,7 @@ def test_chase_escape_inform_go_round_until_chase_finds_a_place(sim: ChartTester
         script={
             "chase/follow/park": ["failed"] * rounds + ["parked"],
             "escape/flee": ["no_pose"] * rounds,
-            "inform/ready/user": ["restarted"] * rounds,
-            "inform/ready/faults": ["clear"] * rounds,
+            "inform/ready": ["restarted"] * rounds,
         },
     )
 

@@ -21,6 +21,7 @@ from states.signals.prediction import PREDICTORS
 
 CHARTS = FOLDER.parent
 PAPER = (FOLDER / "paper.yaml").read_text()
+CHARTS_OF_PAPER = PAPER[PAPER.index("charts:\n") :]
 
 
 def written(folder: Path, text: str) -> Path:
@@ -61,7 +62,7 @@ def test_paper_keeps_the_printed_numbers(paper: Profile) -> None:
 
 @pytest.mark.requirement(50)
 def test_the_settled_differences_of_tuned(paper: Profile, tuned: Profile) -> None:
-    assert (paper.robot.base_acceleration, tuned.robot.base_acceleration) == (0.5, 1.0)
+    assert (paper.robot.base_acceleration, tuned.robot.base_acceleration) == (1.5, 1.0)
     assert (paper.robot.arm_acceleration, tuned.robot.arm_acceleration) == (1.0, 5.0)
     assert (paper.robot.tool_speed, tuned.robot.tool_speed) == (None, 1.0)
     assert (paper.safety.governor, tuned.safety.governor) == (False, True)
@@ -99,12 +100,12 @@ def test_a_environment_has_the_room_the_robot_and_the_limits(profile: Profile, r
 
 
 BROKEN = [
-    ("base_acceleration: 0.5 m/s2", "base_acceleration: 0.5 m", "base_acceleration.*length"),
+    ("base_acceleration: 1.5 m/s2", "base_acceleration: 1.5 m", "base_acceleration.*length"),
     ("inner: 1.5 m", "iner: 1.5 m", "did you mean 'inner'"),
     ("  cell: 5 cm\n", "", "the key 'cell' is missing"),
     ("view: head", "view: feet", "body, head"),
     ("safety:", "safty:", "did you mean 'safety'"),
-    ("charts: {}", "charts: 3", "mapping"),
+    (CHARTS_OF_PAPER, "charts: 3\n", "mapping"),
     ("moving: 0.2 m/s", "moving: [1]", "moving"),
     ("about: The", "about: [The", "mine.yaml:"),
 ]
@@ -127,11 +128,11 @@ def test_a_mistake_is_told_with_its_place(
 
 SENSELESS = [  # a wrong sign, a wrong unit, nothing at all
     (
-        "base_acceleration: 0.5 m/s2",
-        "base_acceleration: -0.5 m/s2",
-        "base_acceleration: -0.5 is out",
+        "base_acceleration: 1.5 m/s2",
+        "base_acceleration: -1.5 m/s2",
+        "base_acceleration: -1.5 is out",
     ),
-    ("base_acceleration: 0.5 m/s2", "base_acceleration: 0", "above 0"),
+    ("base_acceleration: 1.5 m/s2", "base_acceleration: 0", "above 0"),
     ("base_yaw_acceleration: 1.0", "base_yaw_acceleration: 0.0", "above 0"),
     ("latency: 0 s", "latency: -1 s", "latency: -1 is out of range, 0 to 1"),
     ("latency: 0 s", "latency: 50", "latency: 50 is out of range"),
@@ -143,9 +144,11 @@ SENSELESS = [  # a wrong sign, a wrong unit, nothing at all
     ("likely: [stays]", "likely: [stys]", "did you mean 'stays'"),
     ("likely: [stays]", "likely: []", "empty"),
     ("half_view: 36 deg", "half_view: 36", "half_view: 36 is out"),
-    ("distances: [1.0 m", "distances: [-1.0 m", "distances[0]: -1 is out"),
-    ("distances: [1.0 m, 1.75 m, 2.5 m]", "distances: []", "empty"),
-    ("angles: [20 deg", "angles: [120 deg", "angles[0]: 2.09"),
+    ("distances: [2.5 m", "distances: [-2.5 m", "distances[0]: -2.5 is out"),
+    ("distances: [2.5 m, 1.75 m, 1.0 m]", "distances: []", "empty"),
+    ("angles: [20 deg", "angles: [121 deg", "angles[0]: 2.11"),
+    ("-60 deg]\n  order: given", "-121 deg]\n  order: given", "angles[3]: -2.11"),
+    ("trigger: zones", "trigger: contact", "nothing would trigger"),
     ("inner: 1.5 m", "inner: 3.5 m", "3.5 is not below outer"),
     ("cell: 5 cm", "cell: 0 cm", "cell: 0 is out"),
     ("cell: 5 cm", "cell: 0.01 mm", "cell: 1e-05 is out"),
@@ -183,14 +186,14 @@ def test_a_value_that_cannot_be_meant_is_refused_with_its_place(
 def test_a_wrong_value_for_a_chart_is_told_with_its_place(
     tmp_path: Path, charts: str, message: str
 ) -> None:
-    file = written(tmp_path, PAPER.replace("charts: {}", f"charts: {charts}"))
+    file = written(tmp_path, PAPER.replace(CHARTS_OF_PAPER, f"charts: {charts}\n"))
     library = load_files(sorted(CHARTS.glob("*.yaml")))
 
     with pytest.raises(FileError) as failure:
         load_profile(file).require(library)
 
-    last_line = PAPER.rstrip().count("\n") + 1
-    assert f"mine.yaml:{last_line}:" in str(failure.value)
+    line = PAPER[: PAPER.index(CHARTS_OF_PAPER)].count("\n") + 1
+    assert f"mine.yaml:{line}:" in str(failure.value)
     assert message in str(failure.value)
 
 

@@ -291,6 +291,13 @@ class Wheel:
         self.command = STILL
 
 
+class Vr:
+    """A virtual world; what it shows is of no interest here."""
+
+    def inform(self, show: bool, sign: bool = True) -> None:
+        """Nobody looks."""
+
+
 def shown(environment: Environment, name: Any, marks: Any) -> Any:
     """A planner of this subsystem, scans having shown these cells of 5 m about the robot."""
     grid = environment.ground(0.05).grid
@@ -326,7 +333,8 @@ def test_whoever_drives_goes_by_the_newest_scan(
     context: Any,
 ) -> None:
     state, user, inputs, outcome = drive
-    settings = replace(tuned.settings, escape=replace(tuned.settings.escape, order=order))
+    rules = replace(tuned.settings.escape, order=order, distances=(1.75, 2.5))  # beyond the wall
+    settings = replace(tuned.settings, escape=rules)
     environment, wheel = planning(tuned, "theta_star").environment(HALL, robot), Wheel()
     poses = escape.poses(settings, environment.static_planners["escape"], user, ROBOT)
     values = {
@@ -334,7 +342,7 @@ def test_whoever_drives_goes_by_the_newest_scan(
         "user.pose": user, "user.velocity": Twist2(1.0), "arm.joints": None,
         "escape.poses": poses, "escape.safe": False, "base.mode": "omni",
     }  # fmt: skip
-    ctx = context(values, {"base": wheel})
+    ctx = context(values, {"base": wheel, "vr": Vr()})
     run = state.run(ctx, **inputs)
 
     next(run)
@@ -392,7 +400,7 @@ def test_an_escape_pose_is_kept_while_no_scan_comes(
         "user.pose": now.user, "user.velocity": Twist2(-1.0), "arm.joints": None,
         "escape.poses": poses, "escape.safe": False,
     }  # fmt: skip
-    ctx = context(values, {"base": wheel})
+    ctx = context(values, {"base": wheel, "vr": Vr()})
     run = escape.Flee().run(ctx)
     next(run)
     goal = next(pose for pose in poses if wheel.command.speed and _leads(wheel, now.pose, pose))

@@ -115,17 +115,16 @@ def test_the_robot_is_shown_from_the_tick_inform_begins_until_it_ends(sim: Chart
 
     sim.wait(1)
     assert shown[-1] == ("inform", True)
-    sim.end("inform/ready/user", "restarted")
-    sim.end("inform/ready/faults", "clear")
+    sim.end("inform/ready", "restarted")
     sim.until("chase", timeout=0.1)
 
     assert shown[-1] == ("inform", False)
 
 
 @pytest.mark.requirement(11, 18)
-def test_only_inform_shows_the_robot(sim: ChartTester) -> None:
+def test_only_inform_escape_and_a_robot_that_leaves_show_the_robot(sim: ChartTester) -> None:
     sim.start("cobodeck")
 
     showing = [v.path for v in sim.run.machine.leaves if "vr" in v.interface.commands]
 
-    assert showing == ["inform/warn"]
+    assert showing == ["chase/follow/leave", "escape/flee", "inform/warn", "ask/warn"]

@@ -2,32 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
 
+from behaviors.profile import Profile
 from cobodeck.testing import ChartTester
-from hw.geometry import Pose3
+from hw.geometry import Pose2, Pose3, Twist2
+from hw.samples import UserPose
+from states.environment import Environment
 
 CHARTS = Path(__file__).parents[2] / "charts"
 DEEP = Pose3(1.0, 2.0, 1.5)
 ASKED: tuple[str, dict[str, Any]] = ("requested", {"deep": DEEP, "since": 7})
-PARKED = {"chase/follow/park": "parked"}
+PARKED = {"chase/follow/park": "parked", "chase/follow/leave": "away"}
 SETTLED = PARKED | {"chase/follow/wait/settled": "settled"}
 DRIVING = SETTLED | {"chase/follow/choose": "chosen"}
 PHASES = {
     "park": ({}, "chase/follow/park"),
+    "leave": ({"chase/follow/park": "parked"}, "chase/follow/leave"),
     "wait": (PARKED, "chase/follow/wait/settled"),
     "choose": (SETTLED, "chase/follow/choose"),
     "drive": (DRIVING, "chase/follow/drive/go"),
     "approach": (PARKED | {"chase/follow/wait/far": "far"}, "chase/follow/approach/go"),
     "make_room": (PARKED | {"chase/follow/wait/crowded": "crowded"}, "chase/follow/make_room"),
-    "boxed_in": (SETTLED | {"chase/follow/choose": "none"}, "chase/follow/boxed_in"),
+    "stay": (SETTLED | {"chase/follow/choose": "none"}, "chase/follow/stay/settled"),
 }
 
-# figure 4, and what a robot needs beside it: lost tracking, faults and errors warn the user
+# figure 4, and what a robot needs beside it: lost tracking, faults and errors warn the user, and
+# where there is no way out, though nobody is in danger, the operator is asked
 FIGURE_4 = {
     ("chase", "haptic_request"): "haptic",  # R60
     ("chase", "escape_required"): "escape",  # R62
@@ -37,6 +43,9 @@ FIGURE_4 = {
     ("escape", "safe"): "chase",  # R63
     ("escape", "failed"): "inform",  # R64
     ("inform", "restarted"): "chase",  # R65
+    ("chase", "cornered"): "ask",
+    ("ask", "restarted"): "chase",
+    ("ask", "error"): "inform",
 } | {
     (behaviour, trouble): "inform"
     for behaviour in ("chase", "haptic", "escape")
@@ -60,7 +69,8 @@ def test_the_top_chart_has_the_edges_of_figure_4_and_no_other() -> None:
 
     assert found == FIGURE_4
     assert next(iter(chart["states"])) == "chase"
-    assert {node["use"] for node in chart["states"].values()} == set(chart["states"])
+    uses = {name: node["use"] for name, node in chart["states"].items()}
+    assert uses == {name: name for name in uses} | {"ask": "inform"}
 
 
 @pytest.mark.requirement(68, 71, 102)
@@ -107,7 +117,7 @@ def test_danger_and_request_in_one_tick_are_escape_then_haptic(sim: ChartTester)
     sim.tick()
     assert behaviour(sim) == "escape"
     sim.signal("escape.required", False)
-    sim.end("escape/clear", "safe")
+    sim.end("escape/flee", "safe")
     sim.tick(2)
 
     assert sim.path("chase", "haptic", "escape") == ["chase", "escape", "chase", "haptic"]
@@ -165,16 +175,19 @@ def test_in_a_tie_the_monitor_wins_over_the_action(
 
 
 @pytest.mark.requirement(63, 64, 68)
-def test_an_escape_that_is_safe_and_fails_in_one_tick_is_safe(sim: ChartTester) -> None:
+@pytest.mark.parametrize(("monitor", "outcome"), [("fault", "raised"), ("tracking", "lost")])
+def test_an_escape_that_is_safe_with_a_fault_in_one_tick_goes_on_to_inform(
+    sim: ChartTester, monitor: str, outcome: str
+) -> None:
     sim.start("cobodeck", {"chase/danger": "required"})
     sim.tick(3)
     assert behaviour(sim) == "escape"
 
-    sim.end("escape/flee", "no_way")
-    sim.end("escape/clear", "safe")
+    sim.end("escape/flee", "safe")
+    sim.end(f"escape/{monitor}", outcome)
     sim.tick()
 
-    assert behaviour(sim) == "chase"
+    assert behaviour(sim) == "inform"
 
 
 @pytest.mark.requirement(57)
@@ -201,20 +214,36 @@ def test_an_edit_of_the_yaml_is_enough_to_change_what_the_robot_does(
 
 
 @pytest.mark.requirement(115)
-def test_the_restart_counts_from_the_tick_it_comes_and_only_in_inform(sim: ChartTester) -> None:
-    script = {"chase/danger": "required", "escape/flee": "no_pose", "inform/ready/faults": "clear"}
-    sim.start("cobodeck", {}, real=["inform/ready/user"])
+def test_the_restart_counts_from_the_tick_it_comes_and_only_in_inform(
+    sim: ChartTester, tuned: Profile, environment_of: Callable[..., Environment]
+) -> None:
+    environment = environment_of(tuned)
+    fixed = {"environment": environment, "settings": tuned.settings}
+    seen = {
+        "base.pose": Pose2(10.0, 10.0), "base.twist": Twist2(0.0), "user.velocity": Twist2(0.0),
+        "user.pose": UserPose(Pose2(14.0, 10.0), 0.0),
+        "escape.planner": environment.static_planners["escape"],
+    }  # fmt: skip
+    sim.start("cobodeck", {}, real=["inform/ready"], signals=fixed | seen)
+
+    def go_on(ticks: int) -> None:
+        for _ in range(ticks):
+            for name, value in seen.items():
+                sim.signal(name, value)
+            sim.tick()
+
     sim.signal("vr.restart", True)
-    sim.tick(3)
-    for path, outcome in script.items():
+    go_on(3)
+    for path, outcome in (("chase/danger", "required"), ("escape/flee", "no_pose")):
         sim.end(path, outcome)
-    sim.wait(2)
+    go_on(75)
     assert behaviour(sim) == "inform"  # a restart from before is no restart
 
     sim.signal("vr.restart", True)
-    sim.tick()
+    go_on(1)
 
     assert behaviour(sim) == "chase"
+    assert sim.run.value_of("shown") == seen["user.pose"]
 
 
 @pytest.mark.requirement(70)
@@ -228,7 +257,8 @@ def test_every_state_of_the_charts_says_what_it_reads_and_commands(sim: ChartTes
     commanding = {
         leaf.interface.name: set(leaf.interface.commands) for leaf in sim.run.machine.leaves
     }
-    assert commanding["Flee"] == commanding["DriveTo"] == commanding["MakeRoom"] == {"base"}
+    assert commanding["Approach"] == commanding["DriveTo"] == commanding["MakeRoom"] == {"base"}
+    assert commanding["Flee"] == commanding["Leave"] == {"base", "vr"}
     assert commanding["ParkArm"] == {"arm"}
     sim.tick()
     with pytest.raises(LookupError):

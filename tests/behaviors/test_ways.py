@@ -64,7 +64,7 @@ def test_each_haptic_pose_in_reach_has_a_way(
         body = now.user.body
         deep = Pose3.from_yaw(*body.transform(0.85, 0.0), 1.5, body.yaw)
         free = haptic.poses(now.settings, now.planners["haptic"], deep)
-        for goal in haptic.reachable(now, free):
+        for goal in haptic.reachable(now, "haptic", free):
             found += 1
             assert has_way(now, "haptic", goal), (now.pose, now.user, goal)
     assert found > 100

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -19,6 +20,8 @@ from hw.samples import Joints, UserPose
 from hw.sim.moving import MovingArm
 
 DRIVE = "chase/follow/drive/go"
+IN_FRONT = "user: u\nrepeat: false\nstart: {x: 1.2, y: 4.39}\nsteps: [stand: 600]\n"
+"""Somebody who stands before the robot, which goes to their side."""
 OUT = (0.0, -1.5, 1.0, 0.0, 1.5, 0.0)
 AHEAD = Twist2(0.3)
 
@@ -36,11 +39,13 @@ def base_of(sim: ChartTester) -> GuardedBase:
 
 
 @pytest.fixture(params=["paper", "tuned"])
-def driving(sim: ChartTester, request: pytest.FixtureRequest) -> ChartTester:
+def driving(sim: ChartTester, tmp_path: Path, request: pytest.FixtureRequest) -> ChartTester:
     """CoboDeck while Chase drives, Escape at the test's word."""
-    script = {"chase/danger": [], "escape/clear": []}
-    sim.start("cobodeck", script, scene="study", profile=request.param)
-    sim.until(DRIVE, timeout=60)
+    user = tmp_path / "user.yaml"
+    user.write_text(IN_FRONT)
+    script: dict[str, Any] = {"chase/danger": []}
+    sim.start("cobodeck", script, scene="study", user=str(user), profile=request.param)
+    sim.until(DRIVE, timeout=5)
     sim.tick(5)
     assert base_of(sim).selected[1:] == ("chase", None)
     assert base_of(sim).refusal is None
@@ -52,13 +57,16 @@ def test_a_drive_is_refused_while_the_arm_is_not_folded_and_says_why(driving: Ch
     turn(driving.run.parts["arm"], OUT)
     driving.wait(1.0)
 
+    def folds() -> bool:
+        return bool({"chase/follow/park", "chase/follow/fold"} & {*driving.active})
+
     base = base_of(driving)
     assert DRIVE in driving.active
     assert base.selected == (Twist2(0.0), None, "arm")
     driving.wait(1.5)
     assert base_of(driving).base.twist == Twist2(0.0)
     assert driving.run.notes[DRIVE] == "the arm is not folded"
-    driving.until("chase/follow/park", timeout=20)
+    driving.until(folds, timeout=20)
     driving.until(lambda: base.selected.lock is None, timeout=20)
     assert driving.run.parts["arm"].state.joints != pytest.approx(OUT, abs=0.1)
 

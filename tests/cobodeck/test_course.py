@@ -16,7 +16,13 @@ from engine.trace import TraceRecord
 from hw.geometry import Pose2, Pose3
 from hw.truth import Contact
 
-CHARTS = {"chase": "chase", "haptic": "haptic", "escape": "escape", "inform": "inform"}
+CHARTS = {
+    "chase": "chase",
+    "haptic": "haptic",
+    "escape": "escape",
+    "inform": "inform",
+    "ask": "inform",
+}
 
 NESTED = {
     "outer": """

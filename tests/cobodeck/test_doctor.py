@@ -104,7 +104,7 @@ def test_both_radii_of_the_robot_are_told(capsys: pytest.CaptureFixture[str]) ->
 def test_what_the_acceleration_means_for_escape_is_told(capsys: pytest.CaptureFixture[str]) -> None:
     _, about = looked_at(capsys, "--scene", "hall", "--profile", "paper")["escape"]
 
-    assert f"1.27 m aside takes {(2 * 1.27 / 0.5) ** 0.5:.2f} s" in about
+    assert f"1.27 m aside takes {(2 * 1.27 / 1.5) ** 0.5:.2f} s" in about
     assert f"{(2 * 1.27 / 3.0) ** 0.5:.2f} s with its brakes' 3 m/s2" in about
 
 

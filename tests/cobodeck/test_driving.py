@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -19,6 +20,8 @@ from states.environment import Environment
 from states.navigation.states import DriveTo
 
 DRIVE, FLEE = "chase/follow/drive/go", "escape/flee"
+IN_FRONT = "user: u\nrepeat: false\nstart: {x: 1.2, y: 4.39}\nsteps: [stand: 600]\n"
+"""Somebody who stands before the robot, which goes to their side."""
 WEST = Twist2(-0.3)
 
 
@@ -38,10 +41,12 @@ def never_lets_go(sim: ChartTester) -> None:
 
 
 @pytest.fixture
-def driving(sim: ChartTester) -> ChartTester:
+def driving(sim: ChartTester, tmp_path: Path) -> ChartTester:
     """CoboDeck while Chase drives, Escape at the test's word."""
-    sim.start("cobodeck", {"chase/danger": [], "escape/clear": []}, scene="study")
-    sim.until(DRIVE, timeout=60)
+    user = tmp_path / "user.yaml"
+    user.write_text(IN_FRONT)
+    sim.start("cobodeck", {"chase/danger": []}, scene="study", user=str(user))
+    sim.until(DRIVE, timeout=5)
     sim.tick(5)
     assert base_of(sim).selected.source == "chase"
     return sim
@@ -58,7 +63,7 @@ def test_escape_drives_in_the_tick_in_which_danger_is_seen(driving: ChartTester)
     driving.end("danger", "required")
     driving.tick()
 
-    assert driving.active == ["escape/fault", "escape/tracking", "escape/clear", FLEE]
+    assert driving.active == ["escape/fault", "escape/tracking", FLEE]
     assert base_of(driving).selected.source == "escape"
 
 
@@ -66,7 +71,7 @@ def test_escape_drives_in_the_tick_in_which_danger_is_seen(driving: ChartTester)
 def test_a_navigation_whose_cancel_never_answers_does_not_keep_escape_from_driving(
     sim: ChartTester,
 ) -> None:
-    script = {"chase/danger": [], "escape/clear": [], "escape/fault": [], "inform/ready/user": []}
+    script = {"chase/danger": [], "escape/fault": [], "inform/ready": []}
     sim.start("cobodeck", script, scene="study")
     never_lets_go(sim)
     sim.until(DRIVE, timeout=60)
@@ -158,7 +163,9 @@ def test_a_real_drive_works_on_a_stand_in_and_releases_it(
     sim: ChartTester, environment: Environment
 ) -> None:
     found = {"pose": Pose2(3.0, 5.0), "user": UserPose(Pose2(9.0, 9.0), 0.0)}
-    script = {"park": "parked", "wait/settled": "settled", "choose": ("chosen", found)}
+    script = {
+        "park": "parked", "leave": "away", "wait/settled": "settled", "choose": ("chosen", found),
+    }  # fmt: skip
     signals = {
         "environment": environment,
         "base.mode": "omni",
@@ -170,12 +177,12 @@ def test_a_real_drive_works_on_a_stand_in_and_releases_it(
     sim.tick(3)
 
     told = sim.parts["base"].commands
-    assert [name for name, *_ in told] == ["stop", "drive", "drive", "drive"]
-    assert told[1][2] == "chase"
+    assert [name for name, *_ in told] == ["stop", "stop", "drive", "drive", "drive"]
+    assert told[2][2] == "chase"
     sim.end("drive/settled", "settled")
     sim.end("choose", "none")
     sim.tick()
-    assert told[-1] == ("release", "chase")
+    assert told[-2:] == [("release", "chase"), ("stop",)]  # the next state that drives begins
     assert not sim.parts.moving
 
 

@@ -108,7 +108,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "user: person\nstart: {x: 6, y: 5}\nsteps: [{stand: 0.5}, {request: {hold: 6}}]\n"
     )
     (tmp_path / "seen.yaml").write_text(
-        CHART.replace("watch: HapticRequest", "watch: Restarted")
+        CHART.replace("watch: HapticRequest", "watch: UserReady")
         .replace("requested", "restarted")
         .replace("chart: asked", "chart: seen")
     )

@@ -28,7 +28,7 @@ def test_the_time_of_an_escape_is_from_entering_it_to_being_safe(sim: ChartTeste
     for name, seconds, outcome in [
         ("first/flee", 0.5, "safe"),
         ("second/flee", 0.2, "no_way"),
-        ("first/clear", 1.5, "safe"),
+        ("first/flee", 1.5, "safe"),
     ]:
         sim.wait(seconds)
         sim.end(name, outcome)
@@ -51,6 +51,52 @@ def test_without_an_escape_there_is_no_time_of_one(sim: ChartTester) -> None:
 
     assert found["escapes"] == 0
     assert found["escape_time_s"] == {"mean": None, "min": None, "max": None}
+
+
+WARNS = """
+chart: warns
+outcomes: [over]
+states:
+  calm: {watch: FaultRaised, next: {raised: away}}
+  away:
+    use: escape
+    next: {safe: calm, failed: warned, user_lost: warned, fault: warned}
+  warned: {use: inform, next: {restarted: calm}}
+"""
+
+
+@pytest.mark.requirement(117)
+@pytest.mark.parametrize(
+    ("entered", "loops"),
+    [
+        ([], 0),
+        ([1.0], 0),
+        ([1.0, 2.0], 0),
+        ([1.0, 5.0, 10.9], 1),
+        ([1.0, 5.0, 11.1], 0),
+        ([1.0, 2.0, 3.0, 4.0], 2),
+        ([1.0, 2.0, 3.0, 20.0, 21.0, 22.0], 2),
+        ([1.0, 9.0, 17.0, 25.0, 33.0], 0),
+    ],
+)
+@pytest.mark.parametrize("because", [("away/flee", "no_pose"), ("away/tracking", "lost")])
+def test_three_failures_of_escape_within_ten_seconds_are_a_loop_lost_tracking_is_none(
+    sim: ChartTester, because: tuple[str, str], entered: list[float], loops: int
+) -> None:
+    sim.start(WARNS)
+    for at in entered:
+        sim.until(lambda at=at: sim.now >= at - 0.05, timeout=40)
+        sim.end("calm", "raised")
+        sim.until("away", timeout=0.2)
+        sim.end(*because)
+        sim.until("warned", timeout=0.2)
+        sim.end("warned/ready", "restarted")
+        sim.until("calm", timeout=0.2)
+
+    found = escape_figures(sim.run)
+
+    assert found["informs"] == len(entered)
+    assert found["loops"] == (loops if because[1] == "no_pose" else 0)
 
 
 CONTACTS = [

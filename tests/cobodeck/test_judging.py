@@ -33,6 +33,11 @@ from hw.truth import Truth
 
 ROBOT = load_robot("rbkairos_ur10")
 SECOND = 10**9
+SLOW = (
+    "robot.base_acceleration=0.5 m/s2",
+    "escape.distances=[1.0 m, 1.75 m, 2.5 m]",
+    "escape.safe_on_the_way=false",
+)
 
 
 class Kept:
@@ -54,8 +59,10 @@ class Kept:
         return evaluator.report()
 
 
-def ran(scene: str, profile: str, seconds: float, user: str | None = None) -> tuple[Loop, Kept]:
-    loop = stage(open_setup("cobodeck", scene, profile), Options(user, 2))
+def ran(
+    scene: str, profile: str, seconds: float, user: str | None = None, sets: tuple[str, ...] = ()
+) -> tuple[Loop, Kept]:
+    loop = stage(open_setup("cobodeck", scene, profile, sets=sets), Options(user, 2))
     kept = Kept(loop)
     senses = Evaluator(
         Senses(loop.wired.inlet, ROBOT.footprint),
@@ -70,8 +77,8 @@ def ran(scene: str, profile: str, seconds: float, user: str | None = None) -> tu
 
 @pytest.fixture(scope="module")
 def touched() -> tuple[Loop, Kept]:
-    """The paper's robot, which is slower than its user; with a contact at 98 s."""
-    return ran("lab_a", "paper", 110.0, "cornering")
+    """A robot that is slower than its user; with a contact at 98 s."""
+    return ran("lab_a", "paper", 110.0, "cornering:instant", SLOW)
 
 
 def figures(loop: Loop, *, measured: bool = False) -> dict[str, Any]:

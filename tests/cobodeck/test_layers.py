@@ -31,6 +31,8 @@ VIOLATIONS = [  # contract, file, line that breaks it
     ("peers", "hw/fakes/violation.py", "import hw.drivers.violation"),
     ("clocks", "states/arm/violation.py", "import time"),
     ("clocks", "behaviors/violation.py", "from argparse import ArgumentParser"),
+    ("judge", "cobodeck/avoidable/violation.py", "from hw.sim.contact import gap"),
+    ("judge", "cobodeck/avoidable/violation.py", "import cobodeck.bench.decisions"),
 ]
 ADDED = {  # modules that a violation may need
     "states/violating/__init__.py": "",

@@ -379,7 +379,7 @@ def test_leaving_ticks_out_of_a_walk_changes_neither_trace_nor_figures() -> None
 def test_logic_alone_leaves_nearly_all_ticks_out() -> None:
     result = simulate(open_setup("cobodeck"), Options(tier=0, duration_s=2000.0))
 
-    assert result.figures["left_out"] >= 0.98 * result.figures["ticks"]
+    assert result.figures["left_out"] >= 0.97 * result.figures["ticks"]
     assert result.figures["transitions"] > 500
 
 

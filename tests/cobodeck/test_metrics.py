@@ -96,6 +96,26 @@ def test_time_to_safety_runs_until_neither_zone_holds(course: Course) -> None:
     assert course.seen.time_to_safety_s == [3.0]
 
 
+@pytest.mark.requirement(114)
+def test_signs_are_counted_when_they_come_and_those_to_standing_people_apart(
+    course: Course,
+) -> None:
+    shown = [(1, False, 1.0), (2, True, 1.0), (3, True, 0.0), (4, False, 0.0), (5, True, 0.0)]
+    for at, informed, speed in [*shown, (6, True, 1.0), (7, False, 0.0), (8, True, 0.21)]:
+        course.be(informed=informed)
+        course.see(at, FAR, speed)
+
+    figures = course.seen.report()
+    assert (figures["signs"], figures["signs_to_standing"]) == (3, 1)
+
+
+def test_without_a_virtual_world_there_are_no_signs(course: Course) -> None:
+    course.see(1, FAR)
+
+    figures = course.seen.report()
+    assert (figures["signs"], figures["signs_to_standing"]) == (None, None)
+
+
 @pytest.mark.requirement(44, 135)
 @pytest.mark.parametrize(
     ("off", "yaw", "served"),

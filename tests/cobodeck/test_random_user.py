@@ -18,21 +18,27 @@ def wandered(
 ) -> Any:
     monkeypatch.chdir(tmp_path)
 
-    def wander(scene: str, requests: int, seed: int) -> dict[str, Any]:
+    def wander(scene: str, requests: int, seed: int, user: str = "random") -> dict[str, Any]:
         wanted = ["--scene", scene, "--requests", str(requests), "--seed", str(seed)]
-        assert main(["simulate", "--user", "random", *wanted, "--json"]) == OK
+        assert main(["simulate", "--user", user, *wanted, "--json"]) == OK
         found: dict[str, Any] = json.loads(capsys.readouterr().out)
         return found
 
     return wander
 
 
-def check(figures: dict[str, Any], requests: int) -> None:
+REFUSALS = {
+    "DEEP in or behind a wall", "no Haptic pose", "Haptic poses cut off", "DEEP out of reach",
+}  # fmt: skip
+
+
+def check(figures: dict[str, Any], requests: int, faults: int = 0) -> None:
     assert figures["requests"] == requests
     assert figures["served"] + figures["refused"] == requests
-    assert set(figures["refusals"]) <= {"no Haptic pose"}
+    assert set(figures["refusals"]) <= REFUSALS
     assert figures["served"] > 0.5 * requests
-    assert (figures["contacts"], figures["wall_hits"], figures["faults"]) == (0, 0, 0)
+    assert (figures["contacts"], figures["wall_hits"]) == (0, 0)
+    assert figures["faults"] <= faults
     assert figures["min_gap_m"] > 0.0
     assert figures["sim_s"] < 60.0 * requests  # it has come to its end, not to that of the time
 
@@ -46,6 +52,17 @@ def test_requests_of_a_random_person_are_answered_without_a_contact(
     check(wandered(scene, requests, seed=2), requests)
 
 
+@pytest.mark.parametrize(
+    ("kind", "reaction"), [("hasty", 0.4773316158870233), ("deaf", None), ("instant", 0.0)]
+)
+def test_figures_tell_the_manner_of_the_person(
+    wandered: Any, kind: str, reaction: float | None
+) -> None:
+    figures = wandered("lab_a", 1, seed=1, user=f"random:{kind}")
+
+    assert (figures["manner"], figures["reaction_s"]) == (kind, reaction)
+
+
 @pytest.mark.requirement(49, 116)
 @pytest.mark.slow
 def test_after_a_contact_the_run_goes_on_and_the_contact_stays_counted(
@@ -53,10 +70,11 @@ def test_after_a_contact_the_run_goes_on_and_the_contact_stays_counted(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     wanted = ["--scene", "study", "--profile", "paper", "--requests", "8"]
+    wanted += ["--set", "robot.base_acceleration=0.5 m/s2", "--set", "escape.safe_on_the_way=false"]
     assert main(["simulate", *wanted, "--json"]) == OK
     figures = json.loads(capsys.readouterr().out)
 
-    assert figures["contacts"] >= 1  # the paper's robot is slower than its user
+    assert figures["contacts"] >= 1  # the robot is slower than its user
     assert figures["fault_names"]["bumper: person"] == figures["contacts"]
     assert figures["served"] + figures["refused"] == figures["requests"] == 8
     assert figures["sim_s"] < 60.0 * 8
@@ -68,7 +86,8 @@ def test_after_a_contact_the_run_goes_on_and_the_contact_stays_counted(
 def test_a_hundred_requests_of_a_random_person_are_answered_without_a_contact(
     wandered: Any, scene: str
 ) -> None:
-    figures = wandered(scene, 100, seed=0)
+    """The robot may have to be shown, and the operator asked, where there is no way out."""
+    figures = wandered(scene, 100, seed=0, user="random:instant")
 
-    check(figures, 100)
-    assert figures["escape_failures"] > 0  # it was shown to them, and both went on
+    check(figures, 100, faults=2)
+    assert figures["signs"] > 0  # it was shown to them, and both went on

@@ -14,6 +14,7 @@ SECOND = 10**9
 ASKED = {"chase/request": [("requested", {"deep": Pose3(1.0, 2.0, 1.5), "since": 7})]}
 CHOOSING = {"haptic/serve/park": "parked"}
 DRIVING = CHOOSING | {"haptic/serve/choose": "chosen"}
+CLOSING = CHOOSING | {"haptic/serve/choose": "close"}
 REACHING = DRIVING | {"haptic/serve/drive": "arrived"}
 RETREATED = REACHING | {"haptic/serve/retreat": "parked"}
 
@@ -21,10 +22,13 @@ RETREATED = REACHING | {"haptic/serve/retreat": "parked"}
 @pytest.mark.parametrize(
     ("script", "reason"),
     [
-        (CHOOSING | {"haptic/serve/choose": "none"}, "no Haptic pose"),
+        (CHOOSING | {"haptic/serve/choose": "deep_blocked"}, "DEEP in or behind a wall"),
+        (CHOOSING | {"haptic/serve/choose": "no_pose"}, "no Haptic pose"),
+        (CHOOSING | {"haptic/serve/choose": "no_way"}, "Haptic poses cut off"),
         (CHOOSING | {"haptic/serve/choose": "out_of_reach"}, "DEEP out of reach"),
         (DRIVING | {"haptic/serve/drive": "no_path"}, "no path to the Haptic pose"),
         (DRIVING | {"haptic/serve/drive": "stuck"}, "stuck on the path"),
+        (CLOSING | {"haptic/serve/drive_close": "no_path"}, "no path to the Haptic pose"),
         (DRIVING | {"haptic/serve/drive": "lost"}, "base or user lost"),
         (RETREATED | {"haptic/serve/reach": "no_solution"}, "DEEP out of reach"),
         (RETREATED | {"haptic/serve/reach": "blocked"}, "no free path for the arm"),
@@ -81,7 +85,11 @@ def test_a_haptic_that_was_let_go_has_not_failed(sim: ChartTester) -> None:
 
 def test_each_request_has_its_own_reason_and_counts_once(sim: ChartTester) -> None:
     asked = ("requested", {"deep": Pose3(1.0, 2.0, 1.5), "since": 7})
-    leaves = {"chase/request": asked, "haptic/serve/park": "parked", "haptic/serve/choose": "none"}
+    leaves = {
+        "chase/request": asked,
+        "haptic/serve/park": "parked",
+        "haptic/serve/choose": "no_pose",
+    }
     sim.start("cobodeck", script={leaf: [end] * 3 for leaf, end in leaves.items()})
     sim.wait(1)
     times = [time for time, _ in failures(sim.run)]

@@ -121,7 +121,7 @@ def test_all_behaviours_run_in_a_room_of_six_metres(folder, capsys):
 
     records = [json.loads(line) for line in Path("six.jsonl").read_text().splitlines()[1:]]
     entered = {record[2] for record in records if record[1] == "enter"}
-    assert {"chase", "haptic", "escape", "inform"} <= entered
+    assert {"chase", "haptic", "escape"} <= entered
     assert figures["served"] >= 2
     assert figures["contacts"] == 0
 

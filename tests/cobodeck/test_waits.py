@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from behaviors.escape import SafeOnTheWay
+from behaviors.inform import UserReady
 from cobodeck.catalogue import catalogue
 from cobodeck.options import Options
 from cobodeck.setup import open_setup
@@ -18,7 +18,7 @@ from engine.board import Board
 from engine.context import LeafContext
 from engine.signals import Derived, Measured, declare
 from engine.state import Context, Monitor, On, Run, Stamped
-from hw.geometry import Pose2
+from hw.geometry import Pose2, Twist2
 from hw.samples import UserPose
 from tests.engine.conftest import Bench
 
@@ -109,22 +109,26 @@ def test_shipped_states_wait_for_all_that_they_look_at(
     assert watched.waited >= set(shipped())
 
 
-def test_who_waits_to_be_safe_on_the_way_waits_for_what_stops_the_robot(
+def test_who_waits_until_the_user_is_ready_waits_for_what_keeps_the_robot_from_going_on(
     watched: type[Watched],
 ) -> None:
     setup = open_setup("cobodeck", "study")
     board = Board(setup.signals)
     board.put("environment", setup.environment, 0)
     board.put("settings", setup.profile.settings, 0)
-    text = "chart: c\noutcomes: [x]\nstates:\n  a: {watch: SafeOnTheWay, next: {safe: .x}}\n"
-    bench = Bench(text, states=(SafeOnTheWay,), scripted=False, board=board)
-    for tick in range(10):  # safe, but nobody knows how fast the robot is
-        user = Pose2(1.0, 1.0 + 0.01 * tick)
+    node = "{watch: UserReady, with: {least: 0 s}, next: {restarted: .x}}"
+    text = f"chart: c\noutcomes: [x]\nstates:\n  a: {node}\n"
+    bench = Bench(text, states=(UserReady,), scripted=False, board=board)
+    for tick in range(10):  # willing, but the stop line is pulled
+        user = Pose2(1.0, 1.0 + 0.001 * tick)
+        board.put("vr.restart", True, bench.now)
+        board.put("stop.engaged", "button", bench.now)
         board.put("user.pose", UserPose(user, 0.0), bench.now)
         board.put("base.pose", Pose2(7.0, 7.0), bench.now)
+        board.put("base.twist", Twist2(0.0), bench.now)
         bench.tick()
     leaf: Any = bench.run.nodes["a"]
-    assert {"escape.safe", "base.twist"} <= leaf.context.read
+    assert {"vr.restart", "base.pose", "user.velocity", "stop.engaged"} <= leaf.context.read
     assert watched.forgotten == {}
 
 

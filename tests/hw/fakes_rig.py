@@ -116,6 +116,9 @@ class FakesRig:
             if each is not None:
                 each()
             self.parts["base"].tick(self.now_ns)
+            show = getattr(self.parts["vr"], "show", None)
+            if show is not None:
+                show(self.now_ns)
 
     def place(self, x: float, y: float, yaw: float = 0.0) -> None:
         self.person.push(0, UserPose(Pose2(x, y, yaw), yaw))

@@ -405,19 +405,29 @@ def test_a_request_is_a_level_and_its_end_a_release(rig):
 
 
 @pytest.mark.requirement(114, 115)
-def test_a_person_who_is_shown_the_robot_is_ready_after_half_a_second_of_standing(rig):
+def test_a_person_who_is_shown_the_robot_is_ready_after_each_half_second_of_standing(rig):
     rig.ticks(30)
     assert rig.values("vr.restart") == []
     rig.parts["vr"].inform(True)
     rig.ticks(14)
     assert rig.values("vr.restart") == []
-    rig.ticks(30)
+    rig.ticks(8 + rig.lag)
     assert rig.values("vr.restart") == [True]
-    rig.parts["vr"].inform(False)
-    rig.ticks(1 + rig.lag)
-    rig.parts["vr"].inform(True)
-    rig.ticks(30 + rig.lag)
+    rig.ticks(15)
     assert rig.values("vr.restart") == [True, True]
+
+
+def test_the_stop_sign_is_hidden_two_seconds_after_it_was_shown_at_the_soonest(rig):
+    rig.parts["vr"].inform(True)
+    rig.ticks(3)
+    rig.parts["vr"].inform(False)
+    rig.ticks(40)
+    before = len(rig.values("vr.restart"))
+    assert before > 0
+    rig.ticks(60 + rig.lag)
+    after = len(rig.values("vr.restart"))
+    rig.ticks(40)
+    assert len(rig.values("vr.restart")) == after
 
 
 def test_a_person_who_walks_on_is_not_ready(rig):

@@ -9,6 +9,7 @@ import pytest
 
 from hw.geometry import Pose2, Twist2
 from hw.interfaces import DriveMode
+from hw.room import Room
 from hw.safety.guarded import GuardedBase
 from hw.safety.limits import SafetyLimits
 from hw.samples import UserPose
@@ -317,3 +318,48 @@ def test_the_chain_is_told_the_pose_a_touch_is_served_from_while_the_drive_lasts
     run.close()
 
     assert grants == ([goal, None] if granted else [])
+
+
+NARROW = Room(
+    outer=((0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0)),
+    walls=(((4.0, 0.0), (6.0, 0.0), (6.0, 3.1), (4.0, 3.1)),
+           ((4.0, 4.9), (6.0, 4.9), (6.0, 8.0), (4.0, 8.0))),
+)  # fmt: skip
+"""A passage 1.8 m wide: enough for Escape's inflation, not for Haptic's."""
+
+
+@pytest.mark.requirement(35, 129)
+@pytest.mark.parametrize(
+    ("clearance", "outcome"), [("own", "no_path"), ("haptic", "no_path"), ("escape", "arrived")]
+)
+def test_a_drive_may_keep_the_distances_of_another_subsystem_at_its_own_speed(
+    environment: Environment, context: Any, take_step: Any, clearance: Any, outcome: str
+) -> None:
+    rig, fastest, found = Rig(replace(environment, room=NARROW), context), 0.0, None
+    run = DriveTo("haptic", clearance=clearance).run(rig.ctx, Pose2(8.0, 6.0, 0.0))
+    while found is None:
+        assert rig.n < 20 * HZ
+        found = rig.tick(run, take_step)
+        fastest = max(fastest, rig.base.twist.speed)
+
+    assert found == outcome
+    assert fastest <= environment.navigation.haptic.max_speed + 1e-9
+
+
+@pytest.mark.requirement(51, 120)
+@pytest.mark.parametrize(("width", "least"), [(4.4, 1.27), (5.2, 1.6)])
+def test_a_close_drive_comes_near_to_the_user_only_where_there_is_no_room(
+    environment: Environment, context: Any, take_step: Any, width: float, least: float
+) -> None:
+    """The user stands in the middle of a corridor, and the way leads past them."""
+    room = Room(outer=((0.0, 0.0), (10.0, 0.0), (10.0, width), (0.0, width)))
+    rig, user = Rig(replace(environment, room=room), context), Pose2(5.0, 0.5 * width)
+    rig.ctx.values["user.pose"] = UserPose(user, 0.0)
+    run = DriveTo("haptic", clearance="escape").run(rig.ctx, Pose2(8.0, 2.0, 0.0))
+    nearest, found = 9.0, None
+    while found is None:
+        found = rig.tick(run, take_step)
+        nearest = min(nearest, rig.base.pose.distance_to(user))
+
+    assert found == "arrived"
+    assert least - 0.01 <= nearest < least + 0.1

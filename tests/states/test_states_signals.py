@@ -12,8 +12,9 @@ from hw.geometry import Pose2
 from hw.samples import UserPose
 from states.signals.states import (
     STALE_S,
+    STUCK,
     USER_LOST,
-    ClearFaults,
+    CallOperator,
     FaultRaised,
     UserLost,
     UserSettled,
@@ -152,34 +153,65 @@ def desk() -> Desk:
     return Desk()
 
 
-def clearing(context: Any, desk: Desk, values: dict[str, Any]) -> tuple[Any, Any]:
+ACKNOWLEDGED = [Stamped(True, 0)]
+
+
+def calling(
+    context: Any, desk: Desk, values: dict[str, Any], **parameters: float
+) -> tuple[Any, Any]:
     ctx = context(values, {"operator": desk, "stop_line": desk})
-    return ctx, ClearFaults().run(ctx)
+    return ctx, CallOperator(**parameters).run(ctx)
+
+
+def step_at(ctx: Any, take_step: Any, run: Any, seconds: float, acknowledged: bool = False) -> Any:
+    """A step at this time, s, with or without an acknowledgement since the one before."""
+    ctx.now = round(seconds * 1e9)
+    if acknowledged:
+        ctx.pending["operator.acknowledge"] = ACKNOWLEDGED
+    return take_step(run)
 
 
 @pytest.mark.requirement(49)
-def test_without_a_fault_all_is_clear(context: Any, take_step: Any, desk: Desk) -> None:
-    _, run = clearing(context, desk, {"stop.engaged": None, "user.pose": BEFORE})
+def test_without_a_fault_nobody_is_called(context: Any, take_step: Any, desk: Desk) -> None:
+    ctx, run = calling(context, desk, {"stop.engaged": None, "user.pose": BEFORE}, patience=40.0)
 
-    assert take_step(run) == "clear"
-    assert not desk.reported
+    for seconds in range(40):
+        assert step_at(ctx, take_step, run, seconds, acknowledged=True) is None
+
+    assert (desk.reported, desk.pulled, desk.resets) == ([], [], 0)
 
 
 @pytest.mark.requirement(49)
 def test_a_fault_is_reported_once_and_reset_only_when_acknowledged(
     context: Any, take_step: Any, desk: Desk
 ) -> None:
-    ctx, run = clearing(context, desk, {"stop.engaged": "bumper", "user.pose": BEFORE})
+    ctx, run = calling(context, desk, {"stop.engaged": "bumper", "user.pose": BEFORE})
     for _ in range(5):
         assert take_step(run) is None
     assert (desk.reported, desk.resets) == (["bumper"], 0)
 
-    ctx.pending["operator.acknowledge"] = [Stamped(True, 0)]
+    ctx.pending["operator.acknowledge"] = ACKNOWLEDGED
     take_step(run)
     ctx.values["stop.engaged"] = None
 
     assert desk.resets == 1
-    assert take_step(run) == "clear"
+    assert take_step(run) is None
+    assert desk.reported == ["bumper"]
+
+
+@pytest.mark.requirement(49)
+def test_a_second_fault_is_reported_as_the_first_was(
+    context: Any, take_step: Any, desk: Desk
+) -> None:
+    ctx, run = calling(context, desk, {"stop.engaged": "bumper", "user.pose": BEFORE})
+    take_step(run)
+    ctx.values["stop.engaged"] = None
+    take_step(run)
+
+    ctx.values["stop.engaged"] = "button"
+    take_step(run)
+
+    assert desk.reported == ["bumper", "button"]
 
 
 @pytest.mark.requirement(49)
@@ -187,13 +219,13 @@ def test_a_fault_whose_cause_holds_needs_another_acknowledgement(
     context: Any, take_step: Any, desk: Desk
 ) -> None:
     desk.cause_holds = True
-    ctx, run = clearing(context, desk, {"stop.engaged": "bumper", "user.pose": BEFORE})
+    ctx, run = calling(context, desk, {"stop.engaged": "bumper", "user.pose": BEFORE})
     take_step(run)
-    ctx.pending["operator.acknowledge"] = [Stamped(True, 0)]
+    ctx.pending["operator.acknowledge"] = ACKNOWLEDGED
 
     assert take_step(run) is None
     desk.cause_holds = False
-    ctx.pending["operator.acknowledge"] = [Stamped(True, 0)]
+    ctx.pending["operator.acknowledge"] = ACKNOWLEDGED
     take_step(run)
 
     assert desk.resets == 2
@@ -201,24 +233,81 @@ def test_a_fault_whose_cause_holds_needs_another_acknowledgement(
 
 @pytest.mark.requirement(149)
 def test_a_user_lost_for_half_a_second_is_latched(context: Any, take_step: Any, desk: Desk) -> None:
-    ctx, run = clearing(context, desk, {"stop.engaged": None, "user.pose": None})
+    ctx, run = calling(context, desk, {"stop.engaged": None, "user.pose": None})
     take_step(run)
-    ctx.now = round(0.34e9)
-    take_step(run)
+    step_at(ctx, take_step, run, 0.34)
     assert not desk.pulled
 
-    ctx.now = round(0.36e9)
-    take_step(run)
+    step_at(ctx, take_step, run, 0.36)
 
     assert desk.pulled == [USER_LOST]
 
 
 @pytest.mark.requirement(149)
 def test_a_short_drop_out_needs_no_operator(context: Any, take_step: Any, desk: Desk) -> None:
-    ctx, run = clearing(context, desk, {"stop.engaged": None, "user.pose": None})
+    ctx, run = calling(context, desk, {"stop.engaged": None, "user.pose": None})
     assert take_step(run) is None
 
     ctx.values["user.pose"] = BEFORE
+    assert step_at(ctx, take_step, run, 0.3) is None
+    ctx.values["user.pose"] = None
+    assert step_at(ctx, take_step, run, 0.6) is None  # 0.3 s since they were last seen
 
-    assert take_step(run) == "clear"
     assert not desk.pulled
+
+
+@pytest.mark.requirement(65)
+@pytest.mark.parametrize("patience", [0.0, 40.0])
+def test_after_its_patience_the_operator_is_asked_once_and_helps_by_acknowledging(
+    context: Any, take_step: Any, desk: Desk, patience: float
+) -> None:
+    values = {"stop.engaged": None, "user.pose": BEFORE}
+    ctx, run = calling(context, desk, values, patience=patience)
+    if patience > 0.0:
+        assert step_at(ctx, take_step, run, 0.0) is None
+        assert step_at(ctx, take_step, run, patience - 0.1, acknowledged=True) is None
+        assert not desk.reported
+
+    for later in (0.0, 1.0, 50.0):
+        assert step_at(ctx, take_step, run, patience + later) is None
+    assert desk.reported == [STUCK]
+
+    ctx.values["user.pose"] = moved(0.4)
+    found = step_at(ctx, take_step, run, patience + 60.0, acknowledged=True)
+
+    assert found == ("helped", {"user": moved(0.4)})
+    assert (desk.pulled, desk.resets) == ([], 0)
+
+
+@pytest.mark.requirement(65)
+@pytest.mark.parametrize(("engaged", "user"), [("button", BEFORE), (None, None)])
+def test_with_a_fault_or_a_lost_user_nobody_has_helped_yet(
+    context: Any, take_step: Any, desk: Desk, engaged: str | None, user: UserPose | None
+) -> None:
+    values = {"stop.engaged": engaged, "user.pose": user}
+    ctx, run = calling(context, desk, values, patience=0.0)
+
+    for _ in range(3):
+        assert step_at(ctx, take_step, run, 0.0, acknowledged=True) is None
+    assert STUCK not in desk.reported
+
+    ctx.values |= {"stop.engaged": None, "user.pose": BEFORE}
+    assert step_at(ctx, take_step, run, 0.1) is None
+    assert desk.reported[-1] == STUCK
+    assert step_at(ctx, take_step, run, 0.2, acknowledged=True) == ("helped", {"user": BEFORE})
+
+
+@pytest.mark.requirement(65)
+@pytest.mark.parametrize("at", [0.0, 3.0, 5.9])
+def test_an_operator_who_acknowledges_early_has_helped_once_the_least_time_is_over(
+    context: Any, take_step: Any, desk: Desk, at: float
+) -> None:
+    values = {"stop.engaged": None, "user.pose": BEFORE}
+    ctx, run = calling(context, desk, values, patience=0.0, least=6.0)
+    assert step_at(ctx, take_step, run, 0.0) is None
+
+    assert step_at(ctx, take_step, run, at, acknowledged=True) is None
+    assert step_at(ctx, take_step, run, 5.95) is None
+
+    assert step_at(ctx, take_step, run, 6.0) == ("helped", {"user": BEFORE})
+    assert desk.reported == [STUCK]

@@ -30,6 +30,7 @@ from hw.geometry import Pose2, Twist2
 from hw.links.datagrams import Address, Datagram, Outlet
 from hw.links.processes import Child
 from hw.samples import ArmState, RobotView, Sample
+from hw.sign import StopSign
 
 Now = Callable[[], int]
 KEPT = 4096
@@ -186,7 +187,7 @@ class UnityVr:
         self._queues = {name: link.queue(name) for name in self.signals}
         self._levels: dict[str, object] = {}
         self._heard: dict[str, Sample] = {}
-        self._shown = False
+        self._shown, self._sign = False, StopSign()
         self._begun_ns = now()
         link.wake_at(("vr.release", "vr.restart"), lambda: self.wake())
 
@@ -201,9 +202,9 @@ class UnityVr:
             found.append(Sample("vr.haptic_request", now_ns, None))
         return [sample for sample in found if self._is_news(sample)]
 
-    def inform(self, show: bool) -> None:
-        """Show the robot and the stop sign, or hide them; see `Vr`."""
-        self._shown = show
+    def inform(self, show: bool, sign: bool = True) -> None:
+        """Show the robot, with or without the stop sign, or hide them; see `Vr`."""
+        self._shown, self._sign.wanted = show, show and sign
         self.show(self._now())
 
     def hear(self, sample: Sample, now_ns: int) -> None:  # noqa: ARG002
@@ -216,12 +217,13 @@ class UnityVr:
         A slightly older pose is extrapolated by the velocity of the base.
         """
         pose, twist, arm = (self._value(name) for name in self.hears)
+        sign = self._sign.shown(stamp_ns)
         view = RobotView(
             self._moved_on(pose, twist, stamp_ns) if isinstance(pose, Pose2) else None,
             twist if isinstance(twist, Twist2) else None,
             arm.joints if isinstance(arm, ArmState) else None,
-            self._shown or self._link.debug,
-            self._shown,
+            self._shown or sign or self._link.debug,
+            sign,
         )
         self._link.show(time.monotonic_ns() - (self._now() - stamp_ns), view)
 

@@ -223,6 +223,7 @@ def test_the_record_of_the_run_beside_them_has_the_hash_of_theirs(
     [
         ("", ("--requests", "3"), "leave out --requests"),
         ("", ("--stretch", "3"), "leave out --stretch"),
+        ("", ("--heading", "causal"), "leave out --heading"),
         ("@1,2,0", (), "leave out @1,2,0"),
         ("#2", (), "leave out #2"),
     ],

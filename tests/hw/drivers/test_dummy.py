@@ -12,6 +12,7 @@ import pytest
 from hw.drivers.dummy import OF_PERSON, Dummy, DummyTrackers, DummyVr
 from hw.geometry import Pose2, Pose3
 from hw.links.datagrams import Datagram, Outlet
+from hw.people.person import STOPPING_S
 from hw.people.recalled import Asked, Past, Recalled, SeenPerson, Stood
 from hw.room import Room
 from hw.samples import Sample, TrackerPose, UserPose
@@ -110,7 +111,7 @@ def test_a_release_is_told_at_the_end_of_a_request(dummy: Dummy, chain: Chain) -
 def test_shown_the_robot_they_stand_still_and_say_so(dummy: Dummy) -> None:
     vr = DummyVr(dummy)
     vr.inform(True)
-    stepped(dummy, 1.5)
+    stepped(dummy, dummy.person.reaction_s + STOPPING_S + 0.6)
 
     assert dummy.person.speed == 0.0
     assert "vr.restart" in {sample.name for sample in vr.samples(0)}

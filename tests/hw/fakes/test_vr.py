@@ -95,7 +95,12 @@ def test_the_world_hears_whether_the_user_is_shown_the_robot(beside) -> None:
     rig.vr.inform(True)
     assert beside.until(lambda: informed()[-1] is True)
     rig.vr.inform(False)
-    assert beside.until(lambda: informed()[-1] is False)
+
+    def hidden() -> bool:
+        rig.vr.show(rig.now())  # as in each tick
+        return informed()[-1] is False
+
+    assert beside.until(hidden)
 
 
 def test_a_fault_is_told_to_its_process_and_ends_when_it_is_told(beside) -> None:

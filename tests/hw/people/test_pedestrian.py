@@ -6,7 +6,8 @@ import math
 import pytest
 
 from hw.geometry import Pose2
-from hw.people.pedestrian import ATTEMPTS, KEEP, MEMORY_NS, MOMENT_NS, REST_NS
+from hw.people.manner import INSTANT
+from hw.people.pedestrian import ATTEMPTS, KEEP, MEMORY_NS, REST_NS
 from hw.people.script import load_script
 from hw.people.walker import Walker
 from hw.room import Room
@@ -17,11 +18,14 @@ HZ = 30
 FAR = Pose2(100.0, 100.0)
 
 
-def someone(tmp_path, steps, start=(2.0, 6.0, 0.0), room=HALL):
+MOMENT_NS = round(INSTANT.pause_s[0] * 1e9)
+
+
+def someone(tmp_path, steps, start=(2.0, 6.0, 0.0), room=HALL, manner=INSTANT, seed=0):
     path = tmp_path / "someone.yaml"
     x, y, yaw = start
     path.write_text(f"user: someone\nstart: {{x: {x}, y: {y}, yaw: {yaw}}}\nsteps:\n{steps}")
-    return Walker(load_script(path), room)
+    return Walker(load_script(path), room, manner=manner, seed=seed)
 
 
 def play(person, seconds, robot=FAR, shown=lambda t: False):

@@ -4,6 +4,7 @@ import pytest
 
 from engine.files.finding import FileError
 from hw.geometry import Pose2, Pose3
+from hw.people.manner import INSTANT
 from hw.people.recalled import Asked, Past, Recalled, SeenPerson, Stood
 from hw.samples import UserPose
 from hw.scene import load_scene
@@ -102,7 +103,7 @@ def test_what_tracking_did_not_see_it_does_not_see_again():
 
 def test_shown_the_robot_they_slow_down_to_a_stand_and_are_seen_all_the_while():
     calm = play(Recalled(past(), LAB), END_S * HZ)
-    rows = play(Recalled(past(), LAB), 200, lambda n: 30 < n <= 90)
+    rows = play(Recalled(past(), LAB, INSTANT), 200, lambda n: 30 < n <= 90)
 
     assert [row[0] for row in rows[:31]] == [row[0] for row in calm[:31]]
     assert len({row[0] for row in rows[50:90]}) == 1
@@ -127,7 +128,7 @@ def test_seen_while_they_slow_down_head_and_hands_come_along():
 
 
 def test_a_drop_out_is_over_once_it_has_lasted_as_long_as_it_did_though_they_stand():
-    rows = play(Recalled(past(blind=(2.0, 3.5)), LAB), 240, lambda n: 75 < n <= 135)
+    rows = play(Recalled(past(blind=(2.0, 3.5)), LAB, INSTANT), 240, lambda n: 75 < n <= 135)
 
     blind = [n for n, row in enumerate(rows) if row[2] is None]
     assert blind == list(range(2 * HZ + 1, round(3.5 * HZ)))

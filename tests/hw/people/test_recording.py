@@ -198,7 +198,7 @@ def test_gaps_are_named_by_their_ends():
         "w", *(tuple(col[i] for i in keep) for col in (walk.stamps_ns, walk.xs, walk.ys))
     )
     assert walk.gaps() == ()
-    assert cut.gaps() == ((1_000_000_000, 3_000_000_000),)
+    assert cut.gaps() == ((1_000_000_000, 3_000_000_000, "drop-out"),)
 
 
 @pytest.mark.requirement(24)

@@ -7,6 +7,7 @@ import pytest
 from engine.files.finding import FileError
 from hw.geometry import Pose2, Pose3
 from hw.people.live import LivePerson
+from hw.people.manner import ATTENTIVE, INSTANT
 from hw.people.person import RADIUS, Touch
 from hw.people.playback import Playback
 from hw.people.recording import Recording
@@ -43,10 +44,12 @@ def straight(seconds=10, hz=25, gap=()):
     )
 
 
-def walker(tmp_path, steps, start="{x: 2.0, y: 2.0, yaw: 0.0}", extra="", requests=None):
+def walker(
+    tmp_path, steps, start="{x: 2.0, y: 2.0, yaw: 0.0}", extra="", requests=None, manner=ATTENTIVE
+):
     path = tmp_path / "someone.yaml"
     path.write_text(f"user: someone\nstart: {start}\n{extra}steps:\n{steps}")
-    return Walker(load_script(path), LAB.room, requests=requests)
+    return Walker(load_script(path), LAB.room, requests=requests, manner=manner)
 
 
 # ---- recordings
@@ -86,7 +89,7 @@ def test_in_a_gap_there_are_no_samples_and_the_true_person_walks_on():
 
 
 def test_a_person_shown_the_robot_stops_within_half_a_second_and_goes_on_after():
-    person = Playback(straight())
+    person = Playback(straight(), manner=INSTANT)
     rows = play(person, 150, informed=lambda n: 30 <= n < 90)
     stopped = rows[46][1]
     assert all(body == stopped and speed == 0.0 for _, body, speed, _, _ in rows[46:90])
@@ -150,7 +153,7 @@ def test_by_default_the_first_yaw_that_keeps_the_whole_person_on_the_floor_is_ta
     import shapely
 
     long = Recording("w", (0, 10**9), (0.0, length), (0.0, 0.0))
-    placed = place_in_largest_disc(long, LAB.room)
+    placed = place_in_largest_disc(long, LAB.room, FAR)
     disc = LAB.room.largest_free_disc
     assert placed.middle == pytest.approx((disc.x, disc.y))
 
@@ -168,7 +171,7 @@ def test_by_default_the_first_yaw_that_keeps_the_whole_person_on_the_floor_is_ta
 def test_a_walk_that_fits_nowhere_is_an_error_that_says_so():
     long = Recording("w", (0, 10**9), (0.0, 20.0), (0.0, 0.0))
     with pytest.raises(FileError, match=r"20.00 m x 0.00 m does not fit .*@x,y,yaw"):
-        place_in_largest_disc(long, LAB.room)
+        place_in_largest_disc(long, LAB.room, FAR)
 
 
 def test_a_place_in_a_wall_is_an_error_that_says_where(tmp_path):
@@ -265,10 +268,11 @@ def test_an_approach_follows_the_robot_and_stops_at_the_distance(tmp_path):
 
 
 def test_an_approach_ends_when_the_robot_is_shown(tmp_path):
-    person = walker(tmp_path, "  - approach: {target: robot, for: 60}\n  - stand: 60\n")
-    rows = play(person, 150, robot=Pose2(5.5, 9.0), informed=lambda n: n == 30)
-    assert rows[29][2] > 0.0
-    assert all(row[2] == 0.0 for row in rows[30:])
+    steps = "  - approach: {target: robot, for: 60}\n  - stand: 60\n"
+    person = walker(tmp_path, steps, manner=INSTANT)
+    rows = play(person, 300, robot=Pose2(5.5, 9.0), informed=lambda n: 30 <= n < 60)
+    assert rows[29][2] > rows[35][2] > rows[40][2] > 0.0
+    assert all(row[2] == 0.0 for row in rows[45:])
 
 
 def test_an_approach_goes_into_no_wall(tmp_path):

@@ -61,7 +61,7 @@ def test_every_touch_is_asked_for_while_standing():
 
 def test_shown_the_robot_the_person_stands_and_then_goes_the_same_way():
     held = walk(7, informed=lambda n: 100 <= n < 200)
-    assert all(speed == 0.0 for _, speed, _ in held[120:200])
+    assert all(speed == 0.0 for _, speed, _ in held[140:200])
     asked = [{request for _, _, request in rows if request} for rows in (held, walk(7))]
     assert asked[0] == asked[1]
 

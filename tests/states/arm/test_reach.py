@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from hw.geometry import Pose2, Pose3
-from states.arm.collision import CollisionModel, Cylinder
+from states.arm.collision import CollisionChecker, CollisionModel, Cylinder, Surroundings
+from states.arm.inverse import inverse
 from states.arm.reach import ANGLES, Reach, ReachPlace, around, disc, rover_from_deep
 
 HEIGHTS = [round(0.5 + 0.1 * i, 1) for i in range(15)]
@@ -94,6 +95,30 @@ def test_a_wall_or_a_person_in_the_way_takes_the_reach(reach):
     assert reach.reached(pose, deep, ReachPlace(people=[person])).tolist() == [False]
     behind = Cylinder(-0.85, 0.0, 0.5, 1.8)
     assert reach.reached(pose, deep, ReachPlace(people=[behind])).tolist() == [True]
+
+
+@pytest.mark.requirement(43, 78)
+def test_the_reach_of_many_poses_is_that_of_each_by_its_own_checks(reach, sets):
+    rng, reached = sets.rng, []
+    for _ in range(12):
+        deep = Pose3.from_yaw(2.0, 3.0, rng.uniform(0.5, 1.6), rng.uniform(-math.pi, math.pi))
+        poses = around(deep, rng.uniform(-1.5, 1.5, 6).tolist(), [0.9, 1.2])
+        walls = [tuple(rng.uniform((0.0, 1.0, 0.0, 1.0), (4.0, 5.0, 4.0, 5.0))) for _ in range(2)]
+        people = [Cylinder(*rng.uniform((1.0, 2.0), (3.0, 4.0)), 0.3, 1.8)]
+
+        found = reach.reached(poses, deep, ReachPlace(walls, people))
+
+        for pose, is_reached in zip(poses, found.tolist(), strict=True):
+            seen = Surroundings.seen_from(pose, walls, people)
+            checker = CollisionChecker.of(reach.model, seen)
+            joints = inverse(reach.chain, rover_from_deep(pose, deep)).of()
+            assert is_reached is bool(len(joints) and checker.free(joints).any())
+        reached += found.tolist()
+    assert 0.1 < np.mean(reached) < 0.9
+
+
+def test_nobody_reaches_from_nowhere(reach):
+    assert reach.reached([], Pose3(0.0, 0.0, 1.0), ReachPlace()).tolist() == []
 
 
 def test_a_disc_has_its_centre_and_two_rings():

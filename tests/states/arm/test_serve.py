@@ -21,6 +21,7 @@ from hw.sim.arm import SimArm
 from states.arm.motion import ArmSituation
 from states.arm.planning import Plan, plan
 from states.arm.states import ParkArm, ReachDeep
+from states.arm.timing import line_durations
 from states.environment import Environment
 
 HZ = 30
@@ -341,6 +342,48 @@ def test_a_long_drive_puts_a_pose_behind_one_that_is_near(environment: Environme
 
     assert best([BASE, beside], [1.0, 9.0], DEEP, USER, (0.05, 0.1)) == 0
     assert best([BASE, beside], [9.0, 1.0], DEEP, USER, (0.05, 0.1)) == 1
+
+
+@pytest.mark.requirement(76, 78)
+def test_of_many_poses_the_soonest_is_best_by_drive_and_arm_together(
+    environment: Environment,
+) -> None:
+    rng, workspace, chosen = np.random.default_rng(4), environment.workspace, set()
+    for _ in range(10):
+        ways = rng.uniform(-1.2, 1.2, 8).tolist()
+        poses = [
+            Pose2(5.85 + 0.9 * math.cos(w), 4.0 + 0.9 * math.sin(w), wrap(w + math.pi))
+            for w in ways
+        ]
+        drives = rng.uniform(0.0, 2.0, 8).tolist()
+        times = []
+        for pose, drive in zip(poses, drives, strict=True):
+            query = workspace.reaching(ArmSituation(pose, USER, workspace.parked), DEEP)
+            goals = query.goals[query.checker.free(query.goals)]
+            lines = line_durations(query.chain, query.start, goals, query.limits)
+            times.append(drive + lines.min())
+
+        best = workspace.best(poses, drives, DEEP, USER, (0.0, 0.0))
+
+        assert best == int(np.argmin(times))
+        chosen.add(best != int(np.argmin(drives)))
+    assert chosen == {True, False}
+
+
+@pytest.mark.requirement(75, 126)
+def test_what_the_arm_holds_at_the_deep_lies_beyond_it_as_seen_from_the_user(
+    environment: Environment,
+) -> None:
+    deep = Pose3.from_yaw(1.0, 2.0, 1.2, 0.5 * math.pi)
+
+    ends, radii = environment.workspace.held(deep)
+
+    assert ends[:, :, 0] == pytest.approx(1.0, abs=2e-3)
+    assert ends[:, :, 2] == pytest.approx(1.2, abs=2e-3)
+    beyond = sorted(ends[:, :, 1].ravel() - 2.0)
+    assert beyond[0] == pytest.approx(0.05)  # a prop of 0.15 m, its capsule from 0.03 to 0.1 m
+    assert beyond[-1] == pytest.approx(0.172)
+    assert radii.max() == pytest.approx(0.055)
 
 
 @pytest.mark.requirement(78, 79)

@@ -11,6 +11,7 @@ from states.navigation.local_planner import LocalPlanner
 from states.navigation.profile_planner import ProfilePlanner
 from states.navigation.trials import OPEN_ROOM, TRIALS, Trial, drive
 from states.navigation.visibility import ExactPlanner
+from tests.repeats import examples
 
 USER = Disc(0.0, 0.0, 1.27)
 PLAN_A = ((0.0, 0.0), (11.5, 0.0), (11.5, 10.1), (0.0, 10.1))
@@ -75,6 +76,41 @@ def test_every_drive_arrives_within_its_limits_and_touches_nothing(
     assert result.acceleration <= 1.0 + 1e-6
     assert result.turn_rate <= 1.0 + 1e-9
     assert result.turn_acceleration <= 1.0 + 1e-6
+
+
+rings = [PLAN_A[::-1], *WALLS, WALLS[-1], WALLS[-1]]  # the column is passed most often
+sides = st.sampled_from(
+    [side for ring in rings for side in zip(ring, (*ring[1:], ring[0]), strict=True)]
+)
+parts = st.one_of(st.sampled_from([0.0, 1.0]), st.floats(0.0, 1.0))
+turns = st.one_of(st.just(0.0), st.floats(-1.57, 1.57))
+
+
+def beside(side, part, turn, depth):
+    """A place `depth` m inside the inflation of a side, `turn` rad from its normal to the right."""
+    (ax, ay), (bx, by) = side
+    reach, angle = 1.0 - depth, math.atan2(by - ay, bx - ax) - 0.5 * math.pi + turn
+    x, y = ax + part * (bx - ax), ay + part * (by - ay)
+    return x + reach * math.cos(angle), y + reach * math.sin(angle)
+
+
+TOP = ((6.9, 5.4), (6.6, 5.4))  # of the column
+
+
+@pytest.mark.requirement(34, 39)
+@settings(deadline=None, max_examples=examples(200), derandomize=True)
+@given(sides, parts, turns, st.floats(1e-4, 0.03), places)
+@example(TOP, 0.57, 0.0, 0.0105, (4.69, 6.51))
+@example(TOP, 0.2, 0.0, 0.0194, (5.345, 4.954))
+def test_a_robot_a_little_inside_an_inflation_gets_out_and_arrives(side, part, turn, depth, goal):
+    start = beside(side, part, turn, depth)
+    inside = 0.0 < start[0] < 11.5 and 0.0 < start[1] < 10.1
+    assume(inside and 1.0 - depth - 1e-9 <= LAB.clearance(start))
+    assume(LAB.plan(start, goal) is not None)
+    result = go(LAB, Pose2(*start), Pose2(*goal))
+    assert result.arrived
+    least = min(LAB.clearance(place) for place in [start, *result.places])
+    assert least >= min(LAB.clearance(start), 1.0 - 1e-3) - 1e-5
 
 
 def test_turning_goes_on_while_driving():

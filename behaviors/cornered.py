@@ -1,0 +1,163 @@
+"""Chase without a free place: what the robot does then, and how it leaves the user's zones."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from typing import Any
+
+from behaviors.keys import SETTINGS, settings_of
+from behaviors.refuge import KEEPS, is_outside, way_out
+from behaviors.situation import CHANGES, WAYS, Situation, situation
+from engine.files.units import Duration, Length, Speed
+from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
+from hw.geometry import Pose2
+from hw.room import Point
+from hw.samples import UserPose
+from states.keys import BASE_REFUSAL
+from states.navigation.states import DRIVES, command_of, user_disc
+
+NEAR, NEAR_S = 1.9, 1.0
+"""A user nearer than NEAR, m, who sets off towards the robot at 1 m/s cannot be warned in time."""
+LOOK_S = 1.0
+"""Interval at which a robot without a way out looks for one again, s."""
+SLOWLY = 0.8
+"""Speed at which a robot leaves the zones of a user who stands, m/s."""
+
+
+class GiveUp(Monitor):
+    """`failed` when Chase has had nowhere to go for so long; never if the profile `stays`.
+
+    That no place is free is no danger; whoever walks into the robot's way raises one (R66, R101).
+    """
+
+    outcomes = ("failed",)
+    reads = {SETTINGS: None}
+
+    def __init__(self, after: Duration = 1.0) -> None:
+        self.after = after
+
+    def run(self, ctx: Context) -> Run:
+        yield Until(NEVER_NS if settings_of(ctx).chase.stays else ctx.after(self.after))
+        return "failed"
+
+
+class Cornered(Monitor):
+    """`cornered` when the robot has stood in a zone of a standing user for `patience`, no way out.
+
+    After NEAR_S for a user nearer than NEAR: if they set off towards it, a sign would come too
+    late. Not for a user to whom the robot was `shown` where they stand, within `moved`. A patience
+    of 0 s: never.
+    """
+
+    outcomes = ("cornered",)
+    reads = WAYS
+
+    def __init__(self, patience: Duration = 0.0, moved: Length = 0.3) -> None:
+        self.patience, self.moved = patience, moved
+
+    def run(self, ctx: Context, shown: UserPose | None = None) -> Run:
+        if self.patience <= 0.0:
+            yield Until(NEVER_NS)
+        due = NEVER_NS
+        while True:
+            now = situation(ctx, "escape")
+            if now is None or not self._is_close(now, shown):
+                due = NEVER_NS
+            elif due == NEVER_NS:
+                soon = NEAR_S if now.distance < NEAR else self.patience
+                due = ctx.after(min(soon, self.patience))
+            elif ctx.now >= due:
+                if way_out(now) is None:
+                    return "cornered"
+                due = ctx.after(LOOK_S)
+            yield On(*CHANGES, until=due)
+
+    def _is_close(self, now: Situation, shown: UserPose | None) -> bool:
+        body = now.user.body
+        if shown is not None and shown.body.distance_to(body) <= self.moved:
+            return False
+        return now.velocity.speed < now.settings.escape.moving and not is_outside(now)
+
+
+class Leave(Action):
+    """Drive slowly out of the zones of a user to whom the robot has just been shown (R116).
+
+    The robot stays visible on the way, without the stop sign. `away`: outside, not shown at all, or
+    the user has gone farther than `moved` from where it was shown to them. `blocked`: there is no
+    way out.
+    """
+
+    outcomes = ("away", "blocked")
+    reads = {**WAYS, **DRIVES}
+    commands = ("base", "vr")
+
+    def __init__(self, speed: Speed = SLOWLY, moved: Length = 0.3) -> None:
+        self.speed, self.moved = speed, moved
+
+    def run(self, ctx: Context, shown: UserPose | None = None) -> Run:
+        now = situation(ctx, "escape")
+        if shown is None or now is None or is_outside(now):
+            return "away"
+        if shown.body.distance_to(now.user.body) > self.moved:
+            return "away"
+        place = way_out(now)
+        if place is None:
+            return "blocked"
+        vr = ctx.part("vr")
+        vr.inform(True, sign=False)
+        try:
+            there = yield from _drive_out(ctx, now, place, self.speed)
+        finally:
+            vr.inform(False)
+        return "away" if there else "blocked"
+
+
+class Withdraw(Action):
+    """Drive slowly out of the user's zones whenever there is a way out; stand where there is none.
+
+    For a robot that has no place near the user (R101), by a profile in which it `stays`.
+    """
+
+    outcomes = ()
+    reads = {**WAYS, **DRIVES}
+    commands = ("base",)
+
+    def __init__(self, speed: Speed = SLOWLY) -> None:
+        self.speed = speed
+
+    def run(self, ctx: Context) -> Run:
+        if not settings_of(ctx).chase.stays:
+            yield Until(NEVER_NS)
+        while True:
+            now = situation(ctx, "escape")
+            place = None if now is None or is_outside(now) else way_out(now)
+            if now is not None and place is not None:
+                yield from _drive_out(ctx, now, place, self.speed)
+            yield Until(ctx.after(LOOK_S))
+
+
+def _drive_out(
+    ctx: Context, now: Situation | None, place: Point, speed: float
+) -> Generator[Any, None, bool]:
+    """Drive to this place until the robot is outside the zones; False if it does not get there.
+
+    m in the map, at up to `speed`, m/s, without turning, with Escape's distance from walls.
+    """
+    assert now is not None
+    base, navigation = ctx.part("base"), now.environment.navigation
+    driver = now.environment.driver("escape", now.planners["escape"])
+    driver.go_to(Pose2(*place, now.pose.yaw))
+    try:
+        while (now := situation(ctx, "escape")) is not None and not is_outside(now):
+            driver.planner = now.planners["escape"]
+            command = command_of(
+                ctx, driver, now.around, user_disc(now.user, navigation.named(KEEPS))
+            )
+            if driver.status == "arrived" or driver.path is None:
+                return False
+            share = speed / navigation.escape.max_speed
+            base.drive(now.environment.slowed(command, share, "escape"), "chase")
+            yield ctx.value(BASE_REFUSAL)
+    finally:
+        base.release("chase")
+    return now is not None

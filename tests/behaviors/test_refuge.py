@@ -1,0 +1,127 @@
+"""Places outside the user's zones, against geometry of its own."""
+
+from __future__ import annotations
+
+import cmath
+import itertools
+import math
+from collections.abc import Callable
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from behaviors.profile import Profile
+from behaviors.refuge import FARTHEST, is_outside, way_out
+from behaviors.situation import Situation
+from hw.geometry import Pose2
+from hw.room import Room
+from hw.samples import UserPose
+from tests.repeats import examples
+
+SMALL = Room(outer=((0.0, 0.0), (6.0, 0.0), (6.0, 5.0), (0.0, 5.0)))
+CORRIDOR = Room(outer=((0.0, 0.0), (20.0, 0.0), (20.0, 2.2), (0.0, 2.2)))
+WALL = 0.77
+
+
+def zone_left(robot: complex, body: complex, view: float) -> bool:
+    """Farther than 1.7 m, and than 2.7 m within 36 degrees of the view."""
+    seen = (robot - body) * cmath.exp(-1j * view)
+    in_view = abs(cmath.phase(seen)) <= math.pi / 5
+    return abs(seen) >= 1.7 and (not in_view or abs(seen) >= 2.7)
+
+
+def from_segment(place: complex, start: complex, end: complex) -> float:
+    along = end - start
+    share = ((place - start) * along.conjugate()).real / max(1e-12, abs(along) ** 2)
+    return abs(place - start - min(1.0, max(0.0, share)) * along)
+
+
+ROBOT = st.builds(complex, st.floats(0.9, 5.1), st.floats(0.9, 4.1))
+USER = st.builds(complex, st.floats(0.5, 5.5), st.floats(0.5, 4.5))
+
+
+@pytest.mark.requirement(112)
+@given(robot=ROBOT, user=USER, view=st.floats(-3.1, 3.1), turn=st.floats(-3.1, 3.1))
+@settings(deadline=None, max_examples=examples(200))
+def test_outside_is_beyond_both_zones_and_their_hysteresis(
+    tuned: Profile,
+    situation_of: Callable[..., Situation],
+    robot: complex,
+    user: complex,
+    view: float,
+    turn: float,
+) -> None:
+    now = situation_of(
+        tuned, Pose2(robot.real, robot.imag), UserPose(Pose2(user.real, user.imag, turn), view)
+    )
+
+    assert is_outside(now) is zone_left(robot, user, view)
+
+
+@pytest.mark.requirement(52, 108, 112, 120)
+@given(robot=ROBOT, user=USER, view=st.floats(-3.1, 3.1))
+@settings(deadline=None, max_examples=examples(120))
+def test_a_way_out_ends_outside_both_zones_away_from_walls_and_keeps_off_the_user(
+    tuned: Profile,
+    situation_of: Callable[..., Situation],
+    robot: complex,
+    user: complex,
+    view: float,
+) -> None:
+    assume(abs(robot - user) > 0.8)
+    looking = UserPose(Pose2(user.real, user.imag, view), view)
+    now = situation_of(tuned, Pose2(robot.real, robot.imag), looking, room=SMALL)
+
+    found = way_out(now)
+
+    if found is None:
+        return
+    place = complex(*found)
+    assert zone_left(place, user, view)
+    assert min(place.real, place.imag, 6.0 - place.real, 5.0 - place.imag) >= WALL - 1e-6
+    path = now.planners["escape"].plan(
+        (robot.real, robot.imag), found, now.user_disc("haptic", found)
+    )
+    assert path is not None
+    points = [complex(*point) for point in path.points]
+    least = min(tuned.navigation.haptic.user_radius, abs(robot - user), abs(place - user))
+    for start, end in itertools.pairwise(points):
+        assert from_segment(user, start, end) >= least - 1e-6
+    length = sum(abs(end - start) for start, end in itertools.pairwise(points))
+    assert length <= FARTHEST + 1e-9
+
+
+@pytest.mark.requirement(112)
+@pytest.mark.parametrize(
+    ("user", "view", "blocked"),
+    [(2.6, math.pi, True), (2.6, 0.0, True), (3.7, math.pi, False), (10.0, math.pi, False)],
+)
+def test_at_the_end_of_a_corridor_somebody_before_the_robot_leaves_no_way_out(
+    tuned: Profile,
+    situation_of: Callable[..., Situation],
+    user: float,
+    view: float,
+    blocked: bool,
+) -> None:
+    """Nobody can be passed in it; 0.33 m remain behind the robot."""
+    looking = UserPose(Pose2(user, 1.1, view), view)
+    now = situation_of(tuned, Pose2(1.1, 1.1), looking, room=CORRIDOR)
+
+    assert (way_out(now) is None) is blocked
+
+
+@pytest.mark.requirement(112)
+def test_on_open_floor_there_is_always_a_way_out_and_never_past_a_nearer_one(
+    tuned: Profile, situation_of: Callable[..., Situation]
+) -> None:
+    """Straight back is 0.5 m to go; nothing nearer is outside."""
+    for view in (0.0, 1.0, 2.5, math.pi):
+        looking = UserPose(Pose2(10.0, 10.0, view), view)
+        now = situation_of(tuned, Pose2(11.4, 10.0), looking)
+
+        found = way_out(now)
+
+        assert found is not None
+        back = complex(12.9, 10.0) if zone_left(12.9 + 10j, 10 + 10j, view) else complex(13.4, 10.0)
+        assert math.dist(found, (11.4, 10.0)) <= abs(back - (11.4 + 10.0j)) + 1e-9
