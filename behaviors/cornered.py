@@ -137,16 +137,15 @@ class Withdraw(Action):
 
 
 def _drive_out(
-    ctx: Context, now: Situation | None, place: Point, speed: float
+    ctx: Context, begun: Situation, place: Point, speed: float
 ) -> Generator[Any, None, bool]:
     """Drive to this place until the robot is outside the zones; False if it does not get there.
 
     m in the map, at up to `speed`, m/s, without turning, with Escape's distance from walls.
     """
-    assert now is not None
-    base, navigation = ctx.part("base"), now.environment.navigation
-    driver = now.environment.driver("escape", now.planners["escape"])
-    driver.go_to(Pose2(*place, now.pose.yaw))
+    base, navigation = ctx.part("base"), begun.environment.navigation
+    driver = begun.environment.driver("escape", begun.planners["escape"])
+    driver.go_to(Pose2(*place, begun.pose.yaw))
     try:
         while (now := situation(ctx, "escape")) is not None and not is_outside(now):
             driver.planner = now.planners["escape"]

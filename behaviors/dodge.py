@@ -18,7 +18,7 @@ from behaviors.rollout import (
     pursued,
     roll_out,
 )
-from behaviors.situation import Situation
+from behaviors.situation import TURN_ROOM, Situation
 from hw.geometry import Outline, Pose2
 from hw.room import Point
 from states.navigation.clearance import distance_to_nearest
@@ -39,8 +39,8 @@ TOUCH, DREAD = 1.8, 10.0
 """For distances to the user below TOUCH, m, the squared deficit is added DREAD times."""
 OPEN, CORNERED = 2.5, 6.0
 """A clearance from walls below OPEN, m, costs CORNERED times the squared deficit."""
-HASTE, KEEP = 1.0, 2.9
-"""What closing in too fast on where the user is costs; distance to keep from there, m."""
+HASTE = 1.0
+"""What closing in too fast on where the user is costs."""
 LATE, EARLY_S = 10.0, 0.4
 """Lack of time, squared, to move out of the line that the user walks; how early the robot should
 be, s."""
@@ -133,7 +133,7 @@ def place_with_room(now: Situation, band: tuple[float, float], present: Point | 
         environment.limits.base_acceleration,
     )
     body, acceleration = now.user.body, environment.limits.base_acceleration
-    costs += HASTE * haste(rollouts.trajectories, (body.x, body.y), KEEP, acceleration)
+    costs += HASTE * haste(rollouts.trajectories, (body.x, body.y), TURN_ROOM, acceleration)
     costs += _efforts(places, pose.x, pose.y, environment.walls)
     order = np.argsort(costs, kind="stable").tolist()
     for planner in (now.planners["chase"], now.planners["escape"]):

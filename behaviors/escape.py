@@ -22,13 +22,12 @@ from states.subsystems import SubsystemName
 if TYPE_CHECKING:
     from states.navigation.interfaces import GlobalPlanner
 
-CAUGHT_WITHIN, CAUGHT_S = 1.6, 1.8
-"""A user who would need longer than CAUGHT_S, s, to come within CAUGHT_WITHIN, m, catches no
-robot."""
+    Ways = Mapping[SubsystemName, GlobalPlanner]
+
+CATCH_FROM, CATCH_S = 1.6, 1.8
+"""A user who would need longer than CATCH_S, s, to come within CATCH_FROM, m, catches no robot."""
 CALM_S = 0.3
 """A danger is over once the robot would have this much time more than it needs, s."""
-SIGMAS = 2.0
-"""Distances from the user grow by this many standard deviations of their pose; see `rollout`."""
 LOOKAHEAD_S = 3.0
 """Predicted contacts later than this are ignored, s."""
 
@@ -68,8 +67,10 @@ def is_required(
         return False
     if will_be_reached(environment, escape, user.body, base, _relative(velocity, twist, base)):
         return True
-    now = _situation(environment, settings, planner, user, base, velocity, twist)
-    return escape.trigger == "contact" and _is_caught(now)
+    if escape.trigger == "zones":
+        return False
+    ways: Ways = {"escape": planner}
+    return _is_caught(Situation(environment, settings, base, twist, user, velocity, ways))
 
 
 def _relative(velocity: Twist2, twist: Twist2, base: Pose2) -> Twist2:
@@ -78,21 +79,8 @@ def _relative(velocity: Twist2, twist: Twist2, base: Pose2) -> Twist2:
     return Twist2(velocity.vx - motion.vx, velocity.vy - motion.vy)
 
 
-def _situation(
-    environment: Environment,
-    settings: Settings,
-    planner: GlobalPlanner,
-    user: UserPose,
-    base: Pose2,
-    velocity: Twist2,
-    twist: Twist2,
-) -> Situation:
-    ways: Mapping[SubsystemName, GlobalPlanner] = {"escape": planner}
-    return Situation(environment, settings, base, twist, user, velocity, ways)
-
-
 def _is_caught(now: Situation, calm: float = 0.0) -> bool:
-    if now.distance > CAUGHT_WITHIN + (CAUGHT_S + calm) * now.velocity.speed:
+    if now.distance > CATCH_FROM + (CATCH_S + calm) * now.velocity.speed:
         return False
     from behaviors.dodge import is_caught
 
@@ -123,8 +111,11 @@ def is_safe(
     )
     if will_be_reached(environment, later, user.body, base, _relative(velocity, twist, base)):
         return False
-    now = _situation(environment, settings, planner, user, base, velocity, twist)
-    return escape.trigger == "zones" or not _is_caught(now, CALM_S)
+    if escape.trigger == "zones":
+        return True
+    ways: Ways = {"escape": planner}
+    now = Situation(environment, settings, base, twist, user, velocity, ways)
+    return not _is_caught(now, CALM_S)
 
 
 def will_be_reached(
@@ -138,7 +129,7 @@ def will_be_reached(
     to drive the rest of `contact` sideways from standstill, aside = a t^2 / 2, after `reaction`.
     """
     relative = (user.x - base.x, user.y - base.y)
-    contact = escape.contact + SIGMAS * environment.user_sigma
+    contact = escape.contact + environment.user_margin
     until = time_to_contact(relative, (velocity.vx, velocity.vy), contact)
     if not until < LOOKAHEAD_S or velocity.speed < escape.moving:
         return False

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from behaviors.situation import CHANGES, READS, WAYS, Situation, situation
+from behaviors.situation import CHANGES, READS, TURN_ROOM, WAYS, Situation, situation
 from engine.files.units import Duration, Length, Speed
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from states.keys import BASE_REFUSAL
@@ -10,9 +10,8 @@ from states.signals.prediction import PREDICTORS
 
 THINK_S = 0.2
 """Interval at which the place to drive to is chosen again, s."""
-TURNING, TURN_ROOM = 0.4, 2.9
-"""A standing user who turns faster than TURNING, rad/s, may set off in any direction: the robot
-keeps TURN_ROOM away from them, m."""
+TURNING = 0.4
+"""A standing user who turns faster than this, rad/s, may set off in any direction."""
 SLACK = 0.2
 """Hysteresis: the robot makes room until the user is farther away than `room` by this, m."""
 

@@ -27,9 +27,8 @@ Array = NDArray[np.float64]
 HORIZON_S, STEP_S = 3.0, 0.1
 """Length and step of a rollout, s."""
 STEPS = round(HORIZON_S / STEP_S)
-CLOSEST, SIGMAS = 0.12, 2.0
-"""A predicted gap to the user below CLOSEST, m, and SIGMAS standard deviations of their pose,
-counts as a touch."""
+CLOSEST = 0.12
+"""A predicted gap to the user below this, m, counts as a touch; see `_closest`."""
 WITH_USER = RADIUS + 0.2
 """With the user's centre nearer than this to the outline of rover and arm, m, the arm is taken to
 be at the user's hand."""
@@ -113,8 +112,7 @@ def evaluate(
     """
     pose, escape, outline = now.pose, now.settings.escape, _around_robot(now, outline)
     zones = (escape.ahead + escape.hysteresis, escape.around + escape.hysteresis, escape.half_view)
-    closest = CLOSEST + SIGMAS * now.environment.user_sigma
-    found = _evaluate(rollouts.trajectories, predictions, pose.yaw, zones, outline, closest)
+    found = _evaluate(rollouts.trajectories, predictions, pose.yaw, zones, outline, _closest(now))
     return RolloutEvaluation(*found)
 
 
@@ -124,9 +122,14 @@ def pursued(now: Situation, rollouts: Rollouts, outline: Outline | None = None) 
     They keep their present speed and turn without delay; infinite: not within the horizon.
     """
     outline = _around_robot(now, outline)
-    body, closest = now.user.body, CLOSEST + SIGMAS * now.environment.user_sigma
+    body = now.user.body
     state = (body.x, body.y, now.velocity.speed)
-    return _pursued(rollouts.trajectories, state, now.pose.yaw, outline, closest)
+    return _pursued(rollouts.trajectories, state, now.pose.yaw, outline, _closest(now))
+
+
+def _closest(now: Situation) -> float:
+    """The gap that counts as a touch, by how uncertain the user's pose is, m."""
+    return CLOSEST + now.environment.user_margin
 
 
 def _around_robot(now: Situation, outline: Outline | None) -> Outline:
@@ -154,12 +157,12 @@ def command_towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
     wanted_x, wanted_y = pace * dx, pace * dy
     motion, here = twist.rotated(pose.yaw), (pose.x, pose.y)
     # wheels that slow down may change their direction as fast as they can brake
+    ax, ay = wanted_x - motion.vx, wanted_y - motion.vy
+    late = environment.period + environment.latency
     for rate in (acceleration, environment.robot.base.brake_deceleration):
-        ax, ay = wanted_x - motion.vx, wanted_y - motion.vy
         share = min(1.0, 2.0 * rate * environment.period / max(1e-9, math.hypot(ax, ay)))
         vx, vy = motion.vx + share * ax, motion.vy + share * ay
         # times v: the way until braking begins, a tick later, and the braking distance v^2 / (2 a)
-        late = environment.period + environment.latency
         braking = late + math.hypot(vx, vy) / (2.0 * acceleration)
         if not now.planners[name].allows(here, (pose.x + braking * vx, pose.y + braking * vy)):
             return STILL

@@ -28,6 +28,9 @@ AGE_S = OLD_S
 SPARE = 0.02
 """Extra clearance from the user when a path is chosen, m, so that driving it stays possible."""
 
+TURN_ROOM = 2.9
+"""Distance to keep from a user who may turn and set off at any time, m."""
+
 READS: Mapping[str, float | None] = {ENVIRONMENT: None, SETTINGS: None, **ages.READS}
 """`reads` of a state that asks for a situation."""
 WAYS: Mapping[str, float | None] = {**READS, **PLANNERS}

@@ -78,6 +78,11 @@ class Environment:
         return self._grounds[resolution]
 
     @property
+    def user_margin(self) -> float:
+        """How much nearer than tracked the user may be, two standard deviations, m."""
+        return 2.0 * self.user_sigma
+
+    @property
     def delay(self) -> float:
         """From what the user does to what the base does about it, by late poses and commands, s."""
         return self.user_delay + self.latency

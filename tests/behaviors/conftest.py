@@ -100,6 +100,32 @@ class FakeContext:
         return self.parts[name]
 
 
+class Base:
+    """A base that keeps its newest command, which has to come from one `source`."""
+
+    def __init__(self, source: str) -> None:
+        self.command: Twist2 | None = None
+        self.source = source
+
+    def drive(self, command: Twist2, source: str) -> None:
+        assert source == self.source
+        self.command = command
+
+    def release(self, source: str) -> None:
+        assert source == self.source
+        self.command = None
+
+
+class Vr:
+    """What was shown, in order: with the sign, without it, hidden."""
+
+    def __init__(self) -> None:
+        self.told: list[str] = []
+
+    def inform(self, show: bool, sign: bool = True) -> None:
+        self.told.append(("shown" if sign else "robot") if show else "hidden")
+
+
 @pytest.fixture
 def context() -> type[FakeContext]:
     return FakeContext

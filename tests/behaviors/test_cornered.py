@@ -19,7 +19,7 @@ from engine.state import NEVER_NS
 from hw.geometry import Pose2, Twist2
 from hw.room import Room
 from hw.samples import UserPose
-from tests.behaviors.conftest import FakeContext
+from tests.behaviors.conftest import Base, FakeContext, Vr
 from tests.repeats import examples
 
 CORRIDOR = Room(outer=((0.0, 0.0), (20.0, 0.0), (20.0, 2.2), (0.0, 2.2)))
@@ -160,32 +160,11 @@ def test_with_a_way_out_a_robot_is_not_cornered_until_it_is_gone(
     assert seen.at(52.0, user_pose=BEFORE) == "cornered"
 
 
-class Base:
-    def __init__(self) -> None:
-        self.command: Twist2 | None = None
-
-    def drive(self, command: Twist2, source: str) -> None:
-        assert source == "chase"
-        self.command = command
-
-    def release(self, source: str) -> None:
-        assert source == "chase"
-        self.command = None
-
-
-class Vr:
-    def __init__(self) -> None:
-        self.told: list[str] = []
-
-    def inform(self, show: bool, sign: bool = True) -> None:
-        self.told.append(("shown" if sign else "robot") if show else "hidden")
-
-
 class Leaving:
     """`Leave` on a base that takes on the commanded velocity within its acceleration."""
 
     def __init__(self, now: Situation, shown: UserPose | None, speed: float = 0.8) -> None:
-        self.base, self.vr, self.now = Base(), Vr(), now
+        self.base, self.vr, self.now = Base("chase"), Vr(), now
         self.pose, self.twist = now.pose, now.twist
         self.ctx = FakeContext({
             "environment": now.environment, "settings": now.settings, "base.pose": self.pose,

@@ -19,6 +19,7 @@ from hw.geometry import Pose2, Twist2, wrap
 from hw.room import Room
 from hw.samples import UserPose
 from states.environment import Environment
+from tests.behaviors.conftest import Base, Vr
 from tests.repeats import examples
 
 WALKING = Twist2(0.5)
@@ -312,34 +313,11 @@ def test_poses_in_the_inflation_of_a_wall_are_left_out(
     assert all((pose.x >= 0.77 - 1e-6) == (pose in found) for pose in every)
 
 
-class Base:
-    def __init__(self) -> None:
-        self.command: Twist2 | None = None
-
-    def drive(self, command: Twist2, source: str) -> None:
-        assert source == "escape"
-        self.command = command
-
-    def release(self, source: str) -> None:
-        assert source == "escape"
-        self.command = None
-
-
-class Vr:
-    """What was shown, in order: with the sign, without it, hidden."""
-
-    def __init__(self) -> None:
-        self.told: list[str] = []
-
-    def inform(self, show: bool, sign: bool = True) -> None:
-        self.told.append(("shown" if sign else "robot") if show else "hidden")
-
-
 class Fleeing:
     """`Flee` in a situation, with its base and what the user is shown."""
 
     def __init__(self, now: Situation, context: Any, safe: bool = False) -> None:
-        self.base, self.vr = Base(), Vr()
+        self.base, self.vr = Base("escape"), Vr()
         poses = escape.poses(now.settings, now.planners["escape"], now.user, now.pose)
         values = {
             "environment": now.environment, "settings": now.settings, "base.pose": now.pose,
