@@ -115,14 +115,14 @@ def test_all_behaviours_run_in_a_room_of_six_metres(folder, capsys):
     write_room(folder, "six", 6.0)
     (folder / "modest.yaml").write_text(USER)
     arguments = "--scene six.yaml --user modest.yaml --duration 60 --record six.jsonl --json"
-    arguments += " --set escape.trigger=zones"  # by contact alone nobody here is in danger
+    arguments += " --profile paper"  # in tuned nobody here is in danger
 
     assert main(["simulate", *arguments.split()]) == OK
     figures = json.loads(capsys.readouterr().out)
 
     records = [json.loads(line) for line in Path("six.jsonl").read_text().splitlines()[1:]]
     entered = {record[2] for record in records if record[1] == "enter"}
-    assert {"chase", "haptic", "escape"} <= entered
+    assert {"chase", "haptic", "escape", "inform"} <= entered
     assert figures["served"] >= 2
     assert figures["contacts"] == 0
 
