@@ -6,7 +6,7 @@ from collections.abc import Generator
 from typing import Any
 
 from behaviors.keys import SETTINGS, settings_of
-from behaviors.refuge import KEEPS, is_outside, way_out
+from behaviors.refuge import KEEPS, SLOWLY, is_outside, refuge, way_out
 from behaviors.situation import CHANGES, WAYS, Situation, situation
 from engine.files.units import Duration, Length, Speed
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
@@ -20,8 +20,6 @@ NEAR, NEAR_S = 1.9, 1.0
 """A user nearer than NEAR, m, who sets off towards the robot at 1 m/s cannot be warned in time."""
 LOOK_S = 1.0
 """Interval at which a robot without a way out looks for one again, s."""
-SLOWLY = 0.8
-"""Speed at which a robot leaves the zones of a user who stands, m/s."""
 
 
 class GiveUp(Monitor):
@@ -106,14 +104,14 @@ class Leave(Action):
         vr = ctx.part("vr")
         vr.inform(True, sign=False)
         try:
-            there = yield from _drive_out(ctx, now, place, self.speed)
+            there = yield from _drive_to(ctx, now, place, self.speed, until_outside=True)
         finally:
             vr.inform(False)
         return "away" if there else "blocked"
 
 
 class Withdraw(Action):
-    """Drive slowly out of the user's zones whenever there is a way out; stand where there is none.
+    """Drive slowly to the best place to wait outside the user's zones; stand if there is none.
 
     For a robot that has no place near the user (R101), by a profile in which it `stays`.
     """
@@ -130,16 +128,16 @@ class Withdraw(Action):
             yield Until(NEVER_NS)
         while True:
             now = situation(ctx, "escape")
-            place = None if now is None or is_outside(now) else way_out(now)
+            place = None if now is None else refuge(now)
             if now is not None and place is not None:
-                yield from _drive_out(ctx, now, place, self.speed)
+                yield from _drive_to(ctx, now, place, self.speed)
             yield Until(ctx.after(LOOK_S))
 
 
-def _drive_out(
-    ctx: Context, begun: Situation, place: Point, speed: float
+def _drive_to(
+    ctx: Context, begun: Situation, place: Point, speed: float, *, until_outside: bool = False
 ) -> Generator[Any, None, bool]:
-    """Drive to this place until the robot is outside the zones; False if it does not get there.
+    """Drive to this place, or until the robot is outside the zones; False if it does not get there.
 
     m in the map, at up to `speed`, m/s, without turning, with Escape's distance from walls.
     """
@@ -147,16 +145,20 @@ def _drive_out(
     driver = begun.environment.driver("escape", begun.planners["escape"])
     driver.go_to(Pose2(*place, begun.pose.yaw))
     try:
-        while (now := situation(ctx, "escape")) is not None and not is_outside(now):
+        while (now := situation(ctx, "escape")) is not None:
+            if until_outside and is_outside(now):
+                return True
             driver.planner = now.planners["escape"]
             command = command_of(
                 ctx, driver, now.around, user_disc(now.user, navigation.named(KEEPS))
             )
-            if driver.status == "arrived" or driver.path is None:
+            if driver.status == "arrived":
+                return not until_outside
+            if driver.path is None:
                 return False
             share = speed / navigation.escape.max_speed
             base.drive(now.environment.slowed(command, share, "escape"), "chase")
             yield ctx.value(BASE_REFUSAL)
     finally:
         base.release("chase")
-    return now is not None
+    return False

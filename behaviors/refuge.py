@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
 from behaviors.escape import in_zone
 from behaviors.situation import Situation
 from hw.geometry import Pose2
@@ -16,6 +18,10 @@ DIRECTIONS = 24
 """Candidates: circles around the user, m, with this many directions each."""
 KEEPS: SubsystemName = "haptic"
 """Whose distance from the user the way out keeps: nearer the safety chain lets no drive pass."""
+SLOWLY = 0.8
+"""Speed at which a robot leaves the zones of a user who stands, m/s."""
+WORTH_S = 0.5
+"""How much better another place has to be for a robot that is outside the zones already, s."""
 FARTHEST = 8.0
 """Longest path to a refuge, m."""
 
@@ -35,6 +41,32 @@ def way_out(now: Situation) -> Point | None:
     for place in sorted(_places(now), key=lambda place: math.dist(place, here)):
         if not planner.is_free(place):
             continue
+        path = planner.plan(here, place, now.user_disc(KEEPS, place))
+        if path is not None and path.length <= FARTHEST:
+            return place
+    return None
+
+
+def refuge(now: Situation) -> Point | None:
+    """The place to wait at that costs least of all outside both zones; None to stay.
+
+    m, in the map. What it costs is the drive, as the crow flies and at SLOWLY, and the profile's
+    `risk` of standing there. A place that is no better by WORTH_S than the present one is not worth
+    a drive.
+    """
+    from behaviors.waiting import risks
+
+    here, planner = (now.pose.x, now.pose.y), now.planners["escape"]
+    places = [here, *(place for place in _places(now) if planner.is_free(place))]
+    risk = now.settings.chase.risk * risks(now, np.array(places))
+    costs = [
+        cost + math.dist(place, here) / SLOWLY
+        for cost, place in zip(risk.tolist(), places, strict=True)
+    ]
+    stay = costs[0] - WORTH_S if is_outside(now) else math.inf
+    for cost, place in sorted(zip(costs[1:], places[1:], strict=True)):
+        if cost >= stay:
+            return None
         path = planner.plan(here, place, now.user_disc(KEEPS, place))
         if path is not None and path.length <= FARTHEST:
             return place
