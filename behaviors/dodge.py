@@ -22,6 +22,7 @@ from behaviors.situation import TURN_ROOM, Situation
 from hw.geometry import Outline, Pose2
 from hw.room import Point
 from states.navigation.clearance import distance_to_nearest
+from states.subsystems import SubsystemName
 
 KEEP_S = 0.2
 """Hysteresis: another Escape pose has to be safe earlier than the current one by this, s."""
@@ -39,9 +40,9 @@ TOUCH, DREAD = 1.8, 10.0
 """For distances to the user below TOUCH, m, the squared deficit is added DREAD times."""
 OPEN, CORNERED = 2.5, 6.0
 """A clearance from walls below OPEN, m, costs CORNERED times the squared deficit."""
-HASTE = 1.0
+HASTE = 4.0
 """What closing in too fast on where the user is costs."""
-LATE, EARLY_S = 10.0, 0.4
+LATE, EARLY_S = 30.0, 0.4
 """Lack of time, squared, to move out of the line that the user walks; how early the robot should
 be, s."""
 EFFORT = 0.5
@@ -112,11 +113,14 @@ def is_caught(
     return not any(rollouts.keeps_off(i, planner) for i in later)
 
 
-def place_with_room(now: Situation, band: tuple[float, float], present: Point | None) -> Point:
+def place_with_room(
+    now: Situation, band: tuple[float, float], present: Point | None
+) -> tuple[Point, SubsystemName]:
     """The place around the robot that best keeps the predicted distance to the user in a band.
 
-    `band` is the smallest and the largest distance wanted, m; `present` the current goal. If every
-    drive comes too near to walls, it is the place where the robot comes to rest.
+    `band` is the smallest and the largest distance wanted, m; `present` the current goal. Besides,
+    the subsystem whose distances from walls the drive keeps. If every drive comes too near to
+    walls, it is the place where the robot comes to rest.
     """
     environment, pose, user = now.environment, now.pose, now.settings.user
     stay = (now.rest.x, now.rest.y)
@@ -136,11 +140,12 @@ def place_with_room(now: Situation, band: tuple[float, float], present: Point | 
     costs += HASTE * haste(rollouts.trajectories, (body.x, body.y), TURN_ROOM, acceleration)
     costs += _efforts(places, pose.x, pose.y, environment.walls)
     order = np.argsort(costs, kind="stable").tolist()
-    for planner in (now.planners["chase"], now.planners["escape"]):
+    keeps: tuple[SubsystemName, ...] = ("chase", "escape")
+    for name in keeps:
         for i in order:
-            if rollouts.keeps_off(i, planner):
-                return float(places[i, 0]), float(places[i, 1])
-    return stay
+            if rollouts.keeps_off(i, now.planners[name]):
+                return (float(places[i, 0]), float(places[i, 1])), name
+    return stay, "escape"
 
 
 @njit(cache=True)

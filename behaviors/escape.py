@@ -7,11 +7,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from behaviors.aside import time_aside
 from behaviors.keys import ESCAPE_POSES, ESCAPE_REQUIRED, ESCAPE_SAFE, settings_of
 from behaviors.settings import EscapeSettings, Settings
 from behaviors.situation import AGE_S, WAYS, Situation, situation
 from engine.state import Action, Context, Monitor, On, Run
-from hw.geometry import Pose2, Twist2, wrap
+from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.samples import Joints, UserPose
 from states.environment import Environment
 from states.keys import ARM_JOINTS
@@ -26,8 +27,10 @@ if TYPE_CHECKING:
 
 CATCH_FROM, CATCH_S = 1.6, 1.8
 """A user who would need longer than CATCH_S, s, to come within CATCH_FROM, m, catches no robot."""
-CALM_S = 0.3
+CALM_S = 0.1
 """A danger is over once the robot would have this much time more than it needs, s."""
+BRAKED_S = 0.3
+"""… even if it brakes for so long, s, until Chase drives on."""
 LOOKAHEAD_S = 3.0
 """Predicted contacts later than this are ignored, s."""
 
@@ -65,18 +68,12 @@ def is_required(
         return True
     if not escape.predict:
         return False
-    if will_be_reached(environment, escape, user.body, base, _relative(velocity, twist, base)):
+    if will_be_reached(environment, escape, user.body, base, velocity, twist.rotated(base.yaw)):
         return True
     if escape.trigger == "zones":
         return False
     ways: Ways = {"escape": planner}
     return _is_caught(Situation(environment, settings, base, twist, user, velocity, ways))
-
-
-def _relative(velocity: Twist2, twist: Twist2, base: Pose2) -> Twist2:
-    """The user's velocity as seen from the robot, in the map frame."""
-    motion = twist.rotated(base.yaw)
-    return Twist2(velocity.vx - motion.vx, velocity.vy - motion.vy)
 
 
 def _is_caught(now: Situation, calm: float = 0.0) -> bool:
@@ -109,8 +106,10 @@ def is_safe(
     later = replace(
         escape, contact=escape.contact + escape.hysteresis, reaction=escape.reaction + CALM_S
     )
-    if will_be_reached(environment, later, user.body, base, _relative(velocity, twist, base)):
-        return False
+    motion, slower = twist.rotated(base.yaw), environment.limits.base_acceleration * BRAKED_S
+    for driven in (motion, _braked(motion, slower)):
+        if will_be_reached(environment, later, user.body, base, velocity, driven):
+            return False
     if escape.trigger == "zones":
         return True
     ways: Ways = {"escape": planner}
@@ -118,25 +117,46 @@ def is_safe(
     return not _is_caught(now, CALM_S)
 
 
+def _braked(twist: Twist2, by: float) -> Twist2:
+    """A velocity whose speed has been reduced by so much, m/s."""
+    share = max(0.0, 1.0 - by / max(twist.speed, 1e-9))
+    return Twist2(share * twist.vx, share * twist.vy)
+
+
 def will_be_reached(
-    environment: Environment, escape: EscapeSettings, user: Pose2, base: Pose2, velocity: Twist2
+    environment: Environment,
+    escape: EscapeSettings,
+    user: Pose2,
+    base: Pose2,
+    velocity: Twist2,
+    motion: Twist2 = STILL,
 ) -> bool:
     """True if the user, walking straight on, would reach the robot before it could move aside.
 
-    Late poses and commands add to the robot's reaction, uncertain poses to the distance.
-
-    The user's line passes the robot's centre at the distance `offset`, |r x v| / |v|. The robot has
-    to drive the rest of `contact` sideways from standstill, aside = a t^2 / 2, after `reaction`.
+    `velocity` is the user's, `motion` the robot's, both in the map frame. There is no danger if
+    both can go on as they do. Else the robot keeps its motion for the profile's `reaction` and then
+    drives off sideways, to whichever side takes less time. Late poses and commands add to its
+    reaction, uncertain poses to the distance `contact` that the user's line has to keep from its
+    centre.
     """
-    relative = (user.x - base.x, user.y - base.y)
-    contact = escape.contact + environment.user_margin
-    until = time_to_contact(relative, (velocity.vx, velocity.vy), contact)
-    if not until < LOOKAHEAD_S or velocity.speed < escape.moving:
+    speed, contact = velocity.speed, escape.contact + environment.user_margin
+    if speed < escape.moving:
         return False
-    offset = abs(relative[0] * velocity.vy - relative[1] * velocity.vx) / velocity.speed
-    aside = max(0.0, contact - offset)
+    x, y = base.x - user.x, base.y - user.y
+    relative = (velocity.vx - motion.vx, velocity.vy - motion.vy)
+    if not time_to_contact((-x, -y), relative, contact) < LOOKAHEAD_S:
+        return False
+    c, s = velocity.vx / speed, velocity.vy / speed
+    along, lateral = c * x + s * y, c * y - s * x  # off the user's line, to its left
+    closing, drift = speed - c * motion.vx - s * motion.vy, c * motion.vy - s * motion.vx
+    if along <= 0.0 or closing <= 0.0:
+        return False
     reaction = escape.reaction + environment.delay
-    return until < reaction + math.sqrt(2.0 * aside / environment.limits.base_acceleration)
+    aside = time_aside(
+        lateral + reaction * drift, drift, contact, environment.limits.base_acceleration
+    )
+    reach = along - math.sqrt(max(0.0, contact * contact - lateral * lateral))
+    return max(0.0, reach) < closing * (reaction + aside)
 
 
 def all_poses(escape: EscapeSettings, user: UserPose, base: Pose2) -> Iterator[Pose2]:

@@ -82,15 +82,17 @@ class MakeRoom(Action):
         from behaviors.rollout import command_towards
 
         base, band = ctx.part("base"), (self.room, self.far)
-        again, goal = 0, None
+        again, found = 0, None
         try:
             while (now := situation(ctx, "chase", "escape")) is not None:
                 if not is_crowded(now, self.room + SLACK, self.ahead, self.walking):
                     return "clear"
-                if goal is None or ctx.now >= again:
+                if found is None or ctx.now >= again:
                     again = ctx.after(THINK_S)
-                    goal = place_with_room(now, band, goal)
-                base.drive(now.slowed(command_towards(now, goal, "chase"), "chase"), "chase")
+                    found = place_with_room(now, band, None if found is None else found[0])
+                goal, keeps = found
+                command = command_towards(now, goal, "chase", keeps)
+                base.drive(now.slowed(command, "chase"), "chase")
                 yield ctx.value(BASE_REFUSAL)
         finally:
             base.release("chase")

@@ -14,10 +14,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from behaviors.aside import time_aside
 from behaviors.situation import Situation
 from hw.geometry import STILL, Outline, Twist2
 from hw.people.person import RADIUS
 from hw.room import Point
+from hw.safety.separation import nearness
 from states.navigation.interfaces import GlobalPlanner
 from states.signals.prediction import PREDICTORS, chord
 from states.subsystems import SubsystemName
@@ -34,7 +36,7 @@ WITH_USER = RADIUS + 0.2
 be at the user's hand."""
 SLACK = 0.01
 """How much nearer to a wall a robot may come that starts too near to it, m."""
-FAR = 6.0
+FAR = 2.0
 """A squared excess of the wanted distance to the user counts so many times a deficit."""
 BREAK_OFF = (0, 2, 4)
 """Steps after which the drive is assumed to be aborted, so that the robot brakes."""
@@ -140,12 +142,16 @@ def _around_robot(now: Situation, outline: Outline | None) -> Outline:
     return outline
 
 
-def command_towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
+def command_towards(
+    now: Situation, goal: Point, name: SubsystemName, keeps: SubsystemName | None = None
+) -> Twist2:
     """The command (base frame) that drives like a rollout, at the speed of a subsystem.
 
     Standstill instead, if braking straight ahead from the next tick on would end too near to a
-    wall, because the drive may be aborted then.
+    wall, because the drive may be aborted then. `keeps` names the subsystem whose distances from
+    walls count, if it is another.
     """
+    planner = now.planners[keeps or name]
     environment, pose, twist = now.environment, now.pose, now.twist
     acceleration = environment.limits.base_acceleration
     dx, dy = goal[0] - pose.x, goal[1] - pose.y
@@ -154,19 +160,33 @@ def command_towards(now: Situation, goal: Point, name: SubsystemName) -> Twist2:
         return STILL
     speed = min(environment.navigation.named(name).max_speed, math.sqrt(2.0 * acceleration * left))
     pace = min(speed / left, 1.0 / STEP_S)
-    wanted_x, wanted_y = pace * dx, pace * dy
+    wanted = Twist2(pace * dx, pace * dy)
     motion, here = twist.rotated(pose.yaw), (pose.x, pose.y)
-    # wheels that slow down may change their direction as fast as they can brake
-    ax, ay = wanted_x - motion.vx, wanted_y - motion.vy
     late = environment.period + environment.latency
-    for rate in (acceleration, environment.robot.base.brake_deceleration):
-        share = min(1.0, 2.0 * rate * environment.period / max(1e-9, math.hypot(ax, ay)))
-        vx, vy = motion.vx + share * ax, motion.vy + share * ay
-        # times v: the way until braking begins, a tick later, and the braking distance v^2 / (2 a)
-        braking = late + math.hypot(vx, vy) / (2.0 * acceleration)
-        if not now.planners[name].allows(here, (pose.x + braking * vx, pose.y + braking * vy)):
-            return STILL
-    return Twist2(wanted_x, wanted_y).rotated(-pose.yaw)
+    for target in (wanted, _held_back(now, wanted)):
+        # wheels that slow down may change their direction as fast as they can brake
+        ax, ay = target.vx - motion.vx, target.vy - motion.vy
+        for rate in (acceleration, environment.robot.base.brake_deceleration):
+            share = min(1.0, 2.0 * rate * environment.period / max(1e-9, math.hypot(ax, ay)))
+            soon = Twist2(motion.vx + share * ax, motion.vy + share * ay)
+            for velocity in (soon, _held_back(now, soon)):
+                # times it: the way until braking begins, a tick later, and braking, v^2 / (2 a)
+                braking = late + velocity.speed / (2.0 * acceleration)
+                rest = (pose.x + braking * velocity.vx, pose.y + braking * velocity.vy)
+                if not planner.allows(here, rest):
+                    return STILL
+    return wanted.rotated(-pose.yaw)
+
+
+def _held_back(now: Situation, velocity: Twist2) -> Twist2:
+    """A velocity in the map, less its part to the user, which the safety chain may brake away.
+
+    What is left turns away from the user, and maybe to a wall.
+    """
+    pose, footprint = now.pose, now.environment.robot.footprint
+    user = pose.inverse().transform(now.user.body.x, now.user.body.y)
+    near = nearness(footprint.half_length, footprint.half_width, *user, RADIUS)
+    return near.held_back(velocity.rotated(-pose.yaw), 0.0).rotated(pose.yaw)
 
 
 @njit(cache=True)
@@ -200,15 +220,18 @@ def crowding(
     return found
 
 
+_time_aside = njit(cache=True)(time_aside)
+
+
 @njit(cache=True)
 def lateness(
     trajectories: Array, predictions: Array, contact: float, reaction: float, acceleration: float
 ) -> Array:
-    """How much too late a standing robot would be at each step to move out of the line, (n,), s2.
+    """How much too late the robot would be at each step to get out of the user's line, (n,), s2.
 
     At a step the user, walking straight on, comes within `contact`, m, after the time `available`,
-    and the robot needs `reaction` plus sqrt(2 aside / acceleration). The squared lack of time is
-    summed over the steps; the worst of the user's trajectories counts.
+    and the robot needs `reaction` and `time_aside` with the velocity that it has. The squared lack
+    of time is summed over the steps; the worst of the user's trajectories counts.
     """
     found = np.zeros(len(trajectories))
     for i in range(len(trajectories)):
@@ -216,19 +239,22 @@ def lateness(
             total = 0.0
             for step in range(trajectories.shape[1] - 1):
                 ux, uy = predictions[j, step, 0], predictions[j, step, 1]
-                vx = (predictions[j, step + 1, 0] - ux) / STEP_S
-                vy = (predictions[j, step + 1, 1] - uy) / STEP_S
-                speed = math.hypot(vx, vy)
+                c = (predictions[j, step + 1, 0] - ux) / STEP_S
+                s = (predictions[j, step + 1, 1] - uy) / STEP_S
+                speed = math.hypot(c, s)
                 if speed < 0.1:
                     continue
-                dx, dy = trajectories[i, step, 0] - ux, trajectories[i, step, 1] - uy
-                along = (dx * vx + dy * vy) / speed
-                lateral = abs(dx * vy - dy * vx) / speed
-                if along <= 0.0 or lateral >= contact:
+                c, s = c / speed, s / speed
+                x, y = trajectories[i, step, 0], trajectories[i, step, 1]
+                vx = (trajectories[i, step + 1, 0] - x) / STEP_S
+                vy = (trajectories[i, step + 1, 1] - y) / STEP_S
+                along, lateral = c * (x - ux) + s * (y - uy), c * (y - uy) - s * (x - ux)
+                if along <= 0.0 or abs(lateral) >= contact:
                     continue
                 reach = along - math.sqrt(contact * contact - lateral * lateral)
-                needed = reaction + math.sqrt(2.0 * (contact - lateral) / acceleration)
-                late = needed - max(0.0, reach) / speed
+                drift = c * vy - s * vx
+                aside = _time_aside(lateral, drift, contact, acceleration)
+                late = reaction + aside - max(0.0, reach) / speed
                 total += max(0.0, late) ** 2
             found[i] = max(found[i], total)
     return found

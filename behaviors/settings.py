@@ -176,8 +176,8 @@ class ChaseSettings:
     widened by the length `margin`, and by `margin_angle` to either side, are dropped. `weight`
     names the weighting (`angle_radius`: highest at `best_angle` and `best_radius`), `pick` the
     choice: the largest weight (those within `tie` by the shortest path), or at random from `seed`.
-    `risk`: a second of lateness that a place is expected to cost (`behaviors.waiting`) counts as so
-    many seconds of response; 0: places are weighed by the response alone.
+    `risk`: a second that waiting there is expected to cost (`behaviors.waiting`) counts as so many
+    seconds of response; 0: places are weighed by the response alone.
     `stays`: without a free place the robot stays where it is; else Chase fails.
     """
 

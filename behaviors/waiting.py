@@ -24,6 +24,9 @@ NOTICED_S = 0.4
 """Time until a person's setting off is noticed and the robot starts, s."""
 SPARE_S = 0.3
 """Time by which the robot should be early, s."""
+ESCAPE_S = 0.5
+"""What a direction costs besides, s, in which the robot would be too late, not just hardly early:
+who walks there raises an Escape."""
 LONGEST = 8.0
 """Longest line of walk that is looked at, m."""
 TRAPPED_S = 3.0
@@ -31,7 +34,9 @@ TRAPPED_S = 3.0
 
 
 def risks(now: Situation, places: Array) -> Array:
-    """Expected lack of time, s, at each place (n, 2) in the map, (n,); 0: never too late.
+    """Expected cost of waiting, s, at each place (n, 2) in the map, (n,); 0: never too late.
+
+    It is the lack of time to get aside, and ESCAPE_S for each Escape.
 
     Directions count by the area of floor in them: with goals spread evenly over the floor, the
     chance of a direction is proportional to its squared length.
@@ -118,7 +123,7 @@ def _risks(
                     needed = min(needed, NOTICED_S + math.sqrt(2.0 * aside / acceleration))
             late = needed + SPARE_S - available
             if late > 0.0:
-                found[i] += lengths[j] * lengths[j] * late
+                found[i] += lengths[j] * lengths[j] * (late + ESCAPE_S * (late > SPARE_S))
         found[i] /= total
     return found
 

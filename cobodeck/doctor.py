@@ -109,8 +109,8 @@ def _waiting(place: RunPlace, robot: RobotModel, profile: Profile) -> Iterator[D
     if found is None:
         return
     text = (
-        f"where Chase waits the robot would be {found.mean:.2f} s late on average, to move aside "
-        f"from a user who sets off; {found.worst:.2f} s beside one at "
+        f"where Chase waits a user who sets off is expected to cost {found.mean:.2f} s on average, "
+        f"too late to move aside or with an Escape; {found.worst:.2f} s beside one at "
         f"({found.place[0]:.2f}, {found.place[1]:.2f})"
     )
     if found.nowhere > 0.0:

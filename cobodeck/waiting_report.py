@@ -1,7 +1,7 @@
 """What `doctor --scene` reports of waiting beside a user: the risk that no place in the room takes.
 
 For users all over the floor the place is looked up that Chase would choose if every path were
-free, with the lack of time of `behaviors.waiting` there.
+free, with the risk of `behaviors.waiting` there.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ YAWS = 4
 
 @dataclass(frozen=True, slots=True)
 class WaitingReport:
-    """Expected lack of time of a robot that waits where Chase would, s.
+    """Expected cost of a robot that waits where Chase would, s.
 
     `mean` over all users looked at, `worst` with the place of that user in the map, m. `nowhere` is
     the share of users beside whom no Chase pose is free.
@@ -77,7 +77,7 @@ def _users(environment: Environment, settings: Settings) -> Iterator[Situation]:
 
 
 def _risk(now: Situation, cells: Array) -> float | None:
-    """The lack of time at the free cell with the largest weight, s; None without a free cell."""
+    """The risk at the free cell with the largest weight, s; None without a free cell."""
     import numpy as np
 
     from behaviors.chase import out_of_the_way, space

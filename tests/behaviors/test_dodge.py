@@ -175,7 +175,7 @@ def test_room_is_made_away_from_the_walk(
 ) -> None:
     now = situation_of(tuned, Pose2(10, 10), facing(13.0, 10.0, math.pi), Twist2(-1.0))
 
-    place = place_with_room(now, (3.4, 4.0), None)
+    place, _ = place_with_room(now, (3.4, 4.0), None)
 
     assert math.dist(place, (13.0, 10.0)) > 3.4
 
@@ -189,7 +189,7 @@ def test_room_is_not_made_through_a_wall_even_with_momentum(
         tuned, Pose2(1.6, 6.0), facing(4.5, 6.0, math.pi), Twist2(-1.0), Twist2(-0.9), room
     )
 
-    place = place_with_room(now, (3.4, 4.0), None)
+    place, _ = place_with_room(now, (3.4, 4.0), None)
     found = roll_out(now, [place], 1.5)
 
     assert min(x for x, _ in found.trajectories[0]) >= 0.99

@@ -74,7 +74,8 @@ def expected(
         sides = [place + across * (side * contact - seen.imag) for side in (1.0, -1.0)]
         needs = min(time_aside(place, onto, contact, acceleration) for onto in sides)
         needs = min(waiting.TRAPPED_S, needs)
-        lacks.append(max(0.0, needs + waiting.SPARE_S - has))
+        lack = max(0.0, needs + waiting.SPARE_S - has)
+        lacks.append(lack + waiting.ESCAPE_S if lack > waiting.SPARE_S else lack)
     return sum(map(float.__mul__, weights, lacks)) / sum(weights)
 
 
@@ -89,7 +90,7 @@ def risk_at(now: Situation, *places: complex) -> list[float]:
     places=st.lists(st.tuples(st.floats(0.9, 8.1), st.floats(0.9, 6.1)), min_size=1, max_size=4),
 )  # fmt: skip
 @settings(deadline=None, max_examples=examples(80))
-def test_the_risk_is_the_lack_of_time_over_all_lines_of_walk(
+def test_the_risk_is_lack_of_time_and_escapes_over_all_lines_of_walk(
     tuned: Profile,
     situation_of: Callable[..., Situation],
     x: float,
