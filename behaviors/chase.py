@@ -118,7 +118,7 @@ def out_of_the_way(now: Situation, cells: Sequence[ChaseCell]) -> list[ChaseCell
 
     some = np.array(cells[:: max(1, len(cells) // CELLS)])
     costs = 1.0 / np.maximum(some[:, 2], 1e-9)
-    some[:, 2] = 1.0 / (costs + now.settings.chase.risk * risks(now, some[:, :2].copy()))
+    some[:, 2] = 1.0 / (costs + now.settings.chase.risk * risks(now, some[:, :2]))
     weighed: list[ChaseCell] = some[np.argsort(-some[:, 2], kind="stable")].tolist()
     return weighed
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-import numpy as np
-
 from behaviors.escape import in_zone
 from behaviors.situation import Situation
 from hw.geometry import Pose2
@@ -58,7 +56,7 @@ def refuge(now: Situation) -> Point | None:
 
     here, planner = (now.pose.x, now.pose.y), now.planners["escape"]
     places = [here, *(place for place in _places(now) if planner.is_free(place))]
-    risk = now.settings.chase.risk * risks(now, np.array(places))
+    risk = now.settings.chase.risk * risks(now, places)
     costs = [
         cost + math.dist(place, here) / SLOWLY
         for cost, place in zip(risk.tolist(), places, strict=True)

@@ -8,6 +8,7 @@ the robot needs to move aside or, with a wall there, to the other side of the li
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from behaviors.rollout import Array
 from behaviors.situation import Situation
+from hw.room import Point
 
 DIRECTIONS = 36
 """Number of directions of walk that are looked at."""
@@ -33,7 +35,7 @@ TRAPPED_S = 3.0
 """Time to move aside, s, where there is no room on either side."""
 
 
-def risks(now: Situation, places: Array) -> Array:
+def risks(now: Situation, places: Sequence[Point] | Array) -> Array:
     """Expected cost of waiting, s, at each place (n, 2) in the map, (n,); 0: never too late.
 
     It is the lack of time to get aside, and ESCAPE_S for each Escape.
@@ -44,11 +46,12 @@ def risks(now: Situation, places: Array) -> Array:
     body, escape = now.user.body, now.settings.escape
     angles = np.arange(DIRECTIONS) * math.tau / DIRECTIONS
     lengths = _lengths(body.x, body.y, angles, now.environment.walls)
-    asides = _asides(places, (body.x, body.y), angles, escape.contact)
+    there = np.array(places, dtype=np.float64).reshape(-1, 2)
+    asides = _asides(there, (body.x, body.y), angles, escape.contact)
     planner = now.planners["escape"]
     free = planner.are_free(asides.reshape(-1, 2)).reshape(asides.shape[:3])
     return _risks(
-        places, (body.x, body.y, body.yaw), angles, lengths, free, escape.contact,
+        there, (body.x, body.y, body.yaw), angles, lengths, free, escape.contact,
         now.environment.limits.base_acceleration,
     )  # fmt: skip
 

@@ -78,8 +78,6 @@ def _users(environment: Environment, settings: Settings) -> Iterator[Situation]:
 
 def _risk(now: Situation, cells: Array) -> float | None:
     """The risk at the free cell with the largest weight, s; None without a free cell."""
-    import numpy as np
-
     from behaviors.chase import out_of_the_way, space
     from behaviors.waiting import risks
 
@@ -87,4 +85,4 @@ def _risk(now: Situation, cells: Array) -> float | None:
     chosen = out_of_the_way(now, list(around.free()))
     if not chosen:
         return None
-    return float(risks(now, np.array([chosen[0][:2]]))[0])
+    return float(risks(now, [chosen[0][:2]])[0])

@@ -205,6 +205,19 @@ def test_a_command_from_which_braking_would_end_in_a_wall_is_not_given(
     assert command_towards(rolling, (1.0, 13.0), "escape").speed > 0.0
 
 
+@pytest.mark.requirement(50, 52)
+@pytest.mark.parametrize(("user", "given"), [((2.7, 8.6), False), ((2.7, 14.0), True)])
+def test_a_command_whose_rest_after_the_safety_chain_ends_in_a_wall_is_not_given(
+    tuned: Profile, situation_of: Callable[..., Situation], user: tuple[float, float], given: bool
+) -> None:
+    """Along a wall to the right: what is left of a motion to somebody on the left leads into it."""
+    now = situation_of(tuned, Pose2(1.2, 10.0), facing(*user, 0.0), twist=Twist2(-0.5, -1.2))
+
+    command = command_towards(now, (1.0, 6.0), "escape")
+
+    assert (command != Twist2(0.0)) is given
+
+
 def test_an_arm_that_is_out_widens_the_outline_and_a_parked_one_does_not(
     tuned: Profile, situation_of: Callable[..., Situation]
 ) -> None:

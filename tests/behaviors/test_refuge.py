@@ -12,8 +12,18 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from behaviors.profile import Profile
-from behaviors.refuge import FARTHEST, is_outside, way_out
+from behaviors.refuge import (
+    DIRECTIONS,
+    FARTHEST,
+    RADII,
+    SLOWLY,
+    WORTH_S,
+    is_outside,
+    refuge,
+    way_out,
+)
 from behaviors.situation import Situation
+from behaviors.waiting import risks
 from hw.geometry import Pose2
 from hw.room import Room
 from hw.samples import UserPose
@@ -125,3 +135,53 @@ def test_on_open_floor_there_is_always_a_way_out_and_never_past_a_nearer_one(
         assert found is not None
         back = complex(12.9, 10.0) if zone_left(12.9 + 10j, 10 + 10j, view) else complex(13.4, 10.0)
         assert math.dist(found, (11.4, 10.0)) <= abs(back - (11.4 + 10.0j)) + 1e-9
+
+
+WIDE = Room(outer=((0.0, 0.0), (9.0, 0.0), (9.0, 7.0), (0.0, 7.0)))
+
+
+@pytest.mark.requirement(101)
+@given(
+    robot=st.builds(complex, st.floats(0.9, 8.1), st.floats(0.9, 6.1)),
+    user=st.builds(complex, st.floats(0.9, 8.1), st.floats(0.9, 6.1)),
+    view=st.floats(-3.1, 3.1),
+    radius=st.sampled_from(RADII), step=st.integers(0, DIRECTIONS - 1),
+)  # fmt: skip
+@settings(deadline=None, max_examples=examples(80))
+def test_no_place_outside_the_zones_costs_less_than_the_refuge(
+    tuned: Profile,
+    situation_of: Callable[..., Situation],
+    robot: complex,
+    user: complex,
+    view: float,
+    radius: float,
+    step: int,
+) -> None:
+    """Any other candidate costs as much, or is in a zone, or cannot be driven to."""
+    assume(abs(robot - user) > 0.8)
+    looking = UserPose(Pose2(user.real, user.imag, view), view)
+    now = situation_of(tuned, Pose2(robot.real, robot.imag), looking, room=WIDE)
+    planner = now.planners["escape"]
+
+    def cost(place: complex) -> float:
+        [risk] = risks(now, [(place.real, place.imag)]).tolist()
+        return float(now.settings.chase.risk * risk + abs(place - robot) / SLOWLY)
+
+    def can_be_driven_to(place: complex) -> bool:
+        there = (place.real, place.imag)
+        if not zone_left(place, user, view) or not planner.is_free(there):
+            return False
+        path = planner.plan((robot.real, robot.imag), there, now.user_disc("haptic", there))
+        return path is not None and path.length <= FARTHEST
+
+    other = user + cmath.rect(radius, step * math.tau / DIRECTIONS)
+    found = refuge(now)
+
+    if found is None:
+        best = cost(robot) - WORTH_S if zone_left(robot, user, view) else math.inf
+    else:
+        assert can_be_driven_to(complex(*found))
+        best = cost(complex(*found))
+        if zone_left(robot, user, view):
+            assert best < cost(robot) - WORTH_S
+    assert not can_be_driven_to(other) or cost(other) >= best - 1e-9

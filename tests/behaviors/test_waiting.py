@@ -129,7 +129,10 @@ def test_on_open_floor_the_risk_never_grows_with_the_distance_nor_with_the_turn_
     radius: float,
     farther: float,
 ) -> None:
-    """As many lines of walk or fewer meet a place that is farther off, and later."""
+    """As many lines of walk or fewer meet a place that is farther off, and later.
+
+    So they do one to which the user has to turn farther, if that holds for each of these lines.
+    """
     now = alone(tuned, situation_of)
     step = 2.0 * math.pi / waiting.DIRECTIONS
     direction = step * round(bearing / step)
@@ -137,7 +140,8 @@ def test_on_open_floor_the_risk_never_grows_with_the_distance_nor_with_the_turn_
     near, far = risk_at(now, cmath.rect(radius, direction), cmath.rect(radius + farther, direction))
     assert far <= near + 1e-9
     behind = direction + (step if direction >= 0.0 else -step)
-    if abs(behind) <= math.pi:
+    to_the_edge = math.asin(min(1.0, now.settings.escape.contact / radius))
+    if to_the_edge <= abs(direction) and abs(behind) + to_the_edge <= math.pi:
         [turned] = risk_at(now, cmath.rect(radius, behind))
         assert turned <= near + 1e-9
 
