@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numba import njit
@@ -19,7 +20,7 @@ from behaviors.rollout import (
     roll_out,
 )
 from behaviors.situation import TURN_ROOM, Situation
-from hw.geometry import Outline, Pose2
+from hw.geometry import Outline, Pose2, Twist2
 from hw.room import Point
 from states.navigation.clearance import distance_to_nearest
 from states.subsystems import SubsystemName
@@ -45,6 +46,8 @@ HASTE = 4.0
 LATE, EARLY_S = 30.0, 0.4
 """Lack of time, squared, to move out of the line that the user walks; how early the robot should
 be, s."""
+PACE, SETS_OFF = 1.3, 0.2
+"""Speed of a user who has turned and sets off, m/s, and below which they do not yet walk, m/s."""
 EFFORT = 0.5
 """Cost of driving, per m."""
 AROUND = np.array(
@@ -131,7 +134,7 @@ def place_with_room(
     costs = crowding(rollouts.trajectories, predictions, *band, TOUCH, DREAD)
     costs += LATE * lateness(
         rollouts.trajectories,
-        predictions[: len(user.likely)],
+        predict_user(_setting_off(now), user.likely),
         now.settings.escape.contact,
         now.settings.escape.reaction + environment.delay + EARLY_S,
         environment.limits.base_acceleration,
@@ -146,6 +149,15 @@ def place_with_room(
             if rollouts.keeps_off(i, now.planners[name]):
                 return (float(places[i, 0]), float(places[i, 1])), name
     return stay, "escape"
+
+
+def _setting_off(now: Situation) -> Situation:
+    """The situation, in which a user who stands and turns walks off to where they face."""
+    if now.velocity.speed >= SETS_OFF:
+        return now
+    yaw = now.user.body.yaw
+    walk = Twist2(PACE * math.cos(yaw), PACE * math.sin(yaw), now.velocity.wz)
+    return replace(now, velocity=walk)
 
 
 @njit(cache=True)

@@ -173,8 +173,11 @@ def poses(
     settings: Settings, planner: GlobalPlanner, user: UserPose, base: Pose2
 ) -> tuple[Pose2, ...]:
     """The Escape poses that are free by Escape's own planner, in order (R105, R108)."""
-    found = all_poses(settings.escape, user, base)
-    return tuple(pose for pose in found if planner.is_free((pose.x, pose.y)))
+    import numpy as np
+
+    found = tuple(all_poses(settings.escape, user, base))
+    free = planner.are_free(np.array([(pose.x, pose.y) for pose in found])).tolist()
+    return tuple(pose for pose, is_free in zip(found, free, strict=True) if is_free)
 
 
 class EscapeRequired(Monitor):

@@ -19,7 +19,7 @@ from behaviors.situation import Situation
 from hw.geometry import STILL, Outline, Twist2
 from hw.people.person import RADIUS
 from hw.room import Point
-from hw.safety.separation import nearness
+from hw.safety.separation import Nearness, nearness
 from states.navigation.interfaces import GlobalPlanner
 from states.signals.prediction import PREDICTORS, chord
 from states.subsystems import SubsystemName
@@ -161,15 +161,15 @@ def command_towards(
     speed = min(environment.navigation.named(name).max_speed, math.sqrt(2.0 * acceleration * left))
     pace = min(speed / left, 1.0 / STEP_S)
     wanted = Twist2(pace * dx, pace * dy)
-    motion, here = twist.rotated(pose.yaw), (pose.x, pose.y)
+    motion, here, near = twist.rotated(pose.yaw), (pose.x, pose.y), _nearness(now)
     late = environment.period + environment.latency
-    for target in (wanted, _held_back(now, wanted)):
+    for target in _and_held_back(wanted, near):
         # wheels that slow down may change their direction as fast as they can brake
         ax, ay = target.vx - motion.vx, target.vy - motion.vy
         for rate in (acceleration, environment.robot.base.brake_deceleration):
             share = min(1.0, 2.0 * rate * environment.period / max(1e-9, math.hypot(ax, ay)))
             soon = Twist2(motion.vx + share * ax, motion.vy + share * ay)
-            for velocity in (soon, _held_back(now, soon)):
+            for velocity in _and_held_back(soon, near):
                 # times it: the way until braking begins, a tick later, and braking, v^2 / (2 a)
                 braking = late + velocity.speed / (2.0 * acceleration)
                 rest = (pose.x + braking * velocity.vx, pose.y + braking * velocity.vy)
@@ -178,15 +178,22 @@ def command_towards(
     return wanted.rotated(-pose.yaw)
 
 
-def _held_back(now: Situation, velocity: Twist2) -> Twist2:
-    """A velocity in the map, less its part to the user, which the safety chain may brake away.
-
-    What is left turns away from the user, and maybe to a wall.
-    """
+def _nearness(now: Situation) -> Nearness:
+    """The user's nearness to the footprint, in the axes of the map."""
     pose, footprint = now.pose, now.environment.robot.footprint
     user = pose.inverse().transform(now.user.body.x, now.user.body.y)
     near = nearness(footprint.half_length, footprint.half_width, *user, RADIUS)
-    return near.held_back(velocity.rotated(-pose.yaw), 0.0).rotated(pose.yaw)
+    towards = Twist2(near.nx, near.ny).rotated(pose.yaw)
+    return near._replace(nx=towards.vx, ny=towards.vy)
+
+
+def _and_held_back(velocity: Twist2, near: Nearness) -> tuple[Twist2, ...]:
+    """A velocity and, if it closes in on the user, what the safety chain may leave of it.
+
+    The chain may brake away the part to the user; the rest turns away from them, maybe to a wall.
+    """
+    left = near.held_back(velocity, 0.0)
+    return (velocity,) if left is velocity else (velocity, left)
 
 
 @njit(cache=True)

@@ -180,6 +180,21 @@ def test_room_is_made_away_from_the_walk(
     assert math.dist(place, (13.0, 10.0)) > 3.4
 
 
+@pytest.mark.requirement(91)
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("walking", [0.0, 1.3])
+def test_room_is_made_to_the_side_on_which_the_robot_is_even_before_the_user_sets_off(
+    tuned: Profile, situation_of: Callable[..., Situation], side: float, walking: float
+) -> None:
+    """It does not cross the line on which somebody who has turned may walk."""
+    user = facing(10.0, 10.0, math.pi)
+    now = situation_of(tuned, Pose2(7.4, 10.0 + 0.3 * side), user, Twist2(-walking))
+
+    (_, y), _ = place_with_room(now, (3.4, 4.0), None)
+
+    assert side * (y - 10.0) > 0.3
+
+
 @pytest.mark.requirement(52)
 def test_room_is_not_made_through_a_wall_even_with_momentum(
     tuned: Profile, situation_of: Callable[..., Situation]
