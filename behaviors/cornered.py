@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from typing import Any
 
 from behaviors.keys import SETTINGS, settings_of
@@ -81,16 +81,16 @@ class Leave(Action):
     """Drive slowly out of the zones of a user to whom the robot has just been shown (R116).
 
     The robot stays visible on the way, without the stop sign. `away`: outside, not shown at all, or
-    the user has gone farther than `moved` from where it was shown to them. `blocked`: there is no
-    way out.
+    the user has gone farther than `moved` from where it was shown to them, or sets off, faster than
+    `walking`. `blocked`: there is no way out.
     """
 
     outcomes = ("away", "blocked")
     reads = {**WAYS, **DRIVES}
     commands = ("base", "vr")
 
-    def __init__(self, speed: Speed = SLOWLY, moved: Length = 0.3) -> None:
-        self.speed, self.moved = speed, moved
+    def __init__(self, speed: Speed = SLOWLY, moved: Length = 0.3, walking: Speed = 0.3) -> None:
+        self.speed, self.moved, self.walking = speed, moved, walking
 
     def run(self, ctx: Context, shown: UserPose | None = None) -> Run:
         now = situation(ctx, "escape")
@@ -104,10 +104,13 @@ class Leave(Action):
         vr = ctx.part("vr")
         vr.inform(True, sign=False)
         try:
-            there = yield from _drive_to(ctx, now, place, self.speed, until_outside=True)
+            is_away = yield from _drive_to(ctx, now, place, self.speed, until=self._is_away)
         finally:
             vr.inform(False)
-        return "away" if there else "blocked"
+        return "away" if is_away else "blocked"
+
+    def _is_away(self, now: Situation) -> bool:
+        return is_outside(now) or now.velocity.speed > self.walking
 
 
 class Withdraw(Action):
@@ -135,9 +138,13 @@ class Withdraw(Action):
 
 
 def _drive_to(
-    ctx: Context, begun: Situation, place: Point, speed: float, *, until_outside: bool = False
+    ctx: Context,
+    begun: Situation,
+    place: Point,
+    speed: float,
+    until: Callable[[Situation], bool] | None = None,
 ) -> Generator[Any, None, bool]:
-    """Drive to this place, or until the robot is outside the zones; False if it does not get there.
+    """Drive to this place; with `until` true once that holds, false if it does not on the way.
 
     m in the map, at up to `speed`, m/s, without turning, with Escape's distance from walls.
     """
@@ -146,14 +153,14 @@ def _drive_to(
     driver.go_to(Pose2(*place, begun.pose.yaw))
     try:
         while (now := situation(ctx, "escape")) is not None:
-            if until_outside and is_outside(now):
+            if until is not None and until(now):
                 return True
             driver.planner = now.planners["escape"]
             command = command_of(
                 ctx, driver, now.around, user_disc(now.user, navigation.named(KEEPS))
             )
             if driver.status == "arrived":
-                return not until_outside
+                return until is None
             if driver.path is None:
                 return False
             share = speed / navigation.escape.max_speed

@@ -277,6 +277,21 @@ def test_without_need_nothing_drives_and_nothing_is_shown(
     assert (leaving.vr.told, leaving.base.command) == ([], None)
 
 
+@pytest.mark.requirement(91, 116)
+@pytest.mark.parametrize(("speed", "outcome"), [(0.25, None), (0.35, "away")])
+def test_once_the_user_sets_off_leaving_is_over(
+    tuned: Profile, situation_of: Callable[..., Situation], speed: float, outcome: str | None
+) -> None:
+    """Making room is what follows; slowly out of the zones would be across their way."""
+    shown = facing_back(11.6, 10.0)
+    leaving = Leaving(situation_of(tuned, Pose2(10.0, 10.0), shown), shown)
+    assert leaving.tick() is None
+
+    leaving.ctx.values["user.velocity"] = Twist2(0.0, speed)
+
+    assert leaving.tick() == outcome
+
+
 @pytest.mark.requirement(116)
 def test_without_a_way_out_it_stays_and_is_not_shown(
     tuned: Profile, situation_of: Callable[..., Situation]
