@@ -7,22 +7,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numba import njit
 
-from behaviors.rollout import (
-    Array,
-    crowding,
-    evaluate,
-    haste,
-    lateness,
-    predict_user,
-    pursued,
-    roll_out,
-)
+from behaviors.costs import crowding, efforts, haste, lateness
+from behaviors.rollout import evaluate, predict_user, pursued, roll_out
 from behaviors.situation import TURN_ROOM, Situation
 from hw.geometry import Outline, Pose2, Twist2
 from hw.room import Point
-from states.navigation.clearance import distance_to_nearest
 from states.subsystems import SubsystemName
 
 KEEP_S = 0.2
@@ -39,8 +29,6 @@ DIRECTIONS = 16
 """Candidate places to make room: rings around the robot, m, with this many directions each."""
 TOUCH, DREAD = 1.8, 10.0
 """For distances to the user below TOUCH, m, the squared deficit is added DREAD times."""
-OPEN, CORNERED = 2.5, 6.0
-"""A clearance from walls below OPEN, m, costs CORNERED times the squared deficit."""
 HASTE = 4.0
 """What closing in too fast on where the user is costs."""
 LATE, EARLY_S = 30.0, 0.4
@@ -48,8 +36,6 @@ LATE, EARLY_S = 30.0, 0.4
 be, s."""
 PACE, SETS_OFF = 1.3, 0.2
 """Speed of a user who has turned and sets off, m/s, and below which they do not yet walk, m/s."""
-EFFORT = 0.5
-"""Cost of driving, per m."""
 AROUND = np.array(
     [
         (radius * math.cos(angle), radius * math.sin(angle))
@@ -141,7 +127,7 @@ def place_with_room(
     )
     body, acceleration = now.user.body, environment.limits.base_acceleration
     costs += HASTE * haste(rollouts.trajectories, (body.x, body.y), TURN_ROOM, acceleration)
-    costs += _efforts(places, pose.x, pose.y, environment.walls)
+    costs += efforts(places, pose.x, pose.y, environment.walls)
     order = np.argsort(costs, kind="stable").tolist()
     keeps: tuple[SubsystemName, ...] = ("chase", "escape")
     for name in keeps:
@@ -160,23 +146,12 @@ def _setting_off(now: Situation) -> Situation:
     return replace(now, velocity=walk)
 
 
-@njit(cache=True)
-def _efforts(places: Array, x: float, y: float, walls: Array) -> Array:
-    """Cost of driving from x, y to each place (n, 2), and of its nearness to walls, (n,)."""
-    found = np.empty(len(places))
-    for i in range(len(places)):
-        px, py = places[i, 0], places[i, 1]
-        cornered = max(0.0, OPEN - distance_to_nearest(px, py, walls))
-        found[i] = EFFORT * math.hypot(px - x, py - y) + CORNERED * cornered * cornered
-    return found
-
-
 def warm_up() -> None:
     """Compile everything that a tick may need, or load it from the cache."""
-    from behaviors import rollout, waiting
+    from behaviors import costs, rollout, waiting
     from states.navigation import visibility
 
+    costs.warm_up()
     rollout.warm_up()
     waiting.warm_up()
     visibility.warm_up()
-    _efforts(np.ones((1, 2)), 0.0, 0.0, np.ones((1, 4)))

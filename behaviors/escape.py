@@ -207,7 +207,7 @@ class Flee(Action):
     commands = ("base", "vr")
 
     def run(self, ctx: Context) -> Run:
-        from behaviors.rollout import command_towards
+        from behaviors.straight_drive import command_towards
 
         base, vr, goal, planner = ctx.part("base"), ctx.part("vr"), None, None
         warned = False

@@ -79,7 +79,7 @@ class MakeRoom(Action):
 
     def run(self, ctx: Context) -> Run:
         from behaviors.dodge import place_with_room
-        from behaviors.rollout import command_towards
+        from behaviors.straight_drive import command_towards
 
         base, band = ctx.part("base"), (self.room, self.far)
         again, found = 0, None

@@ -14,15 +14,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from behaviors.aside import time_aside
 from behaviors.situation import Situation
-from hw.geometry import STILL, Outline, Twist2
+from hw.geometry import Outline
 from hw.people.person import RADIUS
 from hw.room import Point
-from hw.safety.separation import Nearness, nearness
 from states.navigation.interfaces import GlobalPlanner
 from states.signals.prediction import PREDICTORS, chord
-from states.subsystems import SubsystemName
 
 Array = NDArray[np.float64]
 
@@ -36,8 +33,6 @@ WITH_USER = RADIUS + 0.2
 be at the user's hand."""
 SLACK = 0.01
 """How much nearer to a wall a robot may come that starts too near to it, m."""
-FAR = 2.0
-"""A squared excess of the wanted distance to the user counts so many times a deficit."""
 BREAK_OFF = (0, 2, 4)
 """Steps after which the drive is assumed to be aborted, so that the robot brakes."""
 
@@ -140,151 +135,6 @@ def _around_robot(now: Situation, outline: Outline | None) -> Outline:
     if outline is None or outline.distance(*user) < WITH_USER:
         return now.environment.outline()
     return outline
-
-
-def command_towards(
-    now: Situation, goal: Point, name: SubsystemName, keeps: SubsystemName | None = None
-) -> Twist2:
-    """The command (base frame) that drives like a rollout, at the speed of a subsystem.
-
-    Standstill instead, if braking straight ahead from the next tick on would end too near to a
-    wall, because the drive may be aborted then. `keeps` names the subsystem whose distances from
-    walls count, if it is another.
-    """
-    planner = now.planners[keeps or name]
-    environment, pose, twist = now.environment, now.pose, now.twist
-    acceleration = environment.limits.base_acceleration
-    dx, dy = goal[0] - pose.x, goal[1] - pose.y
-    left = math.hypot(dx, dy)
-    if left < 1e-6:
-        return STILL
-    speed = min(environment.navigation.named(name).max_speed, math.sqrt(2.0 * acceleration * left))
-    pace = min(speed / left, 1.0 / STEP_S)
-    wanted = Twist2(pace * dx, pace * dy)
-    motion, here, near = twist.rotated(pose.yaw), (pose.x, pose.y), _nearness(now)
-    late = environment.period + environment.latency
-    for target in _and_held_back(wanted, near):
-        # wheels that slow down may change their direction as fast as they can brake
-        ax, ay = target.vx - motion.vx, target.vy - motion.vy
-        for rate in (acceleration, environment.robot.base.brake_deceleration):
-            share = min(1.0, 2.0 * rate * environment.period / max(1e-9, math.hypot(ax, ay)))
-            soon = Twist2(motion.vx + share * ax, motion.vy + share * ay)
-            for velocity in _and_held_back(soon, near):
-                # times it: the way until braking begins, a tick later, and braking, v^2 / (2 a)
-                braking = late + velocity.speed / (2.0 * acceleration)
-                rest = (pose.x + braking * velocity.vx, pose.y + braking * velocity.vy)
-                if not planner.allows(here, rest):
-                    return STILL
-    return wanted.rotated(-pose.yaw)
-
-
-def _nearness(now: Situation) -> Nearness:
-    """The user's nearness to the footprint, in the axes of the map."""
-    pose, footprint = now.pose, now.environment.robot.footprint
-    user = pose.inverse().transform(now.user.body.x, now.user.body.y)
-    near = nearness(footprint.half_length, footprint.half_width, *user, RADIUS)
-    towards = Twist2(near.nx, near.ny).rotated(pose.yaw)
-    return near._replace(nx=towards.vx, ny=towards.vy)
-
-
-def _and_held_back(velocity: Twist2, near: Nearness) -> tuple[Twist2, ...]:
-    """A velocity and, if it closes in on the user, what the safety chain may leave of it.
-
-    The chain may brake away the part to the user; the rest turns away from them, maybe to a wall.
-    """
-    left = near.held_back(velocity, 0.0)
-    return (velocity,) if left is velocity else (velocity, left)
-
-
-@njit(cache=True)
-def crowding(
-    trajectories: Array,
-    predictions: Array,
-    room: float,
-    far: float,
-    touch: float,
-    dread: float,
-) -> Array:
-    """Cost of distances to the user outside of `room` to `far`, m, along trajectories, (n,), m2.
-
-    Sum over the steps of the squared deficit or excess, averaged over the user's trajectories; the
-    squared deficit below `touch`, m, is added `dread` times.
-    """
-    found = np.zeros(len(trajectories))
-    for i in range(len(trajectories)):
-        for j in range(len(predictions)):
-            for step in range(trajectories.shape[1]):
-                dx = trajectories[i, step, 0] - predictions[j, step, 0]
-                dy = trajectories[i, step, 1] - predictions[j, step, 1]
-                square = dx * dx + dy * dy
-                if room * room <= square <= far * far:
-                    continue
-                distance = math.sqrt(square)
-                near, beyond, close = room - distance, distance - far, touch - distance
-                found[i] += max(0.0, near) ** 2 + FAR * max(0.0, beyond) ** 2
-                found[i] += dread * max(0.0, close) ** 2
-        found[i] /= len(predictions)
-    return found
-
-
-_time_aside = njit(cache=True)(time_aside)
-
-
-@njit(cache=True)
-def lateness(
-    trajectories: Array, predictions: Array, contact: float, reaction: float, acceleration: float
-) -> Array:
-    """How much too late the robot would be at each step to get out of the user's line, (n,), s2.
-
-    At a step the user, walking straight on, comes within `contact`, m, after the time `available`,
-    and the robot needs `reaction` and `time_aside` with the velocity that it has. The squared lack
-    of time is summed over the steps; the worst of the user's trajectories counts.
-    """
-    found = np.zeros(len(trajectories))
-    for i in range(len(trajectories)):
-        for j in range(len(predictions)):
-            total = 0.0
-            for step in range(trajectories.shape[1] - 1):
-                ux, uy = predictions[j, step, 0], predictions[j, step, 1]
-                c = (predictions[j, step + 1, 0] - ux) / STEP_S
-                s = (predictions[j, step + 1, 1] - uy) / STEP_S
-                speed = math.hypot(c, s)
-                if speed < 0.1:
-                    continue
-                c, s = c / speed, s / speed
-                x, y = trajectories[i, step, 0], trajectories[i, step, 1]
-                vx = (trajectories[i, step + 1, 0] - x) / STEP_S
-                vy = (trajectories[i, step + 1, 1] - y) / STEP_S
-                along, lateral = c * (x - ux) + s * (y - uy), c * (y - uy) - s * (x - ux)
-                if along <= 0.0 or abs(lateral) >= contact:
-                    continue
-                reach = along - math.sqrt(contact * contact - lateral * lateral)
-                drift = c * vy - s * vx
-                aside = _time_aside(lateral, drift, contact, acceleration)
-                late = reaction + aside - max(0.0, reach) / speed
-                total += max(0.0, late) ** 2
-            found[i] = max(found[i], total)
-    return found
-
-
-@njit(cache=True)
-def haste(trajectories: Array, user: Point, keep: float, acceleration: float) -> Array:
-    """How much too fast the robot closes in on where the user is now, (n,), m2/s2.
-
-    Who walks away may stop and turn. From the speed v a stop takes v^2 / 2a, which has to be left
-    of the distance beyond `keep`, m; the squared excess of the speed is summed over the steps.
-    """
-    found = np.zeros(len(trajectories))
-    for i in range(len(trajectories)):
-        before = math.hypot(trajectories[i, 0, 0] - user[0], trajectories[i, 0, 1] - user[1])
-        for step in range(1, trajectories.shape[1]):
-            dx, dy = trajectories[i, step, 0] - user[0], trajectories[i, step, 1] - user[1]
-            distance = math.hypot(dx, dy)
-            closing = (before - distance) / STEP_S
-            admitted = math.sqrt(2.0 * acceleration * max(0.0, distance - keep))
-            found[i] += max(0.0, closing - admitted) ** 2
-            before = distance
-    return found
 
 
 _chord = njit(cache=True)(chord)
@@ -443,6 +293,3 @@ def warm_up() -> None:
     _evaluate(trajectories, predictions, 0.0, (1.0, 1.0, 1.0), Outline(0.5, 0.5, 0.4, 0.4), 0.1)
     _rest_places(trajectories[0], 1.0)
     _pursued(trajectories, (1.0, 1.0, 1.0), 0.0, Outline(0.5, 0.5, 0.4, 0.4), 0.1)
-    crowding(trajectories, predictions, 3.0, 4.0, 1.0, 1.0)
-    lateness(trajectories, predictions, 1.0, 0.1, 1.0)
-    haste(trajectories, (0.0, 0.0), 1.0, 1.0)

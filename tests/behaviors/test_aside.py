@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from behaviors.aside import time_aside
-from behaviors.rollout import lateness
+from behaviors.costs import lateness
 from tests.repeats import examples
 
 GRID = np.arange(0.0, 20.0, 0.001)

@@ -11,19 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from behaviors import escape
+from behaviors.costs import FAR, crowding
 from behaviors.dodge import place_with_room, safest_goal
 from behaviors.profile import Profile
-from behaviors.rollout import (
-    FAR,
-    HORIZON_S,
-    STEP_S,
-    command_towards,
-    crowding,
-    evaluate,
-    predict_user,
-    roll_out,
-)
+from behaviors.rollout import HORIZON_S, STEP_S, evaluate, predict_user, roll_out
 from behaviors.situation import Situation
+from behaviors.straight_drive import command_towards
 from hw.geometry import Outline, Pose2, Twist2
 from hw.people.person import RADIUS
 from hw.robot import Footprint
