@@ -12,7 +12,7 @@ from behaviors.rollout import STEP_S, Array
 from hw.room import Point
 from states.navigation.clearance import distance_to_nearest
 
-FAR = 2.0
+FAR = 4.0
 """A squared excess of the wanted distance to the user counts so many times a deficit."""
 OPEN, CORNERED = 2.5, 6.0
 """A clearance from walls below OPEN, m, costs CORNERED times the squared deficit."""

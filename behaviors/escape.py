@@ -29,7 +29,7 @@ CATCH_FROM, CATCH_S = 1.6, 1.8
 """A user who would need longer than CATCH_S, s, to come within CATCH_FROM, m, catches no robot."""
 CALM_S = 0.1
 """A danger is over once the robot would have this much time more than it needs, s."""
-BRAKED_S = 0.3
+BRAKED_S = 0.15
 """… even if it brakes for so long, s, until Chase drives on."""
 LOOKAHEAD_S = 3.0
 """Predicted contacts later than this are ignored, s."""

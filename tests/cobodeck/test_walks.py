@@ -46,17 +46,13 @@ WALKS: list[tuple[object, tuple[str, ...]]] = [
 def test_the_base_keeps_near_a_walking_person_and_touches_nobody(
     walked: Any, user: object, arguments: tuple[str, ...]
 ) -> None:
-    """Who is lost while they walk at the robot may touch it: it stands, as nobody is tracked.
-
-    Somebody who passes the robot and walks on in a small room is out of the band until it has
-    braked and turned: with 1.2 m/s against 1 m/s away and 1 m/s2, 2.4 m farther.
-    """
+    """Who is lost while they walk at the robot may touch it: it stands, as nobody is tracked."""
     figures = walked(user, *arguments)
 
     assert figures["contacts_by_robot"] == 0
     assert figures["contacts"] <= figures["faults"]
     assert figures["wall_hits"] == 0
-    assert figures["beside_share"] >= 0.7
+    assert figures["beside_share"] >= 0.8
 
 
 @pytest.mark.slow
