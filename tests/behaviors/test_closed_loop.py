@@ -109,7 +109,7 @@ def test_no_behaviour_drives_faster_than_its_limit_and_escape_keeps_the_yaw(
         assert speed <= before + growth + 1e-9
         assert speed <= 2.5 + 1e-9
         before = speed
-    assert seen.entries("escape") > 2
+    assert seen.entries("escape") > 3
     assert fastest["escape"] > 0.5
     assert seen.world.collisions.wall_hits == 0
 
@@ -182,7 +182,7 @@ def test_after_a_far_user_the_robot_goes_until_3_m_and_waits(start: Callable[...
 
 @pytest.mark.requirement(91)
 @pytest.mark.parametrize(
-    ("profile", "speed", "share"), [("paper", 0.6, 0.8), ("tuned", 0.6, 0.9), ("tuned", 0.8, 0.65)]
+    ("profile", "speed", "share"), [("paper", 0.6, 0.8), ("tuned", 0.6, 0.9), ("tuned", 0.8, 0.8)]
 )
 @pytest.mark.few(1)
 def test_beside_a_walking_user_the_robot_keeps_3_to_4_m(
