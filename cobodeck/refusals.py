@@ -26,7 +26,8 @@ REASONS: Mapping[str, str] = {
     "failed": "the arm did not get there",
     "timeout": "took too long",
 }
-"""Reason for a failed Haptic, by the first of these outcomes with which one of its leaves ended."""
+"""Reason for a failed Haptic, by the first of these outcomes with which one of its leaves ended,
+since it last chose a pose."""
 
 BROKEN_OFF: Mapping[str, str] = {
     "fault": "broken off by a fault",
@@ -60,9 +61,10 @@ def failures(run: ChartRun) -> list[tuple[int, str]]:
         for leaf in run.machine.leaves
         if any(leaf.path.startswith(f"{box}/") for box in boxes)
     }
+    begins = boxes | {leaf for leaf in leaves if leaf.endswith("/choose")}
     found, first = [], "failed"
     for record in run.trace:
-        if record.kind == "enter" and record.subject in boxes:
+        if record.kind == "enter" and record.subject in begins:
             first = "failed"
         if record.kind != "outcome":
             continue

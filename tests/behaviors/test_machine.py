@@ -29,7 +29,13 @@ TO_ASK = {"chase/cornered": "cornered"}
 EDGES = [
     pytest.param(TO_CHASE, {"chase/request": ASKED}, "haptic", id="R60 request"),
     pytest.param(TO_HAPTIC, {"haptic/release": "released"}, "chase", id="R61 release"),
-    pytest.param(TO_HAPTIC | SERVED, {"haptic/serve/drive": "no_path"}, "chase", id="R61 no path"),
+    pytest.param(TO_HAPTIC | SERVED, {"haptic/serve/drive": "stuck"}, "chase", id="R61 stuck"),
+    pytest.param(
+        TO_HAPTIC | SERVED | {"haptic/serve/choose": "close"},
+        {"haptic/serve/drive_close": "no_path"},
+        "chase",
+        id="R61 no path",
+    ),
     pytest.param(
         TO_HAPTIC | REACHED,
         {"haptic/serve/reach": "no_solution", "haptic/serve/retreat": "parked"},

@@ -15,6 +15,7 @@ ASKED = {"chase/request": [("requested", {"deep": Pose3(1.0, 2.0, 1.5), "since":
 CHOOSING = {"haptic/serve/park": "parked"}
 DRIVING = CHOOSING | {"haptic/serve/choose": "chosen"}
 CLOSING = CHOOSING | {"haptic/serve/choose": "close"}
+AGAIN = CHOOSING | {"haptic/serve/drive": ["no_path", "stuck"]}
 REACHING = DRIVING | {"haptic/serve/drive": "arrived"}
 RETREATED = REACHING | {"haptic/serve/retreat": "parked"}
 
@@ -26,7 +27,8 @@ RETREATED = REACHING | {"haptic/serve/retreat": "parked"}
         (CHOOSING | {"haptic/serve/choose": "no_pose"}, "no Haptic pose"),
         (CHOOSING | {"haptic/serve/choose": "no_way"}, "Haptic poses cut off"),
         (CHOOSING | {"haptic/serve/choose": "out_of_reach"}, "DEEP out of reach"),
-        (DRIVING | {"haptic/serve/drive": "no_path"}, "no path to the Haptic pose"),
+        (AGAIN | {"haptic/serve/choose": ["chosen", "no_way"]}, "Haptic poses cut off"),
+        (AGAIN | {"haptic/serve/choose": ["chosen", "chosen"]}, "stuck on the path"),
         (DRIVING | {"haptic/serve/drive": "stuck"}, "stuck on the path"),
         (CLOSING | {"haptic/serve/drive_close": "no_path"}, "no path to the Haptic pose"),
         (DRIVING | {"haptic/serve/drive": "lost"}, "base or user lost"),
