@@ -37,10 +37,7 @@ def way_out(now: Situation) -> Point | None:
     """
     planner, here = now.planners["escape"], (now.pose.x, now.pose.y)
     for place in sorted(_places(now), key=lambda place: math.dist(place, here)):
-        if not planner.is_free(place):
-            continue
-        path = planner.plan(here, place, now.user_disc(KEEPS, place))
-        if path is not None and path.length <= FARTHEST:
+        if planner.is_free(place) and _can_be_reached(now, place):
             return place
     return None
 
@@ -65,10 +62,15 @@ def refuge(now: Situation) -> Point | None:
     for cost, place in sorted(zip(costs[1:], places[1:], strict=True)):
         if cost >= stay:
             return None
-        path = planner.plan(here, place, now.user_disc(KEEPS, place))
-        if path is not None and path.length <= FARTHEST:
+        if _can_be_reached(now, place):
             return place
     return None
+
+
+def _can_be_reached(now: Situation, place: Point) -> bool:
+    disc = now.user_disc(KEEPS, place)
+    path = now.planners["escape"].plan((now.pose.x, now.pose.y), place, disc)
+    return path is not None and path.length <= FARTHEST
 
 
 def _places(now: Situation) -> Iterator[Point]:
