@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -79,27 +79,26 @@ def safest_goal(
 
 
 def is_caught(
-    now: Situation, goals: Sequence[Pose2], outline: Outline | None = None, calm: float = 0.0
+    now: Situation, goals: Iterable[Pose2], outline: Outline | None = None, calm: float = 0.0
 ) -> bool:
     """True if a user who keeps walking at the robot touches it within CAUGHT_S on every drive.
 
     They walk towards it now, within HEADING; prediction alone would hope for each of their turns to
-    be the last. With `calm`, s, as hysteresis it stays true for so much longer, and for HEADING
-    more.
+    be the last. The `goals` are looked at only if braking avoids no touch. With `calm`, s, as
+    hysteresis it stays true for so much longer, and for HEADING more.
     """
     dx, dy = now.pose.x - now.user.body.x, now.pose.y - now.user.body.y
     closing = dx * now.velocity.vx + dy * now.velocity.vy
     heading = HEADING if calm <= 0.0 else 2.0 * HEADING
     if closing <= math.cos(heading) * math.hypot(dx, dy) * now.velocity.speed:
         return False
-    places = [(now.rest.x, now.rest.y), *((goal.x, goal.y) for goal in goals)]
-    rollouts = roll_out(now, places, now.environment.navigation.escape.max_speed)
-    touches = pursued(now, rollouts, outline).tolist()
-    planner, within = now.planners["escape"], CAUGHT_S + calm + now.environment.delay
-    if touches[0] >= within:
+    speed, rest = now.environment.navigation.escape.max_speed, now.rest
+    within = CAUGHT_S + calm + now.environment.delay
+    if pursued(now, roll_out(now, [(rest.x, rest.y)], speed), outline)[0] >= within:
         return False
-    later = (i for i in range(1, len(touches)) if touches[i] >= within)
-    return not any(rollouts.keeps_off(i, planner) for i in later)
+    rollouts = roll_out(now, [(goal.x, goal.y) for goal in goals], speed)
+    later = np.flatnonzero(pursued(now, rollouts, outline) >= within).tolist()
+    return not any(rollouts.keeps_off(i, now.planners["escape"]) for i in later)
 
 
 def place_with_room(

@@ -81,7 +81,7 @@ def _is_caught(now: Situation, calm: float = 0.0) -> bool:
         return False
     from behaviors.dodge import is_caught
 
-    free = poses(now.settings, now.planners["escape"], now.user, now.pose)
+    free = free_poses(now.settings, now.planners["escape"], now.user, now.pose)
     return is_caught(now, free, calm=calm)
 
 
@@ -173,11 +173,18 @@ def poses(
     settings: Settings, planner: GlobalPlanner, user: UserPose, base: Pose2
 ) -> tuple[Pose2, ...]:
     """The Escape poses that are free by Escape's own planner, in order (R105, R108)."""
+    return tuple(free_poses(settings, planner, user, base))
+
+
+def free_poses(
+    settings: Settings, planner: GlobalPlanner, user: UserPose, base: Pose2
+) -> Iterator[Pose2]:
+    """As `poses`, but nothing is computed before the first of them is asked for."""
     import numpy as np
 
     found = tuple(all_poses(settings.escape, user, base))
     free = planner.are_free(np.array([(pose.x, pose.y) for pose in found])).tolist()
-    return tuple(pose for pose, is_free in zip(found, free, strict=True) if is_free)
+    yield from (pose for pose, is_free in zip(found, free, strict=True) if is_free)
 
 
 class EscapeRequired(Monitor):
