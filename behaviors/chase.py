@@ -58,6 +58,13 @@ class ChaseSpace:
             some = placed(cells[first : first + AT_A_TIME], self.centre)
             yield from some[self.are_free(some[:, :2].copy())].tolist()
 
+    def all_free(self) -> Array:
+        """What `free` yields, as one array, (n, 3)."""
+        from behaviors.chase_space import placed
+
+        cells = placed(self.cells(), self.centre)
+        return cells[self.are_free(cells[:, :2].copy())]
+
 
 def space(
     settings: Settings, cells: CellSource, planner: GlobalPlanner, user: UserPose
@@ -85,9 +92,8 @@ def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
     """
     planner, chase = now.planners["chase"], now.settings.chase
     here = (now.pose.x, now.pose.y)
-    cells: Iterable[ChaseCell] = space.free()
-    if chase.risk > 0.0:
-        cells = out_of_the_way(now, list(cells))
+    cells: Iterable[ChaseCell]
+    cells = out_of_the_way(now, space.all_free()) if chase.risk > 0.0 else space.free()
     if chase.pick == "sample":
         cells = _sampled(list(cells), chase.seed, now.user)
     best, shortest, least = None, math.inf, -math.inf
@@ -105,18 +111,17 @@ def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
     return best
 
 
-def out_of_the_way(now: Situation, cells: Sequence[ChaseCell]) -> list[ChaseCell]:
-    """Every so many cells, best first, with weights that include the risk of standing there.
+def out_of_the_way(now: Situation, cells: Array) -> list[ChaseCell]:
+    """Every so many of the cells (n, 3), with weights that include the risk of standing there.
 
-    The reciprocal of a weight is a time, to which the expected lack of time is added `risk` times.
+    Best first. The reciprocal of a weight is a time, to which the expected lack of time is added
+    `risk` times.
     """
-    if not cells:
-        return []
     import numpy as np
 
     from behaviors.waiting import risks
 
-    some = np.array(cells[:: max(1, len(cells) // CELLS)])
+    some = cells[:: max(1, len(cells) // CELLS)].copy()
     costs = 1.0 / np.maximum(some[:, 2], 1e-9)
     some[:, 2] = 1.0 / (costs + now.settings.chase.risk * risks(now, some[:, :2]))
     weighed: list[ChaseCell] = some[np.argsort(-some[:, 2], kind="stable")].tolist()

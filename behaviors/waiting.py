@@ -47,13 +47,11 @@ def risks(now: Situation, places: Sequence[Point] | Array) -> Array:
     angles = np.arange(DIRECTIONS) * math.tau / DIRECTIONS
     lengths = _lengths(body.x, body.y, angles, now.environment.walls)
     there = np.array(places, dtype=np.float64).reshape(-1, 2)
-    asides = _asides(there, (body.x, body.y), angles, escape.contact)
-    planner = now.planners["escape"]
-    free = planner.are_free(asides.reshape(-1, 2)).reshape(asides.shape[:3])
-    return _risks(
-        there, (body.x, body.y, body.yaw), angles, lengths, free, escape.contact,
-        now.environment.limits.base_acceleration,
-    )  # fmt: skip
+    ways = _ways(there, (body.x, body.y, body.yaw), angles, lengths, escape.contact)
+    asides = _asides(there, angles, ways, escape.contact)
+    free = now.planners["escape"].are_free(asides.reshape(-1, 2)).reshape(-1, 2)
+    acceleration = now.environment.limits.base_acceleration
+    return _risks(len(there), ways, lengths, free, escape.contact, acceleration)
 
 
 @njit(cache=True)
@@ -76,37 +74,15 @@ def _lengths(x: float, y: float, angles: Array, walls: Array) -> Array:
 
 
 @njit(cache=True)
-def _asides(places: Array, user: tuple[float, float], angles: Array, contact: float) -> Array:
-    """Where the robot would move aside to, (places, directions, 2 sides, 2), in the map.
-
-    On either side of a line of walk it is the point at `contact` from the line, beside the place.
-    """
-    found = np.empty((len(places), len(angles), 2, 2))
-    for i in range(len(places)):
-        dx, dy = places[i, 0] - user[0], places[i, 1] - user[1]
-        for j in range(len(angles)):
-            c, s = math.cos(angles[j]), math.sin(angles[j])
-            lateral = c * dy - s * dx  # to the left of the line
-            for side in range(2):
-                wanted = contact if side == 0 else -contact
-                found[i, j, side, 0] = places[i, 0] - s * (wanted - lateral)
-                found[i, j, side, 1] = places[i, 1] + c * (wanted - lateral)
-    return found
-
-
-@njit(cache=True)
-def _risks(
-    places: Array,
-    user: tuple[float, float, float],
-    angles: Array,
-    lengths: Array,
-    free: NDArray[np.bool_],
-    contact: float,
-    acceleration: float,
+def _ways(
+    places: Array, user: tuple[float, float, float], angles: Array, lengths: Array, contact: float
 ) -> Array:
-    """See `risks`; `free` tells which of the places aside are, (places, directions, 2 sides)."""
-    found = np.zeros(len(places))
-    total = np.sum(lengths * lengths)
+    """The lines of walk that lead into a robot at one of the places, (n, 4).
+
+    Number of the place and of the direction; time until the user, turning first, would touch the
+    robot, s; and how far the place is to the left of the line, m.
+    """
+    found, count = np.empty((len(places) * len(angles), 4)), 0
     for i in range(len(places)):
         dx, dy = places[i, 0] - user[0], places[i, 1] - user[1]
         for j in range(len(angles)):
@@ -119,22 +95,58 @@ def _risks(
                 continue
             turn = abs((angles[j] - user[2] + math.pi) % math.tau - math.pi)
             available = max(0.0, reach) / PACE + turn / TURN_RATE
-            needed = TRAPPED_S
-            for side in range(2):
-                if free[i, j, side]:
-                    aside = contact - lateral if side == 0 else contact + lateral
-                    needed = min(needed, NOTICED_S + math.sqrt(2.0 * aside / acceleration))
-            late = needed + SPARE_S - available
-            if late > 0.0:
-                found[i] += lengths[j] * lengths[j] * (late + ESCAPE_S * (late > SPARE_S))
-        found[i] /= total
+            found[count, 0], found[count, 1] = i, j
+            found[count, 2], found[count, 3] = available, lateral
+            count += 1
+    return found[:count]
+
+
+@njit(cache=True)
+def _asides(places: Array, angles: Array, ways: Array, contact: float) -> Array:
+    """Where the robot would move aside to, (ways, 2 sides, 2), in the map.
+
+    On either side of a line of walk it is the point at `contact` from the line, beside the place.
+    """
+    found = np.empty((len(ways), 2, 2))
+    for k in range(len(ways)):
+        i, j, lateral = int(ways[k, 0]), int(ways[k, 1]), ways[k, 3]
+        c, s = math.cos(angles[j]), math.sin(angles[j])
+        for side in range(2):
+            wanted = contact if side == 0 else -contact
+            found[k, side, 0] = places[i, 0] - s * (wanted - lateral)
+            found[k, side, 1] = places[i, 1] + c * (wanted - lateral)
     return found
+
+
+@njit(cache=True)
+def _risks(
+    count: int,
+    ways: Array,
+    lengths: Array,
+    free: NDArray[np.bool_],
+    contact: float,
+    acceleration: float,
+) -> Array:
+    """See `risks`, for `count` places; `free` tells which places aside are, (ways, 2 sides)."""
+    found = np.zeros(count)
+    for k in range(len(ways)):
+        i, length = int(ways[k, 0]), lengths[int(ways[k, 1])]
+        available, lateral = ways[k, 2], ways[k, 3]
+        needed = TRAPPED_S
+        for side in range(2):
+            if free[k, side]:
+                aside = contact - lateral if side == 0 else contact + lateral
+                needed = min(needed, NOTICED_S + math.sqrt(2.0 * aside / acceleration))
+        late = needed + SPARE_S - available
+        if late > 0.0:
+            found[i] += length * length * (late + ESCAPE_S * (late > SPARE_S))
+    return found / np.sum(lengths * lengths)
 
 
 def warm_up() -> None:
     """Compile the kernels, or load them from the cache."""
     angles, place = np.zeros(1), np.ones((1, 2))
     lengths = _lengths(0.0, 0.0, angles, np.ones((1, 4)))
-    asides = _asides(place, (0.0, 0.0), angles, 1.0)
-    free = np.ones(asides.shape[:3], dtype=np.bool_)
-    _risks(place, (0.0, 0.0, 0.0), angles, lengths, free, 1.0, 1.0)
+    ways = _ways(place, (0.0, 0.0, 0.0), angles, lengths, 1.0)
+    _asides(place, angles, ways, 1.0)
+    _risks(1, ways, lengths, np.ones((len(ways), 2), dtype=np.bool_), 1.0, 1.0)

@@ -82,7 +82,7 @@ def _risk(now: Situation, cells: Array) -> float | None:
     from behaviors.waiting import risks
 
     around = space(now.settings, lambda: cells, now.planners["chase"], now.user)
-    chosen = out_of_the_way(now, list(around.free()))
+    chosen = out_of_the_way(now, around.all_free())
     if not chosen:
         return None
     return float(risks(now, [chosen[0][:2]])[0])
