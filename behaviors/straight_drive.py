@@ -33,20 +33,30 @@ def command_towards(
     pace = min(speed / left, 1.0 / STEP_S)
     wanted = Twist2(pace * dx, pace * dy)
     motion, here, near = twist.rotated(pose.yaw), (pose.x, pose.y), _nearness(now)
+    # wheels that slow down may change their direction as fast as they can brake
+    rates = (acceleration, environment.robot.base.brake_deceleration)
+    velocities = {
+        (velocity.vx, velocity.vy)
+        for target in _and_held_back(wanted, near)
+        for rate in rates
+        for velocity in _and_held_back(
+            _changed(motion, target, 2.0 * rate * environment.period), near
+        )
+    }
     late = environment.period + environment.latency
-    for target in _and_held_back(wanted, near):
-        # wheels that slow down may change their direction as fast as they can brake
-        ax, ay = target.vx - motion.vx, target.vy - motion.vy
-        for rate in (acceleration, environment.robot.base.brake_deceleration):
-            share = min(1.0, 2.0 * rate * environment.period / max(1e-9, math.hypot(ax, ay)))
-            soon = Twist2(motion.vx + share * ax, motion.vy + share * ay)
-            for velocity in _and_held_back(soon, near):
-                # times it: the way until braking begins, a tick later, and braking, v^2 / (2 a)
-                braking = late + velocity.speed / (2.0 * acceleration)
-                rest = (pose.x + braking * velocity.vx, pose.y + braking * velocity.vy)
-                if not planner.allows(here, rest):
-                    return STILL
+    for vx, vy in velocities:
+        # times it: the way until braking begins, a tick later, and braking, v^2 / (2 a)
+        braking = late + math.hypot(vx, vy) / (2.0 * acceleration)
+        if not planner.allows(here, (pose.x + braking * vx, pose.y + braking * vy)):
+            return STILL
     return wanted.rotated(-pose.yaw)
+
+
+def _changed(velocity: Twist2, target: Twist2, by: float) -> Twist2:
+    """A velocity after a change towards a target by so much at most, m/s."""
+    ax, ay = target.vx - velocity.vx, target.vy - velocity.vy
+    share = min(1.0, by / max(1e-9, math.hypot(ax, ay)))
+    return Twist2(velocity.vx + share * ax, velocity.vy + share * ay)
 
 
 def _nearness(now: Situation) -> Nearness:

@@ -130,10 +130,11 @@ class ExactPlanner:
         The robot may start too near to something: it may then move along or away from that, but
         not nearer to it. `slack` is subtracted from the required distances to walls, m.
         """
-        start, end, disc = as_floats(start), as_floats(end), as_disc(user)
-        if disc.radius > 0.0:
-            reach = min(disc.radius, math.dist(start, (disc.x, disc.y))) - TOLERANCE
-            if not passes_disc(*start, *end, disc.x, disc.y, reach):
+        start, end = as_floats(start), as_floats(end)
+        if user is not None and user.radius > 0.0:
+            x, y = float(user.x), float(user.y)
+            reach = min(float(user.radius), math.dist(start, (x, y))) - TOLERANCE
+            if not passes_disc(*start, *end, x, y, reach):
                 return False
         return bool(comes_no_nearer(*start, *end, self._sides, float(slack)))
 
