@@ -13,7 +13,7 @@ from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from hw.geometry import Pose2
 from hw.room import Point
 from hw.samples import UserPose
-from states.keys import BASE_REFUSAL
+from states.keys import BASE_REFUSAL, USER_VELOCITY
 from states.navigation.states import DRIVES, command_of, user_disc
 
 NEAR, NEAR_S = 1.9, 1.0
@@ -58,7 +58,7 @@ class Cornered(Monitor):
             yield Until(NEVER_NS)
         due = NEVER_NS
         while True:
-            now = situation(ctx, "escape")
+            now = None if _walks(ctx) else situation(ctx, "escape")
             if now is None or not self._is_close(now, shown):
                 due = NEVER_NS
             elif due == NEVER_NS:
@@ -71,10 +71,14 @@ class Cornered(Monitor):
             yield On(*CHANGES, until=due)
 
     def _is_close(self, now: Situation, shown: UserPose | None) -> bool:
-        body = now.user.body
-        if shown is not None and shown.body.distance_to(body) <= self.moved:
+        if shown is not None and shown.body.distance_to(now.user.body) <= self.moved:
             return False
-        return now.velocity.speed < now.settings.escape.moving and not is_outside(now)
+        return not is_outside(now)
+
+
+def _walks(ctx: Context) -> bool:
+    velocity = ctx.value(USER_VELOCITY)
+    return velocity is not None and velocity.speed >= settings_of(ctx).escape.moving
 
 
 class Leave(Action):

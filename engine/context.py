@@ -21,6 +21,19 @@ class Part(Protocol):
         ...
 
 
+class Ages(dict[str, int]):
+    """Maximum ages, ns, of the signals that a leaf `reads`; any other is an error."""
+
+    def __init__(self, node: LeafNode) -> None:
+        reads = node.interface.reads.items()
+        super().__init__({n: NEVER_NS if age is None else round(age * 1e9) for n, age in reads})
+        self._path = node.path
+
+    def __missing__(self, signal: str) -> int:
+        known = ", ".join(self) or "none"
+        raise LookupError(f"{self._path}: {signal!r} is not among its `reads`: {known}")
+
+
 class LeafContext:
     """The `Context` of one leaf of a run."""
 
@@ -32,10 +45,7 @@ class LeafContext:
         self._path = node.path
         self._board = board
         self._parts = {name: parts[name] for name in interface.commands if name in parts}
-        self._ages = {
-            name: NEVER_NS if age is None else round(age * 1e9)
-            for name, age in interface.reads.items()
-        }
+        self._ages = Ages(node)
         self._bits: dict[tuple[str, ...], int] = {}
         self._readers: dict[str, EventReader] = {}
         for name, age in self._ages.items():
@@ -64,15 +74,15 @@ class LeafContext:
 
     def value(self, signal: str) -> Any:
         """The newest value; `None` if there is none or it is older than the class accepts."""
-        age = self._age(signal)
-        newest = self._board.slots[signal].read()
-        if newest is None or self._board.now - newest.stamp > age:
+        age, board = self._ages[signal], self._board
+        newest = board.slots[signal].read()
+        if newest is None or board.now - newest.stamp > age:
             return None
         return newest.value
 
     def sample(self, signal: str) -> Stamped | None:
         """The newest value with its stamp, whatever its age."""
-        self._age(signal)
+        _ = self._ages[signal]
         return self._board.slots[signal].read()
 
     def age(self, signal: str) -> float:
@@ -80,7 +90,7 @@ class LeafContext:
 
         It is 0 for a value that does not age.
         """
-        self._age(signal)
+        _ = self._ages[signal]
         newest = self._board.slots[signal].read()
         if newest is None:
             return math.inf
@@ -88,7 +98,7 @@ class LeafContext:
 
     def events(self, signal: str) -> tuple[Stamped, ...]:
         """Samples that arrived since this state last asked; at first, since its entry."""
-        self._age(signal)
+        _ = self._ages[signal]
         reader = self._readers.get(signal)
         assert reader is not None, f"{signal} is no event signal"
         return reader.read(self._board.ticks)
@@ -105,13 +115,6 @@ class LeafContext:
         found = self._bits.get(names)
         if found is None:
             for name in names:
-                self._age(name)
+                _ = self._ages[name]
             found = self._bits[names] = self._board.bits(names)
         return found
-
-    def _age(self, signal: str) -> int:
-        age = self._ages.get(signal)
-        if age is None:
-            known = ", ".join(self._ages) or "none"
-            raise LookupError(f"{self._path}: {signal!r} is not among its `reads`: {known}")
-        return age

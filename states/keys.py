@@ -6,6 +6,7 @@ A state names them in `reads` and asks for them by `ctx.value`; CoboDeck's own s
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from engine.state import Key
@@ -50,6 +51,7 @@ class SignalReader(Protocol):
         ...
 
 
+@cache
 def planner_key(subsystem: SubsystemName) -> Key[GlobalPlanner]:
     """The global planner of a subsystem, with the obstacles that scans have shown."""
     return Key(f"{subsystem}.planner")
