@@ -131,7 +131,7 @@ class EstimatedSlot(Slot):
     """
 
     __slots__ = (
-        "board", "estimator", "failure", "followers", "names", "needed", "pending", "sources",
+        "board", "estimates", "estimator", "failure", "followers", "names", "needed", "pending",
         "stamp", "stamps",
     )  # fmt: skip
 
@@ -141,7 +141,7 @@ class EstimatedSlot(Slot):
         self.stamp = getattr(self.estimator, "stamp", self._oldest)
         self.names = signal.of
         self.needed = frozenset(signal.needed)
-        self.sources = sources
+        self.estimates = [source for source in sources if isinstance(source, EstimatedSlot)]
         self.pending: list[tuple[int, int, int, Stamped]] = []
         self.stamps: dict[str, int] = {}  # the newest of each needed input, ns
         self.failure: Exception | None = None
@@ -163,12 +163,13 @@ class EstimatedSlot(Slot):
 
     def read(self) -> Stamped | None:
         """The estimate after all samples that have arrived."""
+        if not (self.pending or self.estimates or self.failure):
+            return self.newest
         try:
             if self.failure is not None:
                 raise self.failure.with_traceback(None)
-            for source in self.sources:
-                if isinstance(source, EstimatedSlot):
-                    source.read()
+            for source in self.estimates:
+                source.read()
             if self.pending:
                 self._catch_up()
         except Exception as error:

@@ -47,7 +47,7 @@ class Motion:
                 seen.clear()
             else:
                 yaw = last[3] + wrap(yaw - last[3])
-        if not seen or seen[-1][1:] != (x, y, yaw):
+        if not seen or last[1] != x or last[2] != y or last[3] != yaw:
             self._same_since = stamp_ns
         seen.append((stamp_ns, x, y, yaw))
         while stamp_ns - seen[0][0] > self._window_ns:

@@ -91,25 +91,15 @@ class UserTrack:
     None while unknown. A stamp may be `ahead` s ahead of our clock.
     """
 
-    __slots__ = ("_ahead_ns", "_quick", "_steady", "stamp_ns", "x", "y")
+    __slots__ = ("_ahead_ns", "_quick", "_steady", "speed", "stamp_ns", "steady", "x", "y")
 
     def __init__(self, ahead: float = 0.02) -> None:
         self._ahead_ns = round(ahead * 1e9)
         self.x = self.y = 0.0
         self.stamp_ns: int | None = None
+        self.speed: float | None = None
+        self.steady: float | None = None
         self._quick, self._steady = Motion(QUICK), Motion(STEADY)
-
-    @property
-    def steady(self) -> float | None:
-        """The user's mean speed over the longer window, m/s."""
-        velocity = self._steady.velocity
-        return None if velocity is None else velocity.speed
-
-    @property
-    def speed(self) -> float | None:
-        """The user's speed as the chain assumes it, m/s."""
-        quick, steady = self._quick.velocity, self.steady
-        return None if quick is None or steady is None else max(quick.speed, steady)
 
     def age_s(self, now_ns: int) -> float:
         """Age of the newest pose, s; infinite before the first, negative if it is ahead of now."""
@@ -126,4 +116,10 @@ class UserTrack:
         self.x, self.y, self.stamp_ns = x, y, stamp_ns
         self._quick.see(stamp_ns, x, y)
         self._steady.see(stamp_ns, x, y)
+        quick, steady = self._quick.velocity, self._steady.velocity
+        self.steady = None if steady is None else steady.speed
+        if quick is None or steady is None:
+            self.speed = None
+        else:
+            self.speed = max(quick.speed, steady.speed)
         return True

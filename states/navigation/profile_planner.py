@@ -164,7 +164,7 @@ class ProfilePlanner(LocalPlanner):
         motion = (now.vx, now.vy)
         bend = first_bend(line)
         if bend is None:
-            (ax, ay), (bx, by) = line[0, :2], line[1, :2]
+            (ax, ay, _), (bx, by, _) = line[:2].tolist()
             rest, turn = 1, math.copysign(1.0, now.vx * (by - ay) - now.vy * (bx - ax))
             circles = fastest_turns(line, motion, self._pace)
         else:
@@ -172,7 +172,7 @@ class ProfilePlanner(LocalPlanner):
             circle = before[1] if before[0] == turn else NO_CIRCLE[1]
             circles = fastest_circles(line, bend, motion, self._pace, circle)
         plain, refused = time_from(line, *motion, self._pace), math.inf
-        for time, *circle in circles:
+        for time, *circle in circles.tolist():
             if time >= plain:
                 break
             if circle[2] >= refused:
