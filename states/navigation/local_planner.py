@@ -218,9 +218,10 @@ class LocalPlanner(ABC):
 
     def _best_path(self, start: Point, goal: Point, user: Disc | None, now: Twist2) -> Path | None:
         """The path on the faster side of the user; the last side if it is nearly as fast."""
-        shortest = self.planner.plan(start, goal, user)
-        if user is None or shortest is None or len(shortest.points) == 2:
-            return shortest
+        if user is None or self.planner.allows(start, goal, user):
+            shortest = self.planner.plan(start, goal, user)
+            if user is None or shortest is None or len(shortest.points) == 2:
+                return shortest
         paths = {side: self.planner.plan(start, goal, user, side) for side in (1, -1)}
         times = {
             side: time_from(as_line(path), now.vx, now.vy, self._pace)
@@ -228,7 +229,7 @@ class LocalPlanner(ABC):
             if path is not None
         }
         if not times:
-            return shortest
+            return self.planner.plan(start, goal, user)
         best = min(times, key=lambda side: times[side])
         if self._side in times and times[self._side] * (1.0 - SWITCH_GAIN) <= times[best]:
             best = self._side
