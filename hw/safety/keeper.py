@@ -221,9 +221,10 @@ class Keeper:
             if stamp is None:
                 stamp = now_ns  # a commanded stop does not age
             record = chain.admit(now_ns, command, stamp, pose, twist, sigma)
-            if self.admitted is not None or record.admitted != command:
-                self.admitted = record.admitted
-        return record.admitted
+            admitted = record.admitted
+            if self.admitted is not None or (admitted is not command and admitted != command):
+                self.admitted = admitted
+        return admitted
 
     def rest(self, now_ns: int) -> None:
         """A cycle of a standing base without a command."""
