@@ -45,6 +45,7 @@ class Collisions:
         self.user = Meeting(robot.footprint, USER)
         self.others = Bystanders(() if scene is None else scene.objects, robot.footprint)
         self._walls = None if scene is None else Walls(scene.room, robot)
+        self._turning_room = robot.footprint.half_diagonal - robot.footprint.half_width
         self._person, self._base, self._bumper = person, base, bumper
         self._since_ns = self._now_ns = 0
         self._touched = False
@@ -121,7 +122,11 @@ class Collisions:
         self._touched = self._touched and not freed
 
     def push_off(self) -> None:
-        """Push a robot that has touched somebody one step away from them, where there is room."""
+        """Push a robot that has touched somebody one step away from them, where there is room.
+
+        Whoever pushes leaves it where it can drive off in any direction, unless every push leads
+        too near to a wall for that.
+        """
         robot, body = self._base.pose, self.others.touching(self._now_ns)
         if body is None and self._touched and self._person is not None:
             body = self._person.body
@@ -129,21 +134,24 @@ class Collisions:
             return
         away = math.atan2(robot.y - body.y, robot.x - body.x)
         step = PUSHING * self._elapsed_s
-        for aside in _PUSHES:
-            x, y = robot.x + step * math.cos(away + aside), robot.y + step * math.sin(away + aside)
-            pushed = Pose2(x, y, robot.yaw)
-            if not self._hits_wall(pushed):
-                self._base.block(pushed)
-                if self._person is not None:
-                    self.watch_user(robot, self._person.body)
-                return
+        pushes = [
+            Pose2(robot.x + step * math.cos(angle), robot.y + step * math.sin(angle), robot.yaw)
+            for angle in (away + aside for aside in _PUSHES)
+        ]
+        margins = self._turning_room, 0.0
+        free = (pose for room in margins for pose in pushes if not self._hits_wall(pose, room))
+        pushed = next(free, None)
+        if pushed is not None:
+            self._base.block(pushed)
+            if self._person is not None:
+                self.watch_user(robot, self._person.body)
 
     @property
     def _elapsed_s(self) -> float:
         return (self._now_ns - self._since_ns) * 1e-9
 
-    def _hits_wall(self, pose: Pose2) -> bool:
-        return self._walls is not None and self._walls.hit_by(pose)
+    def _hits_wall(self, pose: Pose2, margin: float = 0.0) -> bool:
+        return self._walls is not None and self._walls.hit_by(pose, margin)
 
     def _touch(self, contact: Contact, body: Pose2) -> None:
         self.contacts = (*self.contacts, contact)

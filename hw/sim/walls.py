@@ -18,14 +18,18 @@ class Walls:
         self._clear = 0.0
         self._at = Pose2(math.inf, math.inf)
 
-    def hit_by(self, pose: Pose2) -> bool:
-        """True if the footprint at this pose touches a wall, or is outside the room."""
+    def hit_by(self, pose: Pose2, margin: float = 0.0) -> bool:
+        """True if the footprint at this pose is within `margin`, m, of a wall, or outside the room.
+
+        Without a margin: if it touches a wall.
+        """
         reach = self._footprint.half_diagonal
         at = self._at
-        if math.hypot(pose.x - at.x, pose.y - at.y) + reach * abs(pose.yaw - at.yaw) < self._clear:
+        moved = math.hypot(pose.x - at.x, pose.y - at.y) + reach * abs(pose.yaw - at.yaw)
+        if moved < self._clear - margin:
             return False
         self._at, self._clear = pose, self._distance(pose)
-        return self._clear <= 0.0 or not self._room.is_free(pose.x, pose.y)
+        return self._clear <= margin or not self._room.is_free(pose.x, pose.y)
 
     def _distance(self, pose: Pose2) -> float:
         length, width = self._footprint.half_length, self._footprint.half_width

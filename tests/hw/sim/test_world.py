@@ -153,7 +153,26 @@ def test_a_robot_that_a_person_leans_on_is_pushed_off_and_can_be_reset(tmp_path,
     assert not world.collisions.touching
     assert (len(world.collisions.contacts), world.collisions.wall_hits) == (1, 0)
     moved = Pose2(x, y).distance_to(world.base.pose)
-    assert 0.0 < moved < 0.6
+    assert 0.0 < moved < 0.7
+
+
+def test_a_robot_that_is_pushed_off_towards_a_wall_is_left_where_it_can_drive_off(tmp_path):
+    path = tmp_path / "leaning.yaml"
+    path.write_text(
+        "scene: leaning\nroom: lab_a\nrobot: {start: {x: 0.8, y: 1.6, yaw: 1.5}}\n"
+        "user: {start: {x: 5.0, y: 8.0}}\n"
+    )
+    scene = load_scene(path)
+    person = LivePerson(scene.user_start)
+    world = World(scene, ROBOT, person)
+    for n in range(1, 30 * 12):
+        person.push(tick(n), UserPose(Pose2(1.5, 2.2), 0.0))
+        world.advance(tick(n))
+    assert len(world.collisions.contacts) == 1
+    assert world.parts["stop_line"].reason is None
+    ends = world.base.pose
+    assert Pose2(0.8, 1.6).distance_to(ends) > 0.1
+    assert min(ends.x, ends.y) >= ROBOT.footprint.half_diagonal
 
 
 def test_a_touch_that_is_over_and_reset_is_not_pushed_off_any_more():
