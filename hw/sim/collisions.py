@@ -21,7 +21,7 @@ from hw.truth import USER, Contact
 
 PUSHED_OFF, PUSHING = 0.3, 0.3
 """The operator pushes a robot that touches a person to this gap, m, at this speed, m/s."""
-_PUSHES = tuple(math.radians(angle) for angle in (0, 40, -40, 80, -80))
+_PUSHES = tuple(math.radians(angle) for angle in (0, 20, -20, 40, -40, 60, -60, 80, -80))
 """Directions of a push, relative to straight away from the person, rad; the first free one."""
 
 
@@ -130,7 +130,7 @@ class Collisions:
         robot, body = self._base.pose, self.others.touching(self._now_ns)
         if body is None and self._touched and self._person is not None:
             body = self._person.body
-        if body is None or self.user.gap(robot, body) >= PUSHED_OFF:
+        if body is None or (gap := self.user.gap(robot, body)) >= PUSHED_OFF:
             return
         away = math.atan2(robot.y - body.y, robot.x - body.x)
         step = PUSHING * self._elapsed_s
@@ -138,8 +138,9 @@ class Collisions:
             Pose2(robot.x + step * math.cos(angle), robot.y + step * math.sin(angle), robot.yaw)
             for angle in (away + aside for aside in _PUSHES)
         ]
+        opening = [pose for pose in pushes if self.user.gap(pose, body) > gap]
         margins = self._turning_room, 0.0
-        free = (pose for room in margins for pose in pushes if not self._hits_wall(pose, room))
+        free = (pose for room in margins for pose in opening if not self._hits_wall(pose, room))
         pushed = next(free, None)
         if pushed is not None:
             self._base.block(pushed)
