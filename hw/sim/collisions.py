@@ -124,8 +124,8 @@ class Collisions:
     def push_off(self) -> None:
         """Push a robot that has touched somebody one step away from them, where there is room.
 
-        Whoever pushes leaves it where it can drive off in any direction, unless every push leads
-        too near to a wall for that.
+        Of the pushes that hit no wall, one that opens the gap, and of these, one that leaves the
+        robot where it can drive off in any direction.
         """
         robot, body = self._base.pose, self.others.touching(self._now_ns)
         if body is None and self._touched and self._person is not None:
@@ -138,10 +138,15 @@ class Collisions:
             Pose2(robot.x + step * math.cos(angle), robot.y + step * math.sin(angle), robot.yaw)
             for angle in (away + aside for aside in _PUSHES)
         ]
-        opening = [pose for pose in pushes if self.user.gap(pose, body) > gap]
-        margins = self._turning_room, 0.0
-        free = (pose for room in margins for pose in opening if not self._hits_wall(pose, room))
-        pushed = next(free, None)
+        free = (pose for pose in pushes if not self._hits_wall(pose))
+        pushed = min(
+            free,
+            key=lambda pose: (
+                self.user.gap(pose, body) <= gap,
+                self._hits_wall(pose, self._turning_room),
+            ),
+            default=None,
+        )
         if pushed is not None:
             self._base.block(pushed)
             if self._person is not None:
