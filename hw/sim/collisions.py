@@ -22,7 +22,7 @@ from hw.truth import USER, Contact
 PUSHED_OFF, PUSHING = 0.3, 0.3
 """The operator pushes a robot that touches a person to this gap, m, at this speed, m/s."""
 _PUSHES = tuple(math.radians(angle) for angle in (0, 20, -20, 40, -40, 60, -60, 80, -80))
-"""Directions of a push, relative to straight away from the person, rad; the first free one."""
+"""Directions of a push, relative to straight away from the person, rad; of two alike the first."""
 
 
 class Collisions:

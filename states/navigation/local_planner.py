@@ -218,9 +218,11 @@ class LocalPlanner(ABC):
 
     def _best_path(self, start: Point, goal: Point, user: Disc | None, now: Twist2) -> Path | None:
         """The path on the faster side of the user; the last side if it is nearly as fast."""
-        if user is None or self.planner.allows(start, goal, user):
+        if user is None:
+            return self.planner.plan(start, goal)
+        if self.planner.allows(start, goal, user):  # else no path is straight
             shortest = self.planner.plan(start, goal, user)
-            if user is None or shortest is None or len(shortest.points) == 2:
+            if shortest is None or len(shortest.points) == 2:
                 return shortest
         paths = {side: self.planner.plan(start, goal, user, side) for side in (1, -1)}
         times = {
