@@ -181,6 +181,24 @@ def comes_no_nearer(px: float, py: float, qx: float, qy: float, sides: Array, sl
 
 
 @njit(cache=True)
+def line_comes_no_nearer(line: Array, around: tuple[float, float, float], sides: Array) -> bool:
+    """True if each leg of a line keeps the distances to all sides and to the disc `around`.
+
+    The disc is x, y, radius; as in `comes_no_nearer`, a leg that begins too near to something keeps
+    the distance that it begins with.
+    """
+    x, y, radius = around
+    for i in range(len(line) - 1):
+        px, py, qx, qy = line[i, 0], line[i, 1], line[i + 1, 0], line[i + 1, 1]
+        reach = min(radius, math.hypot(px - x, py - y)) - TOLERANCE
+        if not passes_disc(px, py, qx, qy, x, y, reach):
+            return False
+        if not comes_no_nearer(px, py, qx, qy, sides, 0.0):
+            return False
+    return True
+
+
+@njit(cache=True)
 def lines_cross(px: float, py: float, qx: float, qy: float, side: Array) -> bool:
     """True if the segment p-q crosses a side.
 

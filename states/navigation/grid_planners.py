@@ -5,6 +5,7 @@ Both have the interface of `visibility.ExactPlanner` and can take its place.
 
 from __future__ import annotations
 
+import itertools
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
@@ -136,6 +137,11 @@ class GridPlanner(ABC):
         if self._free[cell]:
             return bool(line_is_free(self._free, *ends))
         return bool(comes_no_nearer(self.distances, *ends, float(slack) + TOLERANCE))
+
+    def allows_line(self, line: Array, user: Disc | None = None) -> bool:
+        """`allows` from each point of a line (n, 3), x and y first, to the next."""
+        points = [(x, y) for x, y, _ in line.tolist()]
+        return all(self.allows(a, b, user) for a, b in itertools.pairwise(points))
 
     def nearest_free(self, place: Point, user: Disc | None = None) -> Point | None:
         """Centre of the nearest free cell that can be reached in a straight line, or None."""

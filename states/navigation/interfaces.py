@@ -53,6 +53,10 @@ class GlobalPlanner(Protocol):
         """
         ...
 
+    def allows_line(self, line: Array, user: Disc | None = None) -> bool:
+        """`allows` from each point of a line (n, 3), x and y first, to the next."""
+        ...
+
 
 @dataclass(frozen=True, slots=True)
 class Limits:

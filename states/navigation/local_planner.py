@@ -19,7 +19,7 @@ from states.navigation.cornering import time_from
 from states.navigation.interfaces import DriveStatus, GlobalPlanner, Limits, Tolerance
 from states.navigation.path import Path
 from states.navigation.reckoning import ReckonedPlace, ReckonedPose
-from states.navigation.speed import SpeedLimits, as_line
+from states.navigation.speed import SpeedLimits
 
 USER_MARGIN = 0.01
 """Extra clearance of planned paths from the user, m; SIGMAS standard deviations are added."""
@@ -222,11 +222,11 @@ class LocalPlanner(ABC):
             return self.planner.plan(start, goal)
         if self.planner.allows(start, goal, user):  # else no path is straight
             shortest = self.planner.plan(start, goal, user)
-            if shortest is None or len(shortest.points) == 2:
+            if shortest is None or len(shortest.line) == 2:
                 return shortest
         paths = {side: self.planner.plan(start, goal, user, side) for side in (1, -1)}
         times = {
-            side: time_from(as_line(path), now.vx, now.vy, self._pace)
+            side: time_from(path.line, now.vx, now.vy, self._pace)
             for side, path in paths.items()
             if path is not None
         }

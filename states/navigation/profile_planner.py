@@ -7,7 +7,6 @@ still be met. A last check in `LocalPlanner` makes sure that braking from it end
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import numpy as np
@@ -34,7 +33,7 @@ from states.navigation.predicted_gap import (
     predicted_disc,
     steps_aside,
 )
-from states.navigation.speed import SpeedLimits, as_line, heading_after, next_speed
+from states.navigation.speed import SpeedLimits, heading_after, next_speed
 from states.navigation.visibility import ExactPlanner
 
 STANDING = 0.1
@@ -82,10 +81,10 @@ class ProfilePlanner(LocalPlanner):
         self.status = "blocked" if self.path is None else "driving"
         path_out = self._path_out(start, user)
         if path_out is not None:
-            return as_line(path_out)
+            return path_out.line
         if self.path is None:
             return None
-        line = as_line(self.path)
+        line = self.path.line
         if not self.planner.is_free(start, around):
             slanting = self._slanting(line, around)
             if slanting is None:
@@ -151,7 +150,7 @@ class ProfilePlanner(LocalPlanner):
         room = self._margin + self._spread * min(HORIZON, passes)
         for aside in steps_aside(user, self._user_velocity, place, room):
             if self.planner.is_free(aside) and self.planner.allows(place, aside, user):
-                line = as_line(Path.of_points((place, aside)))
+                line = Path.of_points((place, aside)).line
                 choices.append(_Choice(self._least_gap(pose, now, user, line), line, self))
         choices.append(_Choice(self._least_gap(pose, now, user, None), None, self))
         best = max(choices, key=lambda choice: choice.rank(now, self._pace))
@@ -178,15 +177,11 @@ class ProfilePlanner(LocalPlanner):
             if circle[2] >= refused:
                 continue
             new = widened(line, rest, turn, np.array(circle))
-            if new is not None and self._is_clear(new, user):
+            if new is not None and self.planner.allows_line(new[: ARC_PARTS + 4], user):
                 self._circle = (turn, np.array(circle))
                 return new
             refused = 0.9 * circle[2]
         return line
-
-    def _is_clear(self, line: Array, user: Disc | None) -> bool:
-        points = [(x, y) for x, y, _ in line[: ARC_PARTS + 4].tolist()]
-        return all(self.planner.allows(a, b, user) for a, b in itertools.pairwise(points))
 
     def _drive(self, pose: Pose2, now: Twist2, line: Array, dt: float) -> Twist2:
         reach = self._limits.acceleration * dt

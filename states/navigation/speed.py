@@ -17,16 +17,6 @@ import numpy as np
 from numba import njit
 
 from states.navigation.clearance import Array, turn_between
-from states.navigation.path import Path
-
-
-def as_line(path: Path) -> Array:
-    """A path as a line for the functions below."""
-    line = np.full((len(path.points), 3), math.inf)
-    line[:, :2] = path.points
-    line[:-1, 2] = path.radii
-    return line
-
 
 TOO_FAST = 4.0
 """Penalty factor for starting too fast to brake in time: times the time that slowing down takes."""

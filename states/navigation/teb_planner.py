@@ -202,7 +202,7 @@ def _wall_rows(walls: Sequence[Ring], distance: float) -> Array:
 
 def _spread(path: Path, spacing: float, least: int) -> Array:
     """Points at equal distances along a path, its ends included."""
-    points = np.array(path.points)
+    points = path.line[:, :2]
     along = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
     count = max(least, math.ceil(along[-1] / spacing) + 1)
     at = np.linspace(0.0, along[-1], count)

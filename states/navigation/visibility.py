@@ -27,6 +27,7 @@ from states.navigation.clearance import (
     comes_no_nearer,
     distance_to_nearest,
     is_free,
+    line_comes_no_nearer,
     passes_disc,
 )
 from states.navigation.nearest import nearest_free, notches
@@ -103,11 +104,8 @@ class ExactPlanner:
         path = self._straight(begin, goal, walls) or self._around(begin, goal, walls)
         if path is None or begin == start:
             return path
-        return Path(
-            (start, *path.points),
-            (math.inf, *path.radii),
-            path.length + math.dist(start, begin),
-        )
+        leaving = np.array(((*start, math.inf),))
+        return Path(np.concatenate((leaving, path.line)), path.length + math.dist(start, begin))
 
     def is_free(self, place: Point, user: Disc | None = None) -> bool:
         """True if the robot's centre may be here; False for NaN."""
@@ -138,6 +136,12 @@ class ExactPlanner:
                 return False
         return bool(comes_no_nearer(*start, *end, self._sides, float(slack)))
 
+    def allows_line(self, line: Array, user: Disc | None = None) -> bool:
+        """`allows` from each point of a line (n, 3), x and y first, to the next."""
+        disc = as_disc(user)
+        around = disc.x, disc.y, disc.radius
+        return bool(line_comes_no_nearer(line, around, self._sides))
+
     def nearest_free(self, place: Point, user: Disc | None = None) -> Point | None:
         """The nearest free place that `allows` lets the robot go straight to, or None."""
         place, disc = as_floats(place), as_disc(user)
@@ -157,11 +161,8 @@ class ExactPlanner:
         return Path.of_points((start, goal))
 
     def _around(self, start: Point, goal: Point, user: UserDisc) -> Path | None:
-        length, points = shortest_path(self._world, user, start, goal)
-        if not math.isfinite(length):
-            return None
-        x, y, radii = points.T.tolist()
-        return Path(tuple(zip(x, y, strict=True)), tuple(radii[:-1]), float(length))
+        length, line = shortest_path(self._world, user, start, goal)
+        return Path(line, float(length)) if math.isfinite(length) else None
 
 
 def as_floats(place: Point) -> Point:
@@ -230,6 +231,7 @@ def warm_up() -> None:
     planner.plan((0.1, 0.1), (7.2, 7.4), user, side=1)
     planner.plan((1.0, 1.0), (2.0, 2.0))
     planner.allows((1.0, 1.0), (2.0, 2.0))
+    planner.allows_line(np.ones((2, 3)))
     planner.clearance((1.0, 1.0))
     planner.are_free(np.ones((2, 2)))
     planner.among((column,)).plan((0.1, 0.1), (7.2, 7.4))
