@@ -31,6 +31,7 @@ LOOKS = 4
 SLACK = 0.5
 """Margin for the arm reaching farther between two ticks than at either of them, m."""
 _NOTHING = 1e-12
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +78,9 @@ class ArmWatch:
     """
 
     def __init__(self, outline: ArmOutline, who: str = USER) -> None:
+        from states.arm.kernels import meets_disc
+
+        self._meets_disc = meets_disc
         self.contacts: list[Contact] = []
         self._who = who
         self._others: dict[str, ArmWatch] = {}
@@ -173,7 +177,10 @@ class ArmWatch:
     def _touches(self, look: _Look) -> list[_Touch]:
         """Contacts of the arm with the person, except those within the rover's outline."""
         ends, radii = self._outline.capsules_of(look.joints)
-        person = np.array(look.base.inverse().transform(look.body.x, look.body.y))
+        x, y = look.base.inverse().transform(look.body.x, look.body.y)
+        if not self._meets_disc(ends, radii, x, y, RADIUS + _ROUNDING):
+            return []
+        person = np.array((x, y))
         shares, away = _nearest(ends[:, :, :2], person)
         distances = np.hypot(*away.T)
         gaps = distances - radii - RADIUS

@@ -22,6 +22,7 @@ from states.arm.kernels import (
     CapsuleSet,
     Integers,
     gaps,
+    meets_disc,
     place_capsules,
     sweep,
 )
@@ -206,7 +207,7 @@ def warm_up(model: CollisionModel) -> None:
     checker = CollisionChecker.of(model, Surroundings.empty())
     checker.clearance(np.zeros(6))
     checker.line_free(np.zeros(6), np.zeros(6))
-    outline(model, np.zeros(6))
+    meets_disc(*outline(model, np.zeros(6)), 1.0, 0.0, 0.5)
 
 
 def _pairs(capsules: list[Capsule], model: Manipulator) -> Integers:

@@ -122,6 +122,21 @@ def place_capsules(
 
 
 @njit(cache=True)
+def meets_disc(ends: Array, radii: Array, x: float, y: float, radius: float) -> bool:
+    """True if a capsule, seen from above, touches a disc about (x, y) in the rover frame; m."""
+    for i in range(len(radii)):
+        ax, ay = ends[i, 0, 0], ends[i, 0, 1]
+        dx, dy = ends[i, 1, 0] - ax, ends[i, 1, 1] - ay
+        square = dx * dx + dy * dy
+        along = 0.0
+        if square > 0.0:
+            along = min(1.0, max(0.0, ((x - ax) * dx + (y - ay) * dy) / square))
+        if math.hypot(x - ax - along * dx, y - ay - along * dy) <= radii[i] + radius:
+            return True
+    return False
+
+
+@njit(cache=True)
 def pair_gap(pairs: Integers, radii: Array, ends: Array, pair: int) -> float:
     """Distance between the surfaces of two capsules, negative where they overlap, m."""
     i, j = pairs[pair, 0], pairs[pair, 1]
