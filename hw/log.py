@@ -49,8 +49,11 @@ class LogReader(Generic[T]):
 
     def take(self) -> list[T]:
         """All entries since the last call, oldest first."""
-        log, taken = self._log, []
+        log = self._log
+        taken: list[T] = []
         end = log.written
+        if end == self._next:
+            return taken
         start = max(self._next, end - log.size)
         self.missed += start - self._next
         for number in range(start, end):

@@ -104,7 +104,7 @@ class GuardedBase:
         self._hears: dict[str, Hear] = {"stop.engaged": self._hear_stop_line}
         self._multiplexer = Multiplexer()
         self._parked, self._pull = parked, pull
-        self._told: dict[str, object] = {}
+        self._told: tuple[object, ...] | None = None
         if parked is not None:
             self._hears["arm.joints"] = self._fold
             self._multiplexer.switch(ARM_LOCK, True, 0)
@@ -235,10 +235,11 @@ class GuardedBase:
     def samples(self, now_ns: int) -> list[Sample]:
         """The samples of the wheels, and those signals of the guard that have changed."""
         found = list(self.base.samples(now_ns))
-        for name, value in zip(REPORTED, (self.mode, self.refusal, self.admitted), strict=True):
-            if name not in self._told or value != self._told[name]:
-                self._told[name] = value
-                found.append(Sample(name, now_ns, value))
+        told, self._told = self._told, (self.mode, self.refusal, self.admitted)
+        if told != self._told:
+            for k, value in enumerate(self._told):
+                if told is None or value != told[k]:
+                    found.append(Sample(REPORTED[k], now_ns, value))
         return found
 
     def hear(self, sample: Sample, now_ns: int) -> None:
@@ -283,14 +284,16 @@ class GuardedBase:
         self, now_ns: int, command: Twist2, pose: Pose2 | None, twist: Twist2 | None
     ) -> Twist2:
         """The part of the next velocity that may reach the motors; see `Keeper`."""
-        admitted = self.keeper.admit(now_ns, command, pose, twist, self.mode)
-        self._pull_if_latched()
+        keeper = self.keeper
+        admitted = keeper.admit(now_ns, command, pose, twist, self.mode)
+        self._pull_if_latched(keeper)
         return admitted
 
     def rest(self, now_ns: int) -> None:
         """A cycle of a standing base without a command."""
-        self.keeper.rest(now_ns)
-        self._pull_if_latched()
+        keeper = self.keeper
+        keeper.rest(now_ns)
+        self._pull_if_latched(keeper)
 
     def reset(self, now_ns: int) -> bool:
         """Release a latched stop on the operator's order; False while its cause persists."""
@@ -301,9 +304,10 @@ class GuardedBase:
         if self._elsewhere is not None:
             self._elsewhere.pull(reason)
 
-    def _pull_if_latched(self) -> None:
-        if self.chain.latched is not None and self._pull is not None:
-            self._pull(self.chain.latched)
+    def _pull_if_latched(self, keeper: Keeper) -> None:
+        latched = keeper.chain.latched
+        if latched is not None and self._pull is not None:
+            self._pull(latched)
 
     # samples heard
 

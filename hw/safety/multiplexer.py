@@ -113,7 +113,7 @@ class Multiplexer:
                 self._offers[name] = (twist, now_ns)
         lock = self._strongest_lock(now_ns)
         floor, blocked_by = (0, None) if lock is None else (lock.priority, lock.name)
-        for source, timeout_ns in self._ranked:
+        for source, timeout_ns in self._ranked if self._offers else ():
             if source.priority < floor:
                 break
             twist, since = self._offers.get(source.name, (STILL, None))

@@ -167,12 +167,12 @@ class SimBase:
     def _go_gated(self, gate: GuardedBase, target: Twist2, since: int, cycles: int) -> None:
         span = self._now - since
         h = span * 1e-9 / cycles
-        braked = self.braked
+        braked, reckons = self.braked, gate.reckons
         for cycle in range(cycles):
             now = since + span * cycle // cycles
             motion = self._toward(target, h, braked)
             command = self._twist(motion)
-            pose = None if gate.reckons else self._measured()
+            pose = None if reckons else self._measured()
             admitted = gate.admit(now, command, pose, self.twist)
             if admitted is not command:
                 motion = self._toward(self._limited(admitted), h, braked=True)
