@@ -93,7 +93,10 @@ def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
     planner, chase = now.planners["chase"], now.settings.chase
     here = (now.pose.x, now.pose.y)
     cells: Iterable[ChaseCell]
-    cells = out_of_the_way(now, space.all_free()) if chase.risk > 0.0 else space.free()
+    if chase.risk > 0.0:
+        cells = drives_weighed(now, out_of_the_way(now, space.all_free()))
+    else:
+        cells = space.free()
     if chase.pick == "sample":
         cells = _sampled(list(cells), chase.seed, now.user)
     best, shortest, least = None, math.inf, -math.inf
@@ -111,21 +114,39 @@ def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
     return best
 
 
-def out_of_the_way(now: Situation, cells: Array) -> list[ChaseCell]:
+def out_of_the_way(now: Situation, cells: Array) -> Array:
     """Every so many of the cells (n, 3), with weights that include the risk of standing there.
 
-    Best first. The reciprocal of a weight is a time, to which the expected lack of time is added
-    `risk` times.
+    Best first.
     """
-    import numpy as np
-
     from behaviors.waiting import risks
 
-    some = cells[:: max(1, len(cells) // CELLS)].copy()
-    costs = 1.0 / np.maximum(some[:, 2], 1e-9)
-    some[:, 2] = 1.0 / (costs + now.settings.chase.risk * risks(now, some[:, :2]))
-    weighed: list[ChaseCell] = some[np.argsort(-some[:, 2], kind="stable")].tolist()
+    some = cells[:: max(1, len(cells) // CELLS)]
+    return _with_costs(some, now.settings.chase.risk * risks(now, some[:, :2]))
+
+
+def drives_weighed(now: Situation, cells: Array) -> list[ChaseCell]:
+    """The cells (n, 3), with weights that include the risk of the drive there; best first."""
+    import numpy as np
+
+    from behaviors.waiting import way_risks
+    from states.navigation.speed import rest_to_rest
+
+    subsystem, limits = now.environment.navigation.chase, now.environment.limits
+    lengths = np.hypot(cells[:, 0] - now.pose.x, cells[:, 1] - now.pose.y)
+    times = rest_to_rest(lengths, subsystem.max_speed, limits.base_acceleration)
+    risk = way_risks(now, cells[:, :2], subsystem.user_radius, times)
+    weighed: list[ChaseCell] = _with_costs(cells, now.settings.chase.risk * risk).tolist()
     return weighed
+
+
+def _with_costs(cells: Array, costs: Array) -> Array:
+    """Cells (n, 3) with costs, s, added to the times that their weights are reciprocals of."""
+    import numpy as np
+
+    weights = 1.0 / (1.0 / np.maximum(cells[:, 2], 1e-9) + costs)
+    order = np.argsort(-weights, kind="stable")
+    return np.column_stack((cells[:, :2], weights))[order]
 
 
 def _sampled(cells: Sequence[ChaseCell], seed: int, user: UserPose) -> list[ChaseCell]:

@@ -46,18 +46,19 @@ def refuge(now: Situation) -> Point | None:
     """The place to wait at that costs least of all outside both zones; None to stay.
 
     m, in the map. What it costs is the drive, as the crow flies and at SLOWLY, and the profile's
-    `risk` of standing there. A place that is no better by WORTH_S than the present one is not worth
-    a drive.
+    `risk` of the drive and of standing there. A place that is no better by WORTH_S than the present
+    one is not worth a drive.
     """
-    from behaviors.waiting import risks
+    import numpy as np
+
+    from behaviors.waiting import risks, way_risks
 
     here, planner = (now.pose.x, now.pose.y), now.planners["escape"]
     places = [here, *(place for place in _places(now) if planner.is_free(place))]
-    risk = now.settings.chase.risk * risks(now, places)
-    costs = [
-        cost + math.dist(place, here) / SLOWLY
-        for cost, place in zip(risk.tolist(), places, strict=True)
-    ]
+    there, apart = np.array(places), now.environment.navigation.named(KEEPS).user_radius
+    times = np.hypot(there[:, 0] - here[0], there[:, 1] - here[1]) / SLOWLY
+    risk = risks(now, there) + way_risks(now, there, apart, times)
+    costs = (times + now.settings.chase.risk * risk).tolist()
     stay = costs[0] - WORTH_S if is_outside(now) else math.inf
     for cost, place in sorted(zip(costs[1:], places[1:], strict=True)):
         if cost >= stay:

@@ -33,6 +33,10 @@ LONGEST = 8.0
 """Longest line of walk that is looked at, m."""
 TRAPPED_S = 3.0
 """Time to move aside, s, where there is no room on either side."""
+SETS_OFF = 0.1
+"""How often somebody who stands sets off, 1/s, while the robot drives to a place."""
+ON_THE_WAY = np.array((0.15, 0.4, 0.65, 0.9))
+"""Shares of a drive after which its risk is looked at."""
 
 
 def risks(now: Situation, places: Sequence[Point] | Array) -> Array:
@@ -52,6 +56,22 @@ def risks(now: Situation, places: Sequence[Point] | Array) -> Array:
     free = now.planners["escape"].are_free(asides.reshape(-1, 2)).reshape(-1, 2)
     acceleration = now.environment.limits.base_acceleration
     return _risks(len(there), ways, lengths, free, escape.contact, acceleration)
+
+
+def way_risks(now: Situation, places: Array, apart: float, times: Array) -> Array:
+    """Expected cost of the drives to the places (n, 2), s, (n,), should the user set off meanwhile.
+
+    It is the mean of the risk of standing at points of the way, which is straight, but no nearer to
+    the user than `apart`, m, times the chance that they set off within the drive's time (n,), s.
+    """
+    body, here = now.user.body, np.array((now.pose.x, now.pose.y))
+    user = np.array((body.x, body.y))
+    off = here + ON_THE_WAY[:, None] * (places - here)[:, None, :] - user
+    distances = np.maximum(np.hypot(off[..., 0], off[..., 1]), 1e-9)[..., None]
+    points = user + off * np.maximum(1.0, apart / distances)
+    found = risks(now, points.reshape(-1, 2)).reshape(-1, len(ON_THE_WAY)).mean(axis=1)
+    chances: Array = found * -np.expm1(-SETS_OFF * times)
+    return chances
 
 
 @njit(cache=True)

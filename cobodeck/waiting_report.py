@@ -83,6 +83,4 @@ def _risk(now: Situation, cells: Array) -> float | None:
 
     around = space(now.settings, lambda: cells, now.planners["chase"], now.user)
     chosen = out_of_the_way(now, around.all_free())
-    if not chosen:
-        return None
-    return float(risks(now, [chosen[0][:2]])[0])
+    return float(risks(now, chosen[:1, :2])[0]) if len(chosen) else None

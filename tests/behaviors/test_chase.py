@@ -142,11 +142,30 @@ def test_of_cells_within_the_tie_the_one_with_the_shortest_way_is_chosen(
     tuned: Profile, situation_of: Callable[..., Situation], weight: float, near: bool
 ) -> None:
     now = situation_of(tuned, Pose2(5.0, 5.0), USER)
-    now = replace(now, settings=replace(now.settings, chase=replace(now.settings.chase, tie=0.05)))
+    by_weight = replace(now.settings.chase, tie=0.05, risk=0.0)
+    now = replace(now, settings=replace(now.settings, chase=by_weight))
     cells = np.array([(15.0, 15.0, 0.9), (6.0, 6.0, weight)])
     space = chase.ChaseSpace(Pose2(0.0, 0.0), lambda: cells, now.planners["chase"].are_free)
 
     assert chase.best_cell(now, space) == ((6.0, 6.0) if near else (15.0, 15.0))
+
+
+@pytest.mark.requirement(95, 96)
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_place_on_this_side_is_chosen_rather_than_one_past_the_users_face(
+    tuned: Profile, situation_of: Callable[..., Situation], side: float
+) -> None:
+    """Both places are as good to wait at: mirror images of each other in the user's view."""
+    now = situation_of(tuned, Pose2(11.0, 10.0 + 2.8 * side), USER)
+    cells = np.array([(10.0, 13.0, 0.3), (10.0, 7.0, 0.3)])
+    space = chase.ChaseSpace(Pose2(0.0, 0.0), lambda: cells, now.planners["chase"].are_free)
+    here, beyond = sorted(
+        chase.drives_weighed(now, chase.out_of_the_way(now, space.all_free())),
+        key=lambda cell: -side * cell[1],
+    )
+
+    assert chase.best_cell(now, space) == (10.0, 10.0 + 3.0 * side)
+    assert here[2] > beyond[2]
 
 
 @pytest.mark.requirement(100, 120)

@@ -7,8 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from shapely.geometry import LineString, Point, Polygon
 
 from behaviors import escape
 from behaviors.costs import FAR, crowding
@@ -24,6 +25,7 @@ from hw.room import Room
 from hw.samples import UserPose
 from hw.sim.contact import gap
 from states.signals.prediction import PREDICTORS
+from tests.repeats import examples
 
 
 def facing(x: float, y: float, yaw: float) -> UserPose:
@@ -42,6 +44,45 @@ def test_tracks_are_the_predictors_step_by_step(
     for row, name in zip(found, names, strict=True):
         last = PREDICTORS[name].at(now.user.body, now.velocity, HORIZON_S, now.pose)
         assert row[-1] == pytest.approx((last.x, last.y, last.yaw))
+
+
+COLUMN = ((5.0, 2.0), (5.4, 2.0), (5.4, 3.1), (5.0, 3.1))
+OUTER = ((0.0, 0.0), (9.0, 0.0), (9.0, 7.0), (0.0, 7.0))
+
+
+@pytest.mark.requirement(66)
+@given(
+    x=st.floats(0.1, 8.9), y=st.floats(0.1, 6.9), yaw=st.floats(-3.1, 3.1),
+    speed=st.floats(0.2, 2.0), turning=st.floats(-1.5, 1.5),
+)  # fmt: skip
+@settings(deadline=None, max_examples=examples(100))
+def test_nobody_is_predicted_to_walk_through_a_wall(
+    tuned: Profile,
+    situation_of: Callable[..., Situation],
+    x: float,
+    y: float,
+    yaw: float,
+    speed: float,
+    turning: float,
+) -> None:
+    """Each trajectory is the predictor's up to the step that would cross a wall, and ends there."""
+    floor = Polygon(OUTER, [COLUMN])
+    body = Pose2(x, y, yaw)
+    assume(floor.buffer(-1e-3).contains(Point(x, y)))
+    walking = Twist2(speed * math.cos(yaw), speed * math.sin(yaw), turning)
+    room = Room(outer=OUTER, columns=(COLUMN,))
+    now = situation_of(tuned, Pose2(7.0, 5.0), facing(x, y, yaw), walking, room=room)
+    names = sorted(PREDICTORS)
+
+    for name, row in zip(names, predict_user(now, names).tolist(), strict=True):
+        here = (x, y)
+        for step, (found_x, found_y, _) in enumerate(row):
+            there = PREDICTORS[name].at(body, walking, STEP_S * (step + 1), now.pose)
+            if LineString((here, (there.x, there.y))).crosses(floor.boundary):
+                assert [place[:2] for place in row[step:]] == [[*here]] * len(row[step:])
+                break
+            assert (found_x, found_y) == pytest.approx((there.x, there.y), abs=1e-9)
+            here = found_x, found_y
 
 
 @pytest.mark.requirement(50)

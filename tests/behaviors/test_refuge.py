@@ -7,6 +7,7 @@ import itertools
 import math
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -15,6 +16,7 @@ from behaviors.profile import Profile
 from behaviors.refuge import (
     DIRECTIONS,
     FARTHEST,
+    KEEPS,
     RADII,
     SLOWLY,
     WORTH_S,
@@ -23,7 +25,7 @@ from behaviors.refuge import (
     way_out,
 )
 from behaviors.situation import Situation
-from behaviors.waiting import risks
+from behaviors.waiting import risks, way_risks
 from hw.geometry import Pose2
 from hw.room import Room
 from hw.samples import UserPose
@@ -164,8 +166,10 @@ def test_no_place_outside_the_zones_costs_less_than_the_refuge(
     planner = now.planners["escape"]
 
     def cost(place: complex) -> float:
-        [risk] = risks(now, [(place.real, place.imag)]).tolist()
-        return float(now.settings.chase.risk * risk + abs(place - robot) / SLOWLY)
+        there, seconds = np.array([(place.real, place.imag)]), abs(place - robot) / SLOWLY
+        apart = now.environment.navigation.named(KEEPS).user_radius
+        [risk] = (risks(now, there) + way_risks(now, there, apart, np.array([seconds]))).tolist()
+        return float(now.settings.chase.risk * risk + seconds)
 
     def can_be_driven_to(place: complex) -> bool:
         there = (place.real, place.imag)

@@ -15,7 +15,7 @@ from shapely.geometry import LineString, Point, Polygon
 from behaviors import waiting
 from behaviors.profile import Profile
 from behaviors.situation import Situation
-from behaviors.waiting import risks
+from behaviors.waiting import risks, way_risks
 from hw.geometry import Pose2
 from hw.room import Room
 from hw.samples import UserPose
@@ -189,3 +189,42 @@ def test_every_place_is_weighed_by_itself(
     now, places = alone(tuned, situation_of), (2.0 + 0.1j, -2.0 + 1.0j, 0.5 - 3.0j)
 
     assert risk_at(now, *places) == [risk_at(now, place)[0] for place in places]
+
+
+def on_the_way(start: complex, end: complex, user: complex, apart: float) -> list[complex]:
+    """Points of the straight way, each pushed away from the user until `apart` from them."""
+    points = [start + share * (end - start) for share in waiting.ON_THE_WAY.tolist()]
+    return [
+        point if abs(point - user) >= apart else user + cmath.rect(apart, cmath.phase(point - user))
+        for point in points
+    ]
+
+
+@pytest.mark.requirement(95, 103)
+@given(
+    robot=st.builds(complex, st.floats(-6.0, 6.0), st.floats(-6.0, 6.0)),
+    ends=st.lists(
+        st.builds(complex, st.floats(-6.0, 6.0), st.floats(-6.0, 6.0)), min_size=1, max_size=3
+    ),
+    facing=st.floats(-3.1, 3.1), seconds=st.floats(0.0, 10.0),
+)  # fmt: skip
+@settings(deadline=None, max_examples=examples(60))
+def test_a_drive_costs_the_mean_risk_on_it_times_the_chance_that_the_user_sets_off(
+    tuned: Profile,
+    situation_of: Callable[..., Situation],
+    robot: complex,
+    ends: list[complex],
+    facing: float,
+    seconds: float,
+) -> None:
+    user, apart = 0.00137 + 0.00071j, 1.8
+    stood = UserPose(Pose2(user.real, user.imag, facing), facing)
+    now = situation_of(tuned, Pose2(robot.real, robot.imag), stood, room=LARGE)
+    times = np.full(len(ends), seconds)
+
+    found = way_risks(now, np.array([_pair(end) for end in ends]), apart, times).tolist()
+
+    chance = 1.0 - math.exp(-waiting.SETS_OFF * seconds)
+    for end, risk in zip(ends, found, strict=True):
+        points = risk_at(now, *on_the_way(robot, end, user, apart))
+        assert risk == pytest.approx(chance * sum(points) / len(points), abs=1e-6)
