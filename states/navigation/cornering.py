@@ -74,17 +74,19 @@ def first_bend(line: Array) -> Bend | None:
 
 
 @njit(cache=True)
-def widened(line: Array, rest: int, turn: float, circle: Array) -> Array | None:
-    """The line around a circle (x, y, radius) to its point `rest`; None if there is no tangent."""
-    start, end = np.zeros(3), np.zeros(3)
+def widen_into(new: Array, line: Array, rest: int, turn: float, circle: Array) -> bool:
+    """Write the way around a circle to the point `rest` into a line; False if it has no tangent.
+
+    What follows that point is left alone.
+    """
+    scratch = np.zeros((4, 7))  # one array is allocated faster than four
+    start, end, first, second = scratch[0], scratch[1], scratch[2], scratch[3]
     start[:2], end[:2] = line[0, :2], line[rest, :2]
-    first, second = np.empty(7), np.empty(7)
     if not tangent(start, 1.0, circle, turn, first) or not tangent(circle, turn, end, 1.0, second):
-        return None
+        return False
     sweep = sweep_between(first[5], second[4], turn)
     if sweep > WIDEST_SWEEP:
-        return None
-    new = np.empty((ARC_PARTS + 3 + len(line) - rest, 3))
+        return False
     new[0] = line[0]
     new[0, 2] = math.inf
     part = sweep / ARC_PARTS
@@ -96,8 +98,22 @@ def widened(line: Array, rest: int, turn: float, circle: Array) -> Array | None:
         new[2 + k, 1] = circle[1] + far * math.sin(angle)
     new[2 + ARC_PARTS, 0], new[2 + ARC_PARTS, 1] = second[0], second[1]
     new[1 : 2 + ARC_PARTS, 2], new[2 + ARC_PARTS, 2] = circle[2], math.inf
+    return True
+
+
+@njit(cache=True)
+def room_to_widen(line: Array, rest: int) -> Array:
+    """A line for `widen_into`, with all that follows the circle."""
+    new = np.empty((ARC_PARTS + 3 + len(line) - rest, 3))
     new[3 + ARC_PARTS :] = line[rest:]
     return new
+
+
+@njit(cache=True)
+def widened(line: Array, rest: int, turn: float, circle: Array) -> Array | None:
+    """The line around a circle (x, y, radius) to its point `rest`; None if there is no tangent."""
+    new = room_to_widen(line, rest)
+    return new if widen_into(new, line, rest, turn, circle) else None
 
 
 @njit(cache=True)
@@ -122,24 +138,27 @@ def time_from(line: Array, vx: float, vy: float, pace: SpeedLimits) -> float:
 
 
 @njit(cache=True)
-def touching(bend: Bend, rho: float, apex: float) -> Array:
-    """The circle (x, y, radius) that contains the disc of the bend and touches it at the apex."""
-    circle = np.empty(3)
+def touch(bend: Bend, rho: float, apex: float, circle: Array) -> None:
+    """Set the circle (x, y, radius) that contains the bend's disc and touches it at the apex."""
     circle[0] = bend.x - (rho - bend.radius) * math.cos(apex)
     circle[1] = bend.y - (rho - bend.radius) * math.sin(apex)
     circle[2] = rho
-    return circle
 
 
 @njit(cache=True)
 def circle_time(
-    circle: Array, line: Array, bend: Bend, motion: tuple[float, float], pace: SpeedLimits
+    circle: Array,
+    line: Array,
+    bend: Bend,
+    motion: tuple[float, float],
+    pace: SpeedLimits,
+    new: Array,
 ) -> float:
-    """Time to the end with the first bend on this circle, s; infinite if it cannot be driven."""
-    if circle[2] < SMALLEST_CIRCLE:
-        return math.inf
-    new = widened(line, bend.rest, bend.turn, circle)
-    if new is None:
+    """Time to the end with the first bend on this circle, s; infinite if it cannot be driven.
+
+    `new` is from `room_to_widen`.
+    """
+    if circle[2] < SMALLEST_CIRCLE or not widen_into(new, line, bend.rest, bend.turn, circle):
         return math.inf
     return time_from(new, motion[0], motion[1], pace)
 
@@ -188,6 +207,7 @@ def fastest_circles(
     """
     tried = np.empty((TRIES, 4))
     shape = np.empty((TRIES, 2))
+    new = room_to_widen(line, bend.rest)
     count = 0
     widest = max(1.5 * pace.speed**2 / pace.acceleration, 2.0 * bend.radius) - bend.radius
     for part in (0.0, 0.08, 0.2, 0.4, 0.65, 1.0):
@@ -205,8 +225,8 @@ def fastest_circles(
         count += 1
     best = 0
     for i in range(count):
-        tried[i, 1:] = touching(bend, shape[i, 0], shape[i, 1])
-        tried[i, 0] = circle_time(tried[i, 1:], line, bend, motion, pace)
+        touch(bend, shape[i, 0], shape[i, 1], tried[i, 1:])
+        tried[i, 0] = circle_time(tried[i, 1:], line, bend, motion, pace, new)
         best = i if tried[i, 0] < tried[best, 0] else best
     rho_step, apex_step = 0.2 * widest, 0.15 * bend.sweep
     for _ in range(ROUNDS):
@@ -214,8 +234,8 @@ def fastest_circles(
         for rho_move, apex_move in ((1, 0), (-1, 0), (0, 1), (0, -1)):
             shape[count, 0] = max(bend.radius, rho + rho_move * rho_step)
             shape[count, 1] = apex + apex_move * apex_step
-            tried[count, 1:] = touching(bend, shape[count, 0], shape[count, 1])
-            tried[count, 0] = circle_time(tried[count, 1:], line, bend, motion, pace)
+            touch(bend, shape[count, 0], shape[count, 1], tried[count, 1:])
+            tried[count, 0] = circle_time(tried[count, 1:], line, bend, motion, pace, new)
             best = count if tried[count, 0] < tried[best, 0] else best
             count += 1
         rho_step, apex_step = 0.5 * rho_step, 0.5 * apex_step
