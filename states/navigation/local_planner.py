@@ -39,6 +39,8 @@ SLACK = 0.02
 """Depth inside an inflation up to which the robot keeps to its path, m."""
 LEAVING_MARGIN = 0.5
 """A robot inside the user's disc drives this far beyond its edge, m, so that it leaves at speed."""
+EDGE_OF_DISC = 1e-6
+"""Rounding of a disc that ends at the goal, m."""
 EDGE = {"omni": 0.001, "differential": 0.01}
 """Accuracy with which a base can follow the edge of an inflation, m, by drive mode."""
 ASIDE = 0.35
@@ -171,11 +173,16 @@ class LocalPlanner(ABC):
         return command
 
     def _reckoned_disc(self, user: Disc | None, dt: float) -> Disc | None:
+        """The disc at the user's reckoned place; a goal outside of it as measured stays outside."""
         if user is None:
             self._reckoned_user = ReckonedPlace()
             return None
         place = self._reckoned_user.update((user.x, user.y), self._user_velocity, dt)
-        return Disc(*place, user.radius)
+        assert self.goal is not None
+        goal, radius = (self.goal.x, self.goal.y), user.radius
+        if math.dist((user.x, user.y), goal) >= radius - EDGE_OF_DISC:
+            radius = min(radius, math.dist(place, goal))
+        return Disc(*place, radius)
 
     def _heed_zones(self, pose: Pose2, now: Twist2, dt: float) -> None:
         """Limit the speed to that of the zones ahead, braking in time for them."""

@@ -41,7 +41,7 @@ DRIVES: Mapping[str, float | None] = {
 """`reads` of a state that drives with a local planner, see `command_of`."""
 Clearance = Literal["own", "chase", "haptic", "escape"]
 """Whose distances from walls and user a drive keeps: those of its own subsystem, or of another."""
-NO_PATH_S = 0.3
+NO_PATH_S = 1.0
 """A missing path counts after this time, s: estimated poses jump, people walk."""
 NARROW = 0.03
 """A place so much nearer to a wall than a subsystem's inflation, m, is too narrow to start from."""
@@ -56,7 +56,7 @@ class DriveTo(Action):
     walking user. For `haptic` the safety chain gets the goal, from which a touch will be served.
     `clearance` names another subsystem whose `inflation` and, where there is no room for more,
     `user_radius` are kept instead; Escape's are from a place nearer to walls than the inflation.
-    `no_path`: for 0.3 s the goal has not been free or reachable; `stuck`: no progress for
+    `no_path`: for 1 s the goal has not been free or reachable; `stuck`: no progress for
     `patience`; `lost`: the pose of base or user is, or a scanner has fallen silent. With the `mode`
     differential the robot drives only along its heading (R2), until the drive ends.
     """

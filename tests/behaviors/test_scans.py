@@ -30,7 +30,7 @@ from hw.safety.limits import SafetyLimits
 from hw.samples import UserPose
 from hw.sim.base import SimBase
 from states.environment import Environment
-from states.navigation.states import DriveTo
+from states.navigation.states import NO_PATH_S, DriveTo
 from states.navigation.unmapped import Obstacles
 from states.subsystems import SUBSYSTEMS
 from tests.scans import scan_of
@@ -355,7 +355,7 @@ def test_whoever_drives_goes_by_the_newest_scan(
         if isinstance(state, DriveTo):  # it brakes, and waits whether a way comes back
             next(run)
             assert wheel.command.speed < 1e-9
-            ctx.now += 300_000_000
+            ctx.now += round(1e9 * NO_PATH_S)
         with pytest.raises(StopIteration) as ended:
             next(run)
         assert ended.value.value == outcome
