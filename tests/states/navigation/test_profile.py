@@ -285,3 +285,17 @@ def test_where_the_user_stands_on_the_goal_the_robot_still_leaves_the_users_disc
     command = driver.command(Pose2(1.0, 0.0), STILL, USER, 0.05)
     assert driver.status == "blocked"
     assert command.vx == pytest.approx(0.05)
+
+
+@pytest.mark.requirement(39, 52)
+def test_a_goal_at_the_edge_of_the_users_disc_is_reached_while_their_pose_jumps():
+    """The disc ends at the goal by each measured pose; it is avoided where it is reckoned to be."""
+    goal, start = Pose2(7.0, 5.0), Pose2(3.5, 5.0)
+    driver = ProfilePlanner(FREE, Limits(), Tolerance())
+    driver.go_to(goal)
+
+    for tick in range(30):
+        x, y = 8.31 - 0.044 * (tick < 10), 5.0 + 0.002 * (tick % 3)
+        disc = Disc(x, y, math.dist((x, y), (goal.x, goal.y)))
+        driver.command(start, STILL, disc, 1.0 / 30.0)
+        assert driver.path is not None, tick
