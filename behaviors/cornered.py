@@ -108,7 +108,7 @@ class Leave(Action):
         vr = ctx.part("vr")
         vr.inform(True, sign=False)
         try:
-            is_away = yield from _drive_to(ctx, now, place, self.speed, until=self._is_away)
+            is_away = yield from _drive_to(ctx, now, place, self.speed, self._is_away, way_out)
         finally:
             vr.inform(False)
         return "away" if is_away else "blocked"
@@ -147,19 +147,29 @@ def _drive_to(
     place: Point,
     speed: float,
     until: Callable[[Situation], bool] | None = None,
+    better: Callable[[Situation], Point | None] | None = None,
 ) -> Generator[Any, None, bool]:
     """Drive to this place; with `until` true once that holds, false if it does not on the way.
 
-    m in the map, at up to `speed`, m/s, without turning, with Escape's distance from walls.
+    m in the map, at up to `speed`, m/s, without turning, with Escape's distance from walls. Each
+    LOOK_S `better` is asked again: of two ways of the same length the robot may have taken the
+    other one.
     """
     base, navigation = ctx.part("base"), begun.environment.navigation
     driver = begun.environment.driver("escape", begun.planners["escape"])
     driver.go_to(Pose2(*place, begun.pose.yaw))
+    again = NEVER_NS if better is None else ctx.after(LOOK_S)
     try:
         while (now := situation(ctx, "escape")) is not None:
             if until is not None and until(now):
                 return True
             driver.planner = now.planners["escape"]
+            if better is not None and ctx.now >= again:
+                again = ctx.after(LOOK_S)
+                found = better(now)
+                if found not in (None, place):
+                    place = found
+                    driver.go_to(Pose2(*place, begun.pose.yaw))
             command = command_of(
                 ctx, driver, now.around, user_disc(now.user, navigation.named(KEEPS))
             )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from behaviors.escape import in_zone
 from behaviors.situation import Situation
@@ -31,23 +31,21 @@ def is_outside(now: Situation) -> bool:
 
 
 def way_out(now: Situation) -> Point | None:
-    """The nearest place outside both zones that can be reached around the user; None without one.
+    """The place outside both zones with the shortest path around the user; None without one.
 
-    m, in the map. Distances count as the crow flies; the path may be longer.
+    m, in the map.
     """
-    planner, here = now.planners["escape"], (now.pose.x, now.pose.y)
-    for place in sorted(_places(now), key=lambda place: math.dist(place, here)):
-        if planner.is_free(place) and _can_be_reached(now, place):
-            return place
-    return None
+    planner = now.planners["escape"]
+    places = [place for place in _places(now) if planner.is_free(place)]
+    return _cheapest(now, places, [0.0] * len(places))
 
 
 def refuge(now: Situation) -> Point | None:
     """The place to wait at that costs least of all outside both zones; None to stay.
 
-    m, in the map. What it costs is the drive, as the crow flies and at SLOWLY, and the profile's
-    `risk` of the drive and of standing there. A place that is no better by WORTH_S than the present
-    one is not worth a drive.
+    m, in the map. What it costs is the drive, at SLOWLY, and the profile's `risk` of the drive and
+    of standing there. A place that is no better by WORTH_S than the present one is not worth a
+    drive.
     """
     import numpy as np
 
@@ -58,20 +56,36 @@ def refuge(now: Situation) -> Point | None:
     there, apart = np.array(places), now.environment.navigation.named(KEEPS).user_radius
     times = np.hypot(there[:, 0] - here[0], there[:, 1] - here[1]) / SLOWLY
     risk = risks(now, there) + way_risks(now, there, apart, times)
-    costs = (times + now.settings.chase.risk * risk).tolist()
-    stay = costs[0] - WORTH_S if is_outside(now) else math.inf
-    for cost, place in sorted(zip(costs[1:], places[1:], strict=True)):
-        if cost >= stay:
-            return None
-        if _can_be_reached(now, place):
-            return place
-    return None
+    costs = (now.settings.chase.risk * risk).tolist()
+    most = costs[0] - WORTH_S if is_outside(now) else math.inf
+    return _cheapest(now, places[1:], costs[1:], most)
 
 
-def _can_be_reached(now: Situation, place: Point) -> bool:
-    disc = now.user_disc(KEEPS, place)
-    path = now.planners["escape"].plan((now.pose.x, now.pose.y), place, disc)
-    return path is not None and path.length <= FARTHEST
+def _cheapest(
+    now: Situation, places: Sequence[Point], costs: Sequence[float], most: float = math.inf
+) -> Point | None:
+    """The place with the least cost, s, below `most`, that can be reached; None without one.
+
+    The drive at SLOWLY is added to the costs. It is no shorter than as the crow flies, so that
+    paths are planned only to places that may still be the best.
+    """
+    here, best = (now.pose.x, now.pose.y), None
+    bounds = [
+        cost + math.dist(place, here) / SLOWLY for cost, place in zip(costs, places, strict=True)
+    ]
+    for i in sorted(range(len(places)), key=bounds.__getitem__):
+        if bounds[i] >= most:
+            break
+        cost = costs[i] + _way_length(now, places[i]) / SLOWLY
+        if cost < most:
+            best, most = places[i], cost
+    return best
+
+
+def _way_length(now: Situation, place: Point) -> float:
+    """Length of the path around the user, m; infinite without one, or if beyond FARTHEST."""
+    path = now.planners["escape"].plan((now.pose.x, now.pose.y), place, now.user_disc(KEEPS, place))
+    return math.inf if path is None or path.length > FARTHEST else path.length
 
 
 def _places(now: Situation) -> Iterator[Point]:

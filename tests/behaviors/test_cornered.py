@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from behaviors.cornered import Cornered, GiveUp, Leave
@@ -214,6 +214,7 @@ class Leaving:
     yaw=st.floats(-3.1, 3.1),
     speed=st.sampled_from([0.3, 0.8, 1.5]),
 )
+@example((0.9375, 3.0), 0.0, 1.109375, 0.0, 0.0, 0.3)  # two ways out of the same length
 @settings(deadline=None, max_examples=examples(60))
 def test_a_robot_leaves_slowly_in_sight_without_the_sign_and_keeps_off_user_and_walls(
     tuned: Profile,

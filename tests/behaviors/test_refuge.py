@@ -165,27 +165,25 @@ def test_no_place_outside_the_zones_costs_less_than_the_refuge(
     now = situation_of(tuned, Pose2(robot.real, robot.imag), looking, room=WIDE)
     planner = now.planners["escape"]
 
-    def cost(place: complex) -> float:
+    def cost(place: complex, length: float) -> float:
         there, seconds = np.array([(place.real, place.imag)]), abs(place - robot) / SLOWLY
         apart = now.environment.navigation.named(KEEPS).user_radius
         [risk] = (risks(now, there) + way_risks(now, there, apart, np.array([seconds]))).tolist()
-        return float(now.settings.chase.risk * risk + seconds)
+        return float(now.settings.chase.risk * risk + length / SLOWLY)
 
-    def can_be_driven_to(place: complex) -> bool:
+    def way(place: complex) -> float:
+        """Length of the way to a place outside the zones; infinite without one."""
         there = (place.real, place.imag)
         if not zone_left(place, user, view) or not planner.is_free(there):
-            return False
+            return math.inf
         path = planner.plan((robot.real, robot.imag), there, now.user_disc("haptic", there))
-        return path is not None and path.length <= FARTHEST
+        return math.inf if path is None or path.length > FARTHEST else path.length
 
     other = user + cmath.rect(radius, step * math.tau / DIRECTIONS)
     found = refuge(now)
 
-    if found is None:
-        best = cost(robot) - WORTH_S if zone_left(robot, user, view) else math.inf
-    else:
-        assert can_be_driven_to(complex(*found))
-        best = cost(complex(*found))
-        if zone_left(robot, user, view):
-            assert best < cost(robot) - WORTH_S
-    assert not can_be_driven_to(other) or cost(other) >= best - 1e-9
+    stay = cost(robot, 0.0) - WORTH_S if zone_left(robot, user, view) else math.inf
+    best = stay if found is None else cost(complex(*found), way(complex(*found)))
+    assert best < math.inf or found is None
+    assert best <= stay
+    assert cost(other, way(other)) >= best - 1e-9

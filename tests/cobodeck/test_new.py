@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -27,11 +28,21 @@ def python(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+def begun(folder: Path, *options: str) -> Path:
+    """A new project; its modules are not left to be found by this process."""
+    package = folder.name.replace("-", "_")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "path", sys.path.copy())
+        assert main(["new", str(folder), *options]) == OK
+    for name in [name for name in sys.modules if name.split(".")[0] == package]:
+        del sys.modules[name]
+    assert find_spec(package) is None
+    return folder
+
+
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("projects") / "my-greeter"
-    assert main(["new", str(folder)]) == OK
-    return folder
+    return begun(tmp_path_factory.mktemp("projects") / "my-greeter")
 
 
 def test_it_is_valid_even_strictly(project: Path) -> None:
@@ -164,9 +175,7 @@ def test_its_state_is_ten_lines(project: Path) -> None:
 
 @pytest.fixture(scope="module")
 def robot(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("robots") / "my-rover"
-    assert main(["new", str(folder), "--robot"]) == OK
-    return folder
+    return begun(tmp_path_factory.mktemp("robots") / "my-rover", "--robot")
 
 
 def test_a_robot_of_ones_own_is_valid_even_strictly(robot: Path) -> None:
