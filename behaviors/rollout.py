@@ -32,6 +32,8 @@ CLOSEST = 0.12
 WITH_USER = RADIUS + 0.2
 """With the user's centre nearer than this to the outline of rover and arm, m, the arm is taken to
 be at the user's hand."""
+STOPPED_S = 1.3
+"""An attentive user stands this long after the sign appears, s: 0.8 s to react, 0.5 s to stop."""
 SLACK = 0.01
 """How much nearer to a wall a robot may come that starts too near to it, m."""
 BREAK_OFF = (0, 2, 4)
@@ -68,12 +70,14 @@ class RolloutEvaluation:
 
     `safe_after` (n,): time until both Escape zones stay clear, s, on the worst of the user's
     trajectories (infinite: never). `gap` (n,): smallest gap between robot and user on any of them,
-    m, negative in contact. `touch_after` (n,): time until the gap is below CLOSEST, s, on the best
-    of them (infinite: never).
+    m, negative in contact; `gap_soon` (n,): … until a user who is shown the sign now has stopped.
+    `touch_after` (n,): time until the gap is below CLOSEST, s, on the best of them (infinite:
+    never).
     """
 
     safe_after: Array
     gap: Array
+    gap_soon: Array
     touch_after: Array
 
 
@@ -191,10 +195,11 @@ def _evaluate(
     zones: tuple[float, float, float],
     outline: Outline,
     closest: float,
-) -> tuple[Array, Array, Array]:
+) -> tuple[Array, Array, Array, Array]:
     """See `RolloutEvaluation`; `zones` are radius ahead, radius around, and half the view angle."""
     count = len(trajectories)
-    safe_after, gap, touch_after = np.zeros(count), np.full(count, math.inf), np.zeros(count)
+    safe_after, touch_after = np.zeros(count), np.zeros(count)
+    gap, gap_soon = np.full(count, math.inf), np.full(count, math.inf)
     c, s, cos_view = math.cos(yaw), math.sin(yaw), math.cos(zones[2])
     for i in range(count):
         for j in range(len(predictions)):
@@ -209,6 +214,8 @@ def _evaluate(
                 across = max(0.0, y - outline.left, -outline.right - y)
                 room = math.hypot(along, across) - RADIUS
                 gap[i] = min(gap[i], room)
+                if STEP_S * step < STOPPED_S:
+                    gap_soon[i] = min(gap_soon[i], room)
                 if room < closest:
                     touch = min(touch, STEP_S * (step + 1))
                 inside = distance < zones[1]
@@ -221,7 +228,7 @@ def _evaluate(
                     safe = STEP_S * (step + 1)
             safe_after[i] = max(safe_after[i], safe)
             touch_after[i] = max(touch_after[i], touch)
-    return safe_after, gap, touch_after
+    return safe_after, gap, gap_soon, touch_after
 
 
 @njit(cache=True)

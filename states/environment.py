@@ -210,7 +210,8 @@ class Environment:
                 planner, limits, tolerance, latency=latency, walls=walls, wall_distance=kept
             )
         driver.zones = self.zones
-        driver.spare = kept - self.robot.footprint.half_diagonal
+        driver.reach = self.robot.footprint.half_diagonal
+        driver.spare = kept - driver.reach
         return driver
 
     def warm_up(self) -> None:

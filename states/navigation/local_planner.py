@@ -59,7 +59,7 @@ class LocalPlanner(ABC):
     out of twice the tolerance) or `blocked` (no path: it brakes, or leaves the user's disc).
     `path` is the global planner's, if any. `mode` (R2) and `planner` may be changed at any time.
     `spare`: how much nearer to walls than its inflation the robot touches none, m; infinite: not
-    known.
+    known. `reach`: half the diagonal of its outline, m; 0: not known.
 
     Plans start from reckoned positions of robot and user, so that noise of measured poses does not
     reach the velocity; see `reckoning`. `latency` is a first guess of the base's delay, s.
@@ -80,7 +80,8 @@ class LocalPlanner(ABC):
         self.goal: Pose2 | None = None
         self.planner = planner
         self.zones = NO_ZONES
-        self.spare = math.inf
+        self.spare, self.reach = math.inf, 0.0
+        self._tight = False
         self._limits = self._own_limits = limits
         self._tolerance = tolerance
         self._pace = SpeedLimits(
@@ -282,9 +283,12 @@ class LocalPlanner(ABC):
         """The largest share of the wanted change of velocity from which braking hits nothing.
 
         If even braking comes too near to something, the turn rate is braked, too: turning could
-        swing a corner of the robot towards it.
+        swing a corner of the robot towards it. Nearer to a wall than its `reach` it does not turn.
         """
         stopped = braked = self._braked(now, dt)
+        self._tight = self.planner.clearance((pose.x, pose.y)) < self.reach
+        if self._tight:
+            wanted = Twist2(wanted.vx, wanted.vy, stopped.wz)
         if self.mode == "omni" or now.speed <= CRAWL:
             braked = Twist2(braked.vx, braked.vy, wanted.wz)
         for part in (1.0, 0.75, 0.5, 0.25):
@@ -315,8 +319,9 @@ class LocalPlanner(ABC):
         """True if no wall is touched either should the safety chain hold the robot off the user.
 
         The chain takes out the part of the velocity that closes the gap; the rest leads elsewhere.
+        Nearer to a wall than its `reach` the robot may come no nearer anyway, and has to get out.
         """
-        if user is None or self.spare == math.inf:
+        if user is None or self.spare == math.inf or self._tight:
             return True
         at = math.atan2(user.y - place[1], user.x - place[0])
         for off in (0.0, ASIDE, -ASIDE):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from shapely.geometry import LineString, Point, Polygon
 
 from behaviors import escape
-from behaviors.costs import FAR, crowding
+from behaviors.costs import FAR, crowding, lateness
 from behaviors.dodge import place_with_room, safest_goal
 from behaviors.profile import Profile
 from behaviors.rollout import HORIZON_S, STEP_S, evaluate, predict_user, roll_out
@@ -186,6 +187,58 @@ def test_of_two_ways_out_the_one_under_way_is_kept(
     assert safest_goal(now, goals, present)[0] is present
     later = [Pose2(10.0, 10.0 + 0.3 * side), goals[0] if side > 0.0 else goals[1]]
     assert safest_goal(now, later, later[0])[0] is later[1]
+
+
+@pytest.mark.requirement(109, 114)
+def test_where_each_drive_ends_in_a_contact_the_one_with_the_larger_gap_until_the_stop_is_taken(
+    tuned: Profile, situation_of: Callable[..., Situation]
+) -> None:
+    """A robot that drives to the right cannot get out to the left before the user has stopped."""
+    rolling = Twist2(0.0, -0.8)
+    now = situation_of(
+        tuned, Pose2(10, 10), facing(11.8, 10.0, math.pi), Twist2(-1.5), twist=rolling
+    )
+    left, right = Pose2(10.0, 12.5), Pose2(10.0, 9.2)
+    found = evaluate(
+        now,
+        roll_out(now, [(left.x, left.y), (right.x, right.y)], 2.5),
+        predict_user(now, now.settings.user.likely),
+    )
+    assert (found.gap <= 0.0).all()
+    assert found.gap_soon[1] > found.gap_soon[0]
+
+    assert safest_goal(now, [left, right], None)[0] is right
+    assert safest_goal(now, [left, right], left)[0] is right
+
+
+@pytest.mark.requirement(91)
+@pytest.mark.parametrize(("rate", "heeded"), [(0.6, True), (-0.6, True), (0.2, False)])
+def test_room_is_made_out_of_a_bend_that_may_become_tighter(
+    tuned: Profile,
+    situation_of: Callable[..., Situation],
+    monkeypatch: pytest.MonkeyPatch,
+    rate: float,
+    heeded: bool,
+) -> None:
+    """Robots around somebody who bends are later for the tighter bend if it is not reckoned with;
+    beside somebody who goes straight that changes nothing."""
+    walking = Twist2(1.2, 0.0, rate)
+    tighter = "turns_left" if rate > 0.0 else "turns_right"
+
+    def late() -> float:
+        total = 0.0
+        for bearing, away in itertools.product(np.linspace(-1.2, 1.2, 9), (2.2, 3.0)):
+            robot = Pose2(10.0 + away * math.cos(bearing), 10.0 + away * math.sin(bearing))
+            now = situation_of(tuned, robot, facing(10.0, 10.0, 0.0), walking)
+            place, _ = place_with_room(now, (3.4, 3.7), None)
+            ways = roll_out(now, [place], 1.5).trajectories
+            total += float(lateness(ways, predict_user(now, (tighter,)), 1.27, 0.55, 1.0)[0])
+        return total
+
+    with_it = late()
+    monkeypatch.setattr("behaviors.dodge.BENDS", math.inf)
+
+    assert (with_it < 0.8 * late()) if heeded else (with_it == late())
 
 
 @pytest.mark.parametrize(("room", "touches"), [(0.11, True), (0.13, False)])

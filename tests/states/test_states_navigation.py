@@ -38,10 +38,11 @@ class Drive:
         goal: Pose2,
         name: SubsystemName = "chase",
         mode: DriveMode = "omni",
+        start: Pose2 = START,
     ) -> None:
-        self.base = SimBase(environment.robot, environment.limits, START)
+        self.base = SimBase(environment.robot, environment.limits, start)
         self.guard = alone(self.base, environment)
-        values = {"environment": environment, "base.pose": START, "base.twist": self.base.twist}
+        values = {"environment": environment, "base.pose": start, "base.twist": self.base.twist}
         self.ctx = context(values | {"base.mode": self.base.mode}, {"base": self.guard})
         self.run = DriveTo(name, mode=mode).run(self.ctx, goal)
         self.fastest = self.sideways = 0.0
@@ -113,6 +114,27 @@ def test_a_drive_goes_round_the_user(
         drive.base._now = 0  # the next tick begins at 0 again
 
     assert min(nearest) >= environment.navigation.haptic.user_radius - 0.01
+
+
+@pytest.mark.requirement(52, 101)
+@pytest.mark.parametrize("name", ["chase", "haptic", "escape"])
+@pytest.mark.parametrize("user", [None, UserPose(Pose2(3.7, 2.5, 1.1), 1.1)])
+def test_a_robot_pushed_into_a_corner_drives_out_and_does_not_turn_in_it(
+    environment: Environment, context: Any, take_step: Any, name: SubsystemName, user: Any
+) -> None:
+    """Half its diagonal is 0.725 m; turning at 0.71 m would swing a corner into the wall."""
+    start = Pose2(0.71, 0.73, 1.21)
+    drive = Drive(environment, context, Pose2(4.0, 5.0, -1.9), name, start=start)
+    drive.ctx.values["user.pose"] = user
+    poses = []
+
+    assert (
+        drive.until_end(lambda run: poses.append(drive.base.pose) or take_step(run), 8) == "arrived"
+    )
+
+    close = [pose.yaw for pose in poses if min(pose.x, pose.y) < 0.725]
+    assert len(close) > 3
+    assert close == [start.yaw] * len(close)
 
 
 @pytest.mark.requirement(101)
