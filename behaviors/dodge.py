@@ -150,8 +150,8 @@ def place_with_room(
 def _bend(now: Situation) -> tuple[str, ...]:
     """The predictor of a walking user whose bend becomes tighter; none for one who goes straight.
 
-    Of those who already bend the next turn is the more likely one. To reckon with bends of people
-    who go straight made the robot keep out of lines that nobody walks, and in those that they do.
+    Somebody who is already turning is likely to turn further. With bends assumed of people who walk
+    straight, too, the robot had twice as many Escapes beside them.
     """
     rate = now.velocity.wz
     if now.velocity.speed < SETS_OFF or abs(rate) < BENDS:
