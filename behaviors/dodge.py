@@ -9,7 +9,14 @@ from dataclasses import replace
 import numpy as np
 
 from behaviors.costs import crowding, efforts, haste, lateness
-from behaviors.rollout import RolloutEvaluation, evaluate, predict_user, pursued, roll_out
+from behaviors.rollout import (
+    STOPPED_S,
+    RolloutEvaluation,
+    evaluate,
+    predict_user,
+    pursued,
+    roll_out,
+)
 from behaviors.situation import TURN_ROOM, Situation
 from hw.geometry import Outline, Pose2, Twist2
 from hw.room import Point
@@ -19,9 +26,9 @@ KEEP_S, KEEP_M = 0.2, 0.05
 """Hysteresis: another Escape pose has to be safe earlier than the current one by this, s, or, if
 every drive ends in a contact, leave a larger gap by this, m."""
 
-CAUGHT_S = 1.6
-"""A user who walks at the robot is warned so long before a touch, s: 0.8 s to react, 0.5 s to stop,
-and what it takes to see their walk."""
+CAUGHT_S = STOPPED_S + 0.3
+"""A user who walks at the robot is warned so long before a touch, s: until they have stopped, and
+what it takes to see their walk."""
 HEADING = math.radians(20.0)
 """Whoever walks within this of the direction to the robot walks at it, rad."""
 

@@ -35,8 +35,7 @@ def way_out(now: Situation) -> Point | None:
 
     m, in the map.
     """
-    planner = now.planners["escape"]
-    places = [place for place in _places(now) if planner.is_free(place)]
+    places = _free_places(now)
     return _cheapest(now, places, [0.0] * len(places))
 
 
@@ -51,8 +50,8 @@ def refuge(now: Situation) -> Point | None:
 
     from behaviors.waiting import risks, way_risks
 
-    here, planner = (now.pose.x, now.pose.y), now.planners["escape"]
-    places = [here, *(place for place in _places(now) if planner.is_free(place))]
+    here = (now.pose.x, now.pose.y)
+    places = [here, *_free_places(now)]
     there, apart = np.array(places), now.environment.navigation.named(KEEPS).user_radius
     times = np.hypot(there[:, 0] - here[0], there[:, 1] - here[1]) / SLOWLY
     risk = risks(now, there) + way_risks(now, there, apart, times)
@@ -86,6 +85,14 @@ def _way_length(now: Situation, place: Point) -> float:
     """Length of the path around the user, m; infinite without one, or if beyond FARTHEST."""
     path = now.planners["escape"].plan((now.pose.x, now.pose.y), place, now.user_disc(KEEPS, place))
     return math.inf if path is None or path.length > FARTHEST else path.length
+
+
+def _free_places(now: Situation) -> list[Point]:
+    import numpy as np
+
+    places = list(_places(now))
+    free = now.planners["escape"].are_free(np.array(places).reshape(-1, 2)).tolist()
+    return [place for place, is_free in zip(places, free, strict=True) if is_free]
 
 
 def _places(now: Situation) -> Iterator[Point]:
