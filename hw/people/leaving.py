@@ -81,17 +81,11 @@ class Leaving:
 
     def _go(self, here: Pose2, robot: Point, goal: Point, span_s: float) -> tuple[Pose2, float]:
         """Turn towards the goal, then walk; stop if that would bring them nearer to the robot."""
-        yaw = math.atan2(goal[1] - here.y, goal[0] - here.x)
-        turn, most = wrap(yaw - here.yaw), self._turn_rate * span_s
-        if abs(turn) > most:
-            return Pose2(here.x, here.y, wrap(here.yaw + math.copysign(most, turn))), 0.0
-        far = math.dist((here.x, here.y), goal)
-        share = min(1.0, self._pace * span_s / far)
-        there = Pose2(here.x + share * (goal[0] - here.x), here.y + share * (goal[1] - here.y), yaw)
+        there, speed = walked(here, goal, self._pace, self._turn_rate, span_s)
         if _nears((here.x, here.y), (there.x, there.y), robot):
             self._goal = None
             return here, 0.0
-        return there, self._pace
+        return there, speed
 
     def _way_out(self, here: Point, robot: Point) -> Point | None:
         """The end of the straight way that leads farthest away; None if none is worth while."""
@@ -118,6 +112,29 @@ class Leaving:
                 return end
             end = x, y
         return end
+
+
+def turned(here: Pose2, yaw: float, rate: float, span_s: float) -> Pose2:
+    """A person who turns on the spot to a yaw, at `rate` in rad/s, after `span_s` of it."""
+    turn, most = wrap(yaw - here.yaw), rate * span_s
+    if abs(turn) > most:
+        yaw = wrap(here.yaw + math.copysign(most, turn))
+    return Pose2(here.x, here.y, yaw)
+
+
+def walked(
+    here: Pose2, goal: Point, pace: float, rate: float, span_s: float
+) -> tuple[Pose2, float]:
+    """A person who turns to a goal elsewhere, then walks there, after `span_s`; their speed, m/s.
+
+    They walk at `pace`, m/s, and turn at `rate`, rad/s.
+    """
+    yaw = math.atan2(goal[1] - here.y, goal[0] - here.x)
+    if abs(wrap(yaw - here.yaw)) > rate * span_s:
+        return turned(here, yaw, rate, span_s), 0.0
+    share = min(1.0, pace * span_s / math.dist((here.x, here.y), goal))
+    there = Pose2(here.x + share * (goal[0] - here.x), here.y + share * (goal[1] - here.y), yaw)
+    return there, pace
 
 
 def _nears(here: Point, there: Point, robot: Point) -> bool:

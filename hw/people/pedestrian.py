@@ -55,14 +55,7 @@ class Pedestrian(Actor):
         self._met: Point | None = None
         self._resumes = self._forgets = self._pause = 0
         self._sees_it = self._surprised = self._backs_off = False
-        self._aside = 0.0
         super().__init__(start, manner, seed)
-
-    def step(self, now_ns: int, robot: Pose2, informed: bool) -> None:
-        """Go on to now_ns; see `Person`."""
-        self._aside = 0.0
-        super().step(now_ns, robot, informed)
-        self.speed = self._aside or self.speed
 
     def _halts(self, elapsed: int) -> bool:
         """True while they see the robot or pause; makes room for it meanwhile."""

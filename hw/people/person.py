@@ -84,7 +84,7 @@ class Actor:
         self.finished = False
         self._x, self._y, self._yaw = start.x, start.y, start.yaw
         self._head_turn = 0.0
-        self._tempo = 0.0
+        self._tempo = self._aside = 0.0
         self._rate = 1.0
         self._now = 0
         self._budget = 0
@@ -100,10 +100,10 @@ class Actor:
         elapsed, self._now = now_ns - self._now, now_ns
         self._robot = robot
         self._perceive(informed)
+        self._tempo = self._aside = 0.0
         self._budget = self._own_time(elapsed, self._halts(elapsed))
-        self._tempo = 0.0
         self.finished = next(self._routine, None) is None
-        self.speed = self._tempo * self._rate
+        self.speed = self._aside or self._tempo * self._rate
         body = self.body
         if body.x != self._x or body.y != self._y or body.yaw != self._yaw:
             self.body = Pose2(self._x, self._y, self._yaw)
@@ -122,7 +122,10 @@ class Actor:
             _, self._informed = self._changes.popleft()
 
     def _halts(self, elapsed: int) -> bool:  # noqa: ARG002
-        """True while they interrupt their routine for the robot; elapsed is in ns."""
+        """True while they interrupt their routine for the robot; elapsed is in ns.
+
+        Who steps out of its way meanwhile sets `_aside` to their speed, m/s.
+        """
         return self._informed
 
     def _own_time(self, elapsed: int, halts: bool) -> int:

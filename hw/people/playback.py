@@ -6,8 +6,10 @@ from collections.abc import Iterator
 
 from hw.geometry import Pose2, wrap
 from hw.people.manner import ATTENTIVE, Manner
-from hw.people.person import Actor, Touch
+from hw.people.person import Touch
 from hw.people.recording import Heading, Recording
+from hw.people.replayed import Replayed
+from hw.room import Room
 from hw.samples import Sample
 
 SPARSE_NS = 100_000_000
@@ -15,19 +17,20 @@ SPARSE_NS = 100_000_000
 straight line between them: a robot could not be run on so few poses (R149)."""
 
 
-class Playback(Actor):
+class Playback(Replayed):
     """Replays a recording that was already placed in the room.
 
     Tracking gives the newest row since the step before, with the row's own time, and nothing where
     the recording has a gap (a drop-out or a jump) or has ended; the true body moves straight across
-    gaps. While the person stands (to request a touch, or shown the robot) tracking goes on; in a
-    gap it returns once the gap has lasted as long as recorded. With `requests`, the walk is
-    interrupted that many times, evenly spread.
+    gaps. While the person stands (to request a touch, or shown the robot) or leaves the robot,
+    tracking goes on; in a gap it returns once the gap has lasted as long as recorded. With
+    `requests`, the walk is interrupted that many times, evenly spread.
     """
 
     def __init__(
         self,
         recording: Recording,
+        room: Room,
         requests: int = 0,
         touch: Touch | None = None,
         manner: Manner = ATTENTIVE,
@@ -44,7 +47,8 @@ class Playback(Actor):
         self._gap = (-1, 0)  # the row before it, and when it began, ns
         self._requests = requests
         self._touch = touch or Touch()
-        super().__init__(Pose2(recording.xs[0], recording.ys[0], self._headings[0]), manner, seed)
+        start = Pose2(recording.xs[0], recording.ys[0], self._headings[0])
+        super().__init__(start, room, manner, seed)
 
     @property
     def own_ns(self) -> int:
@@ -59,10 +63,12 @@ class Playback(Actor):
         yield from self._play(self._recording.duration_ns)
 
     def _play(self, until_ns: int) -> Iterator[bool]:
+        yield from self._return()
         while self._own + self._budget < until_ns:
             self._go(self._own + self._budget)
             self._budget = 0
             yield True
+            yield from self._return()
         self._budget -= until_ns - self._own
         self._go(until_ns)
 

@@ -11,7 +11,7 @@ from engine.files.finding import mistake
 from hw.geometry import Pose2, Pose3, wrap
 from hw.people.gaps import drop_out_ns
 from hw.people.manner import ATTENTIVE, Manner
-from hw.people.person import Actor
+from hw.people.replayed import Replayed
 from hw.room import Room
 from hw.samples import Sample, UserPose
 
@@ -52,13 +52,14 @@ class Past:
     asked: tuple[Asked, ...]
 
 
-class Recalled(Actor):
+class Recalled(Replayed):
     """Repeats what a person did in an earlier run, at the same times and places.
 
     Tracking gives what it gave in that run, head and hands included, with the same stamps, and
     nothing in its drop-outs; between two rows the true body moves straight. While the robot is
-    shown, the person's own time slows to a standstill, and all that follows is delayed by as much:
-    tracking sees them slow down and stand, and a drop-out lasts as long as recorded.
+    shown, the person's own time slows to a standstill, and they may leave it; all that follows is
+    delayed by as much: tracking sees them slow down, stand and leave, and a drop-out lasts as long
+    as recorded.
 
     Raises:
         FileError: they would leave the free floor of this room.
@@ -70,13 +71,14 @@ class Recalled(Actor):
         self._drop_out_ns = drop_out_ns([row.at_ns for row in past.seen])
         self._own = 0
         self._newest, self._reported_ns = -1, 0
-        super().__init__(past.ways[0].body, manner, seed)
+        super().__init__(past.ways[0].body, room, manner, seed)
 
     def _run(self) -> Iterator[bool]:
         while self._own + self._budget < self._past.until_ns:
             self._go(self._own + self._budget)
             self._budget = 0
             yield True
+            yield from self._return()
         self._go(self._past.until_ns)
 
     def _go(self, own_ns: int) -> None:
@@ -119,7 +121,7 @@ class Recalled(Actor):
         lasts = seen[row + 1].at_ns - seen[row].at_ns
         if lasts > self._drop_out_ns:
             return now_ns - self._reported_ns >= lasts
-        return self._rate < 1.0
+        return self._rate < 1.0 or bool(self._way_back)
 
 
 def _moved(seen: UserPose, before: Pose2, now: Pose2) -> UserPose:

@@ -136,7 +136,7 @@ def _open(
         return LivePerson(scene.user_start or _middle(scene.room))
     if is_recording(bare):
         recording = _placed(parse_source(bare), scene, size)
-        return Playback(recording, requests or 0, manner=manner, seed=seed, heading=heading)
+        return Playback(recording, scene.room, requests or 0, None, manner, seed, heading)
     if size is not None:
         raise mistake(source, "only a recording can be stretched")
     if heading != "centred":

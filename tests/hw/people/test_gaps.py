@@ -117,7 +117,7 @@ def test_across_a_jump_there_are_no_samples_and_the_true_person_walks_straight(
 ) -> None:
     recording = read(tmp_path, moved(walk(60.0, 9.0), 120, 2.85))
     (gap,) = recording.gaps()
-    person, before, fastest = Playback(recording), None, 0.0
+    person, before, fastest = Playback(recording, load_scene("hall").room), None, 0.0
     for n in range(1, 500):
         now = n * 10**9 // 60
         person.step(now, FAR, False)

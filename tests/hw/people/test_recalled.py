@@ -1,5 +1,7 @@
 """A person out of a record does again what they did, and stands while the robot is shown."""
 
+import itertools
+
 import pytest
 
 from engine.files.finding import FileError
@@ -144,3 +146,21 @@ def test_who_would_be_in_a_wall_is_told_where_and_when():
 
     with pytest.raises(FileError, match=r"run.mcap: .*\(6.75, 5.15\) after 1.00 s.*free floor"):
         Recalled(in_wall, LAB)
+
+
+def test_they_leave_the_shown_robot_and_come_back_to_what_they_did():
+    deep = Pose3.from_yaw(3.0, 5.0, 1.5, 0.2)
+    known = past(asked=(Asked(0, None), Asked(tick(45), deep)))
+    person, rows = Recalled(known, LAB), []
+    for n in range(900):
+        robot = body(tick(60)).transform(1.0, 0.0)
+        person.step(tick(n), Pose2(*robot), 60 < n <= 360)
+        rows.append((person.body, person.request, person.measured))
+
+    assert rows[360][0].distance_to(Pose2(*robot)) == pytest.approx(3.0, abs=0.1)
+    assert rows[100][1] == deep
+    assert rows[360][1] is None
+    assert rows[-1][0] == known.ways[-1].body
+    assert rows[-1][1] == deep
+    stamps = [row[2].stamp_ns for row in rows if row[2] is not None]
+    assert all(a < b <= a + 2 * tick(1) for a, b in itertools.pairwise(stamps))

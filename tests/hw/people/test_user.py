@@ -57,21 +57,21 @@ def walker(
 
 @pytest.mark.requirement(24)
 def test_a_replayed_person_is_where_the_recording_says():
-    for now, body, speed, _, _ in play(Playback(straight()), 290):
+    for now, body, speed, _, _ in play(Playback(straight(), LAB.room), 290):
         assert body.x == pytest.approx(1.0 + 0.5 * now * 1e-9, abs=1e-9)
         assert (body.y, body.yaw) == (5.0, 0.0)
         assert speed == pytest.approx(0.5, abs=1e-6)
 
 
 def test_tracking_gives_every_row_at_most_once_with_its_own_stamp():
-    samples = [row[4] for row in play(Playback(straight()), 320) if row[4] is not None]
+    samples = [row[4] for row in play(Playback(straight(), LAB.room), 320) if row[4] is not None]
     stamps = [sample.stamp_ns for sample in samples]
     assert stamps == [i * 10**9 // 25 for i in range(251)]
     assert samples[10].value.body.x == pytest.approx(1.0 + 0.5 * 0.4)
 
 
 def test_a_gap_ends_as_recorded_even_if_the_person_stands_still_in_it():
-    person = Playback(straight(gap=(4.0, 6.0)))
+    person = Playback(straight(gap=(4.0, 6.0)), LAB.room)
     seen = []
     for tick in range(30 * 9):
         person.step(tick * 10**9 // 30, FAR, 4.5 <= tick / 30 < 8.0)
@@ -81,7 +81,7 @@ def test_a_gap_ends_as_recorded_even_if_the_person_stands_still_in_it():
 
 
 def test_in_a_gap_there_are_no_samples_and_the_true_person_walks_on():
-    rows = play(Playback(straight(gap=(4.0, 6.0))), 290)
+    rows = play(Playback(straight(gap=(4.0, 6.0)), LAB.room), 290)
     for now, body, _, _, sample in rows:
         if 4.05e9 < now < 5.95e9:
             assert sample is None
@@ -89,7 +89,7 @@ def test_in_a_gap_there_are_no_samples_and_the_true_person_walks_on():
 
 
 def test_a_person_shown_the_robot_stops_within_half_a_second_and_goes_on_after():
-    person = Playback(straight(), manner=INSTANT)
+    person = Playback(straight(), LAB.room, manner=INSTANT)
     rows = play(person, 150, informed=lambda n: 30 <= n < 90)
     stopped = rows[46][1]
     assert all(body == stopped and speed == 0.0 for _, body, speed, _, _ in rows[46:90])
@@ -100,7 +100,7 @@ def test_a_person_shown_the_robot_stops_within_half_a_second_and_goes_on_after()
 
 
 def test_after_the_last_row_the_person_stands_and_tracking_is_silent():
-    person = Playback(straight(seconds=2))
+    person = Playback(straight(seconds=2), LAB.room)
     rows = play(person, 90)
     assert person.finished
     assert rows[-1][1].x == pytest.approx(2.0)
@@ -111,7 +111,7 @@ def test_after_the_last_row_the_person_stands_and_tracking_is_silent():
 @pytest.mark.requirement(56, 131)
 def test_a_replayed_person_can_stop_on_the_way_to_ask_for_touches():
     touch = Touch(10**9, 2 * 10**9, 10**9)
-    rows = play(Playback(straight(), requests=2, touch=touch), 560)
+    rows = play(Playback(straight(), LAB.room, requests=2, touch=touch), 560)
     asked = [n for n, row in enumerate(rows) if row[3] is not None]
     assert [b - a for a, b in itertools.pairwise(asked) if b - a > 1] == [161]
     assert len(asked) == 2 * 60
@@ -120,7 +120,7 @@ def test_a_replayed_person_can_stop_on_the_way_to_ask_for_touches():
 
 
 def test_stamps_of_samples_always_rise_whatever_interrupts_the_walk():
-    person = Playback(straight(gap=(4.0, 6.0)), requests=3)
+    person = Playback(straight(gap=(4.0, 6.0)), LAB.room, requests=3)
     stamps = [r[4].stamp_ns for r in play(person, 4700, informed=lambda n: n % 100 < 20) if r[4]]
     assert all(b > a for a, b in itertools.pairwise(stamps))
 
@@ -419,7 +419,7 @@ def test_a_person_who_stands_is_the_same_pose_again_and_again(tmp_path):
 
 
 def test_a_recorded_person_who_stands_is_so_too():
-    rows = play(Playback(straight(), requests=1, touch=Touch(10**9, 10**9, 10**9)), 250)
+    rows = play(Playback(straight(), LAB.room, requests=1, touch=Touch(10**9, 10**9, 10**9)), 250)
     seen = [measured.value for *_, measured in rows if measured is not None]
     assert all(later is pose for pose, later in itertools.pairwise(seen) if later == pose)
     assert sum(later is pose for pose, later in itertools.pairwise(seen)) > 80
@@ -434,3 +434,42 @@ def test_a_live_person_pushed_twice_to_one_place_is_the_same_pose():
         poses.append(person.measured.value)
     assert poses[0] is poses[1]
     assert poses[2].body.x == 2.0
+
+
+# ---- recordings and the shown robot
+
+
+def stopped_before(robot, seed, *, requests=0, shown=(3.0, 25.0), ticks=1200):
+    person = Playback(straight(), LAB.room, requests, Touch(10**9, 60 * 10**9, 10**9), seed=seed)
+    return play(person, ticks, robot, informed=lambda n: shown[0] <= n / 30 < shown[1])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_replayed_person_leaves_the_robot_they_stand_in_and_walks_back_to_go_on(seed):
+    robot = Pose2(3.2, 5.2)
+    rows = stopped_before(robot, seed)
+    left = rows[int(24.9 * 30)][1]
+    assert left.distance_to(robot) == pytest.approx(3.0, abs=0.1)
+    set_off = next(n for n, row in enumerate(rows) if n > 150 and row[2] > 0.0)
+    stood = rows[set_off - 1][1]
+    gaps = [row[1].distance_to(robot) for row in rows[set_off : 25 * 30]]
+    assert gaps == sorted(gaps)
+    back = [n for n, row in enumerate(rows) if n > 25 * 30 and row[1].distance_to(stood) < 1e-6]
+    assert back
+    assert all(abs(row[1].y - 5.0) < 1e-9 for row in rows[back[-1] :])
+    assert rows[-1][1].x == pytest.approx(6.0, abs=1e-6)
+    steps = [b[1].distance_to(a[1]) for a, b in itertools.pairwise(rows)]
+    assert max(steps) <= 1.2 / 30 + 1e-9
+    stamps = [row[4].stamp_ns for row in rows if row[4]]
+    assert all(a < b < a + 3 * 10**8 for a, b in itertools.pairwise(stamps))
+
+
+def test_a_replayed_person_who_leaves_lets_go():
+    rows = stopped_before(Pose2(4.6, 5.0), 1, requests=1, shown=(10.0, 30.0))
+    assert rows[299][3] is not None
+    assert rows[899][3] is None
+
+
+def test_a_replayed_person_far_from_the_shown_robot_stays():
+    rows = stopped_before(Pose2(6.0, 5.0), 0)
+    assert rows[200][1] == rows[740][1]
