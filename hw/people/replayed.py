@@ -19,10 +19,10 @@ _NEAR = 1e-6
 
 
 class Replayed(Actor):
-    """Interrupts a recording to walk away from the shown robot, and goes on with it after.
+    """Interrupts a recording while the robot is shown, and goes on with it after.
 
     Who stands before the shown robot walks away from it and lets go of what they requested. Once
-    it is hidden they pause, walk back the way they came, and the recording goes on from there.
+    it is hidden they pause, walk back if they have left, and the recording goes on from there.
     """
 
     def __init__(self, start: Pose2, room: Room, manner: Manner, seed: int) -> None:
@@ -34,7 +34,7 @@ class Replayed(Actor):
         super().__init__(start, manner, seed)
 
     def _halts(self, elapsed: int) -> bool:
-        """True while they see the robot or, having left, pause; leaves it meanwhile."""
+        """True while they see the robot or pause; leaves it meanwhile."""
         if self._informed:
             if not self._sees_it:
                 self._leaving.begin(self._now)
@@ -42,9 +42,8 @@ class Replayed(Actor):
                 self._leave(elapsed * 1e-9)
         elif self._sees_it:
             self._leaving.end()
-            if self._way_back:
-                pause = self._chance.uniform(*self.manner.pause_s)
-                self._resumes = self._now + round(pause * 1e9)
+            pause = self._chance.uniform(*self.manner.pause_s)
+            self._resumes = self._now + round(pause * 1e9)
         self._sees_it = self._informed
         return self._informed or self._now < self._resumes
 

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
@@ -80,9 +81,9 @@ def test_they_do_after_their_reaction_what_others_do_at_once(seed, edges):
     def sign(n):
         return sum(end <= n for end in ends) % 2 == 1
 
-    late = Playback(straight(), HALL, seed=seed)
+    late = Playback(straight(), HALL, manner=HASTY, seed=seed)
     ticks = math.ceil(late.reaction_s * HZ - 1e-6)
-    at_once = Playback(straight(), HALL, manner=INSTANT)
+    at_once = Playback(straight(), HALL, manner=replace(INSTANT, pause_s=(0.0, 0.0)))
     for n in range(300):
         for person, shown in ((late, sign(n)), (at_once, sign(n - ticks))):
             person.step(n * 10**9 // HZ, FAR, shown)
@@ -91,7 +92,7 @@ def test_they_do_after_their_reaction_what_others_do_at_once(seed, edges):
 
 
 def test_a_sign_of_a_fifth_of_a_second_slows_them_late_and_for_as_long():
-    person = Playback(straight(), HALL, seed=0)
+    person = Playback(straight(), HALL, manner=HASTY, seed=0)
     rows = play(person, 8, shown=lambda t: 2.0 <= t < 2.2)
     slow = [n / HZ for n, (_, speed, _) in enumerate(rows) if n / HZ > 1 and speed < SPEED - 1e-6]
     assert slow[0] == pytest.approx(2.0 + person.reaction_s, abs=0.05)

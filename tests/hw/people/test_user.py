@@ -88,13 +88,13 @@ def test_in_a_gap_there_are_no_samples_and_the_true_person_walks_on():
         assert body.x == pytest.approx(1.0 + 0.5 * now * 1e-9, abs=1e-9)
 
 
-def test_a_person_shown_the_robot_stops_within_half_a_second_and_goes_on_after():
+def test_a_person_shown_the_robot_stops_within_half_a_second_and_goes_on_after_a_pause():
     person = Playback(straight(), LAB.room, manner=INSTANT)
-    rows = play(person, 150, informed=lambda n: 30 <= n < 90)
+    rows = play(person, 240, informed=lambda n: 30 <= n < 90)
     stopped = rows[46][1]
-    assert all(body == stopped and speed == 0.0 for _, body, speed, _, _ in rows[46:90])
-    assert all(sample is not None for *_, sample in rows[46:90])
-    assert rows[150][1].x > stopped.x + 0.5
+    assert all(body == stopped and speed == 0.0 for _, body, speed, _, _ in rows[46:180])
+    assert all(sample is not None for *_, sample in rows[46:180])
+    assert rows[240][1].x > stopped.x + 0.5
     steps = [b[1].x - a[1].x for a, b in itertools.pairwise(rows)]
     assert max(steps) <= 0.5 / 30 + 1e-9
 
