@@ -274,6 +274,12 @@ def choose(
     return best, due or is_caught(now, free, outline)
 
 
+def can_get_away(now: Situation) -> bool:
+    """True if there is a pose to which Escape could drive."""
+    free = free_poses(now.settings, now.planners["escape"], now.user, now.pose)
+    return choose(now, tuple(free), None, None)[0] is not None
+
+
 def _still_in_reach(now: Situation, goal: Pose2 | None) -> Pose2 | None:
     """The goal, unless a scanned obstacle now blocks the way to it."""
     here, planner = (now.pose.x, now.pose.y), now.planners["escape"]

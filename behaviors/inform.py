@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from behaviors.escape import can_get_away
 from behaviors.refuge import is_outside, way_out
 from behaviors.situation import CHANGES, WAYS, Situation, situation
 from engine.files.units import Duration
@@ -29,20 +30,25 @@ class WarnUser(Action):
 class UserReady(Monitor):
     """`restarted` when the user has stopped, gives the restart signal, and the robot can go on.
 
-    Walking on revokes the signal (R65, R115). Not before `least`, not while a fault is left or the
-    user is not tracked, and, with `until_clear`, not before the user has left both Escape zones or
-    there is a way out of them. It hands out where the user stands.
+    Walking on revokes the signal (R65, R115). Not before `least`, and not while a fault is left or
+    the user is not tracked. With `until_clear`, not before the user has left both Escape zones or
+    there is a way out of them, nor, if the robot could not drive off when this began, before
+    `cornered`: who comes again at once would find it there. It hands out where the user stands.
     """
 
     outcomes = ("restarted",)
     outputs = {"restarted": {"user": UserPose}}
     reads = {**WAYS, RESTART: None, STOP_ENGAGED: None}
 
-    def __init__(self, least: Duration = 2.0, until_clear: bool = True) -> None:
-        self.least, self.until_clear = least, until_clear
+    def __init__(
+        self, least: Duration = 2.0, until_clear: bool = True, cornered: Duration = 6.0
+    ) -> None:
+        self.least, self.until_clear, self.cornered = least, until_clear, cornered
 
     def run(self, ctx: Context) -> Run:
-        earliest, willing = ctx.after(self.least), False
+        now, willing = situation(ctx, "escape"), False
+        cornered = self.until_clear and now is not None and not can_get_away(now)
+        earliest = ctx.after(max(self.least, self.cornered) if cornered else self.least)
         while True:
             willing = bool(ctx.events(RESTART)) or willing
             now = situation(ctx, "escape")

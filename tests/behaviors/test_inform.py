@@ -145,6 +145,15 @@ def test_with_a_way_out_a_robot_in_a_zone_may_go_on(waiting: Any) -> None:
     assert waiting(near).at(2.5, restart=True) == ("restarted", {"user": near})
 
 
+@pytest.mark.requirement(117)
+def test_a_robot_that_could_not_drive_off_stays_shown_though_the_user_leaves(waiting: Any) -> None:
+    """Who walks at it again and again finds it shown, not cornered anew each time."""
+    inform = waiting(BLOCKING, END, CORRIDOR)
+    assert inform.at(2.5, restart=True, user_pose=FREE) is None
+    assert inform.at(5.9) is None
+    assert inform.at(6.0) == READY
+
+
 @pytest.mark.requirement(65)
 def test_the_paper_s_inform_ends_with_the_signal_alone(waiting: Any) -> None:
     inform = waiting(BLOCKING, END, CORRIDOR, least=0.0, until_clear=False)
