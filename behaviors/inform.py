@@ -46,9 +46,7 @@ class UserReady(Monitor):
         self.least, self.until_clear, self.cornered = least, until_clear, cornered
 
     def run(self, ctx: Context) -> Run:
-        now, willing = situation(ctx, "escape"), False
-        cornered = self.until_clear and now is not None and not can_get_away(now)
-        earliest = ctx.after(max(self.least, self.cornered) if cornered else self.least)
+        earliest, willing = ctx.after(self._shortest(ctx)), False
         while True:
             willing = bool(ctx.events(RESTART)) or willing
             now = situation(ctx, "escape")
@@ -59,6 +57,13 @@ class UserReady(Monitor):
                 return "restarted", {"user": now.user}
             until = earliest if ctx.now < earliest else NEVER_NS
             yield On(RESTART, STOP_ENGAGED, planner_key("escape"), *CHANGES, until=until)
+
+    def _shortest(self, ctx: Context) -> Duration:
+        """How long the robot stays shown at least, as it stands now, s."""
+        if not self.until_clear or self.least >= self.cornered:
+            return self.least
+        now = situation(ctx, "escape")
+        return self.least if now is None or can_get_away(now) else self.cornered
 
     def _can_go_on(self, now: Situation) -> bool:
         return not self.until_clear or is_outside(now) or way_out(now) is not None
