@@ -153,7 +153,11 @@ def sees(
 
 @njit(cache=True)
 def comes_no_nearer(px: float, py: float, qx: float, qy: float, sides: Array, slack: float) -> bool:
-    """True if p-q keeps from each side its radius less `slack`, or p's own distance if less."""
+    """True if p-q keeps from each side its radius less `slack`, or p's own distance if less.
+
+    From the corner that two sides share it keeps p's distance to the nearer of them: who starts too
+    near to a wall may pass its end no nearer than that, though farther from the side around it.
+    """
     line = np.array((px, py, qx, qy))
     for i in range(len(sides)):
         side = sides[i]
@@ -169,15 +173,34 @@ def comes_no_nearer(px: float, py: float, qx: float, qy: float, sides: Array, sl
         ):
             continue
         reach = min(reach, distance_to_side(px, py, side)) - TOLERANCE
-        if distance_to_side(qx, qy, side) < reach:
-            return False
-        if distance_to_side(side[0], side[1], line) < reach:
-            return False
-        if distance_to_side(side[2], side[3], line) < reach:
-            return False
         if lines_cross(px, py, qx, qy, side):
             return False
+        if distance_to_side(qx, qy, side) < reach and is_beside(qx, qy, side):
+            return False
+        for x, y in ((side[0], side[1]), (side[2], side[3])):
+            near = distance_to_side(x, y, line)
+            if near < reach and near < distance_at_corner(px, py, x, y, sides) - TOLERANCE:
+                return False
     return True
+
+
+@njit(cache=True)
+def is_beside(x: float, y: float, side: Array) -> bool:
+    """True if the nearest point of a side to (x, y) is none of its ends."""
+    dx, dy = side[2] - side[0], side[3] - side[1]
+    along = (x - side[0]) * dx + (y - side[1]) * dy
+    return bool(0.0 < along < dx * dx + dy * dy)
+
+
+@njit(cache=True)
+def distance_at_corner(px: float, py: float, x: float, y: float, sides: Array) -> float:
+    """Distance of p to the nearest of the sides that end in the corner (x, y), m."""
+    nearest = math.inf
+    for i in range(len(sides)):
+        side = sides[i]
+        if (side[0] == x and side[1] == y) or (side[2] == x and side[3] == y):
+            nearest = min(nearest, distance_to_side(px, py, side))
+    return nearest
 
 
 @njit(cache=True)

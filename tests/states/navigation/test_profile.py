@@ -299,3 +299,12 @@ def test_a_goal_at_the_edge_of_the_users_disc_is_reached_while_their_pose_jumps(
         disc = Disc(x, y, math.dist((x, y), (goal.x, goal.y)))
         driver.command(start, STILL, disc, 1.0 / 30.0)
         assert driver.path is not None, tick
+
+
+@pytest.mark.requirement(34, 39, 52)
+@pytest.mark.parametrize("depth", [0.0005, 0.003, 0.02])
+def test_beside_the_end_of_a_wall_a_robot_leaves_the_users_disc(depth):
+    """It is a little too near to the wall, and straight away from the user it passes its end."""
+    start, user = Pose2(6.65 - 1.0 + depth, 7.9), Disc(6.65 - 1.0, 9.4, 1.8)
+    outcome = go(LAB, start, Pose2(8.6, 8.0), user)
+    assert outcome.arrived

@@ -6,9 +6,14 @@ import sys
 from pathlib import Path
 
 import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from shapely import LineString, Point, affinity
+from shapely import box as box_of
 
 from hw.room import Disc
 from states.navigation.visibility import ExactPlanner
+from tests.repeats import examples
 
 ROOM = ((0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0))
 BOX = ((4.0, 3.0), (6.0, 3.0), (6.0, 5.0), (4.0, 5.0))
@@ -140,6 +145,43 @@ def test_a_pocket_that_no_straight_line_leaves_has_no_way():
     thin = ((0.0, 1.4), (9.5, 1.4), (9.5, 1.5), (0.0, 1.5))
     planner = ExactPlanner(ROOM, (thin,), inflation_radius=1.0)
     assert planner.plan((1.0, 0.7), (5.0, 5.0)) is None
+
+
+@pytest.mark.requirement(34)
+@pytest.mark.parametrize("depth", [0.0, 0.003, 0.2])
+def test_who_starts_too_near_to_a_wall_may_pass_its_end_no_nearer(depth):
+    """The end of the wall belongs to two sides, and the start is too near to one of them only."""
+    planner = ExactPlanner(ROOM, (BOX,), inflation_radius=0.5)
+    x = 4.0 - 0.5 + depth  # beside the box, whose corner is (4, 3)
+    assert planner.allows((x, 3.5), (x, 3.1))
+    assert planner.allows((x, 3.1), (x, 2.5))
+    assert planner.allows((x, 3.0), (x, 2.5))
+    assert not planner.allows((x, 3.1), (x + 0.01, 2.99))
+    assert not planner.allows((x, 3.5), (4.5, 3.0 - 0.45))
+
+
+@settings(deadline=None, max_examples=examples(300), derandomize=True)
+@given(
+    st.floats(0.0, math.pi), st.floats(0.05, 3.0), st.floats(0.05, 3.0), st.floats(0.05, 1.0),
+    st.tuples(st.floats(-2.5, 2.5), st.floats(-2.5, 2.5)), st.floats(-math.pi, math.pi), st.floats(0.0, 1.0),
+)  # fmt: skip
+def test_no_line_that_is_allowed_comes_nearer_to_a_box_than_its_start(
+    turn, length, width, radius, start, heading, far
+):
+    box = affinity.rotate(
+        box_of(-length / 2, -width / 2, length / 2, width / 2), turn, "center", True
+    )
+    corners = tuple(box.exterior.coords)[:-1]
+    planner = ExactPlanner(
+        ((-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)), (corners,), inflation_radius=radius
+    )
+    end = start[0] + far * math.cos(heading), start[1] + far * math.sin(heading)
+    before, on_it = Point(start).distance(box), LineString([start, end]).distance(box)
+    assume(before > 0.0)
+    if on_it >= radius + 1e-5:
+        assert planner.allows(start, end)
+    if planner.allows(start, end):
+        assert on_it >= min(radius, before) - 1e-5
 
 
 def test_integers_are_as_good_as_floats():
