@@ -163,7 +163,8 @@ def test_who_starts_too_near_to_a_wall_may_pass_its_end_no_nearer(depth):
 @settings(deadline=None, max_examples=examples(300), derandomize=True)
 @given(
     st.floats(0.0, math.pi), st.floats(0.05, 3.0), st.floats(0.05, 3.0), st.floats(0.05, 1.0),
-    st.tuples(st.floats(-2.5, 2.5), st.floats(-2.5, 2.5)), st.floats(-math.pi, math.pi), st.floats(0.0, 1.0),
+    st.tuples(st.floats(-2.5, 2.5), st.floats(-2.5, 2.5)),
+    st.floats(-math.pi, math.pi), st.floats(0.0, 1.0),
 )  # fmt: skip
 def test_no_line_that_is_allowed_comes_nearer_to_a_box_than_its_start(
     turn, length, width, radius, start, heading, far
