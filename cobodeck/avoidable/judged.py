@@ -152,7 +152,15 @@ def question_at(run: RecordedRun, at_s: float, start_s: float, future: Future) -
     """What could be done from `start_s` on about an event at `at_s`."""
     horizon_s = max(HORIZON_S, at_s + AFTER_S - start_s)
     walk = run.way if future == "recorded" else unwarned(run, start_s, start_s + horizon_s)
-    return Question(run.robot_at(start_s), run.limits, walk, start_s, horizon_s, walls=run.walls)
+    return Question(
+        run.robot_at(start_s),
+        run.limits,
+        walk,
+        start_s,
+        horizon_s,
+        blind_s=run.blind_between(start_s, start_s + horizon_s),
+        walls=run.walls,
+    )
 
 
 def gap_between(run: RecordedRun, start_s: float, end_s: float) -> float:

@@ -21,6 +21,8 @@ PHASES = 3
 TINY = 1e-9
 """Values that differ by less are equal, m: the motion with fewer phases is kept."""
 COAST, BRAKE, ACCELERATE = 0.0, 1.0, 2.0
+COASTS, BRAKES = 0, 1
+"""The places of coasting and of braking among a task's actions."""
 GAP, CENTRES, ZONES = 0, 1, 2
 """What is to be large: the gap between outlines, between centres beyond `clear`, or to the zones.
 The zones are tried at the ends of steps, the others are swept."""
@@ -34,7 +36,7 @@ class Task(NamedTuple):
         headings: cos and sin of its yaw before each step and at the end, (steps + 1, 2).
         person: x, y, direction of view, rad, likewise, (steps + 1, 3).
         walls: edges of closed rings, (n, 4).
-        actions: kind and direction (unit vector), (n, 3).
+        actions: kind and direction (unit vector), (n, 3); first to coast, then to brake.
         holds: whether a phase may end after so many steps, (steps + 1,).
         limits: acceleration, deceleration when braking, m/s2, largest speed, m/s, step, s.
         outline: half length and half width for the person, the same for walls, the disc's radius.
@@ -42,6 +44,7 @@ class Task(NamedTuple):
         clear: the distance of centres that counts as none.
         zones: reach ahead, half angle, rad, reach elsewhere.
         delay: number of steps in which the robot coasts before it begins.
+        blind: whether the robot brakes in a step whatever the action, (steps,).
         enough: a motion that is this good ends the search.
     """
 
@@ -57,6 +60,7 @@ class Task(NamedTuple):
     clear: float
     zones: tuple[float, float, float]
     delay: int
+    blind: NDArray[np.bool_]
     enough: float
 
 
@@ -142,7 +146,7 @@ def explore(task: Task, left: int, state: Any, known: Array, best: Array) -> Non
         now, worst, k = state, known[0], begin
         begun[here] = action
         while k < last:
-            after = moved(task, now, task.actions[action])
+            after = moved(task, now, task.actions[BRAKES if task.blind[k] else action])
             worst = min(worst, value(task, k, now, after))
             if worst <= best[0] + TINY:
                 break

@@ -5,6 +5,7 @@ It is read from the record alone, without the profile's or the scene's own reade
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
@@ -25,6 +26,9 @@ from engine.files.units import quantity
 from engine.load import Library, load_text
 
 CHART = "escape"
+STALE_S = 0.25
+"""With an older pose of the person the robot has to brake, s: it must be stopped once the pose is
+150 ms old (R149), by a command that takes at most 100 ms (R5)."""
 PERSON = "user"
 """The person with the headset, as contacts name them."""
 Ring = tuple[tuple[float, float], ...]
@@ -49,6 +53,7 @@ class RecordedRun:
         rings: outlines of the floor, first the outer one; `walls` are their edges (n, 4).
         times: (n,); `robot` x, y, yaw and `person` x, y, direction of view at these, (n, 3).
         shown: (n,) whether the stop sign was shown.
+        seen: (n,) time of the newest pose of the person that was known, s.
         escapes: in order; `contacts` likewise: time, s, and who closed in, of base and person.
     """
 
@@ -60,6 +65,7 @@ class RecordedRun:
     robot: Array
     person: Array
     shown: NDArray[np.bool_]
+    seen: Array
     escapes: tuple[EscapeVisit, ...]
     contacts: tuple[tuple[float, str], ...]
 
@@ -70,6 +76,13 @@ class RecordedRun:
         vx, vy, wz = ((self.robot[n + 1] - self.robot[n - 1]) / span).tolist()
         x, y, yaw = (float(np.interp(at_s, self.times, row)) for row in self.robot.T)
         return RobotState(x, y, yaw, vx, vy, wz)
+
+    def blind_between(self, start_s: float, end_s: float) -> tuple[tuple[float, float], ...]:
+        """Spans, s, in which the newest pose of the person was older than STALE_S."""
+        stale = (self.times - self.seen > STALE_S) & (self.times >= start_s) & (self.times < end_s)
+        edge = np.flatnonzero(np.diff(np.concatenate(([False], stale, [False])).astype(np.int8)))
+        ends = np.append(self.times, math.inf)
+        return tuple((float(ends[a]), float(ends[b])) for a, b in edge.reshape(-1, 2).tolist())
 
     @property
     def way(self) -> Walk:
@@ -103,8 +116,9 @@ class _Reading:
         if base is not None and body is not None:
             x, y, yaw = _values(body)
             place = *_values(base), x, y, yaw + self.truth["head_turn"]
-            shown = float(bool(self.truth["informed"]))
-            self.rows.append((group.ticked.at_ns / 1e9, *place, shown))
+            now_s, seen_ns = group.ticked.at_ns / 1e9, self.truth["seen_ns"]
+            seen_s = now_s if seen_ns is None else seen_ns / 1e9
+            self.rows.append((now_s, *place, float(bool(self.truth["informed"])), seen_s))
         self._touched(self.truth["contacts"] or ())
 
     def _traced(self, at_ns: int, kind: str, path: str, *detail: Any) -> None:
@@ -165,6 +179,7 @@ def read_run(record: Record) -> RecordedRun:
         robot,
         person,
         rows[:, 7] > 0.0,
+        rows[:, 8],
         tuple(reading.escapes),
         tuple(reading.contacts),
     )

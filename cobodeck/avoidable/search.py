@@ -17,7 +17,9 @@ import numpy as np
 from cobodeck.avoidable.motions import (
     ACCELERATE,
     BRAKE,
+    BRAKES,
     COAST,
+    COASTS,
     GAP,
     PHASES,
     Task,
@@ -89,9 +91,10 @@ class Walk:
 class Question:
     """What is asked of the search.
 
-    `walls` are edges of closed rings (n, 4). The robot coasts for `delay_s`, and is judged until
-    `horizon_s`. `aim` and `near` are the task's (`motions.Task.aim`, `clear`). With `one_side` only
-    motions to the left of the person are tried: enough where both sides are the same.
+    `walls` are edges of closed rings (n, 4). The robot coasts for `delay_s`, brakes within the
+    spans `blind_s`, from and to, and is judged until `horizon_s`. `aim` and `near` are the task's
+    (`motions.Task.aim`, `clear`). With `one_side` only motions to the left of the person are tried:
+    enough where both sides are the same.
     """
 
     robot: RobotState
@@ -100,6 +103,7 @@ class Question:
     start_s: float = 0.0
     horizon_s: float = 3.0
     delay_s: float = 0.0
+    blind_s: tuple[tuple[float, float], ...] = ()
     walls: Array = field(default_factory=lambda: NO_WALLS)
     aim: int = GAP
     near: float = NEAR
@@ -151,7 +155,7 @@ def _search(task: Task, bound: float) -> Array:
     x, y, vx, vy = task.start.tolist()
     state, worst = (x, y, vx, vy), math.inf
     for n in range(task.delay):
-        after = moved(task, state, task.actions[0])
+        after = moved(task, state, task.actions[COASTS])
         worst, state = min(worst, value(task, n, state, after)), after
     known, best = np.full(2 * PHASES + 1, -1.0), np.full(2 * PHASES + 1, -1.0)
     known[0], best[0] = worst, bound
@@ -184,8 +188,18 @@ def _task(question: Question, enough: float) -> Task:
         question.near,
         ZONES,
         min(steps, round(question.delay_s / STEP_S)),
+        _blind(question, times[:-1]),
         enough,
     )
+
+
+def _blind(question: Question, times: Any) -> Any:
+    """Whether the robot is blind at these times since the start, (n,)."""
+    found = np.zeros(len(times), dtype=np.bool_)
+    for since, until in question.blind_s:
+        at = question.start_s + times
+        found |= (since - _EXACT <= at) & (at < until - _EXACT)
+    return found
 
 
 def _wall_outline(question: Question, heading: Array) -> tuple[float, float]:
@@ -215,14 +229,15 @@ def actions(away: float, one_side: bool = False) -> Array:
 
 def _motion(question: Question, task: Task, best: Array) -> BestMotion:
     ends = [(int(action), int(n)) for action, n in best[1:].reshape(-1, 2) if action >= 0.0]
-    phases, chosen = [], [0] * task.delay
+    phases, chosen = [], [COASTS] * task.delay
     for action, end in ends:
         phases.append((_name(task.actions[action]), (end - len(chosen)) * STEP_S))
         chosen += [action] * (end - len(chosen))
     x, y, vx, vy = task.start.tolist()
     states = [(x, y, vx, vy)]
-    for action in chosen:
-        states.append(moved(task, states[-1], task.actions[action]))
+    for k, action in enumerate(chosen):
+        brakes = k >= task.delay and task.blind[k]
+        states.append(moved(task, states[-1], task.actions[BRAKES if brakes else action]))
     places = np.array(states)[:, :2]
     yaws = np.arctan2(task.headings[:, 1], task.headings[:, 0])
     times: Any = question.start_s + STEP_S * np.arange(len(places))

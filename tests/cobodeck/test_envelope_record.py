@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -50,6 +51,7 @@ def walked(
         "robot": np.zeros((len(times), 3)),
         "person": person,
         "shown": shown,
+        "seen": times,
         "escapes": (),
         "contacts": (),
     }
@@ -96,6 +98,24 @@ def test_a_failed_escape_is_judged_without_the_sign() -> None:
     assert event.real_gap == pytest.approx(3.4 - 1.5 * 1.3 - 0.565 - 0.5, abs=0.02)
     assert event.latest_s is not None
     assert -1.0 <= event.latest_s - event.decided_s < 0.0
+
+
+@pytest.mark.requirement(149)
+def test_a_robot_that_has_lost_the_person_can_only_brake() -> None:
+    run = walked(-3.0, contacts=((2.8, "person"),))
+    times = run.times
+    lost = walked(-3.0, contacts=((2.8, "person"),), seen=np.minimum(times, 1.2))
+    found_again = walked(-3.0, contacts=((2.8, "person"),),
+                         seen=np.where(times < 1.6, np.minimum(times, 1.2), times))  # fmt: skip
+
+    gaps = [next(judge(r)).best.gap for r in (run, found_again, lost)]
+
+    assert lost.blind_between(1.0, 9.0) == ((pytest.approx(1.2 + 8 / 30), math.inf),)
+    assert found_again.blind_between(1.0, 9.0) == (
+        (pytest.approx(1.2 + 8 / 30), pytest.approx(1.6)),
+    )
+    assert gaps[0] > gaps[1] > gaps[2]
+    assert gaps[2] < 0.0  # it had 0.45 s to get out of the way
 
 
 def test_a_failed_escape_in_time_was_avoidable_at_its_end_too() -> None:
