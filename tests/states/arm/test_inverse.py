@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from hw.calibration import load_calibration
 from states.arm.inverse import forward_all, inverse, inverse_near, nearest_copies, warm_up
 from states.arm.kinematics import KinematicChain, deviation, forward, inverted
+from tests.repeats import fewer
 
 
 def turned(q):
@@ -271,7 +272,7 @@ def test_joints_at_whole_and_half_turns_are_found_again(chain, screws, sets):
 @pytest.mark.slow
 @pytest.mark.requirement(43)
 def test_a_million_random_poses(chain, screws, sets):
-    for _ in range(20):
+    for _ in fewer(range(20)):
         targets = screws.tcp(sets.anywhere(50_000))
         found = inverse(chain, targets)
         distance, angle = errors(screws, found, targets)

@@ -16,6 +16,7 @@ from shapely.ops import nearest_points, unary_union
 
 from hw.room import Disc
 from states.navigation.visibility import ExactPlanner
+from tests.repeats import fewer
 
 QUAD_SEGS = 8
 OUTER_SCALE = 1.0 / math.cos(2.0 * math.pi / (4 * QUAD_SEGS))  # GEOS drops corners of arcs
@@ -170,4 +171,4 @@ def test_ways_in_random_worlds_are_free_and_the_shortest():
 @pytest.mark.slow
 @pytest.mark.requirement(34, 39)
 def test_48_000_ways_in_1_200_random_worlds_are_free_and_the_shortest():
-    assert_no_faults(range(1_200))
+    assert_no_faults(fewer(range(1_200)))
