@@ -18,7 +18,7 @@ from behaviors.rollout import (
     roll_out,
 )
 from behaviors.situation import TURN_ROOM, Situation
-from hw.geometry import Outline, Pose2, Twist2
+from hw.geometry import Outline, Pose2, Twist2, wrap
 from hw.room import Point
 from states.subsystems import SubsystemName
 
@@ -31,6 +31,9 @@ CAUGHT_S = STOPPED_S + 0.3
 what it takes to see their walk."""
 HEADING = math.radians(20.0)
 """Whoever walks within this of the direction to the robot walks at it, rad."""
+TURNING_S, BEND = 0.8, 1.2
+"""Whoever will do so after so long, s, of the bend that they walk walks at it, too; no bend of a
+walker is tighter than BEND, rad/s, what is more is left of a turn on the spot."""
 
 RINGS = (0.6, 1.2, 2.0)
 DIRECTIONS = 16
@@ -101,14 +104,11 @@ def is_caught(
 ) -> bool:
     """True if a user who keeps walking at the robot touches it within CAUGHT_S on every drive.
 
-    They walk towards it now, within HEADING; prediction alone would hope for each of their turns to
-    be the last. The `goals` are looked at only if braking avoids no touch. With `calm`, s, as
-    hysteresis it stays true for so much longer, and for HEADING more.
+    They walk at it now, or soon will by the bend that they walk; prediction alone would hope for
+    each of their turns to be the last. The `goals` are looked at only if braking avoids no touch.
+    With `calm`, s, as hysteresis it stays true for so much longer, and for HEADING more.
     """
-    dx, dy = now.pose.x - now.user.body.x, now.pose.y - now.user.body.y
-    closing = dx * now.velocity.vx + dy * now.velocity.vy
-    heading = HEADING if calm <= 0.0 else 2.0 * HEADING
-    if closing <= math.cos(heading) * math.hypot(dx, dy) * now.velocity.speed:
+    if not walks_at_it(now, HEADING if calm <= 0.0 else 2.0 * HEADING):
         return False
     speed, rest = now.environment.navigation.escape.max_speed, now.rest
     within = CAUGHT_S + calm + now.environment.delay
@@ -117,6 +117,20 @@ def is_caught(
     rollouts = roll_out(now, [(goal.x, goal.y) for goal in goals], speed)
     later = np.flatnonzero(pursued(now, rollouts, outline) >= within).tolist()
     return not any(rollouts.keeps_off(i, now.planners["escape"]) for i in later)
+
+
+def walks_at_it(now: Situation, within: float) -> bool:
+    """True if the user walks within so many rad of the direction to the robot, or soon will.
+
+    Their bend is taken to go on for TURNING_S, if it leads towards the robot.
+    """
+    body, velocity = now.user.body, now.velocity
+    if velocity.speed <= 0.0:
+        return False
+    towards = math.atan2(now.pose.y - body.y, now.pose.x - body.x)
+    off = wrap(towards - math.atan2(velocity.vy, velocity.vx))
+    bend = math.copysign(1.0, off) * max(-BEND, min(BEND, velocity.wz))
+    return abs(off) - max(0.0, bend) * TURNING_S < within
 
 
 def place_with_room(

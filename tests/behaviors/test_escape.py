@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
+import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from behaviors import escape
+from behaviors import dodge, escape
 from behaviors.profile import Profile
 from behaviors.settings import Settings
 from behaviors.situation import Situation
@@ -537,3 +538,41 @@ def test_an_escape_because_chase_failed_is_not_over_before_a_pose_is_reached(
     reached = [fleeing.go(base_pose=pose) for pose in poses]
 
     assert "safe" in reached
+
+
+@given(
+    st.floats(-math.pi, math.pi), st.floats(0.5, 4.0), st.floats(-math.pi, math.pi),
+    st.floats(0.1, 2.0), st.floats(-3.0, 3.0), st.floats(0.1, 0.8),
+)  # fmt: skip
+@settings(max_examples=examples(200))
+def test_who_walks_at_the_robot_is_whose_bend_points_at_it_in_time(
+    around: float, away: float, heading: float, speed: float, rate: float, within: float
+) -> None:
+    """The same by turning their heading bit by bit; a bend away from it counts for nothing."""
+    user = UserPose(Pose2(away * math.cos(around), away * math.sin(around), 0.0), 0.0)
+    walk = Twist2(speed * math.cos(heading), speed * math.sin(heading), rate)
+    now = Situation(cast(Environment, None), cast(Settings, None), Pose2(0.0, 0.0, 0.0), STANDING,
+                    user, walk, {})  # fmt: skip
+    turns = dodge.TURNING_S * max(-1.2, min(1.2, rate)) * np.linspace(0.0, 1.0, 401)
+    off = [abs(wrap(around + math.pi - heading - turn)) for turn in turns.tolist()]
+    assume(all(abs(o - within) > 0.01 for o in off) or min(off) < within - 0.01)
+    assume(off[-1] < 3.1 and off[0] < 3.1)
+
+    found = dodge.walks_at_it(now, within)
+
+    assert found == (min(off) < within)
+
+
+@pytest.mark.requirement(104, 117)
+@pytest.mark.parametrize(("rate", "expected"), [(0.6, True), (0.0, False), (-0.6, False)])
+def test_who_bends_towards_a_robot_that_cannot_get_away_is_a_danger(
+    tuned: Profile, environment_of: Callable[..., Environment], rate: float, expected: bool
+) -> None:
+    """They walk past a robot in a corner, unless their bend goes on."""
+    here, user = Pose2(1.2, 1.2, 0.0), UserPose(Pose2(3.0, 3.0, 0.0), 0.0)
+    heading = math.radians(225.0 - 40.0)
+    walk = Twist2(1.2 * math.cos(heading), 1.2 * math.sin(heading), rate)
+
+    found = is_required(environment_of(tuned), tuned.settings, user, here, walk, STANDING)
+
+    assert found is expected
