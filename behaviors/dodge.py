@@ -31,7 +31,7 @@ CAUGHT_S = STOPPED_S + 0.3
 what it takes to see their walk."""
 HEADING = math.radians(20.0)
 """Whoever walks within this of the direction to the robot walks at it, rad."""
-TURNING_S, BEND = 0.8, 1.2
+TURNING_S, BEND = 0.5, 1.2
 """Whoever will do so after so long, s, of the bend that they walk walks at it, too; no bend of a
 walker is tighter than BEND, rad/s, what is more is left of a turn on the spot."""
 
