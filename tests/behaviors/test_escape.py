@@ -570,7 +570,7 @@ def test_who_bends_towards_a_robot_that_cannot_get_away_is_a_danger(
 ) -> None:
     """They walk past a robot in a corner, unless their bend goes on."""
     here, user = Pose2(1.2, 1.2, 0.0), UserPose(Pose2(3.0, 3.0, 0.0), 0.0)
-    heading = math.radians(225.0 - 40.0)
+    heading = math.radians(225.0 - 35.0)
     walk = Twist2(1.2 * math.cos(heading), 1.2 * math.sin(heading), rate)
 
     found = is_required(environment_of(tuned), tuned.settings, user, here, walk, STANDING)
