@@ -18,7 +18,7 @@ from behaviors.rollout import (
     roll_out,
 )
 from behaviors.situation import TURN_ROOM, Situation
-from hw.geometry import Outline, Pose2, Twist2, wrap
+from hw.geometry import Outline, Pose2, Twist2
 from hw.room import Point
 from states.subsystems import SubsystemName
 
@@ -127,8 +127,8 @@ def walks_at_it(now: Situation, within: float) -> bool:
     body, velocity = now.user.body, now.velocity
     if velocity.speed <= 0.0:
         return False
-    towards = math.atan2(now.pose.y - body.y, now.pose.x - body.x)
-    off = wrap(towards - math.atan2(velocity.vy, velocity.vx))
+    walks = Pose2(body.x, body.y, math.atan2(velocity.vy, velocity.vx))
+    off = walks.bearing_to(now.pose)
     bend = math.copysign(1.0, off) * max(-BEND, min(BEND, velocity.wz))
     return abs(off) - max(0.0, bend) * TURNING_S < within
 
