@@ -22,6 +22,7 @@ from engine.files.malformed import diagnose
 from engine.files.text import read_bytes
 
 MAX_DEPTH = 64
+_TOO_DEEP = f"nested deeper than {MAX_DEPTH} levels"
 MAX_BYTES = 1_000_000
 
 _NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?\Z")
@@ -148,6 +149,9 @@ def _report_form(source: SourceFile, error: yaml.MarkedYAMLError) -> None:
     problem = error.problem or error.context or "unreadable"
     if any(finding.place.line == at[0] for finding in source.findings):
         return  # an alias such as `*word` has been reported already
+    if "nesting depth" in problem:  # libyaml has a limit of its own, and meets it reading ahead
+        source.report("Y06", _TOO_DEEP, at)
+        return
     found = diagnose(Malformed(lines, problem, at[:2], begun[:2] if begun else None))
     place = source.place((*found.at, found.at[1] + 1))
     notes = ((source.place(at), "noticed here"),) if found.at[0] != at[0] else ()
@@ -286,7 +290,7 @@ class _Builder:
             self.source.report("Y04", "a key must be a word", at, hint)
             raise _GiveUp
         if len(self.stack) >= MAX_DEPTH:
-            self.source.report("Y06", f"nested deeper than {MAX_DEPTH} levels", at)
+            self.source.report("Y06", _TOO_DEEP, at)
             raise _GiveUp
         self._put(made, at)
         self.stack.append(self.into)
