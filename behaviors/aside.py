@@ -1,8 +1,14 @@
-"""How long the robot needs to get out of the line that somebody walks."""
+"""Whether the robot gets out of the line that somebody walks: driving aside, or braking."""
 
 from __future__ import annotations
 
 import math
+
+from hw.geometry import Twist2
+from hw.room import Point
+
+STEP_S = 0.1
+"""Step at which the distance of a braking robot is looked at, s."""
 
 
 def time_aside(lateral: float, drift: float, contact: float, acceleration: float) -> float:
@@ -20,3 +26,29 @@ def time_aside(lateral: float, drift: float, contact: float, acceleration: float
         time = (math.sqrt(square) - away) / acceleration if square > 0.0 else 0.0
         soonest = min(soonest, max(0.0, time))
     return soonest
+
+
+def is_met_braking(
+    apart: Point,
+    velocity: Twist2,
+    motion: Twist2,
+    contact: float,
+    reaction: float,
+    acceleration: float,
+) -> bool:
+    """True if somebody comes within `contact`, m, of a robot that brakes after `reaction`, s.
+
+    `apart` is the robot's centre as they see it, m, in the map frame like their `velocity` and the
+    robot's `motion`. Looked at until the robot stands: after T = v / acceleration of braking, into
+    which it has driven v (b - b^2 / 2 T) after b seconds.
+    """
+    stopping = max(motion.speed / acceleration, 1e-9)
+    for step in range(math.ceil((reaction + stopping) / STEP_S) + 1):
+        at = STEP_S * step
+        braking = min(max(0.0, at - reaction), stopping)
+        moving = min(at, reaction) + braking - braking * braking / (2.0 * stopping)
+        x = apart[0] + motion.vx * moving - velocity.vx * at
+        y = apart[1] + motion.vy * moving - velocity.vy * at
+        if math.hypot(x, y) < contact:
+            return True
+    return False

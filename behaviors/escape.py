@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from behaviors.aside import time_aside
+from behaviors.aside import is_met_braking, time_aside
 from behaviors.keys import ESCAPE_POSES, ESCAPE_REQUIRED, ESCAPE_SAFE, settings_of
 from behaviors.settings import EscapeSettings, Settings
 from behaviors.situation import AGE_S, WAYS, Situation, situation
@@ -135,9 +135,10 @@ def will_be_reached(
 
     `velocity` is the user's, `motion` the robot's, both in the map frame. There is no danger if
     both can go on as they do. Else the robot keeps its motion for the profile's `reaction` and then
-    drives off sideways, to whichever side takes less time. Late poses and commands add to its
-    reaction, uncertain poses to the distance `contact` that the user's line has to keep from its
-    centre.
+    drives off sideways, to whichever side takes less time; beside the user, or ahead and as fast,
+    it is its own motion that takes it into their line, and it brakes. Late poses and commands add
+    to its reaction, uncertain poses to the distance `contact` that the user's line has to keep from
+    its centre.
     """
     speed, contact = velocity.speed, escape.contact + environment.user_margin
     if speed < escape.moving:
@@ -149,12 +150,11 @@ def will_be_reached(
     c, s = velocity.vx / speed, velocity.vy / speed
     along, lateral = c * x + s * y, c * y - s * x  # off the user's line, to its left
     closing, drift = speed - c * motion.vx - s * motion.vy, c * motion.vy - s * motion.vx
-    if along <= 0.0 or closing <= 0.0:
-        return False
     reaction = escape.reaction + environment.delay
-    aside = time_aside(
-        lateral + reaction * drift, drift, contact, environment.limits.base_acceleration
-    )
+    acceleration = environment.limits.base_acceleration
+    if along <= 0.0 or closing <= 0.0:
+        return is_met_braking((x, y), velocity, motion, contact, reaction, acceleration)
+    aside = time_aside(lateral + reaction * drift, drift, contact, acceleration)
     reach = along - math.sqrt(max(0.0, contact * contact - lateral * lateral))
     return max(0.0, reach) < closing * (reaction + aside)
 

@@ -17,7 +17,7 @@ from behaviors.profile import Profile
 from behaviors.settings import Settings
 from behaviors.situation import Situation
 from hw.geometry import Pose2, Twist2, wrap
-from hw.room import Room
+from hw.room import Point, Room
 from hw.samples import UserPose
 from states.environment import Environment
 from tests.behaviors.conftest import Base, Vr
@@ -242,6 +242,69 @@ def test_a_walker_counts_as_soon_as_reaction_and_stepping_aside_would_take_as_lo
         user = Pose2(HERE.x + distance, HERE.y)
         found = escape.will_be_reached(environment, rules, user, HERE, Twist2(-1.0))
         assert found is expected
+
+
+def least_distance_braking(
+    apart: Point, velocity: Point, motion: Point, reaction: float, braking: float
+) -> float:
+    """From the user to a robot that brakes after `reaction`, s, until it stands, step by step."""
+    (x, y), (vx, vy), step, at = apart, motion, 0.001, 0.0
+    least = math.hypot(x, y)
+    while (speed := math.hypot(vx, vy)) > 1e-9:
+        if at >= reaction:
+            left = max(0.0, 1.0 - braking * step / speed)
+            vx, vy = left * vx, left * vy
+        x, y = x + step * (vx - velocity[0]), y + step * (vy - velocity[1])
+        least, at = min(least, math.hypot(x, y)), at + step
+    return least
+
+
+@given(
+    st.floats(-math.pi, math.pi),
+    st.floats(1.3, 2.8),
+    st.floats(0.5, 1.6),
+    st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)),
+)
+@settings(max_examples=examples(300))
+def test_beside_a_walker_it_is_a_danger_once_braking_after_the_reaction_ends_too_near(
+    tuned: Profile,
+    environment_of: Callable[..., Environment],
+    bearing: float,
+    distance: float,
+    pace: float,
+    motion: Point,
+) -> None:
+    assume(abs(bearing) > math.pi / 2 + 0.01 or motion[0] > pace + 0.01)  # not one who runs into it
+    environment, rules = environment_of(tuned), tuned.settings.escape
+    apart = (distance * math.cos(bearing), distance * math.sin(bearing))
+    base = Pose2(HERE.x + apart[0], HERE.y + apart[1], 0.0)
+    braking = environment.limits.base_acceleration
+    least = least_distance_braking(apart, (pace, 0.0), motion, rules.reaction, braking)
+    assume(abs(least - rules.contact) > 0.02)
+    instants = np.arange(0.0, escape.LOOKAHEAD_S, 0.001)
+    going_on = np.hypot(
+        apart[0] + (motion[0] - pace) * instants, apart[1] + motion[1] * instants
+    ).min()
+    assume(abs(going_on - rules.contact) > 0.02)
+
+    found = escape.will_be_reached(environment, rules, HERE, base, Twist2(pace), Twist2(*motion))
+
+    assert found is bool(max(least, going_on) < rules.contact)
+
+
+def test_a_robot_that_keeps_pace_along_a_wall_brakes_before_the_walker_beside_it_is_there(
+    tuned: Profile, environment_of: Callable[..., Environment]
+) -> None:
+    """A walker's line closes in on a wall and on the robot beside it, no longer in their front."""
+    environment, heading = environment_of(tuned), math.radians(22.0)
+    user = UserPose(Pose2(5.2, 11.6, heading), heading)
+    walk = Twist2(1.39 * math.cos(heading), 1.39 * math.sin(heading))
+    base, far = Pose2(4.65, 12.82, 0.0), Pose2(4.65, 13.3, 0.0)
+
+    for at, speed, expected in ((base, 1.2, True), (base, 0.4, False), (far, 1.2, False)):
+        found = is_required(environment, tuned.settings, user, at, walk, Twist2(speed))
+        assert found is expected
+        assert not (found and is_safe(environment, tuned.settings, user, at, walk, Twist2(speed)))
 
 
 @pytest.mark.requirement(106, 125)
