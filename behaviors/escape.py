@@ -206,7 +206,8 @@ class Flee(Action):
     end in a touch within the profile's `warning`, the stop sign is shown while the robot drives on
     (R114). `safe`: the danger is over, at an Escape pose, or, if the profile allows it, on the way
     (R112). An Escape that began without danger, after a failure of Chase, has to reach its pose.
-    `no_pose`: no Escape pose is free. `no_way`: none can be reached.
+    `no_pose`: no Escape pose is free. `no_way`: none can be reached. While the pose of robot or
+    user or the user's velocity is unknown the base brakes; whoever watches the tracking ends that.
     """
 
     outcomes = ("safe", "no_pose", "no_way")
@@ -220,7 +221,12 @@ class Flee(Action):
         warned = False
         on_the_way = settings_of(ctx).escape.safe_on_the_way and not ctx.value(ESCAPE_SAFE)
         try:
-            while (now := situation(ctx, "escape")) is not None:
+            while True:
+                now = situation(ctx, "escape")
+                if now is None:
+                    base.release("escape")
+                    yield None
+                    continue
                 subsystem = now.environment.navigation.escape
                 if planner is not now.planners["escape"]:
                     planner = now.planners["escape"]
@@ -246,7 +252,6 @@ class Flee(Action):
             base.release("escape")
             if warned:
                 vr.inform(False)
-        return "no_way"
 
 
 def _can_stop(now: Situation) -> bool:

@@ -12,8 +12,8 @@ from hw.geometry import STILL, Twist2, wrap
 
 LEAST_NS = 50_000_000
 """Least time span of poses for a velocity, ns."""
-GONE_NS = 150_000_000
-"""After a longer gap between poses the estimate restarts, ns."""
+GONE_S = 0.15
+"""After a longer gap between poses the estimate restarts, unless told otherwise, s."""
 JUMP = 0.3
 FASTEST = 4.0
 """A step beyond JUMP (m) + FASTEST (m/s) times its duration is a jump of the tracking."""
@@ -26,13 +26,14 @@ class Motion:
     """Velocity of a body in the map over the last `window` seconds, m/s, with its yaw rate as wz.
 
     The slope of a least-squares line through the poses: of all averages with the same delay, half a
-    window, it passes the least noise. After a gap or a jump it restarts, and `velocity` is None
-    until the poses span 50 ms; it is exactly `STILL` while all poses are equal.
+    window, it passes the least noise. After a gap of more than `gone` seconds or a jump it
+    restarts, and `velocity` is None until the poses span 50 ms; it is exactly `STILL` while all
+    poses are equal.
     """
 
-    def __init__(self, window: float) -> None:
+    def __init__(self, window: float, gone: float = GONE_S) -> None:
         self.velocity: Twist2 | None = None
-        self._window_ns = round(window * 1e9)
+        self._window_ns, self._gone_ns = round(window * 1e9), round(gone * 1e9)
         self._seen: deque[Seen] = deque()
         self._same_since = 0
 
@@ -43,7 +44,7 @@ class Motion:
             last = seen[-1]
             if stamp_ns <= last[0]:
                 return
-            if _is_broken(last, stamp_ns, x, y):
+            if stamp_ns - last[0] > self._gone_ns or _is_jump(last, stamp_ns, x, y):
                 seen.clear()
             else:
                 yaw = last[3] + wrap(yaw - last[3])
@@ -57,10 +58,9 @@ class Motion:
             self.velocity = STILL if seen[0][0] >= self._same_since else _slope(seen)
 
 
-def _is_broken(last: Seen, stamp_ns: int, x: float, y: float) -> bool:
-    elapsed = stamp_ns - last[0]
-    step = math.hypot(x - last[1], y - last[2])
-    return elapsed > GONE_NS or step > JUMP + FASTEST * elapsed * 1e-9
+def _is_jump(last: Seen, stamp_ns: int, x: float, y: float) -> bool:
+    elapsed = (stamp_ns - last[0]) * 1e-9
+    return math.hypot(x - last[1], y - last[2]) > JUMP + FASTEST * elapsed
 
 
 def _slope(seen: deque[Seen]) -> Twist2:

@@ -26,11 +26,13 @@ class StampedPlace(Protocol):
 class VelocityEstimator:
     """Estimates the velocity of the body in the map, m/s, and its turn rate, rad/s, as a `Twist2`.
 
-    None while unknown, see `hw.motion.Motion`. The translation of a standing person is 0.
+    None while unknown, see `hw.motion.Motion`. A gap that the window spans is bridged: once there
+    is a fresh pose again, their mean velocity over the gap is known, and a robot on its way out
+    need not stop. The translation of a standing person is 0.
     """
 
     def __init__(self, window: float) -> None:
-        self._motion = Motion(window)
+        self._motion = Motion(window, gone=window)
         self._walks = False
         self._velocity: Twist2 | None = None
 

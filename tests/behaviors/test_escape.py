@@ -434,6 +434,23 @@ def test_without_a_free_pose_escape_fails_and_the_base_is_stopped(
     assert fleeing.base.command is None
 
 
+@pytest.mark.requirement(149)
+@pytest.mark.parametrize("missing", ["user_pose", "user_velocity", "base_pose"])
+def test_with_a_signal_missing_escape_brakes_and_then_drives_on(
+    tuned: Profile, situation_of: Callable[..., Situation], context: Any, missing: str
+) -> None:
+    fleeing = Fleeing(situation_of(tuned, HERE, COMING, Twist2(-1.0)), context)
+    known = fleeing.ctx.values[missing.replace("_", ".")]
+    assert fleeing.go() is None
+    assert fleeing.base.command is not None
+
+    for _ in range(3):
+        assert fleeing.go(**{missing: None}) is None
+        assert fleeing.base.command is None
+    assert fleeing.go(**{missing: known}) is None
+    assert fleeing.base.command is not None
+
+
 CORRIDOR = Room(outer=((0.0, 0.0), (20.0, 0.0), (20.0, 2.2), (0.0, 2.2)))
 BEHIND = Pose2(1.0, 1.1, 0.0)
 """At the end of a corridor too narrow to pass anybody in."""
@@ -509,7 +526,7 @@ def test_the_sign_waits_until_the_touch_is_within_the_warning_or_the_robot_is_ca
     ("end", "outcome"),
     [
         ({"escape_safe": True}, "safe"),
-        ({"user_pose": None}, "no_way"),
+        ({"user_pose": None}, None),
         ({"escape_poses": ()}, None),
         ({}, "closed"),
     ],

@@ -41,7 +41,19 @@ def test_a_walk_is_told_as_it_is_and_a_gap_as_not_known() -> None:
 
     found = feed(estimator, [(0.01 * i, 0.008 * i, 0.005 * i, 0.01 * i) for i in range(60)])
     assert (found.vx, found.vy, found.wz) == pytest.approx((0.8, 0.5, 1.0))
-    assert feed(estimator, [(0.8, 0.64, 0.4, 0.8)]) is None
+    assert feed(estimator, [(0.9, 0.72, 0.45, 0.9)]) is None
+
+
+@pytest.mark.requirement(149)
+@pytest.mark.parametrize("gap", [0.16, 0.2, 0.29])
+def test_a_gap_within_the_window_is_bridged_unless_the_person_jumped(gap: float) -> None:
+    estimator = VelocityEstimator(0.3)
+    feed(estimator, [(0.01 * i, 0.008 * i, 0.0, 0.01 * i) for i in range(61)])
+
+    at = 0.6 + gap
+    found = feed(estimator, [(at, 0.8 * at, 0.0, at)])
+    assert (found.vx, found.wz) == pytest.approx((0.8, 1.0))
+    assert feed(estimator, [(at + 0.2, 4.0, 0.0, at)]) is None
 
 
 def test_who_is_slower_than_a_walk_stands_and_may_turn() -> None:
