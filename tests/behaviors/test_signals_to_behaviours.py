@@ -236,7 +236,7 @@ def test_the_restart_counts_from_the_tick_it_comes_and_only_in_inform(
     go_on(3)
     for path, outcome in (("chase/danger", "required"), ("escape/flee", "no_pose")):
         sim.end(path, outcome)
-    go_on(75)
+    go_on(125)
     assert behaviour(sim) == "inform"  # a restart from before is no restart
 
     sim.signal("vr.restart", True)

@@ -174,7 +174,7 @@ def record(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        walks = ["--user", "random:pursuer", "--seed", "3", "--duration", "25"]
+        walks = ["--user", "random:pursuer", "--seed", "3", "--duration", "40"]
         soon = ["--set", "charts.escape.within=0.2"]  # so that Escapes fail
         assert (
             main(["simulate", "--scene", "tight.yaml", *walks, *soon, "--record", "x.mcap"]) == OK
