@@ -11,7 +11,9 @@ import numpy as np
 from behaviors.costs import crowding, efforts, haste, lateness
 from behaviors.rollout import (
     STOPPED_S,
+    Array,
     RolloutEvaluation,
+    Rollouts,
     evaluate,
     predict_user,
     pursued,
@@ -47,6 +49,9 @@ LATE, EARLY_S = 30.0, 0.4
 be, s."""
 PACE, SETS_OFF = 1.3, 0.2
 """Speed of a user who has turned and sets off, m/s, and below which they do not yet walk, m/s."""
+SETS_OFF_S, STRAIGHT = (0.0, 0.15, 0.3, 0.45), ("constant_velocity",)
+"""After how much more of their turn a user who turns on the spot is reckoned to set off, s, and the
+predictor of how."""
 BENDS = 0.25
 """A walking user who turns faster than this may turn still faster, rad/s."""
 AROUND = np.array(
@@ -149,13 +154,7 @@ def place_with_room(
     rollouts = roll_out(now, places, environment.navigation.chase.max_speed)
     predictions = predict_user(now, (*user.likely, *user.possible))
     costs = crowding(rollouts.trajectories, predictions, *band, TOUCH, DREAD)
-    costs += LATE * lateness(
-        rollouts.trajectories,
-        predict_user(_setting_off(now), (*user.likely, *_bend(now))),
-        now.settings.escape.contact,
-        now.settings.escape.reaction + environment.delay + EARLY_S,
-        environment.limits.base_acceleration,
-    )
+    costs += LATE * _lateness(now, rollouts)
     body, acceleration = now.user.body, environment.limits.base_acceleration
     costs += HASTE * haste(rollouts.trajectories, (body.x, body.y), TURN_ROOM, acceleration)
     costs += efforts(places, pose.x, pose.y, environment.walls)
@@ -168,6 +167,25 @@ def place_with_room(
     return stay, "escape"
 
 
+def _lateness(now: Situation, rollouts: Rollouts) -> Array:
+    """What the drives lack of time to get out of the lines that the user may walk, (n,), s2.
+
+    Of the lines of a walker the worst counts. Who turns on the spot may set off after any more of
+    the turn, and the mean counts: it mostly ends beyond the robot, and the way out is behind it.
+    """
+    likely = now.settings.user.likely
+    reaction = now.settings.escape.reaction + now.environment.delay + EARLY_S
+    walks = (
+        [predict_user(now, (*likely, *_bend(now)))]
+        if now.velocity.speed >= SETS_OFF
+        else [predict_user(_set_off(now, after), STRAIGHT) for after in SETS_OFF_S]
+    )
+    contact, acceleration = now.settings.escape.contact, now.environment.limits.base_acceleration
+    found = [lateness(rollouts.trajectories, w, contact, reaction, acceleration) for w in walks]
+    mean: Array = np.mean(found, axis=0)
+    return mean
+
+
 def _bend(now: Situation) -> tuple[str, ...]:
     """The predictor of a walking user whose bend becomes tighter; none for one who goes straight.
 
@@ -175,18 +193,15 @@ def _bend(now: Situation) -> tuple[str, ...]:
     straight, too, the robot had twice as many Escapes beside them.
     """
     rate = now.velocity.wz
-    if now.velocity.speed < SETS_OFF or abs(rate) < BENDS:
+    if abs(rate) < BENDS:
         return ()
     return ("turns_left",) if rate > 0.0 else ("turns_right",)
 
 
-def _setting_off(now: Situation) -> Situation:
-    """The situation, in which a user who stands and turns walks off to where they face."""
-    if now.velocity.speed >= SETS_OFF:
-        return now
-    yaw = now.user.body.yaw
-    walk = Twist2(PACE * math.cos(yaw), PACE * math.sin(yaw), now.velocity.wz)
-    return replace(now, velocity=walk)
+def _set_off(now: Situation, after: float) -> Situation:
+    """The situation in which a user who turns has walked off to where they face `after` s later."""
+    yaw = now.user.body.yaw + after * now.velocity.wz
+    return replace(now, velocity=Twist2(PACE * math.cos(yaw), PACE * math.sin(yaw)))
 
 
 def warm_up() -> None:

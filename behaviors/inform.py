@@ -8,7 +8,7 @@ from behaviors.situation import CHANGES, WAYS, Situation, situation
 from engine.files.units import Duration
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from hw.samples import UserPose
-from states.keys import RESTART, STOP_ENGAGED, planner_key
+from states.keys import RESTART, STOP_ENGAGED, USER_POSE, planner_key
 
 
 class WarnUser(Action):
@@ -34,6 +34,9 @@ class UserReady(Monitor):
     the user is not tracked. With `until_clear`, not before the user has left both Escape zones or
     there is a way out of them, nor, if the robot could not drive off when this began, before
     `cornered`: who comes again at once would find it there. It hands out where the user stands.
+
+    If the user was lost when this began, and is tracked again within `moment`, with a velocity, as
+    the window of it spans the gap, nobody has to do anything: it ends at once, unless for a fault.
     """
 
     outcomes = ("restarted",)
@@ -41,20 +44,27 @@ class UserReady(Monitor):
     reads = {**WAYS, RESTART: None, STOP_ENGAGED: None}
 
     def __init__(
-        self, least: Duration = 2.0, until_clear: bool = True, cornered: Duration = 6.0
+        self,
+        least: Duration = 2.0,
+        until_clear: bool = True,
+        cornered: Duration = 6.0,
+        moment: Duration = 0.2,
     ) -> None:
-        self.least, self.until_clear, self.cornered = least, until_clear, cornered
+        self.least, self.until_clear = least, until_clear
+        self.cornered, self.moment = cornered, moment
 
     def run(self, ctx: Context) -> Run:
         earliest, willing = ctx.after(self._shortest(ctx)), False
+        bridged = ctx.after(self.moment) if ctx.value(USER_POSE) is None else -1
         while True:
             willing = bool(ctx.events(RESTART)) or willing
             now = situation(ctx, "escape")
             if now is not None and now.velocity.speed >= now.settings.escape.moving:
                 willing = False
-            ready = willing and ctx.now >= earliest and ctx.value(STOP_ENGAGED) is None
-            if ready and now is not None and self._can_go_on(now):
-                return "restarted", {"user": now.user}
+            if now is not None and ctx.value(STOP_ENGAGED) is None:
+                ready = willing and ctx.now >= earliest and self._can_go_on(now)
+                if ready or ctx.now <= bridged:
+                    return "restarted", {"user": now.user}
             until = earliest if ctx.now < earliest else NEVER_NS
             yield On(RESTART, STOP_ENGAGED, planner_key("escape"), *CHANGES, until=until)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from behaviors.situation import CHANGES, READS, TURN_ROOM, WAYS, Situation, situation
+from behaviors.situation import CHANGES, READS, WAYS, Situation, situation
 from engine.files.units import Duration, Length, Speed
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from states.keys import BASE_REFUSAL
@@ -12,6 +12,10 @@ THINK_S = 0.2
 """Interval at which the place to drive to is chosen again, s."""
 TURNING = 0.4
 """A standing user who turns faster than this, rad/s, may set off in any direction."""
+WATCHED = 4.5
+"""… at a robot nearer than this, m. It takes 1.27 + 1.5 (1.6 + 0.15 + 0.3) = 4.3 m to get 1.27 m
+aside in time of somebody who comes at 1.5 m/s: the drive, the reaction, and until their velocity is
+known. What is missing is to be won during the turn before the walk."""
 SLACK = 0.2
 """Hysteresis: the robot makes room until the user is farther away than `room` by this, m."""
 
@@ -23,7 +27,7 @@ def is_crowded(now: Situation, room: float, ahead: float, walking: float) -> boo
     """
     speed, rest, body = now.velocity.speed, now.rest, now.user.body
     if speed <= walking:
-        return abs(now.velocity.wz) > TURNING and rest.distance_to(body) < min(room, TURN_ROOM)
+        return abs(now.velocity.wz) > TURNING and rest.distance_to(body) < WATCHED
     spare = rest.distance_to(body) - room
     if spare < 0.0:
         return True

@@ -66,7 +66,8 @@ class UserLost(Monitor):
     reads = {USER_POSE: STALE_S}
 
     def run(self, ctx: Context) -> Run:
-        first = ctx.after(STALE_S)  # at the start of a run there may be no pose yet
+        # at the start of a run there may be no pose yet
+        first = ctx.now if ctx.sample(USER_POSE) is not None else ctx.after(STALE_S)
         while True:
             seen = ctx.value(USER_POSE) is not None
             if not seen and ctx.now >= first:

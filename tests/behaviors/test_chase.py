@@ -310,6 +310,23 @@ def test_a_walking_user_crowds_the_robot_before_they_are_near(
 
 
 @pytest.mark.requirement(91)
+@pytest.mark.parametrize(
+    ("distance", "rate", "crowded"),
+    [(4.4, 0.5, True), (4.4, -3.0, True), (4.6, 3.0, False), (2.0, 0.3, False)],
+)
+def test_who_turns_on_the_spot_crowds_a_robot_that_might_not_get_aside_in_time(
+    tuned: Profile,
+    situation_of: Callable[..., Situation],
+    distance: float,
+    rate: float,
+    crowded: bool,
+) -> None:
+    now = situation_of(tuned, Pose2(10.0 - distance, 10.0), USER, Twist2(0.0, 0.0, rate))
+
+    assert make_room.is_crowded(now, room=3.0, ahead=1.0, walking=0.3) is crowded
+
+
+@pytest.mark.requirement(91)
 def test_a_robot_that_rolls_towards_a_walker_counts_as_where_it_would_stop(
     tuned: Profile, situation_of: Callable[..., Situation]
 ) -> None:

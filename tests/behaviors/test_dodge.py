@@ -282,6 +282,22 @@ def test_room_is_made_to_the_side_on_which_the_robot_is_even_before_the_user_set
     assert side * (y - 10.0) > 0.3
 
 
+@pytest.mark.requirement(91)
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("off", [0.2, 0.4])
+def test_room_is_made_to_the_side_from_which_the_user_turns_towards_the_robot(
+    tuned: Profile, situation_of: Callable[..., Situation], side: float, off: float
+) -> None:
+    """A turn that is not over yet mostly ends beyond the robot; the way out is behind it."""
+    user, turning = facing(10.0, 10.0, math.pi - side * off), Twist2(0.0, 0.0, 3.0 * side)
+
+    (_, y), _ = place_with_room(
+        situation_of(tuned, Pose2(6.2, 10.0), user, turning), (3.4, 3.7), None
+    )
+
+    assert side * (y - 10.0) > 0.5
+
+
 @pytest.mark.requirement(52)
 def test_room_is_not_made_through_a_wall_even_with_momentum(
     tuned: Profile, situation_of: Callable[..., Situation]

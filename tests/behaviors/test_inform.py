@@ -27,12 +27,13 @@ FREE = UserPose(Pose2(14.0, 10.0, 0.0), 0.0)
 CORRIDOR = Room(outer=((0.0, 0.0), (20.0, 0.0), (20.0, 2.2), (0.0, 2.2)))
 END, BLOCKING = Pose2(1.1, 1.1), UserPose(Pose2(2.7, 1.1, math.pi), math.pi)
 """The end of a corridor, and a user before it who leaves no way out."""
+LOST = {"user_pose": None}
 
 
 class Waiting:
     """`UserReady` in a situation, begun at 0 s, with signals as the test puts them."""
 
-    def __init__(self, now: Situation, **parameters: Any) -> None:
+    def __init__(self, now: Situation, lost: bool = False, **parameters: Any) -> None:
         values = {
             "environment": now.environment, "settings": now.settings, "base.pose": now.pose,
             "base.twist": now.twist, "user.pose": now.user, "user.velocity": now.velocity,
@@ -41,7 +42,7 @@ class Waiting:
         self.ctx = FakeContext(values)
         self.run = UserReady(**parameters).run(self.ctx)
         self.until = 0
-        assert self.at(0.0) is None
+        assert self.at(0.0, **(LOST if lost else {})) is None
 
     def at(self, seconds: float, *, restart: bool = False, **values: Any) -> Any:
         """A step at this time, s; the outcome, or None while it waits."""
@@ -159,6 +160,39 @@ def test_the_paper_s_inform_ends_with_the_signal_alone(waiting: Any) -> None:
     inform = waiting(BLOCKING, END, CORRIDOR, least=0.0, until_clear=False)
 
     assert inform.at(0.1, restart=True) == ("restarted", {"user": BLOCKING})
+
+
+@pytest.mark.requirement(149)
+@pytest.mark.parametrize(("seconds", "seen"), [(0.05, True), (0.2, True), (0.21, False)])
+def test_an_inform_for_a_moment_without_tracking_ends_with_it(
+    waiting: Any, seconds: float, seen: bool
+) -> None:
+    """Walking or not: they have nothing to wait for, and may walk at the robot."""
+    inform = waiting(lost=True)
+    assert inform.at(0.02) is None
+
+    found = inform.at(seconds, user_pose=FREE, user_velocity=WALKING)
+
+    assert found == (READY if seen else None)
+
+
+@pytest.mark.requirement(149)
+@pytest.mark.parametrize(
+    "missing", [{"user_velocity": None}, {"base_pose": None}, {"stop_engaged": "button"}]
+)
+def test_whatever_else_is_wrong_keeps_inform_from_ending_at_once(
+    waiting: Any, missing: dict[str, Any]
+) -> None:
+    assert waiting(lost=True).at(0.1, user_pose=FREE, **missing) is None
+
+
+@pytest.mark.requirement(65, 149)
+def test_an_inform_for_another_reason_does_not_end_because_the_user_is_tracked(
+    waiting: Any,
+) -> None:
+    inform = waiting()
+    for seen in (FREE, None, FREE):
+        assert inform.at(0.1, user_pose=seen) is None
 
 
 class Vr:
