@@ -1,4 +1,4 @@
-"""Whether the robot gets out of the line that somebody walks: driving aside, or braking."""
+"""Lines that somebody may walk: whether one meets the robot, and whether it gets out of it."""
 
 from __future__ import annotations
 
@@ -9,6 +9,18 @@ from hw.room import Point
 
 STEP_S = 0.1
 """Step at which the distance of a braking robot is looked at, s."""
+SETS_OFF_S = (0.0, 0.15, 0.3, 0.45)
+"""After how much more of their turn somebody who turns on the spot may set off, s."""
+
+
+def turns_at_it(off: float, distance: float, rate: float, contact: float) -> bool:
+    """True if somebody who turns on the spot may set off within `contact`, m, past the robot.
+
+    It is at `distance`, m, and `off`, rad, to the left of where they face; they turn at `rate`,
+    rad/s. A line at the angle a from the robot's direction passes it at `distance` sin a.
+    """
+    reach, ahead = math.asin(contact / max(distance, contact)), math.copysign(1.0, rate) * off
+    return -reach < ahead < abs(rate) * SETS_OFF_S[-1] + reach
 
 
 def time_aside(lateral: float, drift: float, contact: float, acceleration: float) -> float:

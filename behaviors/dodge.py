@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from behaviors.aside import SETS_OFF_S
 from behaviors.costs import crowding, efforts, haste, lateness
 from behaviors.rollout import (
     STOPPED_S,
@@ -49,9 +50,8 @@ LATE, EARLY_S = 30.0, 0.4
 be, s."""
 PACE, SETS_OFF = 1.3, 0.2
 """Speed of a user who has turned and sets off, m/s, and below which they do not yet walk, m/s."""
-SETS_OFF_S, STRAIGHT = (0.0, 0.15, 0.3, 0.45), ("constant_velocity",)
-"""After how much more of their turn a user who turns on the spot is reckoned to set off, s, and the
-predictor of how."""
+STRAIGHT = ("constant_velocity",)
+"""How somebody walks who has turned on the spot."""
 BENDS = 0.25
 """A walking user who turns faster than this may turn still faster, rad/s."""
 AROUND = np.array(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from behaviors.aside import turns_at_it
 from behaviors.situation import CHANGES, READS, WAYS, Situation, situation
 from engine.files.units import Duration, Length, Speed
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
@@ -11,11 +12,11 @@ from states.signals.prediction import PREDICTORS
 THINK_S = 0.2
 """Interval at which the place to drive to is chosen again, s."""
 TURNING = 0.4
-"""A standing user who turns faster than this, rad/s, may set off in any direction."""
+"""A standing user who turns faster than this, rad/s, may set off."""
 WATCHED = 4.5
-"""… at a robot nearer than this, m. It takes 1.27 + 1.5 (1.6 + 0.15 + 0.3) = 4.3 m to get 1.27 m
-aside in time of somebody who comes at 1.5 m/s: the drive, the reaction, and until their velocity is
-known. What is missing is to be won during the turn before the walk."""
+"""… and then crowds a robot nearer than this, m. It takes 1.27 + 1.5 (1.6 + 0.15 + 0.3) = 4.3 m to
+get 1.27 m aside of somebody who comes at 1.5 m/s: the drive, the reaction, and until their velocity
+is known. What is missing is to be won during the turn before the walk."""
 SLACK = 0.2
 """Hysteresis: the robot makes room until the user is farther away than `room` by this, m."""
 
@@ -23,12 +24,16 @@ SLACK = 0.2
 def is_crowded(now: Situation, room: float, ahead: float, walking: float) -> bool:
     """True if the user walks and is nearer than `room`, m, or likely will be in `ahead` seconds.
 
-    Walking means faster than `walking`, m/s. Distances are to where the robot would come to rest.
+    Walking means faster than `walking`, m/s; or they stand, and turn towards the robot. Distances
+    are to where it would come to rest.
     """
     speed, rest, body = now.velocity.speed, now.rest, now.user.body
+    distance, rate = rest.distance_to(body), now.velocity.wz
     if speed <= walking:
-        return abs(now.velocity.wz) > TURNING and rest.distance_to(body) < WATCHED
-    spare = rest.distance_to(body) - room
+        turns = abs(rate) > TURNING and distance < WATCHED
+        contact = now.settings.escape.contact
+        return turns and turns_at_it(body.bearing_to(rest), distance, rate, contact)
+    spare = distance - room
     if spare < 0.0:
         return True
     likely = [PREDICTORS[name] for name in now.settings.user.likely]

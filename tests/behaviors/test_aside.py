@@ -1,4 +1,4 @@
-"""The time to get out of a line of walk, against a grid of times."""
+"""Lines of walk: whether one meets the robot, and the time to get out of it, against grids."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from behaviors.aside import time_aside
+from behaviors.aside import SETS_OFF_S, time_aside, turns_at_it
 from behaviors.costs import lateness
 from tests.repeats import examples
 
@@ -54,3 +54,25 @@ def test_lateness_is_what_a_robot_lacks_to_get_aside_of_somebody_who_walks_at_it
     [found] = lateness(robot, user, 2.0, 1.0, 1.0)
 
     assert found == pytest.approx(late**2)
+
+
+def meets(off: float, distance: float, rate: float, contact: float) -> bool:
+    """True if a ray at one of 400 angles of the turn passes the robot nearer than `contact`."""
+    robot = distance * np.exp(1j * (off - np.linspace(0.0, rate * SETS_OFF_S[-1], 400)))
+    return bool(np.any((robot.real > 0.0) & (np.abs(robot.imag) < contact)))
+
+
+@pytest.mark.requirement(91)
+@given(
+    off=st.floats(-3.1, 3.1),
+    distance=st.floats(1.0, 4.5),
+    rate=st.floats(0.4, 3.5) | st.floats(-3.5, -0.4),
+)
+@settings(deadline=None, max_examples=examples(200))
+def test_who_turns_at_the_robot_may_set_off_on_a_line_that_meets_it(
+    off: float, distance: float, rate: float
+) -> None:
+    if turns_at_it(off, distance, rate, 1.27):
+        assert meets(off, distance, rate, 1.29)
+    else:
+        assert not meets(off, distance, rate, 1.25)

@@ -311,17 +311,27 @@ def test_a_walking_user_crowds_the_robot_before_they_are_near(
 
 @pytest.mark.requirement(91)
 @pytest.mark.parametrize(
-    ("distance", "rate", "crowded"),
-    [(4.4, 0.5, True), (4.4, -3.0, True), (4.6, 3.0, False), (2.0, 0.3, False)],
+    ("distance", "off", "rate", "crowded"),
+    [
+        (4.4, 0.0, 0.5, True),
+        (4.4, 1.0, 3.0, True),
+        (4.4, 1.0, -3.0, False),  # turns away from it
+        (2.0, 2.5, 3.0, False),  # too far round
+        (4.6, 0.0, 3.0, False),
+        (2.0, 0.0, 0.3, False),
+    ],
 )
-def test_who_turns_on_the_spot_crowds_a_robot_that_might_not_get_aside_in_time(
+def test_who_turns_towards_a_robot_that_might_not_get_aside_in_time_crowds_it(
     tuned: Profile,
     situation_of: Callable[..., Situation],
     distance: float,
+    off: float,
     rate: float,
     crowded: bool,
 ) -> None:
-    now = situation_of(tuned, Pose2(10.0 - distance, 10.0), USER, Twist2(0.0, 0.0, rate))
+    bearing = USER.body.yaw + off
+    robot = Pose2(10.0 + distance * math.cos(bearing), 10.0 + distance * math.sin(bearing))
+    now = situation_of(tuned, robot, USER, Twist2(0.0, 0.0, rate))
 
     assert make_room.is_crowded(now, room=3.0, ahead=1.0, walking=0.3) is crowded
 
