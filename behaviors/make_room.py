@@ -47,7 +47,8 @@ def is_crowded(now: Situation, room: float, ahead: float, walking: float) -> boo
 class UserCrowds(Monitor):
     """`crowded` when the user walks and is nearer than `room`, or will be in `ahead` seconds.
 
-    While the user walks the robot stays 3 to 4 m away (R91). With a `room` of 0 m it never ends.
+    While the user walks the robot stays 3 to 4 m away (R91). Who turns towards it on the spot, as
+    before walking off, crowds it, too. With a `room` of 0 m it never ends.
     """
 
     outcomes = ("crowded",)
