@@ -117,6 +117,11 @@ def test_at_the_very_start_the_first_pose_may_take_its_time(context: Any, take_s
     assert take_step(run) == "lost"
 
 
+@pytest.mark.requirement(149)
+def test_who_is_lost_when_a_chart_is_entered_is_lost_at_once(context: Any, take_step: Any) -> None:
+    assert take_step(UserLost().run(context({"user.pose": None}))) == "lost"
+
+
 @pytest.mark.requirement(5, 49)
 def test_a_pulled_stop_line_is_a_fault(context: Any, take_step: Any) -> None:
     ctx = context({"stop.engaged": None})
