@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from behaviors.escape import in_zone
+from behaviors.escape import in_zone, poses
 from behaviors.situation import Situation
 from hw.geometry import Pose2
 from hw.room import Point
@@ -44,7 +44,7 @@ def refuge(now: Situation) -> Point | None:
 
     m, in the map. What it costs is the drive, at SLOWLY, and the profile's `risk` of the drive and
     of standing there. A place that is no better by WORTH_S than the present one is not worth a
-    drive.
+    drive, unless there is no free Escape pose here: whoever walks up then finds the robot cornered.
     """
     import numpy as np
 
@@ -56,7 +56,8 @@ def refuge(now: Situation) -> Point | None:
     times = np.hypot(there[:, 0] - here[0], there[:, 1] - here[1]) / SLOWLY
     risk = risks(now, there) + way_risks(now, there, apart, times)
     costs = (now.settings.chase.risk * risk).tolist()
-    most = costs[0] - WORTH_S if is_outside(now) else math.inf
+    stays = is_outside(now) and poses(now.settings, now.planners["escape"], now.user, now.pose)
+    most = costs[0] - WORTH_S if stays else math.inf
     return _cheapest(now, places[1:], costs[1:], most)
 
 

@@ -179,10 +179,33 @@ def test_no_place_outside_the_zones_costs_less_than_the_refuge(
         path = planner.plan((robot.real, robot.imag), there, now.user_disc("haptic", there))
         return math.inf if path is None or path.length > FARTHEST else path.length
 
+    def is_cornered() -> bool:
+        """True if no Escape pose is free."""
+        escape, away = now.settings.escape, cmath.phase(robot - user)
+        places = [
+            robot + cmath.rect(distance, away + angle)
+            for distance, angle in itertools.product(escape.distances, escape.angles)
+        ]
+        return not any(planner.is_free((place.real, place.imag)) for place in places)
+
     other = user + cmath.rect(radius, step * math.tau / DIRECTIONS)
     found = refuge(now)
 
-    stay = cost(robot, 0.0) - WORTH_S if zone_left(robot, user, view) else math.inf
+    stays = zone_left(robot, user, view) and not is_cornered()
+    stay = cost(robot, 0.0) - WORTH_S if stays else math.inf
     best = stay if found is None else cost(complex(*found), way(complex(*found)))
     assert found is None or best < stay
     assert cost(other, way(other)) >= best - 1e-9
+
+
+@pytest.mark.requirement(101, 117)
+@pytest.mark.parametrize("off", [0.85, 1.5])
+def test_a_robot_leaves_a_corner_without_an_escape_pose_while_the_user_is_away(
+    tuned: Profile, situation_of: Callable[..., Situation], off: float
+) -> None:
+    """Else whoever walks up finds it cornered, is shown it, and walks up again."""
+    away = UserPose(Pose2(3.0 + off, 3.0 + off, 0.5), 0.5)
+
+    found = refuge(situation_of(tuned, Pose2(off, off), away, room=WIDE))
+
+    assert (found is not None) is (off < 1.0)
