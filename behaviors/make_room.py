@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from behaviors.aside import turns_at_it
-from behaviors.situation import CHANGES, READS, WAYS, Situation, situation
+from behaviors.situation import CHANGES, READS, TURN_ROOM, WAYS, Situation, situation
 from engine.files.units import Duration, Length, Speed
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from states.keys import BASE_REFUSAL
@@ -17,20 +17,25 @@ WATCHED = 4.5
 """… and then crowds a robot nearer than this, m. It takes 1.27 + 1.5 (1.6 + 0.15 + 0.3) = 4.3 m to
 get 1.27 m aside of somebody who comes at 1.5 m/s: the drive, the reaction, and until their velocity
 is known. What is missing is to be won during the turn before the walk."""
+SETTLED_S = 1.0
+"""Who has stood for so long, s, turns to walk off; who walks turns on the way, and crowds a robot
+nearer than TURN_ROOM."""
 SLACK = 0.2
 """Hysteresis: the robot makes room until the user is farther away than `room` by this, m."""
 
 
-def is_crowded(now: Situation, room: float, ahead: float, walking: float) -> bool:
+def is_crowded(
+    now: Situation, room: float, ahead: float, walking: float, watched: float = WATCHED
+) -> bool:
     """True if the user walks and is nearer than `room`, m, or likely will be in `ahead` seconds.
 
-    Walking means faster than `walking`, m/s; or they stand, and turn towards the robot. Distances
-    are to where it would come to rest.
+    Walking means faster than `walking`, m/s; or they stand, and turn towards the robot, nearer
+    than `watched`, m. Distances are to where it would come to rest.
     """
     speed, rest, body = now.velocity.speed, now.rest, now.user.body
     distance, rate = rest.distance_to(body), now.velocity.wz
     if speed <= walking:
-        turns = abs(rate) > TURNING and distance < WATCHED
+        turns = abs(rate) > TURNING and distance < watched
         contact = now.settings.escape.contact
         return turns and turns_at_it(body.bearing_to(rest), distance, rate, contact)
     spare = distance - room
@@ -60,10 +65,15 @@ class UserCrowds(Monitor):
     def run(self, ctx: Context) -> Run:
         if self.room <= 0.0:
             yield Until(NEVER_NS)
+        settled = ctx.after(SETTLED_S)
         while True:
             now = situation(ctx)
-            if now is not None and is_crowded(now, self.room, self.ahead, self.walking):
-                return "crowded"
+            if now is not None:
+                if now.velocity.speed > self.walking:
+                    settled = ctx.after(SETTLED_S)
+                watched = WATCHED if ctx.now >= settled else TURN_ROOM
+                if is_crowded(now, self.room, self.ahead, self.walking, watched):
+                    return "crowded"
             yield On(*CHANGES)
 
 
@@ -92,10 +102,12 @@ class MakeRoom(Action):
         from behaviors.straight_drive import command_towards
 
         base, band = ctx.part("base"), (self.room, self.far)
-        again, found = 0, None
+        again, found, watched = 0, None, WATCHED
         try:
             while (now := situation(ctx, "chase", "escape")) is not None:
-                if not is_crowded(now, self.room + SLACK, self.ahead, self.walking):
+                if now.velocity.speed > self.walking:
+                    watched = TURN_ROOM
+                if not is_crowded(now, self.room + SLACK, self.ahead, self.walking, watched):
                     return "clear"
                 if found is None or ctx.now >= again:
                     again = ctx.after(THINK_S)
