@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from behaviors.aside import turns_at_it
 from behaviors.situation import CHANGES, READS, TURN_ROOM, WAYS, Situation, situation
 from engine.files.units import Duration, Length, Speed
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
-from states.keys import BASE_REFUSAL
+from states.keys import BASE_REFUSAL, USER_STANDS_SINCE
 from states.signals.prediction import PREDICTORS
 
 THINK_S = 0.2
@@ -22,6 +24,15 @@ SETTLED_S = 1.0
 nearer than TURN_ROOM."""
 SLACK = 0.2
 """Hysteresis: the robot makes room until the user is farther away than `room` by this, m."""
+WATCHES: Mapping[str, float | None] = {**READS, USER_STANDS_SINCE: None}
+"""`reads` of a state that asks from how far off a turn is watched."""
+
+
+def watched_from(ctx: Context) -> float:
+    """How near to the robot, m, a standing user crowds it by turning towards it."""
+    since = ctx.value(USER_STANDS_SINCE)
+    settled = since is not None and ctx.now - since >= round(SETTLED_S * 1e9)
+    return WATCHED if settled else TURN_ROOM
 
 
 def is_crowded(
@@ -57,7 +68,7 @@ class UserCrowds(Monitor):
     """
 
     outcomes = ("crowded",)
-    reads = READS
+    reads = WATCHES
 
     def __init__(self, room: Length = 0.0, ahead: Duration = 1.0, walking: Speed = 0.3) -> None:
         self.room, self.ahead, self.walking = room, ahead, walking
@@ -65,15 +76,11 @@ class UserCrowds(Monitor):
     def run(self, ctx: Context) -> Run:
         if self.room <= 0.0:
             yield Until(NEVER_NS)
-        settled = ctx.after(SETTLED_S)
         while True:
             now = situation(ctx)
-            if now is not None:
-                if now.velocity.speed > self.walking:
-                    settled = ctx.after(SETTLED_S)
-                watched = WATCHED if ctx.now >= settled else TURN_ROOM
-                if is_crowded(now, self.room, self.ahead, self.walking, watched):
-                    return "crowded"
+            watched = watched_from(ctx)
+            if now is not None and is_crowded(now, self.room, self.ahead, self.walking, watched):
+                return "crowded"
             yield On(*CHANGES)
 
 
@@ -85,7 +92,7 @@ class MakeRoom(Action):
     """
 
     outcomes = ("clear", "lost")
-    reads = {**WAYS, BASE_REFUSAL: None}
+    reads = {**WAYS, **WATCHES, BASE_REFUSAL: None}
     commands = ("base",)
 
     def __init__(
@@ -102,11 +109,10 @@ class MakeRoom(Action):
         from behaviors.straight_drive import command_towards
 
         base, band = ctx.part("base"), (self.room, self.far)
-        again, found, watched = 0, None, WATCHED
+        again, found = 0, None
         try:
             while (now := situation(ctx, "chase", "escape")) is not None:
-                if now.velocity.speed > self.walking:
-                    watched = TURN_ROOM
+                watched = watched_from(ctx)
                 if not is_crowded(now, self.room + SLACK, self.ahead, self.walking, watched):
                     return "clear"
                 if found is None or ctx.now >= again:

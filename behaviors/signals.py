@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from functools import cache, partial
 from typing import TYPE_CHECKING
@@ -102,6 +103,11 @@ def signals(
             "user.still_since", ("user.velocity",),
             partial(StillnessEstimator, user.still_speed, user.still_turn), int,
             about="since when the user has stood still, ns; none while they move",
+        ),
+        Estimated(
+            "user.stands_since", ("user.velocity",),
+            partial(StillnessEstimator, user.still_speed, math.inf), int,
+            about="since when the user has stood, turning or not, ns; none while they walk",
         ),
         *_decisions(environment, settings),
     )  # fmt: skip

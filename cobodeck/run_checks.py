@@ -28,14 +28,19 @@ def refuse_small_floor(setup: Setup) -> None:
     Raises:
         Problem: the floor is too small.
     """
-    from states.floors.floor_cells import MapFloor
-    from states.floors.floor_plan import RoomFloor
-    from states.floors.space import shortcoming
+    from states.floors.space import Floor, shortcoming
 
     if setup.place is None or setup.scene is None:
         return
-    map_ = setup.place.map
-    floor = RoomFloor(setup.scene.room) if map_ is None else MapFloor(map_)
+    floor: Floor
+    if setup.place.map is None:
+        from states.floors.floor_plan import RoomFloor
+
+        floor = RoomFloor(setup.scene.room)
+    else:
+        from states.floors.floor_cells import MapFloor
+
+        floor = MapFloor(setup.place.map)
     found = shortcoming(floor, setup.profile.navigation.haptic.inflation)
     if found is not None:
         raise Problem(f"scene {setup.scene.name}: {found}", FAILED)

@@ -75,6 +75,11 @@ class Setup:
         return Narrowed() if self.connection is None else self.connection.limits
 
     @property
+    def scans(self) -> bool:
+        """True if there are scanners: simulated ones at tier 2, or real ones."""
+        return self.localizing is not None or self.connection is not None
+
+    @property
     def scene(self) -> Scene | None:
         """The room with its people and objects; None without a room."""
         return None if self.place is None else self.place.scene

@@ -44,7 +44,7 @@ def warm_up(setup: Setup, machine: Machine) -> None:
 def _driving(setup: Setup) -> None:
     import behaviors
 
-    setup.environment.warm_up()
+    setup.environment.warm_up(scanning=setup.scans)
     for module in pkgutil.iter_modules(behaviors.__path__, "behaviors."):
         loaded = importlib.import_module(module.name)
         getattr(loaded, "warm_up", _nothing)()

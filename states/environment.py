@@ -214,13 +214,18 @@ class Environment:
         driver.spare = kept - driver.reach
         return driver
 
-    def warm_up(self) -> None:
-        """Compile the kernels that the subsystems use, or load them, and build their planners."""
+    def warm_up(self, scanning: bool = True) -> None:
+        """Compile the kernels that the subsystems use, or load them, and build their planners.
+
+        `scanning`: whether scans will arrive.
+        """
         from states.navigation import profile_planner as profile
-        from states.navigation import scanning
 
         profile.warm_up()
-        scanning.warm_up()
+        if scanning:
+            from states.navigation import scanning as scans
+
+            scans.warm_up()
         used = [self.navigation.named(name) for name in SUBSYSTEMS]
         if any(subsystem.planner != "exact" for subsystem in used):
             from states.navigation import grid_planners

@@ -1,0 +1,87 @@
+"""From how far off a turn is watched, and what a crowded robot is told."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+
+from behaviors.make_room import MakeRoom, UserCrowds, watched_from
+from behaviors.profile import Profile
+from behaviors.situation import Situation
+from engine.state import Stamped
+from hw.geometry import Pose2, Twist2
+from hw.samples import UserPose
+from states.signals.motion import StillnessEstimator
+from tests.behaviors.conftest import Base, FakeContext
+
+USER = UserPose(Pose2(10.0, 10.0, 0.0), 0.0)
+TURNING, NOW_NS = Twist2(0.0, 0.0, 1.5), 10 * 10**9
+
+
+def turner(now: Situation, stood_s: float | None) -> FakeContext:
+    """Somebody who turns and has stood for so long, s; None: they have not stood yet."""
+    ctx = FakeContext({
+        "environment": now.environment, "settings": now.settings, "base.pose": now.pose,
+        "base.twist": now.twist, "user.pose": now.user, "user.velocity": TURNING,
+        "user.stands_since": None if stood_s is None else NOW_NS - round(stood_s * 1e9),
+    }, {"base": Base("chase")})  # fmt: skip
+    ctx.now = NOW_NS
+    return ctx
+
+
+@pytest.fixture
+def at(tuned: Profile, situation_of: Callable[..., Situation]) -> Callable[[float], Situation]:
+    return lambda distance: situation_of(tuned, Pose2(10.0 + distance, 10.0), USER, TURNING)
+
+
+@pytest.mark.requirement(91)
+@pytest.mark.parametrize(
+    ("stood_s", "least"), [(None, 2.9), (0.0, 2.9), (0.99, 2.9), (1.0, 4.5), (60.0, 4.5)]
+)
+def test_who_has_stood_for_a_second_is_watched_from_farther_off(
+    at: Callable[[float], Situation], stood_s: float | None, least: float
+) -> None:
+    assert watched_from(turner(at(3.5), stood_s)) == least
+
+
+@pytest.mark.requirement(91)
+@pytest.mark.parametrize(("stood_s", "crowded"), [(None, False), (0.5, False), (1.5, True)])
+def test_a_turn_of_somebody_who_stood_before_the_chart_was_entered_crowds_the_robot_at_once(
+    at: Callable[[float], Situation], stood_s: float | None, crowded: bool
+) -> None:
+    run = UserCrowds(room=3.0).run(turner(at(3.5), stood_s))
+
+    if crowded:
+        with pytest.raises(StopIteration, match="crowded"):
+            next(run)
+    else:
+        next(run)
+
+
+@pytest.mark.requirement(91)
+@pytest.mark.parametrize(("stood_s", "drives"), [(0.5, False), (1.5, True)])
+def test_the_robot_makes_room_as_long_as_it_is_crowded(
+    at: Callable[[float], Situation], stood_s: float, drives: bool
+) -> None:
+    ctx = turner(at(3.5), stood_s)
+    run = MakeRoom().run(ctx)
+
+    if drives:
+        next(run)
+        assert ctx.parts["base"].command is not None
+    else:
+        with pytest.raises(StopIteration, match="clear"):
+            next(run)
+
+
+def test_who_turns_on_the_spot_still_stands() -> None:
+    estimator = StillnessEstimator(0.1, math.inf)
+
+    for stamp, velocity in enumerate((Twist2(0.5), Twist2(0.0), TURNING, Twist2(0.05, 0.0, -3.0))):
+        estimator.update("user.velocity", Stamped(velocity, stamp))
+    assert estimator.value() == 1
+
+    estimator.update("user.velocity", Stamped(Twist2(0.0, 0.1), 4))
+    assert estimator.value() is None
