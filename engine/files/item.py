@@ -142,8 +142,10 @@ def is_path(name: str) -> bool:
     return "/" in file or file.endswith(SUFFIXES)
 
 
-def find_file(name: str, folder: Path, kind: str) -> Path:
+def find_file(name: str, folder: Path, kind: str, also: Iterable[str] = ()) -> Path:
     """Path of a file given by path or by name: a project's own, or one in the shipped folder.
+
+    `also`: other names that would have been right where this one was given.
 
     Raises:
         NotFound: no file has this name, or a path that does not exist is a known name with an
@@ -158,7 +160,7 @@ def find_file(name: str, folder: Path, kind: str) -> Path:
         return path
     if name in known:
         return known[name]
-    raise not_found(name, f"no such {kind}", did_you_mean(name, known))
+    raise not_found(name, f"no such {kind}", did_you_mean(name, (*known, *also)))
 
 
 def load_yaml(path: Path, read: Callable[[Item], T]) -> T:

@@ -21,7 +21,7 @@ the robot's centre), after that time, before a wall, or when the robot is shown 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -121,13 +121,13 @@ def script_names() -> tuple[str, ...]:
     return tuple(known_files(FOLDER, "user"))
 
 
-def load_script(name_or_path: str | Path) -> Script:
-    """A script by name or by file.
+def load_script(name_or_path: str | Path, also: Iterable[str] = ()) -> Script:
+    """A script by name or by file; `also`: names of other kinds of users, to suggest.
 
     Raises:
         FileError: every mistake in it, with file, line, column and what would be right.
     """
-    return load_yaml(find_file(str(name_or_path), FOLDER, "user"), _script)
+    return load_yaml(find_file(str(name_or_path), FOLDER, "user", also), _script)
 
 
 def _rounds(item: Item) -> int | None:

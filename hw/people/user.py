@@ -144,7 +144,8 @@ def _open(
     if bare == wanderer.NAME:
         start = scene.user_start or _middle(scene.room)
         return wanderer.Wanderer(scene.room, start, seed, requests, manner)
-    return Walker(load_script(bare), scene.room, scene.user_start, requests, manner, seed)
+    script = load_script(bare, also=(wanderer.NAME, LIVE))
+    return Walker(script, scene.room, scene.user_start, requests, manner, seed)
 
 
 def _placed(source: PersonSource, scene: Scene, size: float | None) -> Recording:

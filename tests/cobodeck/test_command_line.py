@@ -108,6 +108,7 @@ WRONG = [  # arguments, exit code, part of the message
     ("simulate mine.yaml --profile nothing", USAGE, "nothing: no such profile"),
     ("simulate mine.yaml --profile profile.yaml", FAILED, "profile.yaml:"),
     ("simulate mine.yaml --user nobody", USAGE, "nobody: no such user"),
+    ("simulate mine.yaml --user randm", USAGE, "randm: no such user; did you mean 'random'?"),
     ("simulate mine.yaml --user walk.csv", FAILED, "walk.csv:2:1: 'a' is not a number"),
     ("simulate mine.yaml --user nothing.csv", USAGE, "nothing.csv: cannot be read"),
     ("simulate mine.yaml --user walk.csv@1,2", FAILED, "needs three numbers"),
