@@ -95,7 +95,12 @@ class Profile:
         fastest = min(self.robot.base_speed, robot.base.max_speed)
         navigation = self.navigation.capped(fastest)
         return Environment(
-            room, robot, self.robot.limits, navigation, localization=self.localization
+            room,
+            robot,
+            self.robot.limits,
+            navigation,
+            localization=self.localization,
+            governor=self.safety.governor,
         )
 
     def apply(self, library: Mapping[str, Chart]) -> dict[str, Chart]:

@@ -49,12 +49,19 @@ def _predictor(item: Item) -> str:
 PredictorName = Annotated[str, _predictor]
 
 
+ApproachLength = Annotated[Length, Range(0.02, 0.3)]
+APPROACH = (0.12, 0.08, 0.05)
+"""Lengths of the line to a DEEP, m, where a profile does not give any."""
+
+
 @dataclass(frozen=True, slots=True)
 class RobotSettings:
     """Limits of the robot; the lower of these and the robot's own applies.
 
-    `arm_jerk`: of each joint, rad/s3; None: no limit. `tool_speed`: m/s; None: no limit.
-    `arm_parked`: joint angles of the folded arm, rad; None: those of the robot's prop.
+    `arm_jerk`: of each joint, rad/s3; None: no limit. `tool_speed`: of the prop and of every other
+    point of the arm, m/s; None: no limit. `arm_parked`: joint angles of the folded arm, rad; None:
+    those of the robot's prop. `arm_approach`: lengths of the line on which the prop comes to a
+    DEEP, tried in this order; None: it comes straight from anywhere.
     """
 
     base_acceleration: Annotated[Acceleration, above_0(10.0)]
@@ -65,6 +72,7 @@ class RobotSettings:
     arm_jerk: Annotated[AngularJerk, above_0(10_000.0)] | None
     tool_speed: Annotated[Speed, above_0(10.0)] | None
     arm_parked: Six | None
+    arm_approach: Annotated[tuple[ApproachLength, ...], Count(1, 9)] | None = APPROACH
 
     @property
     def limits(self) -> MotionLimits:
@@ -77,6 +85,7 @@ class RobotSettings:
             base_yaw_rate=self.base_yaw_rate,
             tool_speed=math.inf if self.tool_speed is None else self.tool_speed,
             arm_jerk=math.inf if self.arm_jerk is None else self.arm_jerk,
+            approach=self.arm_approach or (),
         )
 
 

@@ -221,12 +221,15 @@ class MotionLimits:
     base_yaw_rate: float = math.inf
     tool_speed: float = math.inf
     arm_jerk: float = math.inf
+    approach: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in self.__slots__:
+        for name in self.__slots__[:-1]:
             value = getattr(self, name)
             if not value > 0.0 or (value == math.inf and name.endswith("acceleration")):
                 raise ValueError(f"limits: {name} is {value}; it must be above 0 and finite")
+        if not all(0.0 < length < math.inf for length in self.approach):
+            raise ValueError(f"limits: approach is {self.approach}; lengths above 0 are needed")
 
 
 def robot_names() -> tuple[str, ...]:

@@ -46,7 +46,7 @@ class Environment:
     `pose_sigma` is that of measured poses of the base; estimated ones have their own. `user_sigma`,
     m, and `user_delay`, s, are the standard deviation and the age on arrival of the user's poses.
     `calibration` is that of the tracking system; None: trackers are where the robot file has them,
-    and the tracking frame is the map.
+    and the tracking frame is the map. `governor`: the arm, too, slows down near the user.
     """
 
     room: Room
@@ -62,6 +62,7 @@ class Environment:
     calibration: Tracking | None = None
     localization: Localization = "combined"
     zones: Zones = NO_ZONES
+    governor: bool = True
 
     @cached_property
     def _grounds(self) -> dict[float, StaticLayer]:
@@ -275,4 +276,6 @@ class Environment:
 
         held = manipulator_of(self.robot)
         assert self.robot.arm is not None, "without one there is no manipulator"
-        return Workspace.of(held, self.robot.arm, self.limits, self.room.segments)
+        return Workspace.of(
+            held, self.robot.arm, self.limits, self.room.segments, governor=self.governor
+        )

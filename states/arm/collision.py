@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hw.geometry import Pose2
-from hw.prop import Capsule
+from hw.prop import Capsule, Point3
 from states.arm.kernels import (
     SEEN,
     ArmObstacles,
@@ -46,6 +46,21 @@ class Cylinder:
     height: float
 
 
+@dataclass(frozen=True, slots=True)
+class Limb:
+    """A capsule about the axis from `start` to `end`, m; a ball if they are one point."""
+
+    start: Point3
+    end: Point3
+    radius: float
+
+    def seen_from(self, map_from_rover: Pose2) -> Limb:
+        """A limb of the map in the rover frame."""
+        seen = map_from_rover.inverse()
+        (ax, ay, az), (bx, by, bz) = self.start, self.end
+        return Limb((*seen.transform(ax, ay), az), (*seen.transform(bx, by), bz), self.radius)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Surroundings:
     """Obstacles around the rover, in the rover frame.
@@ -57,6 +72,7 @@ class Surroundings:
 
     walls: Array
     cylinders: Array
+    limbs: tuple[Limb, ...] = ()
 
     @classmethod
     def empty(cls) -> Surroundings:
@@ -69,12 +85,13 @@ class Surroundings:
         map_from_rover: Pose2,
         walls: Iterable[tuple[float, float, float, float]] = (),
         cylinders: Iterable[Cylinder] = (),
+        limbs: Iterable[Limb] = (),
         within: float = SEEN,
         height: float = _ROOM_HEIGHT,
     ) -> Surroundings:
-        """Edges (x1, y1, x2, y2) of the map as walls of this height, and cylinders of the map.
+        """Edges (x1, y1, x2, y2) of the map as walls of this height, its cylinders and limbs.
 
-        Those farther than `within` m from the rover's centre are left out.
+        Walls and cylinders farther than `within` m from the rover's centre are left out.
         """
         seen = map_from_rover.inverse()
         edges = [(*seen.transform(*edge[:2]), *seen.transform(*edge[2:])) for edge in walls]
@@ -84,7 +101,8 @@ class Surroundings:
             for c in cylinders
             if map_from_rover.distance_to(Pose2(c.x, c.y)) - c.radius <= within
         ]
-        return cls(np.array(upright).reshape(-1, 6), np.array(round_).reshape(-1, 5))
+        bodily = tuple(limb.seen_from(map_from_rover) for limb in limbs)
+        return cls(np.array(upright).reshape(-1, 6), np.array(round_).reshape(-1, 5), bodily)
 
     @classmethod
     def in_map(
@@ -146,7 +164,10 @@ class CollisionChecker:
             np.ascontiguousarray(a, dtype=np.float64)
             for a in (surroundings.walls, surroundings.cylinders)
         )
-        return cls(model, ArmObstacles(0.0, walls, cylinders), margin)
+        limbs = np.array([(limb.start, limb.end) for limb in surroundings.limbs], np.float64)
+        thickness = np.array([limb.radius for limb in surroundings.limbs], np.float64)
+        around = ArmObstacles(0.0, walls, cylinders, limbs.reshape(-1, 2, 3), thickness)
+        return cls(model, around, margin)
 
     def clearance(self, joints: ArrayLike) -> Array:
         """The least gap of each joint set, (n,); negative where something overlaps."""

@@ -41,15 +41,18 @@ class CapsuleSet(NamedTuple):
 
 
 class ArmObstacles(NamedTuple):
-    """Obstacles around the rover: floor height, walls (w, 6) and cylinders (c, 5).
+    """Obstacles around the rover: floor height, walls (w, 6), cylinders (c, 5), limbs (n, 2, 3).
 
     A wall is an upright rectangle x1, y1, x2, y2, z_low, z_high; a cylinder is x, y, radius, z_low,
-    z_high.
+    z_high. A limb is a capsule, given by both ends of its axis and, in `thickness` (n,), its
+    radius; one without length is a ball.
     """
 
     floor: float
     walls: Array
     cylinders: Array
+    limbs: Array
+    thickness: Array
 
 
 @njit(cache=True)
@@ -108,6 +111,58 @@ def slopes(base: Array, origins: Array, tip: Array, q: Array, found: Array) -> N
 
 
 @njit(cache=True)
+def point_velocities(
+    base: Array, origins: Array, links: Integers, local: Array, q: Array, slope: Array, found: Array
+) -> None:
+    """Writes velocities of points of the arm, rover frame, per unit of dq/dx, into found (n, k, 3).
+
+    q and slope = dq/dx are (n, 6), points `local` (k, 3) in the frames of their `links` (k,). Each
+    joint adds slope_k z_k to the angular velocity w of all links beyond it, and the velocity of a
+    point p of a link is v + w x (p - o), with v that of the link's origin o.
+    """
+    frames, v, w = np.empty((7, 4, 4)), np.zeros((7, 3)), np.zeros((7, 3))
+    for n in range(len(q)):
+        place_links(base, origins, q[n], frames)
+        for k in range(6):
+            before, here = frames[k], frames[k + 1]
+            dx, dy, dz = (
+                here[0, 3] - before[0, 3],
+                here[1, 3] - before[1, 3],
+                here[2, 3] - before[2, 3],
+            )
+            wx, wy, wz = w[k, 0], w[k, 1], w[k, 2]
+            v[k + 1, 0] = v[k, 0] + wy * dz - wz * dy
+            v[k + 1, 1] = v[k, 1] + wz * dx - wx * dz
+            v[k + 1, 2] = v[k, 2] + wx * dy - wy * dx
+            for e in range(3):
+                w[k + 1, e] = w[k, e] + slope[n, k] * here[e, 2]
+        for i in range(len(links)):
+            frame, u, turn = frames[links[i]], v[links[i]], w[links[i]]
+            x, y, z = local[i, 0], local[i, 1], local[i, 2]
+            dx = frame[0, 0] * x + frame[0, 1] * y + frame[0, 2] * z
+            dy = frame[1, 0] * x + frame[1, 1] * y + frame[1, 2] * z
+            dz = frame[2, 0] * x + frame[2, 1] * y + frame[2, 2] * z
+            found[n, i, 0] = u[0] + turn[1] * dz - turn[2] * dy
+            found[n, i, 1] = u[1] + turn[2] * dx - turn[0] * dz
+            found[n, i, 2] = u[2] + turn[0] * dy - turn[1] * dx
+
+
+@njit(cache=True)
+def greatest_speeds(
+    base: Array, origins: Array, links: Integers, local: Array, q: Array, slope: Array, found: Array
+) -> None:
+    """Writes the speed of the fastest of these points per unit of dq/dx into found (n,)."""
+    moved = np.empty((1, len(links), 3))
+    for n in range(len(q)):
+        point_velocities(base, origins, links, local, q[n : n + 1], slope[n : n + 1], moved)
+        most = 0.0
+        for i in range(len(links)):
+            x, y, z = moved[0, i]
+            most = max(most, x * x + y * y + z * z)
+        found[n] = math.sqrt(most)
+
+
+@njit(cache=True)
 def place_capsules(
     base: Array, origins: Array, links: Integers, local: Array, q: Array, frames: Array, ends: Array
 ) -> None:
@@ -140,14 +195,22 @@ def meets_disc(ends: Array, radii: Array, x: float, y: float, radius: float) -> 
 def pair_gap(pairs: Integers, radii: Array, ends: Array, pair: int) -> float:
     """Distance between the surfaces of two capsules, negative where they overlap, m."""
     i, j = pairs[pair, 0], pairs[pair, 1]
-    return float(segment_distance(ends, i, j) - radii[i] - radii[j])
+    return float(segment_distance(ends, i, ends, j) - radii[i] - radii[j])
 
 
 @njit(cache=True)
-def outer_gap(
-    radii: Array, boxes: Array, floor: float, walls: Array, cylinders: Array, ends: Array, i: int
+def outer_gap(  # noqa: PLR0913 - a tuple would cost more than a distance
+    radii: Array,
+    boxes: Array,
+    floor: float,
+    walls: Array,
+    cylinders: Array,
+    limbs: Array,
+    thickness: Array,
+    ends: Array,
+    i: int,
 ) -> float:
-    """Distance of a capsule's surface to rover, floor, walls and cylinders, m; never too large.
+    """Distance of a capsule's surface to the rover and all obstacles, m; never too large.
 
     For walls and cylinders the horizontal and the vertical distance are measured separately; the
     root of the sum of their squares is a lower bound, exact where the nearest points coincide.
@@ -165,6 +228,8 @@ def outer_gap(
         upright = max(cylinders[k, 3] - high, low - cylinders[k, 4], 0.0)
         across = point_distance(cylinders[k, 0], cylinders[k, 1], ax, ay, bx, by)
         gap = min(gap, math.hypot(max(across - cylinders[k, 2], 0.0), upright))
+    for k in range(len(limbs)):
+        gap = min(gap, segment_distance(ends, i, limbs, k) - thickness[k])
     return float(gap - radii[i])
 
 
@@ -173,7 +238,7 @@ def gaps(body: CapsuleSet, around: ArmObstacles, q: Array, found: Array, which: 
     """Writes the least gap of each of n joint sets and where it is: a pair, or p + a capsule."""
     # unpacked once: passing a tuple to another kernel costs more than a distance
     base, origins, links, local, radii, pairs, _, boxes, first = body
-    floor, walls, cylinders = around
+    floor, walls, cylinders, limbs, thickness = around
     frames, ends = np.empty((7, 4, 4)), np.empty((len(links), 2, 3))
     for n in range(len(q)):
         place_capsules(base, origins, links, local, q[n], frames, ends)
@@ -183,7 +248,7 @@ def gaps(body: CapsuleSet, around: ArmObstacles, q: Array, found: Array, which: 
             if gap < least:
                 least, where = gap, k
         for i in range(first, len(links)):
-            gap = outer_gap(radii, boxes, floor, walls, cylinders, ends, i)
+            gap = outer_gap(radii, boxes, floor, walls, cylinders, limbs, thickness, ends, i)
             if gap < least:
                 least, where = gap, len(pairs) + i
         found[n], which[n] = least, where
@@ -201,8 +266,9 @@ def free_from(
 ) -> None:
     """Writes whether one of the joint sets of each rover pose keeps the margin, (n,).
 
-    Obstacles and rovers (n, 4: x, y, cos and sin of the yaw) are in the map; joints (n, k, 6), of
-    which those `tried` (n, k) count. Obstacles beyond SEEN of a rover's centre are left out.
+    Obstacles and rovers (n, 4: x, y, cos and sin of the yaw) are in the map, but limbs are not
+    transformed: there must be none. Of the joints (n, k, 6) those `tried` (n, k) count. Obstacles
+    beyond SEEN of a rover's centre are left out.
     """
     walls, cylinders = around.walls, around.cylinders
     near_walls, near_cylinders = np.empty_like(walls), np.empty_like(cylinders)
@@ -226,7 +292,9 @@ def free_from(
             near_cylinders[m, 0], near_cylinders[m, 1] = c * dx + s * dy, c * dy - s * dx
             near_cylinders[m, 2:] = cylinders[k, 2:]
             m += 1
-        seen = ArmObstacles(around.floor, near_walls[:w], near_cylinders[:m])
+        seen = ArmObstacles(
+            around.floor, near_walls[:w], near_cylinders[:m], around.limbs, around.thickness
+        )
         found[n] = False
         for k in range(joints.shape[1]):
             if tried[n, k]:
@@ -249,7 +317,7 @@ def sweep(
     joint sets ran out) and the number of joint sets checked.
     """
     base, origins, links, local, radii, pairs, reach, boxes, first = body
-    floor, walls, cylinders = around
+    floor, walls, cylinders, limbs, thickness = around
     count, capsules = len(pairs), len(links)
     frames, ends = np.empty((7, 4, 4)), np.empty((capsules, 2, 3))
     rates = gap_rates(links, pairs, reach, piece, length)
@@ -267,7 +335,9 @@ def sweep(
                 if k < count:
                     gap = pair_gap(pairs, radii, ends, k)
                 else:
-                    gap = outer_gap(radii, boxes, floor, walls, cylinders, ends, k - count)
+                    gap = outer_gap(
+                        radii, boxes, floor, walls, cylinders, limbs, thickness, ends, k - count
+                    )
                 if gap < margin:
                     return x, checks
                 due[k] = x + (gap - 0.5 * margin) / rates[k] if rates[k] > 0.0 else np.inf
@@ -298,16 +368,16 @@ def gap_rates(links: Integers, pairs: Integers, reach: Array, piece: Array, leng
 
 
 @njit(cache=True)
-def segment_distance(ends: Array, i: int, j: int) -> float:
-    """Distance between the axes of capsules i and j of ends (m, 2, 3); an axis may be a point.
+def segment_distance(ends: Array, i: int, others: Array, j: int) -> float:
+    """Distance between axis i of ends (m, 2, 3) and axis j of others; an axis may be a point.
 
     Minimises |w + s u - t v|^2 over the unit square: the stationary s, clamped; the best t for it;
     where that lies outside, t is clamped and s found anew. Nearly parallel axes begin at s = 0.
     """
     ax, ay, az = ends[i, 0, 0], ends[i, 0, 1], ends[i, 0, 2]
-    cx, cy, cz = ends[j, 0, 0], ends[j, 0, 1], ends[j, 0, 2]
+    cx, cy, cz = others[j, 0, 0], others[j, 0, 1], others[j, 0, 2]
     ux, uy, uz = ends[i, 1, 0] - ax, ends[i, 1, 1] - ay, ends[i, 1, 2] - az
-    vx, vy, vz = ends[j, 1, 0] - cx, ends[j, 1, 1] - cy, ends[j, 1, 2] - cz
+    vx, vy, vz = others[j, 1, 0] - cx, others[j, 1, 1] - cy, others[j, 1, 2] - cz
     wx, wy, wz = ax - cx, ay - cy, az - cz
     uu, vv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz
     uv, uw = ux * vx + uy * vy + uz * vz, ux * wx + uy * wy + uz * wz

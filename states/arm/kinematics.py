@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hw.geometry import Pose3
-from hw.prop import Placement
-from states.arm.kernels import Array, place_links, place_tcp, slopes
+from hw.prop import FLANGE, Placement
+from states.arm.kernels import Array, Integers, greatest_speeds, place_links, place_tcp, slopes
 from states.arm.model import Manipulator
 
 
@@ -25,6 +25,8 @@ class KinematicChain:
     `base` is rover_from_base and `tip` flange_from_tcp, both (4, 4); `origins` (6, 4, 4) place
     each joint in the link before it; `dh` holds d1, a2, a3, d4, d5, d6 of the nominal chain;
     `lower`, `upper` and `max_speed` are (6,). `nominal` is true where `origins` follow `dh`.
+    `points` (k, 3) of the moving `links` (k,), in their frames, are those whose speed is limited:
+    first the tcp, then both ends of every capsule's axis.
     """
 
     base: Array
@@ -35,11 +37,14 @@ class KinematicChain:
     upper: Array
     max_speed: Array
     nominal: bool
+    links: Integers
+    points: Array
 
     @classmethod
     def of(cls, model: Manipulator) -> KinematicChain:
         """The chain of a model; calibrated where the model is."""
         dh = model.dh
+        links, points = _fast_points(model)
         return cls(
             base=_fixed(matrix(model.mount)),
             origins=_fixed([matrix(p) for p in model.placements or dh.placements()]),
@@ -49,6 +54,8 @@ class KinematicChain:
             upper=_fixed(model.upper),
             max_speed=_fixed(model.max_speed),
             nominal=model.placements is None,
+            links=links,
+            points=points,
         )
 
 
@@ -79,6 +86,22 @@ def jacobian(chain: KinematicChain, joints: ArrayLike) -> Array:
     found = np.empty((len(q), 6, 6))
     slopes(chain.base, chain.origins, chain.tip, q, found)
     return found[0] if single else found
+
+
+def fastest_point(chain: KinematicChain, joints: Array, slope: Array) -> Array:
+    """Speed of the fastest of the chain's `points` at joints (n, 6) per unit of dq/dx (n, 6)."""
+    found = np.empty(len(joints))
+    greatest_speeds(chain.base, chain.origins, chain.links, chain.points, joints, slope, found)
+    return found
+
+
+def tcp_speed(chain: KinematicChain, joints: Array, slope: Array) -> Array:
+    """Speed of the tcp at joints (n, 6) per unit of dq/dx (n, 6)."""
+    found, tcp = np.empty(len(joints)), slice(0, 1)
+    greatest_speeds(
+        chain.base, chain.origins, chain.links[tcp], chain.points[tcp], joints, slope, found
+    )
+    return found
 
 
 def deviation(a: Array, b: Array) -> tuple[Array, Array]:
@@ -140,6 +163,15 @@ def inverted(pose: Array) -> Array:
     found[..., :3, 3] = -(turn @ pose[..., :3, 3, None])[..., 0]
     found[..., 3, 3] = 1.0
     return found
+
+
+def _fast_points(model: Manipulator) -> tuple[Integers, Array]:
+    found = {(FLANGE, model.tool.tcp.xyz): None}
+    for capsule in (*model.capsules, *model.tool.capsules):
+        if capsule.link > 0:
+            found |= {(capsule.link, capsule.start): None, (capsule.link, capsule.end): None}
+    links = np.array([link for link, _ in found], dtype=np.int64)
+    return links, _fixed([point for _, point in found])
 
 
 def _fixed(values: ArrayLike) -> Array:

@@ -1,8 +1,4 @@
-"""The arm in its room: planning queries of its states, and re-checks of a running trajectory.
-
-The user is the cylinder of R23, made slimmer where a DEEP has been granted: a DEEP nearer to the
-user than half a metre would lie inside it.
-"""
+"""The arm in its room: planning queries of its states, and re-checks of a running trajectory."""
 
 from __future__ import annotations
 
@@ -14,31 +10,40 @@ from heapq import heappop, heappush
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.geometry import Pose2, Pose3, wrap
-from hw.people.person import RADIUS
+from hw.geometry import Pose2, Pose3
 from hw.prop import JOINTS
 from hw.robot import ArmModel, MotionLimits
 from hw.samples import Joints, TimedJoints
-from states.arm.collision import MARGIN, CollisionChecker, CollisionModel, Cylinder, Surroundings
+from states.arm.approach import ToolLine, WayIn, around, rungs, tool_lines
+from states.arm.collision import MARGIN, CollisionChecker, CollisionModel, Surroundings
 from states.arm.inverse import inverse_near
 from states.arm.kernels import Array
-from states.arm.kinematics import KinematicChain, inverted, pose_matrix
+from states.arm.kinematics import KinematicChain, deviation, forward, inverted, pose_matrix
 from states.arm.model import Manipulator, six
 from states.arm.path import first_contact
+from states.arm.person import (
+    NOBODY,
+    ArmSituation,
+    PersonObstacles,
+    cylinder,
+    person_obstacles,
+)
 from states.arm.planning import Plan, Query, goals_at, warm_up
 from states.arm.reach import Reach, ReachPlace, disc, rover_from_deep
 from states.arm.timing import line_durations
-from states.arm.trajectory import ArmLimits, Trajectory
+from states.arm.trajectory import ArmLimits
 
 ACCEPTED = (0.02, 0.1)
 """A DEEP that is out of reach by less than this, m and rad, is met as closely as possible (R44)."""
 
-USER_HEIGHT = 2.0
-"""Height of the user's cylinder, m."""
-TOUCH_GAP = 0.15
-"""Gap between the user's cylinder and a granted DEEP, m; the arm comes from the other side."""
-SLIMMEST = 0.25
-"""Least radius of the slimmed cylinder, m: a person's body."""
+CLOSE = 0.05
+"""A tool nearer to the DEEP than this, m, goes straight there."""
+
+DRAWN_BACK = 1.25
+"""A tool that points at a user nearer than this, m, is drawn back before the arm folds."""
+
+LADDER_BUDGET = 30_000
+"""Joint sets checked for trees to one length of the line before the next is tried."""
 
 PERIOD = 0.008
 """Time between points of a trajectory sent to the arm, s: the cycle of a UR controller (CB3)."""
@@ -46,30 +51,13 @@ PERIOD = 0.008
 Wall = tuple[float, float, float, float]
 
 
-@dataclass(frozen=True, slots=True)
-class ArmSituation:
-    """map_from_base, the user's body in the map (None: unknown), and the joints at rest."""
-
-    base: Pose2
-    user: Pose2 | None
-    joints: Joints
-
-    def is_like(self, other: ArmSituation, distance: float, turn: float) -> bool:
-        """True if base and user have moved less than this, m and rad; joints do not count."""
-        if (self.user is None) != (other.user is None):
-            return False
-        near = self.base.distance_to(other.base) < distance
-        if self.user is not None and other.user is not None:
-            near = near and self.user.distance_to(other.user) < distance
-        return near and abs(wrap(self.base.yaw - other.base.yaw)) < turn
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Workspace:
     """One arm on its rover, among fixed walls, with its limits.
 
     `nominal` is the chain of the maker's drawing: accurate enough to rank rover poses, and ten
-    times faster to invert than a calibrated one.
+    times faster to invert than a calibrated one. `approach` are the lengths of the line to a DEEP,
+    m, tried in this order.
     """
 
     chain: KinematicChain
@@ -78,54 +66,141 @@ class Workspace:
     limits: ArmLimits
     walls: Sequence[Wall]
     parked: Joints
+    approach: tuple[float, ...] = ()
+    governor: bool = True
 
     @classmethod
     def of(
-        cls, model: Manipulator, arm: ArmModel, limits: MotionLimits, walls: Sequence[Wall]
+        cls,
+        model: Manipulator,
+        arm: ArmModel,
+        limits: MotionLimits,
+        walls: Sequence[Wall],
+        *,
+        governor: bool = True,
     ) -> Workspace:
         """The arm of a model with the speeds and the parked pose of a robot file."""
         jerk = limits.arm_jerk if math.isfinite(limits.arm_jerk) else None
         even = ArmLimits.even(six(arm.max_speed), limits.arm_acceleration, limits.tool_speed, jerk)
         chain, nominal = KinematicChain.of(model), KinematicChain.of(model.calibrated(None))
-        return cls(chain, nominal, CollisionModel.of(model), even, walls, arm.parked)
+        solid = CollisionModel.of(model)
+        return cls(chain, nominal, solid, even, walls, arm.parked, limits.approach, governor)
 
-    def reaching(self, situation: ArmSituation, deep: Pose3) -> Query:
-        """The planning query for map_from_deep; without goals if that is out of reach."""
-        goals = goals_at(
-            self.chain, rover_from_deep(situation.base, deep), situation.joints, ACCEPTED
+    def reaching(self, situation: ArmSituation, deep: Pose3) -> Iterator[Query]:
+        """The planning queries for map_from_deep, best first; none if it is out of reach.
+
+        Those with a line to the DEEP come first, by its length as in `limits.approach`, then the
+        one that goes straight to the DEEP, which also a tool does that is there already.
+        """
+        target, joints = rover_from_deep(situation.base, deep), situation.joints
+        goals = goals_at(self.chain, target, joints, ACCEPTED)
+        if not len(goals):
+            return
+        tool = forward(self.chain, joints)
+        if self.approach and deviation(tool, target)[0] > CLOSE:
+            lines = tool_lines(self.chain, goals, max(self.approach))
+            for length in self.approach:
+                query = self._approaching(situation, deep, lines, length)
+                if query is not None:
+                    yield query
+        straight = self._query(self.checker(situation, deep), situation, goals)
+        if self.approach:
+            straight = replace(straight, slow=around(self.chain, goals[0]))
+            yield replace(
+                straight, checker=self.checker(situation, deep, 0.0), budget=LADDER_BUDGET
+            )
+        yield straight
+
+    def _approaching(
+        self, situation: ArmSituation, deep: Pose3, lines: Sequence[ToolLine], length: float
+    ) -> Query | None:
+        """The query to the stand-offs of this distance, m; None if no line is so long."""
+        reached = [line for line in lines if rungs(line, [length])]
+        if not reached:
+            return None
+        return replace(
+            self._query(
+                self.checker(situation, deep, length),
+                situation,
+                np.array([line.at(length) for line in reached]),
+            ),
+            budget=LADDER_BUDGET,
+            slow=around(self.chain, reached[0].knots[0]),
+            ways_in=tuple(WayIn(line, length) for line in reached),
+            beside=self.checker(situation, deep),
         )
-        return self._query(self.checker(situation, deep), situation, goals)
 
     def missed(self, situation: ArmSituation, deep: Pose3) -> float:
         """Distance between the nearest branch and map_from_deep, m; obstacles do not count."""
         near = inverse_near(self.chain, rover_from_deep(situation.base, deep))
         return float(near.position_error.min())
 
-    def parking(self, situation: ArmSituation) -> Query:
-        """The planning query for the parked joints."""
-        return self._query(self.checker(situation), situation, np.array([self.parked]))
+    def parking(self, situation: ArmSituation) -> Iterator[Query]:
+        """The planning queries for the parked joints, best first.
 
-    def checker(self, situation: ArmSituation, deep: Pose3 | None = None) -> CollisionChecker:
+        A tool that points at a user near it is drawn back along its axis before anything else.
+        """
+        parked, checker = np.array([self.parked]), self.checker(situation)
+        joints = np.array(situation.joints)
+        slow = None
+        if self.approach and self._points_at(situation):
+            (line,) = tool_lines(self.chain, joints[None], max(self.approach))
+            slow = around(self.chain, joints)
+            for length in rungs(line, self.approach):
+                lead, start = line.outwards(length), line.at(length)
+                if first_contact(checker, lead) is None:
+                    yield replace(
+                        self._query(checker, situation, parked),
+                        start=start, lead=lead, slow=slow, budget=LADDER_BUDGET, beside=checker,
+                    )  # fmt: skip
+        yield replace(self._query(checker, situation, parked), slow=slow)
+
+    def _points_at(self, situation: ArmSituation) -> bool:
+        """True if the user is near the tool and on the side to which it points."""
+        user = situation.user
+        if user is None:
+            return False
+        tool = forward(self.chain, situation.joints)
+        x, y = situation.base.inverse().transform(user.x, user.y)
+        away = np.array((x, y)) - tool[:2, 3]
+        return bool(-tool[:2, 0] @ away > 0.0 and math.hypot(*away) < DRAWN_BACK)
+
+    def checker(
+        self, situation: ArmSituation, deep: Pose3 | None = None, length: float | None = None
+    ) -> CollisionChecker:
         """What the arm must not touch on its path to a DEEP or, without one, to the parked pose.
 
-        On the path back, obstacles that the arm touches already are left out, the user first, then
+        With the `length` of a line to the DEEP: what it keeps from on its way to the stand-off.
+        Head, hands and the room behind a DEEP that the arm is too near to already are left out. On
+        the path back, other obstacles that it touches are left out as well, the user first, then
         the walls: it has to get out of contact.
         """
-        people = [] if situation.user is None else [_person(situation.user, deep)]
-        checker = self._among(situation, self.walls, people)
-        if deep is None and people and self._gap(checker, situation) <= 0.0:
-            checker = self._among(situation, self.walls, [])
-        if deep is None and self._gap(checker, situation) <= 0.0:
-            checker = self._among(situation, (), [])
+        person = person_obstacles(situation, deep, length)
+        checker = self._among(situation, self.walls, person)
+        if person.limbs and self._gap(checker, situation) <= checker.margin:
+            person = replace(person, limbs=())
+            checker = self._among(situation, self.walls, person)
+        if deep is None:
+            for walls, left in ((self.walls, person.slim()), (self.walls, NOBODY), ((), NOBODY)):
+                if self._gap(checker, situation) > 0.0:
+                    break
+                checker = self._among(situation, walls, left)
         gap = self._gap(checker, situation)
         return replace(checker, margin=0.9 * gap) if 0.0 < gap < checker.margin else checker
 
     def is_free(
-        self, trajectory: Trajectory, since: float, situation: ArmSituation, deep: Pose3 | None
+        self, plan: Plan, since: float, situation: ArmSituation, deep: Pose3 | None
     ) -> bool:
-        """True if a trajectory may still be followed from `since` s on in the present situation."""
-        place = float(trajectory.along(np.array([since]))[0][0])
-        return first_contact(self.checker(situation, deep), trajectory.path, place) is None
+        """True if a plan may still be followed from `since` s on in the present situation."""
+        path = plan.trajectory.path
+        place = float(plan.trajectory.along(np.array([since]))[0][0])
+        beside = self.checker(situation, deep)
+        between = self.checker(situation, deep, plan.line) if plan.line > 0.0 else beside
+        return (
+            first_contact(beside, path, place, plan.leads) is None
+            and first_contact(between, path, max(place, plan.leads), plan.lands) is None
+            and first_contact(beside, path, max(place, plan.lands)) is None
+        )
 
     def best(
         self,
@@ -141,7 +216,7 @@ class Workspace:
         any, the pose that reaches it from the largest part of that disc (R76, R78, R79).
         """
         reach = Reach(self.nominal, self.solid)
-        place = ReachPlace(self.walls, [] if user is None else [_person(user, deep)])
+        place = ReachPlace(self.walls, [] if user is None else [cylinder(user, deep)])
         best, most = None, 0.0
         for i in self._soonest_first(poses, drive_times, deep, user):
             share = float(reach.reached(disc(poses[i], *tolerance), deep, place).mean())
@@ -187,21 +262,24 @@ class Workspace:
             yield heappop(due)[1]
 
     def _arm_time(self, situation: ArmSituation, deep: Pose3) -> float:
-        query = self.reaching(situation, deep)
-        goals = query.goals[query.checker.free(query.goals)] if len(query.goals) else query.goals
-        if not len(goals):
-            return math.inf
-        return float(line_durations(self.chain, query.start, goals, self.limits).min())
+        """Time to the DEEP by free joint lines and the line to it, s; an estimate."""
+        for query in self.reaching(situation, deep):
+            free = query.checker.free(query.goals)
+            if free.any():
+                times = line_durations(
+                    self.chain, query.start, query.goals[free], self.limits, query.slow
+                )
+                return float((times + query.extra()[free]).min())
+        return math.inf
 
     def _query(self, checker: CollisionChecker, situation: ArmSituation, goals: Array) -> Query:
         return Query(self.chain, checker, self.limits, np.array(situation.joints), goals)
 
     def _among(
-        self, situation: ArmSituation, walls: Sequence[Wall], people: Sequence[Cylinder]
+        self, situation: ArmSituation, walls: Sequence[Wall], person: PersonObstacles
     ) -> CollisionChecker:
-        return CollisionChecker.of(
-            self.solid, Surroundings.seen_from(situation.base, walls, people)
-        )
+        around = Surroundings.seen_from(situation.base, walls, person.cylinders, person.limbs)
+        return CollisionChecker.of(self.solid, around)
 
     def _gap(self, checker: CollisionChecker, situation: ArmSituation) -> float:
         return checker.tightest(np.array(situation.joints))[0]
@@ -222,11 +300,3 @@ def waypoints(plan: Plan) -> tuple[TimedJoints, ...]:
     times = np.linspace(0.0, trajectory.duration, count + 1)
     joints = trajectory.at(times + trajectory.times[0])[0].tolist()
     return tuple((t, tuple(q)) for t, q in zip(times.tolist(), joints, strict=True))
-
-
-def _person(user: Pose2, deep: Pose3 | None) -> Cylinder:
-    radius = RADIUS
-    if deep is not None:
-        granted = user.distance_to(deep.flat()) - TOUCH_GAP
-        radius = min(RADIUS, max(SLIMMEST, granted))
-    return Cylinder(user.x, user.y, radius, USER_HEIGHT)

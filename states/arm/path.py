@@ -5,10 +5,16 @@ A path is a chain of pieces q(x) = p0 + p1 x + p2 x^2, x from 0 to the length of
 with its direction, `cut` before the corner, and meets the next with its own, `cut` behind it: over
 its length of 2 cut the direction u changes linearly to v, so p2 = (v - u) / (4 cut). Thus dq/ds
 jumps only at corners left sharp.
+
+A smooth curve, such as a straight line of the tool, is given by joints and slopes at knots, over a
+parameter of its own (`smooth`). Between two knots h apart with joints a, b and slopes u, v lie two
+parabolas: the slope changes linearly from u to w = 2 (b - a) / h - (u + v) / 2 in the middle, and
+from there to v, which gives the first p2 = (w - u) / h and the second (v - w) / h, and q(h) = b.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -58,6 +64,40 @@ class JointPath:
                 sizes.append(2.0 * cut)
         return cls(corners[0].copy(), np.array(pieces).reshape(-1, 3, 6), np.array(sizes))
 
+    @classmethod
+    def smooth(cls, joints: Array, slopes: Array, step: float) -> JointPath:
+        """Parabolas through joints (k, 6) with slopes (k, 6), `step` of the parameter apart."""
+        before, after = joints[:-1], joints[1:]
+        u, v = slopes[:-1], slopes[1:]
+        middle = 2.0 * (after - before) / step - 0.5 * (u + v)
+        half = before + 0.25 * step * (u + middle)
+        first = np.stack([before, u, (middle - u) / step], axis=1)
+        second = np.stack([half, middle, (v - middle) / step], axis=1)
+        pieces = np.stack([first, second], axis=1).reshape(-1, 3, 6)
+        return cls(joints[0].copy(), pieces, np.full(len(pieces), 0.5 * step))
+
+    def reversed(self) -> JointPath:
+        """The same path from its end to its start.
+
+        With y = l - x a piece becomes q(l) - (p1 + 2 l p2) y + p2 y^2.
+        """
+        p, x = self.pieces[::-1], self.lengths[::-1, None]
+        ends = p[:, 0] + x * (p[:, 1] + x * p[:, 2])
+        turned = np.stack([ends, -(p[:, 1] + 2.0 * x * p[:, 2]), p[:, 2]], axis=1)
+        return JointPath(ends[0].copy(), turned, self.lengths[::-1].copy())
+
+    def first(self, count: int) -> JointPath:
+        """The first pieces only."""
+        return JointPath(self.start, self.pieces[:count], self.lengths[:count])
+
+    def then(self, other: JointPath) -> JointPath:
+        """This path, followed by another that begins at its goal."""
+        return JointPath(
+            self.start,
+            np.concatenate([self.pieces, other.pieces]),
+            np.concatenate([self.lengths, other.lengths]),
+        )
+
     @property
     def length(self) -> float:
         """Length of all pieces, rad."""
@@ -92,11 +132,16 @@ class JointPath:
         return np.asarray(np.abs(before - self.pieces[1:, 1]).max(axis=1) > 1e-9)
 
 
-def first_contact(checker: CollisionChecker, path: JointPath, since: float = 0.0) -> float | None:
-    """Arc length, rad, at which a path first comes too close to something after `since`, if any."""
+def first_contact(
+    checker: CollisionChecker, path: JointPath, since: float = 0.0, until: float = math.inf
+) -> float | None:
+    """Where between `since` and `until` a path first comes too close to something, if it does.
+
+    All three are lengths along the path, in its own parameter.
+    """
     knot = 0.0
     for piece, length in zip(path.pieces, path.lengths, strict=True):
-        begin = min(max(since - knot, 0.0), length)
+        begin, end = min(max(since - knot, 0.0), length), min(max(until - knot, 0.0), length)
         rest = np.array(
             [
                 piece[0] + begin * (piece[1] + begin * piece[2]),
@@ -104,9 +149,9 @@ def first_contact(checker: CollisionChecker, path: JointPath, since: float = 0.0
                 piece[2],
             ]
         )
-        if begin < length:
-            free, _ = checker.sweep(rest, length - begin)
-            if free < length - begin:
+        if begin < end:
+            free, _ = checker.sweep(rest, end - begin)
+            if free < end - begin:
                 return float(knot + begin + free)
         knot += length
     return None

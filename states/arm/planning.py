@@ -9,13 +9,15 @@ joint sets checked for collision, never in time.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping
+import math
+from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from states.arm.approach import WayIn
 from states.arm.collision import CollisionChecker, CollisionModel, Surroundings
 from states.arm.collision import warm_up as collision_warm_up
 from states.arm.inverse import inverse, inverse_near, nearest_copies
@@ -23,11 +25,11 @@ from states.arm.inverse import warm_up as inverse_warm_up
 from states.arm.kernels import Array, Integers
 from states.arm.kinematics import KinematicChain
 from states.arm.model import Manipulator
-from states.arm.path import JointPath, rounded
+from states.arm.path import JointPath, first_contact, rounded
 from states.arm.rrt import connect, shortened
 from states.arm.timing import line_durations, time_path
 from states.arm.timing import warm_up as timing_warm_up
-from states.arm.trajectory import ArmLimits, Trajectory
+from states.arm.trajectory import ArmLimits, SlowZone, Trajectory
 
 BUDGET = 100_000
 """Joint sets checked before a planner gives up; about a tenth of a second of work."""
@@ -35,12 +37,21 @@ BUDGET = 100_000
 SLICE = 2_000
 """Joint sets checked between two yields; about two milliseconds of work."""
 
+_FIRST = tuple(
+    tuple(joint in moved for joint in range(6))
+    for moved in ((0,), (1, 2), (3, 4, 5), (0, 3, 4, 5), (1, 2, 3, 4, 5), (0, 1, 2))
+)
+"""Joints that a point on the way has moved already, as masks."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Query:
     """A planning problem: from `start` (6,) to any of `goals` (k, 6), rad, within limits.
 
-    The same query gives the same answer, bit for bit.
+    A motion may begin and end with a line of the tool, see `approach`: `lead` leads to `start`, and
+    ways_in[i], if there are any, from goals[i] to the DEEP. The lines are checked by `beside`,
+    which lets the prop come nearer to the person than `checker` does. In `slow` the tool keeps its
+    speed limit, on lines it does so everywhere. The same query gives the same answer, bit for bit.
     """
 
     chain: KinematicChain
@@ -51,15 +62,55 @@ class Query:
     seed: int = 0
     budget: int = BUDGET
     slice: int = SLICE
+    slow: SlowZone | None = None
+    lead: JointPath | None = None
+    ways_in: tuple[WayIn, ...] = ()
+    beside: CollisionChecker | None = None
+
+    def lets_in(self, goal: int) -> bool:
+        """True if the line from this goal to the DEEP is free."""
+        if not self.ways_in:
+            return True
+        return first_contact(self.beside or self.checker, self.ways_in[goal].path()) is None
+
+    def extra(self) -> Array:
+        """How long the line from each goal takes, (k,), s; an estimate, 0 without lines."""
+        if not self.ways_in:
+            return np.zeros(len(self.goals))
+        return np.array([way.duration(self.limits) for way in self.ways_in])
+
+    def timed(self, path: JointPath, goal: int, checks: int) -> Plan:
+        """The plan along a free path from `start` to this goal, with its lines."""
+        first = time_path(self.chain, path, self.limits, self.slow)
+        leads, lands = 0.0, first.path.length
+        everywhere = None if self.slow is None else replace(self.slow, radius=math.inf)
+        if self.lead is not None:
+            first = time_path(self.chain, self.lead, self.limits, everywhere).then(first)
+            leads, lands = self.lead.length, lands + self.lead.length
+        if self.ways_in:
+            way = self.ways_in[goal].path()
+            first = first.then(time_path(self.chain, way, self.limits, everywhere))
+        return Plan(first, goal, checks, leads, lands)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """A free trajectory to goals[goal]; `checks` joint sets were checked for it."""
+    """A free trajectory to goals[goal]; `checks` joint sets were checked for it.
+
+    Its path begins with a line of the tool up to `leads` and ends with one from `lands` on, both in
+    its own parameter; without them they are its start and its end.
+    """
 
     trajectory: Trajectory
     goal: int
     checks: int
+    leads: float
+    lands: float
+
+    @property
+    def line(self) -> float:
+        """Length of the line to the DEEP, m; 0 without one."""
+        return self.trajectory.path.length - self.lands
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,23 +130,27 @@ Connecting = Callable[
 
 
 def lines_first(query: Query) -> Planning:
-    """Straight joint lines, quickest first; RRT-Connect where none of them is free."""
+    """Straight joint lines, quickest first, then two of them; RRT-Connect where none are free."""
     checked = _checked(query)
     if isinstance(checked, NoPlan):
         return checked
     query, order, checks = checked
-    for goal in order:
-        yield
-        step = query.goals[goal] - query.start
-        piece = np.array([query.start, step, np.zeros(6)])
-        free, used = query.checker.sweep(piece, 1.0, query.budget - checks)
-        checks += used
-        if free >= 1.0:
-            path = JointPath.through([query.start, query.goals[goal]])
-            return Plan(time_path(query.chain, path, query.limits), int(goal), checks)
-        if checks >= query.budget:
-            return _given_up(query, checks)
+    found, checks = yield from _straight(query, order, checks)
+    if found is not None:
+        return found
+    if checks >= query.budget:
+        return _given_up(query, checks)
     return (yield from _grown(query, order, checks))
+
+
+def lines_only(query: Query) -> Planning:
+    """Straight joint lines, quickest first, then two of them."""
+    checked = _checked(query)
+    if isinstance(checked, NoPlan):
+        return checked
+    query, order, checks = checked
+    found, checks = yield from _straight(query, order, checks)
+    return found or NoPlan(f"no line of {len(order)} is free", checks)
 
 
 def rrt_connect(query: Query) -> Planning:
@@ -138,9 +193,41 @@ def planner(name: str) -> Planner:
     return PLANNERS[name]
 
 
+def in_turn(queries: Iterable[Query], solver: Planner = lines_first) -> Planning:
+    """The first of several queries that has a plan; without any, the answer to the last.
+
+    `lines_first` tries the lines of all but the last before it grows trees for one: the last is
+    what is left if nothing else will do.
+    """
+    answer: Plan | NoPlan = NoPlan("out of reach: no joint angles lead there")
+    before: list[Query] = []
+    quick = lines_only if solver is lines_first else solver
+    remaining = iter(queries)
+    query = next(remaining, None)
+    while query is not None:
+        following = next(remaining, None)
+        if following is not None:
+            answer = yield from quick(query)
+            before.append(query)
+        else:
+            for again in before if solver is lines_first else ():
+                answer = yield from rrt_connect(again)
+                if isinstance(answer, Plan):
+                    return answer
+            answer = yield from solver(query)
+        if isinstance(answer, Plan):
+            return answer
+        query = following
+    return answer
+
+
 def plan(query: Query, solver: Planner = lines_first) -> Plan | NoPlan:
     """Run a planner to its end."""
-    work = solver(query)
+    return ended(solver(query))
+
+
+def ended(work: Planning) -> Plan | NoPlan:
+    """Run the work of a planner to its end."""
     while True:
         try:
             next(work)
@@ -178,7 +265,8 @@ def _checked(query: Query) -> tuple[Query, Integers, int] | NoPlan:
     free = np.flatnonzero(query.checker.free(goals))
     if not len(free):
         return NoPlan(f"in contact: {_contact(query, goals)} at the goal", 1 + len(goals))
-    times = line_durations(query.chain, query.start, goals[free], query.limits)
+    times = line_durations(query.chain, query.start, goals[free], query.limits, query.slow)
+    times = times + query.extra()[free]
     return query, free[np.argsort(times, kind="stable")], 1 + len(goals)
 
 
@@ -187,9 +275,84 @@ def _contact(query: Query, goals: Array) -> str:
     return f"{first} with {second}"
 
 
+def _straight(
+    query: Query, order: Integers, checks: int
+) -> Generator[None, None, tuple[Plan | None, int]]:
+    """The first free line to a goal, else the first free pair of lines, and the checks so far."""
+    open_goals = []
+    for goal in order:
+        yield
+        free, used = _line_free(query, query.start, query.goals[goal], query.budget - checks)
+        checks += used
+        if free and query.lets_in(goal):
+            path = JointPath.through([query.start, query.goals[goal]])
+            return query.timed(path, int(goal), checks), checks
+        if not free:
+            open_goals.append(int(goal))
+        if checks >= query.budget:
+            return None, checks
+    for goal, via in _vias(query, open_goals):
+        free, used = _pair_free(query, via, query.goals[goal])
+        checks += used
+        if free and query.lets_in(goal):
+            path, used = _rounded(query, np.array([query.start, via, query.goals[goal]]))
+            return query.timed(path, goal, checks + used), checks + used
+        if checks >= query.budget:
+            return None, checks
+        if used > 1:
+            yield
+    return None, checks
+
+
+def _line_free(query: Query, start: Array, goal: Array, budget: int) -> tuple[bool, int]:
+    piece = np.array([start, goal - start, np.zeros(6)])
+    free, used = query.checker.sweep(piece, 1.0, budget)
+    return free >= 1.0, used
+
+
+def _pair_free(query: Query, via: Array, goal: Array) -> tuple[bool, int]:
+    if not query.checker.free(via)[0]:
+        return False, 1
+    checks = 1
+    for start, end in ((query.start, via), (via, goal)):
+        free, used = _line_free(query, start, end, query.budget)
+        checks += used
+        if not free:
+            return False, checks
+    return True, checks
+
+
+def _vias(query: Query, goals: list[int]) -> list[tuple[int, Array]]:
+    """Goals with points on the way to them, quickest first.
+
+    At each point some joints are at their goal already and the others still at the start: the arm
+    turns first and stretches afterwards, or the other way round.
+    """
+    if not goals:
+        return []
+    ends = np.repeat(query.goals[goals], len(_FIRST), axis=0)
+    moved = np.tile(np.array(_FIRST), (len(goals), 1))
+    points = np.where(moved, ends, query.start)
+    times = line_durations(query.chain, query.start, points, query.limits, query.slow)
+    times = times + line_durations(query.chain, points, ends, query.limits, query.slow)
+    times = times + np.repeat(query.extra()[goals], len(_FIRST))
+    order = np.argsort(times, kind="stable")
+    return [(goals[i // len(_FIRST)], points[i]) for i in order.tolist()]
+
+
+def _rounded(query: Query, corners: Array) -> tuple[JointPath, int]:
+    """The path through these corners, sharp under a jerk limit, which bends do not keep."""
+    if query.limits.jerk is not None:
+        return JointPath.through(corners), 0
+    return rounded(query.checker, corners)
+
+
 def _grown(
     query: Query, order: Integers, checks: int, connecting: Connecting = connect
 ) -> Planning:
+    order = np.array([goal for goal in order if query.lets_in(goal)], dtype=np.int64)
+    if not len(order):
+        return NoPlan("in contact: the line to the DEEP is obstructed", checks)
     rng = np.random.default_rng(query.seed)
     found, used = yield from connecting(
         query.checker, query.chain, query.start, query.goals[order], rng, query.budget - checks,
@@ -200,10 +363,9 @@ def _grown(
         return _given_up(query, checks)
     corners, used = yield from shortened(query.checker, found, rng, query.slice)
     checks += used
-    path, used = rounded(query.checker, corners)
+    path, used = _rounded(query, corners)
     goal = np.abs(query.goals - corners[-1]).max(axis=1).argmin()
-    trajectory = time_path(query.chain, path, query.limits)
-    return Plan(trajectory, int(goal), checks + used)
+    return query.timed(path, int(goal), checks + used)
 
 
 def _given_up(query: Query, checks: int) -> NoPlan:

@@ -23,7 +23,7 @@ from states.arm.collision import (
     Surroundings,
 )
 from states.arm.inverse import Solutions, inverse
-from states.arm.kernels import ArmObstacles, Array, free_from
+from states.arm.kernels import Array, free_from
 from states.arm.kinematics import KinematicChain, pose_matrix
 
 ANGLES = tuple(math.radians(degrees) for degrees in (0, 30, -30, 60, -60, 90, -90))
@@ -68,11 +68,10 @@ class Reach:
         """True for rover poses from which the prop reaches map_from_deep, (n,)."""
         rovers = _rows(poses)
         branches = inverse(self.chain, _rovers_from_deep(rovers, deep))
-        around = Surroundings.in_map(place.walls, place.people)
-        obstacles = ArmObstacles(0.0, around.walls, around.cylinders)
+        around = CollisionChecker.of(self.model, Surroundings.in_map(place.walls, place.people))
         found = np.empty(len(rovers), np.bool_)
         free_from(
-            self.model.body, obstacles, rovers, branches.joints, branches.valid, MARGIN, found
+            self.model.body, around.around, rovers, branches.joints, branches.valid, MARGIN, found
         )
         return found
 

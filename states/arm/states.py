@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from importlib.util import find_spec
+from itertools import chain
 from typing import TYPE_CHECKING, Literal
 
 from engine.files.units import Angle, Duration
@@ -22,7 +23,7 @@ from states.keys import (
 )
 
 if TYPE_CHECKING:
-    from states.arm.motion import ArmSituation
+    from states.arm.person import ArmSituation
     from states.arm.planning import NoPlan, Plan, Query
 
 AGE_S = 0.2
@@ -161,13 +162,15 @@ def _move(ctx: Context, deep: Pose3 | None, tolerance: float, solver: str) -> Mo
         situation = yield from _at_rest(ctx)
         if situation is None:
             return "failed"
-        query = (
+        queries = (
             workspace.parking(situation) if deep is None else workspace.reaching(situation, deep)
         )
-        if deep is not None and not len(query.goals):
+        first = next(queries, None)
+        if first is None:
+            assert deep is not None  # the parked pose is always within reach
             yield f"the DEEP is {workspace.missed(situation, deep):.3f} m out of reach"
             return "no_solution"
-        plan = yield from _planned(query, solver)
+        plan = yield from _planned(chain([first], queries), solver)
         if isinstance(plan, NoPlan):
             yield plan.reason
             return "blocked"
@@ -202,19 +205,19 @@ def _at_rest(ctx: Context) -> Generator[Yielded, None, ArmSituation | None]:
 
 
 def _situation(ctx: Context) -> ArmSituation | None:
-    from states.arm.motion import ArmSituation
+    from states.arm.person import ArmSituation
 
-    base, arm, user = ctx.value(BASE_POSE), ctx.value(ARM_JOINTS), ctx.value(USER_POSE)
+    base, arm = ctx.value(BASE_POSE), ctx.value(ARM_JOINTS)
     if base is None or arm is None:
         return None
-    return ArmSituation(base, None if user is None else user.body, arm.joints)
+    return ArmSituation.of(base, ctx.value(USER_POSE), arm.joints)
 
 
-def _planned(query: Query, solver: str) -> Generator[Yielded, None, Plan | NoPlan]:
-    """Run a planner to its end, a few slices per tick."""
-    from states.arm.planning import planner
+def _planned(queries: Iterable[Query], solver: str) -> Generator[Yielded, None, Plan | NoPlan]:
+    """Plan the first of these queries that has a plan, a few slices per tick."""
+    from states.arm.planning import in_turn, planner
 
-    work, slices = planner(solver)(query), 0
+    work, slices = in_turn(queries, planner(solver)), 0
     while True:
         try:
             next(work)
@@ -252,7 +255,7 @@ def _follow(
             if situation is not None and not situation.is_like(checked, MOVED, TURNED):
                 checked, since = situation, (ctx.now - begun) * 1e-9 * slowest
                 workspace = environment_of(ctx).workspace
-                if not workspace.is_free(plan.trajectory, since, situation, deep):
+                if not workspace.is_free(plan, since, situation, deep):
                     return None
             yield On(ARM_JOINTS, BASE_POSE, USER_POSE, STOP_ENGAGED, until=late)
         return False

@@ -1,4 +1,4 @@
-"""Time-optimal timing of a joint path under limits of joints and tool (R45).
+"""Time-optimal timing of a joint path under limits of joints and points of the arm (R45).
 
 With s the arc length of the path, x = (ds/dt)^2 and u = d2s/dt2, joint velocity is q' sqrt(x) and
 joint acceleration q' u + q'' x (derivatives by s: slope and bend). As dx/ds = 2 u, a constant u
@@ -19,10 +19,10 @@ from dataclasses import replace
 import numpy as np
 
 from states.arm.kernels import Array, Integers
-from states.arm.kinematics import KinematicChain, jacobian
+from states.arm.kinematics import KinematicChain, fastest_point, forward, tcp_speed
 from states.arm.path import JointPath
 from states.arm.timing_kernels import line_times, passes
-from states.arm.trajectory import ArmLimits, Trajectory, with_rates
+from states.arm.trajectory import ArmLimits, SlowZone, Trajectory, with_rates
 
 GRID_STEP, TURN_STEP = 0.02, 0.02
 """Largest grid step along a path, rad, and largest change of its unit slope per step."""
@@ -31,44 +31,54 @@ LINE_SAMPLES = 33
 """Samples along a line whose duration is only compared with others'."""
 
 _FEWEST, _MOST = 8, 200
-# the tool speed is bounded at grid points only; between two of them it exceeds that by less than
+# speeds of points are bounded at grid points only; between two they exceed that by less than
 _TOOL_SLACK = 1e-3
 _UNBOUNDED = 1e12
 
 
-def time_path(chain: KinematicChain, path: JointPath, limits: ArmLimits) -> Trajectory:
-    """The fastest trajectory along a path; at rest at both ends and at corners left sharp."""
+def time_path(
+    chain: KinematicChain, path: JointPath, limits: ArmLimits, slow: SlowZone | None = None
+) -> Trajectory:
+    """The fastest trajectory along a path; at rest at both ends and at corners left sharp.
+
+    In `slow` the tcp keeps the limit of the zone as well.
+    """
     if not len(path.pieces):
         return with_rates(path, np.zeros(1), np.zeros(1), np.zeros(1))
     straight = len(path.pieces) == 1 and not path.pieces[0, 2].any()
-    if straight and math.isinf(limits.tool_speed):
+    if straight and slow is None and math.isinf(limits.tool_speed):
         found = _trapezoid(path, limits)
     else:
-        found = _fastest(chain, path, limits)
-    return found if limits.jerk is None else _smooth(chain, found, limits)
+        found = _fastest(chain, path, limits, slow)
+    return found if limits.jerk is None else _smooth(chain, found, limits, slow)
 
 
-def line_durations(chain: KinematicChain, start: Array, goals: Array, limits: ArmLimits) -> Array:
-    """Durations (k,) of straight joint lines from start (6,) to goals (k, 6), s.
+def line_durations(
+    chain: KinematicChain,
+    starts: Array,
+    goals: Array,
+    limits: ArmLimits,
+    slow: SlowZone | None = None,
+) -> Array:
+    """Durations (k,) of straight joint lines from starts (6,) or (k, 6) to goals (k, 6), s.
 
     Exact without a tool limit, good to about 1 % with one; a jerk limit is not considered. A line's
     share runs from 0 to 1 at a rate <= v with a gain <= a: a trapezoid with the peak p = min(v,
     sqrt(a)) takes 1 / p + p / a.
     """
-    steps = goals - start
+    steps = goals - starts
     size = np.maximum(np.abs(steps), 1e-9)
     rate = np.min(np.array(limits.speed) / size, axis=1)
     gain = np.min(np.array(limits.acceleration) / size, axis=1)
-    if math.isinf(limits.tool_speed):
+    if slow is None and math.isinf(limits.tool_speed):
         peak = np.minimum(rate, np.sqrt(gain))
         found = 1.0 / peak + peak / gain
     else:
         most = np.repeat(rate[:, None], LINE_SAMPLES, axis=1)
         shares = np.linspace(0.0, 1.0, LINE_SAMPLES)[:, None]
-        q = start + shares * steps[:, None]
-        moved = jacobian(chain, q.reshape(-1, 6))[:, :3].reshape(*q.shape[:2], 3, 6)
-        tool = np.linalg.norm((moved @ steps[:, None, :, None])[..., 0], axis=2)
-        most = np.minimum(most, limits.tool_speed / np.maximum(tool, 1e-9))
+        q = (goals[:, None] + (shares - 1.0) * steps[:, None]).reshape(-1, 6)
+        cap = _point_rates(chain, q, np.repeat(steps, LINE_SAMPLES, axis=0), limits, slow)
+        most = np.minimum(most, cap.reshape(most.shape))
         found = np.zeros(len(goals))
         line_times(most * most, gain, found)
     return np.where(np.abs(steps).max(axis=1) > 0.0, found, 0.0)
@@ -93,16 +103,17 @@ def _trapezoid(path: JointPath, limits: ArmLimits) -> Trajectory:
     return with_rates(path, np.cumsum([0.0, *took]), places, np.array(rates))
 
 
-def _fastest(chain: KinematicChain, path: JointPath, limits: ArmLimits) -> Trajectory:
+def _fastest(
+    chain: KinematicChain, path: JointPath, limits: ArmLimits, slow: SlowZone | None
+) -> Trajectory:
     s, knots, slope, bend = _grid(path)
     most = np.full(len(s), _UNBOUNDED)
     for here, at_end in ((most[:-1], slope[:, 0]), (most[1:], slope[:, 1])):
         rate = np.min(np.array(limits.speed) / np.maximum(np.abs(at_end), 1e-6), axis=1)
         np.minimum(here, rate * rate, out=here)
-    if math.isfinite(limits.tool_speed):
-        rate = (
-            limits.tool_speed * (1.0 - _TOOL_SLACK) / np.maximum(_tool_rates(chain, path, s), 1e-6)
-        )
+    if slow is not None or math.isfinite(limits.tool_speed):
+        q, along, _ = path.at(s)
+        rate = (1.0 - _TOOL_SLACK) * _point_rates(chain, q, along, limits, slow)
         most = np.minimum(most, rate * rate)
     most[0] = most[-1] = 0.0
     most[knots[1:-1][path.sharp()]] = 0.0
@@ -115,14 +126,15 @@ def _fastest(chain: KinematicChain, path: JointPath, limits: ArmLimits) -> Traje
         return found
     # limits hold at grid points; in a tight bend they may be exceeded between two of them
     between = found.times[:-1] + 0.5 * took
-    return _stretched(found, _excess(chain, found, limits, between))
+    return _stretched(found, _excess(chain, found, limits, slow, between))
 
 
 def _grid(path: JointPath) -> tuple[Array, Integers, Array, Array]:
     """Grid points s (n + 1,), the indices of knots, slope and bend (n, 2, 6) at interval ends."""
     turned = np.linalg.norm(2.0 * path.pieces[:, 2], axis=1) * path.lengths
     fine = np.maximum(path.lengths / GRID_STEP, turned / TURN_STEP)
-    counts = np.clip(np.ceil(fine), _FEWEST, _MOST).astype(np.int64)
+    fewest = min(_FEWEST, max(2, 3 * _FEWEST // len(fine)))
+    counts = np.clip(np.ceil(fine), fewest, _MOST).astype(np.int64)
     knots = path.knots
     s = [np.linspace(a, b, n + 1)[:-1] for a, b, n in zip(knots, knots[1:], counts, strict=False)]
     places = np.concatenate([*s, knots[-1:]])
@@ -134,14 +146,21 @@ def _grid(path: JointPath) -> tuple[Array, Integers, Array, Array]:
     return places, np.concatenate([[0], np.cumsum(counts)]), slope, bend
 
 
-def _tool_rates(chain: KinematicChain, path: JointPath, s: Array) -> Array:
-    """Speed of the tcp per ds/dt, m per rad."""
-    q, slope, _ = path.at(s)
-    moved = jacobian(chain, q)[:, :3] @ slope[..., None]
-    return np.asarray(np.linalg.norm(moved[..., 0], axis=1))
+def _point_rates(
+    chain: KinematicChain, q: Array, slope: Array, limits: ArmLimits, slow: SlowZone | None
+) -> Array:
+    """The largest ds/dt at joints q (n, 6) with slopes dq/ds (n, 6) that points and tcp allow."""
+    rate = limits.tool_speed / np.maximum(fastest_point(chain, q, slope), 1e-9)
+    if slow is not None:
+        inside = slow.holds(forward(chain, q)[:, :3, 3])
+        tool = np.maximum(tcp_speed(chain, q[inside], slope[inside]), 1e-9)
+        rate[inside] = np.minimum(rate[inside], slow.speed / tool)
+    return rate
 
 
-def _smooth(chain: KinematicChain, sharp: Trajectory, limits: ArmLimits) -> Trajectory:
+def _smooth(
+    chain: KinematicChain, sharp: Trajectory, limits: ArmLimits, slow: SlowZone | None
+) -> Trajectory:
     """The same path with its speed averaged over a window w, then stretched to the limits.
 
     Averaging makes the jerk (a(t) - a(t - w)) / w, which is the limit for w = a_max / j_max where
@@ -151,7 +170,7 @@ def _smooth(chain: KinematicChain, sharp: Trajectory, limits: ArmLimits) -> Traj
     jerk = np.array(limits.jerk)
     ramp = float(np.max(np.array(limits.acceleration) / jerk))
     tried = [_averaged(sharp, ramp * factor) for factor in (1.0, 1.5, 2.0)]
-    fitted = [_stretched(t, _excess(chain, t, limits, _everywhere(t))) for t in tried]
+    fitted = [_stretched(t, _excess(chain, t, limits, slow, _everywhere(t))) for t in tried]
     return min(fitted, key=lambda t: t.duration)
 
 
@@ -190,7 +209,13 @@ def _everywhere(trajectory: Trajectory) -> Array:
     return np.union1d(np.linspace(0.0, trajectory.duration, 1000), trajectory.times)
 
 
-def _excess(chain: KinematicChain, trajectory: Trajectory, limits: ArmLimits, t: Array) -> float:
+def _excess(
+    chain: KinematicChain,
+    trajectory: Trajectory,
+    limits: ArmLimits,
+    slow: SlowZone | None,
+    t: Array,
+) -> float:
     """The factor >= 1 by which time must be stretched for the limits to hold at times t (n,).
 
     Velocity falls with the factor, acceleration with its square, jerk with its cube. Jerk is
@@ -200,10 +225,9 @@ def _excess(chain: KinematicChain, trajectory: Trajectory, limits: ArmLimits, t:
     q, slope, bend = trajectory.path.at(s)
     speed = slope * rate[:, None]
     acceleration = slope * gain[:, None] + bend * (rate * rate)[:, None]
-    tool = np.linalg.norm((jacobian(chain, q)[:, :3] @ speed[..., None])[..., 0], axis=1)
     ratios = [
         np.max(np.abs(speed) / limits.speed),
-        np.max(tool) / limits.tool_speed,
+        np.max(1.0 / _point_rates(chain, q, speed, limits, slow)),
         math.sqrt(np.max(np.abs(acceleration) / limits.acceleration)),
     ]
     if limits.jerk is not None:

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from states.arm.kernels import Array
 from states.arm.path import JointPath
@@ -13,7 +14,10 @@ from states.arm.path import JointPath
 
 @dataclass(frozen=True, slots=True)
 class ArmLimits:
-    """Limits per joint, rad/s, rad/s2, rad/s3, and of the tcp, m/s; inf means none."""
+    """Limits per joint, rad/s, rad/s2, rad/s3, and of every point of the arm, m/s; inf means none.
+
+    The points are those of `KinematicChain.points`.
+    """
 
     speed: tuple[float, ...]
     acceleration: tuple[float, ...]
@@ -40,6 +44,22 @@ class ArmLimits:
         return cls(speed, (acceleration,) * 6, tool_speed, None if jerk is None else (jerk,) * 6)
 
 
+@dataclass(frozen=True, slots=True)
+class SlowZone:
+    """A ball in the rover frame, m, in which the tcp moves at `speed`, m/s, at most."""
+
+    x: float
+    y: float
+    z: float
+    radius: float
+    speed: float
+
+    def holds(self, points: Array) -> NDArray[np.bool_]:
+        """True for points (..., 3) inside."""
+        away = np.linalg.norm(points - (self.x, self.y, self.z), axis=-1)
+        return np.asarray(away <= self.radius)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Trajectory:
     """A path with its timing: arc length, its rate and its acceleration at times[k], s.
@@ -58,6 +78,21 @@ class Trajectory:
     def duration(self) -> float:
         """Time from first to last knot, s."""
         return float(self.times[-1] - self.times[0])
+
+    def then(self, other: Trajectory) -> Trajectory:
+        """This trajectory, then at once another that begins where it ends; both rest there."""
+        if not len(self.path.pieces):
+            return other
+        if not len(other.path.pieces):
+            return self
+        return Trajectory(
+            self.path.then(other.path),
+            np.concatenate([self.times[:-1], self.times[-1] - other.times[0] + other.times]),
+            np.concatenate([self.places[:-1], self.path.length + other.places]),
+            np.concatenate([self.rates[:-1], other.rates]),
+            np.concatenate([self.accelerations[:-1], other.accelerations]),
+            np.concatenate([self.jerks, other.jerks]),
+        )
 
     def along(self, t: Array) -> tuple[Array, Array, Array]:
         """Arc length, rate and acceleration at times t (n,); at rest outside the motion."""

@@ -19,7 +19,8 @@ from shapely.geometry import LineString, Point, box
 from hw.geometry import Pose2, Pose3, wrap
 from hw.room import Room
 from states.arm.inverse import inverse
-from states.arm.motion import ArmSituation, Workspace
+from states.arm.motion import Workspace
+from states.arm.person import ArmSituation
 from states.arm.reach import rover_from_deep
 
 INFLATION, USER_RADIUS, PERSON = 0.77, 1.27, 0.5

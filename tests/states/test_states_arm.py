@@ -16,7 +16,8 @@ from hw.samples import EXACT, PoseSigma, UserPose
 from hw.sim.arm import SimArm
 from states.arm.kinematics import KinematicChain, forward
 from states.arm.model import load_manipulator
-from states.arm.motion import ArmSituation, Workspace
+from states.arm.motion import Workspace
+from states.arm.person import ArmSituation
 from states.arm.planning import PLANNERS, Planning, Query
 from states.arm.states import (
     MOVED,

@@ -49,7 +49,7 @@ def between(a, b, n=2001):
 @given(point3, point3, point3, point3)
 def test_the_distance_of_two_axes_is_that_of_their_nearest_points(a, b, c, d):
     ends = np.array([[a, b], [c, d]], float)
-    found = kernels.segment_distance(ends, 0, 1)
+    found = kernels.segment_distance(ends, 0, ends, 1)
     n = 201
     grid = np.linalg.norm(between(a, b, n)[:, None] - between(c, d, n)[None], axis=2).min()
     coarse = (math.dist(a, b) + math.dist(c, d)) / (2 * (n - 1))

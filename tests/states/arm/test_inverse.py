@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -212,10 +213,7 @@ def test_a_joint_at_its_limit_keeps_its_limit(chain):
 
 
 def test_branches_outside_the_joint_limits_are_left_out(chain, sets):
-    narrow = KinematicChain(
-        chain.base, chain.origins, chain.tip, chain.dh,
-        np.full(6, -1.0), np.full(6, 1.0), chain.max_speed, nominal=True,
-    )  # fmt: skip
+    narrow = replace(chain, lower=np.full(6, -1.0), upper=np.full(6, 1.0))
     targets = forward(chain, sets.anywhere(500))
     every, kept = inverse(chain, targets), inverse(narrow, targets)
     inside = (np.abs(every.joints) <= 1.0).all(axis=2) & every.valid

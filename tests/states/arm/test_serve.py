@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,8 +19,8 @@ from hw.robot import FOLDER as ROBOTS
 from hw.robot import load_robot
 from hw.samples import EXACT, UserPose
 from hw.sim.arm import SimArm
-from states.arm.motion import ArmSituation
-from states.arm.planning import Plan, plan
+from states.arm.person import ArmSituation
+from states.arm.planning import Plan, ended, in_turn
 from states.arm.states import ParkArm, ReachDeep
 from states.arm.timing import line_durations
 from states.environment import Environment
@@ -200,12 +201,15 @@ def test_a_base_that_turns_the_arm_into_a_person_stops_the_arm(
     assert rig.run(run, 0.4) is None
     assert rig.arm.state.moving
     turned = rig.ctx.values["base.pose"] = BASE @ Pose2(0.0, 0.0, 0.3)
+    before = rig.arm.state.course
 
-    assert rig.run(run, 0.1) is None
-
-    assert not rig.arm.state.moving
-    look = ArmSituation(turned, beside, rig.arm.state.joints)
-    assert environment.workspace.checker(look, DEEP).clearance(np.array(look.joints))[0] > 0.0
+    for _ in range(3 * HZ):
+        with suppress(StopIteration):
+            next(run)
+        rig.advance()
+        look = ArmSituation(turned, beside, rig.arm.state.joints)
+        assert environment.workspace.checker(look, DEEP).clearance(np.array(look.joints))[0] > 0.0
+    assert rig.arm.state.course > before  # another way was taken
 
 
 @pytest.mark.requirement(43)
@@ -244,7 +248,7 @@ def test_a_jerk_limit_of_the_profile_is_kept_on_the_way(environment: Environment
     look = ArmSituation(BASE, USER, environment.robot.arm.parked)
     durations = []
     for each in (environment, smooth):
-        answer = plan(each.workspace.reaching(look, DEEP))
+        answer = ended(in_turn(each.workspace.reaching(look, DEEP)))
         assert isinstance(answer, Plan)
         durations.append(answer.trajectory.duration)
     assert isinstance(answer, Plan)
@@ -358,10 +362,12 @@ def test_of_many_poses_the_soonest_is_best_by_drive_and_arm_together(
         drives = rng.uniform(0.0, 2.0, 8).tolist()
         times = []
         for pose, drive in zip(poses, drives, strict=True):
-            query = workspace.reaching(ArmSituation(pose, USER, workspace.parked), DEEP)
+            query = next(workspace.reaching(ArmSituation(pose, USER, workspace.parked), DEEP))
+            assert query.ways_in[0].distance == 0.12
             goals = query.goals[query.checker.free(query.goals)]
-            lines = line_durations(query.chain, query.start, goals, query.limits)
-            times.append(drive + lines.min())
+            lines = line_durations(query.chain, query.start, goals, query.limits, query.slow)
+            ways = query.extra()[query.checker.free(query.goals)]
+            times.append(drive + (lines + ways).min())
 
         best = workspace.best(poses, drives, DEEP, USER, (0.0, 0.0))
 
