@@ -82,6 +82,18 @@ class Arm(RobotPart, Protocol):
         """
         ...
 
+    def pace(self, share: float, separation: float | None = None, needed: float = 0.0) -> None:
+        """Follow the present trajectory at this share of its speed from now on, 0 to 1.
+
+        The arm changes over no faster than it brakes; a new trajectory begins with a share of 1.
+        `separation` and `needed`, m, say why, for whoever records it: the gap to the person, and
+        the one needed to stop before it is used up.
+
+        Raises:
+            ValueError: the share is not between 0 and 1.
+        """
+        ...
+
     def stop(self) -> None:
         """Brake to standstill within 0.2 s (R45), along the commanded path."""
         ...

@@ -10,7 +10,7 @@ from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
 from hw.people.person import Person
 from hw.prop import GripperModel, Prop, WrenchModel
-from hw.robot import ArmModel, RobotModel
+from hw.robot import ArmModel, RobotModel, check_pace
 from hw.safety.guarded import CYCLE_NS, GuardedBase
 from hw.safety.limits import SafetyLimits
 from hw.samples import ArmState, GripperState, Joints, Sample, TimedJoints
@@ -128,7 +128,7 @@ class MockArm:
         self.commands: list[Joints] = []
         self._model = model
         self._course: JointCourse | None = None
-        self._since = 0
+        self._since, self._share, self._rate = 0, 0.0, 1.0
         self._now = 0
         self._reported = -1
 
@@ -141,8 +141,14 @@ class MockArm:
         self.state = replace(self.state, course=number, refused=refused)
         if refused is None:
             self.commands.append(points[-1][1])
-            self._course, self._since = JointCourse.of(points), self._now
+            self._course, self._since, self._share = JointCourse.of(points), self._now, 0.0
+            self._rate = 1.0
         return number
+
+    def pace(self, share: float, separation: float | None = None, needed: float = 0.0) -> None:  # noqa: ARG002  why is for the record
+        """Follow the present trajectory at this share of its speed, at once; see `Arm`."""
+        check_pace(share)
+        self._share, self._since, self._rate = self._progress(self._now), self._now, share
 
     def stop(self) -> None:
         """Stand at once; see `Arm`."""
@@ -162,12 +168,20 @@ class MockArm:
             self.state = replace(self.state, refused=STOPPED)
             self.stop()
         if self._course is not None:
-            share, rate = self._course.at((until_ns - self._since) * 1e-9)
-            self.state = replace(self.state, joints=self._course.joints(share), moving=rate > 0.0)
+            share = self._progress(until_ns)
+            moving = share < self._course.duration
+            scaling = self._rate if moving else 1.0
+            self.state = replace(
+                self.state, joints=self._course.joints(share), moving=moving, scaling=scaling
+            )
         elif self.state.moving:
-            self.state = replace(self.state, moving=False)
+            self.state = replace(self.state, moving=False, scaling=1.0)
         if not self.state.moving:
             self._course = None
+
+    def _progress(self, now_ns: int) -> float:
+        """The planned time reached, s."""
+        return self._share + self._rate * (now_ns - self._since) * 1e-9
 
 
 class MockGripper(SimGripper):

@@ -172,6 +172,16 @@ class ArmModel:
             before, there = time, joints
 
 
+def check_pace(share: float) -> None:
+    """Refuse a pace that is none.
+
+    Raises:
+        ValueError: it is not between 0 and 1.
+    """
+    if not 0.0 <= share <= 1.0:
+        raise ValueError(f"arm: a pace of {share}; it must be between 0 and 1")
+
+
 @dataclass(frozen=True, slots=True)
 class RobotModel:
     """A whole robot; kg, m. A robot without an arm has no prop either."""

@@ -6,11 +6,12 @@ no influence.
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from hw.robot import ArmModel
+from hw.robot import ArmModel, check_pace
 from hw.samples import ArmState, Joints, Sample, TimedJoints
 
 _NOWHERE = 1e-12
@@ -37,10 +38,6 @@ class JointCourse:
         """Time of the last point, s."""
         return self.times[-1]
 
-    def at(self, t: float) -> tuple[float, float]:
-        """The share reached t s after the start, and its rate: 1, and 0 at the end."""
-        return (self.duration, 0.0) if t >= self.duration else (max(0.0, t), 1.0)
-
     def joints(self, share: float) -> Joints:
         """The angles at a share of the trajectory, rad."""
         if share >= self.duration:
@@ -63,6 +60,50 @@ class JointCourse:
         return min(bisect_right(self.times, share), len(self.times) - 1) - 1
 
 
+@dataclass(frozen=True, slots=True)
+class PacedCourse:
+    """Progress along a course from `since_ns` on, while its rate tends to `rate` at `slope` per s.
+
+    `share` and `before` are the share, s, and the rate at that instant.
+    """
+
+    course: JointCourse
+    since_ns: int
+    share: float = 0.0
+    before: float = 1.0
+    rate: float = 1.0
+    slope: float = 1.0
+
+    def at(self, now_ns: int) -> tuple[float, float]:
+        """Share and rate at an instant.
+
+        While the rate goes from r to w by +-d per second the share grows by r t +- d t^2 / 2, until
+        |w - r| / d, and by w t from then on.
+        """
+        t = (now_ns - self.since_ns) * 1e-9
+        change = self.rate - self.before
+        slope = math.copysign(self.slope, change)
+        changing = min(t, abs(change) / self.slope)
+        share = self.share + changing * (self.before + 0.5 * slope * changing)
+        share += (t - changing) * self.rate
+        rate = self.rate if t >= abs(change) / self.slope else self.before + slope * t
+        end = self.course.duration
+        return (end, 0.0) if share >= end else (share, rate)
+
+    def paced(self, now_ns: int, rate: float, deceleration: float) -> PacedCourse:
+        """The same course, with this rate from now on; `deceleration` of its fastest joint."""
+        share, before = self.at(now_ns)
+        fastest = max(_NOWHERE, *(abs(d) for d in self.course.slope_at(share)))
+        return replace(
+            self,
+            since_ns=now_ns,
+            share=share,
+            before=before,
+            rate=rate,
+            slope=deceleration / fastest,
+        )
+
+
 class SimArm:
     """An arm that follows its trajectory exactly; a stop brakes along it, within 0.2 s (R45)."""
 
@@ -75,9 +116,7 @@ class SimArm:
         self._still = (0.0,) * len(start)
         self.state = ArmState(start, self._still)
         self.braked = False
-        self._course: JointCourse | None = None
-        self._since = 0
-        self._brake: tuple[float, float, float] | None = None
+        self._course: PacedCourse | None = None
         self._now = 0
         self._reported = -1
 
@@ -89,18 +128,21 @@ class SimArm:
         number = self.state.course + 1
         self.state = replace(self.state, course=number, refused=refused)
         if refused is None and len(points) > 1:
-            self._course, self._since = JointCourse.of(points), self._now
+            self._course = PacedCourse(JointCourse.of(points), self._now)
         return number
+
+    def pace(self, share: float, separation: float | None = None, needed: float = 0.0) -> None:  # noqa: ARG002  why is for the record
+        """Follow the present trajectory at this share of its speed; see `Arm`."""
+        check_pace(share)
+        course = self._course
+        if course is not None and 0.0 < course.rate != share:
+            self._course = course.paced(self._now, share, self._model.stop_deceleration)
 
     def stop(self) -> None:
         """Brake to standstill; see `Arm`."""
         course = self._course
-        if course is None or self._brake is not None:
-            return
-        share, rate = course.at((self._now - self._since) * 1e-9)
-        longest = max(_NOWHERE, *(abs(d) for d in course.slope_at(share)))
-        self._brake = (share, rate, self._model.stop_deceleration / longest)
-        self._since = self._now
+        if course is not None and course.rate > 0.0:
+            self._course = course.paced(self._now, 0.0, self._model.stop_deceleration)
 
     def samples(self, now_ns: int) -> list[Sample]:
         """The joints at this instant."""
@@ -112,36 +154,23 @@ class SimArm:
     def advance(self, until_ns: int) -> None:
         """Advance to until_ns."""
         course = self._course
-        if course is not None and self.braked and self._brake is None:
+        if course is not None and self.braked and course.rate > 0.0:
             self.state = replace(self.state, refused=STOPPED)
             self.stop()
+            course = self._course
         self._now = until_ns
         if course is None:
             return
-        share, rate, left = self._progress(course, (until_ns - self._since) * 1e-9)
-        moving = left > 0.0
+        share, rate = course.at(until_ns)
         velocities = self._still
-        if moving:
-            velocities = tuple(rate * d for d in course.slope_at(share))
+        if rate > 0.0:
+            velocities = tuple(rate * d for d in course.course.slope_at(share))
         else:
-            self._course = self._brake = None
-        number, refused = self.state.course, self.state.refused
-        self.state = ArmState(course.joints(share), velocities, moving, number, refused)
-
-    def _progress(self, course: JointCourse, t: float) -> tuple[float, float, float]:
-        """Share, its rate, and the time left, s, at t s after `_since`.
-
-        While braking with the slope d the rate falls from r as r - d t, so the share grows by
-        r t - d t^2 / 2 until r / d.
-        """
-        if self._brake is None:
-            share, rate = course.at(t)
-            return share, rate, course.duration - t
-        share, rate, slope = self._brake
-        over = rate / slope
-        braking = min(t, over)
-        share += rate * braking - 0.5 * slope * braking * braking
-        return share, rate - slope * braking, over - t
+            self._course = None
+        joints, scaling = course.course.joints(share), rate if rate > 0.0 else 1.0
+        self.state = replace(
+            self.state, joints=joints, velocities=velocities, moving=rate > 0.0, scaling=scaling
+        )
 
 
 def refusal(state: ArmState, points: Sequence[TimedJoints], braked: bool) -> str | None:

@@ -139,5 +139,8 @@ class HostedArm:
         """Takes no trajectories: the reported angles move it."""
         return 0
 
+    def pace(self, share: float, separation: float | None = None, needed: float = 0.0) -> None:
+        """Nothing to do: the reported angles move it."""
+
     def stop(self) -> None:
         """Nothing to do: the reported angles move it."""

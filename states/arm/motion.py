@@ -27,9 +27,11 @@ from states.arm.person import (
     PersonObstacles,
     cylinder,
     person_obstacles,
+    slimmed,
 )
-from states.arm.planning import Plan, Query, goals_at, warm_up
+from states.arm.planning import Plan, Query, ended, goals_at, in_turn, warm_up
 from states.arm.reach import Reach, ReachPlace, disc, rover_from_deep
+from states.arm.separation import Brakes, Governor
 from states.arm.timing import line_durations
 from states.arm.trajectory import ArmLimits
 
@@ -57,7 +59,8 @@ class Workspace:
 
     `nominal` is the chain of the maker's drawing: accurate enough to rank rover poses, and ten
     times faster to invert than a calibrated one. `approach` are the lengths of the line to a DEEP,
-    m, tried in this order.
+    m, tried in this order. `stop_deceleration` is that of the joints, rad/s2; with a `governor` the
+    arm slows down for a person.
     """
 
     chain: KinematicChain
@@ -66,6 +69,7 @@ class Workspace:
     limits: ArmLimits
     walls: Sequence[Wall]
     parked: Joints
+    stop_deceleration: float
     approach: tuple[float, ...] = ()
     governor: bool = True
 
@@ -84,7 +88,8 @@ class Workspace:
         even = ArmLimits.even(six(arm.max_speed), limits.arm_acceleration, limits.tool_speed, jerk)
         chain, nominal = KinematicChain.of(model), KinematicChain.of(model.calibrated(None))
         solid = CollisionModel.of(model)
-        return cls(chain, nominal, solid, even, walls, arm.parked, limits.approach, governor)
+        braking, lengths = arm.stop_deceleration, limits.approach
+        return cls(chain, nominal, solid, even, walls, arm.parked, braking, lengths, governor)
 
     def reaching(self, situation: ArmSituation, deep: Pose3) -> Iterator[Query]:
         """The planning queries for map_from_deep, best first; none if it is out of reach.
@@ -129,6 +134,22 @@ class Workspace:
             ways_in=tuple(WayIn(line, length) for line in reached),
             beside=self.checker(situation, deep),
         )
+
+    def governor_of(
+        self, plan: Plan, situation: ArmSituation, deep: Pose3 | None
+    ) -> Governor | None:
+        """What paces the arm along a plan beside the user; None if nobody is there to keep from."""
+        user = situation.user
+        if not self.governor or user is None:
+            return None
+        brakes = Brakes(self.stop_deceleration, min(self.limits.acceleration))
+        met = deep.flat() if deep is not None else self._tool_at(situation)
+        radius = slimmed(user.distance_to(met))
+        return Governor(self.solid, plan.trajectory, brakes, radius, granted=deep is not None)
+
+    def _tool_at(self, situation: ArmSituation) -> Pose2:
+        x, y = forward(self.chain, situation.joints)[:2, 3].tolist()
+        return Pose2(*situation.base.transform(x, y))
 
     def missed(self, situation: ArmSituation, deep: Pose3) -> float:
         """Distance between the nearest branch and map_from_deep, m; obstacles do not count."""
@@ -291,6 +312,12 @@ class Workspace:
         deep = Pose3.from_yaw(1.0, 0.0, 1.2, math.pi)
         self.best([situation.base], [0.0], deep, situation.user, (0.1, 0.1))
         self.reached([situation.base], deep)
+        answer = ended(in_turn(self.reaching(situation, deep)))
+        if isinstance(answer, Plan) and situation.user is not None:
+            governor = self.governor_of(answer, situation, deep)
+            if governor is not None:
+                governor.see(0, situation.user)
+                governor.pace(0, 0.0, 0.0, situation.base)
 
 
 def waypoints(plan: Plan) -> tuple[TimedJoints, ...]:

@@ -134,11 +134,13 @@ def person_obstacles(
 
 def cylinder(user: Pose2, deep: Pose3 | None) -> Cylinder:
     """The user's body, slimmer where it would hold the DEEP."""
-    radius = RADIUS
-    if deep is not None:
-        granted = user.distance_to(deep.flat()) - TOUCH_GAP
-        radius = min(RADIUS, max(SLIMMEST, granted))
+    radius = RADIUS if deep is None else slimmed(user.distance_to(deep.flat()))
     return Cylinder(user.x, user.y, radius, USER_HEIGHT)
+
+
+def slimmed(distance: float) -> float:
+    """Radius of the body of a user whom the prop meets at this distance from their centre, m."""
+    return min(RADIUS, max(SLIMMEST, distance - TOUCH_GAP))
 
 
 def _arm(shoulder: Point3, hand: Point3, deep: Pose3 | None, length: float | None) -> Limb:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 from engine.files.units import Angle, Duration
 from engine.state import NEVER_NS, Action, Context, On, Run, Until, Yielded
-from hw.geometry import Pose3, wrap
+from hw.geometry import Pose2, Pose3, wrap
 from hw.interfaces import Arm
 from hw.samples import ARM_MOVES, ArmState, Joints
 from states.keys import (
@@ -25,6 +25,7 @@ from states.keys import (
 if TYPE_CHECKING:
     from states.arm.person import ArmSituation
     from states.arm.planning import NoPlan, Plan, Query
+    from states.arm.separation import Governor
 
 AGE_S = 0.2
 """Greatest age of the signals that arm states read, s."""
@@ -236,31 +237,45 @@ def _follow(
     from states.arm.motion import waypoints
 
     arm: Arm = ctx.part("arm")
-    points, checked, begun = waypoints(plan), planned, ctx.now
-    late, slowest = ctx.after(points[-1][0] + LATE_S), 1.0
+    workspace, points, checked = environment_of(ctx).workspace, waypoints(plan), planned
+    governor = workspace.governor_of(plan, planned, deep)
     number = arm.follow(points) if len(points) > 1 else None
+    since, before = 0.0, ctx.now
     try:
-        while ctx.now < late and ctx.value(STOP_ENGAGED) is None:
-            state = ctx.value(ARM_JOINTS)
+        while since < points[-1][0] + LATE_S and ctx.value(STOP_ENGAGED) is None:
+            state, span = ctx.value(ARM_JOINTS), (ctx.now - before) * 1e-9
+            before = ctx.now
             if _is_at(state, points[-1][1], tolerance):
                 return True
             refused = _refused(state, number)
             if refused is not None:
                 yield refused
                 return False
-            if state is not None and state.scaling < slowest:
-                slowest = max(SLOWEST, state.scaling)
-                late = begun + round((points[-1][0] / slowest + LATE_S) * 1e9)
+            since += span * (1.0 if state is None else max(SLOWEST, state.scaling))
             situation = _situation(ctx)
             if situation is not None and not situation.is_like(checked, MOVED, TURNED):
-                checked, since = situation, (ctx.now - begun) * 1e-9 * slowest
-                workspace = environment_of(ctx).workspace
+                checked = situation
                 if not workspace.is_free(plan, since, situation, deep):
                     return None
-            yield On(ARM_JOINTS, BASE_POSE, USER_POSE, STOP_ENGAGED, until=late)
+            if governor is not None and situation is not None and number is not None:
+                _pace(ctx, arm, governor, situation.base, since, span)
+            wait = points[-1][0] + LATE_S - since
+            yield On(ARM_JOINTS, BASE_POSE, USER_POSE, STOP_ENGAGED, until=ctx.after(wait))
         return False
     finally:
         arm.stop()
+
+
+def _pace(
+    ctx: Context, arm: Arm, governor: Governor, base: Pose2, since: float, span: float
+) -> None:
+    """Slow the arm down, or let it speed up, by where the person is and how fast they come."""
+    seen = ctx.sample(USER_POSE)
+    if seen is not None and seen.value is not None:
+        governor.see(seen.stamp, seen.value.body)
+    pace = governor.pace(ctx.now, since, span, base)
+    if pace is not None:
+        arm.pace(*pace)
 
 
 def _stopped(state: ArmState) -> str | None:

@@ -233,11 +233,11 @@ def test_a_profile_goes_with_a_robot_beside_it_or_with_a_shipped_one(
     profile = (ROOT / "charts/profiles/tuned.yaml").read_text()
     profile = profile.replace("inflation: 77 cm", "inflation: 50 cm")
     (tmp_path / "mine.yaml").write_text(profile)
-    assert [found[1] for found in told(capsys, tmp_path)] == [36]
+    assert [found[1] for found in told(capsys, tmp_path)] == [37]
 
     robot = (ROOT / "hw/robots/rbkairos_ur10.yaml").read_text()
     (tmp_path / "small.yaml").write_text(robot)
-    assert [found[1] for found in told(capsys, tmp_path)] == [36]
+    assert [found[1] for found in told(capsys, tmp_path)] == [37]
     small = robot.replace("length: 1.13", "length: 0.6").replace("width: 0.91", "width: 0.5")
     (tmp_path / "small.yaml").write_text(small)
     assert main(["validate", str(tmp_path)]) == OK

@@ -16,6 +16,7 @@ from hw.drivers.gates import JOINTS_LATE_NS, WORKER_SILENT_NS
 from hw.drivers.ur.worker import WorkerSettings
 from hw.links.datagrams import Datagram, Hearer, Outlet
 from hw.links.processes import Child
+from hw.robot import check_pace
 from hw.samples import Sample, TimedJoints
 
 HERE_S = 0.01
@@ -103,6 +104,11 @@ class UrArm:
             piece = tuple((time, tuple(joints)) for time, joints in points[first : first + PIECE])
             self._tell("follow", time.monotonic_ns(), (self._number, first, len(points), piece))
         return self._number
+
+    def pace(self, share: float, separation: float | None = None, needed: float = 0.0) -> None:  # noqa: ARG002  why is for the record
+        """Follow the present trajectory at this share of its speed; see `Arm`."""
+        check_pace(share)
+        self._tell("pace", time.monotonic_ns(), share)
 
     def stop(self) -> None:
         """Brake to standstill; see `Arm`. May be called from any thread."""

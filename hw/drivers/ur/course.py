@@ -50,6 +50,11 @@ class CourseRun:
         """True once the last point is reached, or a stop is complete."""
         return self._share >= self._times[-1] or (self._broken and self._rate == 0.0)
 
+    @property
+    def rate(self) -> float:
+        """Share of its planned speed at which it runs."""
+        return self._rate
+
     def stop(self) -> None:
         """Brake, without resuming."""
         self._broken = True

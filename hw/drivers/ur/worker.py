@@ -2,9 +2,9 @@
 
 It streams `servoJ` along the trajectory, one set-point per package of the controller, and reports
 joints and faults by datagrams. The engine sends `here` (stamped by the last tick; its value says
-why nothing may move, or is None), `follow` (a trajectory in pieces) and `stop`; late or reordered
-datagrams are dropped. Set-points are sent while the newest `here` is fresh and permits motion; the
-controller's watchdog ends its program when they stop.
+why nothing may move, or is None), `follow` (a trajectory in pieces), `pace` and `stop`; late or
+reordered datagrams are dropped. Set-points are sent while the newest `here` is fresh and permits
+motion; the controller's watchdog ends its program when they stop.
 
 A fault is final: this process sends no set-point after it, and a new one has to be started.
 """
@@ -131,6 +131,7 @@ class Worker:
         self._target: Joints | None = None
         self._pieces: list[TimedJoints] = []
         self._course = settings.course
+        self._pace = 1.0
         self._refused: str | None = "the arm was lost" if settings.acknowledged else None
         self._held: str | None = "nothing received from the engine yet"
         self._ticked = self._heard = 0
@@ -166,6 +167,8 @@ class Worker:
             self._ticked, self._held = datagram.stamp_ns, datagram.value
             if self._held is not None:
                 self.break_off(self._held)
+        elif datagram.name == "pace":
+            self._pace = float(datagram.value)
         elif datagram.name == "stop":
             self._pieces = []
             self.break_off(None)
@@ -185,6 +188,7 @@ class Worker:
         self._course, self._refused = number, refused
         if refused is None and len(points) > 1:
             self._run = CourseRun(points, self._settings.model.stop_deceleration)
+            self._pace = 1.0
 
     def _refusal(self, points: Sequence[TimedJoints]) -> str | None:
         reason = self.fault or self._held
@@ -224,8 +228,9 @@ class Worker:
         if self.fault is None:
             self._set_point(span, scaling, now_ns)
         joints, velocities = self._measured
+        share = scaling if self._run is None else self._run.rate
         state = ArmState(
-            joints, velocities, not self.stands, self._course, self._refused, mode, scaling
+            joints, velocities, not self.stands, self._course, self._refused, mode, share
         )
         self._outlet.send("arm.joints", now_ns, state)
 
@@ -236,7 +241,7 @@ class Worker:
             return
         if silent > ENGINE_GONE_NS:
             self.break_off("the engine has been silent")
-        joints = run.step(span, scaling if silent <= TICK_FRESH_NS else 0.0)
+        joints = run.step(span, self._pace * scaling if silent <= TICK_FRESH_NS else 0.0)
         if not self._controller.servo(joints):
             self._fail("a set-point was not taken")
         if run.over:
