@@ -29,7 +29,7 @@ from states.arm.person import (
     person_obstacles,
     slimmed,
 )
-from states.arm.planning import Plan, Query, ended, goals_at, in_turn, warm_up
+from states.arm.planning import Plan, Query, goals_at, plan, warm_up
 from states.arm.reach import Reach, ReachPlace, disc, rover_from_deep
 from states.arm.separation import Brakes, Governor
 from states.arm.timing import line_durations
@@ -146,6 +146,14 @@ class Workspace:
         met = deep.flat() if deep is not None else self._tool_at(situation)
         radius = slimmed(user.distance_to(met))
         return Governor(self.solid, plan.trajectory, brakes, radius, granted=deep is not None)
+
+    def detour(self, plan: Plan) -> str | None:
+        """How a plan to a DEEP falls short of the line that is asked for; None if it does not."""
+        if not self.approach or plan.line > self.approach[0] - 1e-6:
+            return None
+        if plan.line > 0.0:
+            return f"the prop comes on a line of {plan.line * 100:.0f} cm only"
+        return "no line to the DEEP is free: the prop comes straight to it, slowly"
 
     def _tool_at(self, situation: ArmSituation) -> Pose2:
         x, y = forward(self.chain, situation.joints)[:2, 3].tolist()
@@ -312,12 +320,14 @@ class Workspace:
         deep = Pose3.from_yaw(1.0, 0.0, 1.2, math.pi)
         self.best([situation.base], [0.0], deep, situation.user, (0.1, 0.1))
         self.reached([situation.base], deep)
-        answer = ended(in_turn(self.reaching(situation, deep)))
-        if isinstance(answer, Plan) and situation.user is not None:
-            governor = self.governor_of(answer, situation, deep)
-            if governor is not None:
-                governor.see(0, situation.user)
-                governor.pace(0, 0.0, 0.0, situation.base)
+        start = np.array(self.parked)
+        checker = CollisionChecker.of(self.solid, Surroundings.empty())
+        answer = plan(Query(self.chain, checker, self.limits, start, start[None] + 0.01))
+        assert isinstance(answer, Plan)  # it is hardly a motion
+        governor = self.governor_of(answer, situation, deep)
+        if governor is not None:
+            governor.see(0, Pose2(1.85, 0.0))
+            governor.pace(0, 0.0, 0.0, situation.base)
 
 
 def waypoints(plan: Plan) -> tuple[TimedJoints, ...]:

@@ -46,7 +46,7 @@ _WRIST = LINKS.index("wrist_1")
 _NOTHING = 1e-9
 
 
-class Pace(NamedTuple):
+class ArmPace(NamedTuple):
     """The pace, 0 to 1, and S and S_p, m, of the capsule that decides it."""
 
     share: float
@@ -74,7 +74,7 @@ class Governor:
         *,
         granted: bool,
     ) -> None:
-        """Pace a trajectory.
+        """ArmPace a trajectory.
 
         Args:
             model: the arm.
@@ -104,7 +104,7 @@ class Governor:
             self._quick.see(stamp_ns, body.x, body.y)
             self._steady.see(stamp_ns, body.x, body.y)
 
-    def pace(self, now_ns: int, since: float, span: float, base: Pose2) -> Pace | None:
+    def pace(self, now_ns: int, since: float, span: float, base: Pose2) -> ArmPace | None:
         """The pace from now on; None without a person.
 
         Args:
@@ -133,7 +133,7 @@ class Governor:
         v, v_h = float(closing[now, which]), float(coming[now, which])
         stop = self._share * float(stopping[now, 0])
         needed = v_h * (reaction + stop) + self._share * v * (reaction + 0.5 * stop)
-        return Pace(self._share, float(gap[now, which]), needed + float(self._clearance[which]))
+        return ArmPace(self._share, float(gap[now, which]), needed + float(self._clearance[which]))
 
     def _stands(self) -> bool:
         moved = self._steady.velocity

@@ -3,15 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable
+from dataclasses import replace
 from importlib.util import find_spec
 from itertools import chain
 from typing import TYPE_CHECKING, Literal
 
 from engine.files.units import Angle, Duration
 from engine.state import NEVER_NS, Action, Context, On, Run, Until, Yielded
-from hw.geometry import Pose2, Pose3, wrap
+from hw.geometry import Pose2, Pose3
 from hw.interfaces import Arm
-from hw.samples import ARM_MOVES, ArmState, Joints
+from states.arm.following import (
+    CORRECTIONS,
+    LATE_S,
+    MOVED,
+    SLICES,
+    SLOWEST,
+    TURNED,
+    Frame,
+    in_map,
+    is_at,
+    refusal_of,
+    stopped,
+)
+from states.arm.standing import Standing
 from states.keys import (
     ARM_JOINTS,
     BASE_POSE,
@@ -39,24 +53,11 @@ READS: dict[str, float | None] = {
 }
 """An untracked user is assumed to stand where last seen."""
 
-SLICES = 4
-"""Slices of planning per tick, some 2 ms each."""
-MOVED, TURNED = 0.01, 0.01
-"""Motion of base or user, m and rad, from which the running trajectory is checked again."""
-CORRECTIONS, DRIFTED = 3, 0.001
-"""Corrections at the DEEP at most, and the base's offset from which one is made, m or rad."""
 SURE, SURE_YAW = 0.01, 0.005
 """Largest sigma of the base's pose to reach from, m and rad: it adds to the prop's error."""
-LATE_S = 0.5
-"""Grace period after the planned end of a move before it counts as failed, s."""
-SLOWEST = 0.05
-"""Least share of its speed for which the end of a move is put off; a slower arm fails."""
 
-Frame = Literal["map", "rover", "user"]
 Solver = Literal["lines_first", "rrt_connect", "ompl"]
 """Planners of `states.arm.planning`; `ompl` needs the extra of that name."""
-
-Moving = Generator[Yielded, None, Literal["there", "no_solution", "blocked", "failed"]]
 
 
 class ParkArm(Action):
@@ -76,7 +77,7 @@ class ParkArm(Action):
     def run(self, ctx: Context) -> Run:
         arm = environment_of(ctx).robot.arm
         assert arm is not None  # the chart commands one
-        if _is_at(ctx.value(ARM_JOINTS), arm.parked, self.tolerance):
+        if is_at(ctx.value(ARM_JOINTS), arm.parked, self.tolerance):
             return "parked"
         end = yield from _move(ctx, None, self.tolerance, self.solver)
         return "parked" if end == "there" else "failed"
@@ -133,6 +134,9 @@ class HoldProp(Action):
             yield Until(NEVER_NS)
 
 
+Moving = Generator[Yielded, None, Literal["there", "no_solution", "blocked", "failed"]]
+
+
 def _sure(ctx: Context, patience: float) -> Generator[Yielded, None, bool]:
     """Wait for a base pose certain enough to reach from; False if it does not come in time."""
     until = ctx.after(patience)
@@ -158,11 +162,13 @@ def _move(ctx: Context, deep: Pose3 | None, tolerance: float, solver: str) -> Mo
     """Move to a DEEP (map; None: fold); replan whenever somebody steps into the path."""
     from states.arm.planning import NoPlan
 
-    workspace, corrections = environment_of(ctx).workspace, 0
+    workspace, standing, corrections = environment_of(ctx).workspace, Standing(), 0
     while True:
         situation = yield from _at_rest(ctx)
         if situation is None:
             return "failed"
+        if corrections:
+            situation = replace(situation, base=standing.pose(situation.base))
         queries = (
             workspace.parking(situation) if deep is None else workspace.reaching(situation, deep)
         )
@@ -175,19 +181,15 @@ def _move(ctx: Context, deep: Pose3 | None, tolerance: float, solver: str) -> Mo
         if isinstance(plan, NoPlan):
             yield plan.reason
             return "blocked"
-        there = yield from _follow(ctx, plan, situation, deep, tolerance)
-        if there and corrections < CORRECTIONS and deep is not None and _drifted(ctx, situation):
-            corrections += 1  # the base was still coming to rest
+        told = None if deep is None or corrections else workspace.detour(plan)
+        if told is not None:
+            yield told
+        there = yield from _follow(ctx, plan, situation, deep, tolerance, standing)
+        off = deep is not None and standing.has_left(situation.base, ctx.value(BASE_POSE_SIGMA))
+        if there and off and corrections < CORRECTIONS:
+            corrections += 1  # the base was still coming to rest, or its pose was noisy
         elif there is not None:
             return "there" if there else "failed"
-
-
-def _drifted(ctx: Context, planned: ArmSituation) -> bool:
-    """True if the base stands elsewhere than at planning time."""
-    base = ctx.value(BASE_POSE)
-    return base is not None and (
-        base.distance_to(planned.base) > DRIFTED or abs(wrap(base.yaw - planned.base.yaw)) > DRIFTED
-    )
 
 
 def _at_rest(ctx: Context) -> Generator[Yielded, None, ArmSituation | None]:
@@ -195,7 +197,7 @@ def _at_rest(ctx: Context) -> Generator[Yielded, None, ArmSituation | None]:
     while ctx.value(STOP_ENGAGED) is None:
         situation, arm = _situation(ctx), ctx.value(ARM_JOINTS)
         if situation is not None and arm is not None:
-            refused = _stopped(arm)
+            refused = stopped(arm)
             if refused is not None:
                 yield refused
                 return None
@@ -231,7 +233,12 @@ def _planned(queries: Iterable[Query], solver: str) -> Generator[Yielded, None, 
 
 
 def _follow(
-    ctx: Context, plan: Plan, planned: ArmSituation, deep: Pose3 | None, tolerance: float
+    ctx: Context,
+    plan: Plan,
+    planned: ArmSituation,
+    deep: Pose3 | None,
+    tolerance: float,
+    standing: Standing,
 ) -> Generator[Yielded, None, bool | None]:
     """Follow a plan; True if the arm got there, False if not, None if its path is obstructed."""
     from states.arm.motion import waypoints
@@ -243,16 +250,17 @@ def _follow(
     since, before = 0.0, ctx.now
     try:
         while since < points[-1][0] + LATE_S and ctx.value(STOP_ENGAGED) is None:
-            state, span = ctx.value(ARM_JOINTS), (ctx.now - before) * 1e-9
-            before = ctx.now
-            if _is_at(state, points[-1][1], tolerance):
+            state, situation = ctx.value(ARM_JOINTS), _situation(ctx)
+            span, before = (ctx.now - before) * 1e-9, ctx.now
+            if situation is not None:
+                standing.see(ctx.now, situation.base)
+            if is_at(state, points[-1][1], tolerance):
                 return True
-            refused = _refused(state, number)
+            refused = refusal_of(state, number)
             if refused is not None:
                 yield refused
                 return False
             since += span * (1.0 if state is None else max(SLOWEST, state.scaling))
-            situation = _situation(ctx)
             if situation is not None and not situation.is_like(checked, MOVED, TURNED):
                 checked = situation
                 if not workspace.is_free(plan, since, situation, deep):
@@ -276,33 +284,3 @@ def _pace(
     pace = governor.pace(ctx.now, since, span, base)
     if pace is not None:
         arm.pace(*pace)
-
-
-def _stopped(state: ArmState) -> str | None:
-    """Why the arm's own safety system forbids motion; None if it does not."""
-    return None if state.mode in ARM_MOVES else f"the arm: {state.mode.replace('_', ' ')}"
-
-
-def _refused(state: ArmState | None, number: int | None) -> str | None:
-    """Why the arm does not follow the trajectory of this number; None if it does."""
-    if state is None:
-        return None
-    if number is not None and state.course == number and state.refused is not None:
-        return state.refused
-    return _stopped(state)
-
-
-def _is_at(state: ArmState | None, joints: Joints, tolerance: float) -> bool:
-    """True if the arm stands still at these angles."""
-    if state is None or state.moving:
-        return False
-    pairs = zip(state.joints, joints, strict=True)
-    return all(abs(angle - wanted) <= tolerance for angle, wanted in pairs)
-
-
-def in_map(situation: ArmSituation, deep: Pose3, frame: Frame) -> Pose3 | None:
-    """map_from_deep of a DEEP in one of the frames; None if that frame is unknown (R84)."""
-    if frame == "map":
-        return deep
-    here = situation.base if frame == "rover" else situation.user
-    return None if here is None else Pose3.from_yaw(here.x, here.y, 0.0, here.yaw) @ deep

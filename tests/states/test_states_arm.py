@@ -14,15 +14,13 @@ import pytest
 from hw.geometry import Pose2, Pose3
 from hw.samples import EXACT, PoseSigma, UserPose
 from hw.sim.arm import SimArm
+from states.arm.following import MOVED, TURNED, Frame
 from states.arm.kinematics import KinematicChain, forward
 from states.arm.model import load_manipulator
 from states.arm.motion import Workspace
 from states.arm.person import ArmSituation
 from states.arm.planning import PLANNERS, Planning, Query
 from states.arm.states import (
-    MOVED,
-    TURNED,
-    Frame,
     HoldProp,
     ParkArm,
     ReachDeep,
