@@ -110,6 +110,13 @@ def tool_lines(chain: KinematicChain, joints: Array, length: float) -> list[Tool
     ]
 
 
+def moved_along(deep: Array, distance: float) -> Array:
+    """The pose (4, 4) of the stand-off at this distance from a DEEP, m."""
+    found = deep.copy()
+    found[:3, 3] += distance * deep[:3, 0]
+    return found
+
+
 def around(chain: KinematicChain, joints: Array, radius: float = NEAR) -> SlowZone:
     """The zone of TOUCH_SPEED about the tcp at these joints (6,)."""
     x, y, z = forward(chain, joints)[:3, 3].tolist()

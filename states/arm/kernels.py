@@ -192,6 +192,48 @@ def meets_disc(ends: Array, radii: Array, x: float, y: float, radius: float) -> 
 
 
 @njit(cache=True)
+def approaching(  # noqa: PLR0913 - it writes three results
+    body: CapsuleSet,
+    first: int,
+    q: Array,
+    velocity: Array,
+    x: float,
+    y: float,
+    towards: Array,
+    distance: Array,
+    closing: Array,
+) -> None:
+    """Writes how capsules from `first` on approach an upright axis at (x, y), rover frame.
+
+    For joints and their velocities (n, 6): the horizontal unit vector from the nearest point of
+    each capsule's axis towards (x, y), (n, k, 2), their distance, m, and the speed at which that
+    point comes nearer, m/s, below 0 if it goes away, both (n, k).
+    """
+    links, local = body.links[first:], body.ends[first:]
+    count = len(links)
+    frames, ends = np.empty((7, 4, 4)), np.empty((count, 2, 3))
+    points, twice = local.copy().reshape(2 * count, 3), np.repeat(links, 2)
+    moved = np.empty((1, 2 * count, 3))
+    for n in range(len(q)):
+        place_capsules(body.base, body.origins, links, local, q[n], frames, ends)
+        point_velocities(
+            body.base, body.origins, twice, points, q[n : n + 1], velocity[n : n + 1], moved
+        )
+        for i in range(count):
+            ax, ay = ends[i, 0, 0], ends[i, 0, 1]
+            ux, uy = ends[i, 1, 0] - ax, ends[i, 1, 1] - ay
+            square = ux * ux + uy * uy
+            t = clamp(((x - ax) * ux + (y - ay) * uy) / square) if square > 0.0 else 0.0
+            dx, dy = x - ax - t * ux, y - ay - t * uy
+            away = max(math.hypot(dx, dy), 1e-9)
+            nx, ny = dx / away, dy / away
+            vx = (1.0 - t) * moved[0, 2 * i, 0] + t * moved[0, 2 * i + 1, 0]
+            vy = (1.0 - t) * moved[0, 2 * i, 1] + t * moved[0, 2 * i + 1, 1]
+            towards[n, i, 0], towards[n, i, 1] = nx, ny
+            distance[n, i], closing[n, i] = away, vx * nx + vy * ny
+
+
+@njit(cache=True)
 def pair_gap(pairs: Integers, radii: Array, ends: Array, pair: int) -> float:
     """Distance between the surfaces of two capsules, negative where they overlap, m."""
     i, j = pairs[pair, 0], pairs[pair, 1]

@@ -14,9 +14,9 @@ from hw.geometry import Pose2, Pose3
 from hw.prop import JOINTS
 from hw.robot import ArmModel, MotionLimits
 from hw.samples import Joints, TimedJoints
-from states.arm.approach import ToolLine, WayIn, around, rungs, tool_lines
+from states.arm.approach import TOUCH_SPEED, ToolLine, WayIn, around, moved_along, rungs, tool_lines
 from states.arm.collision import MARGIN, CollisionChecker, CollisionModel, Surroundings
-from states.arm.inverse import inverse_near
+from states.arm.inverse import inverse, inverse_near, nearest_copies
 from states.arm.kernels import Array
 from states.arm.kinematics import KinematicChain, deviation, forward, inverted, pose_matrix
 from states.arm.model import Manipulator, six
@@ -291,14 +291,22 @@ class Workspace:
             yield heappop(due)[1]
 
     def _arm_time(self, situation: ArmSituation, deep: Pose3) -> float:
-        """Time to the DEEP by free joint lines and the line to it, s; an estimate."""
-        for query in self.reaching(situation, deep):
-            free = query.checker.free(query.goals)
-            if free.any():
-                times = line_durations(
-                    self.chain, query.start, query.goals[free], self.limits, query.slow
-                )
-                return float((times + query.extra()[free]).min())
+        """Time to the DEEP by a free joint line to a stand-off and the line from it, s.
+
+        An estimate: a stand-off counts if it is free and its branch leads to the DEEP (of the
+        nominal chain). Without any the arm goes straight there.
+        """
+        start, target = np.array(situation.joints), rover_from_deep(situation.base, deep)
+        for length in (*self.approach[:1], 0.0):
+            if length > 0.0:
+                both = inverse(self.chain, np.stack([target, moved_along(target, length)]))
+                goals = nearest_copies(self.chain, both.joints[1][both.valid.all(axis=0)], start)
+            else:
+                goals = goals_at(self.chain, target, start, ACCEPTED)
+            goals = goals[self.checker(situation, deep, length).free(goals)]
+            if len(goals):
+                times = line_durations(self.chain, start, goals, self.limits)
+                return float(length / TOUCH_SPEED + times.min())
         return math.inf
 
     def _query(self, checker: CollisionChecker, situation: ArmSituation, goals: Array) -> Query:

@@ -14,6 +14,7 @@ harmless, and a person who stands before the DEEP does not stop the prop.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -24,7 +25,7 @@ from hw.motion import Motion
 from hw.safety.separation import QUICK, STEADY
 from states.arm.approach import TOUCH_SPEED
 from states.arm.collision import CollisionModel
-from states.arm.kernels import Array, place_capsules, point_velocities
+from states.arm.kernels import Array, approaching
 from states.arm.model import LINKS
 from states.arm.trajectory import Trajectory
 
@@ -42,6 +43,9 @@ WALKING, OLD_S = 1.6, 0.15
 """Speed assumed of a person whose newest pose is older than this, m/s and s."""
 STANDS = 0.1
 """A person slower than this stands still, m/s."""
+STEP_S = 0.01
+"""Time between two places on the trajectory that are looked at, s."""
+_LATER_S = np.maximum(0.0, np.array(AHEAD_S) - REACTION_S)
 _WRIST = LINKS.index("wrist_1")
 _NOTHING = 1e-9
 
@@ -74,7 +78,7 @@ class Governor:
         *,
         granted: bool,
     ) -> None:
-        """ArmPace a trajectory.
+        """Pace a trajectory.
 
         Args:
             model: the arm.
@@ -83,15 +87,13 @@ class Governor:
             radius: of the person's cylinder, m.
             granted: True on the way to a DEEP that the person has asked for.
         """
-        body = model.body
-        moving = np.flatnonzero(body.links >= body.links[body.first])
-        self._links = body.links[moving]
-        self._body, self._radii = body, body.radii[moving]
-        self._ends = np.ascontiguousarray(body.ends[moving])
-        self._twice = np.repeat(self._links, 2)
-        self._trajectory, self._brakes = trajectory, brakes
-        self._radius, self._granted = radius, granted
-        self._clearance = np.where(self._links >= _WRIST, TOUCH_CLEARANCE, CLEARANCE)
+        self._body, links = model.body, model.body.links[model.body.first :]
+        self._radii = model.body.radii[model.body.first :] + radius
+        self._brakes, self._granted = brakes, granted
+        count = math.ceil(trajectory.duration / STEP_S)
+        times = np.linspace(0.0, STEP_S * count, count + 1)
+        self._joints, self._velocities, _ = trajectory.at(times)
+        self._clearance = np.where(links >= _WRIST, TOUCH_CLEARANCE, CLEARANCE)
         self._quick, self._steady = Motion(QUICK), Motion(STEADY)
         self._stamp_ns: int | None = None
         self._at = Pose2(0.0, 0.0)
@@ -116,8 +118,9 @@ class Governor:
         if self._stamp_ns is None:
             return None
         age = max(0.0, (now_ns - self._stamp_ns) * 1e-9)
-        times = since + np.array(AHEAD_S)
-        q, velocity, _ = self._trajectory.at(times)
+        last = len(self._joints) - 1
+        at = [min(round((since + ahead) / STEP_S), last) for ahead in AHEAD_S]
+        q, velocity = self._joints[at], self._velocities[at]
         fastest = np.maximum(np.abs(velocity).max(axis=1), _NOTHING)
         gap, closing, coming = self._approach(q, velocity, base, age)
         floor = TOUCH_SPEED if self._granted and self._stands() else SLOW
@@ -125,7 +128,7 @@ class Governor:
         share = _largest(gap - self._clearance, closing, coming, reaction, stopping)
         share = np.maximum(share, np.minimum(1.0, floor / np.maximum(closing, _NOTHING)))
         # what lies ahead may be slowed down for until then
-        later = np.maximum(0.0, np.array(AHEAD_S) - REACTION_S) * self._brakes.stop / fastest
+        later = _LATER_S * self._brakes.stop / fastest
         share += later[:, None]
         now, which = np.unravel_index(share.argmin(), share.shape)
         wanted = min(1.0, float(share[now, which]))
@@ -143,28 +146,12 @@ class Governor:
         self, q: Array, velocity: Array, base: Pose2, age: float
     ) -> tuple[Array, Array, Array]:
         """Gap, closing speed of arm and of person, (n, k) each, m and m/s, seen from above."""
-        ends = np.empty((len(q), len(self._links), 2, 3))
-        frames = np.empty((7, 4, 4))
-        for row, placed in zip(q, ends, strict=True):
-            place_capsules(
-                self._body.base, self._body.origins, self._links, self._ends, row, frames, placed
-            )
-        moved = np.empty((len(q), 2 * len(self._links), 3))
-        points = self._ends.reshape(-1, 3)
-        point_velocities(
-            self._body.base, self._body.origins, self._twice, points, q, velocity, moved
-        )
-        speeds = moved.reshape(ends.shape)[..., :2]
+        shape = len(q), len(self._radii)
+        towards, distance, closing = np.empty((*shape, 2)), np.empty(shape), np.empty(shape)
         x, y = base.inverse().transform(self._at.x, self._at.y)
-        start, way = ends[..., 0, :2], ends[..., 1, :2] - ends[..., 0, :2]
-        square = np.maximum((way * way).sum(axis=-1), _NOTHING)
-        along = np.clip((((x, y) - start) * way).sum(axis=-1) / square, 0.0, 1.0)[..., None]
-        away = (x, y) - (start + along * way)
-        distance = np.hypot(away[..., 0], away[..., 1])
-        towards = away / np.maximum(distance, _NOTHING)[..., None]
-        nearest = speeds[..., 0, :] + along * (speeds[..., 1, :] - speeds[..., 0, :])
-        closing = np.maximum((nearest * towards).sum(axis=-1), 0.0)
-        return distance - self._radii - self._radius, closing, self._coming(towards, base, age)
+        approaching(self._body, self._body.first, q, velocity, x, y, towards, distance, closing)
+        gap = distance - self._radii
+        return gap, np.maximum(closing, 0.0), self._coming(towards, base, age)
 
     def _coming(self, towards: Array, base: Pose2, age: float) -> Array:
         """The person's speed towards each capsule, (n, k), m/s."""
