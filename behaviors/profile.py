@@ -72,9 +72,10 @@ class Profile:
 
     def body(self, robot: RobotModel) -> RobotModel:
         """The robot, with its arm folded as this profile says."""
-        if self.robot.arm_parked is None or robot.arm is None:
+        parked = None if robot.arm is None else self.robot.parked(robot.arm.shape.name)
+        if robot.arm is None or parked is None:
             return robot
-        arm = dataclasses.replace(robot.arm, parked=self.robot.arm_parked)
+        arm = dataclasses.replace(robot.arm, parked=parked)
         return dataclasses.replace(robot, arm=arm)
 
     def narrowed(self, limits: Narrowed) -> Profile:
@@ -192,11 +193,15 @@ class Profile:
             for key, needed in least.items()
             if (value := getattr(self.navigation.named(name), key)) < needed
         ]
-        if self.robot.arm_parked is not None and robot.arm is not None:
+        parked = None if robot.arm is None else self.robot.parked(robot.arm.shape.name)
+        if parked is not None and robot.arm is not None:
             try:
-                robot.arm.check(self.robot.arm_parked)
+                robot.arm.check(parked)
             except ValueError as refused:
-                errors.append(self._error("robot.arm_parked", f"{robot.name}: {refused}"))
+                key = "robot.arm_parked"
+                own = f"{key}.{robot.arm.shape.name}"
+                key = own if own in self.places else key
+                errors.append(self._error(key, f"{robot.name}: {refused}"))
         if errors:
             raise FileError(finding for error in errors for finding in error.findings)
 

@@ -8,7 +8,7 @@ mistakes (36 rad for 36 deg, a negative inflation), not unwise values. The wirin
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
@@ -26,7 +26,7 @@ from engine.files.units import (
     Speed,
 )
 from engine.files.values import Count, Range, above_0
-from hw.prop import Six
+from hw.prop import ANY, Six, by_arm
 from hw.robot import MotionLimits, RobotModel
 from hw.safety.limits import SafetyLimits
 from hw.sim.errors import SensorErrors
@@ -59,9 +59,10 @@ class RobotSettings:
     """Limits of the robot; the lower of these and the robot's own applies.
 
     `arm_jerk`: of each joint, rad/s3; None: no limit. `tool_speed`: of the prop and of every other
-    point of the arm, m/s; None: no limit. `arm_parked`: joint angles of the folded arm, rad; None:
-    those of the robot's prop. `arm_approach`: lengths of the line on which the prop comes to a
-    DEEP, tried in this order; None: it comes straight from anywhere.
+    point of the arm, m/s; None: no limit. `arm_parked`: joint angles of the folded arm, rad, by the
+    arm's name, or for any arm; for others, and with None: those of the robot's prop.
+    `arm_approach`: lengths of the line on which the prop comes to a DEEP, tried in this order;
+    None: it comes straight from anywhere.
     """
 
     base_acceleration: Annotated[Acceleration, above_0(10.0)]
@@ -71,8 +72,13 @@ class RobotSettings:
     arm_acceleration: Annotated[AngularAcceleration, above_0(50.0)]
     arm_jerk: Annotated[AngularJerk, above_0(10_000.0)] | None
     tool_speed: Annotated[Speed, above_0(10.0)] | None
-    arm_parked: Six | None
+    arm_parked: Annotated[Mapping[str, Six], by_arm] | None
     arm_approach: Annotated[tuple[ApproachLength, ...], Count(1, 9)] | None = APPROACH
+
+    def parked(self, arm: str) -> Six | None:
+        """Joint angles in which this arm is folded; None: those of the robot's prop."""
+        poses = self.arm_parked or {}
+        return poses.get(arm) or poses.get(ANY)
 
     @property
     def limits(self) -> MotionLimits:

@@ -117,9 +117,9 @@ class FileChecker:
         load_tracking(file)
 
     def _arm(self, file: Path) -> None:
-        from states.arm.model import load_manipulator
+        from hw.arm import load_arm
 
-        load_manipulator(file)
+        load_arm(file)
 
     def _connection(self, file: Path) -> None:
         load_yaml(file, self._connected)

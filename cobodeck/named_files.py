@@ -27,7 +27,7 @@ KINDS = (
     "tracking",
 )
 ROOT = Path(__file__).parent.parent
-SHIPPED = ("charts", "hw", "states")
+SHIPPED = ("charts", "hw")
 """The packages that contain shipped files."""
 _HEAD_BYTES = 4096
 

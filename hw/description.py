@@ -20,13 +20,14 @@ from hw.prop import Placement
 class UrdfDescription:
     """A URDF that describes the arm: the chain from link `base` to link `flange` (R17).
 
-    The prop is mounted on `flange`, whose z axis points outwards; `mount` is rover_from_base.
+    The prop is mounted on `flange`, whose z axis points outwards. `mount` is rover_from_base; None:
+    as the arm stands in the robot file.
     """
 
     file: Path
     base: str
     flange: str
-    mount: Placement
+    mount: Placement | None
 
 
 def _file(item: Item) -> Path:
@@ -39,14 +40,13 @@ def _file(item: Item) -> Path:
 
 @dataclass(frozen=True, slots=True)
 class Described:
-    """The `urdf` entry of a robot file; without a mount the arm's base stands upright."""
+    """The `urdf` entry of a robot file; without a mount of its own it has that of the arm."""
 
     file: Annotated[Path, _file]
     base: str
     flange: str
     mount: Placement | None = None
 
-    def at(self, height: float) -> UrdfDescription:
-        """The description with a default mount at this height, m."""
-        mount = self.mount or Placement((0.0, 0.0, height))
-        return UrdfDescription(self.file, self.base, self.flange, mount)
+    def described(self) -> UrdfDescription:
+        """The description as `hw` passes it on."""
+        return UrdfDescription(self.file, self.base, self.flange, self.mount)

@@ -7,28 +7,31 @@ center_of_mass: [0, 0, 0.07]   # flange frame, m; half way to the tcp if it is n
 tcp: {xyz: [0, 0, 0.15], rpy: [0, 1.5707963267948966, 0]}   # flange_from_tcp
 capsules:                  # around all of it, in the flange frame
   - {start: [0, 0, 0.03], end: [0, 0, 0.1], radius: 0.05}
-parked: […]                # the folded arm, six joints in rad
-parked_paper: […]          # a second folded pose, which reproduces the paper's times; optional
+parked:                    # the folded arm, six joints in rad, by arm; or six for any arm
+  ur10: […]
+parked_paper: {ur10: […]}  # a second folded pose, which reproduces the paper's times; optional
 gripper: {opening: 0.085, speed: 0.15, held: 0.05}          # optional; m, m/s, m
 wrench: {force: 100, torque: 10}                            # optional; full scale, N and Nm
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
 from engine.files.item import Fault, Item, find_file, load_yaml
 from engine.files.named import known_files
-from engine.files.record import Name, record
+from engine.files.record import Name, reader_of, record
 from engine.files.units import Force, Length, Mass, Speed, Torque
 from engine.files.values import Range, above_0
 from hw.places import AnyAngle
 
 FOLDER = Path(__file__).parent / "props"
 JOINTS = 6
+ANY = ""
+"""Stands for any arm."""
 FLANGE = 6
 """The link that carries the prop: the last of six."""
 
@@ -90,6 +93,8 @@ class Prop:
 
     `parked` are the joint angles in which the arm with this prop stays inside the bumper frame
     while the rover drives (R46, R87); `parked_paper` are others that reproduce the paper's times.
+    Both are those of the arm that it is `on`, first of the first arm in its file. `poses` and
+    `paper_poses` hold them by the names of arms, for any arm under "".
     `center_of_mass` is that of the whole body, in the flange frame, m; a real arm's controller
     needs it.
     """
@@ -99,11 +104,27 @@ class Prop:
     capsules: tuple[Capsule, ...]
     parked: Six
     parked_paper: Six
+    poses: Mapping[str, Six]
+    paper_poses: Mapping[str, Six]
     mass: float = 0.0
     about: str = ""
     gripper: GripperModel | None = None
     wrench: WrenchModel | None = None
     center_of_mass: Point3 = (0.0, 0.0, 0.0)
+
+    def suits(self, arm: str) -> bool:
+        """True if it says how this arm is folded."""
+        return arm in self.poses or ANY in self.poses
+
+    def for_any(self) -> Prop:
+        """This prop as if it suited any arm, to look for parked poses."""
+        return replace(self, poses={ANY: self.parked})
+
+    def on(self, arm: str) -> Prop:
+        """This prop on an arm that it suits, with the parked poses of that arm."""
+        parked = self.poses.get(arm) or self.poses[ANY]
+        paper = self.paper_poses.get(arm) or self.paper_poses.get(ANY) or parked
+        return replace(self, parked=parked, parked_paper=paper)
 
     @property
     def length(self) -> float:
@@ -132,14 +153,24 @@ class _Capsule:
     radius: Radius
 
 
+def by_arm(item: Item) -> Mapping[str, Six]:
+    """Joint angles by the names of arms; a list alone is for any arm."""
+    if isinstance(item.value, list):
+        return {ANY: reader_of(Six)(item)}
+    found: Mapping[str, Six] = reader_of(Mapping[str, Six])(item)
+    if not found:
+        raise item.error("is empty", "six joint angles for each arm: `ur10: [0, -1, -2, 0, 0, 0]`")
+    return found
+
+
 @dataclass(frozen=True, slots=True)
 class _Prop:
     prop: Name
     mass: Annotated[Mass, Range(0.0, 50.0)]
     tcp: Placement
     capsules: tuple[_Capsule, ...]
-    parked: Six
-    parked_paper: Six | None = None
+    parked: Annotated[Mapping[str, Six], by_arm]
+    parked_paper: Annotated[Mapping[str, Six], by_arm] | None = None
     about: str = ""
     gripper: GripperModel | None = None
     wrench: WrenchModel | None = None
@@ -153,8 +184,10 @@ def _prop(item: Item) -> Prop:
         name=read.prop,
         tcp=read.tcp,
         capsules=tuple(Capsule(FLANGE, read.prop, c.start, c.end, c.radius) for c in read.capsules),
-        parked=read.parked,
-        parked_paper=read.parked_paper or read.parked,
+        parked=next(iter(read.parked.values())),
+        parked_paper=next(iter((read.parked_paper or read.parked).values())),
+        poses=read.parked,
+        paper_poses=read.parked_paper or {},
         mass=read.mass,
         about=read.about,
         gripper=read.gripper,

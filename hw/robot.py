@@ -22,14 +22,17 @@ from engine.files.units import (
     Duration,
     Length,
     Mass,
+    Momentum,
+    Power,
     Ratio,
     Speed,
 )
-from engine.files.values import Count, Range
+from engine.files.values import Count, Range, above_0
+from hw.arm import ArmShape, load_arm
 from hw.calibration import load_calibration
 from hw.description import Described, UrdfDescription
 from hw.interfaces import DriveMode
-from hw.prop import Placement, Prop, Six, load_prop
+from hw.prop import Placement, Point3, Prop, load_prop
 from hw.samples import Joints, TimedJoints
 from hw.sensing import Sensing
 
@@ -40,8 +43,6 @@ _SPEED_SLACK = 1.0 + 1e-6
 """Tolerance of joint speeds, which are differences of rounded numbers."""
 _ROUNDED = 1.0 + 1e-3
 """Tolerance of wheel rates, which robot files round."""
-
-JointSpeed = Annotated[AngularSpeed, Range(0.01, 20.0)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,21 +122,61 @@ class BaseModel:
 
 
 @dataclass(frozen=True, slots=True)
-class ArmModel:
-    """The arm, one value per joint, shoulder first; rad, rad/s, rad/s2; `mount_height` in m.
+class ChassisBox:
+    """A part of the rover that the arm must not touch: corners in the rover frame, m."""
 
-    `parked` comes with the prop. `calibration` is the measured chain of this one robot, each
-    joint's frame in the link before it; None: the nominal one, or that of `urdf`.
+    name: str
+    low: Point3
+    high: Point3
+
+    def faults(self) -> Iterator[Fault]:
+        """Values that contradict each other, by key."""
+        if not all(a < b for a, b in zip(self.low, self.high, strict=True)):
+            yield "high", f"{self.high} must be above {self.low} in all three"
+
+
+@dataclass(frozen=True, slots=True)
+class Installation:
+    """Limits of the safety installation of the arm's controller, W and kg m/s.
+
+    The defaults are those with which a UR controller is delivered.
     """
 
-    mount_height: float
-    lower: Joints
-    upper: Joints
-    max_speed: Joints
+    power: Annotated[Power, above_0(10_000.0)] = 300.0
+    momentum: Annotated[Momentum, above_0(1_000.0)] = 25.0
+
+
+@dataclass(frozen=True, slots=True)
+class ArmModel:
+    """The arm on this robot; rad, rad/s and rad/s2, one value per joint, shoulder first.
+
+    `mount` is rover_from_base, with the `base` of the arm's controller. `parked` comes with the
+    prop. `calibration` is the measured chain of this one robot, each joint's frame in the link
+    before it; None: the nominal one, or that of `urdf`.
+    """
+
+    shape: ArmShape
+    mount: Placement
     stop_deceleration: float
     parked: Joints
     calibration: tuple[Placement, ...] | None = None
     urdf: UrdfDescription | None = None
+    installation: Installation = field(default_factory=Installation)
+
+    @property
+    def lower(self) -> Joints:
+        """Lower limits of the joint angles."""
+        return self.shape.lower
+
+    @property
+    def upper(self) -> Joints:
+        """Upper limits of the joint angles."""
+        return self.shape.upper
+
+    @property
+    def max_speed(self) -> Joints:
+        """Limits of the joint speeds."""
+        return self.shape.max_speed
 
     def check(self, joints: Joints) -> None:
         """Refuse joint angles beyond the limits.
@@ -143,9 +184,10 @@ class ArmModel:
         Raises:
             ValueError: naming the joint and its limits.
         """
-        if len(joints) != len(self.lower):
-            raise ValueError(f"arm: {len(joints)} joint angles; it has {len(self.lower)} joints")
-        for i, (angle, low, high) in enumerate(zip(joints, self.lower, self.upper, strict=True)):
+        lower, upper = self.shape.lower, self.shape.upper
+        if len(joints) != len(lower):
+            raise ValueError(f"arm: {len(joints)} joint angles; it has {len(lower)} joints")
+        for i, (angle, low, high) in enumerate(zip(joints, lower, upper, strict=True)):
             if not low <= angle <= high:  # NaN fails too
                 raise ValueError(f"arm: joint {i} at {angle} rad; {low:.4g} to {high:.4g} is free")
 
@@ -184,7 +226,10 @@ def check_pace(share: float) -> None:
 
 @dataclass(frozen=True, slots=True)
 class RobotModel:
-    """A whole robot; kg, m. A robot without an arm has no prop either."""
+    """A whole robot; kg, m. A robot without an arm has no prop either.
+
+    `chassis` is what of the rover the arm must not touch.
+    """
 
     name: str
     about: str
@@ -194,6 +239,7 @@ class RobotModel:
     base: BaseModel
     arm: ArmModel | None = None
     prop: Prop | None = None
+    chassis: tuple[ChassisBox, ...] = ()
     sensing: Sensing = field(default_factory=Sensing)
 
     @property
@@ -247,14 +293,14 @@ def robot_names() -> tuple[str, ...]:
     return tuple(known_files(FOLDER, "robot"))
 
 
-def load_robot(name_or_path: str | Path, prop: str | Path | None = None) -> RobotModel:
-    """A robot by name or by file, with another prop (by name or file) than its own if given.
+def load_robot(name_or_path: str | Path, prop: str | Path | Prop | None = None) -> RobotModel:
+    """A robot by name or by file, with another prop (or its name or file) than its own if given.
 
     Raises:
         FileError: every mistake in it, with file, line, column and a suggestion.
     """
     path = find_file(str(name_or_path), FOLDER, "robot")
-    held = None if prop is None else load_prop(prop)
+    held = prop if prop is None or isinstance(prop, Prop) else load_prop(prop)
     return load_yaml(path, lambda item: _robot(item, held))
 
 
@@ -266,32 +312,29 @@ def _calibration(item: Item) -> tuple[Placement, ...]:
     return item.refer(lambda: load_calibration(item.target()))
 
 
+def _shape(item: Item) -> ArmShape:
+    return item.refer(lambda: load_arm(item.target()))
+
+
 @dataclass(frozen=True, slots=True)
 class _Arm:
-    mount_height: Annotated[Length, Range(0.0, 3.0)]
-    lower: Six
-    upper: Six
-    max_speed: tuple[JointSpeed, JointSpeed, JointSpeed, JointSpeed, JointSpeed, JointSpeed]
+    model: Annotated[ArmShape, _shape]
+    mount: Placement
     stop_deceleration: Annotated[AngularAcceleration, Range(0.1, 1000.0)]
     calibration: Annotated[tuple[Placement, ...], _calibration] | None = None
     urdf: Described | None = None
+    installation: Installation = field(default_factory=Installation)
 
-    def faults(self) -> Iterator[Fault]:
-        for n, (low, high) in enumerate(zip(self.lower, self.upper, strict=True)):
-            if not low < high:
-                yield f"upper.{n}", f"{high:g} is not above the lower limit {low:g}"
-
-    def model(self, held: Prop) -> ArmModel:
+    def holding(self, held: Prop) -> ArmModel:
         """The arm with its prop."""
         return ArmModel(
-            mount_height=self.mount_height,
-            lower=self.lower,
-            upper=self.upper,
-            max_speed=self.max_speed,
+            shape=self.model,
+            mount=self.mount,
             stop_deceleration=self.stop_deceleration,
             parked=held.parked,
             calibration=self.calibration,
-            urdf=None if self.urdf is None else self.urdf.at(self.mount_height),
+            urdf=None if self.urdf is None else self.urdf.described(),
+            installation=self.installation,
         )
 
 
@@ -304,6 +347,7 @@ class _Robot:
     base: BaseModel
     arm: _Arm | None = None
     prop: Annotated[Prop, _held] | None = None
+    chassis: tuple[ChassisBox, ...] = ()
     sensing: Sensing = field(default_factory=Sensing)
     about: str = ""
 
@@ -316,7 +360,12 @@ class _Robot:
 
 def _robot(item: Item, other: Prop | None) -> RobotModel:
     read = record(item, _Robot)
-    held = None if read.arm is None else other or read.prop
+    arm, held = read.arm, other or read.prop
+    if arm is None:
+        held = None
+    elif held is not None:
+        item.require(_unparked(held, arm.model.name))
+        held = held.on(arm.model.name)
     made = RobotModel(
         name=read.robot,
         about=read.about,
@@ -324,9 +373,20 @@ def _robot(item: Item, other: Prop | None) -> RobotModel:
         payload=read.payload,
         footprint=read.footprint,
         base=read.base,
-        arm=None if read.arm is None or held is None else read.arm.model(held),
+        arm=None if arm is None or held is None else arm.holding(held),
         prop=held,
+        chassis=read.chassis,
         sensing=read.sensing,
     )
     item.require(made.faults())
     return made
+
+
+def _unparked(held: Prop, arm: str) -> Iterator[Fault]:
+    """The fault of a prop that does not say how this arm is folded."""
+    if not held.suits(arm):
+        yield (
+            "prop",
+            f"{held.name} does not say how an arm {arm} is folded with it; "
+            "`cobodeck reach --park` finds poses for its key 'parked'",
+        )

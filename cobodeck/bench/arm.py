@@ -18,11 +18,12 @@ from behaviors.profile import load_profile
 from cobodeck.bench.arm_peers import IK_PEERS, found
 from cobodeck.bench.engine import times
 from cobodeck.bench.harness import ROUNDS, BenchCase, BenchRow, Work, measure, seconds_of
+from hw.robot import load_robot
 from states.arm.collision import CollisionChecker, CollisionModel, Surroundings
 from states.arm.inverse import inverse
 from states.arm.kernels import Array
 from states.arm.kinematics import KinematicChain, deviation, forward, inverted
-from states.arm.model import Manipulator, load_manipulator
+from states.arm.model import Manipulator
 from states.arm.planning import (
     NoPlan,
     Plan,
@@ -35,6 +36,7 @@ from states.arm.planning import (
     warm_up,
 )
 from states.arm.reach import ANGLES
+from states.arm.robot_arm import manipulator_of
 from states.arm.trajectory import ArmLimits
 
 NAME = "arm"
@@ -50,7 +52,7 @@ STEP = 0.01
 
 def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
     """Everything, row by row."""
-    arm = load_manipulator()
+    arm = manipulator_of(load_robot("rbkairos_ur10"))
     warm_up(arm)
     yield from ik_rows(arm, rounds)
     asked = problems(PROBLEMS)
@@ -246,7 +248,7 @@ def _limits(arm: Manipulator, profile: str) -> ArmLimits:
 
 
 def _parked(arm: Manipulator, profile: str) -> Array:
-    own = load_profile(profile).robot.arm_parked
+    own = load_profile(profile).robot.parked(arm.name)
     return np.array(arm.tool.parked if own is None else own)
 
 

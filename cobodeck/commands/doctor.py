@@ -22,8 +22,10 @@ from cobodeck.arguments import profile, word
 from cobodeck.compiled_code import described
 from cobodeck.console import FAILED, OK, show, show_json, table
 from cobodeck.doctor import BAD, FIT, MISSING, DoctorLine, room_checks, tracking_checks
+from cobodeck.places import open_place
 from cobodeck.setup import PROFILE
 from cobodeck.shadows import explained, shadows
+from hw.connection import load_connection
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,10 +44,14 @@ def run(args: argparse.Namespace) -> int:
     found = list(checks())
     if args.scene is not None:
         found += room_checks(args.scene, args.profile, args.sets)
+        found += _arm_checks(open_place(args.scene).scene.robot, args)
     if args.tracking is not None:
         found += tracking_checks(args.tracking)
     if args.robot is not None:
         found += connection_checks(args.robot, own=args.own)
+        model = load_connection(args.robot).model
+        if model is not None:
+            found += _arm_checks(model, args)
     if args.json:
         keys = ("what", "state", "about")
         show_json([dict(zip(keys, check, strict=True)) for check in found])
@@ -58,9 +64,17 @@ def connection_checks(name: str, *, own: bool) -> list[DoctorLine]:
     """Check that everything a connection needs is present."""
     from cobodeck.catalogue import catalogue
     from cobodeck.preflight import preflight
-    from hw.connection import load_connection
 
     return list(preflight(load_connection(name), catalogue(own=own).packages))
+
+
+def _arm_checks(robot: str | Path, args: argparse.Namespace) -> list[DoctorLine]:
+    """Check how the arm of a robot is folded, and what a reach asks of it."""
+    from cobodeck.arm_report import arm_checks
+    from cobodeck.setup import profile_with
+    from hw.robot import load_robot
+
+    return list(arm_checks(load_robot(robot), profile_with(args.profile, args.sets)))
 
 
 def checks() -> Iterator[tuple[str, str, str]]:

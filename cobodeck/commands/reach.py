@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,7 @@ from engine.files.finding import FileError
 
 if TYPE_CHECKING:
     from states.arm.model import Manipulator
+    from states.arm.parking import ParkedPose
     from states.arm.reach import ReachTable
 
 HEIGHTS = (0.3, 1.9, 0.1)
@@ -46,6 +47,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--robot", metavar="NAME|FILE", default="rbkairos_ur10", help="default rbkairos_ur10"
+    )
+    parser.add_argument(
+        "--park", action="store_true", help="find poses in which the arm is folded with its prop"
     )
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="X.svg, .png or .pdf")
     parser.add_argument("--json", action="store_true", help="for programs")
@@ -99,6 +103,8 @@ class ReachReport:
 
 def run(args: argparse.Namespace) -> int:
     """Compute, report, draw."""
+    if args.park:
+        return _park(args)
     if args.output is not None:
         from cobodeck.pictures.canvas import form_of
 
@@ -116,6 +122,42 @@ def run(args: argparse.Namespace) -> int:
         if not args.json:
             show(str(args.output))
     return OK if found.table.share.any() else FAILED
+
+
+def _park(args: argparse.Namespace) -> int:
+    """Print parked poses of a robot's arm with a prop, as its file has them."""
+    from hw.prop import load_prop
+    from hw.robot import load_robot
+    from states.arm.parking import ParkingSearch
+
+    if args.tool is not None and _number(args.tool) is not None:
+        raise Problem(f"--tool {args.tool}: --park needs the name or the file of a prop")
+    try:
+        held = None if args.tool is None else load_prop(args.tool).for_any()
+        robot = load_robot(args.robot, prop=held)
+    except FileError as error:
+        raise Problem(str(error)) from None
+    if robot.arm is None or robot.prop is None:
+        raise Problem(f"robot {robot.name} has no arm")
+    found = ParkingSearch(robot).best()
+    name = robot.arm.shape.name
+    if args.json:
+        show_json([asdict(pose) for pose in found])
+    elif found:
+        show(f"poses of {name} with {robot.prop.name}, quickest first; for `parked` of the prop:")
+        show(table([_parked(name, pose) for pose in found]))
+    else:
+        show(f"{name} with {robot.prop.name} does not fit inside the bumper frame")
+    return OK if found else FAILED
+
+
+def _parked(name: str, pose: ParkedPose) -> tuple[str, ...]:
+    joints = ", ".join(f"{angle:g}" for angle in pose.joints)
+    return (
+        f"{name}: [{joints}]",
+        f"{pose.clearance * 1e3:.0f} mm clear",
+        f"{pose.time:.2f} s to {pose.reached:.0%} of DEEPs",
+    )
 
 
 def reach_report(

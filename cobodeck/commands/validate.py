@@ -111,8 +111,7 @@ def _default_paths(known: Catalogue) -> list[Path]:
     if own:
         return own
     import hw
-    import states.arm
 
-    shipped = [CHARTS, *(Path(package.__path__[0]) for package in (hw, states.arm))]
+    shipped = [CHARTS, Path(hw.__path__[0])]
     here = Path.cwd()
     return [path.relative_to(here) if path.is_relative_to(here) else path for path in shipped]

@@ -26,6 +26,7 @@ UNITS: dict[str, tuple[str, float, float]] = {
     "rad/s3": ("angular_jerk", 1, 1), "rad/s³": ("angular_jerk", 1, 1),
     "deg/s3": ("angular_jerk", 3.141592653589793, 180),
     "kg": ("mass", 1, 1), "g": ("mass", 1, 1e3), "N": ("force", 1, 1), "Nm": ("torque", 1, 1),
+    "W": ("power", 1, 1), "kg m/s": ("momentum", 1, 1), "kgm/s": ("momentum", 1, 1),
     "Hz": ("frequency", 1, 1), "%": ("ratio", 1, 100),
 }  # fmt: skip
 _SPELLINGS = {
@@ -65,6 +66,8 @@ AngularJerk = Annotated[float, Dimension("angular_jerk")]
 Mass = Annotated[float, Dimension("mass")]
 Force = Annotated[float, Dimension("force")]
 Torque = Annotated[float, Dimension("torque")]
+Power = Annotated[float, Dimension("power")]
+Momentum = Annotated[float, Dimension("momentum")]
 Ratio = Annotated[float, Dimension("ratio")]
 
 DIMENSIONS = tuple(dict.fromkeys(dimension for dimension, _, _ in UNITS.values()))

@@ -97,7 +97,7 @@ class SimulatedTrackers:
     ) -> None:
         trackers: Mapping[str, TrackerModel] = robot.sensing.trackers
         self._track, self._coverage, self._errors = track, coverage, errors
-        self._arm = 0.0 if robot.arm is None else robot.arm.mount_height + ARM_HEIGHT
+        self._arm = 0.0 if robot.arm is None else robot.arm.mount.xyz[2] + ARM_HEIGHT
         tracking = tracking or Tracking.of(robot.sensing)
         self._vive_from_map = (tracking.map_from_vive.flat() @ errors.restart).inverse()
         self._mounts = tracking.mounts

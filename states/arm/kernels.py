@@ -297,6 +297,24 @@ def gaps(body: CapsuleSet, around: ArmObstacles, q: Array, found: Array, which: 
 
 
 @njit(cache=True)
+def room_within(
+    body: CapsuleSet, q: Array, half_length: float, half_width: float, found: Array
+) -> None:
+    """Writes how far the arm stays inside a rectangle about the rover's centre, (n,), m.
+
+    Seen from above; below 0 where a capsule reaches out of it.
+    """
+    frames, ends = np.empty((7, 4, 4)), np.empty((len(body.links), 2, 3))
+    for n in range(len(q)):
+        place_capsules(body.base, body.origins, body.links, body.ends, q[n], frames, ends)
+        found[n] = np.inf
+        for i in range(len(body.links)):
+            for e in range(2):
+                room = min(half_length - abs(ends[i, e, 0]), half_width - abs(ends[i, e, 1]))
+                found[n] = min(found[n], room - body.radii[i])
+
+
+@njit(cache=True)
 def free_from(
     body: CapsuleSet,
     around: ArmObstacles,

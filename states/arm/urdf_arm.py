@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from engine.files.finding import mistake
+from hw.arm import ALIKE, nearest_arm
 from hw.description import UrdfDescription
 from hw.prop import Capsule, Placement
 from states.arm.kernels import Array
@@ -87,14 +88,34 @@ def described_arm(described: UrdfDescription, like: Manipulator) -> Manipulator:
         tcp=placement(link_from_flange @ matrix(like.tool.tcp)),
         capsules=tuple(_moved(capsule, link_from_flange) for capsule in like.tool.capsules),
     )
+    off = found.dh.difference(like.dh)
+    if off > ALIKE:
+        raise mistake(described.file, _another(found.dh, like))
     return replace(
         found,
         lower=like.lower,
         upper=like.upper,
         max_speed=like.max_speed,
-        mount=placement(matrix(described.mount) @ matrix(found.mount)),
+        mount=placement(_standing(described, like) @ matrix(found.mount)),
         tool=held,
     )
+
+
+def _standing(described: UrdfDescription, like: Manipulator) -> Array:
+    """rover_from_base of the description; the controller's base is turned by pi about z from it."""
+    if described.mount is not None:
+        return matrix(described.mount)
+    return matrix(like.mount) @ matrix(Placement(rpy=(0.0, 0.0, math.pi)))
+
+
+def _another(found: Dh, like: Manipulator) -> str:
+    """Why an arm of these lengths is not the one that the robot file names."""
+    told = f"a2 {found.a2:.4f}, a3 {found.a3:.4f}, d4 {found.d4:.4f}, d5 {found.d5:.4f} m"
+    known = nearest_arm(found)
+    off = found.difference(known.dh)
+    whose = f"those of {known.name}" if off <= ALIKE else "those of no known arm"
+    hint = f"; the nearest is {known.name}, {off * 1e3:.0f} mm off" if off > ALIKE else ""
+    return f"its lengths ({told}) are {whose}, not of {like.name}, which the robot file names{hint}"
 
 
 def _moved(capsule: Capsule, pose: Array) -> Capsule:

@@ -35,7 +35,7 @@ class FramesEstimator:
         for name, lidar in robot.sensing.lidars.items():
             self._frames.fix(BASE, name, lidar.mount.pose)
         if robot.arm is not None:
-            self._frames.fix(BASE, ARM, Pose3(0.0, 0.0, robot.arm.mount_height))
+            self._frames.fix(BASE, ARM, Pose3(*robot.arm.mount.xyz))
         self._stamp: int | None = None
 
     def update(self, _signal: str, sample: StampedPlace) -> None:

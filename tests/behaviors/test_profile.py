@@ -155,7 +155,7 @@ SENSELESS = [  # a wrong sign, a wrong unit, nothing at all
     ("rear: 45 deg", "rear: 330 deg", "nothing is left"),
     ("tie: 0", "tie: .nan", "tie"),
     ("radius: 1.0 m", "radius: 0 m", "radius: 0 is out"),
-    ("arm_parked: [0.39 rad, ", "arm_parked: [", "needs 6 values, has 5"),
+    ("{ur10: [0.39 rad, ", "{ur10: [", "needs 6 values, has 5"),
     ("tool_speed: null", "tool_speed: -1 m/s", "tool_speed: -1 is out"),
 ]
 
@@ -237,7 +237,7 @@ def test_the_shipped_profiles_go_with_the_shipped_robots(profile: Profile, body:
         ("inflation: 77 cm", "inflation: 72 cm", "navigation.escape.inflation: 0.72 m is too lit"),
         ("inflation: 1.0 m", "inflation: 30 cm", "needs 0.7254 m to turn"),
         ("user_radius: 1.27 m", "user_radius: 1.2 m", "user_radius: 1.2 m is too little for rbk"),
-        ("arm_parked: [0.39 rad", "arm_parked: [7 rad", "robot.arm_parked: rbkairos_ur10: arm: "),
+        ("{ur10: [0.39 rad", "{ur10: [7 rad", "robot.arm_parked.ur10: rbkairos_ur10: arm: "),
     ],
 )
 def test_a_profile_that_a_robot_cannot_keep_is_told_with_its_place(

@@ -20,17 +20,18 @@ from cobodeck.bench.arm import (
     unsolved,
 )
 from cobodeck.bench.arm_peers import IK_PEERS, found
+from hw.robot import load_robot
 from states.arm.collision import CollisionChecker, Surroundings
 from states.arm.kinematics import KinematicChain, forward, inverted
-from states.arm.model import load_manipulator
 from states.arm.planning import NoPlan, Plan
+from states.arm.robot_arm import manipulator_of
 
 FEW = 6
 
 
 @pytest.fixture(scope="module")
 def arm():
-    return load_manipulator()
+    return manipulator_of(load_robot("rbkairos_ur10"))
 
 
 @pytest.fixture(scope="module")

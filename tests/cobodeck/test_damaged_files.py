@@ -122,7 +122,10 @@ def test_every_number_has_bounds_and_a_unit_that_fits(
 ) -> None:
     for shipped in SHIPPED[kind]:
         text, _, _ = shipped.read_bytes().partition(b"\ncharts:")
-        about = [re.search(rb"^about:.*(\n +.*)*", text, re.MULTILINE), *re.finditer(rb"#.*", text)]
+        about = [
+            re.search(rb"^about:.*(\n +.*)*(\nsource:.*(\n +.*)*)?", text, re.MULTILINE),
+            *re.finditer(rb"#.*", text),
+        ]
         target = tmp_path / shipped.name
         for at in NUMBER.finditer(text):
             if any(part and part.start() <= at.start() < part.end() for part in about):

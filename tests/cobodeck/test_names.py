@@ -21,7 +21,7 @@ FILES = {
     "user": "hw/users/cornering.yaml",
     "prop": "hw/props/prop.yaml",
     "calibration": "hw/calibrations/robotnik_ur10.yaml",
-    "arm": "states/arm/ur10.yaml",
+    "arm": "hw/arms/ur10.yaml",
     "connection": "cobodeck/template/robot/PROJECT/rover_udp.yaml",
     "tracking": "hw/trackings/nominal.yaml",
 }

@@ -65,15 +65,20 @@ def test_joint_angles_out_of_the_limits_are_refused_by_joint(joints, message):
         ("max_speed: 3.0", "max_sped: 3.0", "did you mean 'max_speed'"),
         ("prop: prop", "prop: brop", "prop: brop: no such prop; did you mean 'prop'?"),
         ("payload: 10.0", "payload: 0.5", "prop: prop weighs 1 kg; the payload is 0.5 kg"),
-        ("lower: [-6.283185307179586", "lower: [-1.0", "prop: prop, parked: arm: joint 0 at -2.95"),
-        ("lower: [-6.283185307179586, ", "lower: [", "arm.lower: needs 6 values, has 5"),
+        ("model: ur10", "model: ur11", "arm.model: ur11: no such arm; did you mean 'ur10'"),
+        ("prop: prop", "prop: ./far.yaml", "prop: prop, parked: arm: joint 0 at -7"),
+        ("prop: prop", "prop: ./none.yaml", "does not say how an arm ur10 is folded with it"),
         ("calibration: null", "calibration: none", "arm.calibration: "),
+        ("arm:\n", "arm:\n  mount_height: 0.5\n", "arm.mount_height: unknown key"),
         ("payload: 10.0", "", "the key 'payload' is missing"),
     ],
 )
 def test_a_wrong_robot_file_is_named_with_line_and_key(tmp_path, old, new, message):
     text = (FOLDER / "rbkairos_ur10.yaml").read_text()
     assert old in text
+    prop = (FOLDER.parent / "props" / "prop.yaml").read_text()
+    (tmp_path / "far.yaml").write_text(prop.replace("ur10: [-2.95", "ur10: [-7"))
+    (tmp_path / "none.yaml").write_text(prop.replace("ur10: [-2.95", "ur11: [-2.95"))
     path: Path = tmp_path / "robot.yaml"
     path.write_text(text.replace(old, new, 1))
     with pytest.raises(FileError) as caught:
@@ -90,14 +95,14 @@ def test_a_wrong_robot_file_is_named_with_line_and_key(tmp_path, old, new, messa
         ("length: 1.13", "length: 11.3 cm", "6:11", "0.113 is out of range, 0.3 to 3 m"),
         ("width: 0.91", "width: 9.1", "7:10", "0.3 to 3 m"),
         ("command_timeout: 0.5", "command_timeout: 50", "16:20", "0.02 to 2 s"),
-        ("mount_height: 0.511", "mount_height: 51.1", "23:17", "0 to 3 m"),
+        ("xyz: [0, 0, 0.511]", "xyz: [0, 0, 51.1]", "24:23", "-10 to 10 m"),
         ("payload: 10.0", "payload: 10 t", "4:10", "'10 t' is not a mass"),
         ("rolling_resistance: 0.05", "rolling_resistance: 5", "21:23", "0.0001 to 0.5"),
         ("max_wheel_rate: 23.622", "max_wheel_rate: 20", "12:14", "turn to 2.54 m/s at most"),
         ("max_speed: 3.0", "max_speed: 3.1", "12:14", "3.1 m/s; the wheels turn to 3 m/s at"),
         ("max_yaw_rate: 3.0", "max_yaw_rate: 8", "13:17", "turn it by 7.026 rad/s at most"),
-        ("2.0943951023931953, 2.09", "120, 2.09", "27:15", "120 is out of range, 0.01 to 20 rad/s"),
-        ("lower: [-6.283185307179586", "lower: [-360", "25:11", "-360 is out of range, -12.57 to"),
+        ("stop_deceleration: 16.0", "stop_deceleration: 0", "26:22", "0.1 to 1000 rad/s2"),
+        ("rpy: [0, 0, 180 deg]", "rpy: [0, 0, 180]", "24:43", "180 is out of range, -12.57 to"),
     ],
 )
 def test_what_no_such_robot_can_be_is_refused_at_its_place(tmp_path, old, new, place, message):
@@ -116,15 +121,14 @@ def test_sizes_and_speeds_of_a_robot_may_carry_units(tmp_path):
     for old, new in (
         ("length: 1.13", "length: 113 cm"), ("max_speed: 3.0", "max_speed: 10.8 km/h"),
         ("rolling_resistance: 0.05", "rolling_resistance: 5 %"), ("mass: 130.0", "mass: 130 kg"),
-        ("reaction_time: 0.1", "reaction_time: 100 ms"),
-        ("[2.0943951023931953, 2.0943951023931953,", "[120 deg/s, 120 deg/s,"),
+        ("reaction_time: 0.1", "reaction_time: 100 ms"), ("0.511]", "51.1 cm]"),
     ):  # fmt: skip
         assert old in text
         text = text.replace(old, new)
     (tmp_path / "robot.yaml").write_text(text)
     found = load_robot(tmp_path / "robot.yaml")
     assert (found.footprint, found.base) == (ROBOT.footprint, ROBOT.base)
-    assert found.arm.max_speed == pytest.approx(ROBOT.arm.max_speed)
+    assert found.arm == ROBOT.arm
 
 
 def test_mistakes_of_a_robot_and_of_its_prop_are_told_in_both_files(tmp_path):
@@ -140,7 +144,7 @@ def test_mistakes_of_a_robot_and_of_its_prop_are_told_in_both_files(tmp_path):
     prop, own = caught.value.findings
     assert (Path(own.place.file).name, own.place.line) == ("robot.yaml", 3)
     assert (Path(prop.place.file).name, prop.place.line) == ("p.yaml", 3)
-    assert [place.line for place, _ in prop.related] == [29]
+    assert [place.line for place, _ in prop.related] == [27]
 
 
 def without(text: str, key: str) -> str:
@@ -170,7 +174,7 @@ def test_an_arm_and_what_it_holds_go_together(tmp_path, key, message):
 
 
 def test_an_unknown_robot_is_answered_with_a_suggestion():
-    with pytest.raises(FileError, match="did you mean 'rbkairos_ur10'"):
+    with pytest.raises(FileError, match="did you mean 'rbkairos_ur"):
         load_robot("rbkairos_ur5")
 
 

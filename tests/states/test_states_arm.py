@@ -12,14 +12,15 @@ import numpy as np
 import pytest
 
 from hw.geometry import Pose2, Pose3
+from hw.robot import load_robot
 from hw.samples import EXACT, PoseSigma, UserPose
 from hw.sim.arm import SimArm
 from states.arm.following import MOVED, TURNED, Frame
 from states.arm.kinematics import KinematicChain, forward
-from states.arm.model import load_manipulator
 from states.arm.motion import Workspace
 from states.arm.person import ArmSituation
 from states.arm.planning import PLANNERS, Planning, Query
+from states.arm.robot_arm import manipulator_of
 from states.arm.states import (
     HoldProp,
     ParkArm,
@@ -30,6 +31,7 @@ from states.environment import Environment
 
 HZ = 30
 BASE = Pose2(5.0, 4.0, 0.5)
+CHAIN = KinematicChain.of(manipulator_of(load_robot("rbkairos_ur10")))
 
 
 def deep_at(environment: Environment, height: float, base: Pose2 = BASE) -> Pose3:
@@ -127,7 +129,10 @@ def test_the_prop_reaches_the_deep_wherever_the_base_stands_in_its_tolerance(
 
     assert move.until_end(take_step, 10) == "reached"
 
-    reached = forward(KinematicChain.of(load_manipulator()), np.array(move.arm.state.joints))
+    reached = forward(
+        KinematicChain.of(manipulator_of(load_robot("rbkairos_ur10"))),
+        np.array(move.arm.state.joints),
+    )
     wanted = in_rover(stands, deep)
     assert math.dist(reached[:3, 3], (wanted.x, wanted.y, wanted.z)) <= 0.02
     axis = wanted.transform(1.0, 0.0, 0.0)
@@ -162,7 +167,10 @@ def test_a_deep_may_be_given_in_any_frame_that_is_known(
 
     assert move.until_end(take_step, 10) == "reached"
 
-    reached = forward(KinematicChain.of(load_manipulator()), np.array(move.arm.state.joints))
+    reached = forward(
+        KinematicChain.of(manipulator_of(load_robot("rbkairos_ur10"))),
+        np.array(move.arm.state.joints),
+    )
     wanted = in_rover(BASE, deep)
     assert math.dist(reached[:3, 3], (wanted.x, wanted.y, wanted.z)) <= 0.005
 

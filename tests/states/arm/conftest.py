@@ -8,14 +8,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from hw.robot import load_robot
 from states.arm.collision import Surroundings
 from states.arm.kinematics import KinematicChain
-from states.arm.model import Manipulator, load_manipulator
+from states.arm.model import Manipulator
+from states.arm.robot_arm import manipulator_of
 
 
 @pytest.fixture(scope="session")
 def arm() -> Manipulator:
-    return load_manipulator()
+    return manipulator_of(load_robot("rbkairos_ur10"))
 
 
 @pytest.fixture(scope="session")

@@ -9,8 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely.geometry import LineString, MultiPolygon, Point
 
+from behaviors.profile import load_profile
+from hw.arm import arm_names, load_arm
 from hw.geometry import Pose2
-from hw.prop import prop_names
+from hw.prop import load_prop, prop_names
 from hw.robot import load_robot, robot_names
 from states.arm import kernels
 from states.arm.collision import (
@@ -23,6 +25,7 @@ from states.arm.collision import (
     warm_up,
 )
 from states.arm.kinematics import forward, link_frames
+from states.arm.model import Manipulator
 from states.arm.robot_arm import manipulator_of
 from tests.repeats import examples
 
@@ -163,13 +166,25 @@ def test_the_parked_arm_stays_inside_the_bumper_frame_and_clear_of_itself(model,
 @pytest.mark.requirement(46, 150)
 @pytest.mark.parametrize("prop", prop_names())
 @pytest.mark.parametrize("robot", robot_names())
-def test_with_every_prop_the_parked_arm_stays_inside_and_clear(arm, robot, prop):
+def test_with_every_prop_the_parked_arm_stays_inside_and_clear(robot, prop):
     held = manipulator_of(load_robot(robot, prop=prop))
     model = CollisionModel.of(held)
-    of_the_profile = arm.tool.parked_paper  # `paper` parks so, whatever the arm holds
-    for parked in (held.tool.parked, held.tool.parked_paper, of_the_profile):
+    of_the_profile = load_profile("paper").robot.parked(held.name)  # whatever the arm holds
+    for parked in (held.tool.parked, held.tool.parked_paper, of_the_profile or held.tool.parked):
         assert inside_frame(model, parked) > 0.01
         assert CollisionChecker.of(model, Surroundings.empty()).clearance(parked)[0] >= 0.015
+
+
+@pytest.mark.requirement(46, 150)
+@pytest.mark.parametrize("prop", prop_names())
+@pytest.mark.parametrize("shape", arm_names())
+def test_every_arm_of_the_maker_is_folded_inside_and_clear_with_every_prop(shape, prop):
+    robot = load_robot("rbkairos_ur10", prop=prop)
+    held = load_prop(prop).on(shape)
+    arm = Manipulator.of(load_arm(shape), robot.arm.mount, robot.chassis, held)
+    model = CollisionModel.of(arm)
+    assert inside_frame(model, held.parked) > 0.01
+    assert CollisionChecker.of(model, Surroundings.empty()).clearance(held.parked)[0] >= 0.015
 
 
 def test_an_arm_stretched_ahead_stands_out_of_the_frame(model):

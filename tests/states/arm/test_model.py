@@ -6,18 +6,17 @@ import pytest
 
 from engine.files.finding import FileError
 from engine.files.item import parse_yaml
+from hw.arm import FOLDER, arm_from
 from hw.calibration import load_calibration
-from hw.prop import load_prop
 from hw.robot import FOLDER as ROBOTS
 from hw.robot import load_robot
-from states.arm.model import FOLDER, load_manipulator, manipulator_from
 from states.arm.robot_arm import manipulator_of
 
 TEXT = (FOLDER / "ur10.yaml").read_text()
 
 
 def build(text: str):
-    return parse_yaml(text, "arm.yaml", lambda item: manipulator_from(item, load_prop()))
+    return parse_yaml(text, "arm.yaml", arm_from)
 
 
 def test_the_ur10_has_the_makers_lengths(arm):
@@ -28,7 +27,7 @@ def test_the_ur10_has_the_makers_lengths(arm):
 @pytest.mark.requirement(17)
 def test_the_arm_agrees_with_the_robot_it_stands_on(arm):
     robot = load_robot("rbkairos_ur10")
-    assert arm.mount.xyz[2] == robot.arm.mount_height
+    assert arm.mount == robot.arm.mount
     assert (arm.lower, arm.upper, arm.max_speed) == (
         robot.arm.lower,
         robot.arm.upper,
@@ -45,10 +44,11 @@ def test_the_arm_agrees_with_the_robot_it_stands_on(arm):
         ("link: shoulder,", "link: sholder,", "did you mean 'shoulder'"),
         ("radius: 0.081}", "radius: 0}", "radius: 0 is out of range"),
         ("d1: 0.1273, ", "", "'d1' is missing"),
-        ("upper: 6.283185307179586, speed: 2.09", "upper: -7, speed: 2.09", "not above the lower"),
-        ("speed: 2.0943951023931953", "speed: -1", "speed: -1 is out of range"),
+        ("upper: 360 deg, speed: 120", "upper: -400 deg, speed: 120", "not above the lower"),
+        ("speed: 120 deg/s", "speed: -1", "speed: -1 is out of range"),
         ("- [wrist_1, wrist_3]", "- [wrist_1]", "needs 2 values, has 1"),
-        ("low: [-0.565, -0.455, 0.0]", "low: [0.6, -0.455, 0.0]", "must be above"),
+        ("a2: -0.612,", "a2: -0.425,", "not lengths and shape of one arm"),
+        ("a3: -0.5723,", "a3: -0.70,", "not lengths and shape of one arm"),
     ],
 )
 def test_a_wrong_file_is_refused_with_its_place_and_what_would_be_right(old, new, message):
@@ -78,7 +78,7 @@ def test_the_plus_mount_lifts_the_arm_and_what_it_stands_on(arm):
     plus = manipulator_of(load_robot("rbkairos_plus_ur10"))
     assert plus.mount.xyz == (0, 0, 0.689)
     tops = {box.name: box.high[2] for box in plus.body}
-    assert tops == {"bumper": 0.4, "chassis": pytest.approx(0.687)}
+    assert tops == {"bumper": 0.4, "chassis": 0.687}
     assert plus.capsules == arm.capsules
     assert manipulator_of(load_robot("rbkairos_ur10")) == arm
 
@@ -97,4 +97,4 @@ def test_the_published_calibration_differs_from_the_nominal_chain_by_millimetres
     gaps = [math.dist(a.xyz, b.xyz) for a, b in zip(measured, arm.dh.placements(), strict=True)]
     assert 5e-4 < max(gaps) < 2e-3
     assert arm.calibrated(measured).placements == measured
-    assert load_manipulator().placements is None
+    assert arm.placements is None

@@ -18,7 +18,7 @@ def test_robot_file_and_arm_file_agree(arm: Manipulator) -> None:
     assert ROBOT.arm.lower == arm.lower
     assert ROBOT.arm.upper == arm.upper
     assert ROBOT.arm.max_speed == arm.max_speed
-    assert ROBOT.arm.mount_height == arm.mount.xyz[2]
+    assert ROBOT.arm.mount == arm.mount
     assert ROBOT.prop == arm.tool
     bumper = next(box for box in arm.body if box.name == "bumper")
     assert bumper.high[:2] == (ROBOT.footprint.half_length, ROBOT.footprint.half_width)

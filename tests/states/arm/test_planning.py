@@ -294,7 +294,8 @@ import numpy as np
 from states.arm import inverse, kernels, timing_kernels
 from states.arm.collision import CollisionChecker, CollisionModel, Surroundings
 from states.arm.kinematics import KinematicChain, forward, jacobian, link_frames
-from states.arm.model import load_manipulator
+from hw.robot import load_robot
+from states.arm.robot_arm import manipulator_of
 from states.arm.path import first_contact
 from states.arm.planning import Query, goals_at, plan, rrt_connect, warm_up
 from states.arm.trajectory import ArmLimits
@@ -305,7 +306,7 @@ def compiled():
                timing_kernels.passes, timing_kernels.line_times]
     return [len(entry.signatures) for entry in entries]
 
-arm = load_manipulator()
+arm = manipulator_of(load_robot("rbkairos_ur10"))
 warm_up(arm)
 before = compiled()
 chain, start = KinematicChain.of(arm), np.array(arm.tool.parked)

@@ -9,7 +9,8 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from hw.prop import Capsule, Placement
-from states.arm.model import LINKS, ChassisBox, Manipulator
+from hw.robot import ChassisBox
+from states.arm.model import LINKS, Manipulator
 
 
 def urdf_of(model: Manipulator) -> str:
