@@ -16,9 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from states.arm.inverse import BRANCHES, inverse
+from states.arm.inverse import BRANCHES, EXACT, inverse
 from states.arm.kernels import Array
-from states.arm.kinematics import KinematicChain, forward, jacobian
+from states.arm.kinematics import KinematicChain, deviation, forward, jacobian
+from states.arm.newton import polish
 from states.arm.path import JointPath
 from states.arm.timing_kernels import line_times
 from states.arm.trajectory import ArmLimits, SlowZone
@@ -140,23 +141,35 @@ def _branches(
     A line ends where no branch is near the one before, or its joints leave their limits.
     """
     k, n = poses.shape[:2]
-    solved = inverse(chain, poses.reshape(-1, 4, 4))
-    joints = solved.joints.reshape(k, n, BRANCHES, 6)
-    missing = np.where(solved.valid.reshape(k, n, BRANCHES), 0.0, np.inf)
+    near_by = _nominal_candidates(chain, poses) if chain.nominal else None
     knots = np.repeat(starts[:, None], n + 1, axis=1)
     reached, going = np.zeros(k, dtype=np.int64), np.ones(k, dtype=np.bool_)
+    rows = np.arange(k)
     for i in range(n):
         before = knots[:, i, None]
-        near = joints[:, i] - _TURN * np.round((joints[:, i] - before) / _TURN)
-        away = np.abs(near - before).max(axis=2) + missing[:, i]
+        if near_by is None:  # a calibrated chain: a few Newton steps from the knot before
+            found = polish(chain, before, poses[:, i])
+            missed, turned = deviation(forward(chain, found[:, 0]), poses[:, i])
+            missing = np.where((missed <= EXACT) & (turned <= EXACT), 0.0, np.inf)[:, None]
+        else:
+            found, missing = near_by[0][:, i], near_by[1][:, i]
+        near = found - _TURN * np.round((found - before) / _TURN)
+        away = np.abs(near - before).max(axis=2) + missing
         best = away.argmin(axis=1)
-        rows = np.arange(k)
-        found = near[rows, best]
-        inside = np.all((found >= chain.lower) & (found <= chain.upper), axis=1)
+        chosen = near[rows, best]
+        inside = np.all((chosen >= chain.lower) & (chosen <= chain.upper), axis=1)
         going &= inside & (away[rows, best] <= STEEPEST * STEP)
-        knots[going, i + 1 :] = found[going, None]
+        knots[going, i + 1 :] = chosen[going, None]
         reached[going] = i + 1
     return knots, reached
+
+
+def _nominal_candidates(chain: KinematicChain, poses: Array) -> tuple[Array, Array]:
+    """All branches along poses (k, n, 4, 4): joints (k, n, 8, 6), and inf where one is missing."""
+    k, n = poses.shape[:2]
+    solved = inverse(chain, poses.reshape(-1, 4, 4))
+    missing = np.where(solved.valid, 0.0, np.inf)
+    return solved.joints.reshape(k, n, BRANCHES, 6), missing.reshape(k, n, BRANCHES)
 
 
 def _slopes(chain: KinematicChain, knots: Array, ahead: Array) -> Array:

@@ -37,14 +37,24 @@ from states.arm.kinematics import (
     jacobian,
     link_frames,
 )
-from states.arm.newton import polish
+from states.arm.newton import polish, self_motion
 
 BRANCHES = 8
 SEED_REACH = 0.05
-"""Nominal branches that miss by no more than this, m, are tried as seeds of a calibrated chain."""
+"""Branches that the nominal chain misses by less, m, may be ones of a calibrated chain."""
+SEED_BENT = 0.15
+"""Sine of joint 5 below which the wrist counts as nearly singular."""
+SEED_SHIFT = 0.02
+"""By how much poses are moved for further seeds of a calibrated chain, m."""
 
-_EXACT = 1e-9
+NO_ROTATION = 1e-3
+"""Largest error of an element of R R^T of what counts as a rotation; float32 has some 1e-7."""
+
+EXACT = 1e-9
+"""Largest error of a solution, m and rad."""
+
 _SLACK = 5e-10
+_SAME = 1e-6
 _TURN = 2.0 * math.pi
 
 
@@ -78,17 +88,18 @@ def inverse(chain: KinematicChain, targets: ArrayLike) -> Solutions:
     """All joints that bring the tcp to the targets, rover_from_tcp (4, 4) or (n, 4, 4).
 
     Angles lie in (-pi, pi]. Branches that no whole turns bring within the joint limits are left
-    out. At a singular wrist, where joint 6 is free, two of its angles represent all.
+    out. At a singular wrist, where joint 6 is free, two of its angles represent all. No branch
+    comes twice. Those of a calibrated chain have no fixed order; with joint 5 within some
+    milliradians of 0 or pi it may have more than eight, of which eight are returned.
+
+    Raises:
+        ValueError: a target is not a rigid pose.
     """
     poses = _poses(targets)
-    joints, valid = _closed_form(chain, poses, 0.0 if chain.nominal else SEED_REACH)
-    if not chain.nominal:
-        joints = polish(chain, joints, poses)
-        distance, angle = deviation(forward_all(chain, joints), poses[:, None])
-        exact = (distance <= _EXACT) & (angle <= _EXACT)
-        seeded = exact & valid
-        # near a singular wrist the only seed that converges may be one that misses by more
-        valid = np.where(seeded.any(axis=1, keepdims=True), seeded, exact)
+    if chain.nominal:
+        joints, valid = _closed_form(chain, poses, 0.0)
+    else:
+        joints, valid = _calibrated(chain, poses)
     return Solutions(joints, valid & _has_copy(chain, joints))
 
 
@@ -140,14 +151,92 @@ def _poses(targets: ArrayLike) -> Array:
     return poses.reshape(-1, 4, 4)
 
 
+def _refused(poses: Array, i: int) -> ValueError:
+    turn, (x, y, z) = poses[i, :3, :3], poses[i, :3, 3].tolist()
+    off = np.abs(turn @ turn.T - np.eye(3)).max()
+    what = f"|R R^T - I| is {off:.3g}" if not off <= NO_ROTATION else "a mirror image, or infinite"
+    return ValueError(
+        f"targets[{i}] at ({x:g}, {y:g}, {z:g}) is no rigid pose: {what}; finite numbers and a "
+        f"rotation within {NO_ROTATION:g} are needed"
+    )
+
+
 def _closed_form(
     chain: KinematicChain, poses: Array, reach: float
 ) -> tuple[Array, NDArray[np.bool_]]:
     flange = np.ascontiguousarray(inverted(chain.base) @ poses @ inverted(chain.tip))
     joints = np.zeros((len(poses), BRANCHES, 6))
     valid = np.zeros((len(poses), BRANCHES), dtype=np.bool_)
-    _solve(chain.dh, flange, max(reach, _SLACK), joints, valid)
+    wrong = _solve(chain.dh, flange, max(reach, _SLACK), joints, valid)
+    if wrong >= 0:
+        raise _refused(poses, wrong)
     return joints, valid
+
+
+def _calibrated(chain: KinematicChain, poses: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """The distinct branches of a calibrated chain, by Newton steps from those of the nominal one.
+
+    Where the nominal chain has, within SEED_REACH, more branches than were found, or its wrist is
+    nearly singular, there are more seeds: branches of poses moved across the folds of the nominal
+    chain, and joints turned along the wrist's self-motion.
+    """
+    seeds, near = _closed_form(chain, poses, SEED_REACH)
+    joints, valid = _distinct(*_polished(chain, seeds, poses))
+    bent = np.abs(np.sin(seeds[..., 4])).min(axis=1) < SEED_BENT
+    few = np.flatnonzero((valid.sum(axis=1) < near.sum(axis=1)) | bent)
+    if not len(few):
+        return joints, valid
+    moved, _ = _closed_form(chain, _moved(chain, poses[few]).reshape(-1, 4, 4), math.inf)
+    turned = self_motion(seeds[few]).reshape(len(few), -1, 6)
+    more = np.concatenate([moved.reshape(len(few), -1, 6), turned], axis=1)
+    found, exact = _polished(chain, more, poses[few])
+    joints[few], valid[few] = _distinct(
+        np.concatenate([joints[few], found], axis=1), np.concatenate([valid[few], exact], axis=1)
+    )
+    return joints, valid
+
+
+def _polished(chain: KinematicChain, seeds: Array, poses: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Joints (n, k, 6) from seeds, and which of them meet their pose."""
+    joints = polish(chain, seeds, poses)
+    distance, angle = deviation(forward_all(chain, joints), poses[:, None])
+    return joints, (distance <= EXACT) & (angle <= EXACT)
+
+
+def _moved(chain: KinematicChain, poses: Array) -> Array:
+    """Poses (n, 3, 4, 4) with the wrist centre nearer to the shoulder, farther, and farther out.
+
+    The first two cross the fold of a stretched and of a folded elbow, the third that of a wrist
+    centre at d4 from the shoulder's axis; by SEED_SHIFT, m.
+    """
+    flange = inverted(chain.base) @ poses @ inverted(chain.tip)
+    wrist = flange[:, :3, 3] - chain.dh[5] * flange[:, :3, 2]
+    ahead = wrist - (0.0, 0.0, chain.dh[0])
+    out = wrist * (1.0, 1.0, 0.0)
+    steps = np.stack([-_unit(ahead), _unit(ahead), _unit(out)], axis=1)
+    found = np.repeat(poses[:, None], 3, axis=1)
+    found[..., :3, 3] += SEED_SHIFT * steps @ chain.base[:3, :3].T
+    return found
+
+
+def _unit(vectors: Array) -> Array:
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.maximum(length, 1e-12))
+
+
+def _distinct(joints: Array, valid: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
+    """The first eight different ones of the valid joints (n, k, 6); what is equal counts once."""
+    kept = valid.copy()
+    for k in range(1, joints.shape[1]):
+        away = joints[:, :k] - joints[:, k, None]
+        away -= _TURN * np.round(away / _TURN)
+        same = (np.abs(away).max(axis=2) <= _SAME) & kept[:, :k]
+        kept[:, k] &= ~same.any(axis=1)
+    order = np.argsort(~kept, axis=1, kind="stable")[:, :BRANCHES]
+    rows = np.arange(len(joints))[:, None]
+    if joints.shape[1] == BRANCHES:
+        return joints, kept
+    return joints[rows, order], kept[rows, order]
 
 
 def _has_copy(chain: KinematicChain, joints: Array) -> NDArray[np.bool_]:
@@ -157,25 +246,40 @@ def _has_copy(chain: KinematicChain, joints: Array) -> NDArray[np.bool_]:
 
 
 @njit(cache=True)
-def _solve(dh: Array, flange: Array, reach: float, joints: Array, valid: NDArray[np.bool_]) -> None:
+def _solve(dh: Array, flange: Array, reach: float, joints: Array, valid: NDArray[np.bool_]) -> int:
+    """Solves all poses; returns the index of one that is no rigid pose, -1 if all are."""
     turn = np.empty((3, 3))
     for n in range(len(flange)):
-        _orthonormal(flange[n], turn)
+        off = _orthonormal(flange[n], turn)
+        upright = (
+            turn[0, 0] * (turn[1, 1] * turn[2, 2] - turn[1, 2] * turn[2, 1])
+            - turn[0, 1] * (turn[1, 0] * turn[2, 2] - turn[1, 2] * turn[2, 0])
+            + turn[0, 2] * (turn[1, 0] * turn[2, 1] - turn[1, 1] * turn[2, 0])
+        )
+        far = abs(flange[n, 0, 3]) + abs(flange[n, 1, 3]) + abs(flange[n, 2, 3])
+        if not (off <= NO_ROTATION and upright > 0.0 and far < np.inf):
+            return n
         _solve_one(dh, turn, flange[n, :3, 3], reach, joints[n], valid[n])
+    return -1
 
 
 @njit(cache=True)
-def _orthonormal(pose: Array, turn: Array) -> None:
-    """One Newton step towards the nearest rotation, R (3 I - R^T R) / 2.
+def _orthonormal(pose: Array, turn: Array) -> float:
+    """One Newton step towards the nearest rotation, R (3 I - R^T R) / 2; the largest |R^T R - I|.
 
     Undoes rounding to float32; what is a rotation to float64 stays one.
     """
+    off = 0.0
     for i in range(3):
         for j in range(3):
             turn[i, j] = 1.5 * pose[i, j]
             for k in range(3):
                 dot = pose[0, j] * pose[0, k] + pose[1, j] * pose[1, k] + pose[2, j] * pose[2, k]
                 turn[i, j] -= 0.5 * pose[i, k] * dot
+                error = abs(dot - 1.0) if j == k else abs(dot)
+                if not error <= off:  # NaN too
+                    off = error
+    return off
 
 
 @njit(cache=True)

@@ -36,17 +36,23 @@ def polish(chain: KinematicChain, joints: Array, poses: Array) -> Array:
     return np.asarray(found - _TURN * np.round(found / _TURN))
 
 
-def _along_self_motion(chain: KinematicChain, joints: Array, poses: Array) -> Array:
-    """The best result of seven seeds with joint 4 turned against joint 6.
+def self_motion(joints: Array) -> Array:
+    """Joints (n, b, 6) with joint 4 turned against joint 6 in seven steps, (n, b, 7, 6).
 
     At a singular wrist these turn about one axis, and the nominal branch is an arbitrary seed.
     """
-    n, branches, _ = joints.shape
     turns = np.arange(1, 8) * (_TURN / 8.0)
     seeds = np.repeat(joints[:, :, None], len(turns), axis=2)
     seeds[..., 3] += turns
     seeds[..., 5] -= turns * np.where(np.cos(seeds[..., 4]) > 0.0, 1.0, -1.0)
-    targets = np.repeat(poses, branches * len(turns), axis=0)
+    return seeds
+
+
+def _along_self_motion(chain: KinematicChain, joints: Array, poses: Array) -> Array:
+    """The best result of the seeds along the self-motion."""
+    n, branches, _ = joints.shape
+    seeds = self_motion(joints)
+    targets = np.repeat(poses, branches * seeds.shape[2], axis=0)
     found, worth = _descend(chain, seeds.reshape(-1, 6), targets, MORE_STEPS)
     best = worth.reshape(n, branches, -1).argmin(axis=2)
     picked = np.take_along_axis(found.reshape(seeds.shape), best[..., None, None], axis=2)

@@ -27,7 +27,7 @@ class ArmLimits:
     def __post_init__(self) -> None:
         for name in ("speed", "acceleration", "jerk"):
             values = getattr(self, name)
-            if values is not None and not (len(values) == 6 and min(values) > 0.0):
+            if values is not None and not (len(values) == 6 and all(v > 0.0 for v in values)):
                 raise ValueError(f"arm limits: {name} is {values}; six values above 0 are needed")
         if not self.tool_speed > 0.0:
             raise ValueError(f"arm limits: tool_speed is {self.tool_speed}; it must be above 0")
