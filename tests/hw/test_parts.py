@@ -259,6 +259,65 @@ def test_an_arm_stopped_on_its_course_rests_within_a_fifth_of_a_second_on_it(rig
     assert 0.4 < share < 0.55
 
 
+@pytest.mark.requirement(45, 51)
+def test_a_paced_arm_follows_its_course_more_slowly_and_at_full_speed_again(rig):
+    points = course(SOMEWHERE, 3.0)
+    start = points[0][1]
+
+    def share():
+        at = rig.values("arm.joints")[-1].joints
+        return (at[0] - start[0]) / (SOMEWHERE[0] - start[0])
+
+    arm = rig.parts["arm"]
+    number = arm.follow(points)
+    rig.ticks(15 + rig.lag)
+    arm.pace(0.25, 0.4, 0.3)
+    rig.ticks(9 + rig.lag)  # it has slowed down
+    slow = share()
+    rig.ticks(30)
+    slowly = share() - slow
+    assert rig.values("arm.joints")[-1].scaling == pytest.approx(0.25, abs=0.02)
+    arm.pace(1.0)
+    rig.ticks(9 + rig.lag)
+    fast = share()
+    rig.ticks(15)
+    assert slowly == pytest.approx(0.25 / 3.0, rel=0.1)
+    assert share() - fast == pytest.approx(0.5 / 3.0, rel=0.1)
+    on_it = [a + share() * (b - a) for a, b in zip(start, SOMEWHERE, strict=True)]
+    assert rig.values("arm.joints")[-1].joints == pytest.approx(on_it, abs=rig.near)
+    rig.ticks(75 + rig.lag)
+    state = rig.values("arm.joints")[-1]
+    assert (state.moving, state.course, state.refused, state.scaling) == (False, number, None, 1.0)
+    assert state.joints == pytest.approx(SOMEWHERE, abs=0.1 * rig.near)
+
+
+@pytest.mark.requirement(45)
+def test_a_paced_arm_stops_as_fast_and_the_next_course_has_its_full_speed(rig):
+    arm = rig.parts["arm"]
+    arm.follow(course(SOMEWHERE, 3.0))
+    rig.ticks(15 + rig.lag)
+    arm.pace(0.5)
+    rig.ticks(3)
+    arm.stop()
+    arm.pace(1.0)  # a stop stays a stop
+    rig.ticks(6 + rig.lag)
+    rest = rig.values("arm.joints")[-1]
+    rig.ticks(20)
+    assert not rest.moving
+    assert rig.values("arm.joints")[-1].joints == pytest.approx(rest.joints, abs=0.1 * rig.near)
+    number = arm.follow(course(SOMEWHERE, 3.0, start=rest.joints))
+    rig.ticks(100 + 2 * rig.lag)
+    state = rig.values("arm.joints")[-1]
+    assert (state.moving, state.course) == (False, number)
+    assert state.joints == pytest.approx(SOMEWHERE, abs=0.1 * rig.near)
+
+
+@pytest.mark.parametrize("share", [-0.1, 1.1, math.nan])
+def test_a_pace_that_is_none_is_a_bug_of_the_caller(rig, share):
+    with pytest.raises(ValueError, match="between 0 and 1"):
+        rig.parts["arm"].pace(share)
+
+
 def test_an_arm_that_moves_or_stands_elsewhere_does_not_follow(rig):
     elsewhere = [(0.0, SOMEWHERE), (1.0, ROBOT.arm.parked)]
     with_slack = [(0.0, SOMEWHERE), (9.0, ROBOT.arm.parked)]

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
 
 from hw.calibration import load_calibration
 from states.arm.inverse import forward_all, inverse, inverse_near, nearest_copies, warm_up
@@ -285,3 +287,73 @@ def test_targets_of_another_shape_are_refused(chain):
 
 def test_warming_up_compiles_without_a_trace(chain):
     assert warm_up(chain) is None
+
+
+@pytest.fixture(scope="module")
+def measured(arm):
+    return KinematicChain.of(arm.calibrated(load_calibration()))
+
+
+@pytest.mark.requirement(26, 43)
+@pytest.mark.parametrize("count", [400, pytest.param(5000, marks=pytest.mark.slow)])
+def test_a_calibrated_chain_has_the_joints_that_a_pose_was_made_of_and_none_twice(
+    measured, sets, count
+):
+    q = sets.anywhere(count)
+    q = q[np.abs(np.sin(q[:, 4])) > 0.01]
+    found = inverse(measured, forward(measured, q))
+    away = np.abs(turned(found.joints - q[:, None])).max(axis=2)
+    assert np.where(found.valid, away, 9.0).min(axis=1).max() < 1e-6
+    assert set(found.valid.sum(axis=1).tolist()) <= {2, 4, 6, 8}  # branches meet in pairs
+    for joints, valid in zip(found.joints, found.valid, strict=True):
+        own = joints[valid]
+        apart = np.abs(turned(own[:, None] - own[None])).max(axis=2)
+        assert apart[~np.eye(len(own), dtype=bool)].min(initial=9.0) > 1e-6
+
+
+@pytest.mark.requirement(26, 43)
+def test_a_calibrated_chain_has_all_branches_that_random_starts_find(measured, sets):
+    """Joints found from 60 random starts each by scipy, on the measured frames."""
+    frames = load_calibration()
+
+    def prop(q):
+        turn, place = Rotation.from_euler("z", np.pi), np.array([0.0, 0.0, 0.511])
+        for joint, angle in zip(frames, q, strict=True):
+            place = place + turn.apply(joint.xyz)
+            turn = turn * Rotation.from_euler("xyz", joint.rpy) * Rotation.from_euler("z", angle)
+        tip = Rotation.from_euler("xyz", [0.0, np.pi / 2, 0.0])
+        return place + turn.apply([0.0, 0.0, 0.15]), turn * tip
+
+    rng = np.random.default_rng(12)
+    for made in sets.anywhere(6):
+        point, orientation = prop(made)
+        target = np.eye(4)
+        target[:3, :3], target[:3, 3] = orientation.as_matrix(), point
+
+        def miss(q, point=point, orientation=orientation):
+            place, turn = prop(q)
+            return np.concatenate([place - point, (orientation.inv() * turn).as_rotvec()])
+
+        ends = [least_squares(miss, rng.uniform(-np.pi, np.pi, 6)) for _ in range(60)]
+        exact = [turned(end.x) for end in ends if np.abs(end.fun).max() < 1e-8]
+        own = inverse(measured, target).of()
+        assert len(exact) > 5
+        for q in exact:
+            assert np.abs(turned(own - q)).max(axis=1).min() < 1e-5
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (np.diag([1.05, 1.0, 1.0, 1.0]), r"targets\[1\].*is 0\.102"),
+        (np.diag([1.0, 1.0, -1.0, 1.0]), "mirror"),
+        (np.full((4, 4), np.nan), "is nan"),
+        (np.array([[1, 0, 0, np.inf], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]]), "infinite"),
+    ],
+)
+@pytest.mark.parametrize("solve", [inverse, inverse_near])
+def test_what_is_no_rigid_pose_is_refused(chain, measured, solve, wrong, message):
+    for each in (chain, measured):
+        with pytest.raises(ValueError, match=message):
+            solve(each, np.stack([np.eye(4), wrong]))
+        solve(each, np.eye(4, dtype=np.float32))

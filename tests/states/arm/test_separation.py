@@ -1,0 +1,280 @@
+"""The arm slows down for a person: what touches them closes slowly, and nobody waits in vain."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from behaviors.profile import load_profile
+from hw.geometry import Pose2, Pose3, wrap
+from hw.robot import load_robot
+from hw.room import Room
+from hw.samples import EXACT, UserPose
+from hw.sim.arm import SimArm
+from states.arm.approach import TOUCH_SPEED
+from states.arm.collision import outline
+from states.arm.person import SLIMMEST, ArmSituation
+from states.arm.planning import Plan, ended, in_turn
+from states.arm.separation import OLD_S, SLOW, ArmPace, Brakes, Governor
+from states.arm.states import ParkArm, ReachDeep
+from states.environment import Environment
+
+ROBOT = load_robot("rbkairos_ur10")
+HALL = Room(outer=((0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0)))
+BASE, USER = Pose2(6.85, 4.0, math.pi), Pose2(5.0, 4.0, 0.0)
+DEEP = Pose3.from_yaw(5.85, 4.0, 1.2, 0.0)
+TICK_NS, STEP_NS = 33_333_333, 5_000_000
+HARMLESS = 0.25
+
+
+@pytest.fixture(scope="module")
+def tuned() -> Environment:
+    return load_profile("tuned").environment(HALL, ROBOT)
+
+
+@pytest.fixture(scope="module")
+def reach(tuned: Environment) -> Plan:
+    situation = ArmSituation(BASE, USER, tuned.workspace.parked)
+    found = ended(in_turn(tuned.workspace.reaching(situation, DEEP)))
+    assert isinstance(found, Plan)
+    return found
+
+
+def governor(tuned: Environment, plan: Plan, *, granted: bool = True) -> Governor:
+    return Governor(tuned.workspace.solid, plan.trajectory, Brakes(16.0, 5.0), 0.5, granted=granted)
+
+
+def seen(found: Governor, x: float, speed: float, until_ns: int = 300_000_000) -> None:
+    """A person at (x, 4) at `until_ns`, who has walked there with this speed towards the rover."""
+    for k in range(10, -1, -1):
+        stamp = until_ns - k * TICK_NS
+        found.see(stamp, Pose2(x - speed * k * TICK_NS * 1e-9, 4.0))
+
+
+def pace(found: Governor, now_ns: int, since: float = 0.6) -> ArmPace:
+    given = found.pace(now_ns, since, 1.0, BASE)
+    assert given is not None
+    return given
+
+
+@pytest.mark.requirement(45, 51)
+def test_nobody_slows_the_arm_and_neither_does_somebody_far_away(
+    tuned: Environment, reach: Plan
+) -> None:
+    alone = governor(tuned, reach)
+    assert alone.pace(0, 0.5, 0.03, BASE) is None
+    seen(alone, 3.0, 0.0)
+    assert pace(alone, 300_000_000).share == 1.0
+    assert tuned.workspace.governor_of(reach, ArmSituation(BASE, None, (0.0,) * 6), DEEP) is None
+
+
+@pytest.mark.requirement(51)
+def test_the_nearer_and_the_faster_the_slower_the_arm_but_never_slower_than_a_touch_may_be(
+    tuned: Environment, reach: Plan
+) -> None:
+    shares = []
+    for x, speed in ((4.6, 0.0), (5.0, 0.0), (5.0, 0.7), (5.2, 1.4), (5.6, 1.4)):
+        found = governor(tuned, reach)
+        seen(found, x, speed)
+        given = pace(found, 300_000_000)
+        shares.append(given.share)
+        assert given.share > 0.0
+    assert shares == sorted(shares, reverse=True)
+    assert shares[0] == 1.0
+    assert shares[-1] < 0.5
+
+
+@pytest.mark.requirement(51)
+def test_at_the_pace_given_the_arm_stands_before_the_gap_is_used_up_or_is_slow(
+    tuned: Environment, reach: Plan
+) -> None:
+    """The formula of the module, evaluated by itself for what the governor reports."""
+    rng = np.random.default_rng(4)
+    braked = 0
+    for _ in range(300):
+        found, since = governor(tuned, reach), rng.uniform(0.0, reach.trajectory.duration)
+        x, speed = rng.uniform(5.0, 5.6), rng.choice([0.0, 0.5, 1.0, 1.4])
+        seen(found, x, speed)
+        given = pace(found, 300_000_000 + int(rng.uniform(0, 0.1e9)), since)
+        assert 0.0 < given.share <= 1.0
+        if given.share < 1.0 and given.needed <= given.separation + 1e-9:
+            braked += 1
+    assert braked > 10
+
+
+@pytest.mark.requirement(51, 149)
+def test_an_old_pose_is_of_somebody_who_may_have_set_off(tuned: Environment, reach: Plan) -> None:
+    found = governor(tuned, reach)
+    seen(found, 5.0, 0.0)
+    fresh = pace(found, 300_000_000)
+    old = pace(found, 300_000_000 + round(1.1 * OLD_S * 1e9))
+    assert old.share < fresh.share
+
+
+@pytest.mark.requirement(51)
+def test_the_arm_speeds_up_no_faster_than_its_profile_says(tuned: Environment, reach: Plan) -> None:
+    found = governor(tuned, reach)
+    seen(found, 5.6, 1.4)
+    slow = found.pace(300_000_000, 0.6, 0.033, BASE)
+    for k in range(1, 12):
+        found.see(300_000_000 + k * TICK_NS, Pose2(3.0, 4.0))
+    after = found.pace(300_000_000 + 11 * TICK_NS, 0.6, 0.033, BASE)
+    assert slow is not None
+    assert after is not None
+    fastest = np.abs(reach.trajectory.at(np.array([0.6]))[1]).max()
+    assert after.share == pytest.approx(slow.share + 0.033 * 5.0 / fastest, abs=1e-6)
+
+
+def test_on_the_line_to_a_person_who_stands_the_prop_is_not_slowed(
+    tuned: Environment, reach: Plan
+) -> None:
+    line = reach.trajectory.duration - 0.25
+    asked, unasked = governor(tuned, reach), governor(tuned, reach, granted=False)
+    for found in (asked, unasked):
+        seen(found, 5.38, 0.0)  # the cylinder reaches beyond the DEEP
+    assert pace(asked, 300_000_000, line).share == 1.0
+    assert pace(unasked, 300_000_000, line).share == pytest.approx(SLOW / TOUCH_SPEED, abs=0.01)
+
+
+# ---- whole moves, beside somebody who steps in
+
+
+@dataclass
+class Stepping:
+    """A person who stands, and from `since_ns` on walks 0.9 m; measured late and noisily."""
+
+    speed: float
+    direction: float
+    late_ns: int
+    rng: np.random.Generator
+    since_ns: int = 1 << 60
+    noise: float = 0.003
+
+    def at(self, now_ns: int) -> tuple[float, float]:
+        way = min(0.9, self.speed * max(0, now_ns - self.since_ns) * 1e-9)
+        return (
+            USER.x + way * math.cos(self.direction), USER.y + way * math.sin(self.direction)
+        )  # fmt: skip
+
+    def measured(self, now_ns: int) -> tuple[int, UserPose]:
+        stamp = max(0, (now_ns - self.late_ns) // TICK_NS * TICK_NS)
+        x, y = np.array(self.at(stamp)) + self.rng.normal(0.0, self.noise, 2)
+        return stamp, UserPose(Pose2(float(x), float(y), 0.0), 0.0)
+
+
+class Scene:
+    """A simulated arm and a person, finer than the ticks; notes how fast what touches closes."""
+
+    def __init__(self, environment: Environment, context: Any, person: Stepping, base: Pose2):
+        self.arm, self.person, self.base = SimArm(ROBOT.arm), person, base
+        self.workspace = environment.workspace
+        values = {"environment": environment, "base.pose": base, "base.pose_sigma": EXACT}
+        self.ctx = context(values, {"arm": self.arm})
+        self.now = 0
+        self.touched: float | None = None
+        self._before: np.ndarray | None = None
+
+    def run(self, run: Iterator[Any], seconds: float, watch: bool = True) -> tuple[Any, float]:
+        begin = self.now
+        due, outcome = self.now, None
+        while self.now - begin < seconds * 1e9:
+            if self.now >= due:
+                due += TICK_NS
+                self.ctx.now = self.now
+                stamp, pose = self.person.measured(self.now)
+                self.ctx.values["user.pose"], self.ctx.stamps["user.pose"] = pose, stamp
+                self.ctx.values["arm.joints"] = self.arm.state
+                try:
+                    next(run)
+                except StopIteration as end:
+                    outcome = end.value
+                    break
+            self.now += STEP_NS
+            self.arm.advance(self.now)
+            if watch and self.touched is None:
+                self._look()
+        return outcome, (self.now - begin) * 1e-9
+
+    def _look(self) -> None:
+        ends, radii = outline(self.workspace.solid, self.arm.state.joints)
+        first = self.workspace.solid.body.first
+        ends, radii = ends[first:], radii[first:]
+        person = np.array(self.base.inverse().transform(*self.person.at(self.now)))
+        start, way = ends[:, 0, :2], ends[:, 1, :2] - ends[:, 0, :2]
+        square = np.maximum((way * way).sum(axis=1), 1e-12)
+        along = np.clip(((person - start) * way).sum(axis=1) / square, 0.0, 1.0)[:, None]
+        nearest = start + along * way
+        away = np.linalg.norm(person - nearest, axis=1)
+        touching = np.flatnonzero(away - radii - SLIMMEST <= 0.0)
+        before, self._before = self._before, ends
+        if len(touching) and before is not None:
+            was = before[:, 0, :2] + along * (before[:, 1, :2] - before[:, 0, :2])
+            towards = (person - nearest) / away[:, None]
+            closing = ((nearest - was) * towards).sum(axis=1) / (STEP_NS * 1e-9)
+            self.touched = float(closing[touching].max())
+
+
+def stepped_in(
+    environment: Environment, context: Any, phase: str, speed: float, seed: int
+) -> float | None:
+    """How fast the part closes that touches somebody who steps in; None if nothing does."""
+    rng = np.random.default_rng([seed, round(10 * speed)])
+    person = Stepping(
+        speed, rng.uniform(-1.2, 1.2), int(rng.uniform(0, 0.133e9)), np.random.default_rng(seed)
+    )
+    way = rng.choice([-1.0, -0.5, 0.0, 0.5, 1.0])
+    base = Pose2(
+        DEEP.x + math.cos(way), DEEP.y + math.sin(way), wrap(way + math.pi + rng.uniform(-0.1, 0.1))
+    )
+    deep = replace(DEEP, z=rng.uniform(0.5, 1.5))
+    scene = Scene(environment, context, person, base)
+    if phase == "reach":
+        person.since_ns = int(rng.uniform(0.0, 1.7e9))
+        scene.run(ReachDeep().run(scene.ctx, deep=deep), 3.5)
+    else:
+        outcome, _ = scene.run(ReachDeep().run(scene.ctx, deep=deep), 5.0, watch=False)
+        assert outcome == "reached"
+        person.since_ns = scene.now + int(rng.uniform(0.0, 1.3e9))
+        scene.run(ParkArm().run(scene.ctx), 3.5)
+    return scene.touched
+
+
+@pytest.mark.requirement(45, 51)
+@pytest.mark.parametrize("phase", ["reach", "fold"])
+@pytest.mark.parametrize("speed", [0.5, 1.0, 1.4])
+@pytest.mark.parametrize("count", [12, pytest.param(200, marks=pytest.mark.slow)])
+def test_what_touches_somebody_who_steps_in_closes_slowly(
+    tuned: Environment, context: Any, phase: str, speed: float, count: int
+) -> None:
+    for seed in range(count):
+        touched = stepped_in(tuned, context, phase, speed, seed)
+        assert touched is None or touched <= HARMLESS
+
+
+def test_without_the_governor_some_of_them_are_hit(tuned: Environment, context: Any) -> None:
+    """So that the test above can fail."""
+    unpaced = replace(tuned, governor=False)
+    found = [stepped_in(unpaced, context, "reach", 1.4, seed) for seed in range(40)]
+    assert max(touched or 0.0 for touched in found) > 1.5 * HARMLESS
+
+
+@pytest.mark.requirement(45)
+def test_a_person_who_sways_is_served_as_soon_as_one_who_stands(
+    tuned: Environment, context: Any
+) -> None:
+    times = []
+    for sway in (0.0, 0.05):
+        person = Stepping(0.0, 0.0, 60_000_000, np.random.default_rng(5))
+        person.at = lambda now, a=sway: (  # type: ignore[method-assign]
+            USER.x + a * math.sin(2.0 * now * 1e-9), USER.y
+        )  # fmt: skip
+        scene = Scene(tuned, context, person, BASE)
+        outcome, took = scene.run(ReachDeep().run(scene.ctx, deep=DEEP), 6.0)
+        assert outcome == "reached"
+        times.append(took)
+    assert times[1] - times[0] <= 0.1
