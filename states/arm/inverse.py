@@ -164,7 +164,8 @@ def _refused(poses: Array, i: int) -> ValueError:
 def _closed_form(
     chain: KinematicChain, poses: Array, reach: float
 ) -> tuple[Array, NDArray[np.bool_]]:
-    flange = np.ascontiguousarray(inverted(chain.base) @ poses @ inverted(chain.tip))
+    with np.errstate(invalid="ignore"):  # what is not finite is refused below
+        flange = np.ascontiguousarray(inverted(chain.base) @ poses @ inverted(chain.tip))
     joints = np.zeros((len(poses), BRANCHES, 6))
     valid = np.zeros((len(poses), BRANCHES), dtype=np.bool_)
     wrong = _solve(chain.dh, flange, max(reach, _SLACK), joints, valid)
