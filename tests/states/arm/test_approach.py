@@ -281,3 +281,24 @@ def test_of_several_queries_the_first_with_a_plan_counts_and_the_last_is_the_las
     assert found.line == pytest.approx(0.08)
     assert isinstance(ended(in_turn([nowhere, nowhere])), NoPlan)
     assert isinstance(ended(in_turn([])), NoPlan)
+
+
+@pytest.mark.requirement(44)
+@pytest.mark.parametrize("which", [1, 2, 3])
+def test_the_tool_is_slow_near_the_deep_on_its_way_to_a_near_stand_off_as_well(
+    tuned: Environment, screws, which: int
+) -> None:
+    rng, passed = np.random.default_rng(32), 0
+    for _ in range(8):
+        situation, deep = served(rng, tuned.workspace)
+        query = list(tuned.workspace.reaching(situation, deep))[which]
+        plan = ended(in_turn([query]))
+        if not isinstance(plan, Plan):
+            continue
+        points, _, on_line = tool_path(screws, situation.base, plan)
+        away = np.linalg.norm(points - (deep.x, deep.y, deep.z), axis=1)
+        speed = np.linalg.norm(np.diff(points, axis=0), axis=1) / STEP_S
+        before = ~on_line[1:] & (away[1:] < 0.1)
+        passed += bool(before.sum() > 5)
+        assert speed[before].max(initial=0.0) <= 0.2505
+    assert passed > 3

@@ -333,3 +333,25 @@ def test_after_warming_up_nothing_is_left_to_compile():
     ran = subprocess.run(command, cwd=root, capture_output=True, text=True, check=True)
     before, after = ran.stdout.strip().split("] [")
     assert before + "]" == "[" + after
+
+
+@pytest.mark.requirement(45)
+def test_corners_stay_sharp_under_a_jerk_limit(arm, chain, problems):
+    model, start = CollisionModel.of(arm), np.array(arm.tool.parked_paper)
+    smooth = ArmLimits.even(arm.max_speed, 5.0, tool_speed=1.0, jerk=50.0)
+    cornered = 0
+    for problem in problems[:120]:
+        checker = CollisionChecker.of(model, problem.around)
+        query = Query(chain, checker, smooth, start, goals_at(chain, problem.deep, start))
+        answer = plan(replace(query, limits=replace(smooth, jerk=None)))
+        if not isinstance(answer, Plan) or len(answer.trajectory.path.pieces) < 3:
+            continue
+        cornered += 1
+        assert answer.trajectory.path.pieces[:, 2].any()
+        answer = plan(query)
+        assert isinstance(answer, Plan)
+        assert not answer.trajectory.path.pieces[:, 2].any()
+        t = np.linspace(0.0, answer.trajectory.duration, 3000)
+        gains = answer.trajectory.at(t)[2]
+        assert np.abs(np.diff(gains, axis=0)).max() <= 50.0 * (t[1] - t[0]) * 1.01
+    assert cornered > 1

@@ -16,6 +16,7 @@ from hw.robot import load_robot
 from hw.room import Room
 from hw.samples import EXACT, UserPose
 from hw.sim.arm import SimArm
+from states.arm import separation
 from states.arm.approach import TOUCH_SPEED
 from states.arm.collision import outline
 from states.arm.person import SLIMMEST, ArmSituation
@@ -128,6 +129,25 @@ def test_the_arm_speeds_up_no_faster_than_its_profile_says(tuned: Environment, r
     assert after is not None
     fastest = np.abs(reach.trajectory.at(np.array([0.6]))[1]).max()
     assert after.share == pytest.approx(slow.share + 0.033 * 5.0 / fastest, abs=1e-6)
+
+
+def test_the_arm_slows_down_for_what_lies_ahead_of_it(
+    tuned: Environment, reach: Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def shares() -> list[float]:
+        found = []
+        for since in np.arange(0.0, 1.4, 0.05):
+            given = governor(tuned, reach)
+            seen(given, 5.4, 1.4)
+            found.append(pace(given, 300_000_000, float(since)).share)
+        return found
+
+    ahead = shares()
+    monkeypatch.setattr(separation, "AHEAD_S", (0.0, 0.0, 0.0))
+    monkeypatch.setattr(separation, "_LATER_S", np.zeros(3))
+    at_once = shares()
+    assert all(a <= b for a, b in zip(ahead, at_once, strict=True))
+    assert min(a - b for a, b in zip(ahead, at_once, strict=True)) < -0.05
 
 
 def test_on_the_line_to_a_person_who_stands_the_prop_is_not_slowed(

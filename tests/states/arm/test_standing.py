@@ -30,6 +30,8 @@ def test_the_mean_is_less_noisy_than_a_pose_also_at_half_a_turn() -> None:
     assert mean.distance_to(true) < 0.0025
     assert abs(wrap(mean.yaw - true.yaw)) < 0.0015
     assert Standing().pose(true) == true
+    off = [stood(true, 0.003, seed=k).pose(true).distance_to(true) for k in range(40)]
+    assert np.mean(off) < 0.0015
 
 
 def test_old_poses_do_not_count() -> None:
