@@ -125,12 +125,6 @@ def load_arm(name_or_path: str | Path = "ur10") -> ArmShape:
     return load_yaml(find_file(str(name_or_path), FOLDER, "arm"), arm_from)
 
 
-def arm_with_lengths(dh: Dh) -> ArmShape | None:
-    """The known arm of these lengths; None if there is none."""
-    nearest = nearest_arm(dh)
-    return nearest if dh.difference(nearest.dh) <= ALIKE else None
-
-
 def nearest_arm(dh: Dh) -> ArmShape:
     """The known arm whose lengths are nearest to these."""
     return min(map(load_arm, arm_names()), key=lambda arm: dh.difference(arm.dh))

@@ -145,6 +145,15 @@ def _robots(_own: bool) -> list[dict[str, Any]]:
     return [{"robot": name, "about": load_robot(name).about} for name in robot_names()]
 
 
+def _arms(_own: bool) -> list[dict[str, Any]]:
+    from hw.arm import arm_names, load_arm
+
+    return [
+        {"arm": found.name, "payload_kg": found.payload, "about": found.about}
+        for found in map(load_arm, arm_names())
+    ]
+
+
 def _connections(_own: bool) -> list[dict[str, Any]]:
     from hw.connection import connection_names, load_connection
 
@@ -168,5 +177,6 @@ _LISTS: dict[str, Callable[[bool], list[dict[str, Any]]]] = {
     "users": _users,
     "profiles": _profiles,
     "robots": _robots,
+    "arms": _arms,
     "connections": _connections,
 }

@@ -126,3 +126,44 @@ def test_space_and_doctor_report_the_same_of_a_room(
 
 def test_a_library_with_extras_is_found_by_its_name() -> None:
     assert ("python-can", "ok") in [(what, state) for what, state, _ in checks()]
+
+
+@pytest.mark.requirement(46, 142)
+def test_the_arm_of_a_scene_or_a_connection_is_told_with_what_a_reach_asks_of_it(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for found in (
+        looked_at(capsys, "--scene", "study"),
+        {**looked_at(capsys, "--robot", "mock"), **looked_at(capsys, "--scene", "lab_a")},
+    ):
+        state, folded = found["arm ur10"]
+        clear = re.search(r"folded with prop it is (\d+) mm clear", folded)
+        assert state == "ok"
+        assert clear is not None
+        assert int(clear[1]) >= 15
+        state, reach = found["reach"]
+        told = re.search(
+            r"1\.2 m high, 1 m ahead, in ([\d.]+) s, with (\d+)% of the torque .*, ([\d.]+) kg m/s "
+            r"and (\d+) W; its installation allows 25 kg m/s and 300 W", reach,
+        )  # fmt: skip
+        assert state == "ok"
+        assert told is not None
+        seconds, torque, momentum, power = map(float, told.groups())
+        assert 1.0 < seconds < 2.5
+        assert 20 < torque < 60
+        assert 3.0 < momentum < 25.0
+        assert 20 < power < 300
+
+
+def test_an_arm_beyond_its_installation_is_bad(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shipped = Path(__file__).resolve().parents[2] / "hw"
+    robot = (shipped / "robots/rbkairos_ur10.yaml").read_text()
+    weak = "calibration: null\n  installation: {power: 300 W, momentum: 2 kg m/s}"
+    (tmp_path / "weak.yaml").write_text(robot.replace("calibration: null", weak))
+    scene = (shipped / "scenes/study.yaml").read_text()
+    (tmp_path / "room.yaml").write_text(scene.replace("rbkairos_ur10", "./weak.yaml"))
+    found = looked_at(capsys, "--scene", str(tmp_path / "room.yaml"), code=FAILED)
+    assert found["reach"][0] == "bad"
+    assert "allows 2 kg m/s" in found["reach"][1]

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from cobodeck.bench.arm import SETS, joint_sets
 from engine.files.finding import FileError
-from hw.arm import LINKS, arm_names, arm_with_lengths, load_arm
+from hw.arm import LINKS, arm_names, load_arm, nearest_arm
 from hw.prop import Placement, load_prop
 from hw.robot import FOLDER as ROBOTS
 from hw.robot import load_robot
@@ -79,7 +79,7 @@ def test_an_arm_file_is_whole(name: str) -> None:
         low, middle, high = np.linalg.eigvalsh(tensor)
         assert low > 0.0
         assert high <= 1.001 * (low + middle)  # no body has another inertia
-    assert arm_with_lengths(arm.dh) is not None
+    assert nearest_arm(arm.dh).dh.difference(arm.dh) == 0.0
 
 
 def urdf_robot(tmp_path: Path, text: str, model: str = "ur10") -> Path:
