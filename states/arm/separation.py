@@ -51,7 +51,7 @@ _NOTHING = 1e-9
 
 
 class ArmPace(NamedTuple):
-    """The pace, 0 to 1, and S and S_p, m, of the capsule that decides it."""
+    """The pace, 0 to 1, and S and S_p, m, of the capsule that decides it, else of the nearest."""
 
     share: float
     separation: float
@@ -130,7 +130,8 @@ class Governor:
         # what lies ahead may be slowed down for until then
         later = _LATER_S * self._brakes.stop / fastest
         share += later[:, None]
-        now, which = np.unravel_index(share.argmin(), share.shape)
+        deciding = share if share.min() < 1.0 else gap - self._clearance
+        now, which = np.unravel_index(deciding.argmin(), share.shape)
         wanted = min(1.0, float(share[now, which]))
         self._share = min(wanted, self._share + span * self._brakes.speed_up / float(fastest[0]))
         v, v_h = float(closing[now, which]), float(coming[now, which])

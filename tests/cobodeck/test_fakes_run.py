@@ -126,3 +126,53 @@ def test_five_requests_are_served_on_fakes_within_one_core(
     if sys.platform == "linux":
         assert 0.0 < ran.cores <= 1.0
         assert 0.0 < ran.peak_mb <= 500.0
+
+
+STEPS_IN = """user: steps_in
+about: Asks for a touch, and walks through the robot the moment they let go.
+start: {x: 5.5, y: 5.0, yaw: 180 deg}
+speed: 1.2
+steps:
+  - stand: 6
+  - request: {hold: 8, ahead: 0.85, height: 1.2}
+  - walk: {x: 2.5, y: 5.0, yaw: 180 deg}
+  - stand: 2
+"""
+
+
+def judged(figures: dict[str, Any], record: Path) -> None:
+    """Served, and what touched the person who stepped in closed slowly; S and S_p are recorded."""
+    assert (figures["requests"], figures["served"], figures["errors"]) == (1, 1, [])
+    assert figures["contacts_by_robot"] == 0
+    for contact in figures["contact_list"]:
+        assert contact["robot_closing_m_s"] <= 0.25
+    calls = [call for group in Record(record).groups() for call in group.of("parts")]
+    paces = [call["args"] for call in calls if (call["part"], call["what"]) == ("arm", "pace")]
+    assert len(paces) > 20
+    assert all(0.0 < share <= 1.0 and needed > 0.0 for share, _, needed in paces)
+    assert min(gap for _, gap, _ in paces) < 0.5
+
+
+@pytest.mark.slow
+@pytest.mark.requirement(9, 45, 51)
+def test_a_person_who_steps_in_while_the_arm_folds_is_not_hit_by_it_on_fakes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "steps_in.yaml").write_text(STEPS_IN)
+    beside = ("--scene", "lab_a", "--user", "./steps_in.yaml:deaf", "--duration", "26")
+    ran = run(tmp_path, *beside)
+    judged(ran.figures, ran.record)
+
+
+@pytest.mark.slow
+@pytest.mark.requirement(45, 51)
+@pytest.mark.parametrize("tier", ["1", "2"])
+def test_a_person_who_steps_in_while_the_arm_folds_is_not_hit_by_it(
+    tier: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "steps_in.yaml").write_text(STEPS_IN)
+    beside = ["--scene", "lab_a", "--user", "./steps_in.yaml:deaf", "--tier", tier]
+    assert main(["simulate", "cobodeck", *beside, "--record", "run.mcap", "--json"]) == OK
+    judged(json.loads(capsys.readouterr().out), tmp_path / "run.mcap")
