@@ -45,7 +45,7 @@ def test_requests_are_served_with_every_choice(tmp_path: Path, planner: str, loc
 
     assert (figures["requests"], figures["served"]) == (3, 3)
     assert (figures["contacts"], figures["wall_hits"], figures["faults"]) == (0, 0, 0)
-    assert figures["response_s"]["mean"] <= 6.5
+    assert figures["response_s"]["mean"] <= 7.2  # 0.7 s of it for the line to the DEEP
 
 
 @pytest.mark.slow

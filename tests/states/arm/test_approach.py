@@ -34,7 +34,7 @@ def tuned() -> Environment:
     return load_profile("tuned").environment(HALL, ROBOT)
 
 
-def served(rng: np.random.Generator, workspace: Workspace) -> tuple[ArmSituation, Pose3]:
+def drawn(rng: np.random.Generator, parked: tuple[float, ...]) -> tuple[ArmSituation, Pose3]:
     """A user with head and a hand at the DEEP, and the rover up to 0.2 m off a pose before it."""
     user = Pose2(5.0, 4.0, rng.uniform(-math.pi, math.pi))
     deep = Pose3.from_yaw(*user.transform(0.85, 0.0), rng.uniform(0.5, 1.5), user.yaw)
@@ -47,7 +47,13 @@ def served(rng: np.random.Generator, workspace: Workspace) -> tuple[ArmSituation
     )
     head, hand = (*user.transform(0.05, 0.0), 1.65), deep.transform(-0.03, 0.0, 0.0)
     side = {"left_hand": hand} if rng.uniform() < 0.5 else {"right_hand": hand}
-    return ArmSituation(base, user, workspace.parked, head=head, **side), deep
+    return ArmSituation(base, user, parked, head=head, **side), deep
+
+
+def served(rng: np.random.Generator, workspace: Workspace) -> tuple[ArmSituation, Pose3]:
+    """Like `drawn`, again if the DEEP is out of reach: high up, with the rover 1.1 m away."""
+    tries = (drawn(rng, workspace.parked) for _ in range(10))
+    return next(found for found in tries if workspace.missed(*found) < 1e-6)
 
 
 def planned(workspace: Workspace, situation: ArmSituation, deep: Pose3) -> Plan:
