@@ -22,7 +22,9 @@ def robot_with(arm: str, prop: str) -> RobotModel:
 
 
 @pytest.mark.requirement(46, 87)
-@pytest.mark.parametrize(("arm", "prop"), [("ur5e", "prop"), ("ur10", "gripped")])
+@pytest.mark.parametrize(
+    ("arm", "prop"), [("ur5e", "prop"), pytest.param("ur10", "gripped", marks=pytest.mark.slow)]
+)
 def test_found_poses_are_inside_clear_and_in_order(
     arm: str, prop: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
