@@ -35,6 +35,9 @@ MARGIN = 0.005
 UPPER_ARM = LINKS.index("upper_arm")
 _ROOM_HEIGHT = 3.0
 
+Wall = tuple[float, float, float, float]
+"""The edge x1, y1, x2, y2 of an upright wall in the map, m."""
+
 
 @dataclass(frozen=True, slots=True)
 class Cylinder:
@@ -83,7 +86,7 @@ class Surroundings:
     def seen_from(
         cls,
         map_from_rover: Pose2,
-        walls: Iterable[tuple[float, float, float, float]] = (),
+        walls: Iterable[Wall] = (),
         cylinders: Iterable[Cylinder] = (),
         limbs: Iterable[Limb] = (),
         within: float = SEEN,
@@ -107,7 +110,7 @@ class Surroundings:
     @classmethod
     def in_map(
         cls,
-        walls: Iterable[tuple[float, float, float, float]],
+        walls: Iterable[Wall],
         cylinders: Iterable[Cylinder],
         height: float = _ROOM_HEIGHT,
     ) -> Surroundings:

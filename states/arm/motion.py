@@ -15,7 +15,7 @@ from hw.prop import JOINTS
 from hw.robot import ArmModel, MotionLimits
 from hw.samples import Joints, TimedJoints
 from states.arm.approach import TOUCH_SPEED, ToolLine, WayIn, around, moved_along, rungs, tool_lines
-from states.arm.collision import MARGIN, CollisionChecker, CollisionModel, Surroundings
+from states.arm.collision import MARGIN, CollisionChecker, CollisionModel, Surroundings, Wall
 from states.arm.inverse import inverse, inverse_near, nearest_copies
 from states.arm.kernels import Array
 from states.arm.kinematics import KinematicChain, deviation, forward, inverted, pose_matrix
@@ -49,8 +49,6 @@ LADDER_BUDGET = 30_000
 
 PERIOD = 0.008
 """Time between points of a trajectory sent to the arm, s: the cycle of a UR controller (CB3)."""
-
-Wall = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -206,8 +204,9 @@ class Workspace:
         """
         person = person_obstacles(situation, deep, length)
         checker = self._among(situation, self.walls, person)
-        if person.limbs and self._gap(checker, situation) <= checker.margin:
-            person = replace(person, limbs=())
+        kept = person.limbs or person.walls
+        if kept and self._gap(checker, situation) <= checker.margin:
+            person = person.body()
             checker = self._among(situation, self.walls, person)
         if deep is None:
             for walls, left in ((self.walls, person.slim()), (self.walls, NOBODY), ((), NOBODY)):
@@ -315,6 +314,7 @@ class Workspace:
     def _among(
         self, situation: ArmSituation, walls: Sequence[Wall], person: PersonObstacles
     ) -> CollisionChecker:
+        walls = (*walls, *person.walls)
         around = Surroundings.seen_from(situation.base, walls, person.cylinders, person.limbs)
         return CollisionChecker.of(self.solid, around)
 

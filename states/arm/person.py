@@ -16,7 +16,7 @@ from hw.geometry import Pose2, Pose3, wrap
 from hw.people.person import RADIUS
 from hw.prop import Point3
 from hw.samples import Joints, UserPose
-from states.arm.collision import Cylinder, Limb
+from states.arm.collision import Cylinder, Limb, Wall
 
 USER_HEIGHT = 2.0
 """Height of the user's cylinder, m."""
@@ -36,8 +36,12 @@ BEHIND = 0.25
 """Distance of the centre of the ball behind a DEEP, m."""
 BALL_OVER_LINE = 0.21
 """Radius of that ball less the length of the line, m: it ends 4 cm before the stand-off."""
-PLANE_GAP = 0.01
-"""Without a line the ball is a capsule across, which ends this far before the DEEP's plane, m."""
+SHORT_LINE = 0.12
+"""Before the stand-off of a shorter line the ball would be too small: a wall takes its place, m."""
+WALL_BEHIND, WALL_HALF_WIDTH = 0.02, 0.30
+"""Distance of that wall behind the DEEP and half of its width, m."""
+LEVEL = 0.2
+"""Sine of the angle to the floor up to which the axis of a DEEP counts as level."""
 LINE_OVER_ARM = 0.01
 """Least length of the line beyond the gap kept to the arm, m, so that the stand-off is free."""
 HAND_BEFORE = 0.10
@@ -93,10 +97,15 @@ class ArmSituation:
 
 @dataclass(frozen=True, slots=True)
 class PersonObstacles:
-    """The shapes of a person, in the map."""
+    """The shapes of a person, and a wall behind the DEEP that is theirs, in the map."""
 
     cylinders: tuple[Cylinder, ...] = ()
     limbs: tuple[Limb, ...] = ()
+    walls: tuple[Wall, ...] = ()
+
+    def body(self) -> PersonObstacles:
+        """The body alone."""
+        return PersonObstacles(self.cylinders)
 
     def slim(self) -> PersonObstacles:
         """The body alone, as slim as it gets."""
@@ -124,12 +133,23 @@ def person_obstacles(
     for side, hand in ((1.0, situation.left_hand), (-1.0, situation.right_hand)):
         if hand is not None:
             limbs.append(_arm(situation.shoulder(side), hand, deep, length))
+    walls: tuple[Wall, ...] = ()
     if deep is not None and length is not None:
-        wide = 0.0 if length else BEHIND
-        left, right = (deep.transform(-BEHIND, side * wide, 0.0) for side in (1.0, -1.0))
-        radius = BALL_OVER_LINE + length if length else BEHIND - PLANE_GAP
-        limbs.append(Limb(left, right, radius))
-    return PersonObstacles((cylinder(user, deep),), tuple(limbs))
+        if length >= SHORT_LINE or not _is_level(deep):
+            behind = deep.transform(-BEHIND, 0.0, 0.0)
+            limbs.append(Limb(behind, behind, BALL_OVER_LINE + length))
+        else:
+            walls = (_wall_behind(deep.flat()),)
+    return PersonObstacles((cylinder(user, deep),), tuple(limbs), walls)
+
+
+def _is_level(deep: Pose3) -> bool:
+    return abs(deep.transform(1.0, 0.0, 0.0)[2] - deep.z) < LEVEL
+
+
+def _wall_behind(deep: Pose2) -> Wall:
+    left, right = (deep.transform(-WALL_BEHIND, side * WALL_HALF_WIDTH) for side in (1.0, -1.0))
+    return (*left, *right)
 
 
 def cylinder(user: Pose2, deep: Pose3 | None) -> Cylinder:

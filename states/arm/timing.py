@@ -113,7 +113,7 @@ def _fastest(
         np.minimum(here, rate * rate, out=here)
     if slow is not None or math.isfinite(limits.tool_speed):
         q, along, _ = path.at(s)
-        rate = (1.0 - _TOOL_SLACK) * _point_rates(chain, q, along, limits, slow)
+        rate = (1.0 - _TOOL_SLACK) * _point_rates(chain, q, along, limits, slow, between=True)
         most = np.minimum(most, rate * rate)
     most[0] = most[-1] = 0.0
     most[knots[1:-1][path.sharp()]] = 0.0
@@ -147,12 +147,25 @@ def _grid(path: JointPath) -> tuple[Array, Integers, Array, Array]:
 
 
 def _point_rates(
-    chain: KinematicChain, q: Array, slope: Array, limits: ArmLimits, slow: SlowZone | None
+    chain: KinematicChain,
+    q: Array,
+    slope: Array,
+    limits: ArmLimits,
+    slow: SlowZone | None,
+    between: bool = False,
 ) -> Array:
-    """The largest ds/dt at joints q (n, 6) with slopes dq/ds (n, 6) that points and tcp allow."""
+    """The largest ds/dt at joints q (n, 6) with slopes dq/ds (n, 6) that points and tcp allow.
+
+    `between`: the zone's limit holds at the neighbours of what is inside, too, so that a path of
+    these joints keeps it from its edge on.
+    """
     rate = limits.tool_speed / np.maximum(fastest_point(chain, q, slope), 1e-9)
     if slow is not None:
-        inside = slow.holds(forward(chain, q)[:, :3, 3])
+        held = slow.holds(forward(chain, q)[:, :3, 3])
+        inside = held.copy()
+        if between:
+            inside[1:] |= held[:-1]
+            inside[:-1] |= held[1:]
         tool = np.maximum(tcp_speed(chain, q[inside], slope[inside]), 1e-9)
         rate[inside] = np.minimum(rate[inside], slow.speed / tool)
     return rate

@@ -251,12 +251,43 @@ def test_the_arm_of_a_person_ends_before_the_deep_on_the_line_and_is_thicker_bef
     assert (first.end, first.radius) == (hand, 0.10)
     assert math.dist(bare.end, at) == pytest.approx(0.10, abs=1e-9)
     assert bare.radius == ARM_RADIUS
-    assert [limb.radius for limb in person_obstacles(situation, deep, 0.05).limbs] == [
-        HEAD_RADIUS + 0.10, pytest.approx(0.04), pytest.approx(0.26),
-    ]  # fmt: skip
+    assert before.walls == on_line.walls == ()
     ball = before.limbs[2]
     assert math.dist(ball.start, at) == pytest.approx(0.25)
     assert ball.radius == pytest.approx(0.33)
+    short = person_obstacles(situation, deep, 0.05)
+    assert [limb.radius for limb in short.limbs] == [HEAD_RADIUS + 0.10, pytest.approx(0.04)]
+    ends = [deep.flat().inverse().transform(*short.walls[0][i : i + 2]) for i in (0, 2)]
+    assert ends == [pytest.approx((-0.02, side * 0.3)) for side in (1.0, -1.0)]
+    raised = Pose3(*at, *Rotation.from_euler("y", -70, degrees=True).as_quat())
+    above = person_obstacles(situation, raised, 0.05)
+    assert above.walls == ()
+    assert above.limbs[2].radius == pytest.approx(0.26)
+
+
+@pytest.mark.requirement(44)
+def test_a_low_deep_is_not_met_from_the_persons_side_either(tuned: Environment, screws) -> None:
+    """Beside the bumper, where lines are short or there is none."""
+    rng = np.random.default_rng(31)
+    without = 0
+    for _ in range(40):
+        situation, deep = served(rng, tuned.workspace)
+        low = Pose3(deep.x, deep.y, rng.uniform(0.28, 0.42), deep.qx, deep.qy, deep.qz, deep.qw)
+        x, y = low.flat().transform(rng.uniform(0.8, 0.9), rng.uniform(-0.1, 0.1))
+        before = replace(
+            situation, base=Pose2(x, y, wrap(low.yaw + math.pi)), left_hand=None, right_hand=None
+        )
+        found = ended(in_turn(tuned.workspace.reaching(before, low)))
+        if not isinstance(found, Plan):
+            continue
+        without += found.line < 0.12
+        points, _, _ = tool_path(screws, before.base, found)
+        seen = np.array([low.inverse().transform(*point) for point in points])
+        away = np.linalg.norm(seen, axis=1)
+        speed = np.linalg.norm(np.diff(points, axis=0), axis=1) / STEP_S
+        assert seen[away < 0.3, 0].min() >= -0.02
+        assert speed[away[1:] < 0.1].max() <= 0.2505
+    assert without > 0
 
 
 def test_heads_and_hands_are_taken_from_what_is_measured() -> None:

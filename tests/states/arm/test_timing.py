@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from states.arm.kinematics import forward, jacobian
 from states.arm.path import JointPath
 from states.arm.timing import line_durations, time_path, warm_up
-from states.arm.trajectory import ArmLimits
+from states.arm.trajectory import ArmLimits, SlowZone
 from tests.repeats import examples
 
 SPEED = (2.0943951, 2.0943951, 3.1415926, 3.1415926, 3.1415926, 3.1415926)
@@ -55,6 +55,20 @@ def test_limits_of_joints_and_tool_are_never_exceeded(chain, path, limit):
     assert (np.abs(v) <= np.array(limit.speed) * (1 + 1e-9)).all()
     assert (np.abs(a) <= np.array(limit.acceleration) * (1 + 1e-6)).all()
     assert (tool_speed(chain, q, v) <= limit.tool_speed * (1 + 1e-4)).all()
+
+
+@pytest.mark.requirement(45)
+def test_in_a_zone_the_tool_is_slow_from_its_edge_on_however_long_the_line(chain):
+    rng = np.random.default_rng(8)
+    for _ in range(40):
+        start, goal = rng.uniform(-2.5, 2.5, (2, 6))
+        x, y, z = forward(chain, goal)[:3, 3]
+        zone = SlowZone(x, y, z, 0.115, 0.25)
+        limit = ArmLimits.even(SPEED, 5.0, tool_speed=1.0)
+        trajectory = time_path(chain, JointPath.through([start, goal]), limit, zone)
+        _, q, v, _ = sampled(trajectory)
+        near = np.linalg.norm(forward(chain, q)[:, :3, 3] - (x, y, z), axis=1) < 0.114
+        assert tool_speed(chain, q, v)[near].max() <= 0.25 * (1 + 1e-3)
 
 
 @pytest.mark.requirement(45)
