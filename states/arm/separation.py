@@ -8,8 +8,9 @@ to the person, closing on them with v at full pace, and a person who comes towar
 is what is left of no gap once the arm has come to rest: it reacts within T and stops within s t_s,
 where t_s is the speed of the fastest joint at full pace by the deceleration of a stop (ISO/TS
 15066, 5.5.4, for the arm). The pace is the largest for which S_p <= S for every capsule, now and a
-little ahead on the trajectory. Slower than `SLOW` a capsule need not be: at that speed a touch is
-harmless, and a person who stands before the DEEP does not stop the prop.
+little ahead on the trajectory; the person is where their speed has brought them since they were
+seen. Slower than `SLOW` a capsule need not be: at that speed a touch is harmless, and a person who
+stands before the DEEP does not stop the prop.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hw.geometry import STILL, Pose2
+from hw.geometry import STILL, Pose2, Twist2
 from hw.motion import Motion
 from hw.safety.separation import QUICK, STEADY
 from states.arm.approach import TOUCH_SPEED
@@ -122,9 +123,11 @@ class Governor:
         at = [min(round((since + ahead) / STEP_S), last) for ahead in AHEAD_S]
         q, velocity = self._joints[at], self._velocities[at]
         fastest = np.maximum(np.abs(velocity).max(axis=1), _NOTHING)
-        gap, closing, coming = self._approach(q, velocity, base, age)
+        moved = self._quick.velocity if age <= OLD_S else None
+        gap, closing, coming = self._approach(q, velocity, base, age, moved)
         floor = TOUCH_SPEED if self._granted and self._stands() else SLOW
-        reaction, stopping = REACTION_S + age, (fastest / self._brakes.stop)[:, None]
+        reaction = REACTION_S if moved is not None else REACTION_S + age
+        stopping = (fastest / self._brakes.stop)[:, None]
         share = _largest(gap - self._clearance, closing, coming, reaction, stopping)
         share = np.maximum(share, np.minimum(1.0, floor / np.maximum(closing, _NOTHING)))
         # what lies ahead may be slowed down for until then
@@ -144,23 +147,27 @@ class Governor:
         return moved is not None and moved.speed < STANDS
 
     def _approach(
-        self, q: Array, velocity: Array, base: Pose2, age: float
+        self, q: Array, velocity: Array, base: Pose2, age: float, moved: Twist2 | None
     ) -> tuple[Array, Array, Array]:
-        """Gap, closing speed of arm and of person, (n, k) each, m and m/s, seen from above."""
+        """Gap, closing speed of arm and of person, (n, k) each, m and m/s, seen from above.
+
+        A person whose speed is known has gone on for `age`: from where they were seen an arm that
+        passes beside them would seem to close more slowly than it does.
+        """
         shape = len(q), len(self._radii)
         towards, distance, closing = np.empty((*shape, 2)), np.empty(shape), np.empty(shape)
-        x, y = base.inverse().transform(self._at.x, self._at.y)
+        at = self._at
+        if moved is not None:
+            at = Pose2(at.x + moved.vx * age, at.y + moved.vy * age)
+        x, y = base.inverse().transform(at.x, at.y)
         approaching(self._body, self._body.first, q, velocity, x, y, towards, distance, closing)
         gap = distance - self._radii
-        return gap, np.maximum(closing, 0.0), self._coming(towards, base, age)
+        return gap, np.maximum(closing, 0.0), self._coming(towards, base, age, moved)
 
-    def _coming(self, towards: Array, base: Pose2, age: float) -> Array:
+    def _coming(self, towards: Array, base: Pose2, age: float, moved: Twist2 | None) -> Array:
         """The person's speed towards each capsule, (n, k), m/s."""
-        if age > OLD_S:
-            return np.full(towards.shape[:2], WALKING)
-        moved = self._quick.velocity
         if moved is None:
-            return np.full(towards.shape[:2], STARTING)
+            return np.full(towards.shape[:2], STARTING if age <= OLD_S else WALKING)
         if moved is STILL:
             return np.zeros(towards.shape[:2])
         seen = moved.rotated(-base.yaw)

@@ -117,6 +117,28 @@ def test_an_old_pose_is_of_somebody_who_may_have_set_off(tuned: Environment, rea
     assert old.share < fresh.share
 
 
+@pytest.mark.requirement(51, 149)
+def test_a_late_pose_of_somebody_who_walks_evenly_changes_nothing(
+    tuned: Environment, reach: Plan
+) -> None:
+    """Also where they walk past: from where they were seen the arm would close more slowly."""
+    rng = np.random.default_rng(6)
+    for _ in range(40):
+        at = Pose2(rng.uniform(4.6, 5.4), rng.uniform(3.5, 4.5))
+        way, speed = rng.uniform(-math.pi, math.pi), rng.uniform(0.3, 1.4)
+        vx, vy = speed * math.cos(way), speed * math.sin(way)
+        since, given = rng.uniform(0.0, reach.trajectory.duration), []
+        for late_ns in (0, 60_000_000, 130_000_000):
+            found = governor(tuned, reach)
+            for k in range(10, -1, -1):
+                ago = (late_ns + k * TICK_NS) * 1e-9
+                body = Pose2(at.x - vx * ago, at.y - vy * ago)
+                found.see(1_000_000_000 - round(ago * 1e9), body)
+            given.append(pace(found, 1_000_000_000, since))
+        assert given[1] == pytest.approx(given[0], abs=1e-6)
+        assert given[2] == pytest.approx(given[0], abs=1e-6)
+
+
 @pytest.mark.requirement(51)
 def test_the_arm_speeds_up_no_faster_than_its_profile_says(tuned: Environment, reach: Plan) -> None:
     found = governor(tuned, reach)
