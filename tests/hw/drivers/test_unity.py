@@ -216,7 +216,7 @@ def test_a_touch_at_nan_is_no_request(rig) -> None:
 
 def test_late_poses_are_told_with_their_age(rig) -> None:
     app = rig.application()
-    assert rig.until(lambda: len(rig.values("user.pose")) > 5)
+    assert rig.until(lambda: len(rig.values("user.pose")) > 5 and rig.values("vr.clock"))
     app.fault = "late"
     assert rig.until(lambda: rig.newest("vr.clock").age > 0.19)
     newest = [sample for sample in rig.samples if sample.name == "user.pose"][-1]
