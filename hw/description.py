@@ -16,20 +16,6 @@ from engine.files.text import is_file
 from hw.prop import Placement
 
 
-@dataclass(frozen=True, slots=True)
-class UrdfDescription:
-    """A URDF that describes the arm: the chain from link `base` to link `flange` (R17).
-
-    The prop is mounted on `flange`, whose z axis points outwards. `mount` is rover_from_base; None:
-    as the arm stands in the robot file.
-    """
-
-    file: Path
-    base: str
-    flange: str
-    mount: Placement | None
-
-
 def _file(item: Item) -> Path:
     """A file by its path relative to this file's folder."""
     file = item.folder / str(reader_of(str)(item))
@@ -39,14 +25,14 @@ def _file(item: Item) -> Path:
 
 
 @dataclass(frozen=True, slots=True)
-class Described:
-    """The `urdf` entry of a robot file; without a mount of its own it has that of the arm."""
+class UrdfDescription:
+    """A URDF that describes the arm: the chain from link `base` to link `flange` (R17).
+
+    The prop is mounted on `flange`, whose z axis points outwards. `mount` is rover_from_base; None:
+    as the arm stands in the robot file.
+    """
 
     file: Annotated[Path, _file]
     base: str
     flange: str
     mount: Placement | None = None
-
-    def described(self) -> UrdfDescription:
-        """The description as `hw` passes it on."""
-        return UrdfDescription(self.file, self.base, self.flange, self.mount)

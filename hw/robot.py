@@ -30,7 +30,7 @@ from engine.files.units import (
 from engine.files.values import Count, Range, above_0
 from hw.arm import ArmShape, load_arm
 from hw.calibration import load_calibration
-from hw.description import Described, UrdfDescription
+from hw.description import UrdfDescription
 from hw.interfaces import DriveMode
 from hw.prop import Placement, Point3, Prop, load_prop
 from hw.samples import Joints, TimedJoints
@@ -322,7 +322,7 @@ class _Arm:
     mount: Placement
     stop_deceleration: Annotated[AngularAcceleration, Range(0.1, 1000.0)]
     calibration: Annotated[tuple[Placement, ...], _calibration] | None = None
-    urdf: Described | None = None
+    urdf: UrdfDescription | None = None
     installation: Installation = field(default_factory=Installation)
 
     def holding(self, held: Prop) -> ArmModel:
@@ -333,7 +333,7 @@ class _Arm:
             stop_deceleration=self.stop_deceleration,
             parked=held.parked,
             calibration=self.calibration,
-            urdf=None if self.urdf is None else self.urdf.described(),
+            urdf=self.urdf,
             installation=self.installation,
         )
 

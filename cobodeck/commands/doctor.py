@@ -25,7 +25,7 @@ from cobodeck.doctor import BAD, FIT, MISSING, DoctorLine, room_checks, tracking
 from cobodeck.places import open_place
 from cobodeck.setup import PROFILE
 from cobodeck.shadows import explained, shadows
-from hw.connection import load_connection
+from hw.connection import Connection, load_connection
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -48,10 +48,10 @@ def run(args: argparse.Namespace) -> int:
     if args.tracking is not None:
         found += tracking_checks(args.tracking)
     if args.robot is not None:
-        found += connection_checks(args.robot, own=args.own)
-        model = load_connection(args.robot).model
-        if model is not None:
-            found += _arm_checks(model, args)
+        connection = load_connection(args.robot)
+        found += connection_checks(connection, own=args.own)
+        if connection.model is not None:
+            found += _arm_checks(connection.model, args)
     if args.json:
         keys = ("what", "state", "about")
         show_json([dict(zip(keys, check, strict=True)) for check in found])
@@ -60,12 +60,12 @@ def run(args: argparse.Namespace) -> int:
     return FAILED if any(state == BAD for _, state, _ in found) else OK
 
 
-def connection_checks(name: str, *, own: bool) -> list[DoctorLine]:
+def connection_checks(connection: Connection, *, own: bool) -> list[DoctorLine]:
     """Check that everything a connection needs is present."""
     from cobodeck.catalogue import catalogue
     from cobodeck.preflight import preflight
 
-    return list(preflight(load_connection(name), catalogue(own=own).packages))
+    return list(preflight(connection, catalogue(own=own).packages))
 
 
 def _arm_checks(robot: str | Path, args: argparse.Namespace) -> list[DoctorLine]:

@@ -17,6 +17,7 @@ from hw.geometry import Pose2, Pose3
 from hw.prop import Six
 from hw.robot import RobotModel
 from states.arm.collision import CollisionChecker, CollisionModel, Surroundings
+from states.arm.inverse import nearest_copies
 from states.arm.kernels import Array, room_within
 from states.arm.kinematics import KinematicChain, forward
 from states.arm.model import six
@@ -123,8 +124,7 @@ class ParkingSearch:
         """Mean time to the targets, s, and the share of them to which a line is free."""
         total, reached = 0.0, 0
         for goals in targets:
-            near = goals + 2.0 * math.pi * np.round((start - goals) / (2.0 * math.pi))
-            near = near[((near >= self._chain.lower) & (near <= self._chain.upper)).all(axis=1)]
+            near = nearest_copies(self._chain, goals, start)
             times = line_durations(self._chain, start, near, self._limits)
             for i in np.argsort(times):
                 if self._checker.line_free(start, near[i]):
