@@ -10,6 +10,7 @@ import importlib
 import pkgutil
 
 from cobodeck.compiling import compiling
+from cobodeck.console import FAILED, Problem
 from cobodeck.setup import Setup, reachable
 from engine.machine import Machine
 from hw.geometry import Pose2, Pose3, Twist2
@@ -73,8 +74,11 @@ def _localizing(setup: Setup) -> None:
 
 
 def _reaching(setup: Setup) -> None:
-    from states.arm.robot_arm import manipulator_of
+    from states.arm.robot_arm import folded_contact, manipulator_of
 
+    contact = folded_contact(setup.environment.robot)
+    if contact is not None:
+        raise Problem(f"robot {setup.robot.name}: {contact}", FAILED)
     setup.environment.workspace.warm_up(manipulator_of(setup.robot))
 
 

@@ -20,7 +20,7 @@ Link frames are those of `states.arm.model`. What stands under the arm is in the
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal, get_args
@@ -41,6 +41,8 @@ SPAN_SLACK = 0.03
 """How far capsules may end before or beyond the joints that their link connects, plus radius, m."""
 ALIKE = 0.005
 """Lengths that differ by less are of one arm, m; calibrations differ by up to 3 mm."""
+ALIKE_TURN = 0.05
+"""Joints of calibrated chains are turned by less from the nominal ones, rad; by up to 8 mrad."""
 
 JointSpeed = Annotated[AngularSpeed, Range(0.01, 20.0)]
 _Inertia = Annotated[float, Range(-1000.0, 1000.0)]
@@ -74,6 +76,17 @@ class Dh:
         """The largest difference of the lengths that a description shows: a2, a3, d4, d5; m."""
         pairs = ((self.a2, other.a2), (self.a3, other.a3), (self.d4, other.d4), (self.d5, other.d5))
         return max(abs(a - b) for a, b in pairs)
+
+    def misfit(self, chain: Sequence[Placement]) -> str | None:
+        """Why a calibrated chain is not one of an arm with these lengths; None if it is."""
+        for n, (own, other) in enumerate(zip(self.placements(), chain, strict=True), start=1):
+            nominal, measured = own.pose(), other.pose()
+            off, turned = nominal.distance_to(measured), nominal.angle_to(measured)
+            if off > ALIKE:
+                return f"its joint {n} is {off * 1e3:.0f} mm off"
+            if turned > ALIKE_TURN:
+                return f"its joint {n} is turned by {turned:.2f} rad"
+        return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +141,11 @@ def load_arm(name_or_path: str | Path = "ur10") -> ArmShape:
 def nearest_arm(dh: Dh) -> ArmShape:
     """The known arm whose lengths are nearest to these."""
     return min(map(load_arm, arm_names()), key=lambda arm: dh.difference(arm.dh))
+
+
+def arms_of(chain: Sequence[Placement]) -> list[str]:
+    """The names of the known arms of which a calibrated chain may be."""
+    return [name for name in arm_names() if load_arm(name).dh.misfit(chain) is None]
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,7 @@ wrench: {force: 100, torque: 10}                            # optional; full sca
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -26,6 +27,7 @@ from engine.files.named import known_files
 from engine.files.record import Name, reader_of, record
 from engine.files.units import Force, Length, Mass, Speed, Torque
 from engine.files.values import Range, above_0
+from hw.geometry import Pose3
 from hw.places import AnyAngle
 
 FOLDER = Path(__file__).parent / "props"
@@ -49,6 +51,12 @@ class Placement:
 
     xyz: Point3 = (0.0, 0.0, 0.0)
     rpy: Angles = (0.0, 0.0, 0.0)
+
+    def pose(self) -> Pose3:
+        """The frame as a pose: turned about x, then y, then z of its parent."""
+        (x, a), (y, b), (z, c) = ((math.sin(0.5 * r), math.cos(0.5 * r)) for r in self.rpy)
+        about_z = Pose3(*self.xyz, qz=z, qw=c)
+        return about_z @ Pose3(0.0, 0.0, 0.0, qy=y, qw=b) @ Pose3(0.0, 0.0, 0.0, qx=x, qw=a)
 
 
 @dataclass(frozen=True, slots=True)

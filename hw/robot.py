@@ -28,7 +28,7 @@ from engine.files.units import (
     Speed,
 )
 from engine.files.values import Count, Range, above_0
-from hw.arm import ArmShape, load_arm
+from hw.arm import ArmShape, arms_of, load_arm
 from hw.calibration import load_calibration
 from hw.description import UrdfDescription
 from hw.interfaces import DriveMode
@@ -301,7 +301,7 @@ def load_robot(name_or_path: str | Path, prop: str | Path | Prop | None = None) 
     """
     path = find_file(str(name_or_path), FOLDER, "robot")
     held = prop if prop is None or isinstance(prop, Prop) else load_prop(prop)
-    return load_yaml(path, lambda item: _robot(item, held))
+    return load_yaml(path, lambda item: robot_from(item, held))
 
 
 def _held(item: Item) -> Prop:
@@ -324,6 +324,15 @@ class _Arm:
     calibration: Annotated[tuple[Placement, ...], _calibration] | None = None
     urdf: UrdfDescription | None = None
     installation: Installation = field(default_factory=Installation)
+
+    def faults(self) -> Iterator[Fault]:
+        """The fault of a calibration that is another arm's, by key."""
+        if self.calibration is None:
+            return
+        off = self.model.dh.misfit(self.calibration)
+        if off is not None:
+            whose = " or ".join(arms_of(self.calibration)) or "no known arm"
+            yield "calibration", f"is that of {whose}, not of {self.model.name}: {off}"
 
     def holding(self, held: Prop) -> ArmModel:
         """The arm with its prop."""
@@ -358,7 +367,12 @@ class _Robot:
             yield "prop", "there is no arm to hold it; the key 'arm' is missing"
 
 
-def _robot(item: Item, other: Prop | None) -> RobotModel:
+def robot_from(item: Item, other: Prop | None = None) -> RobotModel:
+    """A robot from a mapping as in its file, with another prop than its own if given.
+
+    Raises:
+        FileError: every mistake in it, with file, line, column and a suggestion.
+    """
     read = record(item, _Robot)
     arm, held = read.arm, other or read.prop
     if arm is None:

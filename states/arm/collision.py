@@ -32,6 +32,9 @@ from states.arm.model import LINKS, Manipulator
 MARGIN = 0.005
 """Clearance kept to everything at each check, m; between two checks half of it is kept."""
 
+OUTSIDE = "surroundings"
+"""What `tightest` calls all that is not the arm: rover, floor, room and people."""
+
 UPPER_ARM = LINKS.index("upper_arm")
 _ROOM_HEIGHT = 3.0
 
@@ -187,7 +190,7 @@ class CollisionChecker:
         if where[0] < len(pairs):
             first, second = (self.model.links[i] for i in pairs[where[0]])
             return float(gap[0]), first, second
-        return float(gap[0]), self.model.links[where[0] - len(pairs)], "surroundings"
+        return float(gap[0]), self.model.links[where[0] - len(pairs)], OUTSIDE
 
     def sweep(self, piece: Array, length: float, budget: int = 1_000_000) -> tuple[float, int]:
         """How far along q(x) = piece[0] + piece[1] x + piece[2] x^2 the arm is free, x <= length.

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from hw.robot import RobotModel
+from states.arm.collision import OUTSIDE, CollisionChecker, CollisionModel, Surroundings
 from states.arm.model import Manipulator
 from states.arm.urdf_arm import described_arm
 
@@ -22,3 +25,25 @@ def manipulator_of(robot: RobotModel) -> Manipulator:
         arm = described_arm(model.urdf, arm)
     chain = model.calibration
     return arm if chain is None else arm.calibrated(chain)
+
+
+def folded_contact(robot: RobotModel) -> str | None:
+    """Where the folded arm comes too near to itself, rover or floor; None if it does not.
+
+    Such an arm could neither be planned for nor fold itself.
+
+    Raises:
+        FileError: as `manipulator_of`.
+    """
+    if robot.arm is None:
+        return None
+    checker = CollisionChecker.of(CollisionModel.of(manipulator_of(robot)), Surroundings.empty())
+    gap, first, second = checker.tightest(np.array(robot.arm.parked))
+    if gap >= checker.margin:
+        return None
+    beside = "the rover or the floor" if second == OUTSIDE else second
+    near = f"is {gap * 1e3:.0f} mm from" if gap > 0.0 else f"is {-gap * 1e3:.0f} mm deep in"
+    return (
+        f"folded, its {first} {near} {beside}: mount and the prop's `parked` do not fit; "
+        "`cobodeck reach --park` finds poses"
+    )

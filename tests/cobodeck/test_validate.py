@@ -274,3 +274,36 @@ def test_a_missing_or_stale_schema_of_the_editor_is_a_note(
     shown = capsys.readouterr().out
     assert ("note: " in shown) == bool(note)
     assert note in shown
+
+
+@pytest.fixture
+def touching(tmp_path):
+    """Robots whose folded arm touches the rover, by its mount, and itself, by its prop."""
+    robot = (ROOT / "hw/robots/rbkairos_ur10.yaml").read_text()
+    held = (ROOT / "hw/props/prop.yaml").read_text()
+    bent = re.sub(r"ur10: \[[^]]*\]", "ur10: [0, -1.2, 3.1, -1.5, 1.5, 0]", held)
+    (tmp_path / "held.yaml").write_text(bent)
+    (tmp_path / "low.yaml").write_text(robot.replace("[0, 0, 0.511]", "[0, 0, 0.4]"))
+    (tmp_path / "bent.yaml").write_text(robot.replace("prop: prop", "prop: ./held.yaml"))
+    return tmp_path
+
+
+@pytest.mark.requirement(46)
+def test_a_folded_arm_in_contact_is_a_finding(touching, capsys):
+    for file, where in (
+        ("low.yaml:24:3: ", "its upper_arm is 68 mm deep in the rover or the floor"),
+        ("bent.yaml:24:3: ", "folded, its upper_"),
+    ):
+        assert main(["validate", str(touching / file.partition(":")[0])]) == FAILED
+        told = capsys.readouterr().out
+        assert file in told
+        assert where in told
+
+
+@pytest.mark.slow
+@pytest.mark.requirement(46)
+def test_no_run_begins_with_a_folded_arm_in_contact(touching, capsys):
+    robot = str(touching / "low.yaml")
+    run = ["simulate", "--scene", "study", "--requests", "1", "--robot", robot]
+    assert main(run) == FAILED
+    assert "68 mm deep in the rover or the floor" in capsys.readouterr().err
